@@ -1,0 +1,75 @@
+"""The signatures: each module of this package is one, found by being here.
+
+A module defines
+
+- `NAME`: the prefix of its columns;
+- `measure(run) -> dict[str, float]`: its measures of one run, without the prefix. Undefined is NaN, never 0;
+  counts that are denominators are named `n_...`;
+- `MEASURES`: what each measure is called and between which values it can lie; a `*` stands for the name of a
+  place or another configured thing;
+- `HEADLINE`: the measures that its plot and the short table show, in their order, `*` included.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+from analysis.described import Measure
+from analysis.run import GridRun
+
+
+@dataclass(frozen=True)
+class Signature:
+    """One module of this package."""
+
+    name: str
+    measure: Callable[[GridRun], dict[str, float]]
+    measures: Mapping[str, Measure]
+    headline: tuple[str, ...]
+
+    def describe(self, measure: str) -> Measure:
+        """Return what a measure is; `measure` is without the signature's name."""
+        if measure in self.measures:
+            return self.measures[measure]
+        for pattern, described in self.measures.items():
+            start, star, end = pattern.partition("*")
+            if star and measure.startswith(start) and measure.endswith(end):
+                return described.of(measure[len(start) : len(measure) - len(end)])
+        return Measure(measure.replace("_", " "), low=0) if measure.startswith("n_") else Measure(measure)
+
+    def headline_columns(self, columns: Iterable[str]) -> list[str]:
+        """Return those columns of a table that are this signature's headline, in its order."""
+        present = [column for column in columns if column.startswith(f"{self.name}.")]
+        found: list[str] = []
+        for pattern in self.headline:
+            start, star, _ = f"{self.name}.{pattern}".partition("*")
+            found += [name for name in present if (name.startswith(start) if star else name == start)]
+        return found
+
+
+@lru_cache(maxsize=1)
+def discover() -> tuple[Signature, ...]:
+    """Return all signatures by name."""
+    modules = [importlib.import_module(f"{__name__}.{found.name}") for found in pkgutil.iter_modules(__path__)]
+    found = [Signature(one.NAME, one.measure, one.MEASURES, tuple(one.HEADLINE)) for one in modules]
+    return tuple(sorted(found, key=lambda signature: signature.name))
+
+
+def measure(run: GridRun) -> dict[str, float]:
+    """Return every measure of every signature, by `<signature>.<measure>`."""
+    return {
+        f"{signature.name}.{name}": value
+        for signature in discover()
+        for name, value in signature.measure(run).items()
+    }
+
+
+def describe(column: str) -> Measure:
+    """Return what the column `<signature>.<measure>` is."""
+    name, _, measure = column.partition(".")
+    by_name = {signature.name: signature for signature in discover()}
+    return by_name[name].describe(measure) if name in by_name else Measure(column)

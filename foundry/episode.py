@@ -1,0 +1,135 @@
+"""The loop, for every world: the pending questions are asked all at once, the world advances, records are kept."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from foundry import seeding
+from foundry.models.base import ChatMessage, Model, Reply, Request, RequestKeys
+from foundry.prompts import Prompt
+from foundry.records import Call, Record
+from foundry.worlds.base import Answer, Question, World
+
+
+class Interrupted(Exception):
+    """The episode was asked to stop before its end."""
+
+
+class Recorder(Protocol):
+    """Where an episode's records go."""
+
+    def append(self, records: Sequence[Record]) -> None:
+        """Keep what happened."""
+
+    def append_calls(self, calls: Sequence[Call]) -> None:
+        """Keep what was asked and answered."""
+
+    def frame(self, step: int, png: bytes) -> None:
+        """Keep a picture of the state after a step."""
+
+
+@dataclass(frozen=True)
+class Asker:
+    """Turns questions into requests to one model.
+
+    Attributes:
+        model: the model, wrappers included.
+        prompt: the prompt variant.
+        digest: the model's digest on its server, or None.
+        seed: the seed that the calls' sampling seeds are derived from.
+    """
+
+    model: Model
+    prompt: Prompt
+    digest: str | None
+    seed: int
+    keys: RequestKeys
+    parameters: dict[str, Any]
+
+    @classmethod
+    def create(cls, model: Model, prompt: Prompt, *, digest: str | None, seed: int) -> Asker:
+        """Return an asker; hashes the model's parameters once."""
+        keys = RequestKeys(model, digest)
+        return cls(model, prompt, digest, seed, keys, model.parameters())
+
+    def request(self, question: Question) -> Request:
+        """Return the request that puts this question."""
+        messages = self.prompt.render(question)
+        seed = seeding.sampling_seed(self.seed, step=question.step, agent=question.agent, kind=question.kind)
+        return Request(
+            messages=messages,
+            seed=seed,
+            kind=question.kind,
+            observation=question.observation,
+            step=question.step,
+            agent=question.agent,
+            key=self.keys.key(messages, seed),
+        )
+
+    def call(self, request: Request, reply: Reply) -> Call:
+        """Return the log line of an answered request."""
+        return Call(
+            step=request.step,
+            agent=request.agent,
+            kind=request.kind,
+            model=self.model.name,
+            digest=self.digest,
+            key=request.key,
+            seed=request.seed,
+            messages=[_logged(message) for message in request.messages],
+            parameters=self.parameters,
+            text=reply.text,
+            thinking=reply.thinking,
+            ending=reply.ending,
+            prompt_tokens=reply.prompt_tokens,
+            output_tokens=reply.output_tokens,
+            timings=reply.timings,
+            attempts=reply.attempts,
+            host=reply.host,
+            cached=reply.cached,
+        )
+
+
+async def play(
+    world: World,
+    asker: Asker,
+    recorder: Recorder,
+    *,
+    frame_every: int = 0,
+    stopping: Callable[[], bool] = lambda: False,
+) -> None:
+    """Play the world to its end.
+
+    Args:
+        world: a fresh episode.
+        asker: the model and the prompt.
+        recorder: where records go.
+        frame_every: keep a picture of the initial state and of every n-th step after; 0 keeps none.
+        stopping: asked before every round of questions.
+
+    Raises:
+        Interrupted: `stopping` said so.
+        BackendError: the model gave no answer.
+    """
+    if frame_every:
+        recorder.frame(0, world.draw())
+    while not world.finished:
+        if stopping():
+            raise Interrupted
+        before = world.step
+        requests = [asker.request(question) for question in world.pending()]
+        replies = await asker.model.ask_all(requests)
+        recorder.append_calls([asker.call(*pair) for pair in zip(requests, replies, strict=True)])
+        recorder.append(world.advance([Answer(reply.text, reply.ending) for reply in replies]))
+        if frame_every and world.step != before and world.step % frame_every == 0:
+            recorder.frame(world.step, world.draw())
+
+
+def _logged(message: ChatMessage) -> dict[str, Any]:
+    line: dict[str, Any] = {"role": message.role, "content": message.content}
+    if message.images:
+        line["images_sha256"] = [hashlib.sha256(image).hexdigest() for image in message.images]
+    return line

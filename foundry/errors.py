@@ -1,0 +1,66 @@
+"""Every error that foundry raises on purpose.
+
+FoundryError
+├── InputError            what the user asked for cannot be done; one clear line, exit code 2
+├── RecordError           a recorded file is missing, damaged or of another version
+└── BackendError          a model's server did not give an answer
+    ├── TransientError    worth another try; when the tries are used up, it ends the run
+    ├── RequestError      the server refused this request; never tried again, ends the run
+    └── ServerError       no request to this server can succeed; ends the sweep
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class FoundryError(Exception):
+    """Base of all errors raised on purpose."""
+
+
+class InputError(FoundryError):
+    """What the user asked for cannot be done; the message says what to do instead."""
+
+
+class RecordError(FoundryError):
+    """A recorded file is missing, damaged or of another version."""
+
+
+class BackendError(FoundryError):
+    """A model's server did not give an answer."""
+
+
+class TransientError(BackendError):
+    """A failure that another try may cure.
+
+    Attributes:
+        busy: the server said that it has too much to do (503, 429).
+        retry_after_s: how long the server asked to wait, seconds; None when it did not say.
+    """
+
+    def __init__(self, message: str, *, busy: bool = False, retry_after_s: float | None = None) -> None:
+        super().__init__(message)
+        self.busy = busy
+        self.retry_after_s = retry_after_s
+
+
+class RequestError(BackendError):
+    """The server refused this request and would refuse it again; ends the run."""
+
+
+class ServerError(BackendError):
+    """No request to this server can succeed as things stand; ends the sweep."""
+
+
+def not_found(what: str, asked: str, available: Iterable[str], hint: str = "") -> InputError:
+    """Return the error for a name that does not exist, with the closest match and what there is."""
+    names = sorted(set(available))
+    close = difflib.get_close_matches(asked, names, n=1, cutoff=0.5)
+    parts = [f"{what} '{asked}' not found."]
+    if close:
+        parts.append(f"Did you mean '{close[0]}'?")
+    parts.append(f"Available: {', '.join(names)}." if names else "None is available.")
+    if hint:
+        parts.append(hint)
+    return InputError(" ".join(parts))

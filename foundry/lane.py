@@ -1,0 +1,293 @@
+"""One worker: takes runs that nobody else has, plays several at once in one event loop, reports how far it is."""
+
+from __future__ import annotations
+
+import asyncio
+import datetime
+import os
+import signal
+import threading
+import time
+import traceback
+from collections import deque
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from foundry import provenance
+from foundry.build import build, limit_of, model_stack
+from foundry.episode import Asker, Interrupted, play
+from foundry.errors import FoundryError, ServerError
+from foundry.models.answers import Answers
+from foundry.models.base import Model, ModelInfo
+from foundry.records import Counts, RunSummary
+from foundry.store import RunFolder, RunWriter, SweepFolder, to_yaml, write_atomically, write_run_summary
+from foundry.sweep import model_key
+
+REPORT_EVERY_S = 0.25
+RETRY_CLAIM_S = 0.25
+
+
+@dataclass(frozen=True)
+class LaneSpec:
+    """What a worker is given.
+
+    Attributes:
+        name: the worker's name in the sweep's folder.
+        folder: the sweep.
+        runs: ids of the runs it may take, in order; those that another worker has are left to it.
+        suspects: ids it takes first and one at a time, since they were open when a worker died.
+        infos: what the server said about each model, by `sweep.model_key`.
+        cache_path: the answer cache.
+        frame_every: keep a picture of every n-th step; 0 keeps none.
+        open_runs: how many runs it plays at once.
+        parent: process that must be alive for the work to make sense; None for this very process.
+    """
+
+    name: str
+    folder: SweepFolder
+    runs: tuple[str, ...]
+    infos: Mapping[str, ModelInfo]
+    cache_path: Path
+    suspects: tuple[str, ...] = ()
+    frame_every: int = 0
+    open_runs: int = 1
+    parent: int | None = None
+
+
+@dataclass
+class Tally:
+    """How far a worker is with one model."""
+
+    complete: int = 0
+    failed: int = 0
+    calls: int = 0
+    cached: int = 0
+    retries: int = 0
+
+    def add(self, counts: Counts) -> None:
+        """Add the totals of a run."""
+        self.calls += counts.calls
+        self.cached += counts.cached
+        self.retries += counts.retries
+
+
+@dataclass
+class Lane:
+    """A worker at work."""
+
+    spec: LaneSpec
+    fatal: str | None = None
+    stopping: bool = False
+    _tallies: dict[str, Tally] = field(default_factory=dict)
+    _open: dict[str, tuple[str, RunWriter]] = field(default_factory=dict)
+    _built: dict[str, Any] = field(default_factory=dict)
+    _models: dict[str, Model] = field(default_factory=dict)
+    _texts: dict[int, str] = field(default_factory=dict)
+    _answers: Answers | None = None
+
+    def run(self) -> str | None:
+        """Work until no run is left; returns the cause that must end the sweep, or None."""
+        stop_reporting = threading.Event()
+        reporter = threading.Thread(target=self._report_until, args=(stop_reporting,), daemon=True)
+        reporter.start()
+        try:
+            asyncio.run(self._work())
+        finally:
+            stop_reporting.set()
+            reporter.join()
+            self._report()
+            if self._answers is not None:
+                self._answers.close()
+        return self.fatal
+
+    async def _work(self) -> None:
+        folders = {folder.id: folder for folder in self.spec.folder.runs()}
+        try:
+            await self._take([folders[run] for run in self.spec.suspects], at_once=1)
+            await self._take([folders[run] for run in self.spec.runs], at_once=self.spec.open_runs)
+        finally:
+            for model in self._models.values():
+                await model.close()
+
+    async def _take(self, folders: Iterable[RunFolder], *, at_once: int) -> None:
+        waiting, elsewhere = deque(folders), deque[RunFolder]()
+        tasks: dict[asyncio.Task[bool], RunFolder] = {}
+        while (waiting or elsewhere or tasks) and not (self.stopping and not tasks):
+            while waiting and len(tasks) < at_once and not self.stopping:
+                folder = waiting.popleft()
+                if not folder.ended:
+                    tasks[asyncio.create_task(self._settle(folder))] = folder
+            if tasks:
+                done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+                settled = {tasks.pop(task): task.result() for task in done}
+                elsewhere.extend(folder for folder, mine in settled.items() if not mine)
+            elif elsewhere:
+                await asyncio.sleep(RETRY_CLAIM_S)
+                waiting, elsewhere = elsewhere, deque()
+
+    async def _settle(self, folder: RunFolder) -> bool:
+        """Play the run unless it ended or another worker has it; returns False in the latter case."""
+        with folder.claim() as mine:
+            if mine and not folder.ended:
+                await self._play(folder)
+            return mine
+
+    async def _play(self, folder: RunFolder) -> None:
+        config = folder.config()
+        name = str(config["model"]["name"])
+        writer = RunWriter(folder, self._config_text(folder))
+        self._open[folder.id] = name, writer
+        self._report()
+        started, clock = _now(), time.perf_counter()
+        failure: Exception | None = None
+        try:
+            await self._episode(config, writer)
+        except Interrupted:
+            return
+        except ServerError as error:
+            failure, self.fatal, self.stopping = error, str(error), True
+        except Exception as error:  # noqa: BLE001 - the boundary: a run that fails is data, with its cause
+            failure = error
+        finally:
+            writer.close()
+            del self._open[folder.id]
+        summary = summarise(
+            folder,
+            self.spec.infos,
+            writer,
+            started=started,
+            seconds=time.perf_counter() - clock,
+            error=failure,
+        )
+        write_run_summary(folder, summary)
+        self._count(name, summary)
+
+    async def _episode(self, config: dict[str, Any], writer: RunWriter) -> None:
+        scenario = self._shared(config["world"])
+        prompt = self._shared(config["prompt"])
+        sampling = config["seed"] if config["sampling_seed"] is None else config["sampling_seed"]
+        digest = self.spec.infos[model_key(config["model"])].digest
+        asker = Asker.create(self._model(config["model"]), prompt, digest=digest, seed=sampling)
+        await play(
+            scenario.start(config["seed"]),
+            asker,
+            writer,
+            frame_every=self.spec.frame_every,
+            stopping=lambda: self.stopping,
+        )
+
+    def _config_text(self, folder: RunFolder) -> str:
+        """Return the effective configuration as YAML; only the seed differs within a condition."""
+        index = folder.run.condition
+        if index not in self._texts:
+            self._texts[index] = to_yaml(dict(self.spec.folder.sweep.conditions[index].config))
+        return f"{self._texts[index]}seed: {folder.run.seed}\n"
+
+    def _shared(self, config: Mapping[str, Any]) -> Any:
+        """Build a configured object once and share it between the runs."""
+        key = model_key(config)
+        if key not in self._built:
+            self._built[key] = build(config)
+        return self._built[key]
+
+    def _model(self, config: Mapping[str, Any]) -> Model:
+        key = model_key(config)
+        if key not in self._models:
+            self._models[key] = model_stack(build(config), self._cache)
+        return self._models[key]
+
+    def _cache(self) -> Answers:
+        if self._answers is None:
+            self._answers = Answers(self.spec.cache_path)
+        return self._answers
+
+    def _count(self, name: str, summary: RunSummary) -> None:
+        tally = self._tallies.setdefault(name, Tally())
+        tally.complete += summary.status == "complete"
+        tally.failed += summary.status != "complete"
+        tally.add(summary.counts)
+
+    def _report_until(self, stop: threading.Event) -> None:
+        while not stop.wait(REPORT_EVERY_S):
+            if self.spec.parent is not None and os.getppid() != self.spec.parent:
+                os._exit(1)
+            self.stopping = self.stopping or self.spec.folder.stop_file.exists()
+            self._report()
+
+    def _report(self) -> None:
+        """Write how far this worker is, for whoever watches the sweep."""
+        models = {name: Tally(**vars(tally)) for name, tally in list(self._tallies.items())}
+        opened = list(self._open.items())
+        for _, (name, writer) in opened:
+            models.setdefault(name, Tally()).add(writer.counts)
+        limits = [limit_of(model) for model in list(self._models.values())]
+        report = {
+            "pid": os.getpid(),
+            "time": time.time(),
+            "open": [run for run, _ in opened],
+            "limit": sum(limit for limit in limits if limit is not None),
+            "models": {name: vars(tally) for name, tally in models.items()},
+        }
+        write_atomically(self.spec.folder.progress_file(self.spec.name), msgspec.json.encode(report))
+
+
+def run_lane(spec: LaneSpec) -> str | None:
+    """Work in a process of its own; Ctrl-C is the parent's to handle."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    return Lane(spec).run()
+
+
+def _now() -> str:
+    return datetime.datetime.now(datetime.UTC).isoformat(timespec="milliseconds")
+
+
+def summarise(
+    folder: RunFolder,
+    infos: Mapping[str, ModelInfo],
+    writer: RunWriter | None,
+    *,
+    started: str,
+    seconds: float,
+    error: Exception | None,
+) -> RunSummary:
+    """Return how a run ended.
+
+    Args:
+        folder: the run.
+        infos: what the server said about each model.
+        writer: what wrote its records; None when the process that did is gone.
+        started: ISO time of the start.
+        seconds: wall time.
+        error: what ended it early, or None.
+    """
+    config = folder.config()
+    info = infos[model_key(config["model"])]
+    versions = provenance.versions()
+    expected = isinstance(error, FoundryError)
+    return RunSummary(
+        run=folder.id,
+        status="complete" if error is None else "failed",
+        world=config["world"]["name"],
+        model=config["model"]["name"],
+        prompt=config["prompt"]["name"],
+        seed=config["seed"],
+        sampling_seed=config["sampling_seed"],
+        foundry_version=versions["foundry"],
+        python_version=versions["python"],
+        packages={name: versions[name] for name in provenance.PACKAGES},
+        git_commit=provenance.git_commit(),
+        model_digest=info.digest,
+        server_version=info.server_version,
+        counts=writer.counts if writer else Counts(),
+        started=started,
+        ended=_now(),
+        duration_s=round(seconds, 6),
+        error=None if error is None else str(error) or type(error).__name__,
+        error_type=None if error is None else type(error).__name__,
+        traceback=None if error is None or expected else "".join(traceback.format_exception(error)),
+        records_sha256=writer.digests() if writer else {},
+    )

@@ -1,0 +1,1 @@
+"""Models: backends that answer requests, and wrappers with the same interface."""

@@ -1,0 +1,192 @@
+"""The contract of a model: requests in, replies out; wrappers keep the same interface."""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+
+from foundry.errors import TransientError
+from foundry.records import Attempt
+
+
+@dataclass(frozen=True, slots=True)
+class ChatMessage:
+    """One message of a prompt; `images` are PNG or JPEG bytes."""
+
+    role: str
+    content: str
+    images: tuple[bytes, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """One model call as the backend sees it.
+
+    Attributes:
+        messages: the rendered prompt.
+        seed: sampling seed, 0..2^31-1.
+        kind: the kind of question.
+        observation: the structured observation; read by scripted models, never sent to a server.
+        step: 1-based step.
+        agent: agent id.
+        key: hash of everything that decides the answer; the key of the answer cache.
+    """
+
+    messages: tuple[ChatMessage, ...]
+    seed: int
+    kind: str
+    observation: Mapping[str, Any]
+    step: int
+    agent: int
+    key: str = ""
+
+
+class Reply(msgspec.Struct, frozen=True, kw_only=True):
+    """What came back. Stored whole in the answer cache.
+
+    Attributes:
+        text: the reply's content.
+        thinking: the separate thinking text, or None.
+        ending: `stop`, `length` or `aborted` (the backend gave up on this very call).
+        prompt_tokens: tokens of the prompt, or None where unknown.
+        output_tokens: tokens of the reply, or None where unknown.
+        timings: seconds by name: `total`, `load`, `prompt`, `output`, `queue` (all by the server's clock),
+            `latency` (by the client's).
+        attempts: tries that failed before this answer.
+        host: base URL of the server that answered, or None.
+        server_version: version of the server, or None.
+        cached: whether this came from the cache.
+    """
+
+    text: str
+    thinking: str | None = None
+    ending: str = "stop"
+    prompt_tokens: int | None = None
+    output_tokens: int | None = None
+    timings: dict[str, float] = msgspec.field(default_factory=dict)
+    attempts: tuple[Attempt, ...] = ()
+    host: str | None = None
+    server_version: str | None = None
+    cached: bool = False
+
+
+class UnusableReply(TransientError):
+    """The server answered, but with nothing to read; when the tries are used up, the reply stands.
+
+    Attributes:
+        reply: the reply as it came: without text, its ending `stop` or `aborted`.
+    """
+
+    def __init__(self, message: str, reply: Reply) -> None:
+        super().__init__(message)
+        self.reply = reply
+
+
+@dataclass(frozen=True, slots=True)
+class ModelInfo:
+    """What a server says about a model.
+
+    Attributes:
+        name: name of the model.
+        digest: hash of its weights, template and parameters; None for scripted models.
+        server_version: version of the server, or None.
+        capabilities: such as `completion`, `vision`, `thinking`.
+        context_length: longest context in tokens, or None where unknown.
+    """
+
+    name: str
+    digest: str | None = None
+    server_version: str | None = None
+    capabilities: tuple[str, ...] = ()
+    context_length: int | None = None
+
+
+class Model(ABC):
+    """Answers requests.
+
+    Attributes:
+        name: name of the model in tables and records.
+        remote: whether asking costs something, so that answers are cached, limited and retried.
+    """
+
+    remote: bool = False
+    name: str
+
+    @abstractmethod
+    async def ask(self, request: Request) -> Reply:
+        """Answer one request.
+
+        Raises:
+            TransientError: another try may succeed.
+            RequestError: this request can never succeed.
+            ServerError: no request can succeed.
+        """
+
+    async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
+        """Answer several requests at once, in their order.
+
+        All are seen through, so that no paid answer is thrown away; then the first error is raised.
+        """
+        results = await asyncio.gather(*map(self.ask, requests), return_exceptions=True)
+        replies: list[Reply] = []
+        for result in results:
+            if isinstance(result, BaseException):
+                raise result
+            replies.append(result)
+        return replies
+
+    @abstractmethod
+    def parameters(self) -> dict[str, Any]:
+        """Return everything beside messages and seed that decides the answer, as it is sent."""
+
+    @property
+    def kinds(self) -> tuple[str, ...] | None:
+        """The kinds of question it can answer; None for any."""
+        return None
+
+    async def inspect(self) -> ModelInfo:
+        """Ask the server about the model.
+
+        Raises:
+            InputError: the server cannot be reached or does not have the model.
+        """
+        return ModelInfo(name=self.name)
+
+    async def warm_up(self) -> None:
+        """Load the model, with a long time-out, before calls fan out."""
+
+    async def unload(self) -> None:
+        """Let the server free the model's memory."""
+
+    async def close(self) -> None:
+        """Free connections."""
+
+
+class RequestKeys:
+    """Hashes of everything that decides an answer: model, digest, parameters, sampling seed and messages."""
+
+    def __init__(self, model: Model, digest: str | None) -> None:
+        parameters = msgspec.json.encode(model.parameters(), order="deterministic")
+        self._prefix = hashlib.blake2b(digest_size=20)
+        for part in (model.name.encode(), (digest or "").encode(), parameters):
+            self._prefix.update(_framed(part))
+
+    def key(self, messages: Sequence[ChatMessage], seed: int) -> str:
+        """Return the key of a request."""
+        state = self._prefix.copy()
+        state.update(seed.to_bytes(8, "little"))
+        for message in messages:
+            state.update(_framed(message.role.encode()) + _framed(message.content.encode()))
+            for image in message.images:
+                state.update(_framed(image))
+        return state.hexdigest()
+
+
+def _framed(part: bytes) -> bytes:
+    return len(part).to_bytes(8, "little") + part

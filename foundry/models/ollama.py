@@ -1,0 +1,211 @@
+"""Models served by Ollama."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import aiohttp
+import httpx
+import msgspec
+from httpx_aiohttp import AiohttpTransport
+
+from foundry.errors import InputError, TransientError, not_found
+from foundry.models import ollama_info, ollama_wire
+from foundry.models.base import ModelInfo, Reply, Request
+from foundry.models.ollama_errors import Origin, refusal
+from foundry.models.ollama_hosts import HostPool, parse_hosts
+from foundry.models.ollama_info import WAYS_ON
+from foundry.models.ollama_wire import ChatSettings
+from foundry.models.serving import ServedModel, Serving, read_settings
+
+LOAD_OPTIONS = frozenset({"num_ctx", "num_batch", "num_gpu", "main_gpu", "use_mmap", "num_thread", "draft_num_predict"})
+SAMPLER_OPTIONS = frozenset(
+    {
+        *("num_predict", "num_keep", "stop", "temperature", "top_k", "top_p", "min_p", "typical_p"),
+        *("repeat_penalty", "repeat_last_n", "presence_penalty", "frequency_penalty"),
+    }
+)
+THINK_LEVELS = (False, True, "low", "medium", "high", "max")
+FORMATS = (None, "schema")
+
+
+class OllamaServing(Serving, frozen=True, kw_only=True):
+    """Transport settings of Ollama servers.
+
+    Attributes:
+        keep_alive: how long the model stays in memory after a call: `30m`, or seconds; negative for ever.
+    """
+
+    keep_alive: str | float
+
+
+class OllamaModel(ServedModel):
+    """Asks `/api/chat` of one or more equal Ollama servers.
+
+    Nothing is read from the environment: a proxy meant for the internet must see no prompt, and breaks
+    calls to this machine; the host comes from the configuration.
+    """
+
+    def __init__(
+        self,
+        *,
+        name: str,
+        think: bool | str,
+        options: Mapping[str, Any],
+        server: Mapping[str, Any],
+        format: str | None = None,
+        schemas: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Take the settings of `conf/model/ollama.yaml`.
+
+        Args:
+            name: the model's tag on the server.
+            think: whether, or how hard (`low` to `max`), the model thinks first.
+            options: Ollama's options; those that are None are left to the model.
+            server: transport settings, see `OllamaServing`; they decide no answer.
+            format: None for free text, or `schema` to hold replies to `schemas`.
+            schemas: JSON Schema of the reply by kind of question.
+        """
+        _check_settings(name, think, format, options)
+        if format == "schema" and not schemas:
+            raise InputError("format=schema needs a JSON Schema per kind of question under `schemas`.")
+        self.name = name
+        self.server: OllamaServing = read_settings(server, OllamaServing)
+        self.settings = ChatSettings(
+            model=name,
+            think=think,
+            options={key: value for key, value in options.items() if value is not None},
+            schemas=schemas if format == "schema" else None,
+        )
+        self._pool = HostPool(parse_hosts(self.server.hosts))
+        self._versions: dict[str, str] = {}
+        self._client: httpx.AsyncClient | None = None
+
+    @property
+    def hosts(self) -> tuple[str, ...]:
+        """Base URLs of the servers."""
+        return self._pool.hosts
+
+    @property
+    def kinds(self) -> tuple[str, ...] | None:
+        """The kinds of question there is a schema for; None, for any, without schemas."""
+        return None if self.settings.schemas is None else tuple(self.settings.schemas)
+
+    def parameters(self) -> dict[str, Any]:
+        """Return everything that is sent beside messages, seed and keep_alive; schemas by kind."""
+        return ollama_wire.chat_parameters(self.settings)
+
+    async def ask(self, request: Request) -> Reply:
+        """Answer one request by one call; trying again is `RetriedModel`'s."""
+        body = ollama_wire.chat_body(self.settings, request, self.server.keep_alive)
+        with self._pool.least_loaded() as host:
+            started = time.perf_counter()
+            content = await self._chat(host, body, self.server.read_timeout_s)
+            latency_s = time.perf_counter() - started
+            return ollama_wire.read_reply(content, request, self.settings, self._origin(host), latency_s=latency_s)
+
+    async def inspect(self) -> ModelInfo:
+        """Ask every server about the model.
+
+        Raises:
+            InputError: a server cannot be reached, does not have the model or has another one under its
+                name, or the model cannot do what the settings ask.
+        """
+        infos = await ollama_info.inspect_model(self.name, self.hosts)
+        info = ollama_info.agreed(infos)
+        self._versions = {host: each.server_version or "" for host, each in infos.items()}
+        _check_abilities(self.settings, info)
+        return info
+
+    async def warm_up(self) -> None:
+        """Load the model on every server; a load outlasts any call, and ends if its caller gives up."""
+        await asyncio.gather(*map(self._load, self.hosts))
+
+    async def unload(self) -> None:
+        """Let every server free the model's memory."""
+        body = ollama_wire.unload_body(self.name)
+        await asyncio.gather(*(self._chat(host, body, self.server.read_timeout_s) for host in self.hosts))
+
+    async def close(self) -> None:
+        """Free connections; a later call opens new ones, in another event loop if need be."""
+        client, self._client = self._client, None
+        if client is not None:
+            await client.aclose()
+
+    async def _load(self, host: str) -> None:
+        body = ollama_wire.load_body(self.settings, self.server.keep_alive)
+        content = await self._chat(host, body, self.server.warm_up_timeout_s)
+        ollama_wire.read_object(content, self._origin(host))
+        content = await self._send(host, "GET", "/api/version", self.server.read_timeout_s)
+        self._versions[host] = str(ollama_wire.read_object(content, self._origin(host)).get("version"))
+
+    async def _chat(self, host: str, body: Mapping[str, Any], read_timeout_s: float) -> bytes:
+        return await self._send(host, "POST", "/api/chat", read_timeout_s, msgspec.json.encode(body))
+
+    async def _send(
+        self, host: str, method: str, path: str, read_timeout_s: float, content: bytes | None = None
+    ) -> bytes:
+        """Return the body that comes with status 200, or raise what any other status stands for."""
+        origin = self._origin(host)
+        timeout = httpx.Timeout(read_timeout_s, connect=self.server.connect_timeout_s, pool=None)
+        try:
+            response = await self._open_client().request(method, f"{host}{path}", content=content, timeout=timeout)
+        except httpx.ReadTimeout as error:
+            raise TransientError(f"{origin}: no reply within {read_timeout_s:g} s.") from error
+        except (httpx.RequestError, aiohttp.ClientError) as error:
+            cause = error.__cause__ or error
+            raise TransientError(f"{origin}: {_cause_line(cause)}. {WAYS_ON}") from error
+        if response.status_code != httpx.codes.OK:
+            raise refusal(origin, response.status_code, response.content, response.headers.get("retry-after"))
+        return response.content
+
+    def _open_client(self) -> httpx.AsyncClient:
+        if self._client is None:
+            # One connection a call: calls beyond the limit wait where their order and number are known.
+            limits = httpx.Limits(max_connections=self.server.in_flight.max + 1, keepalive_expiry=60.0)
+            self._client = httpx.AsyncClient(
+                transport=AiohttpTransport(limits=limits, trust_env=False),
+                headers={"content-type": "application/json"},
+                trust_env=False,
+                follow_redirects=False,
+            )
+        return self._client
+
+    def _origin(self, host: str) -> Origin:
+        return Origin(host=host, model=self.name, version=self._versions.get(host))
+
+
+def _cause_line(error: BaseException) -> str:
+    return " ".join(f"{type(error).__name__} {error}".split()).rstrip(".")
+
+
+def _check_settings(name: str, think: bool | str, format: str | None, options: Mapping[str, Any]) -> None:
+    if not name.strip():
+        raise InputError("model.name is empty. List the installed models with: foundry models")
+    if name.casefold().endswith((":cloud", "-cloud")):
+        raise InputError(f"Model '{name}' runs in Ollama's cloud, not on the host. Name a local model.")
+    if think not in THINK_LEVELS:
+        raise not_found("model.think", str(think), [str(level).lower() for level in THINK_LEVELS])
+    if format not in FORMATS:
+        raise not_found("model.format", str(format), ["null", "schema"])
+    if "seed" in options:
+        raise InputError("model.options.seed is set per call; use seed= or sampling_seed=.")
+    for option in options:
+        if option not in LOAD_OPTIONS | SAMPLER_OPTIONS:
+            raise not_found("Ollama option", option, LOAD_OPTIONS | SAMPLER_OPTIONS)
+    num_ctx = options.get("num_ctx")
+    if not isinstance(num_ctx, int) or num_ctx < 1:
+        raise InputError(f"model.options.num_ctx must be a number of tokens, got {num_ctx}.")
+
+
+def _check_abilities(settings: ChatSettings, info: ModelInfo) -> None:
+    if info.context_length is not None and settings.num_ctx > info.context_length:
+        raise InputError(
+            f"Model '{info.name}' takes at most {info.context_length} tokens, options.num_ctx asks for "
+            f"{settings.num_ctx}. Set model.options.num_ctx={info.context_length} or less."
+        )
+    if settings.think and "thinking" not in info.capabilities:
+        raise InputError(f"Model '{info.name}' cannot think, model.think is {settings.think}. Set it to false.")

@@ -1,0 +1,169 @@
+"""What Ollama servers say about the models they have installed."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import httpx
+from ollama import AsyncClient, ResponseError
+
+from foundry.errors import InputError, not_found
+from foundry.models.base import ModelInfo
+from foundry.models.ollama_errors import error_text
+from foundry.models.ollama_hosts import parse_hosts
+
+TIMEOUT = httpx.Timeout(30.0, connect=5.0)
+WAYS_ON = (
+    "Start Ollama (ollama serve, https://ollama.com/download), set OLLAMA_HOST, "
+    "or try scripted models: foundry model=scripted/random"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class InstalledModel:
+    """One model on one server.
+
+    Attributes:
+        host: base URL of the server.
+        name: full tag.
+        digest: SHA-256 of its manifest: weights, template and parameters.
+        size: bytes on disk.
+        parameter_size: such as `4.0B`.
+        quantization: such as `Q4_K_M`.
+        context_length: longest context in tokens, or None where unknown.
+        capabilities: such as `completion`, `vision`, `thinking`.
+        loaded: whether it is in memory now.
+    """
+
+    host: str
+    name: str
+    digest: str
+    size: int
+    parameter_size: str
+    quantization: str
+    context_length: int | None
+    capabilities: tuple[str, ...]
+    loaded: bool
+
+
+async def list_models(hosts: str | Iterable[str]) -> list[InstalledModel]:
+    """Return every model on these hosts, in any form that `OLLAMA_HOST` takes, by host and name.
+
+    Raises:
+        InputError: a server cannot be reached.
+    """
+    found = await asyncio.gather(*map(_installed, parse_hosts(hosts)))
+    return [model for models in found for model in models]
+
+
+async def inspect_model(name: str, hosts: Iterable[str]) -> dict[str, ModelInfo]:
+    """Return what each server says about a model, by base URL.
+
+    Raises:
+        InputError: a server cannot be reached, or does not have the model.
+    """
+    urls = tuple(hosts)
+    return dict(zip(urls, await asyncio.gather(*(_inspect_on(url, name) for url in urls)), strict=True))
+
+
+async def server_version(host: str) -> str:
+    """Return the version of the server at this base URL."""
+    with _reading(host):
+        async with httpx.AsyncClient(trust_env=False, timeout=TIMEOUT) as client:
+            response = await client.get(f"{host}/api/version")
+            version = response.raise_for_status().json()
+    return str(version.get("version")) if isinstance(version, dict) else "unknown"
+
+
+def agreed(infos: Mapping[str, ModelInfo]) -> ModelInfo:
+    """Return the one answer of several servers.
+
+    Raises:
+        InputError: they have different models under the same name.
+    """
+    first = next(iter(infos.values()))
+    if len({info.digest for info in infos.values()}) > 1:
+        digests = ", ".join(f"{host} has {(info.digest or 'none')[:12]}" for host, info in infos.items())
+        raise InputError(
+            f"Model '{first.name}' is not the same on all hosts: {digests}. "
+            f"Run `ollama pull {first.name}` on each, or name one host."
+        )
+    return first
+
+
+def full_tag(name: str) -> str:
+    """Return the name with its tag; without one Ollama takes `latest`."""
+    return name if ":" in name.rsplit("/", 1)[-1] else f"{name}:latest"
+
+
+async def _inspect_on(host: str, name: str) -> ModelInfo:
+    with _reading(host):
+        async with _client(host) as client:
+            rows = {str(row.model): row for row in (await client.list()).models}
+            tag = next((tag for tag in rows if tag.casefold() == full_tag(name).casefold()), None)
+            if tag is None:
+                raise not_found("Model", name, rows, f"Get it on {host} with: ollama pull {name}")
+            shown = await client.show(tag)
+    return ModelInfo(
+        name=name,
+        digest=rows[tag].digest,
+        server_version=await server_version(host),
+        capabilities=tuple(shown.capabilities or ()),
+        context_length=_context_length(shown.modelinfo or {}),
+    )
+
+
+async def _installed(host: str) -> list[InstalledModel]:
+    with _reading(host):
+        async with _client(host) as client:
+            rows = (await client.list()).models
+            running = {row.digest for row in (await client.ps()).models}
+            shown = await asyncio.gather(*(client.show(str(row.model)) for row in rows))
+    return [
+        InstalledModel(
+            host=host,
+            name=str(row.model),
+            digest=row.digest or "",
+            size=int(row.size or 0),
+            parameter_size=(row.details and row.details.parameter_size) or "",
+            quantization=(row.details and row.details.quantization_level) or "",
+            context_length=_context_length(show.modelinfo or {}),
+            capabilities=tuple(show.capabilities or ()),
+            loaded=row.digest in running,
+        )
+        for row, show in sorted(zip(rows, shown, strict=True), key=lambda pair: str(pair[0].model))
+    ]
+
+
+def _client(host: str) -> AsyncClient:
+    """Return a client that ignores proxies, redirects and any key in the environment."""
+    return AsyncClient(host, timeout=TIMEOUT, follow_redirects=False, trust_env=False, auth=_without_key)
+
+
+def _without_key(request: httpx.Request) -> httpx.Request:
+    """Drop OLLAMA_API_KEY, which the client would send to whatever host it is given."""
+    request.headers.pop("authorization", None)
+    return request
+
+
+@contextmanager
+def _reading(host: str) -> Iterator[None]:
+    try:
+        yield
+    except (ConnectionError, httpx.TransportError) as error:
+        raise InputError(f"No Ollama server answers at {host} ({type(error).__name__}). {WAYS_ON}") from error
+    except ResponseError as error:
+        said = error_text(error.error.encode())
+        raise InputError(f"Ollama at {host} answered {error.status_code}: {said}. {WAYS_ON}") from error
+    except (httpx.HTTPStatusError, ValueError) as error:
+        raise InputError(f"What answers at {host} is not an Ollama server. {WAYS_ON}") from error
+
+
+def _context_length(info: Mapping[str, Any]) -> int | None:
+    architecture = info.get("general.architecture")
+    length = info.get(f"{architecture}.context_length")
+    return length if isinstance(length, int) else None

@@ -1,0 +1,121 @@
+"""A model that is asked again when a call fails in a way that another try may cure."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Awaitable, Callable
+from typing import Any, TypeVar
+
+import msgspec
+import numpy as np
+from tenacity import AsyncRetrying, RetryCallState, retry_if_exception_type
+
+from foundry.errors import TransientError
+from foundry.models.base import Model, Reply, Request, UnusableReply
+from foundry.models.wrapper import Wrapper
+from foundry.records import Attempt
+
+T = TypeVar("T")
+Sleep = Callable[[float], Awaitable[Any]]
+
+
+class RetriedModel(Wrapper):
+    """Tries a call again after a `TransientError`, with jittered, doubling waits.
+
+    The jitter keeps many callers that failed together from coming back together, so it is drawn from fresh
+    entropy: it decides when a call is made, never what is answered.
+    """
+
+    def __init__(
+        self,
+        inner: Model,
+        *,
+        attempts: int,
+        wait_initial_s: float,
+        wait_max_s: float,
+        unusable_attempts: int = 2,
+        sleep: Sleep = asyncio.sleep,
+    ) -> None:
+        """Wrap a model; waits are in seconds.
+
+        Args:
+            inner: the model to ask.
+            attempts: tries of a call in all, the first one included.
+            wait_initial_s: longest wait after the first failure; doubles with every further one.
+            wait_max_s: longest wait, unless the server asks for a longer one.
+            unusable_attempts: tries of a call that was answered with nothing usable; an equal seed makes an
+                equal answer likely, so more of them seldom help.
+            sleep: waits; tests pass one that only notes how long.
+        """
+        super().__init__(inner)
+        self._attempts = attempts
+        self._unusable_attempts = unusable_attempts
+        self._wait_initial_s = wait_initial_s
+        self._wait_max_s = wait_max_s
+        self._sleep = sleep
+        self._jitter = np.random.default_rng()
+
+    async def ask(self, request: Request) -> Reply:
+        """Answer one request; the tries that failed are noted in the reply.
+
+        When the tries are used up, a reply without anything usable stands and any other failure is raised.
+        """
+        failures: list[Attempt] = []
+        try:
+            reply = await self._tried(lambda: self.inner.ask(request), failures)
+        except UnusableReply as error:
+            reply = error.reply
+        return msgspec.structs.replace(reply, attempts=tuple(failures)) if failures else reply
+
+    async def warm_up(self) -> None:
+        """Load the wrapped model, again after a failure that another try may cure."""
+        await self._tried(self.inner.warm_up, [])
+
+    async def _tried(self, call: Callable[[], Awaitable[T]], failures: list[Attempt]) -> T:
+        unusable = 0
+
+        async def attempt() -> T:
+            nonlocal unusable
+            started = time.perf_counter()
+            try:
+                return await call()
+            except TransientError as error:
+                elapsed = time.perf_counter() - started
+                failures.append(Attempt(error=str(error), elapsed_s=elapsed, busy=error.busy))
+                unusable += isinstance(error, UnusableReply)
+                raise
+
+        def used_up(state: RetryCallState) -> bool:
+            return len(failures) >= self._attempts or unusable >= self._unusable_attempts
+
+        retrying = AsyncRetrying(
+            sleep=self._sleep,
+            stop=used_up,
+            wait=self._wait,
+            retry=retry_if_exception_type(TransientError),
+            retry_error_callback=_give_up,
+        )
+        result: T = await retrying(attempt)
+        return result
+
+    def _wait(self, state: RetryCallState) -> float:
+        """Return the wait in seconds: at random between half of the back-off and all of it."""
+        backoff = min(self._wait_max_s, self._wait_initial_s * 2.0 ** (state.attempt_number - 1))
+        jittered = backoff * float(self._jitter.uniform(0.5, 1.0))
+        return max(jittered, _error_of(state).retry_after_s or 0.0)
+
+
+def _error_of(state: RetryCallState) -> TransientError:
+    error = state.outcome.exception() if state.outcome is not None else None
+    assert isinstance(error, TransientError)
+    return error
+
+
+def _give_up(state: RetryCallState) -> None:
+    """Raise the last failure; its message says how often the call was tried."""
+    error = _error_of(state)
+    if isinstance(error, UnusableReply) or state.attempt_number == 1:
+        raise error
+    tries = f"{error} Given up after {state.attempt_number} tries."
+    raise TransientError(tries, busy=error.busy, retry_after_s=error.retry_after_s) from error

@@ -1,0 +1,1 @@
+"""Policies that answer in text like a model, from the structured observation: one file per policy."""

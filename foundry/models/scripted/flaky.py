@@ -1,0 +1,166 @@
+"""A model with faults: it spoils the replies of another policy in known proportions.
+
+Each fault names the outcome that the parser of the 2D worlds must report for both kinds of question.
+"""
+
+from __future__ import annotations
+
+import json
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from foundry.errors import InputError
+from foundry.models.base import Reply, Request
+from foundry.models.scripted.base import ScriptedModel
+from foundry.records import Outcome
+
+
+class Fault(ABC):
+    """One way to spoil a reply.
+
+    Attributes:
+        outcome: what the parser must report.
+        share: share of the replies that it spoils, 0 to 1.
+    """
+
+    outcome: ClassVar[Outcome]
+
+    def __init__(self, share: float) -> None:
+        if not 0 <= share <= 1:
+            raise InputError(
+                f"The share of the fault {type(self).__name__} is {share}. Give a number from 0 to 1."
+            )
+        self.share = share
+
+    @abstractmethod
+    def spoil(self, text: str) -> Reply:
+        """Return the spoiled reply of a JSON object."""
+
+
+class Malformed(Fault):
+    """JSON without its quotes."""
+
+    outcome = Outcome.UNREADABLE
+
+    def spoil(self, text: str) -> Reply:
+        """Drop all quotes."""
+        return Reply(text=text.replace('"', ""))
+
+
+class Empty(Fault):
+    """No text at all."""
+
+    outcome = Outcome.EMPTY
+
+    def spoil(self, text: str) -> Reply:
+        """Drop everything."""
+        return Reply(text="")
+
+
+class Truncated(Fault):
+    """Cut in the middle by the length limit."""
+
+    outcome = Outcome.TRUNCATED
+
+    def spoil(self, text: str) -> Reply:
+        """Drop the second half."""
+        return Reply(text=text[: len(text) // 2], ending="length")
+
+
+class Fenced(Fault):
+    """In a code fence, after an introduction."""
+
+    outcome = Outcome.REPAIRED
+
+    def spoil(self, text: str) -> Reply:
+        """Add the fence."""
+        return Reply(text=f"Here is my decision:\n```json\n{text}\n```")
+
+
+class ThinkBlock(Fault):
+    """After thinking aloud, with another decision in the thoughts."""
+
+    outcome = Outcome.REPAIRED
+
+    def spoil(self, text: str) -> Reply:
+        """Add the thoughts."""
+        thoughts = '<think>Perhaps {"action": "stay", "message": "Wait!"}? No.</think>'
+        return Reply(text=f"{thoughts}\n{text}")
+
+
+class SingleQuotes(Fault):
+    """A Python dict in place of JSON."""
+
+    outcome = Outcome.REPAIRED
+
+    def spoil(self, text: str) -> Reply:
+        """Write it as Python does."""
+        return Reply(text=repr(json.loads(text)))
+
+
+class Synonyms(Fault):
+    """Other words for the actions and directions, and keys in capitals."""
+
+    outcome = Outcome.REPAIRED
+
+    _WORDS: ClassVar[dict[str, str]] = {
+        "stay": "wait",
+        "move": "go",
+        "up": "north",
+        "down": "south",
+        "left": "west",
+        "right": "east",
+    }
+
+    def spoil(self, text: str) -> Reply:
+        """Exchange the words."""
+        found = json.loads(text)
+        for key in ("action", "direction"):
+            if key in found:
+                found[key] = self._WORDS[found[key]]
+        return Reply(text=json.dumps({key.capitalize(): value for key, value in found.items()}))
+
+
+class Flaky(ScriptedModel):
+    """Passes on the replies of another policy and spoils some; the rest stays as it is."""
+
+    def __init__(self, name: str, policy: ScriptedModel, faults: Mapping[str, Fault]) -> None:
+        """Wrap a policy.
+
+        Args:
+            name: name of the model.
+            policy: the policy whose replies are spoiled.
+            faults: what spoils them, by a name for use in configuration; their shares add up to 1 at most.
+        """
+        super().__init__(name)
+        self.policy = policy
+        self.faults = tuple(faults.values())
+        total = sum(fault.share for fault in self.faults)
+        if total > 1 + 1e-9:
+            raise InputError(f"The shares of model.faults add up to {total:g}. They may add up to 1 at most.")
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """The kinds of question the wrapped policy can answer."""
+        return self.policy.kinds
+
+    def reply(self, request: Request) -> Reply:
+        """Answer one request."""
+        reply = self.policy.reply(request)
+        fault = self._drawn_fault(request)
+        return reply if fault is None else fault.spoil(reply.text)
+
+    def _drawn_fault(self, request: Request) -> Fault | None:
+        """Return the fault that spoils the reply to this request, or None."""
+        draw = float(self.generator(request).random())
+        for fault in self.faults:
+            draw -= fault.share
+            if draw < 0:
+                return fault
+        return None
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the wrapped policy's parameters and the shares."""
+        shares = {type(fault).__name__: fault.share for fault in self.faults}
+        return super().parameters() | {"of": self.policy.parameters(), "faults": shares}

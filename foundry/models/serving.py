@@ -1,0 +1,84 @@
+"""How a model behind a server is reached: settings that never decide an answer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, TypeVar
+
+import msgspec
+
+from foundry.errors import InputError
+from foundry.models.base import Model
+
+Seconds = Annotated[float, msgspec.Meta(gt=0)]
+Count = Annotated[int, msgspec.Meta(ge=1)]
+
+
+class InFlight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Calls in flight at once: the bounds and the start of the limit that `LimitedModel` adapts."""
+
+    min: Count
+    max: Count
+    initial: Count
+
+    def __post_init__(self) -> None:
+        if not self.min <= self.initial <= self.max:
+            raise ValueError(f"Expected min <= initial <= max, got {self.min}, {self.initial}, {self.max}")
+
+
+class Retry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """How often a failed call is tried, and how long `RetriedModel` waits in between.
+
+    Attributes:
+        attempts: tries of a call in all, the first one included.
+        unusable_attempts: tries of a call that the server answered with nothing usable.
+        wait_initial_s: longest wait after the first failure, seconds; doubles with every further one.
+        wait_max_s: longest wait, seconds, unless the server asks for a longer one.
+    """
+
+    attempts: Count
+    unusable_attempts: Count
+    wait_initial_s: Seconds
+    wait_max_s: Seconds
+
+
+class Serving(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Transport settings of a model behind one or more equal servers.
+
+    Attributes:
+        hosts: one server, several separated by commas, or a list.
+        connect_timeout_s: limit for opening a connection, seconds.
+        read_timeout_s: limit for one reply, its wait in the server's queue included, seconds.
+        warm_up_timeout_s: limit for loading the model, seconds.
+        in_flight: calls in flight at once.
+        retry: tries of a failed call.
+    """
+
+    hosts: str | list[str]
+    connect_timeout_s: Seconds
+    read_timeout_s: Seconds
+    warm_up_timeout_s: Seconds
+    in_flight: InFlight
+    retry: Retry
+
+
+class ServedModel(Model):
+    """A model behind a server.
+
+    Attributes:
+        server: how the server is reached.
+    """
+
+    remote = True
+    server: Serving
+
+
+S = TypeVar("S", bound=Serving)
+
+
+def read_settings(settings: Mapping[str, Any], kind: type[S]) -> S:
+    """Return the settings under `server` of a model's YAML, checked."""
+    try:
+        return msgspec.convert(dict(settings), kind)
+    except msgspec.ValidationError as error:
+        raise InputError(f"model.server: {error}. Correct it in conf/model/ or on the command line.") from None

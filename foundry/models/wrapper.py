@@ -1,0 +1,45 @@
+"""The common base of models that wrap another model."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from foundry.models.base import Model, ModelInfo
+
+
+class Wrapper(Model):
+    """Hands everything but `ask` on to the model it wraps.
+
+    Attributes:
+        inner: the wrapped model.
+    """
+
+    def __init__(self, inner: Model) -> None:
+        self.inner = inner
+        self.name = inner.name
+        self.remote = inner.remote
+
+    def parameters(self) -> dict[str, Any]:
+        """Return what decides the wrapped model's answers."""
+        return self.inner.parameters()
+
+    @property
+    def kinds(self) -> tuple[str, ...] | None:
+        """The kinds of question the wrapped model can answer; None for any."""
+        return self.inner.kinds
+
+    async def inspect(self) -> ModelInfo:
+        """Ask the wrapped model's server about it."""
+        return await self.inner.inspect()
+
+    async def warm_up(self) -> None:
+        """Load the wrapped model."""
+        await self.inner.warm_up()
+
+    async def unload(self) -> None:
+        """Let the wrapped model's server free its memory."""
+        await self.inner.unload()
+
+    async def close(self) -> None:
+        """Free the wrapped model's connections."""
+        await self.inner.close()

@@ -1,0 +1,28 @@
+"""Where the files that ship with foundry are: in the wheel, else in the clone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+PACKAGE = Path(__file__).resolve().parent
+
+
+def shipped(name: str) -> Path:
+    """Return the folder `name` as packaged in the wheel, else the one of the clone."""
+    packaged = PACKAGE / name
+    return packaged if packaged.is_dir() else PACKAGE.parent / name
+
+
+def conf_dir() -> Path:
+    """Return the folder of the configuration groups."""
+    return shipped("conf")
+
+
+def sweeps_dir() -> Path:
+    """Return the folder of the named sweeps."""
+    return shipped("sweeps")
+
+
+def assets_dir() -> Path:
+    """Return the folder of the shipped scenes."""
+    return shipped("assets")

@@ -1,0 +1,130 @@
+"""What a sweep would do: which runs are complete, which answers are already there, what would be sent."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from foundry.build import build
+from foundry.episode import Asker, Interrupted, play
+from foundry.models.answers import Answers
+from foundry.models.base import Model, ModelInfo, Reply, Request
+from foundry.models.wrapper import Wrapper
+from foundry.preflight import prompt_of, scenario_of
+from foundry.records import Call, Record
+from foundry.store import RunFolder
+from foundry.sweep import Run, Sweep, model_key
+
+
+@dataclass(frozen=True)
+class PlannedRun:
+    """One run of a plan.
+
+    Attributes:
+        run: the run.
+        model: name of the model.
+        prompt: name of the prompt variant.
+        world: name of the world.
+        calls: calls of a whole episode, at most.
+        cached: calls whose answers are there, as far as the episode can be followed; None where unknown.
+        complete: whether the run is complete in the sweep's folder.
+        remote: whether its calls are sent to a server.
+    """
+
+    run: Run
+    model: str
+    prompt: str
+    world: str
+    calls: int
+    cached: int | None
+    complete: bool
+    remote: bool
+
+    @property
+    def to_send(self) -> int:
+        """Calls that would be sent, at most."""
+        return 0 if self.complete or not self.remote else self.calls - (self.cached or 0)
+
+
+class _Silent:
+    """Keeps nothing."""
+
+    def append(self, records: Sequence[Record]) -> None:
+        """Drop the records."""
+
+    def append_calls(self, calls: Sequence[Call]) -> None:
+        """Drop the calls."""
+
+    def frame(self, step: int, png: bytes) -> None:
+        """Drop the picture."""
+
+
+class _CacheOnly(Wrapper):
+    """Answers from the cache, and ends the episode where it does not reach."""
+
+    def __init__(self, inner: Model, answers: Answers) -> None:
+        super().__init__(inner)
+        self._answers = answers
+        self.hits = 0
+
+    async def ask(self, request: Request) -> Reply:
+        """Answer one request from the cache."""
+        return (await self.ask_all([request]))[0]
+
+    async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
+        """Answer from the cache if all answers are there."""
+        found = self._answers.get([request.key for request in requests])
+        self.hits += sum(request.key in found for request in requests)
+        if len(found) < len({request.key for request in requests}):
+            raise Interrupted
+        return [found[request.key] for request in requests]
+
+
+def plan(
+    sweep: Sweep, infos: dict[str, ModelInfo], answers: Answers | None, folders: dict[str, RunFolder]
+) -> list[PlannedRun]:
+    """Return what every run would do.
+
+    Args:
+        sweep: the sweep.
+        infos: what is known of the models; a model that is not in it cannot be looked up in the cache.
+        answers: the answer cache, or None when there is none yet.
+        folders: the runs of the sweep's folder that exist already, by id.
+    """
+    return [_planned(sweep, run, infos, answers, folders.get(run.id)) for run in sweep.runs]
+
+
+def _planned(
+    sweep: Sweep, run: Run, infos: dict[str, ModelInfo], answers: Answers | None, folder: RunFolder | None
+) -> PlannedRun:
+    config = sweep.config(run)
+    summary = folder.summary() if folder else None
+    complete = summary is not None and summary.status == "complete"
+    scenario = scenario_of(config)
+    model: Model = build(config["model"])
+    cached: int | None = 0
+    if model.remote and not complete and answers is not None:
+        info = infos.get(model_key(config["model"]))
+        cached = None if info is None else asyncio.run(_count_hits(sweep, run, model, info, answers))
+    return PlannedRun(
+        run=run,
+        model=model.name,
+        prompt=config["prompt"]["name"],
+        world=scenario.name,
+        calls=scenario.count_calls(),
+        cached=cached,
+        complete=complete,
+        remote=model.remote,
+    )
+
+
+async def _count_hits(sweep: Sweep, run: Run, model: Model, info: ModelInfo, answers: Answers) -> int:
+    config = sweep.config(run)
+    reader = _CacheOnly(model, answers)
+    sampling = run.seed if config["sampling_seed"] is None else config["sampling_seed"]
+    asker = Asker.create(reader, prompt_of(config), digest=info.digest, seed=sampling)
+    with contextlib.suppress(Interrupted):
+        await play(scenario_of(config).start(run.seed), asker, _Silent())
+    return reader.hits

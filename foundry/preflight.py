@@ -1,0 +1,84 @@
+"""Everything that can be wrong with a sweep is checked once, before it starts."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from foundry.build import build
+from foundry.errors import InputError
+from foundry.models.base import Model, ModelInfo
+from foundry.prompts import Prompt
+from foundry.sweep import Condition, Sweep, model_key
+from foundry.worlds.base import Answer, Question, Scenario
+
+MAX_ROUNDS = 4
+"""Rounds of questions within which every kind must have been asked once."""
+
+
+def check(sweep: Sweep) -> dict[str, ModelInfo]:
+    """Build every part of the sweep once, render every prompt once and ask the servers about the models.
+
+    Returns:
+        What is known of each model, by `sweep.model_key`.
+
+    Raises:
+        InputError: something does not exist, does not fit, or cannot be reached.
+    """
+    checked: set[str] = set()
+    models: dict[str, Model] = {}
+    for condition in sweep.conditions:
+        model = models.setdefault(model_key(condition.config["model"]), build(condition.config["model"]))
+        parts = model_key({key: condition.config[key] for key in ("world", "prompt")}) + str(model.kinds)
+        if parts not in checked:
+            checked.add(parts)
+            _check_condition(condition, model)
+    return asyncio.run(_inspect(models))
+
+
+def scenario_of(config: Mapping[str, Any]) -> Scenario:
+    """Return the scenario of a run's configuration."""
+    scenario: Scenario = build(config["world"])
+    return scenario
+
+
+def prompt_of(config: Mapping[str, Any]) -> Prompt:
+    """Return the prompt variant of a run's configuration."""
+    prompt: Prompt = build(config["prompt"])
+    return prompt
+
+
+def _check_condition(condition: Condition, model: Model) -> None:
+    scenario, prompt = scenario_of(condition.config), prompt_of(condition.config)
+    missing = [kind for kind in scenario.kinds if model.kinds is not None and kind not in model.kinds]
+    if missing:
+        raise InputError(
+            f"Model '{model.name}' cannot act in world '{scenario.name}': it answers "
+            f"{', '.join(model.kinds or ())}, the world also asks {', '.join(missing)}."
+        )
+    for question in first_questions(scenario, condition.seeds[0]):
+        prompt.render(question)
+
+
+def first_questions(scenario: Scenario, seed: int) -> Iterator[Question]:
+    """Yield the first question of every kind, from an episode whose agents answer nothing."""
+    world = scenario.start(seed)
+    seen: set[str] = set()
+    for _ in range(MAX_ROUNDS):
+        if world.finished or len(seen) == len(scenario.kinds):
+            return
+        questions = world.pending()
+        for question in questions:
+            if question.kind not in seen:
+                seen.add(question.kind)
+                yield question
+        world.advance([Answer("") for _ in questions])
+
+
+async def _inspect(models: Mapping[str, Model]) -> dict[str, ModelInfo]:
+    try:
+        return {key: await model.inspect() for key, model in models.items()}
+    finally:
+        for model in models.values():
+            await model.close()

@@ -1,0 +1,93 @@
+"""Finds the exact prompt of one call of a run, without asking any server for an answer."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from foundry.build import build
+from foundry.episode import Asker
+from foundry.errors import InputError
+from foundry.models.answers import Answers
+from foundry.models.base import ChatMessage, Model, ModelInfo, Reply, Request
+from foundry.models.wrapper import Wrapper
+from foundry.preflight import prompt_of, scenario_of
+from foundry.sweep import Sweep, model_key
+from foundry.worlds.base import Answer, World
+
+
+@dataclass(frozen=True)
+class FoundPrompt:
+    """A prompt, and how many earlier answers had to be taken as silence because they are not in the cache."""
+
+    messages: tuple[ChatMessage, ...]
+    assumed_silent: int
+
+
+class _CachedOrSilent(Wrapper):
+    """Answers from the cache, and with nothing where it does not reach."""
+
+    def __init__(self, inner: Model, answers: Answers | None) -> None:
+        super().__init__(inner)
+        self._answers = answers
+        self.silent = 0
+
+    async def ask(self, request: Request) -> Reply:
+        """Answer one request."""
+        found = self._answers.get([request.key]) if self._answers else {}
+        self.silent += request.key not in found
+        return found.get(request.key, Reply(text=""))
+
+
+def find_prompt(
+    sweep: Sweep,
+    infos: Mapping[str, ModelInfo],
+    answers: Answers | None,
+    *,
+    step: int,
+    agent: int,
+    kind: str,
+) -> FoundPrompt:
+    """Return the prompt that an agent gets at a step of the sweep's first run.
+
+    Args:
+        sweep: the sweep.
+        infos: what the servers said; a model that is missing is taken as never asked before.
+        answers: the answer cache, or None.
+        step: 1-based step.
+        agent: agent id.
+        kind: kind of question.
+
+    Raises:
+        InputError: this run asks no such question.
+    """
+    run = sweep.runs[0]
+    config = sweep.config(run)
+    scenario = scenario_of(config)
+    if kind not in scenario.kinds:
+        raise InputError(f"World '{scenario.name}' asks no '{kind}': its kinds are {', '.join(scenario.kinds)}.")
+    model: Model = build(config["model"])
+    reader = _CachedOrSilent(model, answers)
+    info = infos.get(model_key(config["model"]), ModelInfo(name=model.name))
+    sampling = run.seed if config["sampling_seed"] is None else config["sampling_seed"]
+    asker = Asker.create(reader if model.remote else model, prompt_of(config), digest=info.digest, seed=sampling)
+    messages = asyncio.run(_search(scenario.start(run.seed), asker, (step, agent, kind)))
+    return FoundPrompt(messages, reader.silent)
+
+
+async def _search(world: World, asker: Asker, wanted: tuple[int, int, str]) -> tuple[ChatMessage, ...]:
+    step, agent, kind = wanted
+    agents: Sequence[int] = ()
+    while not world.finished:
+        questions = world.pending()
+        agents = sorted({question.agent for question in questions})
+        for question in questions:
+            if (question.step, question.agent, question.kind) == wanted:
+                return asker.prompt.render(question)
+        if questions[0].step > step:
+            break
+        replies = await asker.model.ask_all([asker.request(question) for question in questions])
+        world.advance([Answer(reply.text, reply.ending) for reply in replies])
+    known = f"agents {agents[0]} to {agents[-1]} and steps 1 to {world.step}" if agents else "no questions"
+    raise InputError(f"No {kind} question is put to agent {agent} at step {step}: the run has {known}.")

@@ -1,0 +1,74 @@
+"""The Jinja2 environment of all prompts: sandboxed, and strict about names."""
+
+from __future__ import annotations
+
+import difflib
+import re
+import traceback
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from jinja2 import StrictUndefined, TemplateError, UndefinedError
+from jinja2.sandbox import ImmutableSandboxedEnvironment
+
+from foundry.errors import InputError
+
+RENDER_ERRORS = (
+    TemplateError,
+    ArithmeticError,
+    AttributeError,
+    LookupError,
+    TypeError,
+    ValueError,
+    OverflowError,
+)
+"""What filling a template can raise: Jinja2's own errors, and those of the expressions in it."""
+
+_TEMPLATE_FILE = "<template>"
+_QUOTED = re.compile(r"'([^']*)'")
+
+
+class PromptEnvironment(ImmutableSandboxedEnvironment):
+    """Looks names up among the keys of a dict only, so that no key is hidden by a method of the same name."""
+
+    def getattr(self, obj: Any, attribute: str) -> Any:
+        """Return the entry of a dict, else what the sandbox allows."""
+        if isinstance(obj, dict):
+            if attribute in obj:
+                return obj[attribute]
+            return self.undefined(obj=obj, name=attribute)
+        return super().getattr(obj, attribute)
+
+
+def make_environment() -> PromptEnvironment:
+    """Return the environment; filters beyond Jinja2's own: `values`, the values of a dict."""
+    environment = PromptEnvironment(
+        undefined=StrictUndefined, autoescape=False, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters["values"] = _values
+    return environment
+
+
+def _values(mapping: Mapping[str, Any]) -> Iterable[Any]:
+    return mapping.values()
+
+
+def explain(error: Exception, where: str, observation: Mapping[str, Any]) -> InputError:
+    """Return the one line that says where in a template what went wrong."""
+    frames = traceback.extract_tb(error.__traceback__)
+    lines = [frame.lineno for frame in frames if frame.filename == _TEMPLATE_FILE]
+    message = f"{where}, line {lines[-1] if lines else '?'}: {error}."
+    if isinstance(error, UndefinedError):
+        names = _QUOTED.findall(str(error))
+        close = difflib.get_close_matches(names[-1], _names(observation), n=1) if names else []
+        message += (
+            f" Did you mean '{close[0]}'?" if close else f" Observed: {', '.join(sorted(observation))}."
+        )
+    return InputError(message)
+
+
+def _names(value: Any) -> set[str]:
+    """Return all keys of nested dicts and lists."""
+    if isinstance(value, Mapping):
+        return set(value).union(*map(_names, value.values()))
+    return set().union(*map(_names, value)) if isinstance(value, list) else set()

@@ -1,0 +1,43 @@
+"""What a record was made with: versions and commit."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+import subprocess
+from functools import lru_cache
+
+from foundry import __version__
+from foundry.paths import PACKAGE
+
+PACKAGES = ("numpy", "scipy", "jinja2", "msgspec", "matplotlib")
+"""Packages whose version can change a record or a frame."""
+
+
+@lru_cache(maxsize=1)
+def versions() -> dict[str, str]:
+    """Return the versions of foundry, Python and the packages that can change a record."""
+    found = {"foundry": __version__, "python": platform.python_version()}
+    return found | {name: importlib.metadata.version(name) for name in PACKAGES}
+
+
+@lru_cache(maxsize=1)
+def git_commit() -> str | None:
+    """Return the commit of the clone that foundry runs from, marked `-dirty` if changed; None outside one."""
+    if not (PACKAGE.parent / ".git").exists():
+        return None
+    command = [
+        "git",
+        "-C",
+        str(PACKAGE.parent),
+        "describe",
+        "--always",
+        "--dirty",
+        "--abbrev=40",
+        "--exclude=*",
+    ]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=10)
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return done.stdout.strip() or None

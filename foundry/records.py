@@ -1,0 +1,218 @@
+"""The records of a run, one struct per kind of line; the single place where their keys are documented.
+
+All lines are UTF-8 JSON, one object a line. Encoding is deterministic: keys in the order of the fields.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Any, ClassVar
+
+import msgspec
+
+
+class Outcome(StrEnum):
+    """What became of one model call. The last four leave the agent where it is."""
+
+    CHOSEN = "chosen"  # parsed as asked
+    REPAIRED = "repaired"  # found by the fallback parser
+    UNREADABLE = "unreadable"  # no decision could be read from the text
+    EMPTY = "empty"  # no text at all
+    TRUNCATED = "truncated"  # cut by the length limit before a decision could be read
+    FAILED = "failed"  # the backend gave up on this call
+
+
+class Counts(msgspec.Struct, kw_only=True):
+    """Totals over a run: calls and where their answers came from, tokens, records and outcomes."""
+
+    calls: int = 0
+    cached: int = 0
+    retries: int = 0
+    prompt_tokens: int = 0
+    output_tokens: int = 0
+    steps: int = 0
+    messages: int = 0
+    outcomes: dict[str, int] = msgspec.field(default_factory=dict)
+    message_outcomes: dict[str, int] = msgspec.field(default_factory=dict)
+
+
+def _increment(counter: dict[str, int], key: str) -> None:
+    counter[key] = counter.get(key, 0) + 1
+
+
+class Record(msgspec.Struct, frozen=True, kw_only=True):
+    """Base of everything a world reports; `stream` names the file it is appended to."""
+
+    stream: ClassVar[str] = ""
+
+    def tally(self, counts: Counts) -> None:
+        """Add this record to the totals of its run."""
+
+
+class GridStep(Record, frozen=True, kw_only=True):
+    """One agent's step in a 2D world (`steps.jsonl`).
+
+    Attributes:
+        step: 1-based step.
+        agent: agent id, 0-based.
+        x: column before the move, cells.
+        y: row before the move, cells, upwards.
+        x_next: column after the move.
+        y_next: row after the move.
+        place: name of the place the agent stood in before the move, or null.
+        fires: names of the fires it perceived before the move.
+        neighbours: ids of the agents it could talk to before the move, ascending.
+        message: what it said, or null when it chose silence or its reply held no message.
+        action: `stay` or `move`; `stay` when the outcome left the agent where it is.
+        direction: `up`, `down`, `left` or `right` when it asked to move, else null.
+        moved: whether its position changed; a move asked for and not made was blocked by the edge.
+        memory: what it chose to remember.
+        reasoning: its explanation of the action.
+        message_reasoning: its explanation of the message.
+        outcome: of the action call.
+        message_outcome: of the message call.
+    """
+
+    stream: ClassVar[str] = "steps"
+
+    step: int
+    agent: int
+    x: int
+    y: int
+    x_next: int
+    y_next: int
+    place: str | None
+    fires: tuple[str, ...]
+    neighbours: tuple[int, ...]
+    message: str | None
+    action: str
+    direction: str | None
+    moved: bool
+    memory: str
+    reasoning: str
+    message_reasoning: str
+    outcome: Outcome
+    message_outcome: Outcome
+
+    def tally(self, counts: Counts) -> None:
+        """Count the step and the outcomes of its two calls."""
+        counts.steps += 1
+        _increment(counts.outcomes, self.outcome)
+        _increment(counts.message_outcomes, self.message_outcome)
+
+
+class Message(Record, frozen=True, kw_only=True):
+    """One recipient of one delivered message (`messages.jsonl`)."""
+
+    stream: ClassVar[str] = "messages"
+
+    step: int
+    sender: int
+    recipient: int
+    text: str
+
+    def tally(self, counts: Counts) -> None:
+        """Count the delivery."""
+        counts.messages += 1
+
+
+class Attempt(msgspec.Struct, frozen=True, kw_only=True):
+    """One try at a call that did not give the answer: what went wrong and how long it took, seconds."""
+
+    error: str
+    elapsed_s: float
+    busy: bool = False
+
+
+class Call(msgspec.Struct, frozen=True, kw_only=True):
+    """One model call (`calls.jsonl.zst`).
+
+    Attributes:
+        step: 1-based step.
+        agent: agent id.
+        kind: what was asked (`message`, `action`, ...).
+        model: name of the model that was asked.
+        digest: the model's digest on the server, or null where there is none.
+        key: hash of everything that decides the answer; the key of the answer cache.
+        seed: sampling seed of the call.
+        messages: the prompt exactly as sent; images by their SHA-256.
+        parameters: everything else that was sent.
+        text: the raw reply.
+        thinking: the separate thinking text, if the server gave one.
+        ending: why the text ended: `stop`, `length`, or `aborted` (the backend gave up).
+        prompt_tokens: tokens of the prompt, or null where unknown.
+        output_tokens: tokens of the reply, or null where unknown.
+        timings: seconds by name (`total`, `load`, `prompt`, `output`, `queue`, `latency`) where known.
+        attempts: tries that failed before this answer.
+        host: the server that answered, or null.
+        cached: whether the answer came from the cache.
+    """
+
+    step: int
+    agent: int
+    kind: str
+    model: str
+    digest: str | None
+    key: str
+    seed: int
+    messages: list[dict[str, Any]]
+    parameters: dict[str, Any]
+    text: str
+    thinking: str | None
+    ending: str
+    prompt_tokens: int | None
+    output_tokens: int | None
+    timings: dict[str, float]
+    attempts: tuple[Attempt, ...]
+    host: str | None
+    cached: bool
+
+
+class RunSummary(msgspec.Struct, frozen=True, kw_only=True):
+    """How a run ended (`run.json`, written last and atomically).
+
+    Attributes:
+        run: the run's id.
+        status: `complete` or `failed`.
+        world: name of the world.
+        model: name of the model.
+        prompt: name of the prompt variant.
+        seed: the run's seed.
+        sampling_seed: the seed of the sampling alone, or null when it follows `seed`.
+        foundry_version: version of foundry.
+        python_version: version of Python.
+        packages: versions of the packages that can change a record.
+        git_commit: commit of the clone foundry runs from, or null.
+        model_digest: digest of the model on its server, or null.
+        server_version: version of the model's server, or null.
+        counts: totals over the run.
+        started: ISO 8601, UTC.
+        ended: ISO 8601, UTC.
+        duration_s: wall time, seconds.
+        error: cause of the failure in one line, or null.
+        error_type: class of the error, or null.
+        traceback: where an unexpected error came from, or null.
+        records_sha256: SHA-256 of each record file by name, taken over its bytes.
+    """
+
+    run: str
+    status: str
+    world: str
+    model: str
+    prompt: str
+    seed: int
+    sampling_seed: int | None
+    foundry_version: str
+    python_version: str
+    packages: dict[str, str]
+    git_commit: str | None
+    model_digest: str | None
+    server_version: str | None
+    counts: Counts
+    started: str
+    ended: str
+    duration_s: float
+    error: str | None
+    error_type: str | None
+    traceback: str | None
+    records_sha256: dict[str, str]

@@ -1,0 +1,152 @@
+"""From composed configurations to the list of runs; pure, no files, no models."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from foundry.errors import InputError
+
+SEED_KEYS = ("seed", "sampling_seed")
+"""The overrides in which `0-9` is a range."""
+
+IDENTITY_KEYS = ("world", "prompt", "model", "sampling_seed", "seed")
+"""The parts of a configuration that decide what a run is; `model.server` says only how a model is reached."""
+
+_RANGE = re.compile(r"(\d+)-(\d+)")
+_MAX_RANGE = 1_000_000
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One point of the sweep without its seed.
+
+    Attributes:
+        factors: the swept overrides and their values at this point.
+        config: composed configuration without `seed`.
+        seeds: the seeds it is run with.
+    """
+
+    factors: Mapping[str, Any]
+    config: Mapping[str, Any]
+    seeds: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Run:
+    """A condition and a seed; one episode."""
+
+    id: str
+    condition: int
+    seed: int
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Conditions times seeds.
+
+    Attributes:
+        asked: the overrides as the user gave them.
+        conditions: in the order of the grid.
+        runs: in the order they are started.
+    """
+
+    asked: tuple[str, ...]
+    conditions: tuple[Condition, ...]
+    runs: tuple[Run, ...]
+
+    @property
+    def definition(self) -> str:
+        """Hash of everything that decides what the sweep's folder will hold."""
+        record = [condition.config.get("record") for condition in self.conditions]
+        return _digest({"runs": sorted(run.id for run in self.runs), "record": record}).hex()
+
+    def config(self, run: Run) -> dict[str, Any]:
+        """Return the effective configuration of a run."""
+        return {**self.conditions[run.condition].config, "seed": run.seed}
+
+
+def expand_ranges(override: str) -> str:
+    """Return the override with seed ranges spelt out: `seed=0-2,7` gives `seed=0,1,2,7`.
+
+    Raises:
+        InputError: a range runs backwards or is absurdly long.
+    """
+    key, equals, value = override.partition("=")
+    if not equals or key.lstrip("+") not in SEED_KEYS or not _RANGE.search(value):
+        return override
+    items = [item for part in value.strip("[]").split(",") for item in _expand_item(key, part.strip())]
+    return f"{key}={','.join(items)}"
+
+
+def has_range(override: str) -> bool:
+    """Return whether the override asks for several seeds by a range or a list."""
+    key, equals, value = override.partition("=")
+    return bool(equals) and key.lstrip("+") in SEED_KEYS and ("," in value or bool(_RANGE.search(value)))
+
+
+def _expand_item(key: str, item: str) -> list[str]:
+    match = _RANGE.fullmatch(item)
+    if match is None:
+        return [item]
+    first, last = int(match[1]), int(match[2])
+    if last < first:
+        raise InputError(f"{key}={item} runs backwards: write {key}={last}-{first}.")
+    if last - first >= _MAX_RANGE:
+        raise InputError(f"{key}={item} asks for more than {_MAX_RANGE:,} seeds: write a shorter range.")
+    return [str(number) for number in range(first, last + 1)]
+
+
+def expand(asked: Sequence[str], conditions: Iterable[Condition]) -> Sweep:
+    """Return the sweep over these conditions, each run once, runs of one model next to each other."""
+    kept = tuple(conditions)
+    runs: dict[str, Run] = {}
+    for index in _by_model(kept):
+        digest = _digest(identity(kept[index].config))
+        for seed in kept[index].seeds:
+            run = Run(id=_run_id(kept[index].config, digest, seed), condition=index, seed=seed)
+            runs.setdefault(run.id, run)
+    return Sweep(asked=tuple(asked), conditions=kept, runs=tuple(runs.values()))
+
+
+def identity(config: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the part of a configuration that decides what a run is."""
+    kept = {key: config[key] for key in IDENTITY_KEYS if key in config}
+    if isinstance(kept.get("model"), Mapping):
+        kept["model"] = {key: value for key, value in kept["model"].items() if key != "server"}
+    return kept
+
+
+def model_key(model: Mapping[str, Any]) -> str:
+    """Return a text that is equal for equal model configurations."""
+    return json.dumps(model, sort_keys=True, default=str)
+
+
+def _by_model(conditions: Sequence[Condition]) -> list[int]:
+    """Return the indices of the conditions, those of one model together, models by first appearance."""
+    first: dict[str, int] = {}
+    keys = [model_key(condition.config["model"]) for condition in conditions]
+    for index, key in enumerate(keys):
+        first.setdefault(key, index)
+    return sorted(range(len(keys)), key=lambda index: first[keys[index]])
+
+
+def _digest(value: Any) -> bytes:
+    text = json.dumps(value, sort_keys=True, ensure_ascii=False, separators=(",", ":"))
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).digest()
+
+
+def _run_id(config: Mapping[str, Any], condition_digest: bytes, seed: int) -> str:
+    digest = hashlib.sha256(condition_digest + str(seed).encode()).digest()[:8]
+    short = base64.b32encode(digest).decode().rstrip("=").lower()[:12]
+    return f"{slug(str(config['model']['name']))}-s{seed}-{short}"
+
+
+def slug(name: str, length: int = 24) -> str:
+    """Return a name that is safe on every file system: lower-case letters, digits and hyphens."""
+    return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[-length:].strip("-") or "model"

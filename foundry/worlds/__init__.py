@@ -1,0 +1,1 @@
+"""Worlds: deterministic simulations that state questions, take answers and return records."""

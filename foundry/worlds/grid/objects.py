@@ -1,0 +1,155 @@
+"""Finds the JSON objects, or what was meant as such, in a text; linear in its length, and raises nothing."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NoReturn
+
+
+class Conflicting(dict[str, Any]):
+    """An object that gives a key twice, with different values."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    value: dict[str, Any]
+    end: int
+
+
+MAX_OBJECTS = 32
+"""Starts of objects that are tried; a text with more holds no decision that stands out."""
+
+MAX_BRACKETS = 200
+"""Brackets in one object. It keeps nesting far from the recursion limit, whose reach differs from call to call."""
+
+MAX_TOKENS = 2000
+"""Tokens of one object that is not JSON."""
+
+_START = re.compile(r"\{\s*+[\"']")
+_BRACE = re.compile(r"[{}]")
+_THINK = re.compile(r"(</?think>)", re.IGNORECASE)
+_TOKEN = re.compile(
+    r""""[^"\\]*+(?:\\.[^"\\]*+)*+"|'[^'\\]*+(?:\\.[^'\\]*+)*+'|[{}\[\]:,]|[-+.\w]++|\s++""", re.DOTALL
+)
+_ESCAPE = re.compile(r'\\.|"', re.DOTALL)
+_CONSTANTS = {"True": "true", "False": "false", "None": "null"}
+
+
+def merged(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+    """Return the pairs as a dict, a `Conflicting` one when a key comes with different values."""
+    found = dict(pairs)
+    if len(found) == len(pairs) or all(found[key] == value for key, value in pairs):
+        return found
+    return Conflicting(found)
+
+
+def _refuse(constant: str) -> NoReturn:
+    raise ValueError(f"{constant} is not JSON")
+
+
+_STRICT = json.JSONDecoder(object_pairs_hook=merged, parse_constant=_refuse)
+_LENIENT = json.JSONDecoder(object_pairs_hook=merged, parse_constant=_refuse, strict=False)
+
+
+def whole_object(text: str) -> dict[str, Any] | None:
+    """Return the JSON object that the text is, blanks aside, or None when it is not one."""
+    text = text.strip()
+    if not text.startswith("{"):
+        return None
+    found = _decode(_STRICT, text, 0)
+    return found.value if found is not None and found.end == len(text) else None
+
+
+def find_objects(text: str) -> list[dict[str, Any]]:
+    """Return the outermost objects in the text, in order; none when there are too many to tell."""
+    objects: list[dict[str, Any]] = []
+    position: int | None = 0
+    for _ in range(MAX_OBJECTS):
+        start = _START.search(text, position) if position is not None else None
+        if start is None:
+            return objects
+        found = _decode(_LENIENT, text, start.start()) or _decode_loosely(text, start.start())
+        if found is None:
+            position = _end_of_braces(text, start.start())
+        else:
+            objects.append(found.value)
+            position = found.end
+    return []
+
+
+def without_thinking(text: str) -> str:
+    """Return the text without `<think>` blocks, also when one of the two tags is missing."""
+    kept: list[str] = []
+    thinking = False
+    for part in _THINK.split(text):
+        tag = part.lower()
+        if tag == "<think>":
+            thinking = True
+        elif tag == "</think>":
+            if not thinking:  # the opening tag was part of the prompt
+                kept.clear()
+            thinking = False
+        elif not thinking:
+            kept.append(part)
+    return "".join(kept)
+
+
+def _decode(decoder: json.JSONDecoder, text: str, start: int) -> _Found | None:
+    try:
+        value, end = decoder.raw_decode(text, start)
+    except (ValueError, RecursionError):
+        return None
+    if (
+        not isinstance(value, dict)
+        or text.count("{", start, end) + text.count("[", start, end) > MAX_BRACKETS
+    ):
+        return None
+    return _Found(value, end)
+
+
+def _decode_loosely(text: str, start: int) -> _Found | None:
+    """Decode an object with single quotes, Python's constants or trailing commas."""
+    parts: list[str] = []
+    depth, position = 0, start
+    for _ in range(MAX_TOKENS):
+        match = _TOKEN.match(text, position)
+        if match is None:
+            return None
+        token, position = match[0], match.end()
+        if token.isspace():
+            continue
+        if token in ("{", "["):
+            depth += 1
+        elif token in ("}", "]"):
+            depth -= 1
+            if parts[-1] == ",":
+                parts.pop()
+        parts.append(_as_json(token))
+        if depth == 0:
+            found = _decode(_LENIENT, " ".join(parts), 0)
+            return None if found is None else _Found(found.value, position)
+    return None
+
+
+def _as_json(token: str) -> str:
+    if token[0] != "'":
+        return _CONSTANTS.get(token, token)
+    return (
+        '"' + _ESCAPE.sub(lambda match: {'"': '\\"', "\\'": "'"}.get(match[0], match[0]), token[1:-1]) + '"'
+    )
+
+
+def _end_of_braces(text: str, start: int) -> int | None:
+    """Return where the brace at `start` is closed, or None.
+
+    What lies inside an object that cannot be read is not taken for a decision.
+    """
+    depth = 0
+    for brace in _BRACE.finditer(text, start):
+        depth += 1 if brace[0] == "{" else -1
+        if depth == 0:
+            return brace.end()
+    return None

@@ -1,0 +1,129 @@
+"""What agents perceive before a move.
+
+Keys of an observation; lists that name no other order are in configuration order:
+
+agent           id, 0-based.
+step            1-based step.
+persona         attribute -> value.
+x, y            its cell.
+half_size       both axes run from -half_size to +half_size.
+place_types     the types of the places, each once, in configuration order (the paper's order is arbitrary).
+place           null outside all places, else {name, type, agents, capacity, occupancy_rate}; the agent itself counts.
+fires           the fires it perceives: [{name, x, y, intensity, radius, distance}].
+places          all places: [{name, type, x, y, x_min, x_max, y_min, y_max, capacity}].
+neighbours      those it can talk to, by ascending id: [{id, x, y, persona, place: null or {name, type}}].
+memory          its own memories, oldest first.
+received        messages from others, oldest first: [{sender, text}]. What is said at step t is here when the
+                action of step t is asked for, and when the message of step t+1 is.
+message         what it decided to say at this step, or null; only when the action is asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from foundry.worlds.grid.hazards import perceived_fires
+from foundry.worlds.grid.settings import GridSettings
+from foundry.worlds.grid.space import OUTSIDE, Cell, Place, neighbours
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """What all agents perceive at one step; every sequence is by agent id.
+
+    Attributes:
+        areas: index of the place each agent stands in, or OUTSIDE.
+        fires: names of the fires each agent perceives.
+        neighbours: ids each agent can talk to.
+        observations: everything but `memory`, `received` and `message`.
+    """
+
+    areas: Sequence[int]
+    fires: Sequence[tuple[str, ...]]
+    neighbours: Sequence[tuple[int, ...]]
+    observations: Sequence[dict[str, Any]]
+
+
+class Perception:
+    """Observes scenes of one configured world; what never changes is made once and shared."""
+
+    def __init__(self, settings: GridSettings, personas: Sequence[dict[str, str]]) -> None:
+        self._settings = settings
+        self._personas = personas
+        self._field = settings.field
+        self._seen_places = [{"name": place.name, "type": place.type} for place in settings.places]
+        self._fixed: dict[str, Any] = {
+            "half_size": settings.half_size,
+            "place_types": list(dict.fromkeys(place.type for place in settings.places)),
+            "places": [_describe(place) for place in settings.places],
+        }
+
+    def observe(self, step: int, cells: Sequence[Cell]) -> Scene:
+        """Return the scene at `step` with the agents on these cells."""
+        grid = np.array(cells, dtype=np.int64)
+        area_of = self._field.areas(grid)
+        near = neighbours(grid, area_of, self._settings.communication_distance)
+        fires = perceived_fires(self._settings.fires, step, grid)
+        areas = area_of.tolist()
+        visited = self._visited(areas)
+        seen = [
+            {
+                "id": agent,
+                "x": x,
+                "y": y,
+                "persona": self._personas[agent],
+                "place": self._seen_place(areas[agent]),
+            }
+            for agent, (x, y) in enumerate(cells)
+        ]
+        observations = [
+            {
+                "agent": agent,
+                "step": step,
+                "persona": self._personas[agent],
+                "x": x,
+                "y": y,
+                **self._fixed,
+                "place": visited[areas[agent]],
+                "fires": fires[agent],
+                "neighbours": [seen[other] for other in near[agent]],
+            }
+            for agent, (x, y) in enumerate(cells)
+        ]
+        names = [tuple(fire["name"] for fire in perceived) for perceived in fires]
+        return Scene(areas, names, near, observations)
+
+    def _seen_place(self, area: int) -> dict[str, str] | None:
+        return None if area == OUTSIDE else self._seen_places[area]
+
+    def _visited(self, areas: Sequence[int]) -> dict[int, dict[str, Any] | None]:
+        """Return what those inside each place learn about it, by area."""
+        visited: dict[int, dict[str, Any] | None] = {OUTSIDE: None}
+        for index, place in enumerate(self._settings.places):
+            agents = areas.count(index)
+            visited[index] = {
+                "name": place.name,
+                "type": place.type,
+                "agents": agents,
+                "capacity": place.capacity,
+                "occupancy_rate": agents / place.capacity,
+            }
+        return visited
+
+
+def _describe(place: Place) -> dict[str, Any]:
+    return {
+        "name": place.name,
+        "type": place.type,
+        "x": place.center[0],
+        "y": place.center[1],
+        "x_min": place.x_min,
+        "x_max": place.x_max,
+        "y_min": place.y_min,
+        "y_max": place.y_max,
+        "capacity": place.capacity,
+    }

@@ -1,0 +1,148 @@
+"""The bounded grid: its places, which area a cell belongs to, and who is near whom."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Annotated, TypeAlias
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from foundry.errors import InputError
+
+Cell: TypeAlias = tuple[int, int]
+IntArray: TypeAlias = NDArray[np.int64]
+BoolArray: TypeAlias = NDArray[np.bool_]
+Name: TypeAlias = Annotated[str, msgspec.Meta(min_length=1)]
+Count: TypeAlias = Annotated[int, msgspec.Meta(ge=1)]
+Size: TypeAlias = Annotated[int, msgspec.Meta(ge=0)]
+
+OFFSETS: dict[str, Cell] = {"up": (0, 1), "down": (0, -1), "left": (-1, 0), "right": (1, 0)}
+"""Change of (x, y) by direction; y grows upwards."""
+
+OUTSIDE = -1
+"""The area of the cells that belong to no place."""
+
+
+class Place(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A rectangle of cells with a capacity, which is stated to agents and enforced by nothing.
+
+    Attributes:
+        name: its own name.
+        type: what it is.
+        center: cell in the middle.
+        extent: cells from the centre to the edge, in x and y.
+        capacity: number of agents it is meant for.
+    """
+
+    name: Name
+    type: Name
+    center: Cell
+    extent: tuple[Size, Size]
+    capacity: Count
+
+    @property
+    def x_min(self) -> int:
+        """Leftmost column."""
+        return self.center[0] - self.extent[0]
+
+    @property
+    def x_max(self) -> int:
+        """Rightmost column."""
+        return self.center[0] + self.extent[0]
+
+    @property
+    def y_min(self) -> int:
+        """Lowest row."""
+        return self.center[1] - self.extent[1]
+
+    @property
+    def y_max(self) -> int:
+        """Highest row."""
+        return self.center[1] + self.extent[1]
+
+    @property
+    def area(self) -> int:
+        """Number of cells."""
+        return (self.x_max - self.x_min + 1) * (self.y_max - self.y_min + 1)
+
+    def overlaps(self, other: Place) -> bool:
+        """Whether the two share a cell."""
+        apart_in_x = self.x_max < other.x_min or other.x_max < self.x_min
+        apart_in_y = self.y_max < other.y_min or other.y_max < self.y_min
+        return not (apart_in_x or apart_in_y)
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """The grid from -half_size to +half_size on both axes, and the places on it."""
+
+    half_size: int
+    places: tuple[Place, ...]
+
+    def __contains__(self, cell: Cell) -> bool:
+        """Whether the cell is on the grid."""
+        return abs(cell[0]) <= self.half_size and abs(cell[1]) <= self.half_size
+
+    def areas(self, cells: IntArray) -> IntArray:
+        """Return the index of each cell's place, or OUTSIDE; cells (n, 2), result (n,)."""
+        found = np.full(len(cells), OUTSIDE, dtype=np.int64)
+        x, y = cells[:, 0], cells[:, 1]
+        for index, place in enumerate(self.places):
+            inside = (x >= place.x_min) & (x <= place.x_max) & (y >= place.y_min) & (y <= place.y_max)
+            found[inside] = index
+        return found
+
+    def is_free(self, cells: IntArray) -> BoolArray:
+        """Return which cells are on the grid and in no place; cells (n, 2), result (n,)."""
+        on_grid = (np.abs(cells) <= self.half_size).all(axis=1)
+        return np.asarray(on_grid & (self.areas(cells) == OUTSIDE))
+
+    def check(self) -> None:
+        """Raise InputError unless the places lie on the grid, apart, and leave room outside."""
+        for place in self.places:
+            if (place.x_min, place.y_min) not in self or (place.x_max, place.y_max) not in self:
+                raise InputError(
+                    f"Place '{place.name}' covers X from {place.x_min} to {place.x_max} and Y from {place.y_min} "
+                    f"to {place.y_max}, beyond the grid of half_size {self.half_size}. Move or shrink it."
+                )
+        for index, place in enumerate(self.places):
+            for other in self.places[:index]:
+                if place.overlaps(other):
+                    raise InputError(f"Places '{other.name}' and '{place.name}' overlap. Move or shrink one.")
+        if sum(place.area for place in self.places) >= (2 * self.half_size + 1) ** 2:
+            raise InputError(
+                "The places leave no room outside, where agents start. Shrink one or raise half_size."
+            )
+
+
+def distances(cells: IntArray, target: IntArray) -> NDArray[np.float64]:
+    """Return Euclidean distances in cells; both broadcast to (..., 2)."""
+    offsets = cells - target
+    # The root of an exact integer is rounded alike on every machine; hypot is not.
+    return np.asarray(np.sqrt((offsets * offsets).sum(axis=-1)), dtype=np.float64)
+
+
+def neighbours(cells: IntArray, areas: IntArray, reach: float) -> Sequence[tuple[int, ...]]:
+    """Return for each agent the ids, ascending, of those within `reach` in the same area.
+
+    Args:
+        cells: positions, (n, 2).
+        areas: area of each agent, (n,).
+        reach: largest Euclidean distance, cells.
+    """
+    from scipy.spatial import cKDTree
+
+    count = len(cells)
+    # A hair more than asked, so that the tree's own rounding never decides.
+    pairs = cKDTree(cells).query_pairs(reach * (1 + 1e-9), output_type="ndarray").astype(np.int64)
+    left, right = pairs[:, 0], pairs[:, 1]
+    near = (areas[left] == areas[right]) & (distances(cells[left], cells[right]) <= reach)
+    left, right = left[near], right[near]
+    ordered = np.sort(np.concatenate([left * count + right, right * count + left]))
+    bounds = np.searchsorted(ordered, np.arange(count + 1) * count).tolist()
+    ids = (ordered % count).tolist()
+    return [tuple(ids[start:end]) for start, end in pairwise(bounds)]

@@ -1,0 +1,202 @@
+"""The 2D world: agents on a bounded grid that talk to their neighbours, then move, all at once."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import groupby
+from typing import Any, ClassVar
+
+from foundry import seeding
+from foundry.records import GridStep, Message, Outcome, Record
+from foundry.worlds.base import Answer, Question, Scenario, World
+from foundry.worlds.grid.drawing import GridFrame, draw, make_frame
+from foundry.worlds.grid.observation import Perception
+from foundry.worlds.grid.parsing import ActionReading, MessageReading, read_action, read_message
+from foundry.worlds.grid.settings import GridSettings, draw_personas, read_grid_settings
+from foundry.worlds.grid.space import OFFSETS, OUTSIDE, Cell
+
+MESSAGE, ACTION = "message", "action"
+
+
+class GridScenario(Scenario):
+    """A configured 2D world.
+
+    Description:
+        A bounded integer grid with places (rectangles with a capacity) and fires. Agents start outside all
+        places, unless the layout lists their cells; several may share a cell, and none blocks another.
+        Nothing but the edge limits a move: fires and capacities are numbers that agents are told.
+
+    Observation:
+        See `foundry.worlds.grid.observation`.
+
+    Questions:
+        Each step asks every agent for a message, delivers what was said to the neighbours as they stood
+        before the move (same area, Euclidean distance within `communication_distance`), then asks every
+        agent for an action.
+
+    Actions:
+        Stay, or move by one cell up, down, left or right; all moves happen at once. A move over the edge is
+        recorded as asked for and not made. A reply without a readable decision leaves the agent in place.
+
+    Termination:
+        After `steps` steps.
+
+    Source:
+        SD-AgentFoundry-2D, in "Minimal local simulation foundations".
+    """
+
+    kinds: ClassVar[tuple[str, ...]] = (MESSAGE, ACTION)
+
+    def __init__(self, **settings: Any) -> None:
+        self.settings: GridSettings = read_grid_settings(settings)
+        self.name = self.settings.name
+
+    def start(self, seed: int) -> GridWorld:
+        """Return a fresh episode for this seed."""
+        rng = seeding.stream(seed, "layout")
+        cells = self.settings.layout.draw(rng, self.settings.field, self.settings.agents)
+        return GridWorld(self.settings, [(x, y) for x, y in cells.tolist()], self.personas(seed))
+
+    def count_calls(self) -> int:
+        """Return how many calls a whole episode makes: two per agent and step."""
+        return 2 * self.settings.agents * self.settings.steps
+
+    def personas(self, seed: int) -> list[dict[str, str]]:
+        """Return the persona of each agent in the run with this seed."""
+        return draw_personas(self.settings, seeding.stream(seed, "personas"))
+
+    def frames(self, seed: int, records: Iterable[GridStep]) -> Iterator[GridFrame]:
+        """Rebuild the frames of a run from its records alone: the initial state, then one per step."""
+        personas = self.personas(seed)
+        for step, group in groupby(records, key=lambda record: record.step):
+            rows = list(group)
+            if step == 1:
+                yield make_frame(self.settings, personas, 0, [(row.x, row.y) for row in rows])
+            yield make_frame(self.settings, personas, step, [(row.x_next, row.y_next) for row in rows])
+
+
+class GridWorld(World):
+    """The state of one 2D episode."""
+
+    def __init__(
+        self, settings: GridSettings, cells: Sequence[Cell], personas: Sequence[dict[str, str]]
+    ) -> None:
+        """Place the agents.
+
+        Args:
+            settings: the configured world.
+            cells: first position of each agent.
+            personas: persona of each agent.
+        """
+        self._settings = settings
+        self._field = settings.field
+        self._cells = list(cells)
+        self._personas = personas
+        self._perception = Perception(settings, personas)
+        self._memories = [deque[str](maxlen=settings.history.memory) for _ in cells]
+        self._received = [deque[dict[str, Any]](maxlen=settings.history.messages) for _ in cells]
+        self._completed = 0
+        self._said: list[MessageReading] | None = None
+        self._scene = self._perception.observe(1, self._cells)
+
+    @property
+    def finished(self) -> bool:
+        """Whether all steps are done."""
+        return self._completed >= self._settings.steps
+
+    @property
+    def step(self) -> int:
+        """Number of completed steps."""
+        return self._completed
+
+    def pending(self) -> Sequence[Question]:
+        """Return every agent's message question, then, once these are answered, every action question."""
+        if self.finished:
+            return ()
+        step = self._completed + 1
+        kind = MESSAGE if self._said is None else ACTION
+        questions = []
+        for agent, perceived in enumerate(self._scene.observations):
+            observation = perceived | {
+                "memory": list(self._memories[agent]),
+                "received": list(self._received[agent]),
+            }
+            if self._said is not None:
+                observation["message"] = self._said[agent].text
+            questions.append(Question(step, agent, kind, observation))
+        return questions
+
+    def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
+        """Return the delivered messages by (sender, recipient), or the steps by agent, in turn."""
+        if self.finished:
+            raise ValueError("the episode is over")
+        if len(answers) != len(self._cells):
+            raise ValueError(f"{len(answers)} answers for {len(self._cells)} pending questions")
+        if self._said is None:
+            self._said = [read_message(answer) for answer in answers]
+            return self._deliver(self._said)
+        said, self._said = self._said, None
+        return self._move(said, [read_action(answer) for answer in answers])
+
+    def draw(self) -> bytes:
+        """Return the present state as a PNG."""
+        return draw(make_frame(self._settings, self._personas, self._completed, self._cells))
+
+    def _deliver(self, said: Sequence[MessageReading]) -> list[Message]:
+        delivered = []
+        for sender, reading in enumerate(said):
+            if reading.text is None:
+                continue
+            heard = {"sender": sender, "text": reading.text}
+            for recipient in self._scene.neighbours[sender]:
+                self._received[recipient].append(heard)
+                delivered.append(
+                    Message(step=self._completed + 1, sender=sender, recipient=recipient, text=reading.text)
+                )
+        return delivered
+
+    def _move(self, said: Sequence[MessageReading], actions: Sequence[ActionReading]) -> list[GridStep]:
+        records = []
+        for agent, (message, action) in enumerate(zip(said, actions, strict=True)):
+            records.append(self._record(agent, message, action))
+            if action.outcome in (Outcome.CHOSEN, Outcome.REPAIRED) and action.memory.strip():
+                self._memories[agent].append(action.memory)
+        self._cells = [(record.x_next, record.y_next) for record in records]
+        self._completed += 1
+        if not self.finished:
+            self._scene = self._perception.observe(self._completed + 1, self._cells)
+        return records
+
+    def _record(self, agent: int, message: MessageReading, action: ActionReading) -> GridStep:
+        cell = self._cells[agent]
+        arrived = self._target(cell, action.direction)
+        area = self._scene.areas[agent]
+        return GridStep(
+            step=self._completed + 1,
+            agent=agent,
+            x=cell[0],
+            y=cell[1],
+            x_next=arrived[0],
+            y_next=arrived[1],
+            place=None if area == OUTSIDE else self._settings.places[area].name,
+            fires=self._scene.fires[agent],
+            neighbours=self._scene.neighbours[agent],
+            message=message.text,
+            action=action.action,
+            direction=action.direction,
+            moved=arrived != cell,
+            memory=action.memory,
+            reasoning=action.reasoning,
+            message_reasoning=message.reasoning,
+            outcome=action.outcome,
+            message_outcome=message.outcome,
+        )
+
+    def _target(self, cell: Cell, direction: str | None) -> Cell:
+        """Return the cell a move leads to; over the edge, the one it starts from."""
+        if direction is None:
+            return cell
+        dx, dy = OFFSETS[direction]
+        target = (cell[0] + dx, cell[1] + dy)
+        return target if target in self._field else cell

@@ -1,0 +1,123 @@
+"""Configs that have no file in a config folder: any model tag, and the named sweeps of `sweeps/`."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path, PurePosixPath
+
+from hydra._internal.core_plugins.file_config_source import FileConfigSource
+from hydra.core.config_search_path import ConfigSearchPath
+from hydra.core.object_type import ObjectType
+from hydra.plugins.config_source import ConfigLoadError, ConfigResult, ConfigSource
+from hydra.plugins.search_path_plugin import SearchPathPlugin
+from omegaconf import OmegaConf
+
+from foundry import paths
+
+DEFAULT_BACKEND = "ollama"
+
+
+def split_tag(config_path: str) -> tuple[str, str] | None:
+    """Return (backend's config, model tag) of `model/<tag>`, or None where no backend would serve it.
+
+    `model/<backend>/<tag>` is served by `conf/model/<backend>.yaml` if there is one; a first part that is a
+    folder of `conf/model` holds real files only; every other tag goes to the default backend.
+    """
+    group, _, tag = config_path.removesuffix(".yaml").partition("/")
+    if group != "model" or not tag:
+        return None
+    models = paths.conf_dir() / "model"
+    first, _, rest = tag.partition("/")
+    if (models / f"{tag}.yaml").is_file() or (models / first).is_dir():
+        return None
+    if rest and (models / f"{first}.yaml").is_file():
+        return first, rest
+    return DEFAULT_BACKEND, tag
+
+
+class ModelTagSource(ConfigSource):
+    """Serves `model=<any tag>` as the backend's config with that tag as its name."""
+
+    @staticmethod
+    def scheme() -> str:
+        """Return the scheme of this source in the search path."""
+        return "foundry-models"
+
+    def available(self) -> bool:
+        """Return whether the source can be used."""
+        return True
+
+    def is_group(self, config_path: str) -> bool:
+        """Return whether the path is a group of this source."""
+        return config_path in ("", "model")
+
+    def is_config(self, config_path: str) -> bool:
+        """Return whether the path is a model tag."""
+        return split_tag(config_path) is not None
+
+    def list(self, config_path: str, results_filter: ObjectType | None) -> list[str]:
+        """Return nothing: tags are not known in advance."""
+        return []
+
+    def load_config(self, config_path: str) -> ConfigResult:
+        """Return the backend's config with the tag as its name."""
+        split = split_tag(config_path)
+        if split is None:
+            raise ConfigLoadError(f"Config not found : {config_path}")
+        backend, tag = split
+        depth = len(PurePosixPath(config_path).parts) - 2
+        base = f"/model/{backend}@_here_" if depth else backend
+        # Each folder in a tag would open a package of its own (model.hf.co...): pin the package to the group.
+        config = OmegaConf.create({"defaults": [base, "_self_"], "name": tag})
+        header = {"package": "model"} if depth else {"package": None}
+        return ConfigResult(config=config, path=f"{self.scheme()}://", provider=self.provider, header=dict(header))
+
+
+class NamedSweepSource(FileConfigSource):
+    """Serves `+sweep=<name>` from the files of `sweeps/`."""
+
+    @staticmethod
+    def scheme() -> str:
+        """Return the scheme of this source in the search path."""
+        return "foundry-sweeps"
+
+    def _inside(self, config_path: str) -> str | None:
+        group, _, name = config_path.partition("/")
+        return name if group == "sweep" else None
+
+    def available(self) -> bool:
+        """Return whether the folder of sweeps exists."""
+        return os.path.isdir(self.path)
+
+    def is_group(self, config_path: str) -> bool:
+        """Return whether the path is the group `sweep`."""
+        return config_path in ("", "sweep")
+
+    def is_config(self, config_path: str) -> bool:
+        """Return whether there is such a sweep."""
+        name = self._inside(config_path)
+        return bool(name) and super().is_config(str(name))
+
+    def list(self, config_path: str, results_filter: ObjectType | None) -> list[str]:
+        """Return the names of the sweeps."""
+        if config_path == "":
+            return [] if results_filter == ObjectType.CONFIG else ["sweep"]
+        if results_filter == ObjectType.GROUP or not self.is_group(config_path):
+            return []
+        return sorted(file.stem for file in Path(self.path).glob("*.yaml"))
+
+    def load_config(self, config_path: str) -> ConfigResult:
+        """Return the content of a sweep's file."""
+        name = self._inside(config_path)
+        if not name:
+            raise ConfigLoadError(f"Config not found : {config_path}")
+        return super().load_config(name)
+
+
+class FoundrySearchPath(SearchPathPlugin):
+    """Appends both sources last, so that real files win."""
+
+    def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
+        """Append the sources of foundry."""
+        search_path.append("foundry", f"{NamedSweepSource.scheme()}://{paths.sweeps_dir()}")
+        search_path.append("foundry", f"{ModelTagSource.scheme()}://")

@@ -1,0 +1,68 @@
+"""Seed ranges in sweeps, and a launcher that composes each condition once and leaves the running to foundry."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from hydra._internal.core_plugins.basic_sweeper import BasicSweeper
+from hydra.core.config_store import ConfigStore
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.utils import JobReturn
+from hydra.plugins.launcher import Launcher
+from hydra.types import HydraContext, TaskFunction
+from omegaconf import DictConfig
+
+from foundry.sweep import expand_ranges
+
+
+class FoundrySweeper(BasicSweeper):
+    """Hydra's grid sweeper, with ranges of seeds, and without composing every job twice."""
+
+    def sweep(self, arguments: list[str]) -> Any:
+        """Expand the sweep and hand all its jobs to the launcher at once."""
+        assert self.hydra_context is not None and self.launcher is not None
+        asked = [expand_ranges(override) for override in [*self._parse_config(), *arguments]]
+        parser = OverridesParser.create(config_loader=self.hydra_context.config_loader)
+        batches = self.split_arguments(parser.parse_overrides(asked), self.max_batch_size)
+        jobs = [job for batch in batches for job in batch]
+        return [self.launcher.launch(jobs, initial_job_idx=0)]
+
+
+class FoundryLauncher(Launcher):
+    """Groups the jobs by condition, composes each condition once and gives it to the task function."""
+
+    def setup(self, *, hydra_context: HydraContext, task_function: TaskFunction, config: DictConfig) -> None:
+        """Keep what `launch` needs."""
+        self.hydra_context = hydra_context
+        self.task_function = task_function
+        self.config = config
+
+    def launch(self, job_overrides: Sequence[Sequence[str]], initial_job_idx: int) -> Sequence[JobReturn]:
+        """Compose every condition and pass it on with its seeds; nothing is run here."""
+        conditions: dict[tuple[str, ...], list[str]] = {}
+        for job in job_overrides:
+            condition = tuple(o for o in job if not o.startswith("seed="))
+            seeds = [o.removeprefix("seed=") for o in job if o.startswith("seed=")]
+            conditions.setdefault(condition, []).extend(seeds)
+        collect = self.task_function.collect  # type: ignore[attr-defined]
+        for condition, seeds in conditions.items():
+            config = self.hydra_context.config_loader.load_sweep_config(self.config, list(condition))
+            collect(config, condition, seeds)
+        return []
+
+
+_HERE = "hydra_plugins.foundry_plugins.sweeping"
+_STORE = ConfigStore.instance()
+_STORE.store(
+    group="hydra/sweeper",
+    name="foundry",
+    node={"_target_": f"{_HERE}.FoundrySweeper", "max_batch_size": None, "params": {}},
+    provider="foundry",
+)
+_STORE.store(
+    group="hydra/launcher",
+    name="foundry",
+    node={"_target_": f"{_HERE}.FoundryLauncher"},
+    provider="foundry",
+)

@@ -1,0 +1,93 @@
+"""Every command of development, each with all its set-up; needs nothing but Python and pip.
+
+python tasks.py COMMAND...    where COMMAND is one of those below; run without one for the list.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import venv
+from collections.abc import Callable
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent
+VENV = ROOT / ".venv"
+BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
+STAMP = VENV / "foundry-installed"
+
+
+def call(program: str, *arguments: str) -> None:
+    """Run a program of the virtual environment; its failure is ours."""
+    command = [str(BIN / program), *arguments]
+    print("$", program, *arguments, flush=True)
+    done = subprocess.run(command, cwd=ROOT, check=False)
+    if done.returncode != 0:
+        sys.exit(done.returncode)
+
+
+def setup() -> None:
+    """Make .venv and install foundry in it, editable, with the extra `dev`; again only after a change."""
+    wanted = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    if STAMP.exists() and STAMP.read_text(encoding="utf-8") == wanted:
+        return
+    if not BIN.exists():
+        venv.create(VENV, with_pip=True)
+    call("python", "-m", "pip", "install", "--quiet", "--editable", ".[dev]")
+    STAMP.write_text(wanted, encoding="utf-8")
+
+
+def smoke() -> None:
+    """Run the main job end to end on scripted models: a sweep, its comparison table and its plots."""
+    folder = tempfile.mkdtemp(prefix="foundry-smoke-")
+    call("foundry", "-m", "model=scripted/random,scripted/avoid,scripted/herd", "seed=0-4", f"output.dir={folder}/sweep")
+
+
+def test() -> None:
+    """Run the tests."""
+    call("python", "-m", "pytest", "-n", "2")
+
+
+def test_all() -> None:
+    """Run every test, the slow ones too."""
+    call("python", "-m", "pytest", "-n", "2", "-m", "not real_server")
+
+
+def check() -> None:
+    """Run the linter, the formatter's check and the type checker."""
+    call("ruff", "check", ".")
+    call("ruff", "format", "--check", ".")
+    call("mypy")
+
+
+def bench() -> None:
+    """Print the measured figures of the README."""
+    for script in sorted((ROOT / "benchmarks").glob("bench_*.py")):
+        call("python", str(script.relative_to(ROOT)))
+
+
+COMMANDS: dict[str, Callable[[], None]] = {
+    "setup": setup,
+    "smoke": smoke,
+    "test": test,
+    "test-all": test_all,
+    "check": check,
+    "bench": bench,
+}
+
+
+def main(names: list[str]) -> None:
+    """Run the named commands in their order."""
+    unknown = [name for name in names if name not in COMMANDS]
+    if not names or unknown:
+        lines = [f"  {name:9} {task.__doc__}" for name, task in COMMANDS.items()]
+        sys.exit("\n".join(["usage: python tasks.py COMMAND...", *lines]))
+    setup()
+    for name in names:
+        COMMANDS[name]()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

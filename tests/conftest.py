@@ -1,0 +1,28 @@
+"""Shared fixtures: a clean environment, an empty working directory, and no network but this machine's."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
+
+settings.register_profile("foundry", deadline=None, max_examples=60, derandomize=True)
+settings.load_profile("foundry")
+
+
+@pytest.fixture(autouse=True)
+def clean_environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    for name in list(os.environ):
+        if name.startswith(("OLLAMA_", "FOUNDRY_", "HYDRA_", "_FOUNDRY")) or name.lower().endswith("_proxy"):
+            monkeypatch.delenv(name)
+    yield
+
+
+@pytest.fixture
+def workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty working directory."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path

@@ -1,0 +1,169 @@
+import asyncio
+import sqlite3
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from foundry.errors import InputError, TransientError
+from foundry.models.answers import Answers
+from foundry.models.base import ChatMessage, Model, Reply, Request, RequestKeys
+from foundry.models.cached import CachedModel
+
+
+class Counting(Model):
+    """Answers with the number of the call; holds every answer back until `gate` is open."""
+
+    remote = True
+    name = "counting"
+
+    def __init__(self, options: dict[str, Any] | None = None) -> None:
+        self.asked: list[Request] = []
+        self.gate = asyncio.Event()
+        self.options = options or {}
+        self.failing = False
+
+    async def ask(self, request: Request) -> Reply:
+        self.asked.append(request)
+        await self.gate.wait()
+        if self.failing:
+            raise TransientError("no luck")
+        return Reply(text=f"answer {len(self.asked)}", prompt_tokens=5, timings={"latency": 0.5})
+
+    def parameters(self) -> dict[str, Any]:
+        return self.options
+
+
+def request(text: str = "hello", seed: int = 1, *, digest: str = "d", model: Model | None = None) -> Request:
+    messages = (ChatMessage("user", text),)
+    key = RequestKeys(model or Counting(), digest).key(messages, seed)
+    return Request(messages=messages, seed=seed, kind="action", observation={}, step=1, agent=0, key=key)
+
+
+def opened(inner: Counting) -> Counting:
+    inner.gate.set()
+    return inner
+
+
+async def ask(path: Path, inner: Counting, *requests: Request) -> list[Reply]:
+    answers = Answers(path)
+    try:
+        return await CachedModel(inner, answers).ask_all(requests)
+    finally:
+        answers.close()
+
+
+def test_what_was_answered_once_is_never_asked_again(tmp_path: Path):
+    first, second = opened(Counting()), opened(Counting())
+    (paid,) = asyncio.run(ask(tmp_path / "a.sqlite", first, request()))
+    (free,) = asyncio.run(ask(tmp_path / "a.sqlite", second, request()))
+    assert second.asked == []
+    assert (free.text, free.prompt_tokens, free.timings) == (paid.text, 5, {"latency": 0.5})
+    assert (paid.cached, free.cached) == (False, True)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        request("other text"),
+        request(seed=2),
+        request(digest="other weights"),
+        request(model=Counting({"temperature": 1})),
+    ],
+)
+def test_anything_that_decides_an_answer_makes_another_key(tmp_path: Path, other: Request):
+    inner = opened(Counting())
+    asyncio.run(ask(tmp_path / "a.sqlite", inner, request(), other))
+    assert len(inner.asked) == 2
+
+
+def test_images_decide_an_answer():
+    keys = RequestKeys(Counting(), None)
+    assert keys.key((ChatMessage("user", "", (b"a",)),), 1) != keys.key((ChatMessage("user", "", (b"b",)),), 1)
+
+
+def test_equal_requests_in_flight_cost_one_call(tmp_path: Path):
+    async def both() -> tuple[Counting, list[Reply]]:
+        inner = Counting()
+        model = CachedModel(inner, Answers(tmp_path / "a.sqlite"))
+        tasks = [asyncio.create_task(model.ask(request())) for _ in range(3)]
+        while not inner.asked:
+            await asyncio.sleep(0)
+        inner.gate.set()
+        return inner, await asyncio.gather(*tasks)
+
+    inner, replies = asyncio.run(both())
+    assert len(inner.asked) == 1
+    assert {reply.text for reply in replies} == {"answer 1"}
+    assert sorted(reply.cached for reply in replies) == [False, True, True]
+
+
+def test_the_same_request_twice_in_one_batch_costs_one_call(tmp_path: Path):
+    inner = opened(Counting())
+    replies = asyncio.run(ask(tmp_path / "a.sqlite", inner, request(), request()))
+    assert len(inner.asked) == 1
+    assert [reply.text for reply in replies] == ["answer 1"] * 2
+
+
+def test_a_failed_call_is_not_kept_and_the_other_answers_of_its_batch_are(tmp_path: Path):
+    class Picky(Counting):
+        async def ask(self, request: Request) -> Reply:
+            if request.seed == 2:
+                raise TransientError("no luck")
+            return await super().ask(request)
+
+    with pytest.raises(TransientError, match="no luck"):
+        asyncio.run(ask(tmp_path / "a.sqlite", opened(Picky()), request(seed=1), request(seed=2)))
+    again = opened(Counting())
+    asyncio.run(ask(tmp_path / "a.sqlite", again, request(seed=1), request(seed=2)))
+    assert [asked.seed for asked in again.asked] == [2]
+
+
+def test_followers_of_a_failed_call_see_its_failure(tmp_path: Path):
+    async def both() -> list[Any]:
+        inner = Counting()
+        inner.failing = True
+        model = CachedModel(inner, Answers(tmp_path / "a.sqlite"))
+        tasks = [asyncio.create_task(model.ask(request())) for _ in range(2)]
+        while not inner.asked:
+            await asyncio.sleep(0)
+        inner.gate.set()
+        return await asyncio.gather(*tasks, return_exceptions=True)
+
+    assert [type(result) for result in asyncio.run(both())] == [TransientError, TransientError]
+
+
+def test_a_damaged_row_is_asked_again_and_replaced(tmp_path: Path):
+    path = tmp_path / "a.sqlite"
+    asyncio.run(ask(path, opened(Counting()), request()))
+    with sqlite3.connect(path) as database:
+        database.execute("UPDATE answers SET reply = substr(reply, 1, length(reply) - 1) || x'00'")
+    database.close()
+    again, third = opened(Counting()), opened(Counting())
+    asyncio.run(ask(path, again, request()))
+    asyncio.run(ask(path, third, request()))
+    assert (len(again.asked), len(third.asked)) == (1, 0)
+
+
+def test_a_file_that_is_no_cache_is_named_with_what_to_do(tmp_path: Path):
+    path = tmp_path / "a.sqlite"
+    path.write_bytes(b"not a database, but long enough to have a header of its own" * 20)
+    with pytest.raises(InputError, match=r"a\.sqlite.*move it away"):
+        Answers(path)
+
+
+def test_many_keys_are_looked_up_at_once(tmp_path: Path):
+    answers = Answers(tmp_path / "a.sqlite")
+    answers.put({str(number): Reply(text=str(number)) for number in range(1200)}, "m")
+    found = answers.get([str(number) for number in range(0, 1300)])
+    assert len(found) == 1200
+    assert found["1199"].text == "1199"
+    answers.close()
+
+
+def test_two_processes_share_one_file(tmp_path: Path):
+    one, two = Answers(tmp_path / "a.sqlite"), Answers(tmp_path / "a.sqlite")
+    one.put({"k": Reply(text="from one")}, "m")
+    assert two.get(["k"])["k"].text == "from one"
+    one.close()
+    two.close()

@@ -1,0 +1,75 @@
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from foundry.errors import InputError, RequestError, TransientError
+from foundry.models.ollama_hosts import HostPool, parse_host, parse_hosts
+
+
+@pytest.mark.parametrize(
+    ("host", "url"),
+    [
+        ("", "http://127.0.0.1:11434"),
+        ("127.0.0.1:11434", "http://127.0.0.1:11434"),
+        ("127.0.0.1", "http://127.0.0.1:11434"),
+        ("0.0.0.0", "http://127.0.0.1:11434"),
+        ("0.0.0.0:8080", "http://127.0.0.1:8080"),
+        (":56789", "http://127.0.0.1:56789"),
+        ("gpu1", "http://gpu1:11434"),
+        (" GPU1 ", "http://gpu1:11434"),
+        ("http://gpu1:11434/", "http://gpu1:11434"),
+        ("http://gpu1", "http://gpu1:80"),
+        ("https://example.org", "https://example.org:443"),
+        ("HTTPS://example.org/ollama/", "https://example.org:443/ollama"),
+        ("example.org/path", "http://example.org:11434/path"),
+        ("::", "http://[::1]:11434"),
+        ("::1", "http://[::1]:11434"),
+        ("[::1]", "http://[::1]:11434"),
+        ("[fe80::2]:5000", "http://[fe80::2]:5000"),
+    ],
+)
+def test_every_form_of_a_host_gives_its_base_url(host, url):
+    assert parse_host(host) == url
+    assert parse_host(url) == url
+
+
+@pytest.mark.parametrize("host", ["ftp://gpu1", "gpu1:port", "gpu1:99999", "http://me@gpu1", "gpu1/?a=b", "gpu 1"])
+def test_a_host_that_cannot_be_called_is_refused_in_one_line(host):
+    with pytest.raises(InputError, match="cannot be read: .* Write it as in"):
+        parse_host(host)
+
+
+@given(st.text(st.characters(codec="ascii"), max_size=20))
+def test_any_text_is_a_stable_base_url_or_an_input_error(text):
+    try:
+        url = parse_host(text)
+    except InputError:
+        return
+    assert parse_host(url) == url
+
+
+def test_hosts_come_as_one_as_several_with_commas_or_as_a_list_each_once():
+    expected = ("http://a:11434", "http://b:80")
+    assert parse_hosts("a, http://b,a") == parse_hosts(["a", "http://b"]) == expected
+    assert parse_hosts("") == parse_hosts([]) == ("http://127.0.0.1:11434",)
+
+
+def test_a_failure_weighs_like_a_call_in_flight_until_the_host_answers():
+    pool = HostPool(("a", "b"))
+    with pytest.raises(TransientError), pool.least_loaded() as host:
+        assert host == "a"
+        raise TransientError("down")
+    with pool.least_loaded() as second, pool.least_loaded() as third:
+        assert (second, third) == ("b", "a")
+    with pool.least_loaded() as host:
+        assert host == "a"
+
+
+def test_a_refused_request_says_nothing_against_its_host():
+    pool = HostPool(("a", "b"))
+    with pytest.raises(RequestError), pool.least_loaded():
+        raise RequestError("bad")
+    with pool.least_loaded() as host:
+        assert host == "a"

@@ -1,0 +1,149 @@
+from __future__ import annotations
+
+import asyncio
+
+import ollama_cases as cases
+import pytest
+from ollama_server import OllamaServer
+
+from foundry.errors import RequestError, ServerError, TransientError
+from foundry.models.base import Reply, UnusableReply
+from foundry.models.retried import RetriedModel
+
+DOWN = TransientError("down")
+
+
+class Naps(list[float]):
+    """Waits no time and notes how long it should have."""
+
+    async def __call__(self, seconds: float) -> None:
+        self.append(seconds)
+
+
+def retried(inner, naps, **changes):
+    settings = {"attempts": 4, "wait_initial_s": 1.0, "wait_max_s": 3.0, **changes}
+    return RetriedModel(inner, **settings, sleep=naps)
+
+
+def test_a_good_answer_costs_one_try_and_no_wait(scripted, make_request):
+    naps = Naps()
+    reply = asyncio.run(retried(scripted(Reply(text="hi")), naps).ask(make_request()))
+    assert (reply.text, reply.attempts, naps) == ("hi", (), [])
+
+
+def test_failed_tries_are_noted_in_the_reply(scripted, make_request):
+    inner = scripted(DOWN, TransientError("full", busy=True), Reply(text="hi"))
+    reply = asyncio.run(retried(inner, Naps()).ask(make_request()))
+    assert [(attempt.error, attempt.busy) for attempt in reply.attempts] == [("down", False), ("full", True)]
+    assert all(attempt.elapsed_s >= 0 for attempt in reply.attempts)
+
+
+def test_waits_double_up_to_the_longest_one_with_jitter(scripted, make_request):
+    naps = Naps()
+    with pytest.raises(TransientError):
+        asyncio.run(retried(scripted(DOWN), naps, attempts=5).ask(make_request()))
+    assert len(naps) == 4
+    for nap, longest in zip(naps, [1, 2, 3, 3], strict=True):
+        assert longest / 2 <= nap <= longest
+
+
+def test_callers_that_failed_together_do_not_come_back_together(scripted, make_request):
+    naps = Naps()
+    model = retried(scripted(*[DOWN] * 20, Reply(text="hi")), naps)
+    asyncio.run(model.ask_all([make_request()] * 20))
+    assert len(set(naps)) == 20
+
+
+def test_a_server_is_never_asked_before_the_time_it_named(scripted, make_request):
+    naps = Naps()
+    inner = scripted(TransientError("full", busy=True, retry_after_s=17.0), Reply(text="hi"))
+    asyncio.run(retried(inner, naps).ask(make_request()))
+    assert naps == [17.0]
+
+
+def test_a_short_retry_after_does_not_shorten_the_wait(scripted, make_request):
+    naps = Naps()
+    inner = scripted(TransientError("full", retry_after_s=0.0), Reply(text="hi"))
+    asyncio.run(retried(inner, naps).ask(make_request()))
+    assert naps[0] >= 0.5
+
+
+def test_the_last_failure_is_raised_and_says_how_often_it_was_tried(scripted, make_request):
+    inner = scripted(TransientError("full.", busy=True, retry_after_s=1))
+    with pytest.raises(TransientError, match=r"^full\. Given up after 4 tries\.$") as caught:
+        asyncio.run(retried(inner, Naps()).ask(make_request()))
+    assert (caught.value.busy, len(inner.asked)) == (True, 4)
+
+
+@pytest.mark.parametrize("error", [RequestError("bad"), ServerError("gone"), ValueError("bug")])
+def test_other_failures_are_never_tried_again(scripted, make_request, error):
+    inner, naps = scripted(error), Naps()
+    with pytest.raises(type(error), match=str(error)):
+        asyncio.run(retried(inner, naps).ask(make_request()))
+    assert (len(inner.asked), naps) == (1, [])
+
+
+@pytest.mark.parametrize("ending", ["stop", "aborted"])
+def test_an_unusable_reply_stands_once_its_few_tries_are_used_up(scripted, make_request, ending):
+    inner = scripted(UnusableReply("nothing to read", Reply(text="", ending=ending)))
+    reply = asyncio.run(retried(inner, Naps()).ask(make_request()))
+    assert (reply.text, reply.ending, len(reply.attempts), len(inner.asked)) == ("", ending, 2, 2)
+
+
+def test_other_failures_do_not_use_up_the_tries_of_an_unusable_reply(scripted, make_request):
+    inner = scripted(DOWN, UnusableReply("empty", Reply(text="")), Reply(text="hi"))
+    reply = asyncio.run(retried(inner, Naps()).ask(make_request()))
+    assert (reply.text, len(reply.attempts)) == ("hi", 2)
+
+
+def test_a_cancelled_call_is_not_tried_again(scripted, make_request):
+    async def cancel_it():
+        started = asyncio.Event()
+
+        async def hang():
+            started.set()
+            return await asyncio.get_running_loop().create_future()
+
+        inner = scripted(hang)
+        task = asyncio.create_task(retried(inner, Naps()).ask(make_request()))
+        await started.wait()
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+        return len(inner.asked)
+
+    assert asyncio.run(cancel_it()) == 1
+
+
+def test_everything_else_is_the_wrapped_models(scripted, make_model):
+    model = retried(make_model("gpu1", format="schema"), Naps())
+    assert (model.name, model.remote) == (model.inner.name, True)
+    assert (model.parameters(), model.kinds) == (model.inner.parameters(), model.inner.kinds)
+    assert retried(scripted(DOWN), Naps()).remote is False
+
+
+@pytest.mark.parametrize(
+    ("answers", "tries", "ending"),
+    [
+        ([cases.busy("3"), cases.RUNNER_DIED, cases.DROPPED, "hi"], 4, "stop"),
+        ([cases.CUT, cases.ERROR_WITH_200, "hi"], 3, "stop"),
+        ([cases.EMPTY, "hi"], 2, "stop"),
+        ([cases.EMPTY], 2, "stop"),
+        ([cases.ABORTED], 2, "aborted"),
+        ([cases.ABORTED_500], 2, "aborted"),
+    ],
+)
+def test_a_real_server_that_fails_is_asked_again(make_model, make_request, run, answers, tries, ending):
+    naps = Naps()
+    with OllamaServer(cases.in_turn(*answers)) as server:
+        reply = run(retried(make_model(server.url), naps), lambda model: model.ask(make_request()))
+        assert (server.counts.chats, reply.ending, len(naps)) == (tries, ending, tries - 1)
+        assert len({str(body) for body in server.bodies}) == 1
+
+
+def test_a_warm_up_is_tried_again(make_model, run):
+    naps = Naps()
+    with OllamaServer(max_queue=0) as server:
+        with pytest.raises(TransientError, match="Given up after 4 tries"):
+            run(retried(make_model(server.url), naps), lambda model: model.warm_up())
+        assert len(naps) == 3

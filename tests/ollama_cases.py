@@ -1,0 +1,286 @@
+"""Everything an Ollama server was seen to answer to one chat call, as data."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import msgspec
+from aiohttp import web
+
+
+@dataclass(frozen=True)
+class ChatCase:
+    """How one chat call is answered.
+
+    Attributes:
+        text: the reply's content.
+        thinking: its separate thinking.
+        done: false is the abort of a model that repeats itself.
+        done_reason: `stop` or `length`.
+        prompt_tokens: reported size of the prompt; None estimates it.
+        output_tokens: reported size of the reply; None estimates it.
+        status: HTTP status.
+        error: text of the `error` field; comes instead of a reply.
+        headers: extra headers.
+        raw: the very bytes of the body.
+        cut: send half of the body only.
+        drop: close the connection instead of answering, or after half of the body with `cut`.
+        hang: never answer.
+        delay_s: seconds beside the server's latency.
+    """
+
+    text: str = ""
+    thinking: str | None = None
+    done: bool = True
+    done_reason: str = "stop"
+    prompt_tokens: int | None = None
+    output_tokens: int | None = None
+    status: int = 200
+    error: str | None = None
+    headers: Mapping[str, str] = field(default_factory=dict)
+    raw: bytes | None = None
+    cut: bool = False
+    drop: bool = False
+    hang: bool = False
+    delay_s: float = 0.0
+
+
+@dataclass
+class FakeModel:
+    """One installed model."""
+
+    name: str
+    digest: str = "a1" * 32
+    capabilities: tuple[str, ...] = ("completion",)
+    context_length: int = 262144
+    size: int = 2_500_000_000
+    parameter_size: str = "4.0B"
+    quantization: str = "Q4_K_M"
+
+    @property
+    def details(self) -> dict[str, Any]:
+        """What `/api/tags`, `/api/ps` and `/api/show` say alike."""
+        return {
+            "format": "gguf",
+            "parameter_size": self.parameter_size,
+            "quantization_level": self.quantization,
+            "context_length": self.context_length,
+        }
+
+    @property
+    def row(self) -> dict[str, Any]:
+        """Its row in `/api/tags`."""
+        names = {"name": self.name, "model": self.name, "modified_at": "2026-09-01T12:00:00Z"}
+        capabilities = list(self.capabilities)
+        size = {"size": self.size, "digest": self.digest}
+        return {**names, **size, "details": self.details, "capabilities": capabilities}
+
+    @property
+    def shown(self) -> dict[str, Any]:
+        """What `/api/show` says."""
+        info = {"general.architecture": "fake", "fake.context_length": self.context_length}
+        capabilities = list(self.capabilities)
+        return {"details": self.details, "model_info": info, "capabilities": capabilities}
+
+
+def default_models() -> list[FakeModel]:
+    """Return the default model, one with the tag `latest`, one that sees and one that thinks."""
+    return [
+        FakeModel("qwen3:4b-instruct-2507-q4_K_M"),
+        FakeModel("llama3.2:latest", "b2" * 32, context_length=131072),
+        FakeModel("qwen2.5vl:3b", "c3" * 32, ("completion", "vision"), 128000),
+        FakeModel("qwen3:4b", "d4" * 32, ("completion", "thinking"), 40960),
+    ]
+
+
+Body = dict[str, Any]
+Answerer = Callable[[Body], str | ChatCase]
+
+EMPTY = ChatCase(text="")
+ONLY_THINKING = ChatCase(text="", thinking="Hmm, the fire ...", done_reason="length")
+ABORTED = ChatCase(text="no no no no", done=False)
+ABORTED_500 = ChatCase(status=500, error="prediction aborted, token repeat limit reached")
+RUNNER_DIED = ChatCase(status=500, error="an error was encountered while running the model: unexpected EOF")
+BAD_OPTION = ChatCase(status=500, error='option "seed" must be of type integer')
+BAD_FORMAT = ChatCase(status=500, error='invalid format: expected "json" or a JSON Schema')
+ERROR_WITH_200 = ChatCase(error="llama-server process no longer running")
+CUT = ChatCase(text="This reply never ends well.", cut=True)
+DROPPED = ChatCase(drop=True)
+HANGING = ChatCase(hang=True)
+
+
+def refused(status: int, error: str) -> ChatCase:
+    """Return any refusal."""
+    return ChatCase(status=status, error=error)
+
+
+CHARACTERS_PER_TOKEN = 4
+LOAD_OPTIONS = ("num_ctx", "num_batch", "num_gpu", "main_gpu", "use_mmap", "num_thread", "draft_num_predict")
+THINK_LEVELS = (None, False, True, "low", "medium", "high", "max")
+INTEGER_OPTIONS = (
+    "seed",
+    "num_ctx",
+    "num_predict",
+    "num_keep",
+    "top_k",
+    "num_thread",
+    "num_batch",
+    "num_gpu",
+)
+
+
+def estimated_tokens(body: Mapping[str, Any]) -> int:
+    """Return the size of a prompt in tokens, as this server counts them."""
+    return sum(len(m["content"]) for m in body["messages"]) // CHARACTERS_PER_TOKEN + 8
+
+
+def context_of(body: Mapping[str, Any]) -> int:
+    """Return the context that a body asks for, in tokens."""
+    return int(body.get("options", {}).get("num_ctx") or 4096)
+
+
+def load_key(body: Mapping[str, Any]) -> tuple[Any, ...]:
+    """Return the options that a loaded model is bound to; others make the server load it again."""
+    return tuple(body.get("options", {}).get(option) for option in LOAD_OPTIONS)
+
+
+def refusal_of(body: Mapping[str, Any], model: FakeModel) -> ChatCase | None:
+    """Return how a server refuses this body before it asks the model, or None."""
+    think = body.get("think")
+    if think not in THINK_LEVELS:
+        return refused(400, f"invalid think value: {think!r}")
+    if think and "thinking" not in model.capabilities:
+        return refused(400, f'"{model.name}" does not support thinking')
+    for option, value in body.get("options", {}).items():
+        if option in INTEGER_OPTIONS and not isinstance(value, int | float):
+            return refused(500, f'option "{option}" must be of type integer')
+    if not (body.get("format") in (None, "", "json") or isinstance(body["format"], dict)):
+        return BAD_FORMAT
+    images = [image for message in body["messages"] for image in message.get("images", ())]
+    if images and "vision" not in model.capabilities:
+        return refused(400, f'"{model.name}" does not support multimodal requests')
+    return None if all(map(_is_base64, images)) else refused(400, "illegal base64 data at input byte 0")
+
+
+def overflow_of(body: Mapping[str, Any]) -> ChatCase | None:
+    """Return what becomes of a prompt longer than its context: a refusal, or with `truncate` a silent cut."""
+    tokens, num_ctx = estimated_tokens(body), context_of(body)
+    if tokens <= num_ctx:
+        return None
+    if body.get("truncate", True):
+        return truncated(num_ctx)
+    inner = {
+        "code": 400,
+        "message": f"request ({tokens} tokens) exceeds the available context size ({num_ctx})",
+    }
+    return refused(400, msgspec.json.encode({"error": {**inner, "type": "exceed_context_size_error"}}).decode())
+
+
+def _is_base64(image: str) -> bool:
+    try:
+        base64.b64decode(image, validate=True)
+    except binascii.Error:
+        return False
+    return True
+
+
+def busy(retry_after: str | None = None) -> ChatCase:
+    """Return the refusal of a full queue."""
+    headers = {} if retry_after is None else {"Retry-After": retry_after}
+    text = "server busy, please try again.  maximum pending requests exceeded"
+    return ChatCase(status=503, error=text, headers=headers)
+
+
+def truncated(num_ctx: int, text: str = "I saw only the end.") -> ChatCase:
+    """Return the reply to a prompt that was silently cut to half the context."""
+    return ChatCase(text=text, prompt_tokens=num_ctx // 2 + 2)
+
+
+def in_turn(*cases: str | ChatCase) -> Answerer:
+    """Return an answerer that gives these in their order and then the last one for ever."""
+    left = list(cases)
+    return lambda body: left.pop(0) if len(left) > 1 else left[0]
+
+
+def grid_answer(body: Mapping[str, Any]) -> str:
+    """Return a valid reply of a 2D world's agent, decided by the prompt and the seed alone."""
+    seed = body.get("options", {}).get("seed")
+    state = msgspec.json.encode([body["messages"], seed], order="deterministic")
+    number = int.from_bytes(hashlib.blake2b(state, digest_size=8).digest(), "little")
+    if '"action":' not in body["messages"][-1]["content"]:
+        reply = {"message": f"I note {number % 1000}.", "reasoning": "Someone is near."}
+    elif number % 4 == 0:
+        reply = {"action": "stay", "memory": f"stayed {number % 97}", "reasoning": "It is fine here."}
+    else:
+        direction = ("up", "down", "left", "right")[(number >> 8) % 4]
+        memory = f"went {direction}"
+        reply = {"action": "move", "direction": direction, "memory": memory, "reasoning": "To look around."}
+    return msgspec.json.encode(reply).decode()
+
+
+def body_key(body: Body) -> bytes:
+    """Return a body as canonical JSON."""
+    return msgspec.json.encode(body, order="deterministic")
+
+
+def chat_lines(body: Body, case: ChatCase, elapsed_s: float, worked_s: float) -> list[Body]:
+    """Return the objects that answer a chat call: one, or when streaming one per piece of text."""
+    if case.error is not None:
+        return [{"error": case.error}]
+    pieces = case.text.split(" ") if body.get("stream", True) else [case.text]
+    head = {"model": body["model"], "created_at": "2026-09-01T12:00:00.000000000Z"}
+    lines: list[Body] = []
+    for index, piece in enumerate(pieces):
+        message = {"role": "assistant", "content": piece if index == 0 else f" {piece}"}
+        lines.append({**head, "message": message, "done": False})
+    if case.thinking is not None:
+        lines[0]["message"]["thinking"] = case.thinking
+    if case.done:
+        lines[-1] |= {
+            "done": True,
+            "done_reason": case.done_reason,
+            **_metrics(body, case, elapsed_s, worked_s),
+        }
+    return lines
+
+
+def _metrics(body: Body, case: ChatCase, elapsed_s: float, worked_s: float) -> dict[str, int]:
+    """Return the metrics; what is left of the total is the wait, which has no field of its own."""
+    prompt = estimated_tokens(body) if case.prompt_tokens is None else case.prompt_tokens
+    output = len(case.text) // 4 + 1 if case.output_tokens is None else case.output_tokens
+    return {
+        "total_duration": int(elapsed_s * 1e9),
+        "load_duration": 0,
+        "prompt_eval_count": prompt,
+        "prompt_eval_duration": 0,
+        "eval_count": output,
+        "eval_duration": int(min(worked_s, elapsed_s) * 1e9),
+    }
+
+
+def json_response(value: Body, status: int = 200) -> web.Response:
+    """Return an object as a response."""
+    return web.Response(body=msgspec.json.encode(value), status=status, content_type="application/json")
+
+
+async def send_lines(request: web.BaseRequest, case: ChatCase, lines: list[Body]) -> web.StreamResponse:
+    """Send the objects that answer a chat call, whole or broken as the case asks."""
+    content = b"\n".join(map(msgspec.json.encode, lines)) if case.raw is None else case.raw
+    if case.drop and not case.cut:
+        content = b""
+    half = content[: len(content) // 2] if case.cut else content
+    if not case.drop:
+        headers = {"Content-Type": "application/json", **case.headers}
+        return web.Response(body=half, status=case.status, headers=headers)
+    response = web.StreamResponse(headers={"Content-Length": str(len(content) + 1)})
+    if case.cut:
+        await response.prepare(request)
+        await response.write(half)
+    if request.transport is not None:
+        request.transport.close()
+    return response

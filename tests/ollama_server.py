@@ -1,0 +1,310 @@
+"""A real HTTP server that speaks Ollama's API and can play everything a real one was seen to do.
+
+In a test: `with OllamaServer() as server: ... server.url`. In a process of its own, for benchmarks:
+`python tests/ollama_server.py --port 0 --latency 0.05`, which prints its URL.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import sys
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+from aiohttp import web
+from ollama_cases import (
+    Answerer,
+    Body,
+    ChatCase,
+    FakeModel,
+    body_key,
+    busy,
+    chat_lines,
+    default_models,
+    grid_answer,
+    json_response,
+    load_key,
+    overflow_of,
+    refusal_of,
+    send_lines,
+)
+
+OnChat = Callable[[int, Body], None]
+
+
+@dataclass
+class Counts:
+    """What happened so far."""
+
+    chats: int = 0
+    loads: int = 0
+    unloads: int = 0
+    in_flight: int = 0
+    most_in_flight: int = 0
+
+
+class OllamaServer:
+    """Serves Ollama's API on 127.0.0.1 from a thread of its own.
+
+    Args:
+        answer: gives the reply's text, or a `ChatCase`, to a chat body.
+        models: what is installed; digests may be changed while it runs.
+        latency_s: seconds of work per call.
+        slots: calls worked on at once, the others queue unseen; None for any number.
+        load_s: seconds that loading a model takes; the load stops when its caller leaves.
+        max_queue: calls that may wait for a load; more get 503.
+        version: what `/api/version` says.
+        on_chat: called in the server's thread with the number of a chat call, from 1, and its body.
+        keep_bodies: whether bodies are kept and counted.
+        port: 0 takes a free one.
+    """
+
+    def __init__(
+        self,
+        answer: Answerer = grid_answer,
+        *,
+        models: list[FakeModel] | None = None,
+        latency_s: float = 0.0,
+        slots: int | None = None,
+        load_s: float = 0.0,
+        max_queue: int = 512,
+        version: str = "0.32.15",
+        on_chat: OnChat | None = None,
+        keep_bodies: bool = True,
+        port: int = 0,
+    ) -> None:
+        self.answer = answer
+        self.models = {model.name: model for model in models or default_models()}
+        self.latency_s = latency_s
+        self.load_s = load_s
+        self.max_queue = max_queue
+        self.version = version
+        self.on_chat = on_chat
+        self.counts = Counts()
+        self.url = ""
+        self._keep_bodies = keep_bodies
+        self._port = port
+        self._lock = threading.Lock()
+        self._bodies: list[Body] = []
+        self._loads: list[Body] = []
+        self._headers: list[dict[str, str]] = []
+        self._answered: Counter[bytes] = Counter()
+        self._statuses: Counter[int] = Counter()
+        self._loaded: dict[str, tuple[Any, ...]] = {}
+        self._waiting_for_load = 0
+        self._loading = asyncio.Lock()
+        self._slots = nullcontext() if slots is None else asyncio.Semaphore(slots)
+        self._ready = threading.Event()
+        self._routes = {
+            ("GET", "/"): self._home,
+            ("HEAD", "/"): self._home,
+            ("GET", "/api/version"): self._version,
+            ("GET", "/api/tags"): self._tags,
+            ("GET", "/api/ps"): self._ps,
+            ("POST", "/api/show"): self._show,
+            ("POST", "/api/chat"): self._chat,
+        }
+
+    def __enter__(self) -> OllamaServer:
+        self._thread = threading.Thread(target=lambda: asyncio.run(self._serve()), daemon=True)
+        self._thread.start()
+        self._ready.wait()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._loop.call_soon_threadsafe(self._stop.set)
+        self._thread.join()
+
+    @property
+    def bodies(self) -> list[Body]:
+        """The chat bodies so far, in the order of their arrival."""
+        with self._lock:
+            return list(self._bodies)
+
+    @property
+    def loads(self) -> list[Body]:
+        """The bodies of calls that only load or unload, in the order of their arrival."""
+        with self._lock:
+            return list(self._loads)
+
+    @property
+    def headers(self) -> list[dict[str, str]]:
+        """The headers of all requests so far, names in lower case."""
+        with self._lock:
+            return list(self._headers)
+
+    @property
+    def answered(self) -> Counter[bytes]:
+        """How often each distinct chat body, by `body_key`, was answered with 200."""
+        with self._lock:
+            return Counter(self._answered)
+
+    @property
+    def statuses(self) -> Counter[int]:
+        """How often each status was given to a chat call."""
+        with self._lock:
+            return Counter(self._statuses)
+
+    @property
+    def loaded(self) -> tuple[str, ...]:
+        """Names of the models in memory."""
+        return tuple(self._loaded)
+
+    async def _serve(self) -> None:
+        self._loop, self._stop = asyncio.get_running_loop(), asyncio.Event()
+        runner = web.ServerRunner(
+            web.Server(self._handle, access_log=None, handler_cancellation=True), shutdown_timeout=0.1
+        )
+        await runner.setup()
+        try:
+            await web.TCPSite(runner, "127.0.0.1", self._port, backlog=1024).start()
+            self.url = f"http://127.0.0.1:{runner.addresses[0][1]}"
+            self._ready.set()
+            await self._stop.wait()
+        finally:
+            self._ready.set()
+            await runner.cleanup()
+
+    async def _handle(self, request: web.BaseRequest) -> web.StreamResponse:
+        if self._keep_bodies:
+            with self._lock:
+                self._headers.append({name.lower(): value for name, value in request.headers.items()})
+        route = self._routes.get((request.method, request.path))
+        if route is None:
+            return web.Response(status=404, text="404 page not found")
+        return await route(request)
+
+    async def _home(self, request: web.BaseRequest) -> web.Response:
+        return web.Response(text="Ollama is running")
+
+    async def _version(self, request: web.BaseRequest) -> web.Response:
+        return json_response({"version": self.version})
+
+    async def _tags(self, request: web.BaseRequest) -> web.Response:
+        return json_response({"models": [model.row for model in self.models.values()]})
+
+    async def _ps(self, request: web.BaseRequest) -> web.Response:
+        rows = [self.models[name].row | {"context_length": key[0]} for name, key in self._loaded.items()]
+        return json_response({"models": rows})
+
+    async def _show(self, request: web.BaseRequest) -> web.Response:
+        model = self._find(msgspec.json.decode(await request.read())["model"])
+        if model is None:
+            return json_response({"error": "model not found"}, status=404)
+        return json_response(model.shown)
+
+    def _find(self, name: str) -> FakeModel | None:
+        return self.models.get(name if ":" in name else f"{name}:latest")
+
+    async def _chat(self, request: web.BaseRequest) -> web.StreamResponse:
+        arrived = time.perf_counter()
+        try:
+            body = msgspec.json.decode(await request.read())
+        except msgspec.DecodeError as error:
+            return json_response({"error": str(error)}, status=400)
+        model = self._find(body.get("model", ""))
+        if model is None:
+            return json_response({"error": f"model '{body.get('model')}' not found"}, status=404)
+        if not body.get("messages"):
+            return await self._load_only(body, model)
+        with self._counted(body):
+            case = await self._play(body, model)
+            if case.hang:
+                await self._stop.wait()
+            self._note(body, case)
+            elapsed_s, worked_s = time.perf_counter() - arrived, self.latency_s + case.delay_s
+            return await send_lines(request, case, chat_lines(body, case, elapsed_s, worked_s))
+
+    async def _load_only(self, body: Body, model: FakeModel) -> web.Response:
+        with self._lock:
+            self._loads.append(body)
+        reason = "unload" if body.get("keep_alive") == 0 else "load"
+        if reason == "unload":
+            self.counts.unloads += 1
+            self._loaded.pop(model.name, None)
+        else:
+            await self._ensure_loaded(body, model)
+        empty = {"role": "assistant", "content": ""}
+        return json_response({"model": body["model"], "message": empty, "done": True, "done_reason": reason})
+
+    @contextmanager
+    def _counted(self, body: Body) -> Iterator[None]:
+        self.counts.chats += 1
+        self.counts.in_flight += 1
+        self.counts.most_in_flight = max(self.counts.most_in_flight, self.counts.in_flight)
+        if self._keep_bodies:
+            with self._lock:
+                self._bodies.append(body)
+        try:
+            if self.on_chat is not None:
+                self.on_chat(self.counts.chats, body)
+            yield
+        finally:
+            self.counts.in_flight -= 1
+
+    def _note(self, body: Body, case: ChatCase) -> None:
+        with self._lock:
+            self._statuses[case.status] += 1
+            if self._keep_bodies and case.status == 200 and not case.drop:
+                self._answered[body_key(body)] += 1
+
+    async def _play(self, body: Body, model: FakeModel) -> ChatCase:
+        refusal = refusal_of(body, model)
+        if refusal is not None:
+            return refusal
+        answer = self.answer(body)
+        case = ChatCase(text=answer) if isinstance(answer, str) else answer
+        if case.status != 200:
+            await asyncio.sleep(case.delay_s)
+            return case
+        if not await self._ensure_loaded(body, model):
+            return busy()
+        async with self._slots:
+            await asyncio.sleep(self.latency_s + case.delay_s)
+        overflow = overflow_of(body) if case.prompt_tokens is None else None
+        return overflow or case
+
+    async def _ensure_loaded(self, body: Body, model: FakeModel) -> bool:
+        """Load the model unless it is, with the same options; returns False when the queue is full."""
+        key = load_key(body)
+        if self._loaded.get(model.name) == key:
+            return True
+        if self._waiting_for_load >= self.max_queue:
+            return False
+        self._waiting_for_load += 1
+        try:
+            async with self._loading:
+                if self._loaded.get(model.name) != key:
+                    await asyncio.sleep(self.load_s)
+                    self._loaded[model.name] = key
+                    self.counts.loads += 1
+        finally:
+            self._waiting_for_load -= 1
+        return True
+
+
+def main() -> None:
+    """Serve until interrupted."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--port", type=int, default=0)
+    parser.add_argument("--latency", type=float, default=0.0, help="seconds of work per call")
+    parser.add_argument("--slots", type=int, default=None, help="calls worked on at once")
+    parser.add_argument("--load", type=float, default=0.0, help="seconds to load a model")
+    asked = parser.parse_args()
+    with OllamaServer(
+        port=asked.port, latency_s=asked.latency, slots=asked.slots, load_s=asked.load, keep_bodies=False
+    ) as server:
+        sys.stdout.write(f"{server.url}\n")
+        sys.stdout.flush()
+        threading.Event().wait()
+
+
+if __name__ == "__main__":
+    main()

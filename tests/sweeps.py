@@ -1,0 +1,103 @@
+"""Starts the command `foundry` in a process of its own, and reads what it left behind."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import signal
+import sqlite3
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from foundry.store import SweepFolder
+
+SMALL = ("world.agents=4", "world.steps=4", "analyze=false")
+PATIENCE_S = 60.0
+
+
+def environment(**changes: str) -> dict[str, str]:
+    return {**os.environ, **changes}
+
+
+def foundry(*arguments: str, cwd: Path, **changes: str) -> subprocess.CompletedProcess[str]:
+    """Run the command to its end."""
+    return subprocess.run(
+        [sys.executable, "-m", "foundry", *arguments],
+        cwd=cwd, env=environment(**changes), capture_output=True, text=True, timeout=PATIENCE_S, check=False,
+    )  # fmt: skip
+
+
+@contextlib.contextmanager
+def started(*arguments: str, cwd: Path, **changes: str) -> Iterator[subprocess.Popen[str]]:
+    """Start the command in a process group of its own; whatever is left of it at the end is killed."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "foundry", *arguments],
+        cwd=cwd, env=environment(**changes), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        start_new_session=True,
+    )  # fmt: skip
+    try:
+        yield process
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
+
+
+def wait_until(condition: Callable[[], bool], what: str) -> None:
+    """Wait for something that another process does."""
+    never = threading.Event()
+    for _ in range(int(PATIENCE_S / 0.01)):
+        if condition():
+            return
+        never.wait(0.01)
+    raise AssertionError(f"waited {PATIENCE_S} s in vain: {what}")
+
+
+def cached_answers(path: Path) -> int:
+    """Return how many answers a cache holds, as another process sees it."""
+    if not path.exists():
+        return 0
+    database = sqlite3.connect(path, timeout=PATIENCE_S)
+    try:
+        return int(database.execute("SELECT count(*) FROM answers").fetchone()[0])
+    except sqlite3.OperationalError:
+        return 0
+    finally:
+        database.close()
+
+
+def records(folder: Path) -> dict[str, dict[str, bytes]]:
+    """Return every run's record files by run id."""
+    names = ("steps.jsonl", "messages.jsonl")
+    return {run.id: {name: (run.path / name).read_bytes() for name in names} for run in SweepFolder.open(folder).runs()}
+
+
+def calls(folder: Path) -> dict[str, list[dict[str, Any]]]:
+    """Return every run's calls, without what may differ between equal runs: times, tries, host, cached."""
+    fleeting = ("timings", "attempts", "host", "cached")
+    return {
+        run.id: [
+            {key: value for key, value in msgspec.to_builtins(call).items() if key not in fleeting}
+            for call in run.calls()
+        ]
+        for run in SweepFolder.open(folder).runs()
+    }
+
+
+def statuses(folder: Path) -> list[str | None]:
+    """Return how every run ended, None for one that has not."""
+    return [summary.status if (summary := run.summary()) else None for run in SweepFolder.open(folder).runs()]
+
+
+def sweep_folder(output: str) -> Path:
+    """Return the folder that a finished command said it wrote."""
+    match = re.search(r"runs in (\S+)", output)
+    assert match, output
+    return Path(match[1])

@@ -1,0 +1,330 @@
+"""The command line as a user meets it."""
+
+from __future__ import annotations
+
+import ast
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import msgspec
+import pytest
+import yaml
+from ollama_cases import BAD_OPTION, RUNNER_DIED, Body, ChatCase, grid_answer, refused
+from ollama_server import OllamaServer
+from sweeps import SMALL, calls, foundry, records, statuses, sweep_folder
+
+from foundry.cli import run
+from foundry.store import SweepFolder
+
+TINY = ("world.agents=3", "world.steps=2", "analyze=false", "runner.workers=1")
+
+
+def complain(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
+    """Run a command line that cannot work; return its one line on the standard error."""
+    assert run(argv) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1 and error.startswith("foundry: "), error
+    return error
+
+
+@pytest.mark.parametrize(
+    ("argv", "expected"),
+    [
+        (["world=cafe_libary"], "Did you mean 'cafe_library'"),
+        (["prompt=papper"], "Did you mean 'paper'"),
+        (["model=scripted/randam"], "Did you mean 'scripted/random'"),
+        (["model=scripted/random", "world.stepz=3"], "Did you mean 'world.steps'"),
+        (["model=scripted/random", "runner.worker=3"], "Did you mean 'runner.workers'"),
+        (["+sweep=cros_model"], "Did you mean 'cross_model'"),
+        (["analyse", "x"], "Did you mean 'analyze'"),
+        (["seed=0-9"], "add -m, as in foundry -m seed=0-9"),
+        (["sampling_seed=1,2"], "add -m"),
+        (["model=scripted/random,scripted/stay"], "add -m"),
+        (["model=scripted/random", "seed=-1"], "seed=-1 is not a seed"),
+        (["model=scripted/random", "seed=1.5"], "is not a seed"),
+        (["-m", "model=scripted/random", "seed=9-2"], "write seed=2-9"),
+        (["-m", "model=scripted/random", "runner.workers=1,2"], "'runner.workers' cannot be swept"),
+        (["model=scripted/random", "world.steps=many"], "world.steps"),
+        (["model=scripted/random", "world.agents=-3"], "world.agents"),
+        (["model=scripted/random", "record.frames=often"], "record.frames=often"),
+        (["model=scripted/random", "seed==1="], "'seed==1=' cannot be read"),
+        (["resume", "nowhere"], "'nowhere' does not exist"),
+        (["status", "."], "is not a sweep's folder"),
+        (["analyze", "nowhere"], "'nowhere' does not exist"),
+        (["prompt", "model=scripted/random", "--kind", "song"], "its kinds are message, action"),
+        (["prompt", "model=scripted/random", "--agent", "99"], "agents 0 to 19"),
+    ],
+)
+def test_bad_input_gets_one_line_that_says_how_to_go_on(
+    argv: list[str], expected: str, workspace: Path, capsys: pytest.CaptureFixture[str]
+):
+    assert expected in complain(capsys, *argv)
+    assert [entry for entry in workspace.rglob("run.json")] == []
+
+
+def test_without_a_server_foundry_alone_says_how_to_go_on(
+    workspace: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setenv("OLLAMA_HOST", "http://127.0.0.1:9")
+    line = complain(capsys)
+    assert "ollama serve" in line and "model=scripted/random" in line
+    assert list(workspace.iterdir()) == []
+
+
+def test_an_unknown_tag_is_refused_with_the_closest_one_and_the_line_that_pulls_it(
+    workspace: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    with OllamaServer() as server:
+        monkeypatch.setenv("OLLAMA_HOST", server.url)
+        line = complain(capsys, "-m", "model=qwen3:4b,lama3.2", "seed=0-1")
+    assert "llama3.2" in line and "ollama pull lama3.2" in line
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_anything_runs(
+    workspace: Path, capsys: pytest.CaptureFixture[str]
+):
+    (workspace / "file").write_text("in the way")
+    assert "cannot be written to" in complain(capsys, "model=scripted/stay", "output.dir=file/sweep")
+
+
+def test_a_folder_with_other_files_is_left_alone(workspace: Path, capsys: pytest.CaptureFixture[str]):
+    (workspace / "mine").mkdir()
+    (workspace / "mine" / "thesis.tex").write_text("precious")
+    assert "not a sweep's" in complain(capsys, "model=scripted/stay", "output.dir=mine")
+
+
+def test_any_tag_is_a_model_and_ranges_of_seeds_expand(workspace: Path):
+    with OllamaServer() as server:
+        done = foundry("-m", "model=qwen3:4b,llama3.2", "seed=0-1,5", *SMALL, cwd=workspace, OLLAMA_HOST=server.url)
+        assert done.returncode == 0, done.stderr
+    folder = SweepFolder.open(workspace / sweep_folder(done.stdout))
+    assert [(run.config()["model"]["name"], run.run.seed) for run in folder.runs()] == [
+        (model, seed) for model in ("qwen3:4b", "llama3.2") for seed in (0, 1, 5)
+    ]
+    assert {run.factors["model"] for run in folder.runs()} == {"qwen3:4b", "llama3.2"}
+    assert {body["model"] for body in server.bodies} == {"qwen3:4b", "llama3.2"}
+    assert (folder.path / "multirun.yaml").exists()
+
+
+def test_tags_of_other_registries_are_models_too(workspace: Path, capsys: pytest.CaptureFixture[str]):
+    assert run(["model=hf.co/someone/some-model:Q4_K_M", "--cfg", "job"]) == 0
+    assert yaml.safe_load(capsys.readouterr().out)["model"]["name"] == "hf.co/someone/some-model:Q4_K_M"
+
+
+@pytest.mark.parametrize("name", ["paper_2d", "cross_model", "prompt_sensitivity", "smoke"])
+def test_every_shipped_sweep_composes(name: str, workspace: Path):
+    from foundry.compose import compose
+
+    composed = compose([f"+sweep={name}"])
+    assert composed is not None
+    assert sum(len(condition.seeds) for condition in composed.conditions) >= 9
+
+
+def test_a_named_sweep_runs_and_its_ranges_can_be_overridden(workspace: Path):
+    assert run(["+sweep=smoke", "seed=3-4", "output.dir=out", "world.steps=2", "analyze=false"]) == 0
+    assert {run.run.seed for run in SweepFolder.open("out").runs()} == {3, 4}
+    assert len(SweepFolder.open("out").runs()) == 6
+
+
+def test_users_add_their_own_parts_with_config_dir(workspace: Path):
+    (workspace / "mine" / "prompt").mkdir(parents=True)
+    (workspace / "mine" / "world").mkdir()
+    (workspace / "mine" / "prompt" / "terse.yaml").write_text(
+        "_target_: foundry.prompts.Prompt\nname: terse\ntemplates:\n  message: 'Say? {{ agent }}'\n  action: 'Act?'\n"
+    )
+    (workspace / "mine" / "world" / "plain.yaml").write_text(
+        "defaults:\n  - cafe_library\n  - _self_\nname: plain\nfires: []\n"
+    )
+    argv = ["--config-dir", "mine", "world=plain", "prompt=terse", "model=scripted/echo", "output.dir=out", *TINY]
+    assert run(argv) == 0
+    (only,) = SweepFolder.open("out").runs()
+    assert (only.config()["world"]["name"], only.config()["prompt"]["name"]) == ("plain", "terse")
+    assert next(only.calls()).messages[0]["content"] == "Say? 0"
+
+
+def test_the_same_sweep_is_byte_identical_and_another_seed_is_not(workspace: Path):
+    for folder in ("one", "two"):
+        assert run(["-m", "model=scripted/avoid,scripted/flaky", "seed=0-1", f"output.dir={folder}", *SMALL]) == 0
+    assert records(Path("one")) == records(Path("two"))
+    assert calls(Path("one")) == calls(Path("two"))
+    by_run = records(Path("one"))
+    assert len({content["steps.jsonl"] for content in by_run.values()}) == len(by_run) == 4
+
+
+def test_one_worker_and_two_workers_write_the_same_records(workspace: Path):
+    for workers in (1, 2):
+        argv = ["-m", "model=scripted/herd", "seed=0-3", f"output.dir=w{workers}", f"runner.workers={workers}", *SMALL]
+        assert run(argv) == 0
+    assert records(Path("w1")) == records(Path("w2"))
+
+
+def test_a_sampling_seed_varies_the_sampling_and_leaves_the_world_alone(workspace: Path):
+    argv = ["-m", "model=scripted/random", "seed=5", "sampling_seed=0-1", "output.dir=out", *TINY]
+    assert run(argv) == 0
+    first, second = SweepFolder.open("out").runs()
+    starts = [
+        [(line["x"], line["y"]) for line in map(msgspec.json.decode, run.steps_bytes().splitlines()) if line["step"] == 1]
+        for run in (first, second)
+    ]
+    assert starts[0] == starts[1]
+    assert first.steps_bytes() != second.steps_bytes()
+
+
+def test_the_same_command_into_the_same_folder_continues_it(workspace: Path, capsys: pytest.CaptureFixture[str]):
+    argv = ["-m", "model=scripted/random", "seed=0-2", "output.dir=out", *TINY]
+    assert run(argv) == 0
+    ended = [run.summary() for run in SweepFolder.open("out").runs()]
+    assert run(argv) == 0
+    assert [run.summary() for run in SweepFolder.open("out").runs()] == ended
+    assert "holds another sweep" in complain(capsys, *argv[:2], "seed=0-3", *argv[3:])
+
+
+def test_what_was_cached_costs_no_call_in_another_sweep(workspace: Path):
+    with OllamaServer() as server:
+        for folder in ("one", "two"):
+            done = foundry("model=qwen3:4b", f"output.dir={folder}", *TINY, cwd=workspace, OLLAMA_HOST=server.url)
+            assert done.returncode == 0, done.stderr
+    assert len(server.bodies) == 3 * 2 * 2
+    (again,) = SweepFolder.open(workspace / "two").runs()
+    summary = again.summary()
+    assert summary and summary.counts.cached == summary.counts.calls == 12
+    assert records(workspace / "one") == records(workspace / "two")
+
+
+def test_a_run_that_fails_is_recorded_and_the_others_go_on(workspace: Path):
+    def answer(body: Body) -> str | ChatCase:
+        unlucky = body["options"]["seed"] in unlucky_seeds
+        return refused(400, "this prompt is too much") if unlucky else grid_answer(body)
+
+    from foundry import seeding
+
+    unlucky_seeds = {seeding.sampling_seed(1, step=2, agent=2, kind="action")}
+    argv = ["-m", "model=qwen3:4b", "seed=0-2", "output.dir=out", *TINY]
+    with OllamaServer(answer) as server:
+        done = foundry(*argv, cwd=workspace, OLLAMA_HOST=server.url)
+        assert done.returncode == 3
+        assert "this prompt is too much" in done.stdout and "foundry resume out" in done.stdout
+        assert statuses(workspace / "out") == ["complete", "failed", "complete"]
+        unlucky_seeds.clear()
+        again = foundry("resume", "out", cwd=workspace, OLLAMA_HOST=server.url)
+        assert again.returncode == 0, again.stderr
+    assert statuses(workspace / "out") == ["complete"] * 3
+    assert set(server.answered.values()) == {1}
+
+
+def test_an_error_that_no_call_can_escape_ends_the_sweep(workspace: Path):
+    argv = ["-m", "model=qwen3:4b", "seed=0-2", "output.dir=out", "runner.open_runs=1", *TINY]
+    with OllamaServer(lambda body: BAD_OPTION) as server:
+        done = foundry(*argv, cwd=workspace, OLLAMA_HOST=server.url)
+    assert done.returncode == 3
+    assert 'option "seed" must be of type integer' in done.stderr
+    assert statuses(workspace / "out") == ["failed", None, None]
+
+
+def test_a_server_that_keeps_dying_fails_the_run_with_its_cause(workspace: Path):
+    argv = ["model=qwen3:4b", "output.dir=out", *TINY]
+    quick = ("model.server.retry.attempts=2", "model.server.retry.wait_initial_s=0.01")
+    with OllamaServer(lambda body: RUNNER_DIED) as server:
+        done = foundry(*argv, *quick, cwd=workspace, OLLAMA_HOST=server.url)
+    assert done.returncode == 3
+    (only,) = SweepFolder.open(workspace / "out").runs()
+    summary = only.summary()
+    assert summary and summary.error and "unexpected EOF" in summary.error and summary.traceback is None
+
+
+def test_a_model_that_changed_in_between_is_not_continued(workspace: Path):
+    argv = ["model=qwen3:4b", "output.dir=out", *TINY]
+    with OllamaServer() as server:
+        assert foundry(*argv, cwd=workspace, OLLAMA_HOST=server.url).returncode == 0
+        server.models["qwen3:4b"].digest = "e5" * 32
+        done = foundry("resume", "out", cwd=workspace, OLLAMA_HOST=server.url)
+    assert done.returncode == 2
+    assert "changed since this sweep began" in done.stderr
+
+
+def test_frames_are_kept_when_asked_for(workspace: Path):
+    argv = ["model=scripted/random", "output.dir=out", "record.frames=2", "world.steps=3", *TINY[2:]]
+    assert run(argv) == 0
+    (only,) = SweepFolder.open("out").runs()
+    frames = sorted((only.path / "frames").iterdir())
+    assert [frame.name for frame in frames] == ["step_0000.png", "step_0002.png"]
+    assert all(frame.read_bytes().startswith(b"\x89PNG") for frame in frames)
+
+
+def test_plan_counts_what_would_be_sent_and_changes_nothing(workspace: Path):
+    argv = ["-m", "model=qwen3:4b", "output.dir=out", *TINY]
+    with OllamaServer() as server:
+        assert foundry(*argv, "seed=0", cwd=workspace, OLLAMA_HOST=server.url).returncode == 0
+        paid = len(server.bodies)
+        planned = foundry("plan", *argv[:2], "seed=0-2", *TINY, cwd=workspace, OLLAMA_HOST=server.url)
+        continued = foundry("plan", *argv, "seed=0", cwd=workspace, OLLAMA_HOST=server.url)
+        assert len(server.bodies) == paid
+    assert "3 runs, 0 complete; at most 24 calls would be sent" in planned.stdout
+    assert "1 runs, 1 complete; at most 0 calls would be sent" in continued.stdout
+    assert not list((workspace / "outputs").glob("2*"))
+
+
+def test_prompt_prints_what_a_run_really_sends(workspace: Path, capsys: pytest.CaptureFixture[str]):
+    overrides = ["model=scripted/avoid", "seed=4", "world.agents=5", "world.steps=4"]
+    assert run([*overrides, "output.dir=out", *TINY[2:]]) == 0
+    capsys.readouterr()
+    assert run(["prompt", *overrides, "--step", "3", "--agent", "2", "--kind", "action"]) == 0
+    (only,) = SweepFolder.open("out").runs()
+    sent = next(call for call in only.calls() if (call.step, call.agent, call.kind) == (3, 2, "action"))
+    assert capsys.readouterr().out == sent.messages[0]["content"] + "\n"
+
+
+def test_prompt_needs_no_server(workspace: Path):
+    done = foundry("prompt", "--step", "1", "--agent", "3", cwd=workspace, OLLAMA_HOST="http://127.0.0.1:9")
+    assert done.returncode == 0
+    assert done.stdout.startswith("You are Agent 3 (") and done.stdout.endswith("Step: 1\n")
+    assert "taken as silence" in done.stderr
+
+
+def test_status_counts_runs_and_names_failures(workspace: Path, capsys: pytest.CaptureFixture[str]):
+    assert run(["-m", "model=scripted/stay", "seed=0-2", "output.dir=out", *TINY]) == 0
+    capsys.readouterr()
+    assert run(["status", "out"]) == 0
+    row = capsys.readouterr().out.splitlines()[1].split()
+    assert row[:4] == ["scripted/stay", "3", "3", "0"]
+
+
+def test_models_lists_what_the_server_has(workspace: Path):
+    with OllamaServer() as server:
+        done = foundry("models", cwd=workspace, OLLAMA_HOST=server.url)
+    assert done.returncode == 0, done.stderr
+    assert "qwen2.5vl:3b" in done.stdout and "vision" in done.stdout and "c3c3c3c3c3c3" in done.stdout
+
+
+def test_the_records_of_a_run_are_what_the_contract_says(workspace: Path):
+    assert run(["model=scripted/avoid", "output.dir=out", *TINY]) == 0
+    (only,) = SweepFolder.open("out").runs()
+    line = msgspec.json.decode(only.steps_bytes().splitlines()[0])
+    assert set(line) >= {
+        "step", "agent", "x", "y", "x_next", "y_next", "place", "fires", "neighbours", "message", "action",
+        "direction", "moved", "memory", "reasoning", "outcome", "message_outcome",
+    }  # fmt: skip
+    saved = yaml.safe_load((only.path / "config.yaml").read_text())
+    assert saved == only.config() and saved["seed"] == 0
+    call = next(only.calls())
+    assert (call.kind, call.model, call.cached, len(call.key)) == ("message", "scripted/avoid", False, 40)
+
+
+def test_hydras_own_flags_still_work(workspace: Path, capsys: pytest.CaptureFixture[str]):
+    assert run(["model=scripted/stay", "world.steps=3", "--cfg", "job", "--package", "world"]) == 0
+    assert "steps: 3" in capsys.readouterr().out
+    assert list(workspace.iterdir()) == []
+
+
+def test_help_and_version_cost_little(workspace: Path):
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    done = subprocess.run([sys.executable, "-m", "foundry", "--help"], capture_output=True, text=True, check=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    assert all(name in done.stdout for name in ("plan", "resume", "status", "analyze", "prompt", "models"))
+    loaded = "import sys; sys.argv = ['foundry', '--help']\ntry:\n import foundry.__main__ as m; m.main()\nexcept SystemExit: pass\nprint(sorted(sys.modules))"
+    modules = subprocess.run([sys.executable, "-c", loaded], capture_output=True, text=True, check=True).stdout
+    heavy = {"numpy", "hydra", "pandas", "matplotlib", "httpx", "scipy"}
+    assert heavy & set(ast.literal_eval(modules.splitlines()[-1])) == set()
+    assert after.ru_utime - before.ru_utime < 5

@@ -1,0 +1,120 @@
+"""Processes are killed for real; what was answered is never asked again, and nothing of the records changes."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from ollama_cases import Body, ChatCase, grid_answer
+from ollama_server import OllamaServer
+from sweeps import SMALL, cached_answers, calls, foundry, records, started, statuses, wait_until
+
+from foundry.store import SweepFolder
+
+SWEEP = ("-m", "model=qwen3:4b,llama3.2", "seed=0-2", *SMALL)
+CALLS = 2 * 3 * 4 * 4 * 2
+
+
+class Holding:
+    """Answers the first `count` calls and holds every later one back, until `free`."""
+
+    def __init__(self, count: int) -> None:
+        self.left = count
+        self.held = False
+
+    def __call__(self, body: Body) -> str | ChatCase:
+        if self.left > 0:
+            self.left -= 1
+            return grid_answer(body)
+        self.held = True
+        return ChatCase(hang=True)
+
+    def free(self) -> None:
+        self.left = 10**9
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    workspace = tmp_path_factory.mktemp("undisturbed")
+    with OllamaServer() as server:
+        done = foundry(*SWEEP, "output.dir=sweep", "runner.workers=1", cwd=workspace, OLLAMA_HOST=server.url)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert sum(server.answered.values()) == CALLS
+    yield workspace / "sweep"
+
+
+def assert_nothing_lost_or_paid_twice(server: OllamaServer, folder: Path, undisturbed: Path) -> None:
+    assert set(statuses(folder)) == {"complete"}
+    assert set(server.answered.values()) == {1}
+    assert len(server.answered) == CALLS
+    assert records(folder) == records(undisturbed)
+    assert calls(folder) == calls(undisturbed)
+
+
+@pytest.mark.parametrize("answers", [0, 1, 37, 150])
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_sweep_that_was_killed_goes_on_where_it_was(answers: int, workers: int, tmp_path: Path, undisturbed: Path):
+    holding = Holding(answers)
+    arguments = (*SWEEP, "output.dir=sweep", f"runner.workers={workers}")
+    with OllamaServer(holding) as server:
+        with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
+            wait_until(lambda: holding.held, "the calls are held back")
+            cache = tmp_path / "outputs" / "answers.sqlite"
+            wait_until(lambda: cached_answers(cache) == answers, "every answer given is in the cache")
+            os.kill(process.pid, signal.SIGKILL)
+        holding.free()
+        done = foundry("resume", "sweep", cwd=tmp_path)
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert_nothing_lost_or_paid_twice(server, tmp_path / "sweep", undisturbed)
+
+
+def test_a_worker_that_is_killed_costs_only_its_unfinished_runs(tmp_path: Path, undisturbed: Path):
+    holding = Holding(60)
+    arguments = (*SWEEP, "output.dir=sweep", "runner.workers=2", "model.server.read_timeout_s=2")
+    with OllamaServer(holding) as server:
+        with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
+            wait_until(lambda: holding.held, "the calls are held back")
+            wait_until(lambda: cached_answers(tmp_path / "outputs" / "answers.sqlite") == 60, "all is in the cache")
+            reports = SweepFolder.open(tmp_path / "sweep").progress()
+            victim = next(report["pid"] for report in reports.values() if report["open"])
+            holding.free()
+            os.kill(victim, signal.SIGKILL)
+            output, _ = process.communicate(timeout=60)
+        assert process.returncode == 0, output
+        assert_nothing_lost_or_paid_twice(server, tmp_path / "sweep", undisturbed)
+
+
+def test_ctrl_c_stops_in_order_and_says_how_to_go_on(tmp_path: Path, undisturbed: Path):
+    holding = Holding(40)
+    with OllamaServer(holding) as server:
+        arguments = (*SWEEP, "output.dir=sweep", "runner.workers=2", "model.server.read_timeout_s=2")
+        with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
+            wait_until(lambda: holding.held, "the calls are held back")
+            os.killpg(process.pid, signal.SIGINT)
+            holding.free()
+            output, _ = process.communicate(timeout=60)
+        assert process.returncode == 130, output
+        assert "foundry resume sweep" in output
+        assert None in statuses(tmp_path / "sweep")
+        done = foundry("resume", "sweep", cwd=tmp_path)
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert_nothing_lost_or_paid_twice(server, tmp_path / "sweep", undisturbed)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_second_ctrl_c_stops_at_once(workers: int, tmp_path: Path):
+    holding = Holding(10)
+    with OllamaServer(holding) as server:
+        arguments = (*SWEEP, "output.dir=sweep", f"runner.workers={workers}")
+        with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
+            wait_until(lambda: holding.held, "the calls are held back")
+            os.killpg(process.pid, signal.SIGINT)
+            stop_file = SweepFolder.open(tmp_path / "sweep").stop_file
+            wait_until(stop_file.exists, "the first one was understood")
+            os.killpg(process.pid, signal.SIGINT)
+            output, _ = process.communicate(timeout=20)
+        assert process.returncode == 130, output
+        assert "Traceback" not in output

@@ -1,0 +1,35 @@
+from hypothesis import given
+from hypothesis import strategies as st
+
+from foundry import seeding
+
+SEEDS = st.integers(min_value=0, max_value=2**60)
+
+
+def test_the_same_seed_and_name_give_the_same_stream():
+    assert seeding.stream(3, "layout").integers(0, 1000, 8).tolist() == seeding.stream(3, "layout").integers(
+        0, 1000, 8
+    ).tolist()
+
+
+def test_streams_of_different_names_are_independent():
+    assert seeding.stream(3, "layout").integers(0, 2**62) != seeding.stream(3, "personas").integers(0, 2**62)
+
+
+@given(SEEDS, st.integers(0, 10_000), st.integers(0, 10_000))
+def test_sampling_seeds_are_in_the_range_that_every_server_takes(seed: int, step: int, agent: int):
+    assert 0 <= seeding.sampling_seed(seed, step=step, agent=agent, kind="action") < 2**31
+
+
+def test_every_call_of_a_run_has_a_sampling_seed_of_its_own():
+    seeds = {
+        seeding.sampling_seed(1, step=step, agent=agent, kind=kind)
+        for step in range(1, 51)
+        for agent in range(20)
+        for kind in ("message", "action")
+    }
+    assert len(seeds) == 2000
+
+
+def test_sampling_seeds_stay_what_they_are_from_version_to_version():
+    assert seeding.sampling_seed(0, step=1, agent=0, kind="action") == 2046618883

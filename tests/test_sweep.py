@@ -1,0 +1,101 @@
+import re
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from foundry.errors import InputError
+from foundry.sweep import Condition, expand, expand_ranges, has_range, slug
+
+
+def condition(model: str = "scripted/random", seeds: tuple[int, ...] = (0, 1), **changes: object) -> Condition:
+    config = {
+        "world": {"name": "w", "steps": 3},
+        "model": {"name": model},
+        "prompt": {"name": "paper"},
+        "sampling_seed": None,
+        "record": {"frames": False},
+        **changes,
+    }
+    return Condition(factors={"model": model}, config=config, seeds=seeds)
+
+
+@pytest.mark.parametrize(
+    ("asked", "expanded"),
+    [
+        ("seed=0-3", "seed=0,1,2,3"),
+        ("seed=0-2,7,9-11", "seed=0,1,2,7,9,10,11"),
+        ("seed=4", "seed=4"),
+        ("sampling_seed=1-2", "sampling_seed=1,2"),
+        ("world.steps=1-2", "world.steps=1-2"),
+        ("seed=[0-1,5]", "seed=0,1,5"),
+        ("seed=5-5", "seed=5"),
+    ],
+)
+def test_ranges_of_seeds_are_spelt_out(asked: str, expanded: str):
+    assert expand_ranges(asked) == expanded
+
+
+def test_a_range_that_runs_backwards_is_refused_with_the_right_one():
+    with pytest.raises(InputError, match="write seed=2-9"):
+        expand_ranges("seed=9-2")
+
+
+def test_an_absurdly_long_range_is_refused():
+    with pytest.raises(InputError, match="more than 1,000,000"):
+        expand_ranges("seed=0-99999999")
+
+
+@pytest.mark.parametrize(("override", "several"), [("seed=0-9", True), ("seed=1,2", True), ("seed=3", False)])
+def test_several_seeds_are_recognised(override: str, several: bool):
+    assert has_range(override) is several
+
+
+def test_the_same_configuration_and_seed_give_the_same_run_id():
+    assert [run.id for run in expand([], [condition()]).runs] == [run.id for run in expand([], [condition()]).runs]
+
+
+def test_seed_world_model_prompt_and_sampling_seed_each_make_another_run():
+    conditions = [
+        condition(),
+        condition(world={"name": "w", "steps": 4}),
+        condition(model="scripted/stay"),
+        condition(prompt={"name": "japanese"}),
+        condition(sampling_seed=1),
+    ]
+    assert len({run.id for run in expand([], conditions).runs}) == 10
+
+
+def test_how_a_model_is_reached_does_not_change_what_a_run_is():
+    near = condition(model="m")
+    far = Condition(near.factors, {**near.config, "model": {"name": "m", "server": {"hosts": "far"}}}, near.seeds)
+    assert [run.id for run in expand([], [near]).runs] == [run.id for run in expand([], [far]).runs]
+
+
+def test_a_run_that_is_asked_for_twice_is_run_once():
+    assert len(expand([], [condition(seeds=(1, 1, 2)), condition()]).runs) == 3
+
+
+def test_runs_of_one_model_stand_together_in_the_order_of_the_models():
+    models = ["a", "b"]
+    conditions = [condition(model=m, world={"name": "w", "steps": n}) for n in (1, 2) for m in models]
+    runs = expand([], conditions).runs
+    assert [conditions[run.condition].config["model"]["name"] for run in runs] == ["a"] * 4 + ["b"] * 4
+
+
+def test_the_definition_changes_with_the_runs_and_with_what_is_recorded():
+    base = expand([], [condition()]).definition
+    assert base == expand(["other words"], [condition()]).definition
+    assert base != expand([], [condition(seeds=(0,))]).definition
+    assert base != expand([], [condition(record={"frames": True})]).definition
+
+
+@given(st.text())
+def test_a_slug_is_safe_on_every_file_system(name: str):
+    assert re.fullmatch(r"[a-z0-9](-?[a-z0-9]+)*", slug(name))
+    assert len(slug(name)) <= 24
+
+
+def test_run_ids_hold_no_character_that_a_file_system_refuses():
+    (run,) = expand([], [condition(model="hf.co/a/b:Q4_K_M", seeds=(12,))]).runs
+    assert re.fullmatch(r"[a-z0-9-]+-s12-[a-z0-9]{12}", run.id)

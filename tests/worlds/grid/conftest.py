@@ -1,0 +1,48 @@
+"""The shipped 2D worlds, loaded without Hydra."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from hydra.utils import instantiate
+from omegaconf import OmegaConf
+
+from foundry.paths import conf_dir
+from foundry.worlds.grid import GridScenario
+
+Make = Callable[..., GridScenario]
+
+
+def load_world(name: str) -> dict[str, Any]:
+    """Return the settings of a shipped world, its layout put in by hand."""
+    settings = OmegaConf.load(conf_dir() / "world" / f"{name}.yaml")
+    settings.pop("defaults")
+    settings.layout = OmegaConf.load(conf_dir() / "layout" / "uniform.yaml")
+    return dict(OmegaConf.to_container(settings))
+
+
+@pytest.fixture
+def make() -> Make:
+    """Return a function that makes a shipped world with some settings changed."""
+
+    def make_scenario(name: str = "cafe_library", **changes: Any) -> GridScenario:
+        scenario: GridScenario = instantiate({**load_world(name), **changes}, _convert_="all")
+        return scenario
+
+    return make_scenario
+
+
+@pytest.fixture
+def at(make: Make) -> Make:
+    """Return a function that makes the cafe and library world with agents on given cells."""
+
+    def make_at(*cells: tuple[int, int], **changes: Any) -> GridScenario:
+        layout = {
+            "_target_": "foundry.worlds.grid.layouts.Explicit",
+            "positions": [list(cell) for cell in cells],
+        }
+        return make(agents=len(cells), layout=layout, **changes)
+
+    return make_at

@@ -1,0 +1,248 @@
+from __future__ import annotations
+
+import json
+import re
+import time
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from foundry.records import Outcome
+from foundry.worlds.base import Answer
+from foundry.worlds.grid.parsing import read_action, read_message
+
+CHOSEN, REPAIRED, UNREADABLE = Outcome.CHOSEN, Outcome.REPAIRED, Outcome.UNREADABLE
+UP = '{"action": "move", "direction": "up", "memory": "m", "reasoning": "r"}'
+DOWN = UP.replace("up", "down")
+HELLO = '{"message": "hello", "reasoning": "r"}'
+
+OCCURS = {
+    "up": r"up|north",
+    "down": r"down|south",
+    "left": r"left|west",
+    "right": r"right|east",
+}
+
+
+@pytest.mark.parametrize(
+    ("text", "action", "direction", "outcome"),
+    [
+        (UP, "move", "up", CHOSEN),
+        (f"\n {UP} \n", "move", "up", CHOSEN),
+        ('{"action": "stay"}', "stay", None, CHOSEN),
+        ('{"action": "stay", "direction": "up", "memory": null}', "stay", None, CHOSEN),
+        ('{"action": "stay", "direction": [1], "mood": "fine"}', "stay", None, CHOSEN),
+        ('{"action": "stay", "memory": "<think>"}', "stay", None, CHOSEN),
+        (f"```json\n{UP}\n```", "move", "up", REPAIRED),
+        (f"I go up.\n{UP}\nThat is all.", "move", "up", REPAIRED),
+        (f"[{UP}]", "move", "up", REPAIRED),
+        (f"<think>down? {DOWN}</think>{UP}", "move", "up", REPAIRED),
+        (f"down? {DOWN}</think>{UP}", "move", "up", REPAIRED),
+        (f"{UP} {UP}", "move", "up", REPAIRED),
+        ("{'action': 'move', 'direction': 'up', 'memory': None, 'ok': True,}", "move", "up", REPAIRED),
+        ('{"action": "move", "direction": "up",}', "move", "up", REPAIRED),
+        ('{"action": "stay", "memory": "two\nlines"}', "stay", None, REPAIRED),
+        ('{"Action": "MOVE", "direction ": " Up "}', "move", "up", REPAIRED),
+        ('{"action": "go", "direction": "north"}', "move", "up", REPAIRED),
+        ('{"action": "walk", "direction": "leftwards"}', "move", "left", REPAIRED),
+        ('{"action": "wait"}', "stay", None, REPAIRED),
+        ('{"action": "up"}', "move", "up", REPAIRED),
+        ('{"action": "move up", "direction": null}', "move", "up", REPAIRED),
+        ('{"action": "move to the right", "direction": "right"}', "move", "right", REPAIRED),
+        ('{"action": "move" or "stay"}\nSo: ' + UP, "move", "up", REPAIRED),
+        ('\\boxed{x} \\frac{a}{b} ' + UP, "move", "up", REPAIRED),
+    ],
+)  # fmt: skip
+def test_a_decision_is_read(text, action, direction, outcome):
+    reading = read_action(Answer(text))
+    assert (reading.action, reading.direction, reading.outcome) == (action, direction, outcome)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "move up",
+        "{}",
+        "[]",
+        "null",
+        '{"action": "move"}',
+        '{"action": "move", "direction": null}',
+        '{"action": "move", "direction": "up or down"}',
+        '{"action": "move", "direction": "up", "action": "stay"}',
+        '{"Action": "move", "action": "stay", "direction": "up"}',
+        '{"action": "move up", "direction": "down"}',
+        '{"action": "up", "direction": "sideways"}',
+        '{"action": "do not move", "direction": "up"}',
+        '{"action": "stay or move", "direction": "up"}',
+        '{"action": ["move"], "direction": "up"}',
+        '{"action": "move", "direction": ["up"]}',
+        '{"action": "не up"}',
+        '{"direction": "up"}',
+        '{"action": "stay", "memory": NaN}',
+        '{"plan": ' + UP + "}",
+        '{"plan": ' + UP + ', "action": st',
+        f"{UP} or {DOWN}",
+        UP + ' {"action": "fly"}',
+        '{"action": "move" "direction": "up"}',
+        '{action: move, direction: up}',
+        UP * 40,
+    ],
+)  # fmt: skip
+def test_nothing_is_invented(text):
+    reading = read_action(Answer(text))
+    assert (reading.action, reading.direction, reading.outcome) == ("stay", None, UNREADABLE)
+    assert (reading.memory, reading.reasoning) == ("", "")
+    assert read_action(Answer(text, ending="length")).outcome is Outcome.TRUNCATED
+
+
+@pytest.mark.parametrize(
+    ("text", "said", "outcome"),
+    [
+        (HELLO, "hello", CHOSEN),
+        ('{"message": "hello"}', "hello", CHOSEN),
+        ('{"message": null}', None, CHOSEN),
+        ('{"message": " ", "reasoning": "r"}', None, CHOSEN),
+        ('{"reasoning": "r"}', None, CHOSEN),
+        ('{"message": "{\\"action\\": 1}"}', '{"action": 1}', CHOSEN),
+        ('{"message": "\\ud800!", "reasoning": "r"}', "\ufffd!", CHOSEN),
+        ('{"message": "\\ud83d\\ude00"}', "\U0001f600", CHOSEN),
+        (f"Sure: {HELLO}", "hello", REPAIRED),
+        ("""{'message': 'say "hi" to \\'em', 'reasoning': "it's"}""", 'say "hi" to \'em', REPAIRED),
+        ('{"Message": "hello"}', "hello", REPAIRED),
+        ('{"message": "hello", "reasoning": ["a", 1]}', "hello", REPAIRED),
+        ("hello", None, UNREADABLE),
+        ('{"message": 3}', None, UNREADABLE),
+        ('{"message": ["hello"]}', None, UNREADABLE),
+        ('{"text": "hello"}', None, UNREADABLE),
+        ('{"message": "a", "message": "b"}', None, UNREADABLE),
+        ('{"message": "a"} {"message": "b"}', None, UNREADABLE),
+    ],
+)
+def test_a_message_is_read(text, said, outcome):
+    reading = read_message(Answer(text))
+    assert (reading.text, reading.outcome) == (said, outcome)
+
+
+@pytest.mark.parametrize("read", [read_message, read_action])
+@pytest.mark.parametrize(
+    ("answer", "outcome"),
+    [
+        (Answer(""), Outcome.EMPTY),
+        (Answer(" \n", ending="length"), Outcome.TRUNCATED),
+        (Answer("<think>hm</think>\n"), Outcome.EMPTY),
+        (Answer("<think>hm", ending="length"), Outcome.TRUNCATED),
+        (Answer(UP[:20], ending="length"), Outcome.TRUNCATED),
+        (Answer(UP, ending="aborted"), Outcome.FAILED),
+    ],
+)
+def test_a_reply_without_text_has_its_own_outcome(read, answer, outcome):
+    assert read(answer).outcome is outcome
+
+
+def test_a_complete_decision_counts_although_the_text_was_cut():
+    assert read_action(Answer(UP, ending="length")).outcome is CHOSEN
+
+
+def test_memory_that_is_no_string_is_kept_as_json():
+    reading = read_action(Answer('{"action": "stay", "memory": {"seen": ["é"]}, "reasoning": 3}'))
+    assert (reading.memory, reading.reasoning, reading.outcome) == ('{"seen": ["é"]}', "3", REPAIRED)
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner, max_size=3),
+    max_leaves=6,
+)
+NAMES = st.sampled_from(["action", "Action", "direction", "memory", "reasoning", "message", "other"])
+WORDS = st.sampled_from(
+    ["up", "north", "stay", "move", "go down", "Left", "east", "up or down", "to the", ""]
+)
+PIECES = st.lists(
+    st.sampled_from(["<think>", "</think>", "{", "}", '{"action": ', '"up"', "'", '"', ",", ":", "north", UP, DOWN])
+    | st.text(max_size=5),
+    max_size=12,
+).map("".join)  # fmt: skip
+
+
+@given(st.text() | PIECES | JSON.map(json.dumps) | st.dictionaries(NAMES, WORDS | JSON).map(json.dumps))
+@settings(max_examples=400, deadline=None)
+def test_any_text_is_read_without_raising_and_no_direction_is_made_up(text):
+    said = read_message(Answer(text))
+    assert said.text is None or said.outcome in (CHOSEN, REPAIRED)
+    done = read_action(Answer(text))
+    for kept in (said.text or "", said.reasoning, done.memory, done.reasoning):
+        kept.encode()
+    if done.direction is not None:
+        assert done.action == "move"
+        assert re.search(OCCURS[done.direction], text, re.IGNORECASE)
+
+
+@given(
+    choice=st.sampled_from([("stay", None), *(("move", name) for name in OCCURS)]),
+    memory=st.text(st.characters(exclude_categories=["Cs"])),
+    ascii_only=st.booleans(),
+    indent=st.sampled_from([None, 4]),
+)
+@settings(deadline=None)
+def test_an_action_written_as_json_is_read_back(choice, memory, ascii_only, indent):
+    given_reply = {"action": choice[0], "direction": choice[1], "memory": memory, "reasoning": memory}
+    reading = read_action(Answer(json.dumps(given_reply, ensure_ascii=ascii_only, indent=indent)))
+    assert (reading.action, reading.direction, reading.outcome) == (*choice, CHOSEN)
+    assert (reading.memory, reading.reasoning) == (memory, memory)
+
+
+@given(message=st.text(st.characters(exclude_categories=["Cs"])), reasoning=st.text(max_size=5))
+@settings(deadline=None)
+def test_a_python_dict_of_harmless_text_is_read_back(message, reasoning):
+    reading = read_message(Answer(repr({"message": message})))
+    assert reading.outcome in (CHOSEN, REPAIRED, UNREADABLE)
+    if reading.outcome is not UNREADABLE:
+        assert reading.text == (message if message.strip() else None)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[" * 100_000,
+        '{"a":' * 100_000,
+        '{"action": "stay", "memory": ' + "[" * 100_000 + "]" * 100_000 + "}",
+        '{"action": "stay", "memory": ' + "[" * 900 + "]" * 900 + "}",
+        "{'a':" * 100_000,
+        "<think>" * 100_000 + "</think>" * 100_000 + "{",
+        '{"action": "move", "direction": ' + "9" * 100_000 + "}",
+    ],
+    ids=lambda text: text[:12],
+)
+def test_deep_nesting_is_unreadable(text):
+    assert read_action(Answer(text)).outcome is UNREADABLE
+    assert read_message(Answer(text)).outcome is UNREADABLE
+
+
+@pytest.mark.parametrize(
+    "unit",
+    [
+        "[",
+        "{",
+        '{"',
+        "{'",
+        '{"a":',
+        '{"a"}',
+        '{"a',
+        '\\"',
+        "<think>",
+        "{ ",
+        "'\\",
+        '{"action":"stay"',
+        UP + ",",
+    ],
+)
+def test_ten_megabytes_are_read_in_seconds(unit):
+    text = '{"' + unit * (10_000_000 // len(unit))
+    started = time.perf_counter()
+    read_action(Answer(text))
+    assert time.perf_counter() - started < 5
+
+
+def test_a_decision_after_ten_megabytes_of_thinking_is_found():
+    assert read_action(Answer("<think>" + "hm " * 3_000_000 + "</think>" + UP)).direction == "up"

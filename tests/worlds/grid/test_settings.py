@@ -1,0 +1,79 @@
+from __future__ import annotations
+
+import pytest
+
+from foundry.errors import InputError
+from foundry.worlds.grid import GridScenario
+from foundry.worlds.grid.layouts import Clustered, Explicit, Uniform
+
+PLACE = {"name": "a", "type": "t", "center": [0, 0], "extent": [1, 1], "capacity": 1}
+FIRE = {"name": "f", "start": 1, "position": [0, 0], "intensity": 0.5, "radius": 3}
+GOOD = {
+    "name": "w",
+    "half_size": 5,
+    "agents": 2,
+    "steps": 1,
+    "places": [PLACE],
+    "fires": [FIRE],
+    "personas": {"gender": {"f": 1.0}},
+    "layout": Uniform(),
+    "communication_distance": 2,
+    "history": {"memory": 1, "messages": 1},
+}
+
+
+def test_good_settings_are_taken():
+    assert GridScenario(**GOOD).count_calls() == 4
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"agnets": 3}, "'agnets' not found. Did you mean 'agents'?"),
+        ({"agents": "x"}, "world.agents: expected `int`"),
+        ({"agents": 0}, "world.agents: expected `int` >= 1"),
+        (
+            {"history": {"memory": 1, "mesages": 2}},
+            "Setting of world.history 'mesages' not found. Did you mean 'm",
+        ),
+        ({"history": {"memory": 1}}, "world.history lacks the setting 'messages'"),
+        ({"history": None}, "world.history: expected a mapping"),
+        ({"places": 3}, "world.places: expected a list"),
+        (
+            {"places": [PLACE | {"capcity": 3}]},
+            "world.places[0] 'capcity' not found. Did you mean 'capacity'?",
+        ),
+        ({"places": [PLACE | {"center": [5, 0]}]}, "Place 'a' covers X from 4 to 6"),
+        ({"places": [PLACE, PLACE | {"name": "b", "center": [2, 2]}]}, "Places 'a' and 'b' overlap"),
+        ({"places": [PLACE, PLACE | {"center": [4, 4]}]}, "Two of world.places are named 'a'"),
+        ({"places": [PLACE | {"extent": [5, 5]}]}, "no room outside"),
+        ({"fires": [FIRE | {"position": [9, 0]}]}, "Fire 'f' is at [9, 0]"),
+        ({"fires": [FIRE | {"start": 0}]}, "world.fires[0].start"),
+        ({"fires": [FIRE | {"intensity": 1.5}]}, "world.fires[0].intensity"),
+        ({"fires": [FIRE | {"radius": float("nan")}]}, "finite radius"),
+        ({"fires": [FIRE, FIRE]}, "Two of world.fires are named 'f'"),
+        ({"personas": {"gender": {"f": -1.0}}}, "world.personas.gender"),
+        ({"personas": {"gender": {}}}, "world.personas.gender"),
+        ({"communication_distance": -1}, "world.communication_distance is -1"),
+        ({"layout": Explicit(positions=[[0, 0]])}, "world.layout.positions lists 1 cells for 2 agents"),
+        ({"layout": Explicit(positions=[[0, 0], [6, 0]])}, "world.layout.positions[1] is [6, 0]"),
+        ({"layout": "uniform"}, "world.layout: expected `Layout`"),
+    ],
+)
+def test_a_bad_setting_is_named_in_one_line(changes, says):
+    with pytest.raises(InputError) as caught:
+        GridScenario(**(GOOD | changes))
+    assert says in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_setting_is_named():
+    with pytest.raises(InputError, match="world lacks the setting 'steps'"):
+        GridScenario(**{key: value for key, value in GOOD.items() if key != "steps"})
+
+
+def test_a_layout_names_its_wrong_setting():
+    with pytest.raises(InputError, match="'radus' not found. Did you mean 'radius'"):
+        Clustered(clusters=1, radus=2)
+    with pytest.raises(InputError, match="'radius' not found"):
+        Uniform(radius=3)

@@ -1,0 +1,284 @@
+from __future__ import annotations
+
+import itertools
+import json
+import math
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from omegaconf import OmegaConf
+
+from foundry.paths import conf_dir
+from foundry.records import GridStep, Message, Outcome, Record
+from foundry.worlds.base import Answer, World
+from foundry.worlds.grid import GridScenario
+from foundry.worlds.grid.drawing import draw
+
+SILENT = Answer('{"message": null, "reasoning": "r"}')
+STAY = Answer('{"action": "stay", "memory": "", "reasoning": ""}')
+
+WORLDS = sorted(
+    path.stem
+    for path in (conf_dir() / "world").glob("*.yaml")
+    if str(OmegaConf.load(path).get("_target_", "")).startswith("foundry.worlds.grid.")
+)
+
+
+def say(text: str) -> Answer:
+    return Answer(json.dumps({"message": text, "reasoning": "r"}))
+
+
+def go(direction: str, memory: str = "") -> Answer:
+    return Answer(json.dumps({"action": "move", "direction": direction, "memory": memory, "reasoning": "r"}))
+
+
+def play(world: World, steps: int, seed: int = 0) -> list[Record]:
+    """Answer with drawn messages and moves, some of them unreadable."""
+    rng = np.random.default_rng(seed)
+    records: list[Record] = []
+    while not world.finished and world.step < steps:
+        answers = []
+        for question in world.pending():
+            words = ["up", "down", "left", "right", "nowhere"]
+            word = words[int(rng.integers(len(words)))]
+            answers.append(say(word) if question.kind == "message" else go(word, memory=f"went {word}"))
+        records += world.advance(answers)
+    return records
+
+
+def lines(records: list[Record]) -> bytes:
+    return b"\n".join(map(msgspec.json.encode, records))
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_two_copies_give_the_same_records(make, name):
+    scenario = make(name)
+    assert lines(play(scenario.start(3), 4)) == lines(play(make(name).start(3), 4))
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_another_seed_gives_other_records(make, name):
+    scenario = make(name)
+    assert lines(play(scenario.start(3), 2)) != lines(play(scenario.start(4), 2))
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_records_survive_json(make, name):
+    for record in play(make(name).start(0), 3):
+        assert msgspec.json.decode(msgspec.json.encode(record), type=type(record)) == record
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_frames_are_rebuilt_from_the_records(make, name):
+    scenario = make(name)
+    world = scenario.start(5)
+    first = world.draw()
+    steps = [record for record in play(world, 3) if isinstance(record, GridStep)]
+    frames = list(scenario.frames(5, steps))
+    assert [frame.step for frame in frames] == [0, 1, 2, 3]
+    assert draw(frames[0]) == first
+    assert draw(frames[-1]) == world.draw()
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_agents_start_outside_all_places(make, name):
+    scenario = make(name)
+    for seed in range(5):
+        assert all(question.observation["place"] is None for question in scenario.start(seed).pending())
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_an_episode_asks_as_many_questions_as_it_says(make, name):
+    scenario = make(name, steps=3)
+    world, asked = scenario.start(0), 0
+    while not world.finished:
+        questions = world.pending()
+        assert {question.kind for question in questions} < set(scenario.kinds)
+        asked += len(questions)
+        world.advance([SILENT if question.kind == "message" else STAY for question in questions])
+    assert asked == scenario.count_calls()
+    assert world.pending() == ()
+    with pytest.raises(ValueError, match="over"):
+        world.advance([])
+
+
+def brute_force(cells: list[tuple[int, int]], scenario: GridScenario, agent: int) -> tuple[int, ...]:
+    def area(cell: tuple[int, int]) -> str | None:
+        inside = [
+            place.name
+            for place in scenario.settings.places
+            if place.x_min <= cell[0] <= place.x_max and place.y_min <= cell[1] <= place.y_max
+        ]
+        return inside[0] if inside else None
+
+    return tuple(
+        other
+        for other, cell in enumerate(cells)
+        if other != agent
+        and area(cell) == area(cells[agent])
+        and math.dist(cell, cells[agent]) <= scenario.settings.communication_distance
+    )
+
+
+@given(
+    cells=st.lists(st.tuples(st.integers(-25, 25), st.integers(-25, 25)), min_size=1, max_size=30),
+    reach=st.sampled_from([0, 1, 2**0.5, 5, 7.5, 100]),
+    seed=st.integers(0, 2**32),
+)
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_the_rules_hold_wherever_agents_stand(at, cells, reach, seed):
+    scenario = at(*cells, communication_distance=reach)
+    records = play(scenario.start(0), 2, seed)
+    half_size = scenario.settings.half_size
+    for step in (1, 2):
+        rows = [row for row in records if isinstance(row, GridStep) and row.step == step]
+        messages = [row for row in records if isinstance(row, Message) and row.step == step]
+        assert [row.agent for row in rows] == list(range(len(cells)))
+        before = [(row.x, row.y) for row in rows]
+        for row in rows:
+            assert max(abs(row.x_next), abs(row.y_next)) <= half_size
+            assert abs(row.x_next - row.x) + abs(row.y_next - row.y) == row.moved
+            assert row.neighbours == brute_force(before, scenario, row.agent)
+            assert row.moved <= (row.outcome in (Outcome.CHOSEN, Outcome.REPAIRED))
+        sent = [(message.sender, message.recipient) for message in messages]
+        assert sent == [(row.agent, other) for row in rows for other in row.neighbours]
+    assert {(row.x_next, row.y_next) for row in rows} >= {(row.x, row.y) for row in rows if not row.moved}
+
+
+def test_a_move_over_the_edge_is_blocked(at):
+    world = at((25, 0), (0, -25)).start(0)
+    world.advance([SILENT] * 2)
+    right, down = world.advance([go("right"), go("down")])
+    assert (right.action, right.direction, right.moved, right.x_next) == ("move", "right", False, 25)
+    assert (down.action, down.direction, down.moved, down.y_next) == ("move", "down", False, -25)
+
+
+def test_agents_do_not_block_each_other(at):
+    world = at((0, 0), (1, 0), (3, 0)).start(0)
+    world.advance([SILENT] * 3)
+    records = world.advance([go("right"), go("left"), go("left")])
+    assert [(record.x_next, record.moved) for record in records] == [(1, True), (0, True), (2, True)]
+
+
+def test_nobody_talks_across_the_border_of_a_place(at):
+    inside, outside, inside_too = (-10, 0), (-9, 0), (-11, 0)
+    world = at(inside, outside, inside_too).start(0)
+    delivered = world.advance([say("hello")] * 3)
+    assert [(message.sender, message.recipient) for message in delivered] == [(0, 2), (2, 0)]
+
+
+def test_a_message_is_heard_in_the_action_of_its_step_and_the_message_of_the_next(at):
+    world = at((0, 0), (1, 0)).start(0)
+    assert all(question.observation["received"] == [] for question in world.pending())
+    world.advance([say("hello"), SILENT])
+    first, second = (question.observation for question in world.pending())
+    assert (first["received"], first["message"]) == ([], "hello")
+    assert (second["received"], second["message"]) == ([{"sender": 0, "text": "hello"}], None)
+    world.advance([STAY, STAY])
+    later = world.pending()[1]
+    assert (later.kind, later.observation["received"]) == ("message", [{"sender": 0, "text": "hello"}])
+    assert "message" not in later.observation
+
+
+def test_histories_are_bounded_and_keep_the_newest_last(at):
+    world = at((0, 0), (1, 0), history={"memory": 2, "messages": 3}).start(0)
+    for step in range(5):
+        world.advance([say(f"m{step}")] * 2)
+        world.advance([go("up", memory=f"t{step}")] * 2)
+    observation = world.pending()[0].observation
+    assert observation["memory"] == ["t3", "t4"]
+    assert [heard["text"] for heard in observation["received"]] == ["m2", "m3", "m4"]
+
+
+def test_only_a_read_decision_is_remembered(at):
+    world = at((0, 0), (0, 2), (0, 4), (0, 6)).start(0)
+    world.advance([SILENT] * 4)
+    broken = Answer('{"action": "fly", "memory": "no"}')
+    fenced = Answer('```{"action": "stay", "memory": "yes"}```')
+    gone = Answer('{"action": "stay", "memory": "no"}', ending="aborted")
+    world.advance([broken, fenced, gone, STAY])
+    assert [question.observation["memory"] for question in world.pending()] == [[], ["yes"], [], []]
+
+
+@pytest.mark.parametrize(
+    ("answer", "outcome"),
+    [
+        (Answer(""), Outcome.EMPTY),
+        (Answer("I would rather not"), Outcome.UNREADABLE),
+        (Answer('{"action": "mo', ending="length"), Outcome.TRUNCATED),
+        (Answer("", ending="aborted"), Outcome.FAILED),
+    ],
+)
+def test_a_model_failure_leaves_the_agent_in_place_and_says_so(at, answer, outcome):
+    world = at((0, 0), (1, 0)).start(0)
+    assert world.advance([answer, SILENT]) == []
+    record = world.advance([answer, go("up")])[0]
+    assert (record.action, record.direction, record.moved) == ("stay", None, False)
+    assert (record.outcome, record.message_outcome) == (outcome, outcome)
+    assert (record.message, record.memory) == (None, "")
+
+
+def test_a_fire_is_perceived_from_its_start_within_its_radius(at):
+    fire = {"name": "f", "start": 2, "position": [0, 0], "intensity": 1, "radius": 5}
+    world = at((3, 4), (4, 4), fires=[fire]).start(0)
+    assert all(question.observation["fires"] == [] for question in world.pending())
+    world.advance([SILENT] * 2)
+    world.advance([STAY] * 2)
+    near, far = (question.observation["fires"] for question in world.pending())
+    assert near == [{"name": "f", "x": 0, "y": 0, "intensity": 1, "radius": 5, "distance": 5.0}]
+    assert far == []
+
+
+def test_an_agent_inside_a_place_is_told_its_numbers(at):
+    observation = at((15, 0), (20, 5), (0, 0)).start(0).pending()[0].observation
+    assert observation["place"] == {
+        "name": "library",
+        "type": "library",
+        "agents": 2,
+        "capacity": 10,
+        "occupancy_rate": 0.2,
+    }
+
+
+def test_asking_again_changes_nothing_and_observations_stay_as_they_were(at):
+    world = at((0, 0), (1, 0)).start(0)
+    before = world.pending()
+    kept = msgspec.json.encode([question.observation for question in before])
+    assert world.pending() == before
+    world.advance([say("hello")] * 2)
+    world.advance([go("up", memory="m")] * 2)
+    assert msgspec.json.encode([question.observation for question in before]) == kept
+
+
+def test_a_wrong_number_of_answers_is_refused(at):
+    with pytest.raises(ValueError, match="1 answers for 2"):
+        at((0, 0), (1, 0)).start(0).advance([SILENT])
+
+
+def test_personas_follow_their_weights(make):
+    scenario = make(agents=2000, half_size=100, personas={"age": {20: 3, 60: 1}, "gender": {"x": 1, "y": 0}})
+    personas = scenario.personas(1)
+    assert {persona["gender"] for persona in personas} == {"x"}
+    assert abs(sum(persona["age"] == "20" for persona in personas) - 1500) < 3 * math.sqrt(2000 * 3 / 16)
+
+
+def test_personas_do_not_depend_on_the_layout(make):
+    clustered = {"_target_": "foundry.worlds.grid.layouts.Clustered", "clusters": 2, "radius": 3}
+    assert make().personas(7) == make(layout=clustered).personas(7)
+
+
+def test_a_clustered_layout_stays_outside_and_near_its_centres(make):
+    clustered = {"_target_": "foundry.worlds.grid.layouts.Clustered", "clusters": 2, "radius": 3}
+    observed = [question.observation for question in make(layout=clustered).start(2).pending()]
+    assert all(observation["place"] is None for observation in observed)
+    groups = ([(seen["x"], seen["y"]) for seen in observed[start::2]] for start in (0, 1))
+    for group in groups:
+        assert max(math.dist(*pair) for pair in itertools.combinations(group, 2)) <= 6
+
+
+def test_ten_thousand_agents_are_asked_without_comparing_all_pairs(make):
+    world = make(agents=10_000, half_size=250).start(0)
+    assert len(world.pending()) == 10_000
