@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import msgspec
 import numpy as np
@@ -16,12 +16,6 @@ from analysis.run import CHOICES, OUTCOMES, OUTSIDE, GridRun, GridSettings, IntA
 from foundry.errors import InputError, RecordError
 from foundry.records import GridStep, Message, RunSummary
 from foundry.store import RunFolder, SweepFolder
-
-if TYPE_CHECKING:
-    import pyarrow as pa
-
-TEXTS = ("message", "memory", "reasoning", "message_reasoning")
-"""The columns of the steps that are left out of `steps.parquet`."""
 
 COMPLETE, FAILED, UNFINISHED, NOT_STARTED = "complete", "failed", "unfinished", "not started"
 """How a run stands; the first two as in `run.json`."""
@@ -107,9 +101,7 @@ def read_records(folder: RunFolder, summary: RunSummary | None) -> Records:
     )
 
 
-def _lines(
-    folder: RunFolder, name: str, content: bytes, summary: RunSummary | None, kind: type[_Line]
-) -> list[_Line]:
+def _lines(folder: RunFolder, name: str, content: bytes, summary: RunSummary | None, kind: type[_Line]) -> list[_Line]:
     file = folder.path / name
     if summary is None:
         content = content[: content.rfind(b"\n") + 1]
@@ -173,7 +165,8 @@ def _grid_run(run: str, world: GridSettings, records: Records, shape: tuple[int,
 
     x = _states(column(row.x for row in rows), column(row.x_next for row in rows))
     y = _states(column(row.y for row in rows), column(row.y_next for row in rows))
-    places = {None: OUTSIDE, **{place.name: index for index, place in enumerate(world.places)}}
+    places: dict[str | None, int] = {place.name: index for index, place in enumerate(world.places)}
+    places[None] = OUTSIDE
     place = np.vstack([column(places[row.place] for row in rows), world.areas(x[-1:], y[-1:])])
     if not np.array_equal(place, world.areas(x, y)):
         raise ValueError("an agent's place is not the one its position is in")
@@ -226,27 +219,3 @@ def _joined(frames: Sequence[pd.DataFrame]) -> pd.DataFrame:
     """Return the frames below one another; empty ones only lend their columns."""
     full = [frame for frame in frames if len(frame)]
     return pd.concat(full, ignore_index=True) if full else frames[0]
-
-
-def steps_table(run: str, lines: Sequence[GridStep], sweep: str | None = None) -> pa.Table:
-    """Return the steps of a run without their texts, as they go into `steps.parquet`."""
-    import pyarrow as pa
-
-    kept = [name for name in GridStep.__struct_fields__ if name not in TEXTS]
-    columns: dict[str, list[Any]] = {"run": [run] * len(lines)}
-    columns |= {name: [getattr(line, name) for line in lines] for name in kept}
-    columns |= {"said": [line.message is not None for line in lines]}
-    if sweep is not None:
-        columns = {"sweep": [sweep] * len(lines), **columns}
-    arrays = [pa.array(values, type=_arrow_type(name)) for name, values in columns.items()]
-    return pa.table(dict(zip(columns, arrays, strict=True)))
-
-
-def _arrow_type(name: str) -> pa.DataType:
-    import pyarrow as pa
-
-    if name in ("sweep", "run", "place", "action", "direction", "outcome", "message_outcome"):
-        return pa.string()
-    kinds = {"fires": pa.list_(pa.string()), "neighbours": pa.list_(pa.int32())}
-    flags = {"moved": pa.bool_(), "said": pa.bool_()}
-    return (kinds | flags).get(name, pa.int32())

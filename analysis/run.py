@@ -150,9 +150,15 @@ class GridRun:
         return np.isin(self.outcome, READABLE)
 
     @cached_property
+    def perceived(self) -> BoolArray:
+        """Whether any fire was perceived before the move, (T, N)."""
+        return np.asarray(self.fires.any(axis=2))
+
+    @cached_property
     def spoke(self) -> BoolArray:
         """Whether a message was said, (T, N)."""
-        return np.not_equal(self.said, None).astype(np.bool_)
+        flags = [text is not None for text in self.said.ravel().tolist()]
+        return np.array(flags, dtype=np.bool_).reshape(self.said.shape)
 
     @cached_property
     def neighbours(self) -> IntArray:
@@ -160,5 +166,3 @@ class GridRun:
         counts = np.zeros(self.choice.shape, dtype=np.int64)
         np.add.at(counts, (self.contacts[:, 0] - 1, self.contacts[:, 1]), 1)
         return counts
-
-

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import itertools
+import logging
 import os
 import signal
 import threading
@@ -19,9 +21,10 @@ import joblib
 from joblib.externals.loky import ProcessPoolExecutor
 from joblib.externals.loky.process_executor import BrokenProcessPool
 
-from foundry.errors import FoundryError
+from foundry.build import build
+from foundry.errors import BackendError, FoundryError
 from foundry.lane import Lane, LaneSpec, run_lane, summarise
-from foundry.models.base import ModelInfo
+from foundry.models.base import Model, ModelInfo
 from foundry.store import RunFolder, SweepFolder, write_run_summary
 from foundry.sweep import model_key
 
@@ -82,8 +85,11 @@ class JoblibRunner:
             run.forget_failure()
         try:
             with _stop_on_interrupt(job.folder):
-                for number, phase in enumerate(_phases(job)):
+                phases = list(_phases(job))
+                for number, phase in enumerate(phases):
                     self._run_phase(job, phase, number)
+                    if number + 1 < len(phases):
+                        _free_server(job.folder, phase[0])
         finally:
             job.folder.end_progress()
 
@@ -183,6 +189,25 @@ def _phases(job: SweepJob) -> Iterator[list[RunFolder]]:
     pending = [run for run in job.folder.runs() if not run.ended]
     for _, runs in itertools.groupby(pending, key=lambda run: _remote(run) and model_key(run.config()["model"])):
         yield list(runs)
+
+
+def _free_server(folder: SweepFolder, run: RunFolder) -> None:
+    """Unload the model of a phase that is over, if the phase called it, to make room for the next one."""
+    config = run.config()["model"]
+    tallies = [report["models"].get(config["name"], {}) for report in folder.progress().values()]
+    if not _remote(run) or not any(tally.get("calls", 0) > tally.get("cached", 0) for tally in tallies):
+        return
+    try:
+        asyncio.run(_unload(build(config)))
+    except BackendError as error:
+        logging.getLogger("foundry").warning("%s could not be unloaded: %s", config["name"], error)
+
+
+async def _unload(model: Model) -> None:
+    try:
+        await model.unload()
+    finally:
+        await model.close()
 
 
 def _remote(run: RunFolder) -> bool:

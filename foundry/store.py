@@ -206,7 +206,7 @@ class RunWriter:
 
     def close(self) -> None:
         """Close the files; what was appended stays."""
-        self._calls.close()
+        self._calls.close()  # type: ignore[no-untyped-call]
         for file in self._files.values():
             file.close()
 

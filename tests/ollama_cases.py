@@ -88,6 +88,17 @@ class FakeModel:
         return {"details": self.details, "model_info": info, "capabilities": capabilities}
 
 
+@dataclass
+class Counts:
+    """What happened so far."""
+
+    chats: int = 0
+    loads: int = 0
+    unloads: int = 0
+    in_flight: int = 0
+    most_in_flight: int = 0
+
+
 def default_models() -> list[FakeModel]:
     """Return the default model, one with the tag `latest`, one that sees and one that thinks."""
     return [

@@ -14,7 +14,6 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
 from typing import Any
 
 import msgspec
@@ -23,6 +22,7 @@ from ollama_cases import (
     Answerer,
     Body,
     ChatCase,
+    Counts,
     FakeModel,
     body_key,
     busy,
@@ -37,17 +37,6 @@ from ollama_cases import (
 )
 
 OnChat = Callable[[int, Body], None]
-
-
-@dataclass
-class Counts:
-    """What happened so far."""
-
-    chats: int = 0
-    loads: int = 0
-    unloads: int = 0
-    in_flight: int = 0
-    most_in_flight: int = 0
 
 
 class OllamaServer:
@@ -229,8 +218,8 @@ class OllamaServer:
         if reason == "unload":
             self.counts.unloads += 1
             self._loaded.pop(model.name, None)
-        else:
-            await self._ensure_loaded(body, model)
+        elif not await self._ensure_loaded(body, model):
+            return json_response({"error": busy().error}, status=503)
         empty = {"role": "assistant", "content": ""}
         return json_response({"model": body["model"], "message": empty, "done": True, "done_reason": reason})
 

@@ -165,7 +165,11 @@ def test_a_sampling_seed_varies_the_sampling_and_leaves_the_world_alone(workspac
     assert run(argv) == 0
     first, second = SweepFolder.open("out").runs()
     starts = [
-        [(line["x"], line["y"]) for line in map(msgspec.json.decode, run.steps_bytes().splitlines()) if line["step"] == 1]
+        [
+            (line["x"], line["y"])
+            for line in map(msgspec.json.decode, run.steps_bytes().splitlines())
+            if line["step"] == 1
+        ]
         for run in (first, second)
     ]
     assert starts[0] == starts[1]
@@ -328,3 +332,22 @@ def test_help_and_version_cost_little(workspace: Path):
     heavy = {"numpy", "hydra", "pandas", "matplotlib", "httpx", "scipy"}
     assert heavy & set(ast.literal_eval(modules.splitlines()[-1])) == set()
     assert after.ru_utime - before.ru_utime < 5
+
+
+def test_each_model_is_loaded_once_and_freed_before_the_next_one(workspace: Path):
+    argv = ["-m", "seed=0-1", "model=qwen3:4b,llama3.2", "prompt=paper,japanese", "output.dir=out", *TINY]
+    with OllamaServer() as server:
+        done = foundry(*argv, cwd=workspace, OLLAMA_HOST=server.url)
+        assert done.returncode == 0, done.stderr
+    asked = [body["model"] for body in server.bodies]
+    assert asked == sorted(asked, reverse=True)
+    assert [(load["model"], load["keep_alive"]) for load in server.loads] == [
+        ("qwen3:4b", "30m"), ("qwen3:4b", 0), ("llama3.2", "30m"),
+    ]  # fmt: skip
+
+
+def test_a_cached_sweep_loads_no_model(workspace: Path):
+    with OllamaServer() as server:
+        for folder in ("one", "two"):
+            assert foundry("model=qwen3:4b", f"output.dir={folder}", *TINY, cwd=workspace, OLLAMA_HOST=server.url)
+    assert len(server.loads) == 1

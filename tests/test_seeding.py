@@ -7,9 +7,10 @@ SEEDS = st.integers(min_value=0, max_value=2**60)
 
 
 def test_the_same_seed_and_name_give_the_same_stream():
-    assert seeding.stream(3, "layout").integers(0, 1000, 8).tolist() == seeding.stream(3, "layout").integers(
-        0, 1000, 8
-    ).tolist()
+    assert (
+        seeding.stream(3, "layout").integers(0, 1000, 8).tolist()
+        == seeding.stream(3, "layout").integers(0, 1000, 8).tolist()
+    )
 
 
 def test_streams_of_different_names_are_independent():

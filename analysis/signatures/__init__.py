@@ -18,8 +18,11 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
-from analysis.described import Measure
+from analysis.described import Measure, share
 from analysis.run import GridRun
+
+FAILURE_RATE = "failure.rate"
+"""The one column that comes from how runs ended: 1 for a failed run, 0 for a complete one, NaN for others."""
 
 
 @dataclass(frozen=True)
@@ -62,14 +65,14 @@ def discover() -> tuple[Signature, ...]:
 def measure(run: GridRun) -> dict[str, float]:
     """Return every measure of every signature, by `<signature>.<measure>`."""
     return {
-        f"{signature.name}.{name}": value
-        for signature in discover()
-        for name, value in signature.measure(run).items()
+        f"{signature.name}.{name}": value for signature in discover() for name, value in signature.measure(run).items()
     }
 
 
 def describe(column: str) -> Measure:
     """Return what the column `<signature>.<measure>` is."""
+    if column == FAILURE_RATE:
+        return share("Failed runs (share)")
     name, _, measure = column.partition(".")
     by_name = {signature.name: signature for signature in discover()}
     return by_name[name].describe(measure) if name in by_name else Measure(column)

@@ -65,7 +65,8 @@ def nearest_distances(x: IntArray, y: IntArray) -> FloatArray:
     """Return each agent's Euclidean distance to the nearest other one, cells; x, y, result (N,), N >= 2."""
     squared = (x[:, None] - x) ** 2 + (y[:, None] - y) ** 2
     np.fill_diagonal(squared, np.iinfo(np.int64).max)
-    return np.sqrt(squared.min(axis=1).astype(np.float64))
+    nearest: FloatArray = np.sqrt(squared.min(axis=1).astype(np.float64))
+    return nearest
 
 
 def _mean_distance(x: IntArray, y: IntArray) -> float:

@@ -96,7 +96,7 @@ def measure(run: GridRun) -> dict[str, float]:
     Source: Goel et al. 2015 for the forest; Kaplan and Meier 1958.
     """
     warned = _labels(run)
-    perceived_at = first_step(run.fires.any(axis=2))
+    perceived_at = first_step(run.perceived)
     heard = run.deliveries[warned[run.deliveries[:, 0] - 1, run.deliveries[:, 1]]]
     cascade = trace(perceived_at, first_step(warned), heard)
     messages = int(run.spoke.sum())
@@ -239,9 +239,10 @@ def survival_times(perceived_at: IntArray, cascade: Cascade, steps: int) -> tupl
 
 def survival(times: IntArray, observed: BoolArray) -> tuple[IntArray, FloatArray]:
     """Return the event times and the Kaplan-Meier estimate from each on; events precede censorings at ties."""
-    events = np.unique(times[observed])
+    events: IntArray = np.unique(times[observed])
     factors = [1 - (observed & (times == event)).sum() / (times >= event).sum() for event in events]
-    return events, np.cumprod(np.array(factors, dtype=np.float64))
+    remaining: FloatArray = np.multiply.accumulate(np.array(factors, dtype=np.float64))
+    return events, remaining
 
 
 def restricted_mean(times: IntArray, observed: BoolArray, horizon: int) -> float:

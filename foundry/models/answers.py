@@ -52,7 +52,9 @@ class Answers:
         for start in range(0, len(keys), _CHUNK):
             chunk = keys[start : start + _CHUNK]
             marks = ",".join("?" * len(chunk))
-            rows = self._database.execute(f"SELECT key, CAST(reply AS BLOB), crc FROM answers WHERE key IN ({marks})", chunk)
+            rows = self._database.execute(
+                f"SELECT key, CAST(reply AS BLOB), crc FROM answers WHERE key IN ({marks})", chunk
+            )
             for key, blob, crc in rows:
                 reply = self._read(blob, crc)
                 if reply is not None:

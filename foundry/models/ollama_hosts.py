@@ -6,6 +6,8 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from urllib.parse import urlsplit
 
+import httpx
+
 from foundry.errors import InputError, TransientError
 
 DEFAULT_PORT = 11434
@@ -45,7 +47,12 @@ def parse_host(host: str) -> str:
     if port is None:
         port = SCHEME_PORTS[scheme] if separator else DEFAULT_PORT
     address = f"[{name}]" if ":" in name else name
-    return f"{scheme}://{address}:{port}{parts.path.rstrip('/')}"
+    url = f"{scheme}://{address}:{port}{parts.path.rstrip('/')}"
+    try:
+        httpx.URL(url)
+    except httpx.InvalidURL as error:
+        raise _refusal(host, str(error)) from None
+    return url
 
 
 def _refusal(host: str, why: str) -> InputError:

@@ -13,7 +13,6 @@ from foundry.models.base import Reply, Request, UnusableReply
 from foundry.models.ollama_errors import Origin, aborted_reply, refusal
 from foundry.worlds.base import LENGTH, STOPPED
 
-THINK_OPEN, THINK_CLOSE = "<think>", "</think>"
 BYTES_PER_TOKEN = 4
 """A prompt of more bytes than this times `num_ctx` does not fit: no more than half of it would be read."""
 
@@ -130,7 +129,8 @@ def read_reply(content: bytes, request: Request, settings: ChatSettings, origin:
     message = body.get("message")
     if not isinstance(message, dict):
         raise TransientError(f"{origin}: its reply holds no message.")
-    text, thinking = split_thinking(_text(message, "content"), _text(message, "thinking"))
+    # A <think> block inside the content stays there: the raw reply is kept, and reading it is the world's matter.
+    text, thinking = _text(message, "content"), _text(message, "thinking")
     reply = Reply(
         text=text,
         thinking=thinking or None,
@@ -145,15 +145,6 @@ def read_reply(content: bytes, request: Request, settings: ChatSettings, origin:
     if reply.ending == STOPPED and not text.strip() and not thinking:
         raise UnusableReply(f"{origin}: the reply is empty.", reply)
     return reply
-
-
-def split_thinking(content: str, thinking: str) -> tuple[str, str]:
-    """Return the text and the thinking, which some models put before the text whatever they are told."""
-    opened = content.lstrip().startswith(THINK_OPEN)
-    if thinking or not opened:
-        return content, thinking
-    inside, _, text = content.lstrip().removeprefix(THINK_OPEN).partition(THINK_CLOSE)
-    return text.lstrip(), inside.strip()
 
 
 def _text(message: Mapping[str, Any], key: str) -> str:

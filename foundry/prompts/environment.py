@@ -42,9 +42,7 @@ class PromptEnvironment(ImmutableSandboxedEnvironment):
 
 def make_environment() -> PromptEnvironment:
     """Return the environment; filters beyond Jinja2's own: `values`, the values of a dict."""
-    environment = PromptEnvironment(
-        undefined=StrictUndefined, autoescape=False, trim_blocks=True, lstrip_blocks=True
-    )
+    environment = PromptEnvironment(undefined=StrictUndefined, autoescape=False, trim_blocks=True, lstrip_blocks=True)
     environment.filters["values"] = _values
     return environment
 
@@ -61,9 +59,7 @@ def explain(error: Exception, where: str, observation: Mapping[str, Any]) -> Inp
     if isinstance(error, UndefinedError):
         names = _QUOTED.findall(str(error))
         close = difflib.get_close_matches(names[-1], _names(observation), n=1) if names else []
-        message += (
-            f" Did you mean '{close[0]}'?" if close else f" Observed: {', '.join(sorted(observation))}."
-        )
+        message += f" Did you mean '{close[0]}'?" if close else f" Observed: {', '.join(sorted(observation))}."
     return InputError(message)
 
 

@@ -57,9 +57,7 @@ class Prompt:
         """
         parts = self._parts.get(question.kind)
         if parts is None:
-            raise not_found(
-                f"Template of prompt '{self.name}' for questions of kind", question.kind, self._parts
-            )
+            raise not_found(f"Template of prompt '{self.name}' for questions of kind", question.kind, self._parts)
         messages = [ChatMessage(part.role, self._fill(part.template, question)) for part in parts]
         if question.images:
             _attach(messages, question.images)

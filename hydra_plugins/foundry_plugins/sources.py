@@ -1,4 +1,8 @@
-"""Configs that have no file in a config folder: any model tag, and the named sweeps of `sweeps/`."""
+"""Configs that have no file in a config folder: any model tag, and the named sweeps of `sweeps/`.
+
+`hydra.searchpath` in `conf/config.yaml` names both sources: entries from there come after every folder, those of
+`--config-dir` too, so that real files win. A `SearchPathPlugin` would put them before `--config-dir`.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +10,8 @@ import os
 from pathlib import Path, PurePosixPath
 
 from hydra._internal.core_plugins.file_config_source import FileConfigSource
-from hydra.core.config_search_path import ConfigSearchPath
 from hydra.core.object_type import ObjectType
 from hydra.plugins.config_source import ConfigLoadError, ConfigResult, ConfigSource
-from hydra.plugins.search_path_plugin import SearchPathPlugin
 from omegaconf import OmegaConf
 
 from foundry import paths
@@ -76,6 +78,10 @@ class ModelTagSource(ConfigSource):
 class NamedSweepSource(FileConfigSource):
     """Serves `+sweep=<name>` from the files of `sweeps/`."""
 
+    def __init__(self, provider: str, path: str) -> None:
+        super().__init__(provider, path)
+        self.path = str(paths.sweeps_dir())
+
     @staticmethod
     def scheme() -> str:
         """Return the scheme of this source in the search path."""
@@ -112,12 +118,3 @@ class NamedSweepSource(FileConfigSource):
         if not name:
             raise ConfigLoadError(f"Config not found : {config_path}")
         return super().load_config(name)
-
-
-class FoundrySearchPath(SearchPathPlugin):
-    """Appends both sources last, so that real files win."""
-
-    def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
-        """Append the sources of foundry."""
-        search_path.append("foundry", f"{NamedSweepSource.scheme()}://{paths.sweeps_dir()}")
-        search_path.append("foundry", f"{ModelTagSource.scheme()}://")

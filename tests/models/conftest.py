@@ -7,8 +7,10 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
+import ollama_cases as cases
 import pytest
 import yaml
+from ollama_server import OllamaServer
 
 from foundry.models.base import ChatMessage, Model, Reply, Request
 from foundry.models.ollama import OllamaModel
@@ -83,3 +85,16 @@ def run() -> Callable[..., Any]:
         return asyncio.run(whole())
 
     return run_and_close
+
+
+@pytest.fixture
+def ask(make_model, make_request, run):
+    """Ask a server that answers like this once, and return what it got and what it gave."""
+
+    def ask_once(answer, *contents, request=None, **changes):
+        with OllamaServer(answer if callable(answer) else cases.in_turn(answer)) as server:
+            asked = make_model(server.url, **changes)
+            reply = run(asked, lambda m: m.ask(request or make_request(*contents)))
+            return reply, server.bodies[0]
+
+    return ask_once

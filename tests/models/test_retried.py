@@ -49,7 +49,7 @@ def test_waits_double_up_to_the_longest_one_with_jitter(scripted, make_request):
 
 def test_callers_that_failed_together_do_not_come_back_together(scripted, make_request):
     naps = Naps()
-    model = retried(scripted(*[DOWN] * 20, Reply(text="hi")), naps)
+    model = retried(scripted(*[DOWN, Reply(text="hi")] * 20), naps)
     asyncio.run(model.ask_all([make_request()] * 20))
     assert len(set(naps)) == 20
 

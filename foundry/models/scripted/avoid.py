@@ -49,9 +49,7 @@ class Avoid(ScriptedModel):
         fires = _known_fires(observation)
         memory = " ".join(map(str, fires))
         cells = legal_moves(observation)
-        gaps = {
-            choice: min((fire.gap(cell) for fire in fires), default=1.0) for choice, cell in cells.items()
-        }
+        gaps = {choice: min((fire.gap(cell) for fire in fires), default=1.0) for choice, cell in cells.items()}
         outside = [choice for choice, gap in gaps.items() if gap > 0]
         if outside:
             return act(any_of(outside, rng), memory=memory, reasoning="No fire reaches there.")

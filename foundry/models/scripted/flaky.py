@@ -28,9 +28,7 @@ class Fault(ABC):
 
     def __init__(self, share: float) -> None:
         if not 0 <= share <= 1:
-            raise InputError(
-                f"The share of the fault {type(self).__name__} is {share}. Give a number from 0 to 1."
-            )
+            raise InputError(f"The share of the fault {type(self).__name__} is {share}. Give a number from 0 to 1.")
         self.share = share
 
     @abstractmethod

@@ -25,9 +25,7 @@ class Random(ScriptedModel):
         """
         super().__init__(name)
         if stay_probability is not None and not 0 <= stay_probability <= 1:
-            raise InputError(
-                f"model.stay_probability is {stay_probability}. Give null, or a number from 0 to 1."
-            )
+            raise InputError(f"model.stay_probability is {stay_probability}. Give null, or a number from 0 to 1.")
         self.stay_probability = stay_probability
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:

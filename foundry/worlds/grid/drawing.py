@@ -158,9 +158,7 @@ def _draw_agents(axes: Axes, frame: GridFrame) -> None:
             axes.scatter(x, y, s=size, c=colour, edgecolors="white", linewidths=0.7, label=group, zorder=4)
     if numbered:
         for agent, (x, y) in enumerate(points):
-            axes.text(
-                x, y, str(agent), fontsize=7, color="black", ha="center", va="center_baseline", zorder=6
-            )
+            axes.text(x, y, str(agent), fontsize=7, color="black", ha="center", va="center_baseline", zorder=6)
     if any(frame.group_names):
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.04), ncols=6, frameon=False, fontsize=10)
 

@@ -92,9 +92,7 @@ class Explicit(Layout):
         """Raise InputError unless there is one position on the grid per agent."""
         positions = self.settings.positions
         if len(positions) != agents:
-            raise InputError(
-                f"world.layout.positions lists {len(positions)} cells for {agents} agents. List one each."
-            )
+            raise InputError(f"world.layout.positions lists {len(positions)} cells for {agents} agents. List one each.")
         for agent, cell in enumerate(positions):
             if cell not in field:
                 raise InputError(

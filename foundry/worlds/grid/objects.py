@@ -31,9 +31,7 @@ MAX_TOKENS = 2000
 _START = re.compile(r"\{\s*+[\"']")
 _BRACE = re.compile(r"[{}]")
 _THINK = re.compile(r"(</?think>)", re.IGNORECASE)
-_TOKEN = re.compile(
-    r""""[^"\\]*+(?:\\.[^"\\]*+)*+"|'[^'\\]*+(?:\\.[^'\\]*+)*+'|[{}\[\]:,]|[-+.\w]++|\s++""", re.DOTALL
-)
+_TOKEN = re.compile(r""""[^"\\]*+(?:\\.[^"\\]*+)*+"|'[^'\\]*+(?:\\.[^'\\]*+)*+'|[{}\[\]:,]|[-+.\w]++|\s++""", re.DOTALL)
 _ESCAPE = re.compile(r'\\.|"', re.DOTALL)
 _CONSTANTS = {"True": "true", "False": "false", "None": "null"}
 
@@ -102,10 +100,7 @@ def _decode(decoder: json.JSONDecoder, text: str, start: int) -> _Found | None:
         value, end = decoder.raw_decode(text, start)
     except (ValueError, RecursionError):
         return None
-    if (
-        not isinstance(value, dict)
-        or text.count("{", start, end) + text.count("[", start, end) > MAX_BRACKETS
-    ):
+    if not isinstance(value, dict) or text.count("{", start, end) + text.count("[", start, end) > MAX_BRACKETS:
         return None
     return _Found(value, end)
 
@@ -137,9 +132,7 @@ def _decode_loosely(text: str, start: int) -> _Found | None:
 def _as_json(token: str) -> str:
     if token[0] != "'":
         return _CONSTANTS.get(token, token)
-    return (
-        '"' + _ESCAPE.sub(lambda match: {'"': '\\"', "\\'": "'"}.get(match[0], match[0]), token[1:-1]) + '"'
-    )
+    return '"' + _ESCAPE.sub(lambda match: {'"': '\\"', "\\'": "'"}.get(match[0], match[0]), token[1:-1]) + '"'
 
 
 def _end_of_braces(text: str, start: int) -> int | None:

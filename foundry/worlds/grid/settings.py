@@ -84,8 +84,8 @@ def _check(settings: GridSettings) -> None:
             raise InputError(
                 f"Fire '{fire.name}' is at {list(fire.position)}, beyond the grid of half_size {settings.half_size}."
             )
-        if not math.isfinite(fire.radius) or not math.isfinite(fire.intensity):
-            raise InputError(f"Fire '{fire.name}' needs a finite radius and intensity.")
+        if not math.isfinite(fire.radius):
+            raise InputError(f"Fire '{fire.name}' needs a finite radius.")
     reach = settings.communication_distance
     if not (math.isfinite(reach) and reach >= 0):
         raise InputError(f"world.communication_distance is {reach}. Give a number of cells, 0 or more.")

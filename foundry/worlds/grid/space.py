@@ -114,9 +114,7 @@ class Field:
                 if place.overlaps(other):
                     raise InputError(f"Places '{other.name}' and '{place.name}' overlap. Move or shrink one.")
         if sum(place.area for place in self.places) >= (2 * self.half_size + 1) ** 2:
-            raise InputError(
-                "The places leave no room outside, where agents start. Shrink one or raise half_size."
-            )
+            raise InputError("The places leave no room outside, where agents start. Shrink one or raise half_size.")
 
 
 def distances(cells: IntArray, target: IntArray) -> NDArray[np.float64]:

@@ -79,9 +79,7 @@ class GridScenario(Scenario):
 class GridWorld(World):
     """The state of one 2D episode."""
 
-    def __init__(
-        self, settings: GridSettings, cells: Sequence[Cell], personas: Sequence[dict[str, str]]
-    ) -> None:
+    def __init__(self, settings: GridSettings, cells: Sequence[Cell], personas: Sequence[dict[str, str]]) -> None:
         """Place the agents.
 
         Args:

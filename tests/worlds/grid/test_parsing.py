@@ -155,9 +155,7 @@ JSON = st.recursive(
     max_leaves=6,
 )
 NAMES = st.sampled_from(["action", "Action", "direction", "memory", "reasoning", "message", "other"])
-WORDS = st.sampled_from(
-    ["up", "north", "stay", "move", "go down", "Left", "east", "up or down", "to the", ""]
-)
+WORDS = st.sampled_from(["up", "north", "stay", "move", "go down", "Left", "east", "up or down", "to the", ""])
 PIECES = st.lists(
     st.sampled_from(["<think>", "</think>", "{", "}", '{"action": ', '"up"', "'", '"', ",", ":", "north", UP, DOWN])
     | st.text(max_size=5),
@@ -222,17 +220,11 @@ def test_deep_nesting_is_unreadable(text):
 @pytest.mark.parametrize(
     "unit",
     [
-        "[",
         "{",
         '{"',
         "{'",
-        '{"a":',
         '{"a"}',
-        '{"a',
-        '\\"',
         "<think>",
-        "{ ",
-        "'\\",
         '{"action":"stay"',
         UP + ",",
     ],

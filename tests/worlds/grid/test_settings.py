@@ -50,7 +50,7 @@ def test_good_settings_are_taken():
         ({"fires": [FIRE | {"position": [9, 0]}]}, "Fire 'f' is at [9, 0]"),
         ({"fires": [FIRE | {"start": 0}]}, "world.fires[0].start"),
         ({"fires": [FIRE | {"intensity": 1.5}]}, "world.fires[0].intensity"),
-        ({"fires": [FIRE | {"radius": float("nan")}]}, "finite radius"),
+        ({"fires": [FIRE | {"radius": float("inf")}]}, "finite radius"),
         ({"fires": [FIRE, FIRE]}, "Two of world.fires are named 'f'"),
         ({"personas": {"gender": {"f": -1.0}}}, "world.personas.gender"),
         ({"personas": {"gender": {}}}, "world.personas.gender"),

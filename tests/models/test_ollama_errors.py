@@ -1,0 +1,68 @@
+from __future__ import annotations
+
+from datetime import UTC, datetime, timedelta
+from email.utils import format_datetime
+
+import ollama_cases as cases
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from foundry.errors import RequestError, ServerError, TransientError
+from foundry.models.ollama_errors import seconds_to_wait
+
+
+@pytest.mark.parametrize(
+    ("case", "kind", "says"),
+    [
+        (cases.refused(400, "invalid think value"), RequestError, "invalid think value. It would be refused again"),
+        (cases.refused(413, "too large"), RequestError, "413 too large"),
+        (cases.refused(401, "unauthorized"), ServerError, "wants a key"),
+        (cases.refused(403, "forbidden"), ServerError, "OLLAMA_HOST"),
+        (cases.refused(404, "model 'x' not found"), ServerError, "ollama pull qwen3:4b-instruct"),
+        (cases.refused(302, ""), ServerError, "no answer of an Ollama API"),
+        (cases.busy(), TransientError, "server busy, please try again. maximum pending"),
+        (cases.refused(429, "too many"), TransientError, "429 too many"),
+        (cases.refused(502, "bad gateway"), TransientError, "502 bad gateway"),
+        (cases.refused(504, "too slow"), TransientError, "504 too slow"),
+        (cases.RUNNER_DIED, TransientError, "unexpected EOF"),
+        (cases.BAD_OPTION, ServerError, 'option "seed" must be of type integer'),
+        (cases.BAD_FORMAT, ServerError, "invalid format"),
+        (cases.ERROR_WITH_200, TransientError, "no longer running"),
+        (cases.CUT, TransientError, "not JSON, or was cut"),
+        (cases.ChatCase(raw=b"[1]"), TransientError, "not a JSON object"),
+        (cases.ChatCase(raw=b'{"done": true}'), TransientError, "no message"),
+        (cases.DROPPED, TransientError, "ServerDisconnectedError"),
+        (cases.ChatCase(text="a" * 50, drop=True, cut=True), TransientError, "ClientPayloadError|ClientConnection"),
+    ],
+)
+def test_every_failure_is_an_error_of_one_line_of_the_right_kind(ask, case, kind, says):
+    with pytest.raises(kind, match=says) as caught:
+        ask(case)
+    message = str(caught.value)
+    assert type(caught.value) is kind
+    assert "\n" not in message
+    assert "Ollama at http://127.0.0.1:" in message
+    assert "qwen3:4b-instruct-2507-q4_K_M" in message
+
+
+@pytest.mark.parametrize(("case", "is_busy"), [(cases.busy(), True), (cases.RUNNER_DIED, False)])
+def test_only_a_full_server_is_busy(ask, case, is_busy):
+    with pytest.raises(TransientError) as caught:
+        ask(case)
+    assert caught.value.busy is is_busy
+
+
+def test_retry_after_is_read_as_seconds_or_as_a_date(ask):
+    with pytest.raises(TransientError) as caught:
+        ask(cases.busy("7"))
+    assert caught.value.retry_after_s == 7
+    now = datetime(2026, 9, 1, tzinfo=UTC)
+    assert seconds_to_wait(format_datetime(now + timedelta(seconds=90), usegmt=True), now) == 90
+    assert seconds_to_wait(format_datetime(now - timedelta(days=1), usegmt=True), now) == 0
+
+
+@given(st.text() | st.sampled_from(["-1", "inf", "nan", "Tue, 99 Foo 2026"]))
+def test_any_retry_after_is_a_finite_wait_or_none(header):
+    wait = seconds_to_wait(header, datetime(2026, 9, 1, tzinfo=UTC))
+    assert wait is None or 0 <= wait < float("inf")

@@ -1,0 +1,155 @@
+from __future__ import annotations
+
+import base64
+
+import ollama_cases as cases
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from foundry.errors import RequestError
+from foundry.models.base import UnusableReply
+from foundry.models.ollama_wire import chat_body, without_surrogates
+
+PIXEL = b"\x89PNG\r\n"
+OPTIONS = {
+    "temperature": 0.2,
+    "top_k": 40,
+    "top_p": 0.9,
+    "min_p": 0.0,
+    "typical_p": 1.0,
+    "repeat_penalty": 1.0,
+    "repeat_last_n": 64,
+    "presence_penalty": 0.0,
+    "frequency_penalty": 0.0,
+    "num_keep": 4,
+    "num_predict": 512,
+    "num_ctx": 8192,
+}
+SHARED = {"model": "qwen3:4b-instruct-2507-q4_K_M", "stream": False, "truncate": False, "think": False}
+
+
+def test_a_call_sends_exactly_this_body(ask):
+    _, body = ask(cases.grid_answer, "Where?")
+    assert body == {
+        **SHARED,
+        "messages": [{"role": "user", "content": "Where?"}],
+        "keep_alive": "30m",
+        "options": {**OPTIONS, "seed": 7},
+    }
+
+
+def test_the_body_is_the_one_of_the_pure_function(ask, make_model, make_request):
+    _, body = ask(cases.grid_answer, "Where?")
+    assert body == chat_body(make_model("gpu1").settings, make_request("Where?"), "30m")
+
+
+def test_images_travel_as_plain_base64_beside_the_text(ask, make_request):
+    request = make_request("Look", images=(PIXEL,))
+    _, body = ask(cases.grid_answer, request=request, name="qwen2.5vl:3b")
+    assert body["messages"] == [{"role": "user", "content": "Look", "images": [base64.b64encode(PIXEL).decode()]}]
+
+
+def test_a_schema_goes_with_its_kind_of_question(ask, make_request):
+    _, body = ask(cases.grid_answer, request=make_request(kind="message"), format="schema")
+    assert sorted(body["format"]["properties"]) == ["message", "reasoning"]
+
+
+def test_options_left_to_the_model_are_not_sent_and_load_options_are_when_set(ask):
+    _, body = ask(cases.grid_answer, options={"num_thread": 2, "top_k": None})
+    assert body["options"]["num_thread"] == 2
+    assert not {"top_k", "stop", "num_gpu"} & set(body["options"])
+
+
+def test_parameters_are_what_is_sent_beside_messages_seed_and_keep_alive(make_model):
+    assert make_model("gpu1").parameters() == {**SHARED, "options": OPTIONS}
+
+
+def test_parameters_hold_the_schemas_of_all_kinds(make_model):
+    model = make_model("gpu1", format="schema")
+    assert set(model.parameters()["format"]) == {"action", "message"} == set(model.kinds)
+
+
+def test_transport_settings_are_no_parameters(make_model):
+    slow = make_model("gpu1,gpu2", server={"keep_alive": 5, "read_timeout_s": 9})
+    assert slow.parameters() == make_model("gpu9").parameters()
+
+
+def test_a_kind_without_schema_is_refused_before_anything_is_sent(make_model, make_request):
+    with pytest.raises(RequestError, match="No schema for questions of kind 'dance'; there are: action, message"):
+        chat_body(make_model("gpu1", format="schema").settings, make_request(kind="dance"), "30m")
+
+
+def test_schema_properties_are_in_alphabetical_order(make_model):
+    for schema in make_model("gpu1", format="schema").settings.schemas.values():
+        assert list(schema["properties"]) == sorted(schema["properties"])
+
+
+def test_a_reply_carries_text_tokens_host_and_timings(ask):
+    case = cases.ChatCase(text="I stay.", prompt_tokens=900, output_tokens=5, delay_s=0.02)
+    reply, _ = ask(case)
+    assert (reply.text, reply.ending, reply.thinking) == ("I stay.", "stop", None)
+    assert (reply.prompt_tokens, reply.output_tokens) == (900, 5)
+    assert reply.host.startswith("http://127.0.0.1:")
+    assert reply.timings["output"] == pytest.approx(0.02)
+    parts = sum(reply.timings[name] for name in ("load", "prompt", "output", "queue"))
+    assert parts == pytest.approx(reply.timings["total"])
+    assert reply.timings["latency"] >= reply.timings["total"] > 0
+
+
+def test_lone_surrogates_become_replacement_characters_both_ways(ask):
+    raw = b'{"message": {"role": "assistant", "content": "a\\ud800b"}, "done": true, "done_reason": "stop"}'
+    reply, body = ask(cases.ChatCase(raw=raw), "x\ud83dy")
+    assert reply.text == "a\ufffdb"
+    assert body["messages"][0]["content"] == "x\ufffdy"
+
+
+@given(st.text(st.characters(codec=None)))
+def test_any_text_can_be_sent_and_only_lone_surrogates_change(text):
+    clean = without_surrogates(text)
+    clean.encode()
+    if not any(0xD800 <= ord(character) <= 0xDFFF for character in text):
+        assert clean == text
+
+
+def test_a_reply_cut_by_the_length_limit_says_so(ask):
+    assert ask(cases.ChatCase(text='{"act', done_reason="length"))[0].ending == "length"
+
+
+def test_thinking_without_content_up_to_the_limit_is_a_reply(ask):
+    reply, _ = ask(cases.ONLY_THINKING)
+    assert (reply.text, reply.ending) == ("", "length")
+    assert reply.thinking.startswith("Hmm")
+
+
+@pytest.mark.parametrize("case", [cases.ABORTED, cases.ABORTED_500])
+def test_a_model_that_repeats_itself_gives_an_aborted_reply(ask, case):
+    with pytest.raises(UnusableReply) as caught:
+        ask(case)
+    assert (caught.value.reply.text, caught.value.reply.ending) == ("", "aborted")
+
+
+def test_an_empty_reply_is_unusable_and_kept(ask):
+    with pytest.raises(UnusableReply, match="empty") as caught:
+        ask(cases.EMPTY)
+    assert (caught.value.reply.ending, caught.value.reply.output_tokens) == ("stop", 1)
+
+
+def test_a_long_prompt_is_refused_by_the_server_and_ends_the_run(ask):
+    with pytest.raises(RequestError, match="exceeds the available context size"):
+        ask(cases.grid_answer, "word " * 20_000)
+
+
+def test_a_prompt_that_was_cut_without_a_word_is_noticed(ask):
+    with pytest.raises(RequestError, match="silent truncation of a prompt of 9000 bytes to 1026 tokens"):
+        ask(cases.truncated(2048), "fire and water " * 600, options={"num_ctx": 2048})
+
+
+def test_a_short_prompt_is_never_taken_for_a_cut_one(ask):
+    reply, _ = ask(cases.truncated(2048), "fire and water " * 60, options={"num_ctx": 2048})
+    assert reply.prompt_tokens == 1026
+
+
+def test_a_reply_that_overflows_the_context_is_noticed(ask):
+    with pytest.raises(RequestError, match="overflowed the context"):
+        ask(cases.ChatCase(text="on and on", prompt_tokens=2000, output_tokens=100), options={"num_ctx": 2048})

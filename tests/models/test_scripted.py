@@ -1,0 +1,172 @@
+"""What every scripted policy must do, over the YAML files of its group; and what each is for."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import math
+from collections import Counter
+from typing import Any
+
+import msgspec
+import pytest
+from hydra.utils import instantiate
+from omegaconf import OmegaConf
+
+from foundry import seeding
+from foundry.errors import InputError
+from foundry.models.base import Request
+from foundry.models.scripted.base import ScriptedModel
+from foundry.models.scripted.random import Random
+from foundry.paths import conf_dir
+from foundry.records import GridStep, Message, Outcome, Record
+from foundry.worlds.base import Answer, Question
+from foundry.worlds.grid import GridScenario
+from foundry.worlds.grid.layouts import Explicit, Uniform
+
+NAMES = sorted(path.stem for path in (conf_dir() / "model" / "scripted").glob("*.yaml"))
+GRID = [name for name in NAMES if {"message", "action"} <= set(
+    instantiate(OmegaConf.load(conf_dir() / "model" / "scripted" / f"{name}.yaml"), _convert_="all").kinds
+)]  # fmt: skip
+PLACE = {"name": "hall", "type": "hall", "center": [5, 5], "extent": [1, 1], "capacity": 3}
+FIRE = {"name": "blaze", "start": 1, "position": [-4, -4], "intensity": 0.5, "radius": 4}
+
+
+def load(name: str) -> ScriptedModel:
+    model: ScriptedModel = instantiate(
+        OmegaConf.load(conf_dir() / "model" / "scripted" / f"{name}.yaml"), _convert_="all"
+    )
+    return model
+
+
+def world(cells: list[list[int]] | None = None, **changes: Any) -> GridScenario:
+    settings = {
+        "name": "small",
+        "half_size": 8,
+        "agents": len(cells) if cells else 6,
+        "steps": 6,
+        "places": [PLACE],
+        "fires": [FIRE],
+        "personas": {"gender": {"female": 1.0, "male": 1.0}},
+        "layout": Explicit(positions=cells) if cells else Uniform(),
+        "communication_distance": 5,
+        "history": {"memory": 5, "messages": 10},
+    }
+    return GridScenario(**(settings | changes))
+
+
+def request(question: Question, seed: int = 0) -> Request:
+    sampling = seeding.sampling_seed(seed, step=question.step, agent=question.agent, kind=question.kind)
+    return Request((), sampling, question.kind, question.observation, question.step, question.agent)
+
+
+def play(scenario: GridScenario, model: ScriptedModel, seed: int = 0) -> list[Record]:
+    episode, records = scenario.start(seed), []
+    while not episode.finished:
+        requests = [request(question, seed) for question in episode.pending()]
+        replies = asyncio.run(model.ask_all(requests))
+        records += episode.advance([Answer(reply.text, reply.ending) for reply in replies])
+    return records
+
+
+def steps(records: list[Record]) -> list[GridStep]:
+    return [record for record in records if isinstance(record, GridStep)]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_policy_is_named_after_its_file(name):
+    model = load(name)
+    assert model.name == f"scripted/{name}"
+    assert not model.remote
+    msgspec.json.encode(model.parameters())
+
+
+@pytest.mark.parametrize("name", [name for name in GRID if name != "flaky"])
+def test_a_policy_is_always_read_as_chosen(name):
+    rows = steps(play(world(), load(name)))
+    assert {row.outcome for row in rows} == {row.message_outcome for row in rows} == {Outcome.CHOSEN}
+
+
+@pytest.mark.parametrize("name", GRID)
+def test_two_copies_play_the_same_world(name):
+    first, second = ([msgspec.json.encode(record) for record in play(world(), load(name), 4)] for _ in range(2))
+    assert first == second
+
+
+@pytest.mark.parametrize("name", GRID)
+def test_a_policy_leaves_the_observation_as_it_is(name):
+    model = load(name)
+    for question in world().start(0).pending():
+        before = msgspec.json.encode(question.observation)
+        model.reply(request(question))
+        assert msgspec.json.encode(question.observation) == before
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_unknown_kind_of_question_is_refused_with_those_there_are(name):
+    model = load(name)
+    question = Question(1, 0, "parameters", {})
+    with pytest.raises(InputError, match="'parameters' not found.*Available: "):
+        asyncio.run(model.ask(request(question)))
+
+
+def test_random_draws_uniformly_among_the_legal_actions():
+    corner = world([[8, 8]]).start(0)
+    corner.advance([Answer('{"message": null}')])
+    (question,) = corner.pending()
+    replies = [Random("r").reply(request(question, seed)) for seed in range(900)]
+    counts = Counter(json.loads(reply.text).get("direction", "stay") for reply in replies)
+    assert counts.keys() == {"stay", "down", "left"}
+    assert all(abs(count - 300) < 3 * math.sqrt(900 * 2 / 9) for count in counts.values())
+
+
+@pytest.mark.parametrize(("probability", "actions"), [(0, {"move"}), (1, {"stay"})])
+def test_random_stays_as_often_as_it_is_told(probability, actions):
+    rows = steps(play(world(), Random("r", stay_probability=probability)))
+    assert {row.action for row in rows} == actions
+    assert all(row.moved == (row.action == "move") for row in rows)
+
+
+def test_a_probability_beyond_one_is_refused():
+    with pytest.raises(InputError, match="stay_probability is 1.5"):
+        Random("r", stay_probability=1.5)
+
+
+def test_stay_neither_moves_nor_speaks():
+    records = play(world(), load("stay"))
+    assert not any(row.moved or row.message for row in steps(records))
+
+
+def test_seek_takes_a_shortest_path_and_stays_inside():
+    rows = steps(play(world([[1, 2]], steps=9), load("seek")))
+    assert [row.moved for row in rows] == [True] * 5 + [False] * 4
+    assert rows[-1].place == "hall"
+
+
+def test_avoid_leaves_the_fire_and_does_not_return():
+    rows = steps(play(world([[-4, -3]], steps=20), load("avoid")))
+    gaps = [math.dist((row.x_next, row.y_next), FIRE["position"]) for row in rows]
+    assert gaps[:4] == sorted(gaps[:4])
+    assert all(gap > FIRE["radius"] for gap in gaps[4:])
+
+
+def test_avoid_relays_warnings_to_those_who_perceive_nothing():
+    records = play(world([[-4, -1], [-1, 1], [2, 4]], steps=3), load("avoid"))
+    heard = {(record.step, record.recipient) for record in records if isinstance(record, Message)}
+    assert (1, 1) in heard and (2, 2) in heard
+    perceived = [row.fires for row in steps(records) if row.agent == 2]
+    assert not any(perceived)
+    last = [row for row in steps(records) if row.agent == 2][-1]
+    assert last.memory == 'Fire "blaze" at (-4, -4), radius 4.'
+
+
+def test_herd_gathers():
+    rows = steps(play(world([[0, 0], [0, 4], [3, 2]], steps=6, fires=[]), load("herd")))
+    last = [(row.x_next, row.y_next) for row in rows if row.step == 6]
+    assert max(math.dist(a, b) for a in last for b in last) <= 2
+
+
+def test_echo_repeats_the_last_message():
+    rows = steps(play(world([[0, 0], [0, 1]], steps=2), load("echo")))
+    assert [row.message for row in rows[:2]] == ["I am Agent 0.", "I am Agent 1."]
+    assert [row.message for row in rows[2:]] == ["I am Agent 1.", "I am Agent 0."]

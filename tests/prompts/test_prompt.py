@@ -1,0 +1,85 @@
+from __future__ import annotations
+
+import pytest
+
+from foundry.errors import InputError
+from foundry.prompts import Prompt
+from foundry.worlds.base import Question
+
+
+def ask(kind="message", images=(), **observation):
+    return Question(1, 0, kind, observation, images)
+
+
+def test_one_text_is_one_user_message_without_its_last_line_break():
+    (message,) = Prompt("p", {"message": "I am {{ agent }}.\n"}).render(ask(agent=3))
+    assert (message.role, message.content) == ("user", "I am 3.")
+
+
+def test_a_list_gives_one_message_each_and_images_go_to_the_last_user_message():
+    template = [
+        {"role": "system", "content": "You act."},
+        {"role": "user", "content": "Look."},
+        {"role": "assistant", "content": "Yes."},
+        {"role": "user", "content": "Now {{ x }}."},
+        {"role": "assistant", "content": "I"},
+    ]
+    messages = Prompt("p", {"message": template}).render(ask(images=(b"png",), x=1))
+    assert [message.images for message in messages] == [(), (), (), (b"png",), ()]
+    assert [message.content for message in messages] == ["You act.", "Look.", "Yes.", "Now 1.", "I"]
+
+
+def test_text_from_models_is_never_template_code():
+    prompt = Prompt("p", {"message": "{{ heard }} {% for text in texts %}{{ text }}{% endfor %}"})
+    code = "{{ 7 * 7 }}{% raise %}{# <b>&"
+    assert prompt.render(ask(heard=code, texts=[code]))[0].content == f"{code} {code}"
+
+
+def test_a_key_named_like_a_dict_method_is_the_key():
+    prompt = Prompt("p", {"message": "{{ persona.items }} {{ persona['keys'] }}"})
+    assert prompt.render(ask(persona={"items": "a", "keys": "b"}))[0].content == "a b"
+
+
+@pytest.mark.parametrize(
+    ("template", "says"),
+    [
+        ("one\n{{ agnet }}", "Prompt 'p', template 'message', line 2: 'agnet' is undefined. Did you mean 'agent'?"),
+        ("{{ fires[0].radus }}", "line 1: 'dict object' has no attribute 'radus'. Did you mean 'radius'?"),
+        ("{{ zzz }}", "Observed: agent, fires."),
+        ("{{ agent.__class__.__mro__ }}", "line 1: access to attribute '__class__'"),
+        ("{{ agent + 'x' }}", "line 1: unsupported operand"),
+        ("{{ fires.append(1) }}", "line 1"),
+    ],
+)  # fmt: skip
+def test_a_template_that_cannot_be_filled_names_variant_kind_line_and_name(template, says):
+    prompt = Prompt("p", {"message": template})
+    with pytest.raises(InputError) as caught:
+        prompt.render(ask(agent=1, fires=[{"radius": 3}]))
+    assert says in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("templates", "says"),
+    [
+        ({"action": "one\n{% if %}"}, "Prompt 'p', template 'action', line 2: "),
+        ({"action": "{{ x | nosuch }}"}, "No filter named 'nosuch'"),
+        ({"action": 3}, "give a text, or a list"),
+        ({"action": []}, "give a text, or a list"),
+        ({"action": ["text"]}, "needs `role` and `content`"),
+        ({"action": [{"role": "user", "text": "t"}]}, "needs `role` and `content`"),
+        ({"action": [{"role": "usr", "content": "t"}]}, "'usr' not found. Did you mean 'user'?"),
+        ({"action": [{"role": "system", "content": "t"}]}, "one message needs the role 'user'"),
+    ],
+)
+def test_a_broken_template_is_refused_when_it_is_loaded(templates, says):
+    with pytest.raises(InputError) as caught:
+        Prompt("p", templates)
+    assert says in str(caught.value)
+
+
+def test_a_missing_kind_lists_those_there_are():
+    prompt = Prompt("p", {"message": "m", "action": "a"})
+    with pytest.raises(InputError, match="'act' not found. Did you mean 'action'.* Available: action, message"):
+        prompt.render(ask(kind="act"))
+    assert prompt.kinds == ("message", "action")

@@ -1,0 +1,62 @@
+"""The wheel carries everything and works from any directory."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from foundry import paths
+
+CLONE = paths.PACKAGE.parent
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel, built from the clone and unpacked as pip would, without the clone on the path."""
+    folder = tmp_path_factory.mktemp("wheel")
+    build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(folder), str(CLONE)]
+    done = subprocess.run(build, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    (wheel,) = folder.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(folder / "site")
+    return folder / "site"
+
+
+def run_installed(installed: Path, cwd: Path, code: str) -> str:
+    environment = {**os.environ, "PYTHONPATH": str(installed)}
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_the_wheel_holds_configs_sweeps_and_plugins(installed: Path):
+    for name in (
+        "foundry/conf/config.yaml",
+        "foundry/conf/model/scripted/random.yaml",
+        "foundry/sweeps/smoke.yaml",
+        "hydra_plugins/foundry_plugins/sources.py",
+        "analysis/__init__.py",
+    ):
+        assert (installed / name).is_file(), name
+    assert not (installed / "tests").exists()
+
+
+def test_the_wheel_uses_its_own_files(installed: Path, tmp_path: Path):
+    code = "from foundry import paths; print(paths.conf_dir()); print(paths.sweeps_dir())"
+    found = run_installed(installed, tmp_path, code).split()
+    assert found == [str(installed / "foundry" / "conf"), str(installed / "foundry" / "sweeps")]
+
+
+def test_the_wheel_runs_the_main_job_in_any_directory(installed: Path, tmp_path: Path):
+    code = """
+from foundry.cli import run
+assert run(["+sweep=smoke", "seed=0", "world.steps=2", "output.dir=out", "analyze=false"]) == 0
+"""
+    assert "3 of 3 runs complete in out" in run_installed(installed, tmp_path, code)
