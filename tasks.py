@@ -22,7 +22,8 @@ STAMP = VENV / "foundry-installed"
 def call(program: str, *arguments: str) -> None:
     """Run a program of the virtual environment; its failure is ours."""
     command = [str(BIN / program), *arguments]
-    print("$", program, *arguments, flush=True)
+    sys.stdout.write(f"$ {' '.join([program, *arguments])}\n")
+    sys.stdout.flush()
     done = subprocess.run(command, cwd=ROOT, check=False)
     if done.returncode != 0:
         sys.exit(done.returncode)

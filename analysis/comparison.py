@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -13,6 +15,9 @@ from analysis.intervals import Estimate, estimate
 from analysis.run import FloatArray
 from analysis.signatures import describe, discover
 from analysis.table import SignatureTable
+
+Group: TypeAlias = tuple[str, ...]
+"""The values of the columns that tell groups apart."""
 
 _MOST_COLUMNS = 5
 """Groups that stand side by side in the short table; more stand below one another."""
@@ -38,14 +43,16 @@ class Comparison:
         group_columns: the columns that tell the groups apart.
         values: by group and measure, the value of each seed: mean of the runs of that seed, such as repeats with
             other sampling seeds.
+        estimates: mean and interval by measure and group, as in the frame.
     """
 
     frame: pd.DataFrame
     group_columns: tuple[str, ...]
-    values: dict[tuple[str, ...], pd.DataFrame]
+    values: dict[Group, pd.DataFrame]
+    estimates: dict[tuple[str, Group], Estimate]
 
     @property
-    def groups(self) -> list[tuple[str, ...]]:
+    def groups(self) -> list[Group]:
         """The groups in the order of their first run."""
         return list(self.values)
 
@@ -64,21 +71,22 @@ def compare(table: SignatureTable, groups: pd.DataFrame) -> Comparison:
     """
     columns = tuple(groups.columns)
     keys = list(groups.itertuples(index=False, name=None))
-    values = {
-        group: _by_seed(table, [key == group for key in keys]) for group in dict.fromkeys(keys)
-    }
+    values = {group: _by_seed(table, [key == group for key in keys]) for group in dict.fromkeys(keys)}
     references = {group: _reference(group, list(values), columns) for group in values}
+    estimates = {
+        (measure, group): _estimate(measure, values[group]) for measure in table.measures for group in values
+    }
     rows = [
         {
             "measure": measure,
             **dict(zip(columns, group, strict=True)),
             "runs": keys.count(group),
-            **_estimates(measure, values[group], values.get(references[group]), references[group]),
+            **vars(found),
+            **_difference(measure, values, group, references[group]),
         }
-        for measure in table.measures
-        for group in values
+        for (measure, group), found in estimates.items()
     ]
-    return Comparison(pd.DataFrame(rows), columns, values)
+    return Comparison(pd.DataFrame(rows), columns, values, estimates)
 
 
 def _by_seed(table: SignatureTable, chosen: Sequence[bool]) -> pd.DataFrame:
@@ -87,9 +95,7 @@ def _by_seed(table: SignatureTable, chosen: Sequence[bool]) -> pd.DataFrame:
     return rows[list(table.measures)].astype(float).groupby(rows["seed"].to_numpy(), sort=True).mean()
 
 
-def _reference(
-    group: tuple[str, ...], groups: Sequence[tuple[str, ...]], columns: Sequence[str]
-) -> tuple[str, ...]:
+def _reference(group: Group, groups: Sequence[Group], columns: Sequence[str]) -> Group:
     """Return the group that this one is compared with; an empty one if there is none."""
     for index in (index for index, name in enumerate(columns) if name != "world"):
         levels = list(dict.fromkeys(one[index] for one in groups))
@@ -99,33 +105,32 @@ def _reference(
     return ()
 
 
-def _estimates(
-    measure: str, own: pd.DataFrame, other: pd.DataFrame | None, reference: tuple[str, ...]
-) -> dict[str, object]:
+def _estimate(measure: str, values: pd.DataFrame) -> Estimate:
     described = describe(measure)
-    mean = estimate(_column(own, measure), described.low, described.high)
-    found: dict[str, object] = {
-        "n": mean.n, "mean": mean.mean, "sd": mean.sd, "low": mean.low, "high": mean.high, "note": mean.note,
-    }  # fmt: skip
-    spread = described.high - described.low
-    paired = _paired(measure, own, other, spread)
-    return found | {
+    return estimate(_column(values, measure), described.low, described.high)
+
+
+def _difference(
+    measure: str, values: dict[Group, pd.DataFrame], group: Group, reference: Group
+) -> dict[str, object]:
+    """Return the mean difference to the reference over the seeds that have a value in both."""
+    found = Estimate(0, math.nan, math.nan, math.nan, math.nan, "")
+    if reference:
+        own, other = values[group], values[reference]
+        seeds = own.index.intersection(other.index)
+        spread = describe(measure).high - describe(measure).low
+        found = estimate(
+            _column(own.loc[seeds], measure) - _column(other.loc[seeds], measure), -spread, spread
+        )
+    return {
         "reference": group_label(reference),
-        "n_pairs": paired.n if paired else 0,
-        "difference": paired.mean if paired else np.nan,
-        "difference_sd": paired.sd if paired else np.nan,
-        "difference_low": paired.low if paired else np.nan,
-        "difference_high": paired.high if paired else np.nan,
-        "difference_note": paired.note if paired else "",
+        "n_pairs": found.n,
+        "difference": found.mean,
+        "difference_sd": found.sd,
+        "difference_low": found.low,
+        "difference_high": found.high,
+        "difference_note": found.note,
     }
-
-
-def _paired(measure: str, own: pd.DataFrame, other: pd.DataFrame | None, spread: float) -> Estimate | None:
-    """Return the mean difference over the seeds that have a value in both."""
-    if other is None:
-        return None
-    seeds = own.index.intersection(other.index)
-    return estimate(_column(own.loc[seeds], measure) - _column(other.loc[seeds], measure), -spread, spread)
 
 
 def _column(frame: pd.DataFrame, measure: str) -> FloatArray:
@@ -134,22 +139,21 @@ def _column(frame: pd.DataFrame, measure: str) -> FloatArray:
 
 def headline(comparison: Comparison) -> Headline:
     """Return the headline measures: mean and interval, one column a group while they fit, else one row."""
-    frame = comparison.frame
-    present = list(dict.fromkeys(frame["measure"]))
+    present = list(dict.fromkeys(measure for measure, _ in comparison.estimates))
     measures = [column for signature in discover() for column in signature.headline_columns(present)]
-    cells = {
-        (row["measure"], tuple(row[list(comparison.group_columns)])): _cell(row) for _, row in frame.iterrows()
-    }
+    cells = {key: _cell(found) for key, found in comparison.estimates.items()}
     groups = comparison.groups
     if len(groups) > _MOST_COLUMNS:
-        long = [(measure, group_label(group), cells[measure, group]) for measure in measures for group in groups]
+        long = [
+            (measure, group_label(group), cells[measure, group]) for measure in measures for group in groups
+        ]
         return Headline(("measure", "group", "mean [95 % interval]"), tuple(long))
     rows = [(measure, *(cells[measure, group] for group in groups)) for measure in measures]
     return Headline(("measure", *map(group_label, groups)), tuple(rows))
 
 
-def _cell(row: pd.Series[object]) -> str:
-    mean, low, high = (float(str(row[name])) for name in ("mean", "low", "high"))
-    if np.isnan(mean):
+def _cell(found: Estimate) -> str:
+    if math.isnan(found.mean):
         return "-"
-    return f"{mean:.3g}" if np.isnan(low) else f"{mean:.3g} [{low:.3g}, {high:.3g}]"
+    mean = f"{found.mean:.3g}"
+    return mean if math.isnan(found.low) else f"{mean} [{found.low:.3g}, {found.high:.3g}]"

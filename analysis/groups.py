@@ -58,9 +58,7 @@ def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, str]]:
 def _told_apart(names: list[str], configs: list[dict[str, str]], keys: list[tuple[str, ...]]) -> list[str]:
     """Return the names, those that hide a difference with that difference behind them."""
     first = {key: config for key, config in reversed(list(zip(keys, configs, strict=True)))}
-    hiding = {
-        name for name, config, key in zip(names, configs, keys, strict=True) if config != first[key]
-    }
+    hiding = {name for name, config, key in zip(names, configs, keys, strict=True) if config != first[key]}
     variants: dict[str, list[dict[str, str]]] = {name: [] for name in hiding}
     for name, config in zip(names, configs, strict=True):
         if name in hiding and config not in variants[name]:

@@ -84,7 +84,9 @@ def status(folder: RunFolder, summary: RunSummary | None) -> str:
 
 def further_factors(folder: RunFolder) -> dict[str, Any]:
     """Return the swept settings that have no column of their own."""
-    return {key: value for key, value in folder.factors.items() if key not in ("world", "model", "prompt", "seed")}
+    return {
+        key: value for key, value in folder.factors.items() if key not in ("world", "model", "prompt", "seed")
+    }
 
 
 def read_records(folder: RunFolder, summary: RunSummary | None) -> Records:
@@ -101,7 +103,9 @@ def read_records(folder: RunFolder, summary: RunSummary | None) -> Records:
     )
 
 
-def _lines(folder: RunFolder, name: str, content: bytes, summary: RunSummary | None, kind: type[_Line]) -> list[_Line]:
+def _lines(
+    folder: RunFolder, name: str, content: bytes, summary: RunSummary | None, kind: type[_Line]
+) -> list[_Line]:
     file = folder.path / name
     if summary is None:
         content = content[: content.rfind(b"\n") + 1]
@@ -210,7 +214,9 @@ def _triples(rows: Iterable[tuple[int, int, int]]) -> IntArray:
     return np.array(list(rows), dtype=np.int64).reshape(-1, 3)
 
 
-def _frame(run: str, lines: Sequence[GridStep] | Sequence[Message], kind: type[msgspec.Struct]) -> pd.DataFrame:
+def _frame(
+    run: str, lines: Sequence[GridStep] | Sequence[Message], kind: type[msgspec.Struct]
+) -> pd.DataFrame:
     columns = {name: [getattr(line, name) for line in lines] for name in kind.__struct_fields__}
     return pd.DataFrame({"run": [run] * len(lines), **columns})
 

@@ -129,7 +129,9 @@ def _notes(table: SignatureTable, compared: Comparison) -> list[str]:
         others = ", ".join(f"{count} {status}" for status, count in by_status.items() if status != COMPLETE)
         notes.append(f"{by_status[COMPLETE]} of {len(table.frame)} runs are complete; missing: {others}")
     if any(len(values) < FEWEST_FOR_CLAIMS for values in compared.values.values()):
-        notes.append(f"fewer than {FEWEST_FOR_CLAIMS} seeds: the numbers describe these runs, and prove nothing")
+        notes.append(
+            f"fewer than {FEWEST_FOR_CLAIMS} seeds: the numbers describe these runs, and prove nothing"
+        )
     for group, values in compared.values.items():
         readable = float(values[_READABLE].mean()) if _READABLE in values else 1.0
         if readable < _READABLE_ENOUGH:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -44,6 +44,10 @@ class RunResult:
     config: dict[str, Any]
     measures: dict[str, float]
     steps: pa.Table
+
+    def without_steps(self) -> RunResult:
+        """Return the same without the steps, which are large."""
+        return replace(self, steps=None)
 
 
 @dataclass(frozen=True)
@@ -136,7 +140,9 @@ def build_table(results: Sequence[RunResult]) -> SignatureTable:
 def _measure_columns(results: Sequence[RunResult]) -> list[str]:
     """Return the measures by signature, within one in the order of their first appearance."""
     found = list(dict.fromkeys(name for result in results for name in result.measures))
-    order = {name: index for index, name in enumerate(dict.fromkeys(name.partition(".")[0] for name in found))}
+    order = {
+        name: index for index, name in enumerate(dict.fromkeys(name.partition(".")[0] for name in found))
+    }
     return sorted(found, key=lambda name: order[name.partition(".")[0]])
 
 

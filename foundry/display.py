@@ -70,9 +70,18 @@ class SweepProgress:
                 now[name].add(tally)
         return now
 
-    def limit(self) -> int:
-        """Return how many calls all workers together may have in flight."""
-        return sum(int(report["limit"]) for report in self.folder.progress().values())
+    def at_end(self) -> dict[str, Totals]:
+        """Return the totals of a session that is over, from what its runs say of themselves."""
+        ended = {name: Totals(runs=totals.runs) for name, totals in self.before.items()}
+        for run in self.folder.runs():
+            summary = run.summary()
+            if summary is not None:
+                totals = ended[summary.model]
+                totals.complete += summary.status == "complete"
+                totals.failed += summary.status != "complete"
+                counts = summary.counts
+                totals.add({"calls": counts.calls, "cached": counts.cached, "retries": counts.retries})
+        return ended
 
 
 class ProgressDisplay:
@@ -121,7 +130,7 @@ class ProgressDisplay:
                 shown = time.monotonic()
                 self._console.print(self._line(totals), highlight=False)
         if self._console.is_terminal:
-            self._draw(self._progress.by_model())
+            self._draw(self._progress.at_end())
 
     def _draw(self, totals: Mapping[str, Totals]) -> None:
         for name, task in self._tasks.items():

@@ -26,15 +26,29 @@ def check(sweep: Sweep) -> dict[str, ModelInfo]:
     Raises:
         InputError: something does not exist, does not fit, or cannot be reached.
     """
-    checked: set[str] = set()
+    scenarios: dict[str, Scenario] = {}
     models: dict[str, Model] = {}
+    seeing: dict[str, str] = {}
     for condition in sweep.conditions:
-        model = models.setdefault(model_key(condition.config["model"]), build(condition.config["model"]))
-        parts = model_key({key: condition.config[key] for key in ("world", "prompt")}) + str(model.kinds)
-        if parts not in checked:
-            checked.add(parts)
-            _check_condition(condition, model)
-    return asyncio.run(_inspect(models))
+        key = model_key(condition.config["model"])
+        model = models.setdefault(key, build(condition.config["model"]))
+        parts = model_key({name: condition.config[name] for name in ("world", "prompt")}) + str(model.kinds)
+        if parts not in scenarios:
+            scenarios[parts] = _check_condition(condition, model)
+        if scenarios[parts].shows_images and model.remote:
+            seeing[key] = scenarios[parts].name
+    infos = asyncio.run(_inspect(models))
+    for key, world in seeing.items():
+        _check_sight(infos[key], world)
+    return infos
+
+
+def _check_sight(info: ModelInfo, world: str) -> None:
+    if "vision" not in info.capabilities:
+        raise InputError(
+            f"Model '{info.name}' cannot see images, which world '{world}' shows: "
+            "choose one with the capability 'vision' (foundry models lists them)."
+        )
 
 
 def scenario_of(config: Mapping[str, Any]) -> Scenario:
@@ -49,7 +63,7 @@ def prompt_of(config: Mapping[str, Any]) -> Prompt:
     return prompt
 
 
-def _check_condition(condition: Condition, model: Model) -> None:
+def _check_condition(condition: Condition, model: Model) -> Scenario:
     scenario, prompt = scenario_of(condition.config), prompt_of(condition.config)
     missing = [kind for kind in scenario.kinds if model.kinds is not None and kind not in model.kinds]
     if missing:
@@ -59,6 +73,7 @@ def _check_condition(condition: Condition, model: Model) -> None:
         )
     for question in first_questions(scenario, condition.seeds[0]):
         prompt.render(question)
+    return scenario
 
 
 def first_questions(scenario: Scenario, seed: int) -> Iterator[Question]:

@@ -116,6 +116,85 @@ class Message(Record, frozen=True, kw_only=True):
         counts.messages += 1
 
 
+class Pose(msgspec.Struct, frozen=True):
+    """Where an agent stands and looks in a 3D world.
+
+    Attributes:
+        x: foot position, metres.
+        y: foot position, metres.
+        z: foot position, metres, upwards.
+        yaw: heading, degrees, counter-clockwise from +x, 0..360.
+        pitch: gaze, degrees, up positive.
+    """
+
+    x: float
+    y: float
+    z: float
+    yaw: float
+    pitch: float
+
+
+class CameraStep(Record, frozen=True, kw_only=True):
+    """One decision in a 3D world (`steps.jsonl`).
+
+    Attributes:
+        step: 1-based decision.
+        agent: agent id, 0-based.
+        pose: before the motion.
+        pose_next: after it.
+        reply: the raw reply.
+        command: what was understood: `translate` (null or `{bearing, distance}`, degrees from the heading,
+            counter-clockwise, and metres), `turn`, `gaze` (degrees or null) and `stay`.
+        notes: how the text was read.
+        outcome: of the call.
+        boundary: what stopped or clamped the motion, or null.
+        travelled: length of the way covered, metres.
+        image: path of the image the model saw, relative to the run's folder, or null when it is not kept.
+        image_sha256: hash of that image's bytes.
+        inference_s: seconds the model took; never part of the simulated time.
+        distance_to_goal: geodesic distance to the goal after the motion, metres; null when it cannot be reached.
+        target_visible_px: pixels of the target in the image the model saw.
+        visible_px: pixels of every labelled thing in that image, by label; only what is in view.
+        line_of_sight: whether a straight line from the eye reaches the target, before the motion.
+        success: whether the goal is reached after the motion: near enough and in view.
+    """
+
+    stream: ClassVar[str] = "steps"
+
+    step: int
+    agent: int
+    pose: Pose
+    pose_next: Pose
+    reply: str
+    command: dict[str, Any]
+    notes: tuple[str, ...]
+    outcome: Outcome
+    boundary: str | None
+    travelled: float
+    image: str | None
+    image_sha256: str
+    inference_s: float
+    distance_to_goal: float | None
+    target_visible_px: int
+    visible_px: dict[str, int]
+    line_of_sight: bool
+    success: bool
+
+    def tally(self, counts: Counts) -> None:
+        """Count the decision and its outcome."""
+        counts.steps += 1
+        _increment(counts.outcomes, self.outcome)
+
+
+class SeenImage(Record, frozen=True, kw_only=True):
+    """An image that a model saw, kept as a file of its own: its path in the run's folder, and its bytes."""
+
+    stream: ClassVar[str] = "images"
+
+    path: str
+    content: bytes
+
+
 class Attempt(msgspec.Struct, frozen=True, kw_only=True):
     """One try at a call that did not give the answer: what went wrong and how long it took, seconds."""
 

@@ -1,7 +1,7 @@
 """The only code that knows the layout of a sweep's folder.
 
 outputs/<sweep>/sweep.yaml, multirun.yaml, runs/<run-id>/{config.yaml, run.json, steps.jsonl, messages.jsonl,
-calls.jsonl.zst, frames/}, analysis/; while it runs also progress/ and locks/.
+calls.jsonl.zst, frames/, images/}, analysis/; while it runs also progress/ and locks/.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import zstandard
 from filelock import FileLock, Timeout
 
 from foundry.errors import InputError, RecordError
-from foundry.records import Call, Counts, Record, RunSummary
+from foundry.records import Call, Counts, Record, RunSummary, SeenImage
 from foundry.sweep import Condition, Run, Sweep
 
 RECORD_STREAMS = ("steps", "messages")
@@ -164,7 +164,8 @@ class RunWriter:
         path = folder.path
         path.mkdir(parents=True, exist_ok=True)
         (path / "run.json").unlink(missing_ok=True)
-        shutil.rmtree(path / "frames", ignore_errors=True)
+        for kept in ("frames", "images"):
+            shutil.rmtree(path / kept, ignore_errors=True)
         write_atomically(path / "config.yaml", config_text.encode())
         self._files = {name: (path / f"{name}.jsonl").open("wb", buffering=0) for name in RECORD_STREAMS}
         self._hashes = {name: hashlib.sha256() for name in RECORD_STREAMS}
@@ -181,6 +182,8 @@ class RunWriter:
                 self._hashes[name].update(content)
         for record in records:
             record.tally(self.counts)
+            if isinstance(record, SeenImage):
+                self._keep(record.path, record.content)
 
     def append_calls(self, calls: Iterable[Call]) -> None:
         """Append calls to the compressed log and flush a block."""
@@ -196,9 +199,12 @@ class RunWriter:
 
     def frame(self, step: int, png: bytes) -> None:
         """Keep a picture of the state after `step` (0: the initial state)."""
-        frames = self.folder.path / "frames"
-        frames.mkdir(exist_ok=True)
-        (frames / f"step_{step:04d}.png").write_bytes(png)
+        self._keep(f"frames/step_{step:04d}.png", png)
+
+    def _keep(self, name: str, content: bytes) -> None:
+        path = self.folder.path / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(content)
 
     def digests(self) -> dict[str, str]:
         """Return the SHA-256 of every record file as written so far."""

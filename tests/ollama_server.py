@@ -18,6 +18,7 @@ from typing import Any
 
 import msgspec
 from aiohttp import web
+
 from ollama_cases import (
     Answerer,
     Body,

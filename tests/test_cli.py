@@ -11,13 +11,20 @@ from pathlib import Path
 import msgspec
 import pytest
 import yaml
-from ollama_cases import BAD_OPTION, RUNNER_DIED, Body, ChatCase, grid_answer, refused
-from ollama_server import OllamaServer
-from sweeps import SMALL, calls, foundry, records, statuses, sweep_folder
 
+from commands import SMALL, calls, foundry, records, statuses, sweep_folder
 from foundry.cli import run
 from foundry.store import SweepFolder
+from ollama_cases import BAD_OPTION, RUNNER_DIED, Body, ChatCase, grid_answer, refused
+from ollama_server import OllamaServer
 
+LOADED_BY_HELP = """
+import contextlib, sys
+from foundry.cli import run
+with contextlib.redirect_stdout(sys.stderr):
+    run(["--help"])
+print(sorted(sys.modules))
+"""
 TINY = ("world.agents=3", "world.steps=2", "analyze=false", "runner.workers=1")
 
 
@@ -327,10 +334,9 @@ def test_help_and_version_cost_little(workspace: Path):
     done = subprocess.run([sys.executable, "-m", "foundry", "--help"], capture_output=True, text=True, check=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     assert all(name in done.stdout for name in ("plan", "resume", "status", "analyze", "prompt", "models"))
-    loaded = "import sys; sys.argv = ['foundry', '--help']\ntry:\n import foundry.__main__ as m; m.main()\nexcept SystemExit: pass\nprint(sorted(sys.modules))"
-    modules = subprocess.run([sys.executable, "-c", loaded], capture_output=True, text=True, check=True).stdout
+    modules = subprocess.run([sys.executable, "-c", LOADED_BY_HELP], capture_output=True, text=True, check=True).stdout
     heavy = {"numpy", "hydra", "pandas", "matplotlib", "httpx", "scipy"}
-    assert heavy & set(ast.literal_eval(modules.splitlines()[-1])) == set()
+    assert heavy & set(ast.literal_eval(modules)) == set()
     assert after.ru_utime - before.ru_utime < 5
 
 

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+from commands import SMALL, cached_answers, calls, foundry, records, started, statuses, wait_until
+from foundry.store import SweepFolder
 from ollama_cases import Body, ChatCase, grid_answer
 from ollama_server import OllamaServer
-from sweeps import SMALL, cached_answers, calls, foundry, records, started, statuses, wait_until
-
-from foundry.store import SweepFolder
 
 SWEEP = ("-m", "model=qwen3:4b,llama3.2", "seed=0-2", *SMALL)
 CALLS = 2 * 3 * 4 * 4 * 2

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from sweeps import foundry, statuses
 
+from commands import foundry, statuses
 from foundry.store import SweepFolder
 
 TESTS = Path(__file__).parent

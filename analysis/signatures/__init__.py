@@ -57,7 +57,9 @@ class Signature:
 @lru_cache(maxsize=1)
 def discover() -> tuple[Signature, ...]:
     """Return all signatures by name."""
-    modules = [importlib.import_module(f"{__name__}.{found.name}") for found in pkgutil.iter_modules(__path__)]
+    modules = [
+        importlib.import_module(f"{__name__}.{found.name}") for found in pkgutil.iter_modules(__path__)
+    ]
     found = [Signature(one.NAME, one.measure, one.MEASURES, tuple(one.HEADLINE)) for one in modules]
     return tuple(sorted(found, key=lambda signature: signature.name))
 
@@ -65,7 +67,9 @@ def discover() -> tuple[Signature, ...]:
 def measure(run: GridRun) -> dict[str, float]:
     """Return every measure of every signature, by `<signature>.<measure>`."""
     return {
-        f"{signature.name}.{name}": value for signature in discover() for name, value in signature.measure(run).items()
+        f"{signature.name}.{name}": value
+        for signature in discover()
+        for name, value in signature.measure(run).items()
     }
 
 

@@ -40,10 +40,17 @@ class Question:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What the model said, and why its text ended (`stop`, `length` or `aborted`)."""
+    """What the model said.
+
+    Attributes:
+        text: the raw reply.
+        ending: why the text ended: `stop`, `length` or `aborted`.
+        inference_s: seconds the model took when it was asked; a cached answer keeps them.
+    """
 
     text: str
     ending: str = STOPPED
+    inference_s: float = 0.0
 
 
 class World(ABC):
@@ -78,9 +85,11 @@ class Scenario(ABC):
     Attributes:
         name: the world's name in tables and records.
         kinds: the kinds of question its episodes ask.
+        shows_images: whether its questions carry images, which not every model can see.
     """
 
     kinds: ClassVar[tuple[str, ...]]
+    shows_images: ClassVar[bool] = False
     name: str
 
     @abstractmethod

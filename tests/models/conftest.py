@@ -7,13 +7,13 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-import ollama_cases as cases
 import pytest
 import yaml
-from ollama_server import OllamaServer
 
+import ollama_cases as cases
 from foundry.models.base import ChatMessage, Model, Reply, Request
 from foundry.models.ollama import OllamaModel
+from ollama_server import OllamaServer
 
 T = TypeVar("T")
 YAML = Path(__file__).parents[2] / "conf" / "model" / "ollama.yaml"

@@ -5,12 +5,12 @@ import heapq
 import itertools
 
 import pytest
-from ollama_server import OllamaServer
 
 from foundry.errors import TransientError
 from foundry.models.base import Model, Reply
 from foundry.models.limited import LimitedModel
 from foundry.records import Attempt
+from ollama_server import OllamaServer
 
 BUSY = TransientError("full", busy=True)
 

@@ -4,14 +4,14 @@ import asyncio
 import json
 from pathlib import Path
 
-import ollama_cases as cases
 import pytest
-from ollama_server import OllamaServer
 from omegaconf import OmegaConf
 
+import ollama_cases as cases
 from foundry.build import build
 from foundry.errors import InputError, TransientError
 from foundry.models.ollama_wire import load_body
+from ollama_server import OllamaServer
 
 
 def test_a_server_that_never_answers_is_given_up_after_the_read_time_out(ask):

@@ -3,11 +3,11 @@ from __future__ import annotations
 from datetime import UTC, datetime, timedelta
 from email.utils import format_datetime
 
-import ollama_cases as cases
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import ollama_cases as cases
 from foundry.errors import RequestError, ServerError, TransientError
 from foundry.models.ollama_errors import seconds_to_wait
 

@@ -3,11 +3,11 @@ from __future__ import annotations
 import asyncio
 
 import pytest
-from ollama_cases import FakeModel
-from ollama_server import OllamaServer
 
 from foundry.errors import InputError
 from foundry.models.ollama_info import full_tag, list_models
+from ollama_cases import FakeModel
+from ollama_server import OllamaServer
 
 TAG = "qwen3:4b-instruct-2507-q4_K_M"
 

@@ -2,11 +2,11 @@ from __future__ import annotations
 
 import base64
 
-import ollama_cases as cases
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import ollama_cases as cases
 from foundry.errors import RequestError
 from foundry.models.base import UnusableReply
 from foundry.models.ollama_wire import chat_body, without_surrogates

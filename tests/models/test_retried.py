@@ -2,13 +2,13 @@ from __future__ import annotations
 
 import asyncio
 
-import ollama_cases as cases
 import pytest
-from ollama_server import OllamaServer
 
+import ollama_cases as cases
 from foundry.errors import RequestError, ServerError, TransientError
 from foundry.models.base import Reply, UnusableReply
 from foundry.models.retried import RetriedModel
+from ollama_server import OllamaServer
 
 DOWN = TransientError("down")
 

@@ -1,0 +1,65 @@
+"""Draws results; computes none."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+
+from analysis.comparison import Comparison
+from analysis.groups import group_label
+from analysis.plots import style
+from analysis.plots.panel import GroupValues, draw_panel
+from analysis.signatures import describe, discover
+
+
+def plot_signatures(comparison: Comparison, folder: Path) -> list[Path]:
+    """Write one PNG per signature, with its headline measures below one another; returns the files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    present = list(dict.fromkeys(measure for measure, _ in comparison.estimates))
+    written = []
+    for signature in discover():
+        measures = signature.headline_columns(present)
+        if measures:
+            path = folder / f"{signature.name}.png"
+            _write(path, measures, comparison)
+            written.append(path)
+    return written
+
+
+def _write(path: Path, measures: Sequence[str], comparison: Comparison) -> None:
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(style.RC)
+        figure = signature_figure(measures, comparison)
+        # No software entry: its version would change the bytes.
+        figure.savefig(path, format="png", dpi=style.DPI, metadata={"Software": None})
+
+
+def signature_figure(measures: Sequence[str], comparison: Comparison) -> Figure:
+    """Return a figure with a panel for each of these measures."""
+    groups = len(comparison.groups)
+    size = (style.WIDTH_IN, len(measures) * (0.52 + 0.34 * groups))
+    figure = Figure(figsize=size, dpi=style.DPI, layout="constrained", facecolor="white")
+    panels = figure.subplots(len(measures), 1, squeeze=False)[:, 0]
+    for ax, measure in zip(panels, measures, strict=True):
+        draw_panel(ax, group_values(comparison, measure), describe(measure).label)
+    return figure
+
+
+def group_values(comparison: Comparison, measure: str) -> list[GroupValues]:
+    """Return the results of one measure by group."""
+    found = {group: comparison.estimates[measure, group] for group in comparison.groups}
+    return [
+        GroupValues(
+            label=group_label(group),
+            values=comparison.values[group][measure].to_numpy(dtype=np.float64),
+            mean=one.mean,
+            low=one.low,
+            high=one.high,
+        )
+        for group, one in found.items()
+    ]

@@ -1,0 +1,41 @@
+"""How plots look: one column wide, readable in print, told apart with colour-vision deficiencies."""
+
+from __future__ import annotations
+
+from typing import Any
+
+PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+"""Okabe and Ito, without the yellow that is lost on white."""
+
+WIDTH_IN = 3.5
+"""One column of a paper, inches."""
+
+DPI = 200
+
+RC: Any = {
+    "font.family": ["DejaVu Sans"],
+    "font.size": 7.5,
+    "axes.titlesize": 8,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.spines.left": False,
+    "axes.edgecolor": "#666666",
+    "axes.linewidth": 0.6,
+    "axes.grid": True,
+    "axes.grid.axis": "x",
+    "axes.axisbelow": True,
+    "grid.color": "#E3E3E3",
+    "grid.linewidth": 0.6,
+    "xtick.major.size": 2.5,
+    "xtick.color": "#444444",
+    "ytick.major.size": 0,
+    "text.parse_math": False,
+    "svg.hashsalt": "foundry",
+}
+"""Settings under which plots are made, whatever the user's own are."""
+
+
+def colour(index: int) -> str:
+    """Return the colour of the group with this index."""
+    return PALETTE[index % len(PALETTE)]

@@ -1,0 +1,175 @@
+"""What the benchmarks share: clocks, a server in a process of its own, sweeps in this one, Markdown tables."""
+
+from __future__ import annotations
+
+import contextlib
+import datetime
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from foundry.build import build
+from foundry.compose import compose
+from foundry.preflight import check
+from foundry.records import RunSummary
+from foundry.runner import SweepJob
+from foundry.store import SweepFolder
+from foundry.sweep import expand
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Seconds of wall clock, and of CPU in the processes that were measured."""
+
+    wall_s: float
+    cpu_s: float
+
+
+@dataclass(frozen=True)
+class Swept:
+    """A sweep that ran in this process.
+
+    Attributes:
+        folder: what it wrote.
+        calls: model calls of all its runs.
+        cached: those of them that the answer cache answered.
+        running: cost of the runs alone.
+        whole: cost of everything: composing, checking, writing the sweep's folder and the runs.
+        span_s: seconds from the start of the first run to the end of the last one.
+    """
+
+    folder: SweepFolder
+    calls: int
+    cached: int
+    running: Cost
+    whole: Cost
+    span_s: float
+
+
+@dataclass(frozen=True)
+class Server:
+    """The test server, in a process of its own on the same machine."""
+
+    url: str
+    pid: int
+
+    def cpu_s(self) -> float:
+        """Return the CPU seconds it used so far; nan where the system has no /proc."""
+        stat = Path(f"/proc/{self.pid}/stat")
+        if not stat.exists():
+            return float("nan")
+        user, system = stat.read_text().rpartition(")")[2].split()[11:13]
+        return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+
+
+def cost_of(work: Callable[[], object]) -> Cost:
+    """Return what the work costs in this process."""
+    wall, cpu = time.perf_counter(), time.process_time()
+    work()
+    return Cost(time.perf_counter() - wall, time.process_time() - cpu)
+
+
+def cost_of_command(*arguments: str) -> Cost:
+    """Return what a `foundry` command costs from start-up to exit, in a process of its own."""
+    wall, before = time.perf_counter(), os.times()
+    subprocess.run([sys.executable, "-m", "foundry", *arguments], check=True, stdout=subprocess.DEVNULL)
+    after = os.times()
+    cpu = after.children_user - before.children_user + after.children_system - before.children_system
+    return Cost(time.perf_counter() - wall, cpu)
+
+
+def fastest(costs: Sequence[Cost]) -> Cost:
+    """Return the cost with the shortest wall clock: other work on the machine only adds to it."""
+    return min(costs, key=lambda cost: cost.wall_s)
+
+
+def run_sweep(folder: Path, *overrides: str) -> Swept:
+    """Run a sweep as the command does, in this process and without its display."""
+    wall, cpu = time.perf_counter(), time.process_time()
+    composed = compose(["-m", *overrides, f"output.dir={folder}", f"cache.path={folder.parent / 'answers.sqlite'}"])
+    assert composed is not None
+    sweep = expand(composed.asked, composed.conditions)
+    infos = check(sweep)
+    opened = SweepFolder.create(folder, sweep, dict(composed.settings), [])
+    job = SweepJob(opened, infos, Path(composed.settings["cache"]["path"]), frame_every=0)
+    runner = build(composed.settings["runner"])
+    running = cost_of(lambda: runner.run(job))
+    whole = Cost(time.perf_counter() - wall, time.process_time() - cpu)
+    return _swept(opened, running, whole)
+
+
+def _swept(folder: SweepFolder, running: Cost, whole: Cost) -> Swept:
+    summaries = [summary for run in folder.runs() if (summary := run.summary())]
+    unfinished = [summary.error for summary in summaries if summary.status != "complete"]
+    if unfinished or len(summaries) != len(folder.runs()):
+        raise RuntimeError(f"Not all {len(folder.runs())} runs completed: {unfinished[:1]}")
+    return Swept(
+        folder=folder,
+        calls=sum(summary.counts.calls for summary in summaries),
+        cached=sum(summary.counts.cached for summary in summaries),
+        running=running,
+        whole=whole,
+        span_s=_span_s(summaries),
+    )
+
+
+def _span_s(summaries: Sequence[RunSummary]) -> float:
+    starts = [datetime.datetime.fromisoformat(summary.started) for summary in summaries]
+    ends = [datetime.datetime.fromisoformat(summary.ended) for summary in summaries]
+    return (max(ends) - min(starts)).total_seconds()
+
+
+@contextlib.contextmanager
+def server(latency_s: float) -> Iterator[Server]:
+    """Start the test server; it answers every call after `latency_s`."""
+    command = [sys.executable, str(ROOT / "tests" / "ollama_server.py"), "--port", "0", "--latency", f"{latency_s}"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            url = process.stdout.readline().strip()
+            if not url:
+                raise RuntimeError("The test server did not start.")
+            yield Server(url, process.pid)
+        finally:
+            process.terminate()
+
+
+@contextlib.contextmanager
+def scratch() -> Iterator[Path]:
+    """Make a folder that is gone afterwards."""
+    with tempfile.TemporaryDirectory(prefix="foundry-bench-") as folder:
+        yield Path(folder)
+
+
+def at_most(value: float, target: float, unit: str) -> tuple[str, str]:
+    """Return the target in words, and whether the value meets it."""
+    return f"at most {target:,g} {unit}".strip(), "met" if value <= target else "missed"
+
+
+def at_least(value: float, target: float, unit: str) -> tuple[str, str]:
+    """Return the target in words, and whether the value meets it."""
+    return f"at least {target:,g} {unit}".strip(), "met" if value >= target else "missed"
+
+
+def print_title(title: str, *notes: str) -> None:
+    """Print what is measured, on what, and how."""
+    machine = f"{os.cpu_count()} cores ({platform.machine()}), {platform.system()}, Python {platform.python_version()}"
+    print(f"### {title}\n\n{machine}. {' '.join(notes)}\n")
+
+
+def print_table(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
+    """Print a Markdown table, its columns padded so that it reads well in a terminal too."""
+    cells = [list(columns), *([str(cell) for cell in row] for row in rows)]
+    widths = [max(len(row[index]) for row in cells) for index in range(len(columns))]
+    lines = [" | ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in cells]
+    lines.insert(1, " | ".join("-" * width for width in widths))
+    print("".join(f"| {line} |\n" for line in lines), flush=True)
