@@ -17,8 +17,11 @@ from functools import lru_cache
 RULE_VERSION = 1
 """Raised whenever a text could be labelled otherwise than before."""
 
-_LETTERS = "0-9a-z_\u00df-\u024f\u0370-\u03ff\u0400-\u04ff"
+_LETTERS = "a-z\u00df-\u024f\u0370-\u03ff\u0400-\u04ff"
 """Characters that make up words, for word boundaries; not the scripts that are written without blanks."""
+
+_IN_NAMES = _LETTERS + "0-9_"
+"""Characters that make up names: `fire1` is not found in `fire12`, though the word `fire` is."""
 
 WORDS: dict[str, str] = {
     "English": "fires?|wildfires?|flames?|blazes?|blazing|ablaze|inferno|burn|burns|burned|burnt|burning|smoke|smoky"
@@ -63,6 +66,6 @@ def _pattern(fires: tuple[str, ...]) -> re.Pattern[str]:
 
 def _bounded(pattern: str, name: str) -> str:
     """Return the pattern of a name, held to whole words where the name begins or ends with a letter."""
-    before = f"(?<![{_LETTERS}])" if re.match(f"[{_LETTERS}]", name) else ""
-    after = f"(?![{_LETTERS}])" if re.search(f"[{_LETTERS}]$", name) else ""
+    before = f"(?<![{_IN_NAMES}])" if re.match(f"[{_IN_NAMES}]", name) else ""
+    after = f"(?![{_IN_NAMES}])" if re.search(f"[{_IN_NAMES}]$", name) else ""
     return before + pattern + after

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from measuring import Swept, at_least, cost_of, fastest, print_table, print_title, run_sweep, scratch, server
 
-AGENTS, STEPS, RUNS = 20, 6, 40
+AGENTS, STEPS, RUNS = 20, 15, 40
 REPEATS = 3
 
 
@@ -58,8 +58,8 @@ def row(name: str, calls: int, per_s: float, cpu: float | None, baseline: float)
 def main() -> None:
     print_title(
         "Cached sweeps",
-        f"{RUNS} runs of {AGENTS} agents and {STEPS} steps: paid once (server without latency), then run again into other",
-        f"folders. Best of {REPEATS}. Ratios are to the look-ups of {AGENTS} keys at a time, as many as a round asks.",
+        f"{RUNS} runs of {AGENTS} agents and {STEPS} steps: paid once (server without latency), then run again into",
+        f"other folders. Best of {REPEATS}. Ratios are to the look-ups of {AGENTS} keys at a time, as many as a round asks.",
     )
     with scratch() as folder, server(0) as to:
         paid = sweep(folder / "paid", to.url, workers=1)
@@ -74,7 +74,9 @@ def main() -> None:
         row(f"SQLite alone, {AGENTS} keys at a time", len(keys), batches, None, batches),
         row("foundry, paid", paid.calls, paid.calls / paid.running.wall_s, paid.running.cpu_s, batches),
         row("foundry, cached, 1 worker", one.calls, per_s, one.running.cpu_s, batches),
-        row("foundry, cached, 2 workers, their start included", two.calls, two.calls / two.running.wall_s, None, batches),
+        row(
+            "foundry, cached, 2 workers, their start included", two.calls, two.calls / two.running.wall_s, None, batches
+        ),
         row("foundry, cached, 2 workers, first run to last", two.calls, spread, None, batches),
     ]
     print_table(["what", "calls", "calls/s", "calls per CPU second", "ratio"], rows)

@@ -210,7 +210,7 @@ def main() -> None:
         "A local server in a process of its own answers after the latency given. It shares the cores: its columns",
         "say how much it used. The bare clients post the bodies that foundry posted and do nothing else. Ratios are",
         "to bare httpx. Best of two, but one where the latency alone takes long (1 in flight, and bare httpx). At 1 in",
-        "flight with a latency every client sleeps between calls and wakes with cold caches; the first rows are without.",
+        "flight every client sleeps between calls and wakes with cold caches; the rows without latency show the rest.",
     )
     with server(0) as to, scratch() as folder:
         foundry_sample(to, WARM_UP, folder)  # what is imported on first use is start-up, not a call

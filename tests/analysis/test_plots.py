@@ -1,0 +1,72 @@
+"""The plots."""
+
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from analysis import analyze, signatures
+from analysis.plots.panel import GroupValues, draw_panel, jitter, wrapped
+
+NAN = float("nan")
+
+
+@pytest.fixture
+def plots(make_sweep, make_condition):
+    models = ["scripted/random", "hf.co/bartowski/Some-Very-Long-Model-Name-Instruct-2507-GGUF:q4_K_M"]
+    return analyze([make_sweep([make_condition(model, [0, 1]) for model in models]).path]).path / "plots"
+
+
+def test_there_is_a_plot_for_every_signature(plots):
+    assert {path.stem for path in plots.iterdir()} == {one.name for one in signatures.discover()}
+
+
+def test_plots_are_one_column_wide_and_carry_no_version(plots):
+    for path in plots.iterdir():
+        content = path.read_bytes()
+        assert content.startswith(b"\x89PNG")
+        assert struct.unpack(">I", content[16:20])[0] == 700
+        assert b"Software" not in content
+        assert b"Date" not in content
+
+
+def panel(*groups: GroupValues):
+    return draw_panel(Figure().add_subplot(), groups, "What is measured")
+
+
+def test_a_panel_shows_its_groups_from_top_to_bottom():
+    values = np.array([0.1, 0.2, NAN])
+    ax = panel(GroupValues("first", values, 0.15, 0.1, 0.2), GroupValues("second", values, 0.15, NAN, NAN))
+    assert [label.get_text() for label in ax.get_yticklabels()] == ["first", "second"]
+    assert ax.get_yticks().tolist() == [0, -1]
+    low, high = ax.get_xlim()
+    assert low < 0.1 < 0.2 < high
+
+
+def test_a_panel_without_any_value_says_so():
+    ax = panel(GroupValues("a", np.array([NAN]), NAN, NAN, NAN))
+    assert [text.get_text() for text in ax.texts] == ["undefined"]
+
+
+def test_equal_values_are_spread_and_have_room():
+    ax = panel(GroupValues("a", np.zeros(5), 0.0, NAN, NAN))
+    assert ax.get_xlim() == (-0.05, 0.05)
+    assert len(set(jitter(5).tolist())) == 5
+    assert np.abs(jitter(50)).max() < 0.5
+
+
+@pytest.mark.parametrize(
+    ("label", "expected"),
+    [
+        ("short", "short"),
+        ("qwen3:4b-instruct-2507-q4_K_M", "qwen3:4b-instruct-\n2507-q4_K_M"),
+        ("a" * 25, "a" * 20 + "\n" + "a" * 5),
+        ("a / prompt with blanks", "a / prompt with\nblanks"),
+        ("", ""),
+    ],
+)
+def test_long_labels_are_wrapped(label: str, expected: str):
+    assert wrapped(label) == expected

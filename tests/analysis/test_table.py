@@ -1,0 +1,187 @@
+"""The table of signatures and the whole analysis."""
+
+from __future__ import annotations
+
+import math
+
+import pandas as pd
+import pytest
+
+from analysis import analyze, signatures
+from analysis.load import read_records, read_run
+from analysis.pipeline import Analysis
+from foundry.errors import InputError, RecordError
+
+
+@pytest.fixture
+def two_models(make_sweep, make_condition, make_habits) -> Analysis:
+    folder = make_sweep(
+        [make_condition("still", range(7)), make_condition("lively", range(7))],
+        {"still": make_habits(move=0.2, unreadable=0), "lively": make_habits(move=0.95, unreadable=0.3)},
+    )
+    return analyze([folder.path])
+
+
+def test_a_row_per_run_in_the_order_of_the_sweep(two_models):
+    table = pd.read_csv(two_models.path / "signatures.csv")
+    assert list(table.columns[:6]) == ["run", "world", "model", "prompt", "seed", "status"]
+    assert table["model"].tolist() == ["still"] * 7 + ["lively"] * 7
+    assert table["seed"].tolist() == [*range(7)] * 2
+    assert (table["failure.rate"] == 0).all()
+    pd.testing.assert_frame_equal(pd.read_parquet(two_models.path / "signatures.parquet"), two_models.runs)
+    pd.testing.assert_frame_equal(table, two_models.runs)
+
+
+def test_the_table_holds_the_measures_of_each_run(make_sweep, make_condition):
+    folder = make_sweep([make_condition("a", [0, 1])])
+    row = analyze([folder.path]).runs.iloc[1]
+    run = folder.runs()[1]
+    measured = signatures.measure(read_run(run, read_records(run, run.summary())))
+    assert {name: row[name] for name in measured} == pytest.approx(measured, nan_ok=True)
+
+
+def test_columns_of_a_signature_stay_together(two_models):
+    names = [column.partition(".")[0] for column in two_models.runs.columns if "." in column]
+    assert names == sorted(names, key=list(dict.fromkeys(names)).index)
+    assert set(names) == {"failure", *(signature.name for signature in signatures.discover())}
+
+
+def test_an_analysis_is_the_same_byte_for_byte_when_repeated(two_models):
+    before = {path: path.read_bytes() for path in two_models.written}
+    analyze([two_models.path.parent])
+    assert before == {path: path.read_bytes() for path in two_models.written}
+
+
+def test_failed_and_unfinished_runs_have_a_row_and_no_values(make_sweep, make_condition, rewrite_run):
+    folder = make_sweep([make_condition("a", [0, 1, 2])])
+    rewrite_run(folder.runs()[0], "failed")
+    rewrite_run(folder.runs()[1], "unfinished")
+    found = analyze([folder.path])
+    assert found.runs["status"].tolist() == ["failed", "unfinished", "complete"]
+    assert found.runs["failure.rate"].tolist()[0] == 1
+    assert math.isnan(found.runs["failure.rate"][1])
+    assert found.runs["idle_rate.chosen"].isna().tolist() == [True, True, False]
+    assert any("1 of 3 runs are complete; missing: 1 failed, 1 unfinished" in note for note in found.notes)
+    rates = found.comparison.set_index("measure").loc["failure.rate"]
+    assert (rates["n"], rates["mean"]) == (2, 0.5)
+
+
+def test_a_sweep_of_which_nothing_is_complete_can_be_analysed(make_sweep, make_condition, rewrite_run):
+    folder = make_sweep([make_condition("a", [0])])
+    rewrite_run(folder.runs()[0], "failed")
+    found = analyze([folder.path])
+    assert found.runs["status"].tolist() == ["failed"]
+    assert found.headline().rows == ()
+
+
+def test_swept_settings_become_columns_and_groups(make_sweep, make_condition, small_world):
+    conditions = [
+        make_condition(
+            "a",
+            [0, 1],
+            factors=("world.agents",),
+            values={"world.agents": n},
+            world={**small_world, "agents": n},
+        )
+        for n in (2, 4)
+    ]
+    found = analyze([make_sweep(conditions).path])
+    assert found.runs["world.agents"].tolist() == [2, 2, 4, 4]
+    assert found.compared.groups == [("a", "2"), ("a", "4")]
+    assert found.compared.group_columns == ("model", "world.agents")
+    assert "world.agents" not in set(found.comparison["measure"])
+
+
+def test_several_sweeps_are_taken_together(make_sweep, make_condition):
+    first = make_sweep([make_condition("a", range(2))], name="first")
+    second = make_sweep([make_condition("b", range(2))], name="second")
+    found = analyze([first.path, second.path])
+    assert found.path == first.analysis_dir
+    assert found.runs["sweep"].tolist() == ["first", "first", "second", "second"]
+    assert found.compared.groups == [("a",), ("b",)]
+    assert not second.analysis_dir.exists()
+    steps = pd.read_parquet(first.analysis_dir / "steps.parquet")
+    assert steps["sweep"].value_counts().to_dict() == {"first": 300, "second": 300}
+
+
+def test_worlds_of_one_name_that_differ_are_told_apart(make_sweep, make_condition, small_world):
+    first = make_sweep([make_condition("a", range(2))], name="first")
+    other = make_condition("a", range(2), world={**small_world, "communication_distance": 4})
+    second = make_sweep([other], name="second")
+    groups = analyze([first.path, second.path]).compared.groups
+    assert groups == [
+        ("a", "small [communication_distance=2.5]"),
+        ("a", "small [communication_distance=4]"),
+    ]
+
+
+def test_models_of_one_name_with_many_other_settings_are_told_apart_by_a_hash(make_sweep, make_condition):
+    settings = ({"options": {"temperature": 0.1, "top_k": 40, "top_p": 0.9}}, {"think": True})
+    folders = [
+        make_sweep([make_condition("a", [0], model_settings={**one, "server": {"hosts": [n]}})], name=f"s{n}")
+        for n, one in enumerate(settings)
+    ]
+    groups = analyze([folder.path for folder in folders]).compared.groups
+    assert len(groups) == 2
+    assert all(group[0].startswith("a #") for group in groups)
+
+
+def test_a_server_is_no_difference(make_sweep, make_condition):
+    folders = [
+        make_sweep([make_condition("a", [n], model_settings={"server": {"hosts": [n]}})], name=f"s{n}")
+        for n in range(2)
+    ]
+    assert analyze([folder.path for folder in folders]).compared.groups == [("a",)]
+
+
+def test_a_setting_swept_in_one_sweep_is_looked_up_in_the_other(make_sweep, make_condition, small_world):
+    swept = [
+        make_condition(
+            "a",
+            [0],
+            factors=("world.agents",),
+            values={"world.agents": n},
+            world={**small_world, "agents": n},
+        )
+        for n in (2, 6)
+    ]
+    first = make_sweep(swept, name="first")
+    second = make_sweep([make_condition("b", [0])], name="second")
+    found = analyze([first.path, second.path])
+    assert found.runs["world.agents"].tolist() == [2, 6, 6]
+
+
+def test_steps_are_kept_without_their_texts(two_models):
+    steps = pd.read_parquet(two_models.path / "steps.parquet")
+    assert not {"message", "memory", "reasoning", "message_reasoning"} & set(steps.columns)
+    assert len(steps) == 14 * 25 * 6
+    assert steps["outcome"].isin(["chosen", "repaired", "unreadable", "empty", "failed"]).all()
+
+
+def test_many_runs_are_measured_in_processes_with_the_same_result(make_sweep, make_condition, small_world):
+    world = {**small_world, "steps": 2, "agents": 2}
+    folder = make_sweep([make_condition("a", range(66), world=world)])
+    found = analyze([folder.path]).runs
+    one = folder.runs()[65]
+    measured = signatures.measure(read_run(one, read_records(one, one.summary())))
+    assert found["seed"].tolist() == list(range(66))
+    assert found.iloc[65][list(measured)].to_dict() == pytest.approx(measured, nan_ok=True)
+
+
+def test_unreadable_replies_are_pointed_out(two_models):
+    assert any(note.startswith("lively: only") for note in two_models.notes)
+
+
+def test_no_folder_and_a_folder_given_twice_are_refused(make_sweep, make_condition):
+    folder = make_sweep([make_condition("a", [0])])
+    with pytest.raises(InputError, match="at least one"):
+        analyze([])
+    with pytest.raises(InputError, match="more than once"):
+        analyze([folder.path, folder.path])
+
+
+def test_a_damaged_run_is_an_error_that_names_the_file(make_sweep, make_condition):
+    folder = make_sweep([make_condition("a", [0])])
+    (folder.runs()[0].path / "steps.jsonl").write_bytes(b"")
+    with pytest.raises(RecordError, match=r"steps\.jsonl"):
+        analyze([folder.path])
