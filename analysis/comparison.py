@@ -141,7 +141,8 @@ def headline(comparison: Comparison) -> Headline:
     """Return the headline measures: mean and interval, one column a group while they fit, else one row."""
     present = list(dict.fromkeys(measure for measure, _ in comparison.estimates))
     measures = [column for signature in discover() for column in signature.headline_columns(present)]
-    cells = {key: _cell(found) for key, found in comparison.estimates.items()}
+    seeds = {group: len(values) for group, values in comparison.values.items()}
+    cells = {key: _cell(found, seeds[key[1]]) for key, found in comparison.estimates.items()}
     groups = comparison.groups
     if len(groups) > _MOST_COLUMNS:
         long = [
@@ -152,8 +153,8 @@ def headline(comparison: Comparison) -> Headline:
     return Headline(("measure", *map(group_label, groups)), tuple(rows))
 
 
-def _cell(found: Estimate) -> str:
+def _cell(found: Estimate, seeds: int) -> str:
     if math.isnan(found.mean):
         return "-"
-    mean = f"{found.mean:.3g}"
-    return mean if math.isnan(found.low) else f"{mean} [{found.low:.3g}, {found.high:.3g}]"
+    interval = "" if math.isnan(found.low) else f" [{found.low:.3g}, {found.high:.3g}]"
+    return f"{found.mean:.3g}{interval}" + (f" n={found.n}" if found.n < seeds else "")

@@ -128,6 +128,11 @@ def _check_digest(file: Path, content: bytes, summary: RunSummary) -> None:
         )
 
 
+def is_grid(config: dict[str, Any]) -> bool:
+    """Return whether the run's world is a 2D one, by the setting that only those have."""
+    return "half_size" in config["world"]
+
+
 def settings(folder: RunFolder) -> GridSettings:
     """Return the settings of the run's world.
 

@@ -12,7 +12,7 @@ import pandas as pd
 from analysis.comparison import Comparison, Headline, compare, headline
 from analysis.groups import group_columns, group_label
 from analysis.intervals import FEWEST_FOR_CLAIMS
-from analysis.load import COMPLETE
+from analysis.load import COMPLETE, is_grid
 from analysis.table import RunResult, SignatureTable, build_table, measure_runs
 from foundry.errors import InputError
 from foundry.store import SweepFolder, ensure_writable
@@ -46,7 +46,7 @@ class Analysis:
         return headline(self.compared)
 
 
-def analyze(dirs: Sequence[Path]) -> Analysis:
+def analyze(dirs: Sequence[Path], *, plots: bool = True) -> Analysis:
     """Compute all signatures, compare the groups, draw the plots, write everything.
 
     The files go to the `analysis` folder of the first sweep. With several sweeps all their runs are taken
@@ -54,9 +54,10 @@ def analyze(dirs: Sequence[Path]) -> Analysis:
 
     Args:
         dirs: folders of sweeps, at least one.
+        plots: whether to draw the plots, which take most of the time of a small sweep.
 
     Raises:
-        InputError: a folder is no sweep's, is given twice, or its world is not a 2D one.
+        InputError: a folder is no sweep's, or is given twice.
         RecordError: a recorded file is damaged.
     """
     paths = [Path(path) for path in dirs]
@@ -66,13 +67,15 @@ def analyze(dirs: Sequence[Path]) -> Analysis:
     table = build_table(results)
     groups = group_columns(results, table)
     compared = compare(table, groups)
-    written = [folder / "steps.parquet", *_write_tables(folder, table, compared), *_plot(folder, compared)]
+    written = [folder / "steps.parquet", *_write_tables(folder, table, compared)]
+    if plots:
+        written += _plot(folder, compared)
     return Analysis(
         path=folder,
         runs=table.frame,
         comparison=compared.frame,
         compared=compared,
-        notes=tuple(_notes(table, compared)),
+        notes=tuple([*_notes(table, compared), *_unmeasured(results)]),
         written=tuple(written),
     )
 
@@ -123,7 +126,9 @@ def _plot(folder: Path, compared: Comparison) -> list[Path]:
 
 
 def _notes(table: SignatureTable, compared: Comparison) -> list[str]:
-    notes = ["mean [95 % Student-t interval] over seeds; differences between groups are in comparison.csv"]
+    notes = [
+        "mean [95 % Student-t interval] over seeds; n where only some have a value; differences: comparison.csv"
+    ]
     by_status = Counter(table.frame["status"])
     if by_status[COMPLETE] < len(table.frame):
         others = ", ".join(f"{count} {status}" for status, count in by_status.items() if status != COMPLETE)
@@ -140,3 +145,8 @@ def _notes(table: SignatureTable, compared: Comparison) -> list[str]:
                 "as staying, which shows in idle rate, stability, clustering and exploration"
             )
     return notes
+
+
+def _unmeasured(results: Sequence[RunResult]) -> list[str]:
+    worlds = dict.fromkeys(result.keys["world"] for result in results if not is_grid(result.config))
+    return [f"world {world} is not a 2D one: its runs are listed, without signatures" for world in worlds]

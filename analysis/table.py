@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from analysis import signatures
-from analysis.load import COMPLETE, FAILED, further_factors, identity, read_records, read_run
+from analysis.load import COMPLETE, FAILED, further_factors, identity, is_grid, read_records, read_run
 from analysis.signatures import FAILURE_RATE
 from foundry.store import RunFolder, SweepFolder
 
@@ -34,8 +34,8 @@ class RunResult:
         keys: the columns KEYS.
         factors: the further swept settings.
         config: its effective configuration.
-        measures: by `<signature>.<measure>`; empty unless the run is complete.
-        steps: its steps without texts; empty unless the run is complete.
+        measures: by `<signature>.<measure>`; FAILURE_RATE alone unless it is a complete run of a 2D world.
+        steps: its steps without texts; empty in the same cases.
     """
 
     sweep: str
@@ -93,10 +93,10 @@ def _measure_part(path: Path, name: str, part: range) -> list[RunResult]:
 
 
 def measure_run(folder: RunFolder, sweep: str) -> RunResult:
-    """Measure one run; one that is not complete has no measures.
+    """Measure one run; one that is not complete, or whose world is not a 2D one, has no measures.
 
     Raises:
-        InputError: its world is not a 2D one.
+        InputError: the settings of its world cannot be read.
         RecordError: a recorded file is damaged.
     """
     from analysis.steps_file import steps_table
@@ -104,7 +104,7 @@ def measure_run(folder: RunFolder, sweep: str) -> RunResult:
     keys = identity(folder)
     measures = {FAILURE_RATE: {COMPLETE: 0.0, FAILED: 1.0}.get(keys["status"], math.nan)}
     lines = []
-    if keys["status"] == COMPLETE:
+    if keys["status"] == COMPLETE and is_grid(folder.config()):
         records = read_records(folder, folder.summary())
         measures |= signatures.measure(read_run(folder, records))
         lines = records.steps

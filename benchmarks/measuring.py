@@ -40,19 +40,35 @@ class Swept:
 
     Attributes:
         folder: what it wrote.
-        calls: model calls of all its runs.
-        cached: those of them that the answer cache answered.
+        summaries: how its runs ended, in the order of their starts.
         running: cost of the runs alone.
         whole: cost of everything: composing, checking, writing the sweep's folder and the runs.
-        span_s: seconds from the start of the first run to the end of the last one.
     """
 
     folder: SweepFolder
-    calls: int
-    cached: int
+    summaries: tuple[RunSummary, ...]
     running: Cost
     whole: Cost
-    span_s: float
+
+    @property
+    def calls(self) -> int:
+        """Model calls of all runs."""
+        return sum(summary.counts.calls for summary in self.summaries)
+
+    @property
+    def cached(self) -> int:
+        """Those of the calls that the answer cache answered."""
+        return sum(summary.counts.cached for summary in self.summaries)
+
+    def per_s_once_begun(self, workers: int) -> float:
+        """Return calls per second from the end of the first run on, without the workers' first runs.
+
+        Worker processes take a second to start, and load on their first run what they need.
+        """
+        first, later = self.summaries[:workers], self.summaries[workers:]
+        begun = min(datetime.datetime.fromisoformat(summary.ended) for summary in first)
+        ended = max(datetime.datetime.fromisoformat(summary.ended) for summary in self.summaries)
+        return sum(summary.counts.calls for summary in later) / (ended - begun).total_seconds()
 
 
 @dataclass(frozen=True)
@@ -104,28 +120,15 @@ def run_sweep(folder: Path, *overrides: str) -> Swept:
     runner = build(composed.settings["runner"])
     running = cost_of(lambda: runner.run(job))
     whole = Cost(time.perf_counter() - wall, time.process_time() - cpu)
-    return _swept(opened, running, whole)
+    return Swept(opened, _summaries(opened), running, whole)
 
 
-def _swept(folder: SweepFolder, running: Cost, whole: Cost) -> Swept:
+def _summaries(folder: SweepFolder) -> tuple[RunSummary, ...]:
     summaries = [summary for run in folder.runs() if (summary := run.summary())]
-    unfinished = [summary.error for summary in summaries if summary.status != "complete"]
-    if unfinished or len(summaries) != len(folder.runs()):
-        raise RuntimeError(f"Not all {len(folder.runs())} runs completed: {unfinished[:1]}")
-    return Swept(
-        folder=folder,
-        calls=sum(summary.counts.calls for summary in summaries),
-        cached=sum(summary.counts.cached for summary in summaries),
-        running=running,
-        whole=whole,
-        span_s=_span_s(summaries),
-    )
-
-
-def _span_s(summaries: Sequence[RunSummary]) -> float:
-    starts = [datetime.datetime.fromisoformat(summary.started) for summary in summaries]
-    ends = [datetime.datetime.fromisoformat(summary.ended) for summary in summaries]
-    return (max(ends) - min(starts)).total_seconds()
+    failures = [summary.error for summary in summaries if summary.status != "complete"]
+    if failures or len(summaries) != len(folder.runs()):
+        raise RuntimeError(f"Not all {len(folder.runs())} runs completed: {failures[:1]}")
+    return tuple(sorted(summaries, key=lambda summary: summary.started))
 
 
 @contextlib.contextmanager
@@ -163,7 +166,8 @@ def at_least(value: float, target: float, unit: str) -> tuple[str, str]:
 def print_title(title: str, *notes: str) -> None:
     """Print what is measured, on what, and how."""
     machine = f"{os.cpu_count()} cores ({platform.machine()}), {platform.system()}, Python {platform.python_version()}"
-    print(f"### {title}\n\n{machine}. {' '.join(notes)}\n")
+    load = f"load {os.getloadavg()[0]:.1f} before" if hasattr(os, "getloadavg") else "load unknown"
+    print(f"### {title}\n\n{machine}; {load}. {' '.join(notes)}\n", flush=True)
 
 
 def print_table(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:

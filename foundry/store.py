@@ -13,6 +13,7 @@ import hashlib
 import io
 import os
 import shutil
+import threading
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -39,7 +40,7 @@ def to_yaml(value: Any) -> str:
 
 def write_atomically(path: Path, content: bytes) -> None:
     """Write a file so that a reader or a crash sees either all of it or none."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}.tmp")
     temporary.write_bytes(content)
     temporary.replace(path)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from matplotlib.figure import Figure
 from analysis.comparison import Comparison
 from analysis.groups import group_label
 from analysis.plots import style
-from analysis.plots.panel import GroupValues, draw_panel
+from analysis.plots.panel import GroupValues, draw_panel, panel_height
 from analysis.signatures import describe, discover
 
 
@@ -31,9 +32,11 @@ def plot_signatures(comparison: Comparison, folder: Path) -> list[Path]:
 
 
 def _write(path: Path, measures: Sequence[str], comparison: Comparison) -> None:
-    with matplotlib.rc_context():
+    with matplotlib.rc_context(), warnings.catch_warnings():
+        # A name in a script that no installed font has is drawn as boxes; that is seen, and no cause to stop.
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         matplotlib.rcdefaults()
-        matplotlib.rcParams.update(style.RC)
+        matplotlib.rcParams.update(style.settings())
         figure = signature_figure(measures, comparison)
         # No software entry: its version would change the bytes.
         figure.savefig(path, format="png", dpi=style.DPI, metadata={"Software": None})
@@ -41,8 +44,8 @@ def _write(path: Path, measures: Sequence[str], comparison: Comparison) -> None:
 
 def signature_figure(measures: Sequence[str], comparison: Comparison) -> Figure:
     """Return a figure with a panel for each of these measures."""
-    groups = len(comparison.groups)
-    size = (style.WIDTH_IN, len(measures) * (0.52 + 0.34 * groups))
+    height = panel_height([group_label(group) for group in comparison.groups])
+    size = (style.WIDTH_IN, len(measures) * height)
     figure = Figure(figsize=size, dpi=style.DPI, layout="constrained", facecolor="white")
     panels = figure.subplots(len(measures), 1, squeeze=False)[:, 0]
     for ax, measure in zip(panels, measures, strict=True):

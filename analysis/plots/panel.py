@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _LABEL_WIDTH = 20
+_TITLE_WIDTH = 34
+_LINE_IN = 0.13
 _SPREAD = 0.28
 _PATTERN = 5
 """Rows over which the dots of successive seeds are spread, so that equal values stay apart."""
@@ -51,11 +53,17 @@ def draw_panel(ax: Axes, groups: Sequence[GroupValues], title: str) -> Axes:
     """
     for row, group in enumerate(groups):
         _draw_group(ax, group, -row, style.colour(row))
-    ax.set_title(wrapped(title, 52))
+    ax.set_title(wrapped(title, _TITLE_WIDTH))
     ax.set_yticks([-row for row in range(len(groups))], [wrapped(group.label) for group in groups])
     ax.set_ylim(-len(groups) + 0.45, 0.55)
     _set_limits(ax, groups)
     return ax
+
+
+def panel_height(labels: Sequence[str]) -> float:
+    """Return the height of a panel of groups with these labels, inches."""
+    lines = max(wrapped(label).count("\n") + 1 for label in labels)
+    return 0.6 + len(labels) * max(0.3, lines * _LINE_IN + 0.04)
 
 
 def _draw_group(ax: Axes, group: GroupValues, row: int, colour: str) -> None:

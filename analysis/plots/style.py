@@ -12,8 +12,10 @@ WIDTH_IN = 3.5
 
 DPI = 200
 
+FALLBACK_FONTS = ("Noto Sans CJK JP", "Noto Sans JP", "Hiragino Sans", "Yu Gothic", "Meiryo", "IPAexGothic")
+"""Fonts for what the first one lacks, Japanese names of places above all; those that are installed are used."""
+
 RC: Any = {
-    "font.family": ["DejaVu Sans"],
     "font.size": 7.5,
     "axes.titlesize": 8,
     "axes.titlelocation": "left",
@@ -39,3 +41,11 @@ RC: Any = {
 def colour(index: int) -> str:
     """Return the colour of the group with this index."""
     return PALETTE[index % len(PALETTE)]
+
+
+def settings() -> Any:
+    """Return RC with the fonts that this machine has."""
+    from matplotlib.font_manager import fontManager
+
+    installed = {font.name for font in fontManager.ttflist}
+    return RC | {"font.family": ["DejaVu Sans", *(name for name in FALLBACK_FONTS if name in installed)]}

@@ -13,11 +13,10 @@ import msgspec
 from httpx_aiohttp import AiohttpTransport
 
 from foundry.errors import InputError, TransientError, not_found
-from foundry.models import ollama_info, ollama_wire
+from foundry.models import ollama_wire
 from foundry.models.base import ModelInfo, Reply, Request
-from foundry.models.ollama_errors import Origin, refusal
+from foundry.models.ollama_errors import WAYS_ON, Origin, refusal
 from foundry.models.ollama_hosts import HostPool, parse_hosts
-from foundry.models.ollama_info import WAYS_ON
 from foundry.models.ollama_wire import ChatSettings
 from foundry.models.serving import ServedModel, Serving, read_settings
 
@@ -114,6 +113,9 @@ class OllamaModel(ServedModel):
             InputError: a server cannot be reached, does not have the model or has another one under its
                 name, or the model cannot do what the settings ask.
         """
+        # The client takes 0.1 s to import, and workers never inspect.
+        from foundry.models import ollama_info
+
         infos = await ollama_info.inspect_model(self.name, self.hosts)
         info = ollama_info.agreed(infos)
         self._versions = {host: each.server_version or "" for host, each in infos.items()}

@@ -13,6 +13,11 @@ from foundry.errors import BackendError, RequestError, ServerError, TransientErr
 from foundry.models.base import Reply, UnusableReply
 from foundry.worlds.base import ABORTED
 
+WAYS_ON = (
+    "Start Ollama (ollama serve, https://ollama.com/download), set OLLAMA_HOST, "
+    "or try scripted models: foundry model=scripted/random"
+)
+
 BUSY = frozenset({429, 502, 503})
 TRANSIENT = frozenset({408, 504})
 HOPELESS: Mapping[int, str] = {

@@ -13,14 +13,10 @@ from ollama import AsyncClient, ResponseError
 
 from foundry.errors import InputError, not_found
 from foundry.models.base import ModelInfo
-from foundry.models.ollama_errors import error_text
+from foundry.models.ollama_errors import WAYS_ON, error_text
 from foundry.models.ollama_hosts import parse_hosts
 
 TIMEOUT = httpx.Timeout(30.0, connect=5.0)
-WAYS_ON = (
-    "Start Ollama (ollama serve, https://ollama.com/download), set OLLAMA_HOST, "
-    "or try scripted models: foundry model=scripted/random"
-)
 
 
 @dataclass(frozen=True, slots=True)

@@ -248,13 +248,19 @@ def make_sweep(tmp_path: Path) -> Callable[..., SweepFolder]:
     return make
 
 
+@pytest.fixture(scope="session", name="write_sweep")
+def write_sweep_fixture() -> Callable[..., SweepFolder]:
+    """Return the function that writes a sweep into a folder."""
+    return write_sweep
+
+
 @pytest.fixture
 def small_world() -> dict[str, Any]:
     """The settings of the world that the runs are of."""
     return WORLD
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def make_condition() -> Callable[..., Condition]:
     """Return the function that makes a condition."""
     return condition

@@ -9,19 +9,29 @@ import pytest
 from matplotlib.figure import Figure
 
 from analysis import analyze, signatures
-from analysis.plots.panel import GroupValues, draw_panel, jitter, wrapped
+from analysis.plots.panel import GroupValues, draw_panel, jitter, panel_height, wrapped
 
 NAN = float("nan")
 
 
-@pytest.fixture
-def plots(make_sweep, make_condition):
+@pytest.fixture(scope="module")
+def plots(tmp_path_factory, write_sweep, make_condition):
     models = ["scripted/random", "hf.co/bartowski/Some-Very-Long-Model-Name-Instruct-2507-GGUF:q4_K_M"]
-    return analyze([make_sweep([make_condition(model, [0, 1]) for model in models]).path]).path / "plots"
+    path = tmp_path_factory.mktemp("plots") / "sweep"
+    return (
+        analyze([write_sweep(path, [make_condition(model, [0, 1]) for model in models]).path]).path / "plots"
+    )
 
 
 def test_there_is_a_plot_for_every_signature(plots):
     assert {path.stem for path in plots.iterdir()} == {one.name for one in signatures.discover()}
+
+
+def test_an_analysis_is_the_same_byte_for_byte_when_repeated(plots):
+    before = {path: path.read_bytes() for path in plots.parent.rglob("*.*")}
+    assert set(analyze([plots.parents[1]]).written) == set(before)
+    assert {path.suffix for path in before} == {".csv", ".parquet", ".png"}
+    assert before == {path: path.read_bytes() for path in before}
 
 
 def test_plots_are_one_column_wide_and_carry_no_version(plots):
@@ -70,3 +80,14 @@ def test_equal_values_are_spread_and_have_room():
 )
 def test_long_labels_are_wrapped(label: str, expected: str):
     assert wrapped(label) == expected
+
+
+def test_rows_are_high_enough_for_their_labels():
+    assert panel_height(["a", "b" * 70]) > panel_height(["a", "b"])
+
+
+def test_names_in_any_script_can_be_drawn(make_sweep, make_condition, small_world):
+    places = [{**small_world["places"][0], "name": "図書館 $x_1"}]
+    found = analyze([make_sweep([make_condition("a", [0], world={**small_world, "places": places})]).path])
+    assert "place_choice.share_図書館 $x_1" in found.runs.columns
+    assert found.path / "plots" / "place_choice.png" in found.written

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pandas as pd
 import pytest
 
-from analysis import analyze, signatures
+import analysis
+from analysis import signatures
 from analysis.load import read_records, read_run
 from analysis.pipeline import Analysis
 from foundry.errors import InputError, RecordError
+
+
+def analyze(folders: list[Path]) -> Analysis:
+    return analysis.analyze(folders, plots=False)
 
 
 @pytest.fixture
@@ -44,12 +50,6 @@ def test_columns_of_a_signature_stay_together(two_models):
     names = [column.partition(".")[0] for column in two_models.runs.columns if "." in column]
     assert names == sorted(names, key=list(dict.fromkeys(names)).index)
     assert set(names) == {"failure", *(signature.name for signature in signatures.discover())}
-
-
-def test_an_analysis_is_the_same_byte_for_byte_when_repeated(two_models):
-    before = {path: path.read_bytes() for path in two_models.written}
-    analyze([two_models.path.parent])
-    assert before == {path: path.read_bytes() for path in two_models.written}
 
 
 def test_failed_and_unfinished_runs_have_a_row_and_no_values(make_sweep, make_condition, rewrite_run):
@@ -185,3 +185,15 @@ def test_a_damaged_run_is_an_error_that_names_the_file(make_sweep, make_conditio
     (folder.runs()[0].path / "steps.jsonl").write_bytes(b"")
     with pytest.raises(RecordError, match=r"steps\.jsonl"):
         analyze([folder.path])
+
+
+def test_runs_of_other_worlds_are_listed_without_signatures(make_sweep, make_condition):
+    folder = make_sweep([make_condition("a", [0])])
+    content = (folder.path / "sweep.yaml").read_text(encoding="utf-8")
+    (folder.path / "sweep.yaml").write_text(
+        content.replace("half_size: 5", "scene: kibo.usd"), encoding="utf-8"
+    )
+    found = analyze([folder.path])
+    assert found.runs["failure.rate"].tolist() == [0]
+    assert found.headline().rows == ()
+    assert any("is not a 2D one" in note for note in found.notes)

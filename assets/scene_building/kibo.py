@@ -1,0 +1,150 @@
+"""The laboratory module: 11 m long, 2.2 m between the racks, a hatch at +x, airlock and windows at -x.
+
+The frame is that of the task: the floor lies at z = -0.2358, the axis at y = 20.1, and a start pose at x = 4 with
+yaw 180 looks along the module. Seen that way starboard is the right side (+y) and port the left (-y).
+"""
+
+from __future__ import annotations
+
+from scene_building import rack_textures as art
+from scene_building.kibo_equipment import add_equipment
+from scene_building.rack_textures import Row
+from scene_building.shapes import Shape, Vector, box, cylinder, extrusion, named, quad, ring
+from scene_building.stage import REST, Colour, Look, SceneBuilder
+from scene_building.textures import plain
+
+X_AIRLOCK, X_HATCH = -5.2, 5.8
+AXIS_Y, FLOOR = 20.1, -0.2358
+HALF, HEIGHT = 1.1, 2.2
+CEILING = FLOOR + HEIGHT
+PORT_Y, STARBOARD_Y = AXIS_Y - HALF, AXIS_Y + HALF
+DEPTH, BAYS, BAY, END = 0.8, 10, 1.05, 0.25
+RADIUS, CHAMFER = 2.2, 0.25
+
+PORT: Colour = (206, 192, 164)
+STARBOARD: Colour = (164, 184, 204)
+OVERHEAD: Colour = (216, 218, 216)
+DECK: Colour = (78, 92, 112)
+FRAME = Look("frame", (150, 146, 138), plain((150, 146, 138)))
+INSIDE_RACK = Look("rack_side", (112, 112, 110))
+
+SIDES = (
+    ("Port", "F", PORT, "y+", (0, 3, 1, 4, 2, 0, 5, 1, 3, 4)),
+    ("Starboard", "A", STARBOARD, "y-", (2, 1, 4, 0, 3, 5, 1, 2, 0, 3)),
+    ("Overhead", "O", OVERHEAD, "z-", (6, 7, 6, 7, 6, 7, 6, 7, 6, 7)),
+    ("Deck", "D", DECK, "z+", (8,) * BAYS),
+)
+"""Name of each side, letter of its rack labels, tint, the face that looks inwards, and the design of each bay."""
+
+DESIGNS: tuple[tuple[Row, ...], ...] = (
+    (Row(2, art.panel), Row(4, art.drawers(2, 3)), Row(1, art.vents), Row(2, art.ports)),
+    (Row(8, art.drawers(2, 5)), Row(1, art.vents)),
+    (Row(3, art.display), Row(3, art.drawers(1, 3)), Row(2, art.ports), Row(1, art.panel)),
+    (Row(2, art.drawers(2, 1)), Row(5, art.bags), Row(1, art.vents)),
+    (Row(2, art.display), Row(4, art.chamber), Row(2, art.drawers(2, 1)), Row(1, art.vents)),
+    (Row(2, art.panel), Row(3, art.ports), Row(3, art.drawers(3, 2)), Row(1, art.panel)),
+    (Row(3, art.panel), Row(1, art.vents), Row(3, art.panel)),
+    (Row(2, art.drawers(2, 2)), Row(1, art.panel), Row(2, art.drawers(2, 2))),
+)
+
+
+def build() -> SceneBuilder:
+    """Return the scene."""
+    scene = SceneBuilder("kibo")
+    _add_structure(scene)
+    for side in range(len(SIDES)):
+        _add_racks(scene, side)
+    _add_handrails(scene)
+    _add_lamps(scene)
+    add_equipment(scene)
+    return scene
+
+
+def _add_structure(scene: SceneBuilder) -> None:
+    shell = ring((X_AIRLOCK, AXIS_Y, FLOOR + HALF), (X_HATCH, AXIS_Y, FLOOR + HALF), RADIUS + 0.05, RADIUS, segments=32)
+    scene.mesh("/World/Shell", shell, Look("shell", (196, 198, 200)))
+    plate = Look("end_plate", (176, 170, 158), art.end_plate())
+    centre = FLOOR + HALF
+    aft = cylinder((X_AIRLOCK - 0.1, AXIS_Y, centre), (X_AIRLOCK, AXIS_Y, centre), RADIUS + 0.05, segments=32)
+    forward = cylinder((X_HATCH + 0.1, AXIS_Y, centre), (X_HATCH, AXIS_Y, centre), RADIUS + 0.05, segments=32)
+    scene.mesh("/World/Structure/AirlockEnd", aft, plate)
+    scene.mesh("/World/Structure/HatchEnd", forward, plate)
+    for name, x0, x1 in (("AirlockFrame", X_AIRLOCK, X_AIRLOCK + END), ("HatchFrame", X_HATCH - END, X_HATCH)):
+        frame: Shape = ()
+        for low, high in _cross_sections():
+            frame += box((x0, *low), (x1, *high), tile=(0.5, 0.5))
+        scene.mesh(f"/World/Structure/{name}", frame, FRAME)
+    inner = CEILING - CHAMFER
+    port = [(PORT_Y, inner), (PORT_Y + CHAMFER, CEILING), (PORT_Y, CEILING)]
+    starboard = [(STARBOARD_Y, inner), (STARBOARD_Y, CEILING), (STARBOARD_Y - CHAMFER, CEILING)]
+    for name, profile in (("Standoff_Port", port), ("Standoff_Starboard", starboard)):
+        scene.mesh(f"/World/Structure/{name}", extrusion(profile, X_AIRLOCK, X_HATCH), Look("standoff", (128, 132, 138)))
+
+
+def _cross_sections() -> tuple[tuple[tuple[float, float], tuple[float, float]], ...]:
+    """Return the (y, z) corners of the four sides, in the order of SIDES."""
+    return (
+        ((PORT_Y - DEPTH, FLOOR), (PORT_Y, CEILING)),
+        ((STARBOARD_Y, FLOOR), (STARBOARD_Y + DEPTH, CEILING)),
+        ((PORT_Y, CEILING), (STARBOARD_Y, CEILING + DEPTH)),
+        ((PORT_Y, FLOOR - DEPTH), (STARBOARD_Y, FLOOR)),
+    )
+
+
+def _add_racks(scene: SceneBuilder, side: int) -> None:
+    name, letter, tint, face, designs = SIDES[side]
+    low, high = _cross_sections()[side]
+    sheet = Look("rack_labels", art.WHITE, art.label_sheet(_labels(), 4, BAYS))
+    for bay in range(BAYS):
+        x1 = X_HATCH - END - BAY * bay
+        path = scene.thing(f"/World/Racks/{name}_{bay + 1:02d}", f"rack JPM1{letter}{bay + 1}")
+        front = art.deck_plate(tint) if name == "Deck" else art.rack_front(tint, DESIGNS[designs[bay]])
+        look = Look(f"{name.lower()}_{designs[bay]}", tint, front)
+        scene.mesh(f"{path}/Body", box((x1 - BAY, *low), (x1, *high)), {REST: INSIDE_RACK, face: look})
+        scene.mesh(f"{path}/Label", _label_quad(side, bay, x1), sheet)
+
+
+def _labels() -> list[str]:
+    return [f"JPM1{letter}{bay + 1}" for bay in range(BAYS) for _, letter, *_ in SIDES]
+
+
+def _label_quad(side: int, bay: int, x1: float) -> Shape:
+    """Return the label of a rack, upright at the top of its front, with its place on the sheet."""
+    width, height, gap = 0.27, 0.09, 0.004
+    x0, top = x1 - 0.38, CEILING - CHAMFER - 0.13
+    shapes = (
+        quad((x0 + width, PORT_Y + gap, top), (-width, 0, 0), (0, 0, height)),
+        quad((x0, STARBOARD_Y - gap, top), (width, 0, 0), (0, 0, height)),
+        quad((x1 - 0.1, AXIS_Y - width / 2, CEILING - gap), (0, width, 0), (height, 0, 0)),
+        quad((x1 - 0.2, AXIS_Y - width / 2, FLOOR + gap), (0, width, 0), (-height, 0, 0)),
+    )
+    (face,) = shapes[side]
+    uvs = tuple(((side + u) / 4, 1 - (bay + 1 - v) / BAYS) for u, v in face.uvs)
+    return (type(face)(face.corners, uvs, face.group),)
+
+
+def _add_handrails(scene: SceneBuilder) -> None:
+    pattern = scene.pattern("Handrail")
+    rail = cylinder((-0.4, 0.07, 0), (0.4, 0.07, 0), 0.018, segments=8)
+    for x in (-0.36, 0.36):
+        rail += box((x - 0.02, 0, -0.02), (x + 0.02, 0.07, 0.02))
+    scene.mesh(f"{pattern}/Rail", named(rail, "side"), Look("handrail", (214, 158, 40)))
+    for name, y, turn, bays in (("Port", PORT_Y, 0.0, (1, 2, 4, 5, 7, 9, 10)), ("Starboard", STARBOARD_Y, 180.0, (1, 2, 5, 7, 8, 10))):
+        for bay in bays:
+            at: Vector = (X_HATCH - END - BAY * (bay - 0.5), y, FLOOR + 0.62)
+            scene.copy(f"/World/Handrails/{name}_{bay:02d}", pattern, "handrail", at=at, turn=turn)
+
+
+def _add_lamps(scene: SceneBuilder) -> None:
+    inner, lift = CEILING - CHAMFER, 0.025
+    port = [
+        (PORT_Y + 0.05, inner + 0.05), (PORT_Y + 0.05 + lift, inner + 0.05 - lift),
+        (PORT_Y + 0.2 + lift, inner + 0.2 - lift), (PORT_Y + 0.2, inner + 0.2),
+    ]  # fmt: skip
+    starboard = [(2 * AXIS_Y - y, z) for y, z in reversed(port)]
+    look = Look("lamp", (250, 248, 236), glows=True)
+    for name, profile in (("Port", port), ("Starboard", starboard)):
+        for number in range(5):
+            x0 = X_AIRLOCK + 0.7 + 2.1 * number
+            path = scene.thing(f"/World/Lamps/{name}_{number + 1}", "lamp")
+            scene.mesh(f"{path}/Tube", extrusion(profile, x0, x0 + 1.2), look)

@@ -1,0 +1,1 @@
+"""3D worlds: USD scenes seen and walked through by one agent."""

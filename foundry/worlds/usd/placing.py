@@ -1,0 +1,63 @@
+"""Puts meshes where they belong: transforms, copies, and one point for each distinct corner."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from foundry.worlds.usd.scene import FloatArray, IntArray, SceneMesh
+
+_Scalar = TypeVar("_Scalar", bound=np.generic)
+
+
+def weld(columns: list[npt.NDArray[np.generic]]) -> tuple[IntArray, IntArray]:
+    """Find the distinct corners among c of them.
+
+    Args:
+        columns: (c,) or (c, k) values of each corner; corners that agree in all columns are one.
+
+    Returns:
+        For each distinct corner the first corner that is like it (n,), and for each corner its distinct one (c,).
+    """
+    keys = np.zeros(len(columns[0]), np.int64)
+    for column in columns:
+        rows = np.ascontiguousarray(column).reshape(len(column), -1)
+        whole = rows.view(np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))).ravel()
+        _, ids = np.unique(whole, return_inverse=True)
+        _, keys = np.unique(keys * (int(ids.max(initial=0)) + 1) + ids, return_inverse=True)
+    _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
+    return first.astype(np.int64), inverse.astype(np.int64)
+
+
+def placed(mesh: SceneMesh, matrices: FloatArray) -> SceneMesh:
+    """Return the mesh under each of these (k, 4, 4) transforms (points are rows), as one mesh."""
+    linear, count = matrices[:, :3, :3], len(mesh.points)
+    points = mesh.points @ linear + matrices[:, None, 3, :3]
+    mirrored = np.linalg.det(linear) < 0
+    triangles = mesh.triangles + (np.arange(len(matrices)) * count)[:, None, None]
+    triangles[mirrored] = triangles[mirrored][..., ::-1]
+    normals = None if mesh.normals is None else _turned_normals(mesh.normals, linear, mirrored)
+    return replace(
+        mesh,
+        points=points.reshape(-1, 3),
+        triangles=triangles.reshape(-1, 3),
+        normals=normals,
+        uvs=_repeated(mesh.uvs, len(matrices)),
+        vertex_colours=_repeated(mesh.vertex_colours, len(matrices)),
+    )
+
+
+def _turned_normals(normals: FloatArray, linear: FloatArray, mirrored: npt.NDArray[np.bool_]) -> FloatArray:
+    """Transform (n, 3) normals by the cofactors, which exist even where a scale is 0 and no inverse does."""
+    cofactors = np.cross(np.roll(linear, -1, axis=1), np.roll(linear, -2, axis=1))
+    signs = np.where(mirrored, -1.0, 1.0)[:, None, None]
+    turned = (normals @ cofactors * signs).reshape(-1, 3)
+    lengths = np.linalg.norm(turned, axis=1, keepdims=True)
+    return np.asarray(turned / np.where(lengths == 0, 1, lengths))
+
+
+def _repeated(values: npt.NDArray[_Scalar] | None, times: int) -> npt.NDArray[_Scalar] | None:
+    return None if values is None else np.tile(values, (times, 1))

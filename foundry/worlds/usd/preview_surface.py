@@ -1,0 +1,107 @@
+"""UsdPreviewSurface: colour, texture, opacity and emission."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from PIL import Image
+from pxr import Sdf
+
+from foundry.worlds.usd.findings import Findings
+from foundry.worlds.usd.scene import Colour, UInt8Array
+from foundry.worlds.usd.shading import Look, constant, coordinates, identifier, node, source, srgb
+from foundry.worlds.usd.textures import Textures, scaled
+
+_WRAPS = {"mirror": "mirror", "clamp": "clamp", "black": "clamp"}
+"""Every other mode, and none at all, repeats."""
+
+
+def preview_look(shader: Any, textures: Textures, findings: Findings, time: Any) -> Look:
+    """Read a UsdPreviewSurface shader."""
+    return _Reader(textures, findings, time).look(shader)
+
+
+class _Reader:
+    def __init__(self, textures: Textures, findings: Findings, time: Any) -> None:
+        self._textures, self._findings, self._time = textures, findings, time
+
+    def look(self, shader: Any) -> Look:
+        """Read the surface; its colour comes from a value, a texture or a primvar."""
+        diffuse = source(shader, "diffuseColor")
+        giver = node(diffuse)
+        opacity = float(constant(shader, "opacity", 1.0, self._time))
+        emissive = self._emissive(shader)
+        if giver is None:
+            value = constant(shader, "diffuseColor", (0.18, 0.18, 0.18), self._time)
+            return Look(colour=srgb(value), opacity=opacity, emissive=emissive)
+        if identifier(giver).startswith("UsdPrimvarReader"):
+            name = str(constant(giver, "varname", "displayColor", self._time))
+            return Look(colour_primvar=name, opacity=opacity, emissive=emissive)
+        if identifier(giver) == "UsdUVTexture":
+            return self._textured(shader, giver, diffuse, opacity, emissive)
+        self._findings.add("Shader node that cannot be drawn", f"{identifier(giver)} at {giver.GetPath()}")
+        return Look(opacity=opacity, emissive=emissive)
+
+    def _emissive(self, shader: Any) -> Colour:
+        if node(source(shader, "emissiveColor")) is not None:
+            self._findings.add("Emission from a texture is not drawn", str(shader.GetPath()))
+        return srgb(constant(shader, "emissiveColor", (0.0, 0.0, 0.0), self._time))
+
+    def _textured(self, shader: Any, giver: Any, diffuse: Any, opacity: float, emissive: Colour) -> Look:
+        picture = self._picture(giver)
+        if picture is None:
+            fallback = constant(giver, "fallback", None, self._time)
+            return Look(colour=None if fallback is None else srgb(fallback), opacity=opacity, emissive=emissive)
+        channel = "rgba".find(diffuse.GetBaseName())
+        rgb = picture[..., :3] if channel < 0 else np.repeat(_channel(picture, channel)[..., None], 3, axis=2)
+        alpha = self._alpha(shader)
+        primvar, transform = coordinates(giver, "st", self._time)
+        return Look(
+            colour=(1.0, 1.0, 1.0),
+            opacity=opacity,
+            emissive=emissive,
+            texture=rgb if alpha is None else _with_alpha(rgb, alpha),
+            wrap=_WRAPS.get(str(constant(giver, "wrapS", "repeat", self._time)), "repeat"),
+            uv_primvar=primvar,
+            uv_transform=transform,
+        )
+
+    def _picture(self, giver: Any) -> UInt8Array | None:
+        asset = constant(giver, "file", Sdf.AssetPath(), self._time)
+        picture = self._textures.load(asset, str(giver.GetPath()))
+        if picture is None:
+            return None
+        scale = np.array(constant(giver, "scale", (1.0, 1.0, 1.0, 1.0), self._time))
+        bias = np.array(constant(giver, "bias", (0.0, 0.0, 0.0, 0.0), self._time))
+        linear = constant(giver, "sourceColorSpace", "auto", self._time) == "raw"
+        if not linear and (scale == 1).all() and (bias == 0).all():
+            return picture
+        return scaled(picture, scale, bias, linear=linear)
+
+    def _alpha(self, shader: Any) -> UInt8Array | None:
+        """Return the (h, w) picture that the opacity comes from, or None when it comes from none."""
+        opacity = source(shader, "opacity")
+        giver = node(opacity)
+        if giver is None:
+            return None
+        picture = self._picture(giver) if identifier(giver) == "UsdUVTexture" else None
+        if picture is None:
+            self._findings.add("Opacity that cannot be drawn", str(shader.GetPath()))
+            return None
+        alpha = _channel(picture, "rgba".find(opacity.GetBaseName()))
+        threshold = float(constant(shader, "opacityThreshold", 0.0, self._time))
+        return alpha if threshold <= 0 else np.where(alpha >= threshold * 255, 255, 0).astype(np.uint8)
+
+
+def _channel(picture: UInt8Array, channel: int) -> UInt8Array:
+    """Return one channel as (h, w); a picture without alpha is opaque."""
+    if channel >= picture.shape[2]:
+        return np.full(picture.shape[:2], 255, np.uint8)
+    return picture[..., max(channel, 0)]
+
+
+def _with_alpha(rgb: UInt8Array, alpha: UInt8Array) -> UInt8Array:
+    if alpha.shape != rgb.shape[:2]:
+        alpha = np.asarray(Image.fromarray(alpha).resize(rgb.shape[1::-1]), np.uint8)
+    return np.dstack([rgb, alpha])

@@ -1,0 +1,80 @@
+"""A scene as plain triangles: right-handed, Z up, metres."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+UInt8Array = npt.NDArray[np.uint8]
+Colour = tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class SceneMesh:
+    """The triangles of one prim, or of one geom subset of it.
+
+    Attributes:
+        path: prim path; "<prim>/<subset>" for a geom subset, "<instancer>/<prototype>" for a point instancer.
+        points: (n, 3) metres.
+        triangles: (m, 3) indices of points, counter-clockwise seen from outside.
+        normals: (n, 3) unit vectors, or None: the renderer makes them.
+        uvs: (n, 2), (0, 0) at the lower left of the texture, or None.
+        colour: sRGB 0..1; multiplies the texture.
+        vertex_colours: (n, 3) sRGB, or None: `colour` everywhere.
+        opacity: 0..1.
+        texture: (h, w, 3 or 4) sRGB, row 0 at the top; one object for all meshes that show the same picture.
+        wrap: what the texture does outside 0..1: `repeat`, `mirror` or `clamp`.
+        emissive: sRGB 0..1, added to the colour.
+        double_sided: whether the file says that both sides are to be seen.
+        label: the label of the prim or of its nearest labelled ancestor, or None.
+    """
+
+    path: str
+    points: FloatArray
+    triangles: IntArray
+    normals: FloatArray | None = None
+    uvs: FloatArray | None = None
+    colour: Colour = (0.7, 0.7, 0.7)
+    vertex_colours: UInt8Array | None = None
+    opacity: float = 1.0
+    texture: UInt8Array | None = None
+    wrap: str = "repeat"
+    emissive: Colour = (0.0, 0.0, 0.0)
+    double_sided: bool = True
+    label: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What a USD stage shows.
+
+    Attributes:
+        name: the file's name without its ending.
+        source: the file.
+        sha256: digest of all files the stage used and of what was excluded.
+        meshes: in the order of the stage.
+        bounds: (2, 3) lowest and highest corner of the points, metres.
+        labels: paths of the labelled prims by label: the objects one can ask for.
+        warnings: one line for each kind of thing that could not be drawn or resolved.
+        up_axis: as in the file, `Y` or `Z`.
+        metres_per_unit: as in the file.
+        prims: number of prims that were visited.
+        triangles: number of triangles.
+    """
+
+    name: str
+    source: str
+    sha256: str
+    meshes: tuple[SceneMesh, ...]
+    bounds: FloatArray
+    labels: Mapping[str, tuple[str, ...]]
+    warnings: tuple[str, ...]
+    up_axis: str
+    metres_per_unit: float
+    prims: int
+    triangles: int

@@ -1,0 +1,117 @@
+"""What a surface looks like, and how to follow the connections of a USD shader network."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from pxr import UsdShade
+
+from foundry.worlds.usd.scene import Colour, FloatArray, UInt8Array
+from foundry.worlds.usd.textures import to_srgb
+
+UNCHANGED: FloatArray = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
+"""The transform of texture coordinates that does nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What a material says about a surface.
+
+    Attributes:
+        colour: sRGB 0..1, or None: the surface's own colour, the primvar `colour_primvar`.
+        colour_primvar: where the surface's own colour is.
+        opacity: 0..1, or None: the surface's displayOpacity.
+        emissive: sRGB 0..1.
+        texture: (h, w, 3 or 4) sRGB, row 0 at the top, or None.
+        wrap: what the texture does outside 0..1: `repeat`, `mirror` or `clamp`.
+        uv_primvar: where the texture coordinates are, or None: the surface's first.
+        uv_transform: (3, 2), applied to rows (u, v, 1).
+    """
+
+    colour: Colour | None = None
+    colour_primvar: str = "displayColor"
+    opacity: float | None = None
+    emissive: Colour = (0.0, 0.0, 0.0)
+    texture: UInt8Array | None = None
+    wrap: str = "repeat"
+    uv_primvar: str | None = None
+    uv_transform: FloatArray = field(default_factory=lambda: UNCHANGED)
+
+
+def srgb(linear: Any) -> Colour:
+    """Return a linear RGB value of any kind of USD vector as sRGB."""
+    red, green, blue = to_srgb(np.array(list(linear)[:3], np.float64)).tolist()
+    return red, green, blue
+
+
+def source(shader: Any, name: str) -> Any | None:
+    """Return the attribute that gives an input its value: an authored value or a node's output; None when unset."""
+    shader_input = shader.GetInput(name)
+    if not shader_input:
+        return None
+    attributes = shader_input.GetValueProducingAttributes()
+    return attributes[0] if attributes else None
+
+
+def node(attribute: Any | None) -> Any | None:
+    """Return the shader whose output this attribute is, or None when it holds a value."""
+    if attribute is None or UsdShade.Utils.GetType(attribute.GetName()) != UsdShade.AttributeType.Output:
+        return None
+    return UsdShade.Shader(attribute.GetPrim())
+
+
+def constant(shader: Any, name: str, default: Any, time: Any) -> Any:
+    """Return the value of an input; the default when it is unset or comes out of another node."""
+    attribute = source(shader, name)
+    if attribute is None or node(attribute) is not None:
+        return default
+    value = attribute.Get(time)
+    return default if value is None else value
+
+
+def identifier(shader: Any) -> str:
+    """Return the kind of a shader node."""
+    return str(shader.GetIdAttr().Get() or "")
+
+
+def coordinates(shader: Any, name: str, time: Any) -> tuple[str | None, FloatArray]:
+    """Follow an input of texture coordinates to the primvar it reads, and the transform on the way.
+
+    Returns:
+        The primvar's name or None, and the (3, 2) transform of rows (u, v, 1).
+    """
+    steps: list[FloatArray] = []
+    primvar = None
+    for reader in _chain(shader, name):
+        if identifier(reader) == "UsdTransform2d":
+            steps.append(_transform(reader, time))
+        else:
+            primvar = str(constant(reader, "varname", "", time)) or None
+    total = UNCHANGED
+    for step in reversed(steps):
+        total = total @ step[:2] + np.vstack([np.zeros((2, 2)), step[2]])
+    return primvar, total
+
+
+def _chain(shader: Any, name: str) -> Iterator[Any]:
+    reader = node(source(shader, name))
+    while reader is not None:
+        yield reader
+        reader = node(source(reader, "in"))
+
+
+def _transform(reader: Any, time: Any) -> FloatArray:
+    scale = constant(reader, "scale", (1.0, 1.0), time)
+    turn = float(constant(reader, "rotation", 0.0, time))
+    shift = constant(reader, "translation", (0.0, 0.0), time)
+    return uv_transform(scale, turn, shift)
+
+
+def uv_transform(scale: Any, turn_deg: float, shift: Any) -> FloatArray:
+    """Return the (3, 2) transform of rows (u, v, 1) that scales, turns counter-clockwise, then shifts."""
+    angle = np.radians(turn_deg)
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    return np.vstack([np.diag([scale[0], scale[1]]) @ turn, [shift[0], shift[1]]])
