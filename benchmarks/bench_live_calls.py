@@ -11,7 +11,19 @@ from pathlib import Path
 import aiohttp
 import httpx
 import msgspec
-from measuring import Cost, Server, Swept, at_least, at_most, print_table, print_title, run_sweep, scratch, server
+from measuring import (
+    Cost,
+    Server,
+    Stopwatch,
+    Swept,
+    at_least,
+    at_most,
+    print_table,
+    print_title,
+    run_sweep,
+    scratch,
+    server,
+)
 
 from foundry.records import Call
 from foundry.store import SweepFolder
@@ -151,9 +163,9 @@ async def posted(to: Server, post: Post, bodies: Sequence[bytes], in_flight: int
             await post(body)
             latencies.append(time.perf_counter() - started)
 
-    server_cpu, wall, cpu = to.cpu_s(), time.perf_counter(), time.process_time()
+    server_cpu, watch = to.cpu_s(), Stopwatch()
     await asyncio.gather(*(slot() for _ in range(in_flight)))
-    cost = Cost(time.perf_counter() - wall, time.process_time() - cpu)
+    cost = watch.cost()
     return Sample(len(latencies), cost, sum(latencies), to.cpu_s() - server_cpu)
 
 

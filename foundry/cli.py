@@ -319,6 +319,7 @@ def prompt(
 @app.command()
 def models(
     host: Annotated[str | None, typer.Option(help="A server; by default OLLAMA_HOST, else this machine.")] = None,
+    pull: Annotated[str | None, typer.Option(help="First have the server fetch this model.")] = None,
 ) -> None:
     """List the models that the Ollama server has."""
     import asyncio
@@ -326,4 +327,21 @@ def models(
     from foundry.display import models_table
     from foundry.models.ollama_info import list_models
 
-    _console().print(models_table(asyncio.run(list_models(host or os.environ.get("OLLAMA_HOST") or "127.0.0.1"))))
+    hosts = host or os.environ.get("OLLAMA_HOST") or "127.0.0.1"
+    if pull is not None:
+        asyncio.run(_pull(pull, hosts))
+    _console().print(models_table(asyncio.run(list_models(hosts))))
+
+
+async def _pull(name: str, hosts: str) -> None:
+    """Fetch a model; each thing the server does is one line, with its share done on a terminal."""
+    from foundry.models.ollama_info import pull_model
+
+    shown = ""
+    async for now in pull_model(name, hosts):
+        if now.status != shown:
+            print(("\n" if shown else "") + now.status, end="", flush=True)
+            shown = now.status
+        if now.total and sys.stdout.isatty():
+            print(f"\r{now.status} {now.completed / now.total:4.0%}", end="", flush=True)
+    print()

@@ -114,6 +114,7 @@ async def play(
         Interrupted: `stopping` said so.
         BackendError: the model gave no answer.
     """
+    recorder.append(world.opening())
     if frame_every:
         recorder.frame(0, world.draw())
     while not world.finished:

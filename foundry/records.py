@@ -134,6 +134,40 @@ class Pose(msgspec.Struct, frozen=True):
     pitch: float
 
 
+class CameraEpisode(Record, frozen=True, kw_only=True):
+    """What holds for a whole episode in a 3D world (`episode.jsonl`, one line).
+
+    Attributes:
+        scene: name of the scene.
+        scene_sha256: digest of the scene's files.
+        renderer: what drew the images, with its version.
+        target: what was to be found.
+        target_prims: paths of its prims.
+        target_label: label of its prims, as in `visible_px`, or null.
+        radius: how near to it counts as reached, metres.
+        start: the first pose.
+        shortest_path: the oracle's way from the start to the goal, (k, 3) metres; empty if there is none.
+        shortest_m: its length, metres, or null.
+        walkable_cells: cells of the walkable grid that can be reached from the start.
+        cell_m: edge of a cell, metres.
+    """
+
+    stream: ClassVar[str] = "episode"
+
+    scene: str
+    scene_sha256: str
+    renderer: str
+    target: str
+    target_prims: tuple[str, ...]
+    target_label: str | None
+    radius: float
+    start: Pose
+    shortest_path: list[tuple[float, float, float]]
+    shortest_m: float | None
+    walkable_cells: int
+    cell_m: float
+
+
 class CameraStep(Record, frozen=True, kw_only=True):
     """One decision in a 3D world (`steps.jsonl`).
 
@@ -152,7 +186,9 @@ class CameraStep(Record, frozen=True, kw_only=True):
         image: path of the image the model saw, relative to the run's folder, or null when it is not kept.
         image_sha256: hash of that image's bytes.
         inference_s: seconds the model took; never part of the simulated time.
-        distance_to_goal: geodesic distance to the goal after the motion, metres; null when it cannot be reached.
+        distance_before: geodesic distance to the goal before the motion, metres; null when it cannot be reached.
+        distance_to_goal: the same after the motion.
+        visited_cells: cells of the walkable grid that the body's axis has been in so far.
         target_visible_px: pixels of the target in the image the model saw.
         visible_px: pixels of every labelled thing in that image, by label; only what is in view.
         line_of_sight: whether a straight line from the eye reaches the target, before the motion.
@@ -174,7 +210,9 @@ class CameraStep(Record, frozen=True, kw_only=True):
     image: str | None
     image_sha256: str
     inference_s: float
+    distance_before: float | None
     distance_to_goal: float | None
+    visited_cells: int
     target_visible_px: int
     visible_px: dict[str, int]
     line_of_sight: bool

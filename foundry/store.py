@@ -27,7 +27,9 @@ from foundry.errors import InputError, RecordError
 from foundry.records import Call, Counts, Record, RunSummary, SeenImage
 from foundry.sweep import Condition, Run, Sweep
 
-RECORD_STREAMS = ("steps", "messages")
+RECORD_STREAMS = ("steps", "messages", "episode")
+ALWAYS_THERE = ("steps", "messages")
+"""The record files that every run has, if only empty ones."""
 _ENCODE = msgspec.json.Encoder().encode
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _Dumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
@@ -106,6 +108,10 @@ class RunFolder:
         """Return the raw lines of `messages.jsonl`; empty when there are none yet."""
         return self._bytes("messages.jsonl")
 
+    def episode_bytes(self) -> bytes:
+        """Return the raw line of `episode.jsonl`; empty when the world writes none."""
+        return self._bytes("episode.jsonl")
+
     def calls(self) -> Iterator[Call]:
         """Yield the logged calls; a log cut by a crash yields the calls that are whole."""
         path = self.path / "calls.jsonl.zst"
@@ -167,17 +173,26 @@ class RunWriter:
         (path / "run.json").unlink(missing_ok=True)
         for kept in ("frames", "images"):
             shutil.rmtree(path / kept, ignore_errors=True)
+        (path / "episode.jsonl").unlink(missing_ok=True)
         write_atomically(path / "config.yaml", config_text.encode())
-        self._files = {name: (path / f"{name}.jsonl").open("wb", buffering=0) for name in RECORD_STREAMS}
-        self._hashes = {name: hashlib.sha256() for name in RECORD_STREAMS}
+        self._files: dict[str, io.FileIO] = {}
+        self._hashes: dict[str, hashlib._Hash] = {}
+        for name in ALWAYS_THERE:
+            self._open(name)
         self._calls_file = (path / "calls.jsonl.zst").open("wb")
         self._calls = zstandard.ZstdCompressor(level=3).stream_writer(self._calls_file)
+
+    def _open(self, name: str) -> None:
+        self._files[name] = (self.folder.path / f"{name}.jsonl").open("wb", buffering=0)
+        self._hashes[name] = hashlib.sha256()
 
     def append(self, records: Sequence[Record]) -> None:
         """Append records to their files, one write a file, so that a crash leaves whole lines."""
         for name in RECORD_STREAMS:
             mine = [record for record in records if record.stream == name]
             if mine:
+                if name not in self._files:
+                    self._open(name)
                 content = b"\n".join(map(_ENCODE, mine)) + b"\n"
                 self._files[name].write(content)
                 self._hashes[name].update(content)

@@ -72,6 +72,7 @@ class OllamaServer:
     ) -> None:
         self.answer = answer
         self.models = {model.name: model for model in models or default_models()}
+        self.registry = {"gemma3:4b"}
         self.latency_s = latency_s
         self.load_s = load_s
         self.max_queue = max_queue
@@ -100,6 +101,7 @@ class OllamaServer:
             ("GET", "/api/ps"): self._ps,
             ("POST", "/api/show"): self._show,
             ("POST", "/api/chat"): self._chat,
+            ("POST", "/api/pull"): self._pull,
         }
 
     def __enter__(self) -> OllamaServer:
@@ -189,6 +191,16 @@ class OllamaServer:
         if model is None:
             return json_response({"error": "model not found"}, status=404)
         return json_response(model.shown)
+
+    async def _pull(self, request: web.BaseRequest) -> web.StreamResponse:
+        name = msgspec.json.decode(await request.read())["model"]
+        if name not in self.registry:
+            return json_response({"error": "pull model manifest: file does not exist"}, status=500)
+        self.models[name] = FakeModel(name)
+        sizes = [{"total": 10, "completed": part} for part in (0, 5, 10)]
+        lines = [{"status": "pulling manifest"}, *({"status": "pulling a1a1", **size} for size in sizes)]
+        content = b"\n".join(msgspec.json.encode(line) for line in [*lines, {"status": "success"}])
+        return web.Response(body=content, content_type="application/x-ndjson")
 
     def _find(self, name: str) -> FakeModel | None:
         return self.models.get(name if ":" in name else f"{name}:latest")

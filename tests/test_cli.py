@@ -309,6 +309,21 @@ def test_models_lists_what_the_server_has(workspace: Path):
     assert "qwen2.5vl:3b" in done.stdout and "vision" in done.stdout and "c3c3c3c3c3c3" in done.stdout
 
 
+def test_models_fetches_one_that_is_missing(workspace: Path):
+    with OllamaServer() as server:
+        done = foundry("models", "--pull", "gemma3:4b", cwd=workspace, OLLAMA_HOST=server.url)
+        failed = foundry("models", "--pull", "gemma4:4b", cwd=workspace, OLLAMA_HOST=server.url)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("pulling manifest\npulling a1a1\nsuccess\n") and "gemma3:4b" in done.stdout
+    assert failed.returncode == 2 and "file does not exist" in failed.stderr
+
+
+def test_the_shell_completes_commands(workspace: Path):
+    ask = {"_FOUNDRY_COMPLETE": "complete_bash", "COMP_WORDS": "foundry re", "COMP_CWORD": "1"}
+    done = foundry(cwd=workspace, **ask)
+    assert done.stdout.split() == ["resume"]
+
+
 def test_the_records_of_a_run_are_what_the_contract_says(workspace: Path):
     assert run(["model=scripted/avoid", "output.dir=out", *TINY]) == 0
     (only,) = SweepFolder.open("out").runs()

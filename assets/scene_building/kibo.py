@@ -8,17 +8,13 @@ from __future__ import annotations
 
 from scene_building import rack_textures as art
 from scene_building.kibo_equipment import add_equipment
+from scene_building.kibo_frame import AXIS_Y, CEILING, FLOOR, HALF, PORT_Y, STARBOARD_Y, X_AIRLOCK, X_HATCH
 from scene_building.rack_textures import Row
 from scene_building.shapes import Shape, Vector, box, cylinder, extrusion, named, quad, ring
 from scene_building.stage import REST, Colour, Look, SceneBuilder
-from scene_building.textures import plain
+from scene_building.textures import WHITE, plain
 
-X_AIRLOCK, X_HATCH = -5.2, 5.8
-AXIS_Y, FLOOR = 20.1, -0.2358
-HALF, HEIGHT = 1.1, 2.2
-CEILING = FLOOR + HEIGHT
-PORT_Y, STARBOARD_Y = AXIS_Y - HALF, AXIS_Y + HALF
-DEPTH, BAYS, BAY, END = 0.8, 10, 1.05, 0.25
+DEPTH, BAYS, BAY, END = 0.72, 10, 1.05, 0.25
 RADIUS, CHAMFER = 2.2, 0.25
 
 PORT: Colour = (206, 192, 164)
@@ -61,12 +57,12 @@ def build() -> SceneBuilder:
 
 
 def _add_structure(scene: SceneBuilder) -> None:
-    shell = ring((X_AIRLOCK, AXIS_Y, FLOOR + HALF), (X_HATCH, AXIS_Y, FLOOR + HALF), RADIUS + 0.05, RADIUS, segments=32)
+    shell = ring((X_AIRLOCK, AXIS_Y, FLOOR + HALF), (X_HATCH, AXIS_Y, FLOOR + HALF), RADIUS, RADIUS - 0.05, segments=32)
     scene.mesh("/World/Shell", shell, Look("shell", (196, 198, 200)))
     plate = Look("end_plate", (176, 170, 158), art.end_plate())
     centre = FLOOR + HALF
-    aft = cylinder((X_AIRLOCK - 0.1, AXIS_Y, centre), (X_AIRLOCK, AXIS_Y, centre), RADIUS + 0.05, segments=32)
-    forward = cylinder((X_HATCH + 0.1, AXIS_Y, centre), (X_HATCH, AXIS_Y, centre), RADIUS + 0.05, segments=32)
+    aft = cylinder((X_AIRLOCK - 0.1, AXIS_Y, centre), (X_AIRLOCK, AXIS_Y, centre), RADIUS, segments=32)
+    forward = cylinder((X_HATCH + 0.1, AXIS_Y, centre), (X_HATCH, AXIS_Y, centre), RADIUS, segments=32)
     scene.mesh("/World/Structure/AirlockEnd", aft, plate)
     scene.mesh("/World/Structure/HatchEnd", forward, plate)
     for name, x0, x1 in (("AirlockFrame", X_AIRLOCK, X_AIRLOCK + END), ("HatchFrame", X_HATCH - END, X_HATCH)):
@@ -78,7 +74,9 @@ def _add_structure(scene: SceneBuilder) -> None:
     port = [(PORT_Y, inner), (PORT_Y + CHAMFER, CEILING), (PORT_Y, CEILING)]
     starboard = [(STARBOARD_Y, inner), (STARBOARD_Y, CEILING), (STARBOARD_Y - CHAMFER, CEILING)]
     for name, profile in (("Standoff_Port", port), ("Standoff_Starboard", starboard)):
-        scene.mesh(f"/World/Structure/{name}", extrusion(profile, X_AIRLOCK, X_HATCH), Look("standoff", (128, 132, 138)))
+        scene.mesh(
+            f"/World/Structure/{name}", extrusion(profile, X_AIRLOCK, X_HATCH), Look("standoff", (128, 132, 138))
+        )
 
 
 def _cross_sections() -> tuple[tuple[tuple[float, float], tuple[float, float]], ...]:
@@ -94,7 +92,7 @@ def _cross_sections() -> tuple[tuple[tuple[float, float], tuple[float, float]], 
 def _add_racks(scene: SceneBuilder, side: int) -> None:
     name, letter, tint, face, designs = SIDES[side]
     low, high = _cross_sections()[side]
-    sheet = Look("rack_labels", art.WHITE, art.label_sheet(_labels(), 4, BAYS))
+    sheet = Look("rack_labels", WHITE, art.label_sheet(_labels(), 4, BAYS))
     for bay in range(BAYS):
         x1 = X_HATCH - END - BAY * bay
         path = scene.thing(f"/World/Racks/{name}_{bay + 1:02d}", f"rack JPM1{letter}{bay + 1}")
@@ -129,7 +127,10 @@ def _add_handrails(scene: SceneBuilder) -> None:
     for x in (-0.36, 0.36):
         rail += box((x - 0.02, 0, -0.02), (x + 0.02, 0.07, 0.02))
     scene.mesh(f"{pattern}/Rail", named(rail, "side"), Look("handrail", (214, 158, 40)))
-    for name, y, turn, bays in (("Port", PORT_Y, 0.0, (1, 2, 4, 5, 7, 9, 10)), ("Starboard", STARBOARD_Y, 180.0, (1, 2, 5, 7, 8, 10))):
+    for name, y, turn, bays in (
+        ("Port", PORT_Y, 0.0, (1, 2, 4, 5, 7, 9, 10)),
+        ("Starboard", STARBOARD_Y, 180.0, (1, 2, 5, 7, 8, 10)),
+    ):
         for bay in bays:
             at: Vector = (X_HATCH - END - BAY * (bay - 0.5), y, FLOOR + 0.62)
             scene.copy(f"/World/Handrails/{name}_{bay:02d}", pattern, "handrail", at=at, turn=turn)

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from scene_building import rack_textures as art
-from scene_building.furniture import BLACK, STEEL
+from scene_building.furniture import BLACK, RED, STEEL, add_extinguisher
+from scene_building.kibo_frame import AXIS_Y, FLOOR, PORT_Y, STARBOARD_Y, X_AIRLOCK, X_HATCH
 from scene_building.shapes import Shape, block, box, cylinder, named, quad, ring, sphere
 from scene_building.stage import REST, Look, SceneBuilder
 from scene_building.textures import INK, WHITE, plain, screen, sign
 
-X_AIRLOCK, X_HATCH = -5.2, 5.8
-AXIS_Y, FLOOR = 20.1, -0.2358
-PORT_Y, STARBOARD_Y = AXIS_Y - 1.1, AXIS_Y + 1.1
 GREEN = (24, 120, 70)
-RED = (200, 40, 34)
 YELLOW = (236, 196, 60)
 
 
@@ -26,7 +23,8 @@ def add_equipment(scene: SceneBuilder) -> None:
     _add_glovebox(scene)
     _add_bags(scene)
     _add_flyer(scene)
-    _add_extinguisher(scene)
+    bottle = scene.thing("/World/FireExtinguisher", "fire extinguisher", at=(3.95, PORT_Y, FLOOR + 0.95), turn=180)
+    add_extinguisher(scene, bottle)
     _add_signs(scene)
 
 
@@ -115,22 +113,24 @@ def _add_flyer(scene: SceneBuilder) -> None:
     scene.mesh(f"{path}/Band", ring((0, 0, -0.02), (0, 0, -0.05), 0.133, 0.1), Look("flyer_band", (40, 44, 52)))
 
 
-def _add_extinguisher(scene: SceneBuilder) -> None:
-    path = scene.thing("/World/FireExtinguisher", "fire extinguisher", at=(3.95, PORT_Y + 0.1, FLOOR + 0.95))
-    scene.mesh(f"{path}/Bottle", cylinder((0, 0, 0), (0, 0, 0.42), 0.075), Look("red", RED))
-    top = cylinder((0, 0, 0.42), (0, 0, 0.48), 0.03, segments=10) + block((0.14, 0.03, 0.03), (0.03, 0, 0.48))
-    scene.mesh(f"{path}/Valve", named(top, "side"), BLACK)
-    scene.mesh(f"{path}/Bracket", box((-0.06, -0.1, 0.15), (0.06, -0.02, 0.25)), STEEL)
-
-
 def _add_signs(scene: SceneBuilder) -> None:
     exit_sign = Look("sign_exit", GREEN, sign("EXIT", paper=GREEN, ink=WHITE))
     airlock = Look("sign_airlock", YELLOW, sign("AIRLOCK", paper=YELLOW, ink=INK, size=(320, 80)))
-    fire = Look("sign_fire", RED, sign("FIRE", paper=RED, ink=WHITE))
+    fire = Look("sign_fire", RED.colour, sign("FIRE", paper=RED.colour, ink=WHITE))
     kibo = Look("sign_kibo", WHITE, sign("KIBO\nlaboratory", paper=WHITE, ink=(150, 60, 30), size=(256, 112)))
     plates = (
-        ("Exit", "exit sign", quad((X_HATCH - 0.02, AXIS_Y + 0.25, FLOOR + 1.84), (0, -0.5, 0), (0, 0, 0.19)), exit_sign),
-        ("Airlock", "airlock sign", quad((X_AIRLOCK + 0.02, AXIS_Y - 0.3, FLOOR + 1.97), (0, 0.6, 0), (0, 0, 0.15)), airlock),
+        (
+            "Exit",
+            "exit sign",
+            quad((X_HATCH - 0.02, AXIS_Y + 0.25, FLOOR + 1.84), (0, -0.5, 0), (0, 0, 0.19)),
+            exit_sign,
+        ),
+        (
+            "Airlock",
+            "airlock sign",
+            quad((X_AIRLOCK + 0.02, AXIS_Y - 0.3, FLOOR + 1.97), (0, 0.6, 0), (0, 0, 0.15)),
+            airlock,
+        ),
         ("Fire", "fire sign", quad((4.1, PORT_Y + 0.006, FLOOR + 1.52), (-0.3, 0, 0), (0, 0, 0.11)), fire),
         ("Kibo", "module sign", quad((3.1, STARBOARD_Y - 0.006, FLOOR + 1.35), (0.6, 0, 0), (0, 0, 0.26)), kibo),
     )

@@ -1,4 +1,4 @@
-"""Textures of the laboratory module: rack fronts built of drawers, vents, screens and ports, labels, windows, emblem."""
+"""Textures of the laboratory module: rack fronts made of drawers, vents and screens, labels, windows, the emblem."""
 
 from __future__ import annotations
 
@@ -80,7 +80,9 @@ def ports(draw: Draw, area: Box, base: Colour) -> None:
         x, y = (left + right) // 2, (top + bottom) // 2
         draw.ellipse((x - radius, y - radius, x + radius, y + radius), fill=(196, 200, 204), outline=INK, width=3)
     third = (area[2] - area[0]) // 3
-    draw.arc((area[0] + third // 2, area[1] + 10, area[2] - third // 2, area[3] - 6), 0, 180, fill=(222, 110, 40), width=5)
+    draw.arc(
+        (area[0] + third // 2, area[1] + 10, area[2] - third // 2, area[3] - 6), 0, 180, fill=(222, 110, 40), width=5
+    )
 
 
 def chamber(draw: Draw, area: Box, base: Colour) -> None:
@@ -131,7 +133,12 @@ def _cells(area: Box, columns: int, rows: int) -> list[Box]:
     left, top, right, bottom = area
     wide, high = (right - left) / columns, (bottom - top) / rows
     return [
-        (round(left + c * wide) + 2, round(top + r * high) + 2, round(left + (c + 1) * wide) - 2, round(top + (r + 1) * high) - 2)
+        (
+            round(left + c * wide) + 2,
+            round(top + r * high) + 2,
+            round(left + (c + 1) * wide) - 2,
+            round(top + (r + 1) * high) - 2,
+        )
         for r in range(rows)
         for c in range(columns)
     ]
@@ -151,10 +158,8 @@ def emblem() -> Image.Image:
     """The emblem to find: the four letters in a plain font, blue on white, over a bar, in a blue frame."""
     picture, draw = canvas((512, 272), WHITE)
     draw.rectangle((0, 0, 511, 271), outline=EMBLEM_BLUE, width=12)
-    for number, letter in enumerate("JAXA"):
-        left = 34 + 112 * number
-        write(draw, (left, 40, left + 108, 190), letter, EMBLEM_BLUE)
-    draw.rectangle((44, 212, 467, 232), fill=EMBLEM_BLUE)
+    write(draw, (30, 26, 482, 210), "JAXA", EMBLEM_BLUE)
+    draw.rectangle((34, 222, 477, 240), fill=EMBLEM_BLUE)
     return picture
 
 

@@ -74,7 +74,9 @@ def box(low: Vector, high: Vector, *, tile: Point2 | None = None) -> Shape:
 def block(size: Vector, at: Vector = (0.0, 0.0, 0.0), *, tile: Point2 | None = None) -> Shape:
     """Return a box of this size that stands on the point `at`."""
     half = (size[0] / 2, size[1] / 2)
-    return box((at[0] - half[0], at[1] - half[1], at[2]), (at[0] + half[0], at[1] + half[1], at[2] + size[2]), tile=tile)
+    return box(
+        (at[0] - half[0], at[1] - half[1], at[2]), (at[0] + half[0], at[1] + half[1], at[2] + size[2]), tile=tile
+    )
 
 
 def _frame(start: Vector, end: Vector) -> tuple[Vector, Vector, Vector]:
@@ -93,9 +95,7 @@ def _circle(centre: Vector, right: Vector, up: Vector, radius: float, segments: 
 def _strip(lower: list[Vector], upper: list[Vector], group: str) -> Shape:
     n = len(lower)
     uvs = [((k / n, 0.0), ((k + 1) / n, 0.0), ((k + 1) / n, 1.0), (k / n, 1.0)) for k in range(n)]
-    return tuple(
-        Face((lower[k], lower[(k + 1) % n], upper[(k + 1) % n], upper[k]), uvs[k], group) for k in range(n)
-    )
+    return tuple(Face((lower[k], lower[(k + 1) % n], upper[(k + 1) % n], upper[k]), uvs[k], group) for k in range(n))
 
 
 def _disc_uvs(segments: int, side: float) -> list[Point2]:
@@ -103,7 +103,9 @@ def _disc_uvs(segments: int, side: float) -> list[Point2]:
     return [(0.5 + side * 0.5 * math.cos(a), 0.5 + 0.5 * math.sin(a)) for a in angles]
 
 
-def cylinder(start: Vector, end: Vector, radius: float, *, end_radius: float | None = None, segments: int = 16) -> Shape:
+def cylinder(
+    start: Vector, end: Vector, radius: float, *, end_radius: float | None = None, segments: int = 16
+) -> Shape:
     """Return a cylinder or cone; its groups are `side`, `start` and `end`, its caps hold the texture once."""
     _, right, up = _frame(start, end)
     lower = _circle(start, right, up, radius, segments)

@@ -178,7 +178,15 @@ def outdoors() -> Image.Image:
 def books() -> Image.Image:
     """A row of book spines."""
     picture, draw = canvas((128, 64), (52, 44, 40))
-    spines = [(176, 58, 46), (48, 92, 150), (222, 186, 92), (70, 128, 84), (226, 222, 210), (120, 70, 130), (210, 120, 60)]
+    spines = [
+        (176, 58, 46),
+        (48, 92, 150),
+        (222, 186, 92),
+        (70, 128, 84),
+        (226, 222, 210),
+        (120, 70, 130),
+        (210, 120, 60),
+    ]
     left = 2
     for number in range(14):
         width, height = 6 + (number * 5) % 5, 46 + (number * 11) % 14
@@ -186,4 +194,17 @@ def books() -> Image.Image:
         draw.rectangle((left, 63 - height, left + width, 63), fill=(red, green, blue))
         draw.line((left, 58 - height // 2, left + width, 58 - height // 2), fill=WHITE)
         left += width + 2
+    return picture
+
+
+def servers() -> Image.Image:
+    """The front of a cabinet of servers with their lights."""
+    picture, draw = canvas((96, 256), (34, 38, 46))
+    for row in range(12):
+        top = 6 + 20 * row
+        draw.rectangle((6, top, 89, top + 15), fill=(70, 76, 88))
+        for lamp in range(6):
+            lit = (row * 5 + lamp * 3) % 4
+            colour = ((70, 220, 110), (240, 190, 60), (90, 96, 108), (70, 160, 240))[lit]
+            draw.rectangle((12 + 9 * lamp, top + 5, 16 + 9 * lamp, top + 9), fill=colour)
     return picture

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import AsyncIterator, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -64,6 +64,28 @@ async def inspect_model(name: str, hosts: Iterable[str]) -> dict[str, ModelInfo]
     """
     urls = tuple(hosts)
     return dict(zip(urls, await asyncio.gather(*(_inspect_on(url, name) for url in urls)), strict=True))
+
+
+@dataclass(frozen=True, slots=True)
+class PullProgress:
+    """How far a download is: what the server does now, and bytes of the layer it fetches, where it says so."""
+
+    status: str
+    completed: int
+    total: int
+
+
+async def pull_model(name: str, hosts: str | Iterable[str]) -> AsyncIterator[PullProgress]:
+    """Have every host fetch a model, one after the other, and yield how far it is.
+
+    Raises:
+        InputError: a server cannot be reached, or cannot get the model.
+    """
+    for host in parse_hosts(hosts):
+        with _reading(host):
+            client = AsyncClient(host, timeout=None, follow_redirects=False, trust_env=False, auth=_without_key)
+            async for part in await client.pull(name, stream=True):
+                yield PullProgress(part.status or "", part.completed or 0, part.total or 0)
 
 
 async def server_version(host: str) -> str:

@@ -66,6 +66,10 @@ class World(ABC):
     def step(self) -> int:
         """Number of completed steps; 0 before the first."""
 
+    def opening(self) -> Sequence[Record]:
+        """Return what must be recorded before the first question: facts of the whole episode, if any."""
+        return ()
+
     @abstractmethod
     def pending(self) -> Sequence[Question]:
         """Return the questions that must be answered before the world can advance; no side effects."""

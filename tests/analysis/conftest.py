@@ -105,11 +105,7 @@ def _row(
     ]
     fires = [fire for fire in world["fires"] if fire["start"] <= step]
     message = str(rng.choice(np.array(habits.texts))) if rng.random() < habits.speak else None
-    outcome = (
-        Outcome(str(rng.choice(["unreadable", "empty", "failed"])))
-        if rng.random() < habits.unreadable
-        else None
-    )
+    outcome = Outcome(str(rng.choice(["unreadable", "empty", "failed"]))) if rng.random() < habits.unreadable else None
     direction = str(rng.choice(["up", "down", "left", "right"])) if rng.random() < habits.move else None
     direction = None if outcome else direction
     dx, dy = OFFSETS[direction]
@@ -178,9 +174,7 @@ def write_run(folder: RunFolder, records: Walk, status: str = "complete") -> Non
         (folder.path / "run.json").write_bytes(msgspec.json.encode(summary(folder, status, digests)))
 
 
-def condition(
-    model: str, seeds: Sequence[int], factors: Sequence[str] = ("model",), **parts: Any
-) -> Condition:
+def condition(model: str, seeds: Sequence[int], factors: Sequence[str] = ("model",), **parts: Any) -> Condition:
     config = {
         "world": parts.get("world", WORLD),
         "model": {"name": model, **parts.get("model_settings", {})},
@@ -193,9 +187,7 @@ def condition(
     return Condition(factors={key: values[key] for key in factors}, config=config, seeds=tuple(seeds))
 
 
-def write_sweep(
-    path: Path, conditions: Sequence[Condition], habits: dict[str, Habits] | None = None
-) -> SweepFolder:
+def write_sweep(path: Path, conditions: Sequence[Condition], habits: dict[str, Habits] | None = None) -> SweepFolder:
     """Write a sweep with all its runs complete."""
     folder = SweepFolder.create(path, expand(["asked"], conditions), {}, [])
     for run in folder.runs():
@@ -222,9 +214,7 @@ class Written:
 def recorded(tmp_path: Path) -> Callable[..., Written]:
     """Return a function that writes one run of changed settings and habits, or of given records."""
 
-    def write(
-        seed: int = 0, habits: Habits | None = None, records: Walk | None = None, **settings: Any
-    ) -> Written:
+    def write(seed: int = 0, habits: Habits | None = None, records: Walk | None = None, **settings: Any) -> Written:
         world = {**WORLD, **settings}
         sweep = SweepFolder.create(
             tmp_path / f"one{seed}", expand([], [condition("walker", [seed], world=world)]), {}, []

@@ -16,9 +16,7 @@ from analysis.table import KEYS, SignatureTable
 
 def table(rows: list[dict[str, object]]) -> SignatureTable:
     """Return a table of runs given by model, seed and values."""
-    filled = [
-        {"run": n, "world": "w", "prompt": "p", "status": "complete", **row} for n, row in enumerate(rows)
-    ]
+    filled = [{"run": n, "world": "w", "prompt": "p", "status": "complete", **row} for n, row in enumerate(rows)]
     measures = tuple(key for key in rows[0] if "." in key)
     return SignatureTable(pd.DataFrame(filled)[[*KEYS, *measures]], (), measures)
 
@@ -29,9 +27,7 @@ def compared(rows: list[dict[str, object]], by: tuple[str, ...] = ("model",)):
 
 
 def runs(model: str, values: list[float], **more: object) -> list[dict[str, object]]:
-    return [
-        {"model": model, "seed": seed, "idle_rate.chosen": value, **more} for seed, value in enumerate(values)
-    ]
+    return [{"model": model, "seed": seed, "idle_rate.chosen": value, **more} for seed, value in enumerate(values)]
 
 
 def row(comparison, group: str) -> pd.Series:
@@ -105,12 +101,7 @@ def test_repeats_of_a_seed_count_once():
 
 
 def test_models_are_compared_within_the_same_prompt():
-    rows = [
-        run
-        for p in ("x", "y")
-        for m in ("a", "b")
-        for run in runs(m, [0.1, 0.2 if m == "a" else 0.4], prompt=p)
-    ]
+    rows = [run for p in ("x", "y") for m in ("a", "b") for run in runs(m, [0.1, 0.2 if m == "a" else 0.4], prompt=p)]
     frame = compared(rows, ("model", "prompt")).frame
     assert frame["reference"].tolist() == ["", "a / x", "", "a / y"]
 

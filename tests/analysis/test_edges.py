@@ -16,11 +16,7 @@ def measures(written) -> dict[str, float]:
 
 def undefined(found: dict[str, float], signature: str) -> set[str]:
     """Return the names of a signature's measures that are NaN."""
-    return {
-        key.partition(".")[2]
-        for key, value in found.items()
-        if key.startswith(signature) and math.isnan(value)
-    }
+    return {key.partition(".")[2] for key, value in found.items() if key.startswith(signature) and math.isnan(value)}
 
 
 def test_without_fires_reach_is_undefined_and_false_alarms_are_not(recorded):

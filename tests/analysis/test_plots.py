@@ -18,9 +18,7 @@ NAN = float("nan")
 def plots(tmp_path_factory, write_sweep, make_condition):
     models = ["scripted/random", "hf.co/bartowski/Some-Very-Long-Model-Name-Instruct-2507-GGUF:q4_K_M"]
     path = tmp_path_factory.mktemp("plots") / "sweep"
-    return (
-        analyze([write_sweep(path, [make_condition(model, [0, 1]) for model in models]).path]).path / "plots"
-    )
+    return analyze([write_sweep(path, [make_condition(model, [0, 1]) for model in models]).path]).path / "plots"
 
 
 def test_there_is_a_plot_for_every_signature(plots):

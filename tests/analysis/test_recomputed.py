@@ -26,9 +26,7 @@ class Plain:
         self.world = folder.config()["world"]
         rows = [json.loads(line) for line in (folder.path / "steps.jsonl").read_text("utf-8").splitlines()]
         self.rows = {(row["step"], row["agent"]): row for row in rows}
-        self.heard = [
-            json.loads(line) for line in (folder.path / "messages.jsonl").read_text("utf-8").splitlines()
-        ]
+        self.heard = [json.loads(line) for line in (folder.path / "messages.jsonl").read_text("utf-8").splitlines()]
         self.steps, self.agents = range(1, max(row["step"] for row in rows) + 1), range(self.world["agents"])
 
     def at(self, agent: int) -> list[Row]:
@@ -128,9 +126,7 @@ def warning(run: Plain) -> Iterator[tuple[str, float]]:
         "traced_reach": reach(run, traced, perceived),
         "oracle_reach": reach(run, reachable, perceived),
         "normalised_reach": over(len(traced), len(reachable)),
-        "relay_probability": average(
-            any(told[i] < s <= told[i] + 5 for s, who in sent if who == i) for i in told
-        ),
+        "relay_probability": average(any(told[i] < s <= told[i] + 5 for s, who in sent if who == i) for i in told),
         "reproduction": over(tree.number_of_edges(), len(told) + len(direct)),
         "depth": nx.dag_longest_path_length(tree) if tree else 0,
         "trees": nx.number_weakly_connected_components(tree) if tree else 0,
@@ -138,9 +134,7 @@ def warning(run: Plain) -> Iterator[tuple[str, float]]:
     }
     yield from ((name, value if perceived else math.nan) for name, value in needing_fire.items())
     grounds = [
-        (step, i)
-        for step, i in sent
-        if perceived.get(i, math.inf) <= step or (i in first and first[i][0] < step)
+        (step, i) for step, i in sent if perceived.get(i, math.inf) <= step or (i in first and first[i][0] < step)
     ]
     said = [row for row in run.rows.values() if row["message"] is not None]
     yield "false_alarm_rate", over(len(sent) - len(grounds), len(said))
@@ -232,8 +226,7 @@ def communication(run: Plain) -> Iterator[tuple[str, float]]:
     yield "gini", over(average(pairs), 2 * average(counts))
     yield "burstiness", average((r - 1) / (r + 1) for r, _ in spreads)
     finite = [
-        (math.sqrt(n + 1) * r - math.sqrt(n - 1)) / ((math.sqrt(n + 1) - 2) * r + math.sqrt(n - 1))
-        for r, n in spreads
+        (math.sqrt(n + 1) * r - math.sqrt(n - 1)) / ((math.sqrt(n + 1) - 2) * r + math.sqrt(n - 1)) for r, n in spreads
     ]
     yield "burstiness_finite", average(finite)
     yield "reciprocity", nx.reciprocity(graph) if graph else math.nan
@@ -265,9 +258,7 @@ def path_efficiency(run: Plain) -> Iterator[tuple[str, float]]:
             lengths = nx.single_source_shortest_path_length(grid, path[0])
             shortest = min(length for cell, length in lengths.items() if run.place(cell) == stays[-1])
             waiting.append(shortest / taken)
-            moving.append(
-                shortest / sum(a != b for a, b in zip(path[:taken], path[1 : taken + 1], strict=True))
-            )
+            moving.append(shortest / sum(a != b for a, b in zip(path[:taken], path[1 : taken + 1], strict=True)))
     yield "trip_efficiency", average(waiting)
     yield "trip_efficiency_moving", average(moving)
     yield "arrived", arrived / len(run.agents)

@@ -190,9 +190,7 @@ def test_a_damaged_run_is_an_error_that_names_the_file(make_sweep, make_conditio
 def test_runs_of_other_worlds_are_listed_without_signatures(make_sweep, make_condition):
     folder = make_sweep([make_condition("a", [0])])
     content = (folder.path / "sweep.yaml").read_text(encoding="utf-8")
-    (folder.path / "sweep.yaml").write_text(
-        content.replace("half_size: 5", "scene: kibo.usd"), encoding="utf-8"
-    )
+    (folder.path / "sweep.yaml").write_text(content.replace("half_size: 5", "scene: kibo.usd"), encoding="utf-8")
     found = analyze([folder.path])
     assert found.runs["failure.rate"].tolist() == [0]
     assert found.headline().rows == ()

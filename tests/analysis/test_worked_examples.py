@@ -71,9 +71,7 @@ def test_a_warning_cascade():
     warned = np.zeros((inputs["T"], inputs["n_agents"]), dtype=bool)
     for step, sender, _ in inputs["warnings"]:
         warned[step - 1, sender] = True
-    heard = np.array(
-        [(step, sender, one) for step, sender, receivers in inputs["warnings"] for one in receivers]
-    )
+    heard = np.array([(step, sender, one) for step, sender, receivers in inputs["warnings"] for one in receivers])
     cascade = propagation.trace(perceived, propagation.first_step(warned), heard)
     told, direct = cascade.told.sum(), cascade.direct.sum()
     edges = (cascade.parent >= 0).sum()

@@ -11,7 +11,7 @@ from numpy.random import Generator
 
 from foundry.errors import InputError
 from foundry.worlds.grid.space import Cell, Count, Field, IntArray, Size
-from foundry.worlds.grid.validation import read_settings
+from foundry.worlds.validation import read_settings
 
 
 class Layout(ABC):

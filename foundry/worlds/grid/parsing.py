@@ -23,8 +23,8 @@ from typing import Any, TypeVar
 
 from foundry.records import Outcome
 from foundry.worlds.base import LENGTH, Answer, unanswered
-from foundry.worlds.grid.objects import Conflicting, find_objects, merged, whole_object, without_thinking
 from foundry.worlds.grid.words import understand
+from foundry.worlds.replies import Conflicting, find_objects, merged, whole_object, without_thinking
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from foundry.errors import InputError
 from foundry.worlds.grid.hazards import Fire
 from foundry.worlds.grid.layouts import Layout
 from foundry.worlds.grid.space import Count, Field, Name, Place, Size
-from foundry.worlds.grid.validation import as_list, read_settings, refuse_repeated_names
+from foundry.worlds.validation import as_list, read_settings, refuse_repeated_names
 
 
 class History(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

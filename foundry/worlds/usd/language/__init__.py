@@ -1,0 +1,1 @@
+"""What the interpreter knows of natural language: words, numbers, sentences and what a sentence orders."""

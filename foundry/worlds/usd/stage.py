@@ -1,0 +1,118 @@
+"""A USD stage (.usd, .usda, .usdc, .usdz) as triangles: loaded once in each process."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pxr import Tf, Usd, UsdGeom, UsdUtils
+
+from foundry.errors import InputError, not_found
+from foundry.worlds.usd.findings import Findings
+from foundry.worlds.usd.gprims import GprimReader
+from foundry.worlds.usd.materials import Materials
+from foundry.worlds.usd.placing import placed
+from foundry.worlds.usd.scene import FloatArray, Scene, SceneMesh
+from foundry.worlds.usd.textures import Textures
+from foundry.worlds.usd.walking import Walker, stage_frame
+
+ENDINGS = (".usd", ".usda", ".usdc", ".usdz")
+
+
+def load_scene(path: Path, *, exclude: Sequence[str] = ()) -> Scene:
+    """Return what the stage shows, Z up and in metres; the same object when asked again for the same file.
+
+    Args:
+        path: the root layer.
+        exclude: patterns of prim paths (`*` and `?` as in a shell, `*` also across `/`) that are left out with all
+            that is below them.
+    """
+    if path.suffix.lower() not in ENDINGS:
+        raise InputError(f"'{path}' is no USD scene: its name must end in {', '.join(ENDINGS)}.")
+    if not path.is_file():
+        siblings = path.parent.iterdir() if path.parent.is_dir() else ()
+        scenes = [str(one) for one in siblings if one.suffix.lower() in ENDINGS]
+        raise not_found("Scene", str(path), scenes, "Give the path of a USD file.")
+    return _load(path.resolve(), path.stat().st_mtime_ns, tuple(exclude))
+
+
+@lru_cache(maxsize=8)
+def _load(path: Path, _modified_ns: int, exclude: tuple[str, ...]) -> Scene:
+    findings = Findings()
+    # USD prints its diagnostics on its own; while the delegate lives it keeps them instead.
+    delegate = UsdUtils.CoalescingDiagnosticDelegate()
+    try:
+        scene = _read(path, exclude, findings)
+    finally:
+        delegate.TakeUncoalescedDiagnostics()
+    return scene
+
+
+def _read(path: Path, exclude: tuple[str, ...], findings: Findings) -> Scene:
+    stage = _open(path)
+    time = _first_time(stage)
+    for error in stage.GetCompositionErrors():
+        findings.add("Could not be composed", str(error).splitlines()[0])
+    textures = Textures(findings)
+    walker = Walker(GprimReader(Materials(textures, findings, time), findings, time), findings, exclude, time)
+    up_axis, unit = _conventions(stage, findings)
+    frame = stage_frame(up_axis, unit)[None]
+    meshes = tuple(placed(mesh, frame) for mesh in walker.meshes(stage))
+    warnings = tuple(findings.lines())
+    if not meshes:
+        raise InputError(f"'{path}' shows nothing that can be drawn. {' '.join(warnings)}".rstrip())
+    return Scene(
+        name=path.stem,
+        source=str(path),
+        sha256=_digest(stage, textures, exclude),
+        meshes=meshes,
+        bounds=_bounds(meshes),
+        labels={label: tuple(paths) for label, paths in walker.labels.items()},
+        warnings=warnings,
+        up_axis=up_axis,
+        metres_per_unit=unit,
+        prims=walker.prims,
+        triangles=sum(len(mesh.triangles) for mesh in meshes),
+    )
+
+
+def _open(path: Path) -> Any:
+    try:
+        return Usd.Stage.Open(str(path))
+    except Tf.ErrorException as error:
+        reason = str(error).strip().splitlines()[-1].strip()
+        raise InputError(f"'{path}' cannot be opened as a USD stage: {reason}") from error
+
+
+def _first_time(stage: Any) -> Any:
+    """Return the time at which the stage is looked at: its start, so that animated things have a value."""
+    if stage.HasAuthoredTimeCodeRange():
+        return Usd.TimeCode(stage.GetStartTimeCode())
+    return Usd.TimeCode.EarliestTime()
+
+
+def _conventions(stage: Any, findings: Findings) -> tuple[str, float]:
+    if not stage.HasAuthoredMetadata("upAxis"):
+        findings.add("No upAxis in the file", "USD's default is taken, Y")
+    if not UsdGeom.StageHasAuthoredMetersPerUnit(stage):
+        findings.add("No metersPerUnit in the file", "USD's default is taken, 0.01")
+    return str(UsdGeom.GetStageUpAxis(stage)), float(UsdGeom.GetStageMetersPerUnit(stage))
+
+
+def _digest(stage: Any, textures: Textures, exclude: tuple[str, ...]) -> str:
+    """Digest the content of all files, wherever they are, and what was left out of them."""
+    files = {layer.realPath.split("[")[0] for layer in stage.GetUsedLayers()} - {""}
+    digests = {hashlib.sha256(Path(file).read_bytes()).hexdigest() for file in files}
+    parts = [*sorted(digests | set(textures.digests.values())), *sorted(exclude)]
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+
+
+def _bounds(meshes: Sequence[SceneMesh]) -> FloatArray:
+    """Return (2, 3) bounds of the points; the authored extents are too often wrong."""
+    lowest = np.min([mesh.points.min(axis=0) for mesh in meshes], axis=0)
+    highest = np.max([mesh.points.max(axis=0) for mesh in meshes], axis=0)
+    return np.stack([lowest, highest])

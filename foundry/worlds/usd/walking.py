@@ -1,0 +1,160 @@
+"""Walks a stage and yields its meshes: what is visible, instanced or not, under its transform and label."""
+
+from __future__ import annotations
+
+import fnmatch
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from pxr import Tf, Usd, UsdGeom, UsdLux, UsdSkel
+
+from foundry.worlds.usd.findings import Findings
+from foundry.worlds.usd.gprims import GprimReader
+from foundry.worlds.usd.labels import label_of
+from foundry.worlds.usd.placing import placed
+from foundry.worlds.usd.scene import FloatArray, SceneMesh
+
+LARGEST_INSTANCER = 4_000_000
+"""Triangles that the copies of one prototype may have together; further copies are named and not drawn."""
+
+_DRAWN_PURPOSES = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a walk begins: what a path of the stage is called, and the label of what holds it."""
+
+    prefix: str = ""
+    skip: int = 0
+    label: str | None = None
+
+    def name(self, prim: Any) -> str:
+        return self.prefix + str(prim.GetPath())[self.skip :]
+
+
+class Walker:
+    """One walk over a stage.
+
+    Attributes:
+        labels: paths of the labelled prims, by label.
+        prims: number of prims visited.
+    """
+
+    def __init__(self, reader: GprimReader, findings: Findings, exclude: Sequence[str], time: Any) -> None:
+        self.labels: dict[str, list[str]] = {}
+        self.prims = 0
+        self._reader, self._findings, self._time = reader, findings, time
+        self._exclude, self._unmatched = tuple(exclude), set(exclude)
+        self._transforms = UsdGeom.XformCache(time)
+
+    def meshes(self, stage: Any) -> Iterator[SceneMesh]:
+        """Yield every mesh of the stage in the stage's own frame and units."""
+        yield from self._walk(stage.GetPseudoRoot(), Usd.PrimDefaultPredicate, _Place())
+        for pattern in sorted(self._unmatched):
+            self._findings.add("Pattern of `exclude` that matches no prim", pattern)
+
+    def _walk(self, root: Any, predicate: Any, place: _Place) -> Iterator[SceneMesh]:
+        labels = {root.GetPath().GetParentPath(): place.label}
+        prims = iter(Usd.PrimRange(root, Usd.TraverseInstanceProxies(predicate)))
+        for prim in prims:
+            if self._is_left_out(prim):
+                prims.PruneChildren()
+                continue
+            self.prims += 1
+            label = label_of(prim, self._time)
+            if label is not None:
+                self.labels.setdefault(label, []).append(place.name(prim))
+            here = label if label is not None else labels[prim.GetPath().GetParentPath()]
+            labels[prim.GetPath()] = here
+            self._name_what_is_not_drawn(prim)
+            if prim.IsA(UsdGeom.PointInstancer):
+                prims.PruneChildren()
+            if _is_drawn(prim):
+                matrix = self._matrix(prim, root)[None]
+                for mesh in self._own_meshes(prim, replace(place, label=here)):
+                    yield placed(mesh, matrix)
+
+    def _own_meshes(self, prim: Any, place: _Place) -> Iterator[SceneMesh]:
+        if prim.IsA(UsdGeom.PointInstancer):
+            yield from self._copies(UsdGeom.PointInstancer(prim), place)
+            return
+        path = str(prim.GetPath())
+        for mesh in self._reader.read(prim):
+            yield replace(mesh, path=place.name(prim) + mesh.path[len(path) :], label=place.label)
+
+    def _copies(self, instancer: Any, place: _Place) -> Iterator[SceneMesh]:
+        """Yield each mesh of each prototype under all its transforms at once, in the instancer's space."""
+        prim, stage = instancer.GetPrim(), instancer.GetPrim().GetStage()
+        transforms = instancer.ComputeInstanceTransformsAtTime(
+            self._time, self._time, UsdGeom.PointInstancer.IncludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
+        )
+        indices = np.asarray(instancer.GetProtoIndicesAttr().Get(self._time) or [], np.int64)
+        if len(transforms) != len(indices):
+            self._findings.add("Point instancer that does not fit together", place.name(prim))
+            return
+        mask = instancer.ComputeMaskAtTime(self._time)
+        shown = np.asarray(mask, np.bool_) if mask else np.ones(len(indices), np.bool_)
+        matrices = np.array(transforms, np.float64).reshape(-1, 4, 4)
+        for number, target in enumerate(instancer.GetPrototypesRel().GetForwardedTargets()):
+            chosen = matrices[shown & (indices == number)]
+            prototype = stage.GetPrimAtPath(target)
+            if not prototype:
+                self._findings.add("Prototype not found", f"{target} of {place.name(prim)}")
+            elif len(chosen):
+                inner = _Place(place.name(prim), len(str(target.GetParentPath()).rstrip("/")), place.label)
+                yield from self._multiplied(prototype, chosen, inner)
+
+    def _multiplied(self, prototype: Any, matrices: FloatArray, place: _Place) -> Iterator[SceneMesh]:
+        for mesh in self._walk(prototype, Usd.PrimIsActive & Usd.PrimIsLoaded, place):
+            most = max(1, LARGEST_INSTANCER // len(mesh.triangles))
+            if len(matrices) > most:
+                self._findings.add(f"Only the first {most} of {len(matrices)} copies are drawn", mesh.path)
+            yield placed(mesh, matrices[:most])
+
+    def _matrix(self, prim: Any, root: Any) -> FloatArray:
+        """Return the (4, 4) transform to the stage, or to the prototype when the walk began at one."""
+        if root.IsPseudoRoot():
+            return np.array(self._transforms.GetLocalToWorldTransform(prim), np.float64)
+        if prim == root:
+            return np.eye(4)
+        return np.array(self._transforms.ComputeRelativeTransform(prim, root)[0], np.float64)
+
+    def _is_left_out(self, prim: Any) -> bool:
+        path = str(prim.GetPath())
+        matching = [pattern for pattern in self._exclude if fnmatch.fnmatchcase(path, pattern)]
+        self._unmatched.difference_update(matching)
+        return bool(matching) or self._is_invisible(prim)
+
+    def _is_invisible(self, prim: Any) -> bool:
+        if not prim.IsA(UsdGeom.Imageable):
+            return False
+        return bool(UsdGeom.Imageable(prim).GetVisibilityAttr().Get(self._time) == UsdGeom.Tokens.invisible)
+
+    def _name_what_is_not_drawn(self, prim: Any) -> None:
+        path, kind = str(prim.GetPath()), prim.GetTypeName()
+        if kind and prim.GetPrimTypeInfo().GetSchemaType() == Tf.Type.Unknown:
+            self._findings.add(f"Prims of the unknown type '{kind}' are not drawn", path)
+        if prim.HasAPI(UsdLux.LightAPI):
+            self._findings.add("Lights are not used, the scene is lit evenly", path)
+        if prim.IsA(UsdGeom.Mesh) and prim.HasAPI(UsdSkel.BindingAPI):
+            self._findings.add("Skinned meshes are drawn in their rest shape", path)
+        mode = prim.GetAttribute("model:drawMode")
+        if mode and mode.HasAuthoredValue() and mode.Get() not in ("default", "inherited"):
+            self._findings.add(f"Draw mode '{mode.Get()}' is not drawn, the geometry is", path)
+
+
+def _is_drawn(prim: Any) -> bool:
+    if not (prim.IsA(UsdGeom.Gprim) or prim.IsA(UsdGeom.PointInstancer)):
+        return False
+    return UsdGeom.Imageable(prim).ComputePurpose() in _DRAWN_PURPOSES
+
+
+def stage_frame(up_axis: str, metres_per_unit: float) -> FloatArray:
+    """Return the (4, 4) transform of rows from a stage's frame and units to Z up and metres."""
+    frame = np.eye(4)
+    if up_axis == UsdGeom.Tokens.y:
+        frame[:3, :3] = [[1, 0, 0], [0, 0, 1], [0, -1, 0]]
+    frame[:3, :3] *= metres_per_unit
+    return frame
