@@ -222,7 +222,8 @@ def main() -> None:
         "A local server in a process of its own answers after the latency given. It shares the cores: its columns",
         "say how much it used. The bare clients post the bodies that foundry posted and do nothing else. Ratios are",
         "to bare httpx. Best of two, but one where the latency alone takes long (1 in flight, and bare httpx). At 1 in",
-        "flight every client sleeps between calls and wakes with cold caches; the rows without latency show the rest.",
+        "flight every client sleeps between calls, which makes each call dearer; the rows without latency show by how",
+        "much. The start of the sweep, about 50 ms, is in foundry's CPU.",
     )
     with server(0) as to, scratch() as folder:
         foundry_sample(to, WARM_UP, folder)  # what is imported on first use is start-up, not a call

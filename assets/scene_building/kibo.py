@@ -59,7 +59,7 @@ def build() -> SceneBuilder:
 def _add_structure(scene: SceneBuilder) -> None:
     shell = ring((X_AIRLOCK, AXIS_Y, FLOOR + HALF), (X_HATCH, AXIS_Y, FLOOR + HALF), RADIUS, RADIUS - 0.05, segments=32)
     scene.mesh("/World/Shell", shell, Look("shell", (196, 198, 200)))
-    plate = Look("end_plate", (176, 170, 158), art.end_plate())
+    plate = Look("end_plate", (186, 178, 164), art.end_plate())
     centre = FLOOR + HALF
     aft = cylinder((X_AIRLOCK - 0.1, AXIS_Y, centre), (X_AIRLOCK, AXIS_Y, centre), RADIUS, segments=32)
     forward = cylinder((X_HATCH + 0.1, AXIS_Y, centre), (X_HATCH, AXIS_Y, centre), RADIUS, segments=32)
@@ -139,8 +139,8 @@ def _add_handrails(scene: SceneBuilder) -> None:
 def _add_lamps(scene: SceneBuilder) -> None:
     inner, lift = CEILING - CHAMFER, 0.025
     port = [
-        (PORT_Y + 0.05, inner + 0.05), (PORT_Y + 0.05 + lift, inner + 0.05 - lift),
-        (PORT_Y + 0.2 + lift, inner + 0.2 - lift), (PORT_Y + 0.2, inner + 0.2),
+        (PORT_Y + 0.08, inner + 0.08), (PORT_Y + 0.08 + lift, inner + 0.08 - lift),
+        (PORT_Y + 0.17 + lift, inner + 0.17 - lift), (PORT_Y + 0.17, inner + 0.17),
     ]  # fmt: skip
     starboard = [(2 * AXIS_Y - y, z) for y, z in reversed(port)]
     look = Look("lamp", (250, 248, 236), glows=True)

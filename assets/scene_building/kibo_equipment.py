@@ -30,8 +30,8 @@ def add_equipment(scene: SceneBuilder) -> None:
 
 def _add_hatch(scene: SceneBuilder) -> None:
     path = scene.thing("/World/Hatch", "hatch", at=(X_HATCH, AXIS_Y, FLOOR + 1.0))
-    scene.mesh(f"{path}/Frame", box((-0.08, -0.78, -0.78), (0, 0.78, 0.78)), Look("hatch_frame", (120, 116, 108)))
-    door = Look("hatch_door", (186, 180, 168), plain((186, 180, 168)))
+    scene.mesh(f"{path}/Frame", box((-0.08, -0.78, -0.78), (0, 0.78, 0.78)), Look("hatch_frame", (150, 120, 70)))
+    door = Look("hatch_door", (214, 214, 206), plain((214, 214, 206)))
     scene.mesh(f"{path}/Door", box((-0.12, -0.64, -0.64), (-0.08, 0.64, 0.64), tile=(0.6, 0.6)), door)
     pane = Look("hatch_window", (30, 40, 60))
     scene.mesh(f"{path}/Window", cylinder((-0.12, 0, 0.2), (-0.14, 0, 0.2), 0.14, segments=20), pane)

@@ -22,8 +22,8 @@ WALLS = (
 )
 COLOURS = {
     "outside": (150, 146, 140),
-    "cream": (218, 210, 190),
-    "grey": (186, 190, 196),
+    "cream": (232, 224, 204),
+    "grey": (200, 204, 210),
     "blue": (150, 178, 208),
     "green": (158, 194, 158),
     "ochre": (216, 186, 122),
@@ -76,7 +76,7 @@ def build() -> SceneBuilder:
 def _add_windows(scene: SceneBuilder) -> None:
     view = Look("outdoors", (150, 196, 232), outdoors())
     places = [(f"South_{k}", x, 0.0, 180) for k, x in enumerate((1.4, 4.6, 12.4), start=1)]
-    places += [(f"North_{k}", x, SIZE[1], 0) for k, x in enumerate((1.5, 9.9, 12.5), start=1)]
+    places += [(f"North_{k}", x, SIZE[1], 0) for k, x in enumerate((1.5, 12.2), start=1)]
     for name, x, y, turn in places:
         path = scene.thing(f"/World/Windows/{name}", "window", at=(x, y, 1.55), turn=turn)
         looks = {REST: Look("window_frame", WHITE), "y-": view}

@@ -189,7 +189,7 @@ def lid() -> Image.Image:
 
 def end_plate() -> Image.Image:
     """The inner side of an end of the pressure shell: ribs and rivets."""
-    picture, draw = canvas((256, 256), (176, 170, 158))
+    picture, draw = canvas((256, 256), (186, 178, 164))
     for at in range(0, 256, 32):
         draw.line((at, 0, at, 255), fill=(150, 144, 132), width=3)
         for y in range(16, 256, 32):

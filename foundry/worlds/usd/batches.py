@@ -8,24 +8,24 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from vtkmodules.util.numpy_support import numpy_to_vtk
 
 from foundry.worlds.usd.canvas import actor, vtk_texture
-from foundry.worlds.usd.polydata import corner_normals, polydata
+from foundry.worlds.usd.polydata import byte_values, corner_normals, floats, polydata
 from foundry.worlds.usd.scene import FloatArray, SceneMesh, UInt8Array
 
 LEAST_OPACITY = 0.5
 """A surface that lets more light through does not hide what is behind it."""
 
 
-def scene_actors(meshes: Sequence[SceneMesh]) -> list[Any]:
-    """Return the actors that show the meshes, the opaque ones first."""
+def scene_actors(meshes: Sequence[SceneMesh], *, fade: float = 1.0) -> list[Any]:
+    """Return the actors that show the meshes, the opaque ones first; their opacity is multiplied by `fade`."""
     batches: dict[tuple[object, ...], list[SceneMesh]] = {}
     for mesh in meshes:
         key = (mesh.opacity, id(mesh.texture), mesh.wrap, max(mesh.emissive) > 0)
         batches.setdefault(key, []).append(mesh)
-    opaque_first = sorted(batches.values(), key=lambda batch: -batch[0].opacity)
-    return [_batch_actor([with_normals(mesh) for mesh in batch]) for batch in opaque_first if batch[0].opacity > 0]
+    shown = [batch for batch in batches.values() if batch[0].opacity > 0]
+    opaque_first = sorted(shown, key=lambda batch: -batch[0].opacity)
+    return [_batch_actor([with_normals(mesh) for mesh in batch], fade) for batch in opaque_first]
 
 
 def id_actor(meshes: Sequence[SceneMesh]) -> Any:
@@ -35,13 +35,13 @@ def id_actor(meshes: Sequence[SceneMesh]) -> Any:
         return actor(polydata(np.zeros((0, 3)), np.zeros((0, 3), np.int64)), lit=False)
     data = _joined([mesh for _, mesh in hiding])
     colours = [np.tile(_id_colour(number), (len(mesh.triangles), 1)) for number, mesh in hiding]
-    data.GetCellData().SetScalars(_bytes(np.concatenate(colours)))
+    data.GetCellData().SetScalars(byte_values(np.concatenate(colours)))
     return actor(data, lit=False)
 
 
 def ids_of(image: UInt8Array) -> npt.NDArray[np.int64]:
     """Return the (h, w) ids that a picture of `id_actor` shows; 0 where there is nothing."""
-    return image.astype(np.int64) @ np.array([65536, 256, 1])
+    return np.asarray(image.astype(np.int64) @ np.array([65536, 256, 1]))
 
 
 def with_normals(mesh: SceneMesh) -> SceneMesh:
@@ -59,16 +59,16 @@ def with_normals(mesh: SceneMesh) -> SceneMesh:
     )
 
 
-def _batch_actor(meshes: Sequence[SceneMesh]) -> Any:
+def _batch_actor(meshes: Sequence[SceneMesh], fade: float) -> Any:
     first = meshes[0]
     data = _joined(meshes)
     values = data.GetPointData()
-    values.SetNormals(_floats(np.concatenate([mesh.normals for mesh in meshes if mesh.normals is not None])))
-    values.SetScalars(_bytes(np.concatenate([_colours(mesh) for mesh in meshes])))
-    made = actor(data, lit=max(first.emissive) == 0, opacity=first.opacity)
+    values.SetNormals(floats(np.concatenate([mesh.normals for mesh in meshes if mesh.normals is not None])))
+    values.SetScalars(byte_values(np.concatenate([_colours(mesh) for mesh in meshes])))
+    made = actor(data, lit=max(first.emissive) == 0, opacity=first.opacity * fade)
     if first.texture is not None:
         blank = (np.zeros((len(mesh.points), 2)) if mesh.uvs is None else mesh.uvs for mesh in meshes)
-        values.SetTCoords(_floats(np.concatenate(list(blank))))
+        values.SetTCoords(floats(np.concatenate(list(blank))))
         made.SetTexture(vtk_texture(first.texture, first.wrap))
     return made
 
@@ -81,19 +81,12 @@ def _joined(meshes: Sequence[SceneMesh]) -> Any:
 
 def _colours(mesh: SceneMesh) -> UInt8Array:
     """Return the (n, 3) colours of the points; what shines adds its light."""
-    own = np.tile(np.array(mesh.colour), (len(mesh.points), 1))
+    own: FloatArray = np.tile(np.array(mesh.colour), (len(mesh.points), 1))
     if mesh.vertex_colours is not None:
         own = mesh.vertex_colours / 255.0
-    return np.round(np.clip(own + np.array(mesh.emissive), 0, 1) * 255).astype(np.uint8)
+    shown: FloatArray = np.clip(own + np.array(mesh.emissive), 0, 1)
+    return np.round(shown * 255).astype(np.uint8)
 
 
 def _id_colour(number: int) -> UInt8Array:
     return np.array([number >> 16 & 255, number >> 8 & 255, number & 255], np.uint8)
-
-
-def _floats(values: FloatArray) -> Any:
-    return numpy_to_vtk(np.ascontiguousarray(values, np.float32), deep=True)
-
-
-def _bytes(values: UInt8Array) -> Any:
-    return numpy_to_vtk(np.ascontiguousarray(values), deep=True)

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  (registers the window and the mappers)
-from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import (
@@ -21,18 +20,19 @@ from vtkmodules.vtkRenderingCore import (
 )
 
 from foundry.worlds.usd.glcheck import choose_window
+from foundry.worlds.usd.polydata import as_numpy, byte_values
 from foundry.worlds.usd.scene import Colour, FloatArray, UInt8Array
 
-AMBIENT = 0.5
+AMBIENT = 0.6
 """Light that every surface gets from everywhere, of 1."""
 
 _LIGHTS = (
-    ((1, 0, 0), 0.39),
-    ((-1, 0, 0), 0.05),
-    ((0, 1, 0), 0.22),
-    ((0, -1, 0), 0.13),
-    ((0, 0, 1), 0.30),
-    ((0, 0, -1), 0.47),
+    ((1, 0, 0), 0.32),
+    ((-1, 0, 0), 0.02),
+    ((0, 1, 0), 0.18),
+    ((0, -1, 0), 0.10),
+    ((0, 0, 1), 0.25),
+    ((0, 0, -1), 0.40),
 )
 """From where, and how strong: the floor, the ceiling and the four walls of a room are six shades of one colour."""
 
@@ -100,7 +100,7 @@ class Canvas:
         self._aim(camera)
         self._window.Render()
         self._window.GetPixelData(0, 0, self.width - 1, self.height - 1, 0, self._pixels, 0)
-        pixels = vtk_to_numpy(self._pixels).reshape(self.height, self.width, -1)
+        pixels = as_numpy(self._pixels).reshape(self.height, self.width, -1)
         return np.ascontiguousarray(pixels[::-1, :, :3], np.uint8)
 
     def _aim(self, camera: Camera) -> None:
@@ -133,7 +133,7 @@ def vtk_texture(picture: UInt8Array, wrap: str) -> Any:
     height, width, depth = picture.shape
     image = vtkImageData()
     image.SetDimensions(width, height, 1)
-    image.GetPointData().SetScalars(numpy_to_vtk(picture[::-1].reshape(-1, depth), deep=True))
+    image.GetPointData().SetScalars(byte_values(picture[::-1].reshape(-1, depth)))
     made = vtkTexture()
     made.SetInputData(image)
     made.SetColorModeToDirectScalars()

@@ -20,7 +20,7 @@ def label_of(prim: Any, time: Any) -> str | None:
         if label:
             return label
     if Kind.Registry.IsA(Usd.ModelAPI(prim).GetKind(), Kind.Tokens.component):
-        return prim.GetDisplayName() or prim.GetName().replace("_", " ")
+        return str(prim.GetDisplayName()) or str(prim.GetName().replace("_", " "))
     return None
 
 

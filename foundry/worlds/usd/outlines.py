@@ -9,8 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from foundry.worlds.usd.scene import FloatArray, IntArray
+
+BoolArray = npt.NDArray[np.bool_]
 
 GRAZE = 1e-9
 """How much closer than its radius, metres, a disc may pass what it moves along; hides rounding."""
@@ -53,7 +56,7 @@ def cut(corners: FloatArray, low: float, high: float) -> Outlines:
     return Outlines(np.concatenate([ends for ends, _ in parts]), np.concatenate([owner for _, owner in parts]))
 
 
-def _clipped_sides(a: FloatArray, b: FloatArray, low: float, high: float) -> tuple[FloatArray, FloatArray]:
+def _clipped_sides(a: FloatArray, b: FloatArray, low: float, high: float) -> tuple[FloatArray, BoolArray]:
     """Return the (n, 3, 2, 2) sides cut to the two heights, and where something is left of them."""
     rise = b[..., 2] - a[..., 2]
     level = rise == 0

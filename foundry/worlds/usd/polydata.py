@@ -5,12 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
+import numpy.typing as npt
+from vtkmodules.util import numpy_support
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
 
-from foundry.worlds.usd.scene import FloatArray, IntArray
+from foundry.worlds.usd.scene import FloatArray, IntArray, UInt8Array
+
+_support: Any = numpy_support
 
 FEATURE_ANGLE = 30.0
 """Degrees between two faces above which their edge looks sharp."""
@@ -20,7 +23,7 @@ def polydata(points: FloatArray, triangles: IntArray) -> Any:
     """Return a vtkPolyData of (n, 3) points and (m, 3) triangles; it holds copies."""
     corners = vtk_points(points)
     cells = vtkCellArray()
-    cells.SetData(3, numpy_to_vtkIdTypeArray(np.ascontiguousarray(triangles, np.int64).ravel(), deep=True))
+    cells.SetData(3, _support.numpy_to_vtkIdTypeArray(np.ascontiguousarray(triangles, np.int64).ravel(), deep=True))
     data = vtkPolyData()
     data.SetPoints(corners)
     data.SetPolys(cells)
@@ -30,13 +33,28 @@ def polydata(points: FloatArray, triangles: IntArray) -> Any:
 def vtk_points(points: FloatArray) -> Any:
     """Return (n, 3) points as vtkPoints of single precision."""
     corners = vtkPoints()
-    corners.SetData(numpy_to_vtk(np.ascontiguousarray(points, np.float32), deep=True))
+    corners.SetData(floats(points))
     return corners
+
+
+def floats(values: FloatArray) -> Any:
+    """Return (n, k) values as a VTK array of single precision."""
+    return _support.numpy_to_vtk(np.ascontiguousarray(values, np.float32), deep=True)
+
+
+def byte_values(values: UInt8Array) -> Any:
+    """Return (n, k) bytes as a VTK array."""
+    return _support.numpy_to_vtk(np.ascontiguousarray(values), deep=True)
+
+
+def as_numpy(array: Any) -> npt.NDArray[Any]:
+    """Return the values of a VTK array, not a copy."""
+    return np.asarray(_support.vtk_to_numpy(array))
 
 
 def triangles_of(data: Any) -> IntArray:
     """Return the (m, 3) triangles of a vtkPolyData that holds nothing else."""
-    return np.asarray(vtk_to_numpy(data.GetPolys().GetConnectivityArray()), np.int64).reshape(-1, 3)
+    return as_numpy(data.GetPolys().GetConnectivityArray()).astype(np.int64).reshape(-1, 3)
 
 
 def corner_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
@@ -48,5 +66,5 @@ def corner_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
     normals.SplittingOn()
     normals.Update()
     out = normals.GetOutput()
-    values = vtk_to_numpy(out.GetPointData().GetNormals())
+    values = as_numpy(out.GetPointData().GetNormals())
     return np.asarray(values[triangles_of(out)], np.float64)

@@ -83,13 +83,13 @@ class _Reader:
         """Return the (h, w) picture that the opacity comes from, or None when it comes from none."""
         opacity = source(shader, "opacity")
         giver = node(opacity)
-        if giver is None:
+        if opacity is None or giver is None:
             return None
         picture = self._picture(giver) if identifier(giver) == "UsdUVTexture" else None
         if picture is None:
             self._findings.add("Opacity that cannot be drawn", str(shader.GetPath()))
             return None
-        alpha = _channel(picture, "rgba".find(opacity.GetBaseName()))
+        alpha = _channel(picture, "rgba".find(str(opacity.GetBaseName())))
         threshold = float(constant(shader, "opacityThreshold", 0.0, self._time))
         return alpha if threshold <= 0 else np.where(alpha >= threshold * 255, 255, 0).astype(np.uint8)
 

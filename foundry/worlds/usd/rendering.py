@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import io
 import threading
-from typing import TYPE_CHECKING
 
 import numpy as np
 from PIL import Image
 
 from foundry.worlds.usd.batches import id_actor, ids_of, scene_actors
 from foundry.worlds.usd.canvas import Camera, Canvas
+from foundry.worlds.usd.directions import direction
 from foundry.worlds.usd.glcheck import check_rendering
+from foundry.worlds.usd.overview import Overview, OverviewFrame
 from foundry.worlds.usd.scene import Colour, FloatArray, Scene, UInt8Array
 
-if TYPE_CHECKING:
-    from foundry.worlds.usd.overview import Overview, OverviewFrame
-
-__all__ = ["Renderer", "check_rendering", "direction", "png", "renderer_for"]
+__all__ = ["OverviewFrame", "Renderer", "check_rendering", "png", "renderer_for"]
 
 SAMPLES = 4
 """Multisampling of the view: the same pixels everywhere, and no stairs on edges."""
@@ -66,8 +64,6 @@ class Renderer:
     def overview(self, frame: OverviewFrame) -> UInt8Array:
         """Return the translucent scene with the agent in it, seen from outside, as (h, w, 3) RGB."""
         if self._overview is None:
-            from foundry.worlds.usd.overview import Overview
-
             self._overview = Overview(self._scene)
         return self._overview.draw(frame)
 
@@ -77,16 +73,10 @@ class Renderer:
 
     def _camera(self, eye: FloatArray, yaw_deg: float, pitch_deg: float) -> Camera:
         corners = self._scene.bounds
-        far = float(np.linalg.norm(np.maximum(abs(corners[0] - eye), abs(corners[1] - eye)))) * 1.01 + 1
+        far = float(np.linalg.norm(np.abs(corners - eye).max(axis=0))) * 1.01 + 1
         near = min(max(_NEAREST_M, far / _DEPTH_RATIO), _NEAR_AT_MOST_M)
         ahead = direction(yaw_deg, pitch_deg)
         return Camera(eye, eye + ahead, direction(yaw_deg, pitch_deg + 90), self._fov_deg, near, far)
-
-
-def direction(yaw_deg: float, pitch_deg: float) -> FloatArray:
-    """Return the (3,) unit vector of a heading counter-clockwise from +X and a pitch upwards."""
-    yaw, pitch = np.radians(yaw_deg), np.radians(pitch_deg)
-    return np.array([np.cos(pitch) * np.cos(yaw), np.cos(pitch) * np.sin(yaw), np.sin(pitch)])
 
 
 def renderer_for(scene: Scene, *, width: int, height: int, fov_deg: float) -> Renderer:

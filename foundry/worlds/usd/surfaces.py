@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-import numpy.typing as npt
 
 from foundry.errors import InputError, not_found
 from foundry.worlds.usd.scene import FloatArray, IntArray, Scene
-
-BoolArray = npt.NDArray[np.bool_]
 
 BUCKET_M = 0.25
 """Edge of a square of the index; larger in scenes so large that the index would hold too many."""
@@ -42,7 +39,7 @@ class Surfaces:
         self.names = tuple(mesh.label or mesh.path for mesh in scene.meshes)
         self._paths = tuple(mesh.path for mesh in scene.meshes)
         self._low, self._high = self.corners.min(axis=1), self.corners.max(axis=1)
-        self._inverse, self._has_height = _barycentric(self.corners)
+        self._inverse = _barycentric(self.corners)
         self._build_index()
 
     def _build_index(self) -> None:
@@ -58,7 +55,7 @@ class Surfaces:
 
     def _square(self, points: FloatArray) -> IntArray:
         squares = np.floor((points - self._origin) / self._bucket).astype(np.int64)
-        return np.clip(squares, 0, self._shape - 1)
+        return np.asarray(np.clip(squares, 0, self._shape - 1))
 
     def near(self, low: FloatArray, high: FloatArray) -> IntArray:
         """Return the triangles whose boxes overlap the one from `low` (3,) to `high` (3,), ascending."""
@@ -66,12 +63,18 @@ class Surfaces:
         rows = np.arange(y0, y1 + 1) * self._shape[0]
         spans = zip(self._starts[rows + x0], self._starts[rows + x1 + 1], strict=True)
         found = np.unique(np.concatenate([self._sorted[start:stop] for start, stop in spans]))
-        overlaps = ((self._low[found] <= high) & (self._high[found] >= low)).all(axis=1)
-        return found[overlaps]
+        return self.overlapping(found, low, high)
+
+    def overlapping(self, triangles: IntArray, low: FloatArray, high: FloatArray) -> IntArray:
+        """Return those of the triangles whose boxes overlap the one from `low` (3,) to `high` (3,)."""
+        overlaps = ((self._low[triangles] <= high) & (self._high[triangles] >= low)).all(axis=1)
+        return np.asarray(triangles[overlaps])
 
     def heights(self, points: FloatArray, triangles: IntArray) -> FloatArray:
-        """Return the (k, m) height of each triangle above or below each of (k, 2) points; NaN beside it."""
-        triangles = triangles[self._has_height[triangles]]
+        """Return the (k, m) height at which each of (m,) triangles meets the vertical through each of (k, 2) points.
+
+        NaN where it does not, or is too steep to have one height.
+        """
         corners = self.corners[triangles]
         return _heights(points[:, None] - corners[:, 0, :2], corners, self._inverse[triangles])
 
@@ -81,7 +84,7 @@ class Surfaces:
         Cell (i, j) has its centre at ((i + 0.5) cell_m, (j + 0.5) cell_m); only those from `low` (2,) to
         `high` (2,), both included, are looked at.
         """
-        able = np.flatnonzero(self._has_height)
+        able = np.flatnonzero(~np.isnan(self._inverse[:, 0, 0]))
         first = np.maximum(np.ceil(self._low[able, :2] / cell_m - 0.5 - 1e-9).astype(np.int64), low)
         last = np.minimum(np.floor(self._high[able, :2] / cell_m - 0.5 + 1e-9).astype(np.int64), high)
         owner, column, row = cells_of(first, last)
@@ -113,16 +116,16 @@ def cells_of(first: IntArray, last: IntArray) -> tuple[IntArray, IntArray, IntAr
     return owner, first[owner, 0] + within % width[owner], first[owner, 1] + within // width[owner]
 
 
-def _barycentric(corners: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Return (n, 2, 2) maps from offsets in the plane to barycentric coordinates, and where they exist."""
+def _barycentric(corners: FloatArray) -> FloatArray:
+    """Return (n, 2, 2) maps from offsets in the plane to barycentric coordinates; NaN for steep triangles."""
     sides = corners[:, 1:] - corners[:, :1]
     normals = np.cross(sides[:, 0], sides[:, 1])
     area = np.linalg.norm(normals, axis=1)
     usable = (np.abs(normals[:, 2]) > FLOOR_NORMAL * area) & (area > 0)
-    determinant = np.where(usable, normals[:, 2], 1.0)
+    determinant = np.where(usable, normals[:, 2], np.nan)
     (ux, uy), (vx, vy) = sides[:, 0, :2].T, sides[:, 1, :2].T
-    inverse = np.array([[vy, -vx], [-uy, ux]]).transpose(2, 0, 1) / determinant[:, None, None]
-    return inverse, usable
+    inverse = np.array([[vy, -vx], [-uy, ux]]).transpose(2, 0, 1)
+    return np.asarray(inverse / determinant[:, None, None])
 
 
 def _heights(offsets: FloatArray, corners: FloatArray, inverse: FloatArray) -> FloatArray:

@@ -62,7 +62,10 @@ peer peering peered
 angle_your angling
 adjust adjusting adjusted
 aim aiming aimed
-point pointing"""
+tilt_head
+tilt_the_head
+turn_head_up
+turn_head_down"""
 
 _VERBS: Table = {
     **_verbs(Act.MOVE, _MOVE),
@@ -70,8 +73,8 @@ _VERBS: Table = {
     **_verbs(Act.MOVE, "retreat retreating retreated\nback_up backing_up backed_up\nback_off\nback_away", Way.BACK),
     **_verbs(Act.TURN, _TURN),
     **_verbs(Act.LOOK, _LOOK),
-    **_verbs(Act.LOOK, "raise raising raised\nlift lifting lifted", Way.UP),
-    **_verbs(Act.LOOK, "lower lowering lowered", Way.DOWN),
+    **_verbs(Act.LOOK, "raise raising raised\nlift lifting lifted\nraise_head\nlift_head", Way.UP),
+    **_verbs(Act.LOOK, "lower lowering lowered\nlower_head", Way.DOWN),
     **_verbs(Act.MAKE, "take taking took takes\nmake making made makes\ndo\nperform\nexecute"),
     **phrases(
         Word(Kind.VERB, act=Act.TURN, ways=(Way.AROUND,), number=180.0),
@@ -120,7 +123,7 @@ _NUMBERS: Table = {
     **numbers(
         "zero=0 one=1 two=2 three=3 four=4 five=5 six=6 seven=7 eight=8 nine=9 ten=10 eleven=11 twelve=12 thirteen=13 "
         "fourteen=14 fifteen=15 sixteen=16 seventeen=17 eighteen=18 nineteen=19 twenty=20 thirty=30 forty=40 fourty=40 "
-        "fifty=50 sixty=60 seventy=70 eighty=80 ninety=90 half=0.5 quarter=0.25 quarters=0.25 third=0.3333333333 "
+        "fifty=50 sixty=60 seventy=70 eighty=80 ninety=90 half=0.5 quarter=0.25 quarters=0.25 "
         "thirds=0.3333333333 tenth=0.1 tenths=0.1 couple=2 few=3 full=1"
     ),
     **numbers("hundred=100 thousand=1000", scale=True),
@@ -129,7 +132,7 @@ _NUMBERS: Table = {
 }
 
 _UNITS: Table = {
-    **phrases(Word(Kind.UNIT, dimension=Dimension.LENGTH, number=1.0), "m | meter | meters | metre | metres | mtr | ms"),
+    **phrases(Word(Kind.UNIT, dimension=Dimension.LENGTH, number=1.0), "m | meter | meters | metre | metres | mtr"),
     **phrases(
         Word(Kind.UNIT, dimension=Dimension.LENGTH, number=0.01),
         "cm | cms | centimeter | centimeters | centimetre | centimetres",
@@ -224,12 +227,12 @@ _SCOPES: Table = {
     **phrases(
         Word(Kind.CLOSE),
         "toward | towards | into | through | along | past | from | near | until reaching | in | on | onto | with | "
-        "within | across | over | under | off | for now to | around the | around | back to the | back to my | "
+        "within | across | over | under | off | around the | around | back to the | back to my | "
         "back to where | down the | up the | up to | down to | ahead of | ahead is | in front | behind | beside | "
         "on the left | on the right | on my left | on my right | on your left | on your right | at the left | "
         "at the right | from the left | from the right | left behind | left over | right now | right away | "
-        "right here | right there | right ahead | right behind | right next | right in | right up | right past | "
-        "right through | right into | right at | right by | right to the | all right | left side of | right side of | "
+        "right here | right there | right ahead | right behind | right next | right in front | right up | right past | "
+        "right through | right into | right to the | all right | left side of | right side of | "
         "left and right | right and left | closer | away | which | that | who | where",
     ),
 }
@@ -247,11 +250,11 @@ _FILLERS: Table = {
         "this | is to | was to | be to | ok | okay | direction | distance | angle | side | around my axis | in place | "
         "small | short | large | big | good | whole | sharp | slight | gentle | quick | additional | diagonally | "
         "diagonal | sideways | also | want | need | going | have to | try | decide | decided | choose | chosen | plan | "
-        "intend | think | believe | it | best | next step | first step | last step | previous step | this step is | "
+        "intend | think | believe | it | best | next step | first step | last step | previous step | "
         "final step | current step | the next step | second step | each step | every step | one step at a time | "
         "not only | not just | or so | immediately | all the way | here's | here is | result | output | response | "
         "instruction | previously | already | straight line | in a straight line | maximum | total | extra | as | "
-        "would be | will be | by going | by moving | degrees to | there's no",
+        "would be | will be | hand side | hand",
     ),
 }
 

@@ -104,6 +104,7 @@ class Word:
         scale: the number multiplies the one before it: "hundred".
         dimension: of a unit.
         reach: of a negation: `after`, `before` (the verb before it) or `both`.
+        negated: of a verb: whether its form says "not".
         decides: of a negation: whether not moving is what it decides ("will not", unlike "cannot").
     """
 
@@ -116,6 +117,7 @@ class Word:
     scale: bool = False
     dimension: Dimension | None = None
     reach: str = "after"
+    negated: bool = False
     decides: bool = False
 
 

@@ -1,0 +1,264 @@
+"""The scenes that ship with foundry: whole, labelled, of the size they claim, and made by the script beside them."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import zipfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from functools import lru_cache
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+from pxr import Kind, Sdf, Usd, UsdGeom, UsdSemantics
+from scipy import ndimage
+
+from foundry.paths import assets_dir
+
+SCENES = ("kibo", "office", "gallery")
+BODY_RADIUS, BODY_HEIGHT = 0.3, 1.75
+CELL = 0.05
+
+
+@dataclass(frozen=True)
+class Expected:
+    """What the README says: inner bounds (x0, y0, x1, y1), floor height, a start, outer bounds, and what is outside."""
+
+    inside: tuple[float, float, float, float]
+    floor: float
+    start: tuple[float, float]
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+
+
+EXPECTED = {
+    "kibo": Expected((-5.2, 19.0, 5.8, 21.2), -0.2358, (4.0, 20.1), (-5.3, 17.9, -1.3358), (5.9, 22.3, 3.0642)),
+    "office": Expected((0, 0, 14, 10), 0.0, (7.0, 5.0), (-0.16, -0.16, -0.1), (14.16, 10.16, 2.7)),
+    "gallery": Expected((0, 0, 16, 12), 0.0, (4.0, 1.6), (-0.16, -0.16, -0.1), (16.16, 12.16, 3.1)),
+}
+
+
+@lru_cache
+def opened(scene: str) -> Usd.Stage:
+    return Usd.Stage.Open(str(assets_dir() / f"{scene}.usdz"))
+
+
+def prims(scene: str) -> Iterator[Usd.Prim]:
+    yield from Usd.PrimRange(opened(scene).GetPseudoRoot(), Usd.TraverseInstanceProxies())
+
+
+@lru_cache
+def faces_by_prim(scene: str) -> dict[str, NDArray[np.float64]]:
+    """The (faces, 2, 3) bounding boxes of the faces of each mesh, world space, metres."""
+    cache, boxes = UsdGeom.XformCache(), {}
+    for prim in prims(scene):
+        if not prim.IsA(UsdGeom.Mesh):
+            continue
+        mesh = UsdGeom.Mesh(prim)
+        matrix = np.array(cache.GetLocalToWorldTransform(prim))
+        points = np.array(mesh.GetPointsAttr().Get(), dtype=float) @ matrix[:3, :3] + matrix[3, :3]
+        corners = points[np.array(mesh.GetFaceVertexIndicesAttr().Get())]
+        starts = np.concatenate([[0], np.cumsum(mesh.GetFaceVertexCountsAttr().Get())[:-1]])
+        low, high = np.minimum.reduceat(corners, starts), np.maximum.reduceat(corners, starts)
+        boxes[str(prim.GetPath())] = np.stack([low, high], axis=1)
+    return boxes
+
+
+def targets(scene: str) -> list[tuple[str, str, float]]:
+    """Name, prim pattern and radius of each target that the README suggests."""
+    section = re.split(r"^## ", (assets_dir() / "README.md").read_text(encoding="utf-8"), flags=re.M)
+    (own,) = [text for text in section if text.startswith(scene + "\n")]
+    return [
+        (name, prim, float(radius))
+        for name, prim, radius in re.findall(r"^\| (.+?) \| `(.+?)` \| ([\d.]+) \|", own, re.M)
+    ]
+
+
+def labels(prim: Usd.Prim) -> list[str]:
+    if not prim.HasAPI(UsdSemantics.LabelsAPI, "foundry"):
+        return []
+    return list(UsdSemantics.LabelsAPI(prim, "foundry").GetLabelsAttr().Get())
+
+
+def matching(scene: str, pattern: str) -> list[Usd.Prim]:
+    return [prim for prim in prims(scene) if labels(prim) and fnmatchcase(str(prim.GetPath()), pattern)]
+
+
+def distance_on_the_floor(scene: str, prim: str, xy: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Distance from points (n, 2) to the nearest box of a face below the prim."""
+    boxes = np.concatenate([faces for path, faces in faces_by_prim(scene).items() if path.startswith(prim + "/")])
+    low, high = boxes[:, 0].min(0)[:2], boxes[:, 1].max(0)[:2]
+    return np.linalg.norm(np.maximum(np.maximum(low - xy, xy - high), 0), axis=1)
+
+
+@lru_cache
+def reachable(scene: str) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+    """Where a body can walk to from the start: cells (nx, ny), and the middle of the first one, metres."""
+    expected, margin = EXPECTED[scene], 1.0
+    origin = np.array(expected.inside[:2]) - margin
+    shape = np.ceil((np.array(expected.inside[2:]) + margin - origin) / CELL).astype(int)
+    blocked = np.zeros(shape, dtype=bool)
+    for box in np.concatenate(list(faces_by_prim(scene).values())):
+        if box[1, 2] > expected.floor + 0.05 and box[0, 2] < expected.floor + BODY_HEIGHT:
+            low = np.maximum(np.floor((box[0, :2] - origin) / CELL).astype(int), 0)
+            high = np.ceil((box[1, :2] - origin) / CELL).astype(int) + 1
+            blocked[low[0] : high[0], low[1] : high[1]] = True
+    free = ndimage.distance_transform_edt(~blocked, sampling=CELL) > BODY_RADIUS
+    regions, _ = ndimage.label(free)
+    start = tuple(((np.array(expected.start) - origin) / CELL).astype(int))
+    assert regions[start] > 0
+    return regions == regions[start], origin + CELL / 2
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_a_scene_opens_without_composition_errors(scene: str) -> None:
+    stage = opened(scene)
+    assert stage.GetCompositionErrors() == []
+    assert str(stage.GetDefaultPrim().GetPath()) == "/World"
+    assert UsdGeom.GetStageUpAxis(stage) == "Z"
+    assert UsdGeom.GetStageMetersPerUnit(stage) == 1.0
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_a_scene_has_the_bounds_it_claims(scene: str) -> None:
+    boxes = np.concatenate(list(faces_by_prim(scene).values()))
+    np.testing.assert_allclose(boxes[:, 0].min(0), EXPECTED[scene].low, atol=1e-3)
+    np.testing.assert_allclose(boxes[:, 1].max(0), EXPECTED[scene].high, atol=1e-3)
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_every_texture_a_scene_names_is_in_its_package(scene: str) -> None:
+    files = set(zipfile.ZipFile(assets_dir() / f"{scene}.usdz").namelist())
+    named = {
+        value.path
+        for prim in prims(scene)
+        for attribute in prim.GetAttributes()
+        if isinstance(value := attribute.Get(), Sdf.AssetPath)
+    }
+    assert named
+    assert {f"{scene}.usdc", *named} == files
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_files_in_a_package_are_aligned_and_not_compressed(scene: str) -> None:
+    package = (assets_dir() / f"{scene}.usdz").read_bytes()
+    with zipfile.ZipFile(BytesIO(package)) as opened_package:
+        for entry in opened_package.infolist():
+            name, extra = (int.from_bytes(package[entry.header_offset + at :][:2], "little") for at in (26, 28))
+            assert entry.compress_type == zipfile.ZIP_STORED
+            assert (entry.header_offset + 30 + name + extra) % 64 == 0
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_everything_that_can_be_asked_for_has_a_label_and_the_other_way_round(scene: str) -> None:
+    things = [prim for prim in prims(scene) if Usd.ModelAPI(prim).GetKind() == Kind.Tokens.component]
+    assert things == [prim for prim in prims(scene) if labels(prim)]
+    for thing in things:
+        assert Usd.ModelAPI(thing).GetAssetName() == labels(thing)[0]
+        assert any(path.startswith(f"{thing.GetPath()}/") for path in faces_by_prim(scene))
+
+
+@pytest.mark.parametrize(("scene", "least"), [("kibo", 6), ("office", 6), ("gallery", 12)])
+def test_the_suggested_targets_exist_under_their_names(scene: str, least: int) -> None:
+    suggested = targets(scene)
+    assert len(suggested) >= least
+    for name, pattern, _ in suggested:
+        found = matching(scene, pattern)
+        assert found, pattern
+        assert all(name in labels(prim) for prim in found), pattern
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_a_scene_has_instances_parts_and_textures(scene: str) -> None:
+    assert any(prim.IsInstance() for prim in prims(scene))
+    assert any(prim.IsA(UsdGeom.Subset) for prim in prims(scene))
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_nothing_can_walk_out_of_a_scene(scene: str) -> None:
+    walkable, origin = reachable(scene)
+    xy = origin + CELL * np.argwhere(walkable)
+    x0, y0, x1, y1 = EXPECTED[scene].inside
+    assert xy.min(0)[0] > x0
+    assert xy.min(0)[1] > y0
+    assert xy.max(0)[0] < x1
+    assert xy.max(0)[1] < y1
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_there_is_a_floor_wherever_one_can_walk(scene: str) -> None:
+    walkable, origin = reachable(scene)
+    boxes = np.concatenate(list(faces_by_prim(scene).values()))
+    flat = boxes[np.abs(boxes[:, :, 2] - EXPECTED[scene].floor).max(1) < 1e-4]
+    xy = origin + CELL * np.argwhere(walkable)
+    inside = [((xy >= low[:2] - 1e-4) & (xy <= high[:2] + 1e-4)).all(1) for low, high in flat]
+    assert np.any(inside, axis=0).all()
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_a_body_can_walk_close_enough_to_every_target(scene: str) -> None:
+    walkable, origin = reachable(scene)
+    xy = origin + CELL * np.argwhere(walkable)
+    for name, pattern, radius in targets(scene):
+        for prim in matching(scene, pattern):
+            assert distance_on_the_floor(scene, str(prim.GetPath()), xy).min() < radius - 0.2, name
+
+
+def test_most_of_the_module_is_walkable() -> None:
+    walkable, _ = reachable("kibo")
+    assert walkable.sum() * CELL**2 > 0.6 * (11 - 2 * BODY_RADIUS) * (2.2 - 2 * BODY_RADIUS)
+
+
+def test_the_first_pose_of_the_task_stands_free_inside_the_module() -> None:
+    foot = np.array([4.0, 20.1, -0.2358])
+    boxes = np.concatenate(list(faces_by_prim("kibo").values()))
+    beside = boxes[(boxes[:, 1, 2] > foot[2] + 0.05) & (boxes[:, 0, 2] < foot[2] + 2.1)]
+    gap = np.maximum(np.maximum(beside[:, 0, :2] - foot[:2], foot[:2] - beside[:, 1, :2]), 0)
+    assert np.linalg.norm(gap, axis=1).min() > 0.8
+    assert distance_on_the_floor("kibo", "/World/Emblem", foot[None, :2])[0] > 6
+
+
+def test_all_assets_together_are_small() -> None:
+    assert sum(file.stat().st_size for file in assets_dir().rglob("*") if file.is_file()) < 3_000_000
+
+
+@pytest.fixture(scope="module")
+def rebuilt(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("scenes")
+    script = assets_dir() / "make_scenes.py"
+    subprocess.run([sys.executable, "-B", str(script), "--out", str(folder)], check=True, timeout=60)
+    return folder
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_the_script_makes_the_shipped_scene(scene: str, rebuilt: Path) -> None:
+    # Compared by content: other versions of zlib, FreeType or usd-core may write other bytes.
+    shipped, made = (Usd.Stage.Open(str(f / f"{scene}.usdz")).GetRootLayer() for f in (assets_dir(), rebuilt))
+    assert made.ExportToString() == shipped.ExportToString()
+    with zipfile.ZipFile(assets_dir() / f"{scene}.usdz") as old, zipfile.ZipFile(rebuilt / f"{scene}.usdz") as new:
+        assert new.namelist() == old.namelist()
+        for name in new.namelist()[1:]:
+            before, after = (np.asarray(Image.open(BytesIO(p.read(name))), dtype=float) for p in (old, new))
+            assert before.shape == after.shape, name
+            assert np.abs(before - after).mean() < 2, name
+
+
+def test_the_script_writes_the_same_bytes_again(rebuilt: Path, tmp_path: Path) -> None:
+    script = assets_dir() / "make_scenes.py"
+    subprocess.run([sys.executable, "-B", str(script), "--out", str(tmp_path), "kibo"], check=True, timeout=60)
+    assert (tmp_path / "kibo.usdz").read_bytes() == (rebuilt / "kibo.usdz").read_bytes()
+
+
+def test_the_script_names_the_scenes_it_knows(tmp_path: Path) -> None:
+    script = assets_dir() / "make_scenes.py"
+    asked = [sys.executable, "-B", str(script), "--out", str(tmp_path), "kibu"]
+    result = subprocess.run(asked, check=False, capture_output=True, text=True, timeout=60)
+    assert result.returncode == 2
+    assert "scene 'kibu' not found. Available: kibo, office, gallery." in result.stderr
