@@ -17,7 +17,7 @@ from foundry.sweep import Condition, has_range
 CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record")
 """What goes into a condition; the other keys say where and how it is run."""
 
-_SWEPT_ONLY = ("world", "model", "prompt", "layout", "sampling_seed")
+_SWEPT_ONLY = ("world", "model", "prompt", "layout", "scene", "task", "sampling_seed")
 _MULTIRUN = ("-m", "--multirun")
 
 

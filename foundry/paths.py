@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
+
+import platformdirs
 
 PACKAGE = Path(__file__).resolve().parent
 
@@ -21,6 +24,12 @@ def conf_dir() -> Path:
 def sweeps_dir() -> Path:
     """Return the folder of the named sweeps."""
     return shipped("sweeps")
+
+
+def scene_cache_dir() -> Path:
+    """Return the folder where what is computed of a scene is kept: FOUNDRY_SCENE_CACHE, else the user's cache."""
+    asked = os.environ.get("FOUNDRY_SCENE_CACHE")
+    return Path(asked) if asked else Path(platformdirs.user_cache_dir("foundry")) / "scenes"
 
 
 def assets_dir() -> Path:

@@ -5,9 +5,9 @@ What belongs to a wall hangs on the plane y = 0 and looks towards -y; so do the 
 
 from __future__ import annotations
 
-from scene_building.shapes import Shape, add, block, box, cylinder, named, sphere
+from scene_building.shapes import Shape, add, block, box, cylinder, named, quad, sphere
 from scene_building.stage import REST, Colour, Look, SceneBuilder
-from scene_building.textures import WHITE, books, paper_mark, plain, screen, wood
+from scene_building.textures import WHITE, books, paper_mark, plain, screen, sign, wood
 
 STEEL = Look("steel", (158, 164, 170))
 BLACK = Look("black", (44, 46, 50))
@@ -15,6 +15,7 @@ RED = Look("red", (204, 36, 30))
 PALE = Look("pale", (226, 226, 220))
 DARK_WOOD = Look("dark_wood", (128, 84, 52), wood((128, 84, 52)))
 LIGHT_WOOD = Look("light_wood", (206, 166, 112), wood((206, 166, 112)))
+EXIT_SIGN = Look("sign_exit", (24, 120, 70), sign("EXIT", paper=(24, 120, 70), ink=WHITE))
 LEAF = Look("leaf", (48, 128, 58), plain((48, 128, 58), 9))
 
 
@@ -186,6 +187,13 @@ def add_bench(scene: SceneBuilder, path: str) -> None:
     scene.mesh(f"{path}/Seat", block((1.6, 0.45, 0.08), (0, 0, 0.38)), DARK_WOOD)
     feet = block((0.08, 0.4, 0.38), (-0.65, 0, 0)) + block((0.08, 0.4, 0.38), (0.65, 0, 0))
     scene.mesh(f"{path}/Feet", named(feet, "side"), BLACK)
+
+
+def add_exit_door(scene: SceneBuilder, path: str) -> None:
+    """Add a closed door of 1.0 x 2.05 m in a wall and the sign above it."""
+    scene.mesh(f"{path}/Leaf", box((-0.5, -0.04, 0), (0.5, 0, 2.05)), Look("door", (120, 60, 44)))
+    scene.mesh(f"{path}/Handle", box((0.34, -0.09, 1.0), (0.44, -0.04, 1.03)), STEEL)
+    scene.mesh(f"{path}/Sign", quad((-0.25, -0.01, 2.12), (0.5, 0, 0), (0, 0, 0.19)), EXIT_SIGN)
 
 
 def _legs(x: float, y: float, height: float, half: float) -> Shape:

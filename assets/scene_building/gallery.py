@@ -54,6 +54,7 @@ def build() -> SceneBuilder:
     """Return the scene."""
     scene = SceneBuilder("gallery")
     looks = {name: wall_look(name, colour) for name, colour in COLOURS.items()}
+    scene.part("/World/Walls", "wall")
     for wall in WALLS:
         add_wall(scene, wall, looks, height=HEIGHT, door=DOOR)
     for name, room in HALLS.items():
@@ -103,11 +104,8 @@ def _add_furniture(scene: SceneBuilder) -> None:
 
 
 def _add_signs(scene: SceneBuilder) -> None:
-    green = (24, 120, 70)
-    exit_look = Look("sign_exit", green, sign("EXIT", paper=green, ink=WHITE))
     door = scene.thing("/World/ExitDoor", "exit door", at=(6.6, 0.0, 0), turn=180)
-    scene.mesh(f"{door}/Leaf", box((-0.6, -0.04, 0), (0.6, 0, 2.1)), Look("door", (120, 60, 44)))
-    scene.mesh(f"{door}/Sign", quad((-0.25, -0.01, 2.2), (0.5, 0, 0), (0, 0, 0.19)), exit_look)
+    items.add_exit_door(scene, door)
     over_doors = (("B", 7.95, 3.0, 270), ("A", 8.05, 3.0, 90), ("C", 12.0, 5.95, 0), ("D", 8.05, 9.0, 90))
     for hall, x, y, turn in over_doors:
         path = scene.thing(f"/World/Signs/To_Hall_{hall}", f"sign to hall {hall}", at=(x, y, 2.5), turn=turn)

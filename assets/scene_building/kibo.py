@@ -6,6 +6,8 @@ yaw 180 looks along the module. Seen that way starboard is the right side (+y) a
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 from scene_building import rack_textures as art
 from scene_building.kibo_equipment import add_equipment
 from scene_building.kibo_frame import AXIS_Y, CEILING, FLOOR, HALF, PORT_Y, STARBOARD_Y, X_AIRLOCK, X_HATCH
@@ -24,13 +26,24 @@ DECK: Colour = (78, 92, 112)
 FRAME = Look("frame", (150, 146, 138), plain((150, 146, 138)))
 INSIDE_RACK = Look("rack_side", (112, 112, 110))
 
+
+@dataclass(frozen=True)
+class Side:
+    """One side of the module: letter of its racks, tint, the face that looks inwards, and the design of each bay."""
+
+    name: str
+    letter: str
+    tint: Colour
+    face: str
+    designs: tuple[int, ...]
+
+
 SIDES = (
-    ("Port", "F", PORT, "y+", (0, 3, 1, 4, 2, 0, 5, 1, 3, 4)),
-    ("Starboard", "A", STARBOARD, "y-", (2, 1, 4, 0, 3, 5, 1, 2, 0, 3)),
-    ("Overhead", "O", OVERHEAD, "z-", (6, 7, 6, 7, 6, 7, 6, 7, 6, 7)),
-    ("Deck", "D", DECK, "z+", (8,) * BAYS),
+    Side("Port", "F", PORT, "y+", (0, 3, 1, 4, 2, 0, 5, 1, 3, 4)),
+    Side("Starboard", "A", STARBOARD, "y-", (2, 1, 4, 0, 3, 5, 1, 2, 0, 3)),
+    Side("Overhead", "O", OVERHEAD, "z-", (6, 7, 6, 7, 6, 7, 6, 7, 6, 7)),
 )
-"""Name of each side, letter of its rack labels, tint, the face that looks inwards, and the design of each bay."""
+FLOOR_SIDE = Side("Deck", "D", DECK, "z+", ())
 
 DESIGNS: tuple[tuple[Row, ...], ...] = (
     (Row(2, art.panel), Row(4, art.drawers(2, 3)), Row(1, art.vents), Row(2, art.ports)),
@@ -48,8 +61,7 @@ def build() -> SceneBuilder:
     """Return the scene."""
     scene = SceneBuilder("kibo")
     _add_structure(scene)
-    for side in range(len(SIDES)):
-        _add_racks(scene, side)
+    _add_racks(scene)
     _add_handrails(scene)
     _add_lamps(scene)
     add_equipment(scene)
@@ -57,6 +69,7 @@ def build() -> SceneBuilder:
 
 
 def _add_structure(scene: SceneBuilder) -> None:
+    scene.part("/World/Structure", "wall")
     shell = ring((X_AIRLOCK, AXIS_Y, FLOOR + HALF), (X_HATCH, AXIS_Y, FLOOR + HALF), RADIUS, RADIUS - 0.05, segments=32)
     scene.mesh("/World/Shell", shell, Look("shell", (196, 198, 200)))
     plate = Look("end_plate", (186, 178, 164), art.end_plate())
@@ -80,7 +93,7 @@ def _add_structure(scene: SceneBuilder) -> None:
 
 
 def _cross_sections() -> tuple[tuple[tuple[float, float], tuple[float, float]], ...]:
-    """Return the (y, z) corners of the four sides, in the order of SIDES."""
+    """Return the (y, z) corners of the four sides, in the order of SIDES, then the floor."""
     return (
         ((PORT_Y - DEPTH, FLOOR), (PORT_Y, CEILING)),
         ((STARBOARD_Y, FLOOR), (STARBOARD_Y + DEPTH, CEILING)),
@@ -89,36 +102,41 @@ def _cross_sections() -> tuple[tuple[tuple[float, float], tuple[float, float]], 
     )
 
 
-def _add_racks(scene: SceneBuilder, side: int) -> None:
-    name, letter, tint, face, designs = SIDES[side]
-    low, high = _cross_sections()[side]
-    sheet = Look("rack_labels", WHITE, art.label_sheet(_labels(), 4, BAYS))
+def _add_racks(scene: SceneBuilder) -> None:
+    labels = [f"JPM1{side.letter}{bay + 1}" for bay in range(BAYS) for side in SIDES]
+    sheet = Look("rack_labels", WHITE, art.label_sheet(labels, len(SIDES), BAYS))
+    for number, side in enumerate(SIDES):
+        for bay, design in enumerate(side.designs):
+            front = Look(f"{side.name.lower()}_{design}", side.tint, art.rack_front(side.tint, DESIGNS[design]))
+            path = _add_rack(scene, side, number, bay, front)
+            scene.mesh(f"{path}/Label", _label_quad(number, bay), sheet)
+    # No label plates on the floor: they would lift the feet of whoever walks over them.
+    plate = Look("deck", DECK, art.deck_plate(DECK))
     for bay in range(BAYS):
-        x1 = X_HATCH - END - BAY * bay
-        path = scene.thing(f"/World/Racks/{name}_{bay + 1:02d}", f"rack JPM1{letter}{bay + 1}")
-        front = art.deck_plate(tint) if name == "Deck" else art.rack_front(tint, DESIGNS[designs[bay]])
-        look = Look(f"{name.lower()}_{designs[bay]}", tint, front)
-        scene.mesh(f"{path}/Body", box((x1 - BAY, *low), (x1, *high)), {REST: INSIDE_RACK, face: look})
-        scene.mesh(f"{path}/Label", _label_quad(side, bay, x1), sheet)
+        _add_rack(scene, FLOOR_SIDE, len(SIDES), bay, plate)
 
 
-def _labels() -> list[str]:
-    return [f"JPM1{letter}{bay + 1}" for bay in range(BAYS) for _, letter, *_ in SIDES]
+def _add_rack(scene: SceneBuilder, side: Side, number: int, bay: int, front: Look) -> str:
+    low, high = _cross_sections()[number]
+    x1 = X_HATCH - END - BAY * bay
+    path = scene.thing(f"/World/Racks/{side.name}_{bay + 1:02d}", f"rack JPM1{side.letter}{bay + 1}")
+    scene.mesh(f"{path}/Body", box((x1 - BAY, *low), (x1, *high)), {REST: INSIDE_RACK, side.face: front})
+    return path
 
 
-def _label_quad(side: int, bay: int, x1: float) -> Shape:
+def _label_quad(side: int, bay: int) -> Shape:
     """Return the label of a rack, upright at the top of its front, with its place on the sheet."""
     width, height, gap = 0.27, 0.09, 0.004
+    x1 = X_HATCH - END - BAY * bay
     x0, top = x1 - 0.38, CEILING - CHAMFER - 0.13
     shapes = (
         quad((x0 + width, PORT_Y + gap, top), (-width, 0, 0), (0, 0, height)),
         quad((x0, STARBOARD_Y - gap, top), (width, 0, 0), (0, 0, height)),
         quad((x1 - 0.1, AXIS_Y - width / 2, CEILING - gap), (0, width, 0), (height, 0, 0)),
-        quad((x1 - 0.2, AXIS_Y - width / 2, FLOOR + gap), (0, width, 0), (-height, 0, 0)),
     )
     (face,) = shapes[side]
-    uvs = tuple(((side + u) / 4, 1 - (bay + 1 - v) / BAYS) for u, v in face.uvs)
-    return (type(face)(face.corners, uvs, face.group),)
+    uvs = tuple(((side + u) / len(SIDES), 1 - (bay + 1 - v) / BAYS) for u, v in face.uvs)
+    return (replace(face, uvs=uvs),)
 
 
 def _add_handrails(scene: SceneBuilder) -> None:

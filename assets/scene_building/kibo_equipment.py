@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from scene_building import rack_textures as art
-from scene_building.furniture import BLACK, RED, STEEL, add_extinguisher
+from scene_building.furniture import BLACK, EXIT_SIGN, RED, STEEL, add_extinguisher
 from scene_building.kibo_frame import AXIS_Y, FLOOR, PORT_Y, STARBOARD_Y, X_AIRLOCK, X_HATCH
 from scene_building.shapes import Shape, block, box, cylinder, named, quad, ring, sphere
 from scene_building.stage import REST, Look, SceneBuilder
 from scene_building.textures import INK, WHITE, plain, screen, sign
 
-GREEN = (24, 120, 70)
 YELLOW = (236, 196, 60)
 
 
@@ -114,7 +113,6 @@ def _add_flyer(scene: SceneBuilder) -> None:
 
 
 def _add_signs(scene: SceneBuilder) -> None:
-    exit_sign = Look("sign_exit", GREEN, sign("EXIT", paper=GREEN, ink=WHITE))
     airlock = Look("sign_airlock", YELLOW, sign("AIRLOCK", paper=YELLOW, ink=INK, size=(320, 80)))
     fire = Look("sign_fire", RED.colour, sign("FIRE", paper=RED.colour, ink=WHITE))
     kibo = Look("sign_kibo", WHITE, sign("KIBO\nlaboratory", paper=WHITE, ink=(150, 60, 30), size=(256, 112)))
@@ -123,7 +121,7 @@ def _add_signs(scene: SceneBuilder) -> None:
             "Exit",
             "exit sign",
             quad((X_HATCH - 0.02, AXIS_Y + 0.25, FLOOR + 1.84), (0, -0.5, 0), (0, 0, 0.19)),
-            exit_sign,
+            EXIT_SIGN,
         ),
         (
             "Airlock",

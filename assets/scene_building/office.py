@@ -51,11 +51,22 @@ LAMPS = (
     *((x, 7.9) for x in (2.0, 5.2, 7.4, 10.0, 12.6)),
 )
 
+SIGNS = (
+    ("Open_Office", "OFFICE", 2.1, 4.35, 180),
+    ("Meeting", "MEETING", 7.3, 4.35, 180),
+    ("Copy", "COPY ROOM", 11.1, 4.35, 180),
+    ("Manager", "MANAGER", 2.8, 5.75, 0),
+    ("Kitchen", "KITCHEN", 6.9, 5.75, 0),
+    ("Lounge", "LOUNGE", 11.9, 5.75, 0),
+)
+"""Door signs: prim, text, place (x, y) and turn."""
+
 
 def build() -> SceneBuilder:
     """Return the scene."""
     scene = SceneBuilder("office")
     looks = {name: wall_look(name, colour) for name, colour in COLOURS.items()}
+    scene.part("/World/Walls", "wall")
     for wall in WALLS:
         add_wall(scene, wall, looks, height=HEIGHT, door=DOOR)
     for name, room in ROOMS.items():
@@ -186,29 +197,14 @@ def _furnish_corridor(scene: SceneBuilder) -> None:
     items.add_water_cooler(
         scene, scene.thing("/World/Corridor/WaterCooler", "water cooler", at=(0.02, 5.1, 0), turn=90)
     )
-    bottle = scene.thing("/World/Corridor/FireExtinguisher", "fire extinguisher", at=(9.6, 4.35, 0.7), turn=180)
+    bottle = scene.thing("/World/Corridor/FireExtinguisher", "fire extinguisher", at=(9.6, 4.35, 1.0), turn=180)
     items.add_extinguisher(scene, bottle)
     notices = scene.thing("/World/Corridor/NoticeBoard", "notice board", at=(4.0, 5.75, 1.5))
     cork = Look("notices", (182, 136, 86), paper_mark((200, 120), (182, 136, 86), (250, 246, 230)))
     scene.mesh(f"{notices}/Board", box((-0.6, -0.03, -0.36), (0.6, 0, 0.36)), {REST: items.DARK_WOOD, "y-": cork})
     door = scene.thing("/World/Corridor/ExitDoor", "exit door", at=(13.995, 5.05, 0), turn=270)
-    scene.mesh(f"{door}/Leaf", box((-0.5, -0.04, 0), (0.5, 0, 2.05)), Look("door", (120, 60, 44)))
-    scene.mesh(f"{door}/Handle", box((0.34, -0.09, 1.0), (0.44, -0.04, 1.03)), items.STEEL)
-    green = (24, 120, 70)
-    plate = quad((-0.25, -0.01, 2.12), (0.5, 0, 0), (0, 0, 0.19))
-    scene.mesh(f"{door}/Sign", plate, Look("sign_exit", green, sign("EXIT", paper=green, ink=WHITE)))
+    items.add_exit_door(scene, door)
     for name, text, x, y, turn in SIGNS:
         path = scene.thing(f"/World/Signs/{name}", f"{text.lower()} sign", at=(x, y, 1.65), turn=turn)
         look = Look(f"sign_{name.lower()}", WHITE, sign(text, paper=WHITE, ink=(30, 60, 120), size=(192, 64)))
         scene.mesh(f"{path}/Plate", quad((-0.24, -0.008, 0), (0.48, 0, 0), (0, 0, 0.16)), look)
-
-
-SIGNS = (
-    ("Open_Office", "OFFICE", 2.1, 4.35, 180),
-    ("Meeting", "MEETING", 7.3, 4.35, 180),
-    ("Copy", "COPY ROOM", 11.1, 4.35, 180),
-    ("Manager", "MANAGER", 2.8, 5.75, 0),
-    ("Kitchen", "KITCHEN", 6.9, 5.75, 0),
-    ("Lounge", "LOUNGE", 11.9, 5.75, 0),
-)
-"""Door signs: prim, text, place (x, y) and turn."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -66,6 +66,11 @@ class SceneBuilder:
         self._label(prim, labels)
         return path
 
+    def part(self, path: str, label: str) -> None:
+        """Name a part of the building, such as its walls: what stops a body, not what it is asked to find."""
+        self._groups(f"{path}/_")
+        self._name(self.stage.GetPrimAtPath(path), [label])
+
     def mesh(self, path: str, shape: Shape, looks: Look | Mapping[str, Look]) -> None:
         """Add a mesh; looks other than that of `REST` become geom subsets named after their groups."""
         self._groups(path)
@@ -119,12 +124,14 @@ class SceneBuilder:
         if turn:
             xform.AddRotateZOp().Set(turn)
 
-    def _label(self, prim: Usd.Prim, labels: Iterable[str]) -> None:
-        labels = list(labels)
+    def _label(self, prim: Usd.Prim, labels: Sequence[str]) -> None:
         model = Usd.ModelAPI(prim)
         model.SetKind(Kind.Tokens.component)
         model.SetAssetName(labels[0])
-        UsdSemantics.LabelsAPI.Apply(prim, LABELS).CreateLabelsAttr(labels)
+        self._name(prim, labels)
+
+    def _name(self, prim: Usd.Prim, labels: Sequence[str]) -> None:
+        UsdSemantics.LabelsAPI.Apply(prim, LABELS).CreateLabelsAttr(list(labels))
 
     def _fill(self, mesh: UsdGeom.Mesh, shape: Shape) -> None:
         corners = [tuple(round(c, 5) for c in corner) for face in shape for corner in face.corners]

@@ -7,6 +7,7 @@ from typing import Any
 
 from numpy.random import Generator
 
+from foundry.models.scripted import spoken
 from foundry.models.scripted.base import ScriptedModel
 from foundry.models.scripted.grid import STAY, act, say
 
@@ -21,3 +22,7 @@ class Stay(ScriptedModel):
     def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Stay."""
         return act(STAY, reasoning="I stay where I am.")
+
+    def move(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Stay."""
+        return f"I stay where I am. {spoken.STAY}"

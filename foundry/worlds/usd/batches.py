@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from foundry.worlds.usd.canvas import actor, vtk_texture
+from foundry.worlds.usd.lighting import brightness
 from foundry.worlds.usd.polydata import byte_values, corner_normals, floats, polydata
 from foundry.worlds.usd.scene import FloatArray, SceneMesh, UInt8Array
 
@@ -21,7 +22,7 @@ def scene_actors(meshes: Sequence[SceneMesh], *, fade: float = 1.0) -> list[Any]
     """Return the actors that show the meshes, the opaque ones first; their opacity is multiplied by `fade`."""
     batches: dict[tuple[object, ...], list[SceneMesh]] = {}
     for mesh in meshes:
-        key = (mesh.opacity, id(mesh.texture), mesh.wrap, max(mesh.emissive) > 0)
+        key = (mesh.opacity, id(mesh.texture), mesh.wrap)
         batches.setdefault(key, []).append(mesh)
     shown = [batch for batch in batches.values() if batch[0].opacity > 0]
     opaque_first = sorted(shown, key=lambda batch: -batch[0].opacity)
@@ -32,11 +33,11 @@ def id_actor(meshes: Sequence[SceneMesh]) -> Any:
     """Return one actor in which each mesh has a flat colour of its own: its place in the sequence plus 1."""
     hiding = [(number + 1, mesh) for number, mesh in enumerate(meshes) if mesh.opacity >= LEAST_OPACITY]
     if not hiding:
-        return actor(polydata(np.zeros((0, 3)), np.zeros((0, 3), np.int64)), lit=False)
+        return actor(polydata(np.zeros((0, 3)), np.zeros((0, 3), np.int64)))
     data = _joined([mesh for _, mesh in hiding])
     colours = [np.tile(_id_colour(number), (len(mesh.triangles), 1)) for number, mesh in hiding]
     data.GetCellData().SetScalars(byte_values(np.concatenate(colours)))
-    return actor(data, lit=False)
+    return actor(data)
 
 
 def ids_of(image: UInt8Array) -> npt.NDArray[np.int64]:
@@ -63,9 +64,8 @@ def _batch_actor(meshes: Sequence[SceneMesh], fade: float) -> Any:
     first = meshes[0]
     data = _joined(meshes)
     values = data.GetPointData()
-    values.SetNormals(floats(np.concatenate([mesh.normals for mesh in meshes if mesh.normals is not None])))
     values.SetScalars(byte_values(np.concatenate([_colours(mesh) for mesh in meshes])))
-    made = actor(data, lit=max(first.emissive) == 0, opacity=first.opacity * fade)
+    made = actor(data, opacity=first.opacity * fade)
     if first.texture is not None:
         blank = (np.zeros((len(mesh.points), 2)) if mesh.uvs is None else mesh.uvs for mesh in meshes)
         values.SetTCoords(floats(np.concatenate(list(blank))))
@@ -80,11 +80,10 @@ def _joined(meshes: Sequence[SceneMesh]) -> Any:
 
 
 def _colours(mesh: SceneMesh) -> UInt8Array:
-    """Return the (n, 3) colours of the points; what shines adds its light."""
-    own: FloatArray = np.tile(np.array(mesh.colour), (len(mesh.points), 1))
-    if mesh.vertex_colours is not None:
-        own = mesh.vertex_colours / 255.0
-    shown: FloatArray = np.clip(own + np.array(mesh.emissive), 0, 1)
+    """Return the (n, 3) colours of the points as they are lit; what shines adds its own light."""
+    assert mesh.normals is not None
+    own: FloatArray = np.array([mesh.colour]) if mesh.vertex_colours is None else mesh.vertex_colours / 255.0
+    shown: FloatArray = np.clip(own * brightness(mesh.normals)[:, None] + np.array(mesh.emissive), 0, 1)
     return np.round(shown * 255).astype(np.uint8)
 
 

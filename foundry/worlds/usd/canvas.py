@@ -12,7 +12,6 @@ from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import (
     vtkActor,
-    vtkLight,
     vtkPolyDataMapper,
     vtkRenderer,
     vtkRenderWindow,
@@ -22,19 +21,6 @@ from vtkmodules.vtkRenderingCore import (
 from foundry.worlds.usd.glcheck import choose_window
 from foundry.worlds.usd.polydata import as_numpy, byte_values
 from foundry.worlds.usd.scene import Colour, FloatArray, UInt8Array
-
-AMBIENT = 0.6
-"""Light that every surface gets from everywhere, of 1."""
-
-_LIGHTS = (
-    ((1, 0, 0), 0.32),
-    ((-1, 0, 0), 0.02),
-    ((0, 1, 0), 0.18),
-    ((0, -1, 0), 0.10),
-    ((0, 0, 1), 0.25),
-    ((0, 0, -1), 0.40),
-)
-"""From where, and how strong: the floor, the ceiling and the four walls of a room are six shades of one colour."""
 
 _WRAPS = {"repeat": vtkTexture.Repeat, "mirror": vtkTexture.MirroredRepeat, "clamp": vtkTexture.ClampToEdge}
 
@@ -75,17 +61,6 @@ class Canvas:
         wanted = ("OpenGL renderer string", "OpenGL version string")
         return ", ".join(line.split(":", 1)[1].strip() for line in lines if line.startswith(wanted))
 
-    def add_lights(self) -> None:
-        """Light the scene so that surfaces of different directions differ, and none is black."""
-        for direction, intensity in _LIGHTS:
-            light = vtkLight()
-            light.SetLightTypeToSceneLight()
-            light.PositionalOff()
-            light.SetPosition(*direction)
-            light.SetFocalPoint(0, 0, 0)
-            light.SetIntensity(intensity)
-            self.renderer.AddLight(light)
-
     def peel(self, layers: int) -> None:
         """Draw translucent surfaces in their true order; needs a window without multisampling."""
         self._window.SetAlphaBitPlanes(1)
@@ -112,19 +87,15 @@ class Canvas:
         lens.SetClippingRange(camera.near_m, camera.far_m)
 
 
-def actor(data: Any, *, lit: bool = True, opacity: float = 1.0) -> Any:
-    """Return an actor of a vtkPolyData, coloured by its scalars."""
+def actor(data: Any, *, opacity: float = 1.0) -> Any:
+    """Return an actor of a vtkPolyData, in exactly the colours of its scalars."""
     mapper = vtkPolyDataMapper()
     mapper.SetInputData(data)
     mapper.SetColorModeToDirectScalars()
     made = vtkActor()
     made.SetMapper(mapper)
-    look = made.GetProperty()
-    look.SetAmbient(AMBIENT if lit else 1.0)
-    look.SetDiffuse(1.0 if lit else 0.0)
-    look.SetSpecular(0.0)
-    look.SetOpacity(opacity)
-    look.SetLighting(lit)
+    made.GetProperty().LightingOff()
+    made.GetProperty().SetOpacity(opacity)
     return made
 
 

@@ -18,7 +18,10 @@ __all__ = ["BOUNDS", "EDGE", "Body", "Collider", "Motion"]
 LEG_M = 1.0
 """Length of way that is looked at together."""
 
-MAX_TURNS = 8
+SLIDE_M = 0.2
+"""Length of way along an obstacle after which the body tries the direction that was asked for again."""
+
+MAX_TURNS = 100
 """Straight parts of one sliding move, at most."""
 
 
@@ -68,26 +71,30 @@ class Collider:
         """
         angle = math.radians(direction_deg)
         wish = np.array([math.cos(angle), math.sin(angle)])
-        track = [np.array(foot, np.float64)]
-        heading, share, left = wish, 1.0, float(distance_m)
-        stopped_by: str | None = None
-        touched: list[FloatArray] = []
+        way = self._straight(np.array(foot, np.float64), wish, max(float(distance_m), 0.0), body)
+        track = np.array([foot, *way.track])
+        stopped_by = way.stop.name if way.stop else None
+        if slide and way.stop and way.stop.normal is not None:
+            track = self._slide(track, wish, distance_m - _length(track), body, way.stop.normal)
+        return Motion(track[-1], _length(track), stopped_by, track)
+
+    def _slide(self, track: FloatArray, wish: FloatArray, left: float, body: Body, normal: FloatArray) -> FloatArray:
+        """Return the track with what comes of the rest of a wish after something was touched."""
+        places, touched = list(track), [normal]
         for _ in range(MAX_TURNS):
-            way = self._straight(track[-1], heading, max(left * share, 0.0), body)
-            gone = _length(np.array([track[-1], *way.track]))
-            track += way.track
-            left -= gone / share
-            if way.stop is None:
-                break
-            stopped_by = stopped_by or way.stop.name
-            if not slide or way.stop.normal is None:
-                break
-            touched = [*(touched if gone <= SKIN_M else []), way.stop.normal]
             deflected = _deflected(wish, touched)
-            if deflected is None:
+            if left <= SKIN_M or deflected is None:
                 break
             heading, share = deflected
-        return Motion(track[-1], _length(np.array(track)), stopped_by, np.array(track))
+            way = self._straight(places[-1], heading, min(left * share, SLIDE_M if touched else left), body)
+            gone = _length(np.array([places[-1], *way.track]))
+            places += way.track
+            left -= gone / share
+            if way.stop is not None and way.stop.normal is None:
+                break
+            touched = touched if gone <= SKIN_M else []
+            touched = touched if way.stop is None or way.stop.normal is None else [*touched, way.stop.normal]
+        return np.array(places)
 
     def walkable(self, start: FloatArray, end: FloatArray, body: Body) -> bool:
         """Return whether one straight move brings the foot from `start` (3,) to `end` (3,)."""
@@ -133,7 +140,12 @@ def _within(bounds: FloatArray, foot: FloatArray, heading: FloatArray, length: f
 
 
 def _deflected(wish: FloatArray, touched: Sequence[FloatArray]) -> tuple[FloatArray, float] | None:
-    """Return the direction along one of the touched surfaces and into none, and its share of the wish."""
+    """Return the direction along one of the touched surfaces and into none, and its share of the wish.
+
+    None where there is none; the wish itself where nothing is touched.
+    """
+    if not touched:
+        return wish, 1.0
     best = None
     for normal in touched:
         along = wish - (wish @ normal) * normal

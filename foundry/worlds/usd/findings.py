@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+EXAMPLES = 5
+
 
 class Findings:
-    """Counts things by kind; the first of each kind is named as the example."""
+    """Counts things by kind; the first few of each kind are named."""
 
     def __init__(self) -> None:
-        self._seen: dict[str, list[str]] = {}
+        self._seen: dict[str, dict[str, None]] = {}
 
     def add(self, kind: str, example: str) -> None:
         """Note one more thing of this kind, found at `example`; the same example counts once."""
-        examples = self._seen.setdefault(kind, [])
-        if example not in examples:
-            examples.append(example)
+        self._seen.setdefault(kind, {})[example] = None
 
     def lines(self) -> Iterator[str]:
         """Yield one line for each kind, in the order in which they were found."""
         for kind, examples in self._seen.items():
-            more = f" and {len(examples) - 1} more" if len(examples) > 1 else ""
-            yield f"{kind}: {examples[0]}{more}"
+            rest = len(examples) - EXAMPLES
+            more = f" and {rest} more" if rest > 0 else ""
+            yield f"{kind}: {'; '.join(list(examples)[:EXAMPLES])}{more}"

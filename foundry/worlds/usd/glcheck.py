@@ -44,14 +44,22 @@ def check_rendering() -> None:
     if os.environ.get(_PASSED):
         return
     command = [sys.executable, "-c", _PROBE]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     try:
-        probe = subprocess.run(command, capture_output=True, text=True, timeout=_PATIENCE_S, check=False)
+        probe = subprocess.run(
+            command, capture_output=True, text=True, timeout=_PATIENCE_S, check=False, env=environment
+        )
     except subprocess.TimeoutExpired as error:
         raise InputError(f"Drawing one small picture took more than {_PATIENCE_S} s; {install_line()}") from error
     if probe.returncode != 0:
-        cause = (probe.stderr.strip().splitlines() or [f"ended with code {probe.returncode}"])[-1]
-        raise InputError(f"This machine cannot draw 3D scenes without a screen ({cause}). {install_line()}")
+        raise InputError(f"This machine cannot draw 3D scenes without a screen ({_cause(probe)}). {install_line()}")
     os.environ[_PASSED] = "1"
+
+
+def _cause(probe: subprocess.CompletedProcess[str]) -> str:
+    if probe.returncode < 0:
+        return f"VTK found no OpenGL and was ended by signal {-probe.returncode}"
+    return (probe.stderr.strip().splitlines() or [f"the probe ended with code {probe.returncode}"])[-1]
 
 
 def install_line() -> str:

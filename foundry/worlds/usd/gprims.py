@@ -196,7 +196,7 @@ def _array(value: Any) -> Any:
 def _is_consistent(points: FloatArray, counts: Any, indices: Any) -> bool:
     if not len(counts) and not len(indices):
         return True
-    fits = counts.min(initial=0) >= 0 and counts.sum() == len(indices)
+    fits = counts.min(initial=0) >= 0 and counts.sum() == len(indices) and np.isfinite(points).all()
     return bool(fits and indices.min(initial=0) >= 0 and indices.max(initial=-1) < len(points))
 
 

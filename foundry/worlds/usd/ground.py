@@ -61,7 +61,7 @@ class Ground:
 
     def _bridge(self, point: FloatArray, foot_z: float, near: IntArray, body: Body) -> float | None:
         """Return the height of the floor on both sides of a gap narrower than the radius, or None."""
-        ring = self.surfaces.heights(point + 0.5 * body.radius_m * _RING, near)
+        ring = self.surfaces.heights(point + body.radius_m * _RING, near)
         floors = [_highest(column, body.stride(foot_z)) for column in ring]
         pairs = zip(floors[:4], floors[4:], strict=True)
         return max((min(a, b) for a, b in pairs if a is not None and b is not None), default=None)

@@ -36,7 +36,13 @@ def mdl_look(shader: Any, textures: Textures, findings: Findings, time: Any) -> 
         float(constant(shader, "texture_rotate", 0.0, time)),
         constant(shader, "texture_translate", (0.0, 0.0), time),
     )
-    return Look(colour=(1.0, 1.0, 1.0), opacity=opacity, emissive=emissive, texture=texture, uv_transform=transform)
+    return Look(
+        colour=(1.0, 1.0, 1.0),
+        opacity=opacity,
+        emissive=emissive,
+        texture=textures.shared(texture),
+        uv_transform=transform,
+    )
 
 
 def other_look(shader: Any, findings: Findings, time: Any) -> Look:
@@ -63,9 +69,9 @@ def _base_colour(shader: Any, time: Any) -> Any:
 
 def _picture(shader: Any, textures: Textures, time: Any) -> UInt8Array | None:
     for name in _TEXTURES:
-        asset = constant(shader, name, Sdf.AssetPath(), time)
-        if asset.path:
-            return textures.load(asset, _where(shader))
+        picture = textures.load(source(shader, name), time)
+        if picture is not None:
+            return picture
     return None
 
 

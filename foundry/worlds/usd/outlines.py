@@ -6,6 +6,7 @@ of the surface that lies between its lower and its upper end.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,13 @@ BoolArray = npt.NDArray[np.bool_]
 
 GRAZE = 1e-9
 """How much closer than its radius, metres, a disc may pass what it moves along; hides rounding."""
+
+
+SPACING_M = 0.05
+"""Distance between the points that stand for outlines where that is exact enough, metres."""
+
+TOUCHING = 1e-12
+"""Distance, metres, at which a centre lies on a segment: no direction leads away from there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,11 +100,23 @@ def nearest_offsets(point: FloatArray, ends: FloatArray) -> FloatArray:
     return np.asarray(offset - np.clip(part, 0.0, 1.0)[:, None] * along)
 
 
+def dotted(outlines: Outlines) -> FloatArray:
+    """Return (k, 2) points all along the outlines, at most `SPACING_M` apart, their ends among them."""
+    ends = outlines.ends
+    lengths = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
+    pieces = np.ceil(lengths / SPACING_M).astype(np.int64)
+    owner = np.repeat(np.arange(len(ends)), pieces + 1)
+    number = np.arange(len(owner)) - np.repeat(np.cumsum(pieces + 1) - pieces - 1, pieces + 1)
+    part = number / np.maximum(pieces, 1)[owner]
+    points = ends[owner, 0] + part[:, None] * (ends[owner, 1] - ends[owner, 0])
+    return np.asarray(np.unique(points, axis=0))
+
+
 def sweep(outlines: Outlines, centre: FloatArray, heading: FloatArray, length: float, radius: float) -> Touch | None:
     """Return what stops a disc on a straight way, or None.
 
-    What the disc overlaps at the start stops it only if it would come closer to that still; what its very
-    centre lies on does not stop it.
+    A disc that overlaps something at the start is shrunk to the room it has there: it may go anywhere but
+    closer. What its very centre lies on does not stop it.
 
     Args:
         outlines: what is in the way.
@@ -107,8 +127,10 @@ def sweep(outlines: Outlines, centre: FloatArray, heading: FloatArray, length: f
     """
     offsets = nearest_offsets(centre, outlines.ends)
     gaps = np.hypot(offsets[:, 0], offsets[:, 1])
+    apart = gaps > TOUCHING
+    radius = min(radius, float(gaps[apart].min(initial=math.inf)))
     # The distance to a segment is a convex function of the way: once it does not shrink, it never does.
-    nearing = (offsets @ heading < -GRAZE * gaps) & (gaps > 1e-12) & (gaps < radius + length)
+    nearing = (offsets @ heading < -GRAZE * gaps) & apart & (gaps < radius + length)
     chosen = np.flatnonzero(nearing)
     if not chosen.size:
         return None

@@ -21,7 +21,7 @@ ABOVE_DEG, ASIDE_DEG = 89.0, 32.0
 
 _PAPER: Colour = (0.97, 0.97, 0.98)
 _SCENE_OPACITY = 0.22
-_LAYERS = 12
+_LAYERS = 6
 _FOV_DEG = 30.0
 _TURN_DEG = 22.0
 """Turned this far out of the square view of the longer side, so that depth can be seen."""
@@ -61,7 +61,6 @@ class Overview:
         self._bounds = scene.bounds
         self._canvas = Canvas(WIDTH, HEIGHT, samples=0, background=_PAPER)
         self._canvas.peel(_LAYERS)
-        self._canvas.add_lights()
         for made in scene_actors(scene.meshes, fade=_SCENE_OPACITY):
             self._canvas.renderer.AddActor(made)
         self._height_m = 0.0

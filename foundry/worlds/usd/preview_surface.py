@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from PIL import Image
-from pxr import Sdf
 
 from foundry.worlds.usd.findings import Findings
 from foundry.worlds.usd.scene import Colour, UInt8Array
@@ -15,6 +14,10 @@ from foundry.worlds.usd.textures import Textures, scaled
 
 _WRAPS = {"mirror": "mirror", "clamp": "clamp", "black": "clamp"}
 """Every other mode, and none at all, repeats."""
+
+
+_CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
+"""Outputs of a texture that are one channel of it."""
 
 
 def preview_look(shader: Any, textures: Textures, findings: Findings, time: Any) -> Look:
@@ -53,7 +56,7 @@ class _Reader:
         if picture is None:
             fallback = constant(giver, "fallback", None, self._time)
             return Look(colour=None if fallback is None else srgb(fallback), opacity=opacity, emissive=emissive)
-        channel = "rgba".find(diffuse.GetBaseName())
+        channel = _CHANNELS.get(str(diffuse.GetBaseName()), -1)
         rgb = picture[..., :3] if channel < 0 else np.repeat(_channel(picture, channel)[..., None], 3, axis=2)
         alpha = self._alpha(shader)
         primvar, transform = coordinates(giver, "st", self._time)
@@ -61,15 +64,14 @@ class _Reader:
             colour=(1.0, 1.0, 1.0),
             opacity=opacity,
             emissive=emissive,
-            texture=rgb if alpha is None else _with_alpha(rgb, alpha),
+            texture=self._textures.shared(rgb if alpha is None else _with_alpha(rgb, alpha)),
             wrap=_WRAPS.get(str(constant(giver, "wrapS", "repeat", self._time)), "repeat"),
             uv_primvar=primvar,
             uv_transform=transform,
         )
 
     def _picture(self, giver: Any) -> UInt8Array | None:
-        asset = constant(giver, "file", Sdf.AssetPath(), self._time)
-        picture = self._textures.load(asset, str(giver.GetPath()))
+        picture = self._textures.load(source(giver, "file"), self._time)
         if picture is None:
             return None
         scale = np.array(constant(giver, "scale", (1.0, 1.0, 1.0, 1.0), self._time))
@@ -89,7 +91,7 @@ class _Reader:
         if picture is None:
             self._findings.add("Opacity that cannot be drawn", str(shader.GetPath()))
             return None
-        alpha = _channel(picture, "rgba".find(str(opacity.GetBaseName())))
+        alpha = _channel(picture, _CHANNELS.get(str(opacity.GetBaseName()), 0))
         threshold = float(constant(shader, "opacityThreshold", 0.0, self._time))
         return alpha if threshold <= 0 else np.where(alpha >= threshold * 255, 255, 0).astype(np.uint8)
 
@@ -98,7 +100,7 @@ def _channel(picture: UInt8Array, channel: int) -> UInt8Array:
     """Return one channel as (h, w); a picture without alpha is opaque."""
     if channel >= picture.shape[2]:
         return np.full(picture.shape[:2], 255, np.uint8)
-    return picture[..., max(channel, 0)]
+    return picture[..., channel]
 
 
 def _with_alpha(rgb: UInt8Array, alpha: UInt8Array) -> UInt8Array:

@@ -35,7 +35,6 @@ class Renderer:
         check_rendering()
         self._scene, self._fov_deg = scene, fov_deg
         self._view = Canvas(width, height, samples=SAMPLES, background=SKY)
-        self._view.add_lights()
         for made in scene_actors(scene.meshes):
             self._view.renderer.AddActor(made)
         self._ids: Canvas | None = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
@@ -24,6 +25,7 @@ def _polygons(points: FloatArray, faces: list[list[int]], axis: str = "Z") -> To
     return triangulated(points[:, _TURNS[axis]], counts, indices, np.zeros(0, np.int64))
 
 
+@lru_cache(maxsize=64)
 def box(size: float) -> Topology:
     """Return a cube of this edge length."""
     points = (np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)]) - 0.5) * size
@@ -58,17 +60,20 @@ def _arc(radius: float, centre: float, start: float, end: float) -> FloatArray:
     return points
 
 
+@lru_cache(maxsize=64)
 def sphere(radius: float) -> Topology:
     """Return a sphere."""
     return turned(_arc(radius, 0, -90, 90))
 
 
+@lru_cache(maxsize=64)
 def cylinder(bottom: float, top: float, height: float, axis: str) -> Topology:
     """Return a closed cylinder with these radii at its two ends; a cone when one of them is 0."""
     half = height / 2
     return turned(np.array([[0, -half], [bottom, -half], [top, half], [0, half]]), axis)
 
 
+@lru_cache(maxsize=64)
 def capsule(bottom: float, top: float, height: float, axis: str) -> Topology:
     """Return a cylinder of this height between two half spheres."""
     half = height / 2

@@ -15,7 +15,6 @@ from foundry.errors import InputError, not_found
 from foundry.worlds.usd.findings import Findings
 from foundry.worlds.usd.gprims import GprimReader
 from foundry.worlds.usd.materials import Materials
-from foundry.worlds.usd.placing import placed
 from foundry.worlds.usd.scene import FloatArray, Scene, SceneMesh
 from foundry.worlds.usd.textures import Textures
 from foundry.worlds.usd.walking import Walker, stage_frame
@@ -60,8 +59,7 @@ def _read(path: Path, exclude: tuple[str, ...], findings: Findings) -> Scene:
     textures = Textures(findings)
     walker = Walker(GprimReader(Materials(textures, findings, time), findings, time), findings, exclude, time)
     up_axis, unit = _conventions(stage, findings)
-    frame = stage_frame(up_axis, unit)[None]
-    meshes = tuple(placed(mesh, frame) for mesh in walker.meshes(stage))
+    meshes = tuple(walker.meshes(stage, stage_frame(up_axis, unit)))
     warnings = tuple(findings.lines())
     if not meshes:
         raise InputError(f"'{path}' shows nothing that can be drawn. {' '.join(warnings)}".rstrip())

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from PIL import Image, UnidentifiedImageError
-from pxr import Ar
+from pxr import Ar, UsdShade
 
 from foundry.worlds.usd.findings import Findings
 from foundry.worlds.usd.scene import FloatArray, UInt8Array
@@ -16,7 +16,7 @@ from foundry.worlds.usd.scene import FloatArray, UInt8Array
 LARGEST = 2048
 """Pixels: a larger picture is reduced; no view shows more of it, and it would only fill the memory."""
 
-_UDIM, _FIRST_TILE = "<UDIM>", "1001"
+_UDIM, _FIRST = "<UDIM>", "1001"
 
 
 def to_srgb(linear: FloatArray) -> FloatArray:
@@ -41,19 +41,28 @@ class Textures:
         self.digests: dict[str, str] = {}
         self._findings = findings
         self._decoded: dict[str, UInt8Array | None] = {}
+        self._shared: dict[tuple[tuple[int, ...], bytes], UInt8Array] = {}
 
-    def load(self, asset: Any, owner: str) -> UInt8Array | None:
-        """Return the (h, w, 3 or 4) picture of an Sdf.AssetPath, or None and a finding when there is none."""
-        authored, resolved = asset.path, asset.resolvedPath
-        if _UDIM in authored:
-            self._findings.add("Only the first tile of UDIM textures is drawn", authored)
-            resolved = (resolved or authored).replace(_UDIM, _FIRST_TILE)
+    def load(self, attribute: Any | None, time: Any) -> UInt8Array | None:
+        """Return the (h, w, 3 or 4) picture that an attribute names, or None and a finding when there is none."""
+        asset = None if attribute is None else attribute.Get(time)
+        if attribute is None or not asset or not asset.path:
+            return None
+        owner, resolved = str(attribute.GetPrim().GetPath()), asset.resolvedPath
+        if _UDIM in asset.path:
+            self._findings.add("Only the first tile of UDIM textures is drawn", asset.path)
+            resolved = _first_tile(asset.path, attribute, time)
         if not resolved:
-            self._findings.add("Texture not found", f"'{authored}' of {owner}")
+            self._findings.add("Texture not found", f"'{asset.path}' of {owner}")
             return None
         if resolved not in self._decoded:
             self._decoded[resolved] = self._decode(resolved, owner)
         return self._decoded[resolved]
+
+    def shared(self, picture: UInt8Array) -> UInt8Array:
+        """Return the one object that stands for all pictures with these pixels."""
+        pixels = np.ascontiguousarray(picture)
+        return self._shared.setdefault((pixels.shape, hashlib.sha256(pixels.tobytes()).digest()), pixels)
 
     def _decode(self, resolved: str, owner: str) -> UInt8Array | None:
         asset = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(resolved))
@@ -68,6 +77,11 @@ class Textures:
         except (UnidentifiedImageError, OSError):
             self._findings.add("Texture of a kind that cannot be read (PNG, JPEG, TGA and the like can)", resolved)
             return None
+
+
+def _first_tile(path: str, attribute: Any, time: Any) -> str:
+    layer = attribute.GetPropertyStack(time)[0].layer
+    return next((tile for tile, number in UsdShade.UdimUtils.ResolveUdimTilePaths(path, layer) if number == _FIRST), "")
 
 
 def _pixels(picture: Image.Image) -> UInt8Array:

@@ -49,13 +49,13 @@ class Walker:
         self._exclude, self._unmatched = tuple(exclude), set(exclude)
         self._transforms = UsdGeom.XformCache(time)
 
-    def meshes(self, stage: Any) -> Iterator[SceneMesh]:
-        """Yield every mesh of the stage in the stage's own frame and units."""
-        yield from self._walk(stage.GetPseudoRoot(), Usd.PrimDefaultPredicate, _Place())
+    def meshes(self, stage: Any, frame: FloatArray) -> Iterator[SceneMesh]:
+        """Yield every mesh of the stage under this (4, 4) transform of rows out of the stage's frame and units."""
+        yield from self._walk(stage.GetPseudoRoot(), Usd.PrimDefaultPredicate, _Place(), frame)
         for pattern in sorted(self._unmatched):
             self._findings.add("Pattern of `exclude` that matches no prim", pattern)
 
-    def _walk(self, root: Any, predicate: Any, place: _Place) -> Iterator[SceneMesh]:
+    def _walk(self, root: Any, predicate: Any, place: _Place, frame: FloatArray) -> Iterator[SceneMesh]:
         labels = {root.GetPath().GetParentPath(): place.label}
         prims = iter(Usd.PrimRange(root, Usd.TraverseInstanceProxies(predicate)))
         for prim in prims:
@@ -72,7 +72,7 @@ class Walker:
             if prim.IsA(UsdGeom.PointInstancer):
                 prims.PruneChildren()
             if _is_drawn(prim):
-                matrix = self._matrix(prim, root)[None]
+                matrix = (self._matrix(prim, root) @ frame)[None]
                 for mesh in self._own_meshes(prim, replace(place, label=here)):
                     yield placed(mesh, matrix)
 
@@ -107,7 +107,7 @@ class Walker:
                 yield from self._multiplied(prototype, chosen, inner)
 
     def _multiplied(self, prototype: Any, matrices: FloatArray, place: _Place) -> Iterator[SceneMesh]:
-        for mesh in self._walk(prototype, Usd.PrimIsActive & Usd.PrimIsLoaded, place):
+        for mesh in self._walk(prototype, Usd.PrimIsActive & Usd.PrimIsLoaded, place, np.eye(4)):
             most = max(1, LARGEST_INSTANCER // len(mesh.triangles))
             if len(matrices) > most:
                 self._findings.add(f"Only the first {most} of {len(matrices)} copies are drawn", mesh.path)

@@ -9,12 +9,14 @@ from foundry.worlds.usd.language.tokens import Token
 from foundry.worlds.usd.language.words import Dimension, Kind, Word
 
 LARGEST = 1e6
-"""Metres or degrees; a larger amount is not taken for one."""
+"""Metres or degrees; a larger amount is read as this one."""
 
 _AMOUNT = Word(Kind.AMOUNT)
 _INCH = Word(Kind.UNIT, number=0.0254, dimension=Dimension.LENGTH)
 _STEP = Word(Kind.UNIT, number=1.0, dimension=Dimension.STEP)
-_ADJECTIVES = frozenset(("more", "further", "small", "short", "large", "big", "good", "whole", "full", "additional", "extra"))
+_ADJECTIVES = frozenset(
+    ("more", "further", "small", "short", "large", "big", "good", "whole", "full", "additional", "extra")
+)
 _HALVES = frozenset((("and", "a", "half"), ("y", "medio"), ("and", "half"), ("et", "demi"), ("半",)))
 _ENDS = (Kind.BREAK, Kind.JOIN, Kind.OR, Kind.WAY)
 
@@ -80,7 +82,7 @@ def _amount(tokens: Sequence[Token], start: int) -> tuple[Amount, int] | None:
 def _made(tokens: Sequence[Token], start: int, end: int, number: _Number, unit: Word) -> Amount:
     text = " ".join(token.text for token in tokens[start:end])
     value = number.value if unit.number in (0.0, 1.0) else round(number.value * unit.number, 9)
-    return Amount(_AMOUNT, text, value, number.signed, unit.dimension, number.remark)
+    return Amount(_AMOUNT, text, max(-LARGEST, min(value, LARGEST)), number.signed, unit.dimension, number.remark)
 
 
 def _unit(tokens: Sequence[Token], at: int) -> Word | None:
@@ -176,7 +178,12 @@ def _after_of(tokens: Sequence[Token], at: int) -> int:
 
 def _decimals(tokens: Sequence[Token], at: int, whole: float) -> _Number:
     digits = ""
-    while at < len(tokens) and tokens[at].kind is Kind.NUMBER and tokens[at].word.number < 10 and not tokens[at].word.scale:
+    while (
+        at < len(tokens)
+        and tokens[at].kind is Kind.NUMBER
+        and tokens[at].word.number < 10
+        and not tokens[at].word.scale
+    ):
         digits += f"{tokens[at].word.number:.0f}"
         at += 1
     return _Number(float(f"{whole:.0f}.{digits}") if digits else whole, at)

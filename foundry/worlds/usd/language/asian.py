@@ -14,7 +14,11 @@ def _before(act: Act, *ways: Way) -> Word:
     return Word(Kind.VERB, act=act, side=Side.BEFORE, ways=ways)
 
 
-_GODAN = {"む": "む み みます もう みたい んで", "る": "る り ります ろう りたい って", "く": "く き きます こう きたい いて"}
+_GODAN = {
+    "む": "む み みます もう みたい んで",
+    "る": "る り ります ろう りたい って",
+    "く": "く き きます こう きたい いて",
+}
 _SURU = "- する します しよう したい して せよ しろ"
 _NEGATED = "しない しません せず しないで"
 
@@ -62,16 +66,12 @@ JAPANESE: Table = {
     **_inflected(Word(Kind.WAY, ways=(Way.UP,)), "上", "に へ を 方向に 方向を の方を 向きに"),
     **_inflected(Word(Kind.WAY, ways=(Way.DOWN,)), "下", "に へ を 方向に 方向を の方を 向きに"),
     **phrases(Word(Kind.NOT, reach="before"), "しない | しません | せず | しないで"),
-    **_inflected(
-        Word(Kind.VERB, act=Act.MOVE, side=Side.BEFORE, negated=True), "前進 後退 移動 直進", _NEGATED
-    ),
+    **_inflected(Word(Kind.VERB, act=Act.MOVE, side=Side.BEFORE, negated=True), "前進 後退 移動 直進", _NEGATED),
     **_inflected(Word(Kind.VERB, act=Act.TURN, side=Side.BEFORE, negated=True), "回転 旋回", _NEGATED),
     **_inflected(
         Word(Kind.VERB, act=Act.MOVE, side=Side.BEFORE, negated=True), "進ま 下がら 歩か", "ない ず ないで ずに"
     ),
-    **_inflected(
-        Word(Kind.VERB, act=Act.MOVE, side=Side.BEFORE, negated=True), "進み 下がり 歩き", "ません ませんで"
-    ),
+    **_inflected(Word(Kind.VERB, act=Act.MOVE, side=Side.BEFORE, negated=True), "進み 下がり 歩き", "ません ませんで"),
     **_inflected(
         Word(Kind.VERB, act=Act.TURN, side=Side.BEFORE, negated=True), "向か 曲がら 回ら", "ない ず ないで ずに"
     ),
@@ -82,12 +82,17 @@ JAPANESE: Table = {
     **phrases(Word(Kind.STAY), "何もしない | 何もしません | 待つ | 待ちます | そのまま"),
     **phrases(Word(Kind.PLACE), "その場に | その場で | ここに | ここで | 現在の位置に | 現在位置に"),
     **phrases(Word(Kind.SMALL), "少し | すこし | ちょっと | 少しだけ | わずかに"),
-    **phrases(Word(Kind.FILLER), "に | へ | を | だけ | ほど | くらい | ぐらい | 約 | およそ | さらに | もう | 体を | 分"),
+    **phrases(
+        Word(Kind.FILLER), "に | へ | を | だけ | ほど | くらい | ぐらい | 約 | およそ | さらに | もう | 体を | 分"
+    ),
     **phrases(Word(Kind.GAZE), "視線を | 顔を | カメラを | 頭を | 目線を"),
     **phrases(Word(Kind.JOIN), "その後 | それから | 次に | そして | してから"),
     **phrases(Word(Kind.OR), "または | もしくは | あるいは"),
     **phrases(Word(Kind.CONDITION), "もし"),
-    **phrases(Word(Kind.UNKNOWN), "向いている | 向いています | 向いて | 見るため | 進むため | 進むと | 回転すると | 回転すれば"),
+    **phrases(
+        Word(Kind.UNKNOWN),
+        "向いている | 向いています | 向いて | 見るため | 進むため | 進むと | 回転すると | 回転すれば",
+    ),
     **phrases(Word(Kind.UNIT, dimension=Dimension.LENGTH, number=1.0), "メートル | メーター | 米"),
     **phrases(Word(Kind.UNIT, dimension=Dimension.LENGTH, number=0.01), "センチメートル | センチ | 厘米 | 公分"),
     **phrases(Word(Kind.UNIT, dimension=Dimension.LENGTH, number=0.001), "ミリメートル | ミリ | 毫米"),

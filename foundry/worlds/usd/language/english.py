@@ -78,11 +78,12 @@ _VERBS: Table = {
     **_verbs(Act.MAKE, "take taking took takes\nmake making made makes\ndo\nperform\nexecute"),
     **phrases(
         Word(Kind.VERB, act=Act.TURN, ways=(Way.AROUND,), number=180.0),
-        "turn around | turn all the way around | turn myself around | turn back around | turn right around | "
-        "turn back | turn completely around | spin around | rotate around | u turn | uturn | about face | "
-        "about turn | do a 180 | do a one eighty | face the opposite direction | face the other direction | "
-        "face the other way | face the opposite way | face in the opposite direction | face opposite direction | "
-        "face backward | face backwards | turn to the opposite direction | face behind me",
+        "turn around | turn all the way around | turn myself around | turn back around | "
+        "turn right around | turn back | turn completely around | spin around | rotate around | u turn | "
+        "uturn | about face | about turn | do a 180 | do a one eighty | face the opposite direction | "
+        "face the other direction | face the other way | face the opposite way | "
+        "face in the opposite direction | face opposite direction | face backward | face backwards | "
+        "turn to the opposite direction | face behind me",
     ),
     **phrases(
         Word(Kind.VERB, act=Act.TURN, form=Form.ING, ways=(Way.AROUND,), number=180.0),
@@ -96,8 +97,9 @@ _VERBS: Table = {
 _WAYS: Table = {
     **phrases(
         Word(Kind.WAY, ways=(Way.FORWARD,)),
-        "forward | forwards | ahead | straight | straight ahead | straight forward | straight on | onward | onwards | "
-        "directly ahead | directly forward | frontward | to the front | in the forward direction | dead ahead",
+        "forward | forwards | ahead | straight | straight ahead | straight forward | straight on | "
+        "onward | onwards | directly ahead | directly forward | frontward | to the front | "
+        "in the forward direction | dead ahead",
     ),
     **phrases(
         Word(Kind.WAY, ways=(Way.BACK,)),
@@ -105,15 +107,15 @@ _WAYS: Table = {
     ),
     **phrases(
         Word(Kind.WAY, ways=(Way.LEFT,)),
-        "left | leftward | leftwards | to the left | to my left | to your left | toward the left | towards the left | "
-        "toward my left | towards my left | back to the left | left hand | counter clockwise | counterclockwise | "
-        "anticlockwise | anti clockwise | ccw | port",
+        "left | leftward | leftwards | to the left | to my left | to your left | toward the left | "
+        "towards the left | toward my left | towards my left | back to the left | left hand | "
+        "counter clockwise | counterclockwise | anticlockwise | anti clockwise | ccw | port",
     ),
     **phrases(
         Word(Kind.WAY, ways=(Way.RIGHT,)),
         "right | rightward | rightwards | to the right | to my right | to your right | toward the right | "
-        "towards the right | toward my right | towards my right | back to the right | right hand | clockwise | cw | "
-        "starboard",
+        "towards the right | toward my right | towards my right | back to the right | right hand | "
+        "clockwise | cw | starboard",
     ),
     **phrases(Word(Kind.WAY, ways=(Way.UP,)), "up | upward | upwards | straight up | higher"),
     **phrases(Word(Kind.WAY, ways=(Way.DOWN,)), "down | downward | downwards | straight down | lower down"),
@@ -154,30 +156,32 @@ _UNITS: Table = {
     **phrases(Word(Kind.UNIT, dimension=Dimension.ANGLE, number=57.29577951308232), "rad | rads | radian | radians"),
     **phrases(
         Word(Kind.UNIT, dimension=Dimension.OTHER),
-        "s | sec | secs | second | seconds | minute | minutes | time | times | % | percent | units | unit | tiles | "
-        "m/s | km/h | moves | racks",
+        "s | sec | secs | second | seconds | minute | minutes | time | times | % | percent | units | "
+        "unit | tiles | m/s | km/h | moves | racks",
     ),
 }
 
 _SMALL_AND_STILL: Table = {
     **phrases(
         Word(Kind.SMALL),
-        "a bit | a little | a little bit | a tiny bit | a small bit | slightly | a tad | a touch | a small amount | "
-        "a small distance | a short distance | a small angle | just a little | a small movement | a little ways",
+        "a bit | a little | a little bit | a tiny bit | a small bit | slightly | a tad | a touch | "
+        "a small amount | a small distance | a short distance | a small angle | just a little | "
+        "a small movement | a little ways",
     ),
     **phrases(Word(Kind.STAY), "stay | staying | do nothing | no movement | no motion | no action | no move"),
     **phrases(
         Word(Kind.PAUSE),
-        "remain | remaining | wait | stop | halt | pause | hold | idle | freeze | stand | stop moving | hold position | "
-        "hold my position | keep still | keep | stayed | remain idle",
+        "remain | remaining | wait | stop | halt | pause | hold | idle | freeze | stand | stop moving | "
+        "hold position | hold my position | keep still | keep | stayed | remain idle",
     ),
     **phrases(
         Word(Kind.PLACE),
-        "here | there | still | put | in place | where i am | where you are | in position | stationary | motionless | "
-        "at my current position | at the current position | in my current position | in the current position | idle | "
-        "at this position | in this position | in my position | my position | position | at my position | as i am | "
-        "at my current location | at the current location | for now | for this step | for a moment | yet | at all | "
-        "this step | needed | is needed | required | is required | necessary | is necessary | anymore | any more | "
+        "here | there | still | put | in place | where i am | where you are | in position | stationary | "
+        "motionless | at my current position | at the current position | in my current position | "
+        "in the current position | idle | at this position | in this position | in my position | "
+        "my position | position | at my position | as i am | at my current location | "
+        "at the current location | for now | for this step | for a moment | yet | at all | this step | "
+        "needed | is needed | required | is required | necessary | is necessary | anymore | any more | "
         "at this time | any further",
     ),
 }
@@ -189,71 +193,80 @@ _SCOPES: Table = {
     ),
     **phrases(
         Word(Kind.NOT),
-        "can not | cannot | can't | cant | did not | didn't | could not | couldn't | would not | wouldn't | does not | "
-        "doesn't | has not | hasn't | have not | haven't | had not | hadn't | is not | isn't | are not | aren't | "
-        "was not | wasn't | no need | no reason | no point | no use | nor | neither | instead of | rather than | "
-        "without | avoid | avoiding | unable | refrain | prevents | prevent | stop turning | stop rotating | "
-        "stop walking | stop looking | stop going | no longer | no turn | no rotation | no turning | no further | "
-        "forbidden | impossible | fail | failed | against",
+        "can not | cannot | can't | cant | did not | didn't | could not | couldn't | would not | "
+        "wouldn't | does not | doesn't | has not | hasn't | have not | haven't | had not | hadn't | "
+        "is not | isn't | are not | aren't | was not | wasn't | no need | no reason | no point | no use | "
+        "nor | neither | instead of | rather than | without | avoid | avoiding | unable | refrain | "
+        "prevents | prevent | stop turning | stop rotating | stop walking | stop looking | stop going | "
+        "no longer | no turn | no rotation | no turning | no further | forbidden | impossible | fail | "
+        "failed | against",
     ),
     **phrases(Word(Kind.POSSIBLE), "can | could | may | might | able | possible | either | possibly | maybe | perhaps"),
     **phrases(
         Word(Kind.CONDITION),
-        "if | whether | when | whenever | once | unless | until | till | before | because | in case | as if | "
-        "since | as soon as | suppose | assuming | why | how",
+        "if | whether | when | whenever | once | unless | until | till | before | because | in case | "
+        "as if | since | as soon as | suppose | assuming | why | how",
     ),
     **phrases(
         Word(Kind.EXAMPLE),
-        "example | examples | e.g | eg | such as | for instance | you said | i said | options | option | "
+        "example | examples | e.g | eg | such as | for instance | you said | i said | options | "
         "options are | possible movements",
     ),
     **phrases(
         Word(Kind.FRESH),
-        "i | i'll | i will | i shall | will | shall | let | let's | let me | lets | we | i should | should | must | "
-        "i must | i am | i'm | i need | instead | just | only | rather | simply | i am going to | i'm going to",
+        "i | i'll | i will | i shall | will | shall | let | let's | let me | lets | we | i should | "
+        "should | must | i must | i am | i'm | i need | instead | just | only | rather | simply | "
+        "i am going to | i'm going to",
     ),
     **phrases(
         Word(Kind.SEE),
-        "see | seeing | find | spot | notice | recognize | recognise | identify | detect | locate | visible | know | "
-        "have | in view | in sight",
+        "see | seeing | find | spot | notice | recognize | recognise | identify | detect | locate | "
+        "visible | know | have | in view | in sight",
     ),
     **phrases(
         Word(Kind.IS),
-        "is | are | was | were | be | been | would | seems | seem | allows | allow | gives | brings | makes it | leads | "
-        "helps | has | reveals | shows",
+        "is | are | was | were | be | been | would | seems | seem | allows | allow | gives | brings | "
+        "makes it | leads | helps | has | reveals | shows",
     ),
-    **phrases(Word(Kind.JOIN), "and | & | + | then | and then | but | so | plus | however | therefore | while | thus | →"),
+    **phrases(
+        Word(Kind.JOIN), "and | & | + | then | and then | but | so | plus | however | therefore | while | thus | →"
+    ),
     **phrases(Word(Kind.OR), "or | and/or"),
     **phrases(
         Word(Kind.CLOSE),
-        "toward | towards | into | through | along | past | from | near | until reaching | in | on | onto | with | "
-        "within | across | over | under | off | around the | around | back to the | back to my | "
-        "back to where | down the | up the | up to | down to | ahead of | ahead is | in front | behind | beside | "
-        "on the left | on the right | on my left | on my right | on your left | on your right | at the left | "
-        "at the right | from the left | from the right | left behind | left over | right now | right away | "
-        "right here | right there | right ahead | right behind | right next | right in front | right up | right past | "
-        "right through | right into | right to the | all right | left side of | right side of | "
-        "left and right | right and left | closer | away | which | that | who | where",
+        "toward | towards | into | through | along | past | from | near | until reaching | in | on | "
+        "onto | with | within | across | over | under | off | around the | around | back to the | "
+        "back to my | back to where | down the | up the | up to | down to | ahead of | ahead is | "
+        "in front | behind | beside | on the left | on the right | on my left | on my right | "
+        "on your left | on your right | at the left | at the right | from the left | from the right | "
+        "left behind | left over | right now | right away | right here | right there | right ahead | "
+        "right behind | right next | right in front | right up | right past | right through | right into | "
+        "right to the | all right | left side of | right side of | left and right | right and left | "
+        "closer | away | facing | approaching | following | keeping | aligning | getting | heading | "
+        "which | that | who | where",
     ),
 }
 
 _FILLERS: Table = {
-    **phrases(Word(Kind.GAZE), "gaze | eyes | view | camera | sight | line of sight | eye | viewpoint | my head | your head"),
+    **phrases(
+        Word(Kind.GAZE), "gaze | eyes | view | camera | sight | line of sight | eye | viewpoint | my head | your head"
+    ),
     **phrases(Word(Kind.BY), "by | for | approximately | about | roughly | around about | by about | of about | ~"),
     **phrases(Word(Kind.TO), "to | up by | to about"),
     **phrases(Word(Kind.OF), "of"),
     **phrases(Word(Kind.AT), "at | at an angle of | at a bearing of"),
     **phrases(
         Word(Kind.FILLER),
-        "the | my | your | our | body | myself | yourself | me | exactly | further | more | now | please | once more | "
-        "again | next | first | last | final | final answer | answer | action | movement | command | decision | single | "
-        "this | is to | was to | be to | ok | okay | direction | distance | angle | side | around my axis | in place | "
-        "small | short | large | big | good | whole | sharp | slight | gentle | quick | additional | diagonally | "
-        "diagonal | sideways | also | want | need | going | have to | try | decide | decided | choose | chosen | plan | "
-        "intend | think | believe | it | best | next step | first step | last step | previous step | "
-        "final step | current step | the next step | second step | each step | every step | one step at a time | "
-        "not only | not just | or so | immediately | all the way | here's | here is | result | output | response | "
-        "instruction | previously | already | straight line | in a straight line | maximum | total | extra | as | "
+        "the | my | your | our | body | myself | yourself | me | exactly | further | more | now | please | "
+        "once more | again | next | first | last | final | final answer | answer | action | movement | "
+        "command | decision | single | this | is to | was to | be to | ok | okay | direction | distance | "
+        "angle | side | around my axis | in place | small | short | large | big | good | whole | sharp | "
+        "slight | gentle | quick | additional | diagonally | diagonal | sideways | also | want | need | "
+        "going | have to | try | decide | decided | choose | chosen | plan | intend | think | believe | "
+        "best | next step | first step | last step | previous step | final step | current step | "
+        "the next step | second step | each step | every step | one step at a time | not only | not just | "
+        "or so | immediately | all the way | here's | here is | result | output | response | instruction | "
+        "previously | already | straight line | in a straight line | maximum | total | extra | as | "
         "would be | will be | hand side | hand",
     ),
 }

@@ -69,7 +69,8 @@ SPANISH: Table = {
     **phrases(Word(Kind.STAY), "quédate | quedarme | me quedo | me quedaré | quedarse"),
     **phrases(Word(Kind.PLACE), "quieto | quieta | aquí"),
     **phrases(
-        Word(Kind.NOT), "no avances | no avanzar | no gires | no girar | no te muevas | no voy a | no debo | no puedo | sin"
+        Word(Kind.NOT),
+        "no avances | no avanzar | no gires | no girar | no te muevas | no voy a | no debo | no puedo | sin",
     ),
     **phrases(Word(Kind.POSSIBLE), "puedo | podría"),
     **phrases(Word(Kind.JOIN), "y | luego | y luego | pero | después"),

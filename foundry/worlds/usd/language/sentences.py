@@ -66,22 +66,24 @@ def find_sentences(text: str) -> list[Sentence]:
         start = before[-1].end() if before else first
         end = _END.search(text, match.end(), match.end() + MAX_REACH)
         read_to = end.end() if end else min(len(text), match.end() + MAX_REACH)
-        whole = bool(before) or start in (0, read_to) or bool(_END.match(text, start - 1))
+        whole = start == 0 or bool(_END.match(text, start - 1))
         found.append(_sentence(text[start:read_to], end is not None and end[0] == "?", whole))
     return found
 
 
 def last_sentence(text: str) -> str:
     """Return the last sentence of a cleaned text that holds a letter or a digit, or ""."""
-    end = len(text)
-    while end:
-        start = end - 1
-        while start and not _END.match(text, start - 1):
-            start -= 1
-        if any(char.isalnum() for char in text[start:end]):
-            return text[start:end]
-        end = start
-    return ""
+    last = len(text)
+    while last and not text[last - 1].isalnum():
+        last -= 1
+    end, low = _END.search(text, last), last
+    while low:
+        high, low = low, max(0, low - MAX_REACH)
+        ends = list(_END.finditer(text, low, high))
+        if ends:
+            low = ends[-1].end()
+            break
+    return text[low : end.end() if end else len(text)] if last else ""
 
 
 def _sentence(text: str, question: bool, whole: bool) -> Sentence:

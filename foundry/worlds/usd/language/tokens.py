@@ -18,9 +18,13 @@ _CJK = "\u3005\u3007\u3040-\u30ff\u3400-\u9fff"
 _LETTER = rf"[^\W\d_{_CJK}]"
 _COMMANDING = (Kind.VERB, Kind.WAY, Kind.STAY, Kind.PAUSE)
 
-_FRACTIONS = str.maketrans({sign: f" {unicodedata.normalize('NFKC', sign)}" for sign in "½⅓⅔¼¾⅕⅖⅗⅘⅛⅜⅝⅞"} | {"º": "°", "˚": "°"})
+_FRACTIONS = str.maketrans(
+    {sign: f" {unicodedata.normalize('NFKC', sign)}" for sign in "½⅓⅔¼¾⅕⅖⅗⅘⅛⅜⅝⅞"} | {"º": "°", "˚": "°"}
+)
 _MARKS = str.maketrans(
-    dict.fromkeys('*_`#>"“”„«»「」『』$\\~\u200b\ufeff', " ") | dict.fromkeys("’‘ʼ", "'") | {"⁄": "/", "−": "-", "|": ","}
+    dict.fromkeys('*_`#>"“”„«»「」『』$\\~\u200b\ufeff', " ")
+    | dict.fromkeys("’‘ʼ", "'")
+    | {"⁄": "/", "−": "-", "|": ","}
 )
 _LATEX = re.compile(r"\^?\s?\{?\\circ\}?|\\degree")
 _LATEX_COMMAND = re.compile(r"\\[a-z]{1,20}")
@@ -87,6 +91,7 @@ _COMMAND = re.compile(
     + ")"
 )
 _UNKNOWN, _DIGITS = Word(Kind.UNKNOWN), Word(Kind.DIGITS)
+_ADVERB, _SHORTEST_ADVERB = Word(Kind.FILLER), 5
 _SIGNS = {"or": Word(Kind.OR), "range": Word(Kind.UNKNOWN), "mark": Word(Kind.BREAK), "unknown": _UNKNOWN}
 
 
@@ -107,7 +112,13 @@ def _token(match: re.Match[str]) -> Token:
     if match.lastgroup == "digits":
         value = _value(text.lstrip("+-"))
         signed = text[0] in "+-"
-        return Token(_UNKNOWN, text) if value is None else Token(_DIGITS, text, -value if text[0] == "-" else value, signed)
+        return (
+            Token(_UNKNOWN, text)
+            if value is None
+            else Token(_DIGITS, text, -value if text[0] == "-" else value, signed)
+        )
+    if text.endswith("ly") and len(text) > _SHORTEST_ADVERB:
+        return Token(_ADVERB, text)
     return Token(_SIGNS[match.lastgroup or "unknown"], text)
 
 

@@ -1,0 +1,45 @@
+"""The policy that knows the way: the upper bound of path efficiency."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from numpy.random import Generator
+
+from foundry.models.scripted.base import ScriptedModel
+from foundry.models.scripted.spoken import AIM_DEG, STAY, forward, gaze, off_by, turn
+
+
+class Oracle(ScriptedModel):
+    """Follows the shortest path to the target, looks at it, then stays.
+
+    It reads what no model is shown: `way`, `near`, `reached`, `target_yaw` and `target_pitch`.
+    """
+
+    def move(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Return the next movement."""
+        return f"I know where the {observation['target']} is. {_next(observation)}"
+
+
+def _next(observation: Mapping[str, Any]) -> str:
+    if observation["reached"]:
+        return STAY
+    if observation["near"] or not observation["way"]:
+        return _look(observation)
+    x, y = observation["way"][0]
+    distance = math.hypot(x - observation["x"], y - observation["y"])
+    aside = off_by(math.degrees(math.atan2(y - observation["y"], x - observation["x"])), observation["yaw"])
+    # What matters on a long way is where it ends, so the aim is the finer the farther the next corner is.
+    if abs(aside) > min(AIM_DEG, math.degrees(0.02 / max(distance, 0.02))):
+        return turn(aside)
+    return forward(min(distance, observation["limits"]["max_distance_m"] or distance))
+
+
+def _look(observation: Mapping[str, Any]) -> str:
+    aside = off_by(observation["target_yaw"], observation["yaw"])
+    if abs(aside) > AIM_DEG:
+        return turn(aside)
+    above = observation["target_pitch"] - observation["pitch"]
+    return gaze(above) if abs(above) > AIM_DEG else STAY

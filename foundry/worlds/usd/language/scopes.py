@@ -1,0 +1,92 @@
+"""What bars a word from being a command: "not", "could", "if", "for example"."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import Enum, auto
+
+from foundry.worlds.usd.language.sentences import Segment
+from foundry.worlds.usd.language.tokens import Token
+from foundry.worlds.usd.language.words import Kind
+
+
+class Bar(Enum):
+    """Why a word is no command."""
+
+    NOT = auto()
+    WILL_NOT = auto()  # not, by decision
+    PERHAPS = auto()
+    EXAMPLE = auto()  # nor is anything behind it
+
+
+_CARRIED = frozenset(("and", "&", "und", "y", "et", "nor"))
+_BINDING = frozenset(
+    (
+        Kind.FILLER,
+        Kind.TO,
+        Kind.FRESH,
+        Kind.BY,
+        Kind.ARTICLE,
+        Kind.POSSIBLE,
+        Kind.PLACE,
+        Kind.WAY,
+        Kind.AMOUNT,
+        Kind.SMALL,
+    )
+)
+_RESETS = frozenset(("instead", "rather", "stattdessen"))
+
+
+class Scopes:
+    """Follows the scopes through the segments of one sentence."""
+
+    def __init__(self) -> None:
+        self._not: Bar | None = None
+        self._perhaps = False
+        self._condition = False
+
+    def bars(self, segment: Segment) -> list[Bar | None]:
+        """Return what bars each token of the next segment."""
+        self._enter(segment)
+        bars = [self._pass(token) for token in segment.tokens]
+        _bar_backwards(segment.tokens, bars)
+        return bars
+
+    def _enter(self, segment: Segment) -> None:
+        joint = segment.joint
+        carried = joint is not None and (joint.kind is Kind.OR or joint.text in _CARRIED)
+        fresh = bool(segment.tokens) and segment.tokens[0].kind is Kind.FRESH
+        if not carried or fresh:
+            self._not, self._perhaps = None, False
+        if not carried:
+            self._condition = False
+
+    def _pass(self, token: Token) -> Bar | None:
+        """Take one token into account and return what bars it."""
+        if token.kind is Kind.NOT:
+            self._not = Bar.WILL_NOT if token.word.decides else Bar.NOT
+        elif token.kind is Kind.SEE or token.text in _RESETS:
+            self._not, self._perhaps = None, False
+        elif token.kind is Kind.POSSIBLE:
+            self._perhaps = True
+        elif token.kind is Kind.CONDITION:
+            self._condition = True
+        elif token.kind is Kind.EXAMPLE:
+            return Bar.EXAMPLE
+        elif token.kind is not Kind.VERB and token.kind not in _BINDING:
+            self._perhaps = False
+        if self._not is not None:
+            return self._not
+        return Bar.PERHAPS if self._perhaps or self._condition else None
+
+
+def _bar_backwards(tokens: Sequence[Token], bars: list[Bar | None]) -> None:
+    """Bar the verb before a negation that follows it: "gehe nicht"."""
+    for at, token in enumerate(tokens):
+        if token.kind is not Kind.NOT or token.word.reach == "after":
+            continue
+        verbs = [earlier for earlier in range(at) if tokens[earlier].kind is Kind.VERB]
+        if verbs:
+            bars[verbs[-1]] = bars[verbs[-1]] or Bar.NOT
+        if token.word.reach == "before":
+            bars[at:] = [None if bar is Bar.NOT or bar is Bar.WILL_NOT else bar for bar in bars[at:]]

@@ -1,0 +1,125 @@
+"""From all motions of a text to the one command it comes down to."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, field
+
+from foundry.records import Outcome
+from foundry.worlds.usd.language.commands import read_sentence
+from foundry.worlds.usd.language.motions import Category, Motion
+from foundry.worlds.usd.language.sentences import find_sentences
+from foundry.worlds.usd.language.words import Dimension
+from foundry.worlds.usd.movement import Command, Limits, Translation, limited
+
+_LONGEST_QUOTE = 80
+_MOVING = (Category.TRANSLATE, Category.TURN, Category.GAZE)
+
+
+@dataclass(slots=True)
+class _Latest:
+    """What is left of the motions read so far."""
+
+    motions: dict[Category, Motion] = field(default_factory=dict)
+    overridden: Counter[Category] = field(default_factory=Counter)
+    notes: list[str] = field(default_factory=list)
+    refused: int = 0
+
+    def take(self, motions: Iterable[Motion]) -> None:
+        """Take the motions of one sentence into account."""
+        motions = list(motions)
+        stays = [motion for motion in motions if motion.category is Category.STAY]
+        if stays:
+            self.motions = {Category.STAY: stays[-1]}
+        for motion in motions:
+            if not motion.wanted:
+                self._refuse(motion)
+            elif motion.category is not Category.STAY:
+                self.overridden[motion.category] += motion.category in self.motions
+                self.motions[motion.category] = motion
+                self.motions.pop(Category.STAY, None)
+
+    def _refuse(self, motion: Motion) -> None:
+        self.refused += 1
+        earlier = self.motions.get(motion.category)
+        if earlier is not None and motion.direction in (earlier.direction, _ANY[motion.category]):
+            del self.motions[motion.category]
+
+
+_ANY = {Category.TRANSLATE: None, Category.TURN: 0.0, Category.GAZE: 0.0}
+"""The direction of a motion that is refused whatever its direction."""
+
+
+def resolve(text: str, limits: Limits) -> Command:
+    """Return the command in a cleaned text."""
+    latest = _Latest()
+    for sentence in find_sentences(text):
+        latest.take(read_sentence(sentence))
+    found, notes = latest.motions, latest.notes
+    for category in _MOVING:
+        if category in found:
+            notes.extend(_origin(found[category], latest.overridden[category]))
+    stay = Category.STAY in found
+    if stay:
+        notes.append(f"stay: '{_quote(found[Category.STAY])}'")
+    if latest.refused:
+        notes.append(f"not to be done, and not read: {latest.refused}")
+    command = Command(
+        _translation(found.get(Category.TRANSLATE), limits, notes),
+        _angle(found.get(Category.TURN), limits.default_turn_deg, limits.max_turn_deg, limits, notes),
+        _angle(found.get(Category.GAZE), limits.default_gaze_deg, limits.max_gaze_deg, limits, notes),
+        stay,
+        _outcome(found.values()),
+        tuple(notes or ["no movement found"]),
+    )
+    return command
+
+
+def _outcome(found: Collection[Motion]) -> Outcome:
+    if not found:
+        return Outcome.UNREADABLE
+    return Outcome.REPAIRED if any(motion.inferred for motion in found) else Outcome.CHOSEN
+
+
+def _quote(motion: Motion) -> str:
+    text = motion.text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
+    return text if len(text) <= _LONGEST_QUOTE else text[: _LONGEST_QUOTE - 3] + "..."
+
+
+def _origin(motion: Motion, overridden: int) -> Iterable[str]:
+    name = motion.category.value
+    yield f"{name}: '{_quote(motion)}'"
+    yield from (f"{name}: {remark}" for remark in motion.remarks)
+    if overridden:
+        yield f"{name}: the latest of {overridden + 1}"
+
+
+def _translation(motion: Motion | None, limits: Limits, notes: list[str]) -> Translation | None:
+    if motion is None:
+        return None
+    asked = _asked(motion, limits.default_distance_m, "m", limits, notes)
+    return Translation(motion.direction, limited("translate", asked, limits.max_distance_m, "m", notes))
+
+
+def _angle(
+    motion: Motion | None, default: float, largest: float | None, limits: Limits, notes: list[str]
+) -> float | None:
+    if motion is None:
+        return None
+    asked = abs(_asked(motion, motion.degrees or default, "degrees", limits, notes))
+    return limited(motion.category.value, motion.direction * asked, largest, "degrees", notes) + 0.0
+
+
+def _asked(motion: Motion, default: float, unit: str, limits: Limits, notes: list[str]) -> float:
+    """Return the amount that is asked for, metres or degrees."""
+    if motion.amount is not None:
+        steps = motion.amount.dimension is Dimension.STEP
+        return round(motion.amount.number * limits.step_length_m, 9) if steps else motion.amount.number
+    name = motion.category.value
+    if motion.small and not motion.degrees:
+        notes.append(f"{name}: a small amount, {limits.small_factor:g} of the default of {default:g} {unit}")
+        return default * limits.small_factor
+    if not motion.degrees:
+        notes.append(f"{name}: no amount named, {default:g} {unit} by default")
+    return default

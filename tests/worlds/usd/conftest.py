@@ -1,0 +1,33 @@
+"""A room that the 3D tests look around in."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from pxr import Gf
+
+from foundry.worlds.usd.scene import Scene
+from foundry.worlds.usd.stage import load_scene
+from worlds.usd.usd_files import mesh, write_stage
+
+WALLS = {
+    "Floor": ((-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0)),
+    "Ceiling": ((-2, -2, 4), (-2, 2, 4), (2, 2, 4), (2, -2, 4)),
+    "East": ((2, -2, 0), (2, -2, 4), (2, 2, 4), (2, 2, 0)),
+    "West": ((-2, -2, 0), (-2, 2, 0), (-2, 2, 4), (-2, -2, 4)),
+    "North": ((-2, 2, 0), (2, 2, 0), (2, 2, 4), (-2, 2, 4)),
+    "South": ((-2, -2, 0), (-2, -2, 4), (2, -2, 4), (2, -2, 0)),
+}
+"""The six sides of a cube of 4 m, each facing inwards."""
+
+
+def build_room(stage: Any) -> None:
+    for name, points in WALLS.items():
+        mesh(stage, f"/Room/{name}", points).CreateDisplayColorAttr([Gf.Vec3f(0.5)])
+
+
+@pytest.fixture(scope="session")
+def room(tmp_path_factory: pytest.TempPathFactory) -> Scene:
+    """The room, all in one grey."""
+    return load_scene(write_stage(tmp_path_factory.mktemp("room") / "room.usda", build_room))

@@ -1,0 +1,84 @@
+"""The overview shows the scene, the agent, its way, what it sees and what it did."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from foundry.worlds.usd.captions import captioned, with_inset
+from foundry.worlds.usd.overview import ABOVE_DEG
+from foundry.worlds.usd.rendering import OverviewFrame, png, renderer_for
+from foundry.worlds.usd.scene import Scene
+
+FOOT = np.array([0.5, 0.5, 0.0])
+TRAIL = np.array([[-1.5, -1.5, 0], [-0.5, -1.5, 0], [-0.5, -1.5, 0], [0.5, 0.5, 0]])
+
+
+def overview(room: Scene, **changes: Any) -> Any:
+    frame = {"foot": FOOT, "yaw_deg": 30.0} | changes
+    return renderer_for(room, width=128, height=96, fov_deg=60.0).overview(OverviewFrame(**frame))
+
+
+def reddish(image: Any) -> Any:
+    red, green, blue = np.moveaxis(image.astype(int), 2, 0)
+    return (red > 90) & (red > 2 * green) & (red > 2 * blue)
+
+
+def orange(image: Any) -> Any:
+    red, green, blue = np.moveaxis(image.astype(int), 2, 0)
+    return (red > 140) & (green > 0.3 * red) & (green < 0.8 * red) & (blue < 0.55 * red)
+
+
+def test_the_agent_is_a_red_person_seen_through_the_walls(room: Scene) -> None:
+    image = overview(room)
+    rows, columns = np.nonzero(reddish(image))
+    assert image.shape == (720, 960, 3)
+    assert len(rows) > 500
+    assert np.ptp(rows) > np.ptp(columns)
+
+
+def test_the_agent_is_drawn_where_it_stands(room: Scene) -> None:
+    centres = [
+        np.nonzero(reddish(overview(room, foot=np.array([x, 0.0, 0.0]), elevation_deg=90.0)))[1].mean()
+        for x in (-1.5, 1.5)
+    ]
+    assert centres[1] - centres[0] > 100
+
+
+def test_the_way_so_far_is_drawn(room: Scene) -> None:
+    assert orange(overview(room)).sum() == 0
+    assert orange(overview(room, trail=TRAIL)).sum() > 200
+
+
+def test_nothing_of_one_frame_stays_in_the_next(room: Scene) -> None:
+    first = png(overview(room))
+    overview(room, trail=TRAIL, caption="step 2", height_m=1.2, elevation_deg=ABOVE_DEG)
+    assert png(overview(room)) == first
+
+
+def test_a_part_of_the_scene_can_fill_the_picture(room: Scene) -> None:
+    near = overview(room, bounds=np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 2.0]]))
+    assert reddish(near).sum() > 3 * reddish(overview(room)).sum()
+
+
+def test_the_inset_is_the_view_scaled_into_the_lower_right_corner() -> None:
+    paper, view = np.full((720, 960, 3), 255, np.uint8), np.full((384, 512, 3), (0, 0, 200), np.uint8)
+    image = with_inset(paper, view, 288)
+    assert image[700, 940].tolist() == [0, 0, 200]
+    assert (image == [0, 0, 200]).all(axis=2).sum() == 288 * 216
+    assert image[:400].min() == 255
+
+
+@pytest.mark.parametrize(("text", "lines"), [("step 3 · turn left 30°", 1), ("a\nb", 2), ("word " * 400, 4)])
+def test_a_caption_takes_as_many_lines_as_it_needs_but_at_most_four(text: str, lines: int) -> None:
+    image = captioned(np.zeros((400, 960, 3), np.uint8), text)
+    band = (image[:, 959] == 255).all(axis=1).sum()
+    assert band == round(18 * 1.35) * lines + 12 + 1
+    assert image[:band].min() < 60
+
+
+def test_no_caption_leaves_the_picture_alone() -> None:
+    blank = np.zeros((40, 60, 3), np.uint8)
+    assert np.array_equal(captioned(blank, ""), blank)

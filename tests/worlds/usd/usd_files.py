@@ -1,0 +1,136 @@
+"""Makers of the small USD files that the tests load."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, Vt
+
+from foundry.worlds.usd.scene import Scene, UInt8Array
+from foundry.worlds.usd.stage import load_scene
+
+Build = Callable[[Any], object]
+"""Puts something into a stage."""
+
+SQUARE = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0))
+"""A unit square in the plane z = 0 that faces up."""
+
+
+def write_stage(path: Path, build: Build, *, up: str | None = "Z", unit: float | None = 1.0) -> Path:
+    """Write a stage; `up` and `unit` (metres) stay unauthored when None."""
+    stage = Usd.Stage.CreateNew(str(path))
+    if up is not None:
+        UsdGeom.SetStageUpAxis(stage, up)
+    if unit is not None:
+        UsdGeom.SetStageMetersPerUnit(stage, unit)
+    build(stage)
+    roots = stage.GetPseudoRoot().GetChildren()
+    if roots:
+        stage.SetDefaultPrim(roots[0])
+    stage.GetRootLayer().Save()
+    return path
+
+
+def load(path: Path, build: Build, *, exclude: Sequence[str] = (), **conventions: Any) -> Scene:
+    """Write a stage to `path` (a folder: as scene.usda in it) and load it."""
+    file = path / "scene.usda" if path.is_dir() else path
+    return load_scene(write_stage(file, build, **conventions), exclude=exclude)
+
+
+def mesh(
+    stage: Any,
+    path: str,
+    points: Sequence[Sequence[float]] = SQUARE,
+    faces: Sequence[Sequence[int]] = ((0, 1, 2, 3),),
+    **attributes: Any,
+) -> Any:
+    """Add a mesh; `attributes` are attributes of UsdGeomMesh by name."""
+    made = UsdGeom.Mesh.Define(stage, path)
+    made.CreatePointsAttr([Gf.Vec3f(*point) for point in points])
+    made.CreateFaceVertexCountsAttr([len(face) for face in faces])
+    made.CreateFaceVertexIndicesAttr([corner for face in faces for corner in face])
+    for name, value in attributes.items():
+        made.GetPrim().GetAttribute(name).Set(value)
+    return made
+
+
+def primvar(gprim: Any, name: str, kind: Any, interpolation: str, values: Sequence[Any]) -> Any:
+    """Add a primvar of this kind (Sdf.ValueTypeNames) to a prim."""
+    made = UsdGeom.PrimvarsAPI(gprim).CreatePrimvar(name, kind, interpolation)
+    made.Set(values)
+    return made
+
+
+def texture_coordinates(gprim: Any, values: Sequence[Sequence[float]], name: str = "st") -> None:
+    """Add face-varying texture coordinates."""
+    kind = Sdf.ValueTypeNames.TexCoord2fArray
+    primvar(gprim, name, kind, "faceVarying", Vt.Vec2fArray([Gf.Vec2f(*value) for value in values]))
+
+
+def material(stage: Any, path: str, kind: str = "UsdPreviewSurface", **inputs: Any) -> Any:
+    """Add a material with one shader; `inputs` are (type, value) by name."""
+    made = UsdShade.Material.Define(stage, path)
+    surface = shader(stage, f"{path}/Surface", kind, **inputs)
+    made.CreateSurfaceOutput().ConnectToSource(surface.ConnectableAPI(), "surface")
+    return made
+
+
+def shader(stage: Any, path: str, kind: str, **inputs: Any) -> Any:
+    """Add a shader node; an input is (type, value), or (type, node, output) to connect it."""
+    made = UsdShade.Shader.Define(stage, path)
+    made.CreateIdAttr(kind)
+    for name, (value_type, value, *output) in inputs.items():
+        made_input = made.CreateInput(name, value_type)
+        if output:
+            made_input.ConnectToSource(value.ConnectableAPI(), output[0])
+        else:
+            made_input.Set(value)
+    return made
+
+
+def bind(prim: Any, bound: Any) -> None:
+    """Bind a material to a prim or a geom subset."""
+    UsdShade.MaterialBindingAPI.Apply(prim.GetPrim()).Bind(bound)
+
+
+def textured(stage: Any, path: str, file: str, **reading: Any) -> Any:
+    """Add a material whose colour comes out of a picture; `reading` are inputs of its UsdUVTexture."""
+    names = Sdf.ValueTypeNames
+    coordinates = shader(stage, f"{path}/St", "UsdPrimvarReader_float2", varname=(names.String, "st"))
+    picture = shader(
+        stage,
+        f"{path}/Picture",
+        "UsdUVTexture",
+        **({"file": (names.Asset, file), "st": (names.Float2, coordinates, "result")} | reading),
+    )
+    return material(stage, path, diffuseColor=(names.Color3f, picture, "rgb"))
+
+
+def picture(path: Path, pixels: Any) -> UInt8Array:
+    """Write (h, w, 3 or 4) bytes as a PNG."""
+    values = np.asarray(pixels, np.uint8)
+    Image.fromarray(values).save(path)
+    return values
+
+
+def area(scene: Scene) -> float:
+    """Return the area of all triangles, square metres."""
+    total = 0.0
+    for one in scene.meshes:
+        a, b, c = (one.points[one.triangles[:, corner]] for corner in range(3))
+        total += float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2
+    return total
+
+
+def facing(scene: Scene) -> list[list[float]]:
+    """Return the direction that the first triangle of each mesh faces by its winding, rounded."""
+    directions = []
+    for one in scene.meshes:
+        a, b, c = one.points[one.triangles[0]]
+        normal = np.cross(b - a, c - a)
+        directions.append((np.round(normal / np.linalg.norm(normal), 3) + 0.0).tolist())
+    return directions
