@@ -6,6 +6,7 @@ python tasks.py COMMAND...    where COMMAND is one of those below; run without o
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -16,6 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent
 VENV = ROOT / ".venv"
 BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
+GL_PACKAGES = ("libegl1", "libgl1-mesa-dri")
 STAMP = VENV / "foundry-installed"
 
 
@@ -37,7 +39,26 @@ def setup() -> None:
     if not BIN.exists():
         venv.create(VENV, with_pip=True)
     call("python", "-m", "pip", "install", "--quiet", "--editable", ".[dev]")
+    ensure_rendering()
     STAMP.write_text(wanted, encoding="utf-8")
+
+
+def ensure_rendering() -> None:
+    """Install the system's drawing library where it is missing and may be installed; else say which it is."""
+    probe = "from foundry.worlds.usd.glcheck import check_rendering; check_rendering()"
+    if draws(probe):
+        return
+    if shutil.which("apt-get") and hasattr(os, "geteuid") and os.geteuid() == 0:
+        subprocess.run(["apt-get", "update", "-qq"], check=False)
+        subprocess.run(["apt-get", "install", "-y", "-qq", *GL_PACKAGES], check=False)
+        if draws(probe):
+            return
+    sys.stdout.write(f"3D worlds need a system library: sudo apt-get install {' '.join(GL_PACKAGES)}\n")
+
+
+def draws(probe: str) -> bool:
+    """Return whether this machine can draw a 3D scene."""
+    return subprocess.run([str(BIN / "python"), "-c", probe], capture_output=True, check=False).returncode == 0
 
 
 def smoke() -> None:

@@ -73,9 +73,7 @@ def compare(table: SignatureTable, groups: pd.DataFrame) -> Comparison:
     keys = list(groups.itertuples(index=False, name=None))
     values = {group: _by_seed(table, [key == group for key in keys]) for group in dict.fromkeys(keys)}
     references = {group: _reference(group, list(values), columns) for group in values}
-    estimates = {
-        (measure, group): _estimate(measure, values[group]) for measure in table.measures for group in values
-    }
+    estimates = {(measure, group): _estimate(measure, values[group]) for measure in table.measures for group in values}
     rows = [
         {
             "measure": measure,
@@ -110,18 +108,14 @@ def _estimate(measure: str, values: pd.DataFrame) -> Estimate:
     return estimate(_column(values, measure), described.low, described.high)
 
 
-def _difference(
-    measure: str, values: dict[Group, pd.DataFrame], group: Group, reference: Group
-) -> dict[str, object]:
+def _difference(measure: str, values: dict[Group, pd.DataFrame], group: Group, reference: Group) -> dict[str, object]:
     """Return the mean difference to the reference over the seeds that have a value in both."""
     found = Estimate(0, math.nan, math.nan, math.nan, math.nan, "")
     if reference:
         own, other = values[group], values[reference]
         seeds = own.index.intersection(other.index)
         spread = describe(measure).high - describe(measure).low
-        found = estimate(
-            _column(own.loc[seeds], measure) - _column(other.loc[seeds], measure), -spread, spread
-        )
+        found = estimate(_column(own.loc[seeds], measure) - _column(other.loc[seeds], measure), -spread, spread)
     return {
         "reference": group_label(reference),
         "n_pairs": found.n,
@@ -145,9 +139,7 @@ def headline(comparison: Comparison) -> Headline:
     cells = {key: _cell(found, seeds[key[1]]) for key, found in comparison.estimates.items()}
     groups = comparison.groups
     if len(groups) > _MOST_COLUMNS:
-        long = [
-            (measure, group_label(group), cells[measure, group]) for measure in measures for group in groups
-        ]
+        long = [(measure, group_label(group), cells[measure, group]) for measure in measures for group in groups]
         return Headline(("measure", "group", "mean [95 % interval]"), tuple(long))
     rows = [(measure, *(cells[measure, group] for group in groups)) for measure in measures]
     return Headline(("measure", *map(group_label, groups)), tuple(rows))

@@ -9,10 +9,13 @@ from pathlib import Path
 
 import pandas as pd
 
+from analysis.camera_records import CameraRecords
 from analysis.comparison import Comparison, Headline, compare, headline
+from analysis.grid_records import GridRecords
 from analysis.groups import group_columns, group_label
 from analysis.intervals import FEWEST_FOR_CLAIMS
-from analysis.load import COMPLETE, is_grid
+from analysis.load import COMPLETE, Records, has_episode
+from analysis.signatures import FAILURE_RATE
 from analysis.table import RunResult, SignatureTable, build_table, measure_runs
 from foundry.errors import InputError
 from foundry.store import SweepFolder, ensure_writable
@@ -61,9 +64,10 @@ def analyze(dirs: Sequence[Path], *, plots: bool = True) -> Analysis:
         RecordError: a recorded file is damaged.
     """
     paths = [Path(path) for path in dirs]
-    folder = _output_folder(paths)
-    names = _sweep_names(paths)
-    results = _measure_and_write_steps(paths, names, folder)
+    sweeps = _open(paths)
+    folder = sweeps[0].analysis_dir
+    ensure_writable(folder)
+    results = _measure_and_write_steps(paths, _kinds(sweeps), folder)
     table = build_table(results)
     groups = group_columns(results, table)
     compared = compare(table, groups)
@@ -80,16 +84,20 @@ def analyze(dirs: Sequence[Path], *, plots: bool = True) -> Analysis:
     )
 
 
-def _output_folder(paths: Sequence[Path]) -> Path:
+def _open(paths: Sequence[Path]) -> list[SweepFolder]:
+    """Open all sweeps before the first is worked on, so that a wrong one is found at once."""
     if not paths:
         raise InputError("No sweep to analyse: give at least one sweep's folder, such as outputs/<sweep>.")
     repeated = [str(path) for path, count in Counter(path.resolve() for path in paths).items() if count > 1]
     if repeated:
         raise InputError(f"'{repeated[0]}' is given more than once: give each sweep's folder once.")
-    # All are opened before the first is worked on, so that a wrong one is found at once.
-    folder = [SweepFolder.open(path) for path in paths][0].analysis_dir
-    ensure_writable(folder)
-    return folder
+    return [SweepFolder.open(path) for path in paths]
+
+
+def _kinds(sweeps: Sequence[SweepFolder]) -> set[type[Records]]:
+    """Return which kinds of runs there are; one without records yet counts as 2D."""
+    runs = [run for sweep in sweeps for run in sweep.runs()]
+    return {CameraRecords if has_episode(run, None) else GridRecords for run in runs}
 
 
 def _sweep_names(paths: Sequence[Path]) -> list[str]:
@@ -98,21 +106,20 @@ def _sweep_names(paths: Sequence[Path]) -> list[str]:
     return names if len(set(names)) == len(names) else [path.as_posix() for path in paths]
 
 
-def _measure_and_write_steps(paths: Sequence[Path], names: Sequence[str], folder: Path) -> list[RunResult]:
+def _measure_and_write_steps(paths: Sequence[Path], kinds: set[type[Records]], folder: Path) -> list[RunResult]:
     from analysis.steps_file import open_steps_file
 
     results = []
-    with open_steps_file(folder / "steps.parquet", by_sweep=len(paths) > 1) as file:
-        for result in measure_runs(paths, names):
-            file.add(result.sweep, result.steps)
+    with open_steps_file(folder / "steps.parquet", kinds, by_sweep=len(paths) > 1) as file:
+        for result in measure_runs(paths, _sweep_names(paths)):
+            if result.steps is not None:
+                file.add(result.sweep, result.steps)
             results.append(result.without_steps())
     return results
 
 
 def _write_tables(folder: Path, table: SignatureTable, compared: Comparison) -> list[Path]:
-    runs, parquet, comparison = (
-        folder / name for name in ("signatures.csv", "signatures.parquet", "comparison.csv")
-    )
+    runs, parquet, comparison = (folder / name for name in ("signatures.csv", "signatures.parquet", "comparison.csv"))
     table.frame.to_csv(runs, index=False, lineterminator="\n")
     table.frame.to_parquet(parquet, index=False)
     compared.frame.to_csv(comparison, index=False, lineterminator="\n")
@@ -126,17 +133,13 @@ def _plot(folder: Path, compared: Comparison) -> list[Path]:
 
 
 def _notes(table: SignatureTable, compared: Comparison) -> list[str]:
-    notes = [
-        "mean [95 % Student-t interval] over seeds; n where only some have a value; differences: comparison.csv"
-    ]
+    notes = ["mean [95 % Student-t interval] over seeds; n where only some have a value; differences: comparison.csv"]
     by_status = Counter(table.frame["status"])
     if by_status[COMPLETE] < len(table.frame):
         others = ", ".join(f"{count} {status}" for status, count in by_status.items() if status != COMPLETE)
         notes.append(f"{by_status[COMPLETE]} of {len(table.frame)} runs are complete; missing: {others}")
     if any(len(values) < FEWEST_FOR_CLAIMS for values in compared.values.values()):
-        notes.append(
-            f"fewer than {FEWEST_FOR_CLAIMS} seeds: the numbers describe these runs, and prove nothing"
-        )
+        notes.append(f"fewer than {FEWEST_FOR_CLAIMS} seeds: the numbers describe these runs, and prove nothing")
     for group, values in compared.values.items():
         readable = float(values[_READABLE].mean()) if _READABLE in values else 1.0
         if readable < _READABLE_ENOUGH:
@@ -148,5 +151,6 @@ def _notes(table: SignatureTable, compared: Comparison) -> list[str]:
 
 
 def _unmeasured(results: Sequence[RunResult]) -> list[str]:
-    worlds = dict.fromkeys(result.keys["world"] for result in results if not is_grid(result.config))
-    return [f"world {world} is not a 2D one: its runs are listed, without signatures" for world in worlds]
+    complete = [result for result in results if result.keys["status"] == COMPLETE]
+    worlds = dict.fromkeys(result.keys["world"] for result in complete if set(result.measures) == {FAILURE_RATE})
+    return [f"world {world} is neither a 2D nor a 3D one: its runs are listed, without signatures" for world in worlds]

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from analysis import signatures
-from analysis.load import COMPLETE, FAILED, further_factors, identity, is_grid, read_records, read_run
+from analysis.load import COMPLETE, FAILED, further_factors, identity, is_measurable, read_records, read_run
 from analysis.signatures import FAILURE_RATE
 from foundry.store import RunFolder, SweepFolder
 
@@ -34,8 +34,8 @@ class RunResult:
         keys: the columns KEYS.
         factors: the further swept settings.
         config: its effective configuration.
-        measures: by `<signature>.<measure>`; FAILURE_RATE alone unless it is a complete run of a 2D world.
-        steps: its steps without texts; empty in the same cases.
+        measures: by `<signature>.<measure>`; FAILURE_RATE alone unless it is a complete run of a 2D or 3D world.
+        steps: its steps without texts; None in the same cases.
     """
 
     sweep: str
@@ -43,7 +43,7 @@ class RunResult:
     factors: dict[str, Any]
     config: dict[str, Any]
     measures: dict[str, float]
-    steps: pa.Table
+    steps: pa.Table | None
 
     def without_steps(self) -> RunResult:
         """Return the same without the steps, which are large."""
@@ -93,7 +93,7 @@ def _measure_part(path: Path, name: str, part: range) -> list[RunResult]:
 
 
 def measure_run(folder: RunFolder, sweep: str) -> RunResult:
-    """Measure one run; one that is not complete, or whose world is not a 2D one, has no measures.
+    """Measure one run; one that is not complete, or whose world is neither a 2D nor a 3D one, has none.
 
     Raises:
         InputError: the settings of its world cannot be read.
@@ -103,18 +103,18 @@ def measure_run(folder: RunFolder, sweep: str) -> RunResult:
 
     keys = identity(folder)
     measures = {FAILURE_RATE: {COMPLETE: 0.0, FAILED: 1.0}.get(keys["status"], math.nan)}
-    lines = []
-    if keys["status"] == COMPLETE and is_grid(folder.config()):
+    steps = None
+    if keys["status"] == COMPLETE and is_measurable(folder):
         records = read_records(folder, folder.summary())
         measures |= signatures.measure(read_run(folder, records))
-        lines = records.steps
+        steps = steps_table(folder.id, records)
     return RunResult(
         sweep=sweep,
         keys=keys,
         factors=further_factors(folder),
         config=folder.config(),
         measures=measures,
-        steps=steps_table(folder.id, lines),
+        steps=steps,
     )
 
 
@@ -140,9 +140,7 @@ def build_table(results: Sequence[RunResult]) -> SignatureTable:
 def _measure_columns(results: Sequence[RunResult]) -> list[str]:
     """Return the measures by signature, within one in the order of their first appearance."""
     found = list(dict.fromkeys(name for result in results for name in result.measures))
-    order = {
-        name: index for index, name in enumerate(dict.fromkeys(name.partition(".")[0] for name in found))
-    }
+    order = {name: index for index, name in enumerate(dict.fromkeys(name.partition(".")[0] for name in found))}
     return sorted(found, key=lambda name: order[name.partition(".")[0]])
 
 

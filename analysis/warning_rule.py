@@ -10,17 +10,15 @@ ones match anywhere, as those texts have no blanks to go by (`fire1` is found in
 from __future__ import annotations
 
 import re
-import unicodedata
 from collections.abc import Iterable
 from functools import lru_cache
+
+from analysis.words import LETTERS, compiled, plain
 
 RULE_VERSION = 1
 """Raised whenever a text could be labelled otherwise than before."""
 
-_LETTERS = "a-z\u00df-\u024f\u0370-\u03ff\u0400-\u04ff"
-"""Characters that make up words, for word boundaries; not the scripts that are written without blanks."""
-
-_IN_NAMES = _LETTERS + "0-9_"
+_IN_NAMES = LETTERS + "0-9_"
 """Characters that make up names: `fire1` is not found in `fire12`, though the word `fire` is."""
 
 WORDS: dict[str, str] = {
@@ -50,18 +48,13 @@ def is_warning(text: str, fires: Iterable[str] = ()) -> bool:
         text: the message.
         fires: names of the world's fires.
     """
-    return _pattern(tuple(fires)).search(_plain(text)) is not None
-
-
-def _plain(text: str) -> str:
-    return unicodedata.normalize("NFKC", text).lower()
+    return _pattern(tuple(fires)).search(plain(text)) is not None
 
 
 @lru_cache(maxsize=64)
 def _pattern(fires: tuple[str, ...]) -> re.Pattern[str]:
-    words = "|".join(WORDS.values())
-    names = [_bounded(re.escape(_plain(name)), _plain(name)) for name in fires]
-    return re.compile("|".join([*names, f"(?<![{_LETTERS}])(?:{words})(?![{_LETTERS}])", *UNSPACED.values()]))
+    names = [_bounded(re.escape(plain(name)), plain(name)) for name in fires]
+    return re.compile("|".join([*names, compiled(WORDS, UNSPACED)]))
 
 
 def _bounded(pattern: str, name: str) -> str:

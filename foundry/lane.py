@@ -238,6 +238,8 @@ class Lane:
 def run_lane(spec: LaneSpec) -> str | None:
     """Work in a process of its own; Ctrl-C is the parent's to handle."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # Mesa's software driver takes all cores for one picture; as many workers draw faster with one core each.
+    os.environ.setdefault("LP_NUM_THREADS", "0")
     return Lane(spec).run()
 
 

@@ -41,14 +41,22 @@ class PromptEnvironment(ImmutableSandboxedEnvironment):
 
 
 def make_environment() -> PromptEnvironment:
-    """Return the environment; filters beyond Jinja2's own: `values`, the values of a dict."""
+    """Return the environment.
+
+    Filters beyond Jinja2's own: `values`, the values of a dict; `flat(n)`, a text in one line of at most n characters.
+    """
     environment = PromptEnvironment(undefined=StrictUndefined, autoescape=False, trim_blocks=True, lstrip_blocks=True)
     environment.filters["values"] = _values
+    environment.filters["flat"] = _flat
     return environment
 
 
 def _values(mapping: Mapping[str, Any]) -> Iterable[Any]:
     return mapping.values()
+
+
+def _flat(text: str, length: int) -> str:
+    return " ".join(text.split())[:length]
 
 
 def explain(error: Exception, where: str, observation: Mapping[str, Any]) -> InputError:

@@ -194,4 +194,4 @@ def test_runs_of_other_worlds_are_listed_without_signatures(make_sweep, make_con
     found = analyze([folder.path])
     assert found.runs["failure.rate"].tolist() == [0]
     assert found.headline().rows == ()
-    assert any("is not a 2D one" in note for note in found.notes)
+    assert any("is neither a 2D nor a 3D one" in note for note in found.notes)

@@ -90,10 +90,11 @@ class Collider:
             gone = _length(np.array([places[-1], *way.track]))
             places += way.track
             left -= gone / share
-            if way.stop is not None and way.stop.normal is None:
-                break
             touched = touched if gone <= SKIN_M else []
-            touched = touched if way.stop is None or way.stop.normal is None else [*touched, way.stop.normal]
+            if way.stop is not None:
+                if way.stop.normal is None:
+                    break
+                touched = [*touched, way.stop.normal]
         return np.array(places)
 
     def walkable(self, start: FloatArray, end: FloatArray, body: Body) -> bool:

@@ -108,8 +108,7 @@ def dotted(outlines: Outlines) -> FloatArray:
     owner = np.repeat(np.arange(len(ends)), pieces + 1)
     number = np.arange(len(owner)) - np.repeat(np.cumsum(pieces + 1) - pieces - 1, pieces + 1)
     part = number / np.maximum(pieces, 1)[owner]
-    points = ends[owner, 0] + part[:, None] * (ends[owner, 1] - ends[owner, 0])
-    return np.asarray(np.unique(points, axis=0))
+    return np.asarray(ends[owner, 0] + part[:, None] * (ends[owner, 1] - ends[owner, 0]))
 
 
 def sweep(outlines: Outlines, centre: FloatArray, heading: FloatArray, length: float, radius: float) -> Touch | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from foundry.records import Outcome
 from foundry.worlds.usd.language.commands import read_sentence
@@ -14,7 +14,6 @@ from foundry.worlds.usd.language.words import Dimension
 from foundry.worlds.usd.movement import Command, Limits, Translation, limited
 
 _LONGEST_QUOTE = 80
-_MOVING = (Category.TRANSLATE, Category.TURN, Category.GAZE)
 
 
 @dataclass(slots=True)
@@ -23,7 +22,6 @@ class _Latest:
 
     motions: dict[Category, Motion] = field(default_factory=dict)
     overridden: Counter[Category] = field(default_factory=Counter)
-    notes: list[str] = field(default_factory=list)
     refused: int = 0
 
     def take(self, motions: Iterable[Motion]) -> None:
@@ -56,24 +54,19 @@ def resolve(text: str, limits: Limits) -> Command:
     latest = _Latest()
     for sentence in find_sentences(text):
         latest.take(read_sentence(sentence))
-    found, notes = latest.motions, latest.notes
-    for category in _MOVING:
-        if category in found:
-            notes.extend(_origin(found[category], latest.overridden[category]))
-    stay = Category.STAY in found
-    if stay:
-        notes.append(f"stay: '{_quote(found[Category.STAY])}'")
-    if latest.refused:
-        notes.append(f"not to be done, and not read: {latest.refused}")
+    found, notes = latest.motions, list[str]()
+    for motion in found.values():
+        notes.extend(_origin(motion, latest.overridden[motion.category]))
     command = Command(
-        _translation(found.get(Category.TRANSLATE), limits, notes),
-        _angle(found.get(Category.TURN), limits.default_turn_deg, limits.max_turn_deg, limits, notes),
-        _angle(found.get(Category.GAZE), limits.default_gaze_deg, limits.max_gaze_deg, limits, notes),
-        stay,
-        _outcome(found.values()),
-        tuple(notes or ["no movement found"]),
+        translate=_translation(found.get(Category.TRANSLATE), limits, notes),
+        turn=_angle(found.get(Category.TURN), limits.default_turn_deg, limits.max_turn_deg, limits, notes),
+        gaze=_angle(found.get(Category.GAZE), limits.default_gaze_deg, limits.max_gaze_deg, limits, notes),
+        stay=Category.STAY in found,
+        outcome=_outcome(found.values()),
     )
-    return command
+    if latest.refused:
+        notes.append(f"named as not to be done: {latest.refused}")
+    return replace(command, notes=tuple(notes or ["no movement found"]))
 
 
 def _outcome(found: Collection[Motion]) -> Outcome:
@@ -82,14 +75,11 @@ def _outcome(found: Collection[Motion]) -> Outcome:
     return Outcome.REPAIRED if any(motion.inferred for motion in found) else Outcome.CHOSEN
 
 
-def _quote(motion: Motion) -> str:
-    text = motion.text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
-    return text if len(text) <= _LONGEST_QUOTE else text[: _LONGEST_QUOTE - 3] + "..."
-
-
 def _origin(motion: Motion, overridden: int) -> Iterable[str]:
+    """Yield what a motion was read from, and how."""
     name = motion.category.value
-    yield f"{name}: '{_quote(motion)}'"
+    text = motion.text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
+    yield f"{name}: '{text if len(text) <= _LONGEST_QUOTE else text[: _LONGEST_QUOTE - 3] + '...'}'"
     yield from (f"{name}: {remark}" for remark in motion.remarks)
     if overridden:
         yield f"{name}: the latest of {overridden + 1}"
@@ -107,8 +97,8 @@ def _angle(
 ) -> float | None:
     if motion is None:
         return None
-    asked = abs(_asked(motion, motion.degrees or default, "degrees", limits, notes))
-    return limited(motion.category.value, motion.direction * asked, largest, "degrees", notes) + 0.0
+    asked = motion.direction * abs(_asked(motion, motion.degrees or default, "degrees", limits, notes))
+    return limited(motion.category.value, asked, largest, "degrees", notes) + 0.0  # no negative zero
 
 
 def _asked(motion: Motion, default: float, unit: str, limits: Limits, notes: list[str]) -> float:
@@ -116,10 +106,11 @@ def _asked(motion: Motion, default: float, unit: str, limits: Limits, notes: lis
     if motion.amount is not None:
         steps = motion.amount.dimension is Dimension.STEP
         return round(motion.amount.number * limits.step_length_m, 9) if steps else motion.amount.number
+    if motion.degrees:
+        return motion.degrees
     name = motion.category.value
-    if motion.small and not motion.degrees:
+    if motion.small:
         notes.append(f"{name}: a small amount, {limits.small_factor:g} of the default of {default:g} {unit}")
         return default * limits.small_factor
-    if not motion.degrees:
-        notes.append(f"{name}: no amount named, {default:g} {unit} by default")
+    notes.append(f"{name}: no amount named, {default:g} {unit} by default")
     return default

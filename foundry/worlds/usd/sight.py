@@ -49,7 +49,7 @@ class Sight:
         visible_px: pixels of every labelled thing in view, by label.
         target_px: pixels of the target.
         distance: geodesic distance to the goal, metres; None when it cannot be reached or there is none.
-        near: whether the foot is within the target's radius.
+        near: whether the foot is within the target's radius, with no wall in between.
         line_of_sight: whether a straight line from the eye reaches the target.
     """
 

@@ -31,6 +31,9 @@ from foundry.worlds.usd.targets import TargetSurfaces
 CLEARANCE_M = 0.1
 """Room around the body at the start, beside its radius."""
 
+ARRIVED_M = 0.03
+"""A corner of a way that is this near counts as reached: nobody walks by millimetres."""
+
 JPEG_QUALITY = 90
 DRAWS = 100
 """Places that are drawn before a start outside the goal is given up."""
@@ -66,8 +69,10 @@ class Way:
 
     @property
     def corners(self) -> list[list[float]]:
-        """The points to walk to, [x, y]; without the one where the way starts."""
-        return [[float(x), float(y)] for x, y, _ in self.points[1:]]
+        """The points to walk to, [x, y]; without those where the way starts."""
+        gaps = np.hypot(*(self.points - self.points[:1])[:, :2].T)
+        ahead = self.points[int(np.argmax(gaps > ARRIVED_M)) :] if (gaps > ARRIVED_M).any() else self.points[-1:]
+        return [[float(x), float(y)] for x, y, _ in ahead]
 
 
 class Surroundings:
@@ -120,7 +125,8 @@ class Surroundings:
             known = [prim for prims in self.scene.labels.values() for prim in prims]
             raise not_found(f"Prim of target '{settings.name}'", ", ".join(settings.prims), known or sorted(below))
         surfaces = self.navigator.target(sorted(chosen))
-        goals = self.navigator.goal_cells(surfaces, settings.radius, self.settings.body.eye_height)
+        within = max(settings.radius - CELL_M, 0.0)  # so that all of a goal's cell is near enough
+        goals = self.navigator.goal_cells(surfaces, within, self.settings.body.eye_height)
         labels = {below[path] for path in chosen}
         return Target(
             name=settings.name,
@@ -177,6 +183,7 @@ class Surroundings:
         eye, renderer, foot = self.eye(pose), self.renderer(), _foot(pose)
         image = renderer.view(eye, pose.yaw, pose.pitch)
         pixels = renderer.visible(eye, pose.yaw, pose.pitch)
+        clear = target is not None and self.navigator.line_of_sight(eye, target.surfaces)
         return Sight(
             pose=pose,
             image=image,
@@ -184,8 +191,8 @@ class Surroundings:
             visible_px=self._by_label(pixels),
             target_px=sum(pixels.get(path, 0) for path in target.paths) if target else 0,
             distance=_finite(self.navigator.distance(foot, target.ways)) if target else None,
-            near=target is not None and target.surfaces.gap(foot) <= target.radius,
-            line_of_sight=target is not None and self.navigator.line_of_sight(eye, target.surfaces),
+            near=clear and target is not None and target.surfaces.gap(foot) <= target.radius,
+            line_of_sight=clear,
         )
 
     def _by_label(self, pixels: Mapping[str, int]) -> dict[str, int]:

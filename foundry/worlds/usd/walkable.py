@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -100,10 +99,10 @@ def _floors(ground: Ground, low: IntArray, high: IntArray, body: Body, cell_m: f
 
 
 def _without_islands(cells: IntArray, heights: FloatArray, body: Body, cell_m: float) -> IntArray:
-    """Return the floors that are part of a surface as large as the body, by ascending index."""
+    """Return the floors that are part of a surface as large as four bodies, by ascending index."""
     edges = np.concatenate([_neighbours(cells, heights, offset, body.step_m) for offset in OFFSETS[:2]])
     labels = connected_components(graph_of(edges, np.ones(len(edges)), len(cells)), directed=False)[1]
-    smallest = math.pi * body.radius_m**2 / cell_m**2 / 2
+    smallest = 4 * (2 * body.radius_m / cell_m) ** 2
     return np.flatnonzero(np.bincount(labels, minlength=1)[labels] >= smallest)
 
 

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from foundry.paths import assets_dir
 from foundry.worlds.usd.collision import Body, Collider
 from foundry.worlds.usd.scene import Scene, SceneMesh
+from foundry.worlds.usd.stage import load_scene
 from foundry.worlds.usd.surfaces import Surfaces
 from quad_scenes import box, closest, floor, quad, sampled, scene, wall
 
@@ -101,11 +102,6 @@ def test_no_move_tunnels_through_one_thin_wall(turn, gap, aside, length):
     assert motion.foot[:2] @ ahead <= gap - BODY.radius_m + 1e-5
 
 
-def loaded(path) -> Scene:
-    stage = pytest.importorskip("foundry.worlds.usd.stage")
-    return stage.load_scene(path)
-
-
 def inside_starts(world: Collider, count: int) -> list[np.ndarray]:
     """Return places with room on the lowest floors, spread over the scene by a fixed sequence."""
     rng = np.random.default_rng(7)
@@ -121,7 +117,7 @@ def inside_starts(world: Collider, count: int) -> list[np.ndarray]:
 
 @pytest.mark.parametrize("path", ASSETS, ids=lambda path: path.stem)
 def test_walks_in_every_shipped_scene_keep_the_body_clear_and_within_bounds(path):
-    world = Collider(loaded(path))
+    world = Collider(load_scene(path))
     low, high = world.bounds
     everything = Surfaces(world.scene).corners
     rng = np.random.default_rng(11)

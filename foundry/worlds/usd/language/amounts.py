@@ -82,7 +82,8 @@ def _amount(tokens: Sequence[Token], start: int) -> tuple[Amount, int] | None:
 def _made(tokens: Sequence[Token], start: int, end: int, number: _Number, unit: Word) -> Amount:
     text = " ".join(token.text for token in tokens[start:end])
     value = number.value if unit.number in (0.0, 1.0) else round(number.value * unit.number, 9)
-    return Amount(_AMOUNT, text, max(-LARGEST, min(value, LARGEST)), number.signed, unit.dimension, number.remark)
+    remark = number.remark or ("'few' is read as 3" if "few" in text.split() else "")
+    return Amount(_AMOUNT, text, max(-LARGEST, min(value, LARGEST)), number.signed, unit.dimension, remark)
 
 
 def _unit(tokens: Sequence[Token], at: int) -> Word | None:
@@ -102,7 +103,8 @@ def _range(tokens: Sequence[Token], start: int) -> _Number | None:
     first = _number(tokens, start)
     if first is None or first.article or first.end + 1 >= len(tokens):
         return first
-    if tokens[first.end].text not in ("-", "to", "or", "bis", "から"):
+    between = start > 0 and tokens[start - 1].text == "between" and tokens[first.end].text == "and"
+    if not between and tokens[first.end].text not in ("-", "to", "or", "bis", "から"):
         return first
     second = _number(tokens, first.end + 1)
     if second is None or second.article or (second.signed and tokens[first.end].text != "-"):

@@ -62,7 +62,9 @@ def words_before(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
 def words_around(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
     """Return what stands on either side of a verb: directions before it or right behind it, the amount behind it."""
     before = words_before(tokens, low, verb_at)
-    said = Arguments(before.ways, before.amount, before.small, before.gaze, start=before.start, end=verb_at + 1, last=verb_at + 1)
+    said = Arguments(
+        before.ways, before.amount, before.small, before.gaze, start=before.start, end=verb_at + 1, last=verb_at + 1
+    )
     for at in range(verb_at + 1, len(tokens)):
         kind = tokens[at].kind
         if kind is Kind.AMOUNT and said.amount is not None or (kind is Kind.WAY and (said.ways or at > verb_at + 1)):
@@ -157,7 +159,7 @@ def _is_how_far(tokens: Sequence[Token], at: int, said: Arguments) -> bool:
     amount, follows = tokens[at], tokens[at + 1] if at + 1 < len(tokens) else None
     assert isinstance(amount, Amount)
     if tokens[at - 1].kind is Kind.TO:
-        said.remarks.append(f"'{amount.text}' is not how far to move")
+        said.remarks.append(f"'to {amount.text}' names a goal")
         return False
     if follows is None:
         return True

@@ -11,7 +11,7 @@ def _inflected(word: Word, stems: str, endings: str) -> dict[str, Word]:
 
 
 def _before(act: Act, *ways: Way) -> Word:
-    return Word(Kind.VERB, act=act, side=Side.BEFORE, ways=ways)
+    return Word(Kind.VERB, act=act, side=Side.BEFORE, ways=ways, goes=True)
 
 
 _GODAN = {
@@ -32,6 +32,7 @@ _JAPANESE_VERBS: Table = {
     **_inflected(_before(Act.MOVE, Way.BACK), "後ろに下が 後ろへ下が うしろに下が 後ずさ", _GODAN["る"]),
     **_inflected(_before(Act.TURN), "回転 旋回", _SURU),
     **_inflected(_before(Act.TURN), "曲が 回", _GODAN["る"]),
+    **_inflected(_before(Act.TURN), "向け", "る ます よう たい"),
     **_inflected(_before(Act.TURN), "向", "く きます こう きたい"),
     **_inflected(_before(Act.TURN, Way.RIGHT), "右折 右回転 右旋回", _SURU),
     **_inflected(_before(Act.TURN, Way.LEFT), "左折 左回転 左旋回", _SURU),
@@ -88,7 +89,10 @@ JAPANESE: Table = {
     **phrases(Word(Kind.GAZE), "視線を | 顔を | カメラを | 頭を | 目線を"),
     **phrases(Word(Kind.JOIN), "その後 | それから | 次に | そして | してから"),
     **phrases(Word(Kind.OR), "または | もしくは | あるいは"),
+    **phrases(Word(Kind.POSSIBLE, reach="before"), "こと"),
+    **phrases(Word(Kind.FILLER), "ことにします | ことにする"),
     **phrases(Word(Kind.CONDITION), "もし"),
+    **phrases(Word(Kind.EXAMPLE), "例: | 例えば | たとえば | 例として"),
     **phrases(
         Word(Kind.UNKNOWN),
         "向いている | 向いています | 向いて | 見るため | 進むため | 進むと | 回転すると | 回転すれば",
@@ -109,7 +113,7 @@ JAPANESE: Table = {
 _BOTH = Side.BOTH
 
 CHINESE: Table = {
-    **phrases(Word(Kind.VERB, act=Act.MOVE, side=_BOTH), "走 | 移动 | 行走 | 移動 | 走动"),
+    **phrases(Word(Kind.VERB, act=Act.MOVE, side=_BOTH, goes=True), "走 | 移动 | 行走 | 移動 | 走动"),
     **phrases(Word(Kind.VERB, act=Act.MOVE, side=_BOTH, ways=(Way.FORWARD,)), "前进 | 前進 | 直走"),
     **phrases(Word(Kind.VERB, act=Act.MOVE, side=_BOTH, ways=(Way.BACK,)), "后退 | 後退 | 倒退"),
     **phrases(Word(Kind.VERB, act=Act.TURN, side=_BOTH), "转 | 旋转 | 转动 | 轉 | 旋轉"),

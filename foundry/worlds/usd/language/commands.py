@@ -14,6 +14,7 @@ from foundry.worlds.usd.language.words import Act, Dimension, Form, Kind, Way
 
 _AGENTS = frozenset(("agent", "robot", "he", "she"))
 _AND = frozenset(("and", "&", "und", "y", "et"))
+_THEN = frozenset(("then", "and then", "and"))
 _POSITIONAL = frozenset(("ahead", "straight ahead", "directly ahead", "dead ahead"))
 
 
@@ -92,7 +93,7 @@ class _Reader:
             self._act = act if bar is None else self._act
         elif negated:
             self._add(replace(read, text=text, wanted=False))
-        elif bar is None:
+        elif bar is None and (verb.word.form is not Form.PAST or read.amount is not None):
             self._act = act
             past = ("a past form, read as any other",) if verb.word.form is Form.PAST else ()
             self._add(replace(read, text=text, remarks=read.remarks + past))
@@ -122,7 +123,8 @@ class _Reader:
 
     def _stay(self, segment: Segment, bars: Sequence[Bar | None], at: int) -> None:
         tokens, pause = segment.tokens, segment.tokens[at].kind is Kind.PAUSE
-        if bars[at] is not None:
+        ends_a_plan = self._index == 0 and segment.joint is not None and segment.joint.text in _THEN
+        if bars[at] is not None or ends_a_plan:
             return
         follows = tokens[at + 1] if at + 1 < len(tokens) else None
         if follows is None:

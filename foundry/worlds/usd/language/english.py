@@ -7,24 +7,27 @@ from foundry.worlds.usd.language.words import Act, Dimension, Form, Kind, Table,
 _FORMS = (Form.PLAIN, Form.ING, Form.PAST, Form.THIRD)
 
 
-def _verbs(act: Act, text: str, *ways: Way) -> dict[str, Word]:
+def _verbs(act: Act, text: str, *ways: Way, goes: bool = False) -> dict[str, Word]:
     """Return the verbs of a text: one line each, its forms as in `move moving moved moves`, blanks written as _."""
     return {
-        name.replace("_", " "): Word(Kind.VERB, act=act, form=form, ways=ways)
+        name.replace("_", " "): Word(Kind.VERB, act=act, form=form, ways=ways, goes=goes)
         for line in text.split("\n")
         for name, form in zip(line.split(), _FORMS, strict=False)
     }
 
 
-_MOVE = """move moving moved moves
+_GO = """move moving moved moves
 go going went goes
 walk walking walked walks
-step stepping stepped
 proceed proceeding proceeded proceeds
 continue continuing continued continues
 keep_going
 head heading_over headed
 travel traveling traveled travels
+drive driving drove drives
+run running ran runs"""
+
+_MOVE = """step stepping stepped
 drift drifting drifted drifts
 float floating floated floats
 glide gliding glided glides
@@ -37,8 +40,6 @@ translate translating translated translates
 push pushing pushed
 inch_your_way
 propel propelling propelled
-drive driving drove drives
-run running ran runs
 crawl crawling crawled"""
 
 _TURN = """turn turning turned turns
@@ -50,6 +51,7 @@ swivel swiveling swiveled swivels
 yaw yawing yawed yaws
 veer veering veered veers
 steer steering steered steers
+pan panning panned pans
 face facing_to
 reorient reorienting reoriented"""
 
@@ -68,9 +70,12 @@ turn_head_up
 turn_head_down"""
 
 _VERBS: Table = {
+    **_verbs(Act.MOVE, _GO, goes=True),
     **_verbs(Act.MOVE, _MOVE),
     **_verbs(Act.MOVE, "advance advancing advanced advances", Way.FORWARD),
-    **_verbs(Act.MOVE, "retreat retreating retreated\nback_up backing_up backed_up\nback_off\nback_away", Way.BACK),
+    **_verbs(
+        Act.MOVE, "retreat retreating retreated\nback_up backing_up backed_up\nback_off\nback_away\nreverse", Way.BACK
+    ),
     **_verbs(Act.TURN, _TURN),
     **_verbs(Act.LOOK, _LOOK),
     **_verbs(Act.LOOK, "raise raising raised\nlift lifting lifted\nraise_head\nlift_head", Way.UP),
@@ -78,7 +83,7 @@ _VERBS: Table = {
     **_verbs(Act.MAKE, "take taking took takes\nmake making made makes\ndo\nperform\nexecute"),
     **phrases(
         Word(Kind.VERB, act=Act.TURN, ways=(Way.AROUND,), number=180.0),
-        "turn around | turn all the way around | turn myself around | turn back around | "
+        "turn around | turn all the way around | turn myself around | turn back around | reverse direction | "
         "turn right around | turn back | turn completely around | spin around | rotate around | u turn | "
         "uturn | about face | about turn | do a 180 | do a one eighty | face the opposite direction | "
         "face the other direction | face the other way | face the opposite way | "
@@ -97,9 +102,9 @@ _VERBS: Table = {
 _WAYS: Table = {
     **phrases(
         Word(Kind.WAY, ways=(Way.FORWARD,)),
-        "forward | forwards | ahead | straight | straight ahead | straight forward | straight on | "
-        "onward | onwards | directly ahead | directly forward | frontward | to the front | "
-        "in the forward direction | dead ahead",
+        "forward | forwards | ahead | straight | straight ahead | straight forward | straight on | onward | "
+        "onwards | directly ahead | directly forward | frontward | to the front | in the forward direction | "
+        "in a forward direction | dead ahead",
     ),
     **phrases(
         Word(Kind.WAY, ways=(Way.BACK,)),
@@ -108,14 +113,15 @@ _WAYS: Table = {
     **phrases(
         Word(Kind.WAY, ways=(Way.LEFT,)),
         "left | leftward | leftwards | to the left | to my left | to your left | toward the left | "
-        "towards the left | toward my left | towards my left | back to the left | left hand | "
-        "counter clockwise | counterclockwise | anticlockwise | anti clockwise | ccw | port",
+        "towards the left | toward my left | towards my left | back to the left | sideways to the left | "
+        "sideways left | left hand | counter clockwise | counterclockwise | anticlockwise | anti clockwise | "
+        "ccw | port",
     ),
     **phrases(
         Word(Kind.WAY, ways=(Way.RIGHT,)),
         "right | rightward | rightwards | to the right | to my right | to your right | toward the right | "
-        "towards the right | toward my right | towards my right | back to the right | right hand | "
-        "clockwise | cw | starboard",
+        "towards the right | toward my right | towards my right | back to the right | "
+        "sideways to the right | sideways right | right hand | clockwise | cw | starboard",
     ),
     **phrases(Word(Kind.WAY, ways=(Way.UP,)), "up | upward | upwards | straight up | higher"),
     **phrases(Word(Kind.WAY, ways=(Way.DOWN,)), "down | downward | downwards | straight down | lower down"),
@@ -156,8 +162,8 @@ _UNITS: Table = {
     **phrases(Word(Kind.UNIT, dimension=Dimension.ANGLE, number=57.29577951308232), "rad | rads | radian | radians"),
     **phrases(
         Word(Kind.UNIT, dimension=Dimension.OTHER),
-        "s | sec | secs | second | seconds | minute | minutes | time | times | % | percent | units | "
-        "unit | tiles | m/s | km/h | moves | racks",
+        "s | sec | secs | second | seconds | minute | minutes | time | times | % | percent | units | unit | "
+        "tiles | m/s | km/h | moves | racks",
     ),
 }
 
@@ -193,15 +199,18 @@ _SCOPES: Table = {
     ),
     **phrases(
         Word(Kind.NOT),
-        "can not | cannot | can't | cant | did not | didn't | could not | couldn't | would not | "
-        "wouldn't | does not | doesn't | has not | hasn't | have not | haven't | had not | hadn't | "
-        "is not | isn't | are not | aren't | was not | wasn't | no need | no reason | no point | no use | "
-        "nor | neither | instead of | rather than | without | avoid | avoiding | unable | refrain | "
-        "prevents | prevent | stop turning | stop rotating | stop walking | stop looking | stop going | "
-        "no longer | no turn | no rotation | no turning | no further | forbidden | impossible | fail | "
-        "failed | against",
+        "can not | cannot | can't | cant | did not | didn't | could not | couldn't | would not | wouldn't | "
+        "does not | doesn't | has not | hasn't | have not | haven't | had not | hadn't | is not | isn't | "
+        "are not | aren't | was not | wasn't | no need | no reason | no point | no use | nor | neither | "
+        "instead of | rather than | without | avoid | avoiding | unable | refrain | prevents | prevent | "
+        "stop turning | stop rotating | stop walking | stop looking | stop going | no longer | no turn | "
+        "no rotation | no turning | no further | forbidden | impossible | fail | failed | against",
     ),
-    **phrases(Word(Kind.POSSIBLE), "can | could | may | might | able | possible | either | possibly | maybe | perhaps"),
+    **phrases(
+        Word(Kind.POSSIBLE),
+        "can | could | told to | was asked to | were asked to | may | might | able | possible | either | "
+        "possibly | maybe | perhaps",
+    ),
     **phrases(
         Word(Kind.CONDITION),
         "if | whether | when | whenever | once | unless | until | till | before | because | in case | "
@@ -209,14 +218,14 @@ _SCOPES: Table = {
     ),
     **phrases(
         Word(Kind.EXAMPLE),
-        "example | examples | e.g | eg | such as | for instance | you said | i said | options | "
-        "options are | possible movements",
+        "says | reads | example | examples | eg | such as | for instance | you said | i said | options | options are | "
+        "possible movements",
     ),
     **phrases(
         Word(Kind.FRESH),
-        "i | i'll | i will | i shall | will | shall | let | let's | let me | lets | we | i should | "
-        "should | must | i must | i am | i'm | i need | instead | just | only | rather | simply | "
-        "i am going to | i'm going to",
+        "i | i'll | i will | i shall | will | shall | let | let's | let me | lets | we | i should | should | "
+        "must | i must | i am | i'm | i need | instead | just | only | rather | simply | i am going to | "
+        "i'm going to",
     ),
     **phrases(
         Word(Kind.SEE),
@@ -234,16 +243,16 @@ _SCOPES: Table = {
     **phrases(Word(Kind.OR), "or | and/or"),
     **phrases(
         Word(Kind.CLOSE),
-        "toward | towards | into | through | along | past | from | near | until reaching | in | on | "
-        "onto | with | within | across | over | under | off | around the | around | back to the | "
-        "back to my | back to where | down the | up the | up to | down to | ahead of | ahead is | "
-        "in front | behind | beside | on the left | on the right | on my left | on my right | "
-        "on your left | on your right | at the left | at the right | from the left | from the right | "
-        "left behind | left over | right now | right away | right here | right there | right ahead | "
-        "right behind | right next | right in front | right up | right past | right through | right into | "
-        "right to the | all right | left side of | right side of | left and right | right and left | "
-        "closer | away | facing | approaching | following | keeping | aligning | getting | heading | "
-        "which | that | who | where",
+        "toward | towards | into | through | along | past | from | near | until reaching | in | on | onto | "
+        "with | within | sideways | aside | across | over | under | off | around the | turn around the | "
+        "turning around the | turned around the | move around | go around | back to the | back to my | "
+        "back to where | down the | up the | ahead of | ahead is | in front | behind | beside | "
+        "on the left | on the right | on my left | on my right | on your left | on your right | "
+        "at the left | at the right | from the left | from the right | left behind | left over | right now | "
+        "right away | right here | right there | right ahead | right behind | right next | right in front | "
+        "right up | right past | right through | right into | right to the | all right | left side of | "
+        "right side of | left and right | right and left | closer | away | facing | approaching | "
+        "following | keeping | aligning | getting | heading | which | that | who | where",
     ),
 }
 
@@ -251,7 +260,11 @@ _FILLERS: Table = {
     **phrases(
         Word(Kind.GAZE), "gaze | eyes | view | camera | sight | line of sight | eye | viewpoint | my head | your head"
     ),
-    **phrases(Word(Kind.BY), "by | for | approximately | about | roughly | around about | by about | of about | ~"),
+    **phrases(
+        Word(Kind.BY),
+        "by | for | approximately | approx | ca | about | roughly | around | by about | of about | between | "
+        "at least | at most | no more than | not more than",
+    ),
     **phrases(Word(Kind.TO), "to | up by | to about"),
     **phrases(Word(Kind.OF), "of"),
     **phrases(Word(Kind.AT), "at | at an angle of | at a bearing of"),
@@ -261,11 +274,11 @@ _FILLERS: Table = {
         "once more | again | next | first | last | final | final answer | answer | action | movement | "
         "command | decision | single | this | is to | was to | be to | ok | okay | direction | distance | "
         "angle | side | around my axis | in place | small | short | large | big | good | whole | sharp | "
-        "slight | gentle | quick | additional | diagonally | diagonal | sideways | also | want | need | "
-        "going | have to | try | decide | decided | choose | chosen | plan | intend | think | believe | "
-        "best | next step | first step | last step | previous step | final step | current step | "
-        "the next step | second step | each step | every step | one step at a time | not only | not just | "
-        "or so | immediately | all the way | here's | here is | result | output | response | instruction | "
+        "slight | gentle | quick | additional | diagonally | diagonal | also | want | need | going | "
+        "have to | try | decide | decided | choose | chosen | plan | intend | think | believe | best | "
+        "next step | first step | last step | previous step | final step | current step | the next step | "
+        "second step | each step | every step | one step at a time | not only | not just | or so | "
+        "immediately | all the way | here's | here is | go ahead and | result | output | response | instruction | "
         "previously | already | straight line | in a straight line | maximum | total | extra | as | "
         "would be | will be | hand side | hand",
     ),

@@ -11,12 +11,14 @@ _DEGREE = Word(Kind.UNIT, dimension=Dimension.ANGLE, number=1.0)
 _FORWARD, _BACK = Word(Kind.WAY, ways=(Way.FORWARD,)), Word(Kind.WAY, ways=(Way.BACK,))
 _LEFT, _RIGHT = Word(Kind.WAY, ways=(Way.LEFT,)), Word(Kind.WAY, ways=(Way.RIGHT,))
 _UP, _DOWN = Word(Kind.WAY, ways=(Way.UP,)), Word(Kind.WAY, ways=(Way.DOWN,))
-_MOVE, _TURN, _LOOK = (Word(Kind.VERB, act=act) for act in (Act.MOVE, Act.TURN, Act.LOOK))
+_MOVE, _TURN, _LOOK = (Word(Kind.VERB, act=act, goes=True) for act in (Act.MOVE, Act.TURN, Act.LOOK))
 _AROUND = Word(Kind.VERB, act=Act.TURN, ways=(Way.AROUND,), number=180.0)
 
 GERMAN: Table = {
     **phrases(_MOVE, "gehe | geh | laufe | lauf | bewege | beweg | fahre | schwebe"),
-    **phrases(Word(Kind.VERB, act=Act.MOVE, side=Side.BEFORE), "gehen | laufen | bewegen | fahren | schweben"),
+    **phrases(
+        Word(Kind.VERB, act=Act.MOVE, side=Side.BEFORE, goes=True), "gehen | laufen | bewegen | fahren | schweben"
+    ),
     **phrases(_TURN, "drehe | dreh | rotiere"),
     **phrases(Word(Kind.VERB, act=Act.TURN, side=Side.BEFORE), "drehen | rotieren"),
     **phrases(_AROUND, "umdrehen | drehe mich um | dreh dich um | drehe dich um | kehre um"),
@@ -34,10 +36,11 @@ GERMAN: Table = {
     **phrases(_DEGREE, "grad"),
     **phrases(Word(Kind.STAY), "bleibe stehen | bleib stehen | stehen bleiben | bleibe hier | bleib hier"),
     **phrases(Word(Kind.PAUSE), "warte | warten | bleibe | bleib"),
-    **phrases(Word(Kind.NOT, reach="both"), "nicht"),
+    **phrases(Word(Kind.NOT, reach="both", decides=True), "nicht"),
     **phrases(Word(Kind.NOT), "ohne | statt | anstatt"),
     **phrases(Word(Kind.POSSIBLE), "kann | könnte | vielleicht"),
     **phrases(Word(Kind.CONDITION), "wenn | falls | weil | bevor | ob"),
+    **phrases(Word(Kind.EXAMPLE), "beispiel | beispiele | zum beispiel"),
     **phrases(Word(Kind.JOIN), "und | dann | sondern | aber"),
     **phrases(Word(Kind.OR), "oder"),
     **phrases(Word(Kind.FRESH), "ich | werde | ich werde | stattdessen"),
@@ -66,13 +69,14 @@ SPANISH: Table = {
     **phrases(_CENTIMETRE, "centímetro | centímetros"),
     **phrases(_STEPS, "paso | pasos"),
     **phrases(_DEGREE, "grado | grados"),
-    **phrases(Word(Kind.STAY), "quédate | quedarme | me quedo | me quedaré | quedarse"),
+    **phrases(Word(Kind.STAY), "no te muevas | quédate | quedarme | me quedo | me quedaré | quedarse"),
     **phrases(Word(Kind.PLACE), "quieto | quieta | aquí"),
     **phrases(
         Word(Kind.NOT),
-        "no avances | no avanzar | no gires | no girar | no te muevas | no voy a | no debo | no puedo | sin",
+        "no avances | no avanzar | no gires | no girar | no voy a | no debo | no puedo | sin",
     ),
     **phrases(Word(Kind.POSSIBLE), "puedo | podría"),
+    **phrases(Word(Kind.EXAMPLE), "ejemplo | ejemplos | por ejemplo"),
     **phrases(Word(Kind.JOIN), "y | luego | y luego | pero | después"),
     **phrases(Word(Kind.OR), "o"),
     **phrases(Word(Kind.SMALL), "un poco | ligeramente"),
@@ -84,7 +88,7 @@ SPANISH: Table = {
 FRENCH: Table = {
     **phrases(Word(Kind.VERB, act=Act.MOVE, ways=(Way.FORWARD,)), "avance | avancer | avancez | avancerai"),
     **phrases(Word(Kind.VERB, act=Act.MOVE, ways=(Way.BACK,)), "recule | reculer | reculez | reculerai"),
-    **phrases(_MOVE, "déplace | déplacer | marche | marcher"),
+    **phrases(_MOVE, "bouge | bouger | déplace | déplacer | marche | marcher"),
     **phrases(_TURN, "tourne | tourner | tournez | tournerai | pivote | pivoter"),
     **phrases(_AROUND, "fais demi tour | faire demi tour | demi tour"),
     **phrases(_LOOK, "regarde | regarder | regardez"),
@@ -99,9 +103,11 @@ FRENCH: Table = {
     **phrases(_DEGREE, "degré | degrés"),
     **phrases(Word(Kind.STAY), "reste | rester | restez"),
     **phrases(Word(Kind.PLACE), "ici | sur place | immobile"),
-    **phrases(Word(Kind.NOT, reach="both"), "pas"),
-    **phrases(Word(Kind.NOT), "ne | sans | au lieu de"),
+    **phrases(Word(Kind.NOT, reach="both", decides=True), "pas"),
+    **phrases(Word(Kind.NOT, decides=True), "ne | n"),
+    **phrases(Word(Kind.NOT), "sans | au lieu de"),
     **phrases(Word(Kind.POSSIBLE), "peux | pourrais"),
+    **phrases(Word(Kind.EXAMPLE), "exemple | exemples | par exemple"),
     **phrases(Word(Kind.JOIN), "et | puis | et puis | ensuite | mais"),
     **phrases(Word(Kind.OR), "ou"),
     **phrases(Word(Kind.SMALL), "un peu | légèrement"),

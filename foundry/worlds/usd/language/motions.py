@@ -98,7 +98,7 @@ BEARINGS = {
 _SIDES = {Way.LEFT: 1.0, Way.RIGHT: -1.0}
 _VERTICAL = {Way.UP: 1.0, Way.DOWN: -1.0}
 _HALF_TURN = 180.0
-_BARE = {act: Word(Kind.VERB, act=act) for act in Act}
+_BARE = {act: Word(Kind.VERB, act=act, goes=True) for act in Act}
 _TURNS = frozenset(("half", "quarter", "quarters", "full", "halben", "halbe"))
 
 
@@ -170,7 +170,7 @@ def _gaze(verb: Word, said: Arguments, ways: Collection[Way], *, angular: bool) 
 
 def _goes_forward(verb: Word, said: Arguments, ways: Collection[Way]) -> bool:
     """Tell whether only a distance is named, and nothing to go to: "walk 2 m"."""
-    if ways or said.closed or said.angle is not None or verb.form is Form.PAST or said.amount is None:
+    if not verb.goes or ways or said.closed or said.angle is not None or verb.form is Form.PAST or said.amount is None:
         return False
     return said.amount.dimension in (Dimension.LENGTH, Dimension.STEP)
 

@@ -22,16 +22,8 @@ class Bar(Enum):
 _CARRIED = frozenset(("and", "&", "und", "y", "et", "nor"))
 _BINDING = frozenset(
     (
-        Kind.FILLER,
-        Kind.TO,
-        Kind.FRESH,
-        Kind.BY,
-        Kind.ARTICLE,
-        Kind.POSSIBLE,
-        Kind.PLACE,
-        Kind.WAY,
-        Kind.AMOUNT,
-        Kind.SMALL,
+        *(Kind.VERB, Kind.STAY, Kind.PAUSE, Kind.WAY, Kind.AMOUNT, Kind.SMALL, Kind.POSSIBLE),
+        *(Kind.FILLER, Kind.TO, Kind.FRESH, Kind.BY, Kind.ARTICLE, Kind.PLACE),
     )
 )
 _RESETS = frozenset(("instead", "rather", "stattdessen"))
@@ -64,7 +56,7 @@ class Scopes:
     def _pass(self, token: Token) -> Bar | None:
         """Take one token into account and return what bars it."""
         if token.kind is Kind.NOT:
-            self._not = Bar.WILL_NOT if token.word.decides else Bar.NOT
+            self._not = _bar_of(token)
         elif token.kind is Kind.SEE or token.text in _RESETS:
             self._not, self._perhaps = None, False
         elif token.kind is Kind.POSSIBLE:
@@ -73,7 +65,7 @@ class Scopes:
             self._condition = True
         elif token.kind is Kind.EXAMPLE:
             return Bar.EXAMPLE
-        elif token.kind is not Kind.VERB and token.kind not in _BINDING:
+        elif token.kind not in _BINDING:
             self._perhaps = False
         if self._not is not None:
             return self._not
@@ -81,12 +73,18 @@ class Scopes:
 
 
 def _bar_backwards(tokens: Sequence[Token], bars: list[Bar | None]) -> None:
-    """Bar the verb before a negation that follows it: "gehe nicht"."""
+    """Bar the verb before a word that follows it: "gehe nicht"."""
     for at, token in enumerate(tokens):
-        if token.kind is not Kind.NOT or token.word.reach == "after":
+        if token.word.reach == "after":
             continue
         verbs = [earlier for earlier in range(at) if tokens[earlier].kind is Kind.VERB]
         if verbs:
-            bars[verbs[-1]] = bars[verbs[-1]] or Bar.NOT
+            bars[verbs[-1]] = bars[verbs[-1]] or _bar_of(token)
         if token.word.reach == "before":
-            bars[at:] = [None if bar is Bar.NOT or bar is Bar.WILL_NOT else bar for bar in bars[at:]]
+            bars[at:] = [None if bar is _bar_of(token) else bar for bar in bars[at:]]
+
+
+def _bar_of(token: Token) -> Bar:
+    if token.kind is Kind.POSSIBLE:
+        return Bar.PERHAPS
+    return Bar.WILL_NOT if token.word.decides else Bar.NOT

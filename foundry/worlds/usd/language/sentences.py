@@ -17,6 +17,10 @@ MAX_WORDS = 1000
 MAX_REACH = 500
 """Characters before and after such a word that are taken for its sentence."""
 
+_AT_CUT = 20
+"""Tokens that are left out where a sentence had to be cut, for they may be parts of others."""
+
+_NUMERIC = (Kind.DIGITS, Kind.NUMBER, Kind.UNIT)
 _END = re.compile(r"[!?;。\n]|\.(?!\d)")
 
 
@@ -47,11 +51,13 @@ class Sentence:
         segments: its parts in order.
         question: whether it ends with a question mark.
         whole: whether it was read from its beginning.
+        cut: whether it was too long to be read to its end.
     """
 
     segments: Sequence[Segment]
     question: bool
     whole: bool
+    cut: bool
 
 
 def find_sentences(text: str) -> list[Sentence]:
@@ -65,9 +71,11 @@ def find_sentences(text: str) -> list[Sentence]:
         before = list(_END.finditer(text, first, match.start()))
         start = before[-1].end() if before else first
         end = _END.search(text, match.end(), match.end() + MAX_REACH)
+        goes_on = found[-1].cut if found and start == read_to else False
         read_to = end.end() if end else min(len(text), match.end() + MAX_REACH)
-        whole = start == 0 or bool(_END.match(text, start - 1))
-        found.append(_sentence(text[start:read_to], end is not None and end[0] == "?", whole))
+        whole = not goes_on and (start == 0 or bool(_END.match(text, start - 1)))
+        cut = end is None and read_to < len(text)
+        found.append(_sentence(text[start:read_to], whole=whole, goes_on=goes_on, cut=cut))
     return found
 
 
@@ -86,19 +94,22 @@ def last_sentence(text: str) -> str:
     return text[low : end.end() if end else len(text)] if last else ""
 
 
-def _sentence(text: str, question: bool, whole: bool) -> Sentence:
-    return Sentence(_segments(_without_asides(with_amounts(tokens(text)))), question, whole)
+def _sentence(text: str, *, whole: bool, goes_on: bool, cut: bool) -> Sentence:
+    """Return a sentence; where it had to be cut, without what lies at the cut."""
+    found = with_amounts(_without_asides(tokens(text)))
+    segments = _segments(found[:-_AT_CUT] if cut else found)
+    return Sentence(segments[1:] if goes_on else segments, text.endswith("?"), whole, cut)
 
 
 def _without_asides(found: Sequence[Token]) -> list[Token]:
-    """Drop an amount in brackets right behind an amount: "2 m (about 6 feet) forward"."""
+    """Drop what repeats an amount in brackets: "two (2) metres", "2 m (about 6 feet) forward"."""
     kept: list[Token] = []
     position = 0
     while position < len(found):
         token = found[position]
-        if token.text == "(" and kept and kept[-1].kind is Kind.AMOUNT:
+        if token.text == "(" and kept and kept[-1].kind in _NUMERIC:
             inner = position + 1
-            while inner < len(found) and found[inner].kind in (Kind.AMOUNT, Kind.BY, Kind.FILLER):
+            while inner < len(found) and found[inner].kind in (*_NUMERIC, Kind.BY, Kind.FILLER, Kind.ARTICLE):
                 inner += 1
             if inner < len(found) and found[inner].text == ")":
                 position = inner + 1

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-import unicodedata
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 from foundry.worlds.usd.language.asian import CHINESE, JAPANESE
 from foundry.worlds.usd.language.english import ENGLISH
 from foundry.worlds.usd.language.european import FRENCH, GERMAN, SPANISH
-from foundry.worlds.usd.language.words import Act, Kind, Table, Word
+from foundry.worlds.usd.language.words import Act, Dimension, Kind, Table, Word
 
 LEXICON: Table = {**FRENCH, **SPANISH, **GERMAN, **CHINESE, **JAPANESE, **ENGLISH}
 
@@ -18,23 +17,29 @@ _CJK = "\u3005\u3007\u3040-\u30ff\u3400-\u9fff"
 _LETTER = rf"[^\W\d_{_CJK}]"
 _COMMANDING = (Kind.VERB, Kind.WAY, Kind.STAY, Kind.PAUSE)
 
-_FRACTIONS = str.maketrans(
-    {sign: f" {unicodedata.normalize('NFKC', sign)}" for sign in "½⅓⅔¼¾⅕⅖⅗⅘⅛⅜⅝⅞"} | {"º": "°", "˚": "°"}
-)
-_MARKS = str.maketrans(
-    dict.fromkeys('*_`#>"“”„«»「」『』$\\~\u200b\ufeff', " ")
+_FULL_WIDTH = {0xFEE0 + code: code for code in range(0x21, 0x7F)}
+_FRACTIONS = {"½": " 1/2", "⅓": " 1/3", "⅔": " 2/3", "¼": " 1/4", "¾": " 3/4", "⅛": " 1/8"}
+_PLAIN = str.maketrans(
+    {**{chr(wide): chr(code) for wide, code in _FULL_WIDTH.items()}, **_FRACTIONS}
     | dict.fromkeys("’‘ʼ", "'")
-    | {"⁄": "/", "−": "-", "|": ","}
+    | dict.fromkeys("–—−", "-")
+    | dict.fromkeys("º˚", "°")
+    | dict.fromkeys("\t\r\v\f\u00a0\u2009\u202f\u3000\u200b\ufeff", " ")
+    | {"～": "~", "〜": "~", "⁄": "/", "㍍": "メートル", "…": ".", "。": "。"}
 )
-_LATEX = re.compile(r"\^?\s?\{?\\circ\}?|\\degree")
+_MARKS = str.maketrans(dict.fromkeys('*_`#>"“”„«»「」『』$\\~', " ") | {"|": ","})
+_LATEX = re.compile(r"\^?\{?\\(?:circ|degree)\}?")
 _LATEX_COMMAND = re.compile(r"\\[a-z]{1,20}")
 _TAG = re.compile(r"</?[a-zA-Z][^<>\n]{0,40}>")
-_CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z][a-z])")
-_ABBREVIATION = re.compile(r"\b(?:(deg|ft|in|yd)\.(?=[ \t]+[a-z])|(approx|ca|e\.g|i\.e)\.(?=[\s,]))", re.IGNORECASE)
-_RANGE = re.compile(r"(?<=\d)[ \t]?[~〜–—-][ \t]?(?=\d)")
-_HYPHEN = re.compile(rf"(?<=\w)-(?={_LETTER})")
-_WRAPPED = re.compile(r"(?<=[^\n]{60})(?<=[a-z])[ \t]?\n(?=[a-z])|(?<=,)[ \t]{0,3}\n")
-_BLANKS = re.compile(r"[^\S\n]{2,}|[^\S\n ]")
+_CAMEL = re.compile(r"[A-Z](?<=[a-z].)(?=[a-z])")
+_ABBREVIATION = re.compile(
+    r"\.(?:(?:(?<=\bdeg.)|(?<=\bft.)|(?<=\bin.)|(?<=\byd.))(?= [a-z])|(?<=\bapprox.)|(?<=\bca.))", re.IGNORECASE
+)
+_TILDE_RANGE = re.compile(r"~(?:(?<=\d.)|(?<=\d .))")
+_SPACED_RANGE = re.compile(r" -(?<=\d..) ?(?=\d)")
+_RANGE = re.compile(r"-(?<=\d.) (?=\d)")
+_HYPHEN = re.compile(rf"-(?<=\w.)(?={_LETTER})")
+_WRAPPED = re.compile(r"\n(?:(?<=,\n)|(?<=[^\n]{60}[a-z]\n)(?=[a-z]))")
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,35 +65,47 @@ class Token:
 
 
 def cleaned(text: str) -> str:
-    """Return the text in lower case without markdown, tags and LaTeX, in compatible characters, on unwrapped lines."""
-    text = unicodedata.normalize("NFKC", text.translate(_FRACTIONS))
+    """Return the text in lower case, its lines unwrapped, without markdown, tags and LaTeX."""
+    text = text.translate(_PLAIN)
     if "\\" in text:
         text = _LATEX_COMMAND.sub(" ", _LATEX.sub("°", text))
     if "<" in text:
         text = _TAG.sub("\n", text)
-    text = _CAMEL.sub(" ", text)
-    text = _ABBREVIATION.sub(r"\1\2 ", text)
-    text = _RANGE.sub("-", text).translate(_MARKS).lower()
-    return _BLANKS.sub(" ", _WRAPPED.sub(" ", _HYPHEN.sub(" ", text)))
+    text = _CAMEL.sub(r" \g<0>", text)
+    text = _ABBREVIATION.sub(" ", text.replace("e.g.", "eg ").replace("E.g.", "eg ").replace("i.e.", ", "))
+    text = _HYPHEN.sub(" ", _RANGE.sub("-", _SPACED_RANGE.sub("-", _TILDE_RANGE.sub("-", text))))
+    text = text.translate(_MARKS)
+    while "  " in text:
+        text = text.replace("  ", " ")
+    return _WRAPPED.sub(" ", text.replace(" \n", "\n")).lower()
 
 
 def _alternatives(names: Iterable[str]) -> str:
-    """Return an expression for any of the names, the longest first; a Latin one must not go on."""
-    ordered = sorted(names, key=len, reverse=True)
-    latin = [re.escape(name) for name in ordered if re.fullmatch(_LETTER, name[-1])]
-    other = [re.escape(name) for name in ordered if not re.fullmatch(_LETTER, name[-1])]
-    return rf"{'|'.join(other)}|(?:{'|'.join(latin)})(?!{_LETTER})"
+    """Return an expression for any of the names, the longest first; a Latin one is a whole word."""
+    latin: dict[str, list[str]] = {}
+    other: dict[str, list[str]] = {}
+    for name in sorted(names, key=lambda name: (-len(name), name)):
+        is_latin = bool(re.fullmatch(_LETTER, name[0]))
+        rest = re.escape(name[1:]) + (rf"(?!{_LETTER})" if is_latin else "")
+        (latin if is_latin else other).setdefault(name[0], []).append(rest)
+    return rf"(?=[{''.join(latin)}])(?<!{_LETTER})(?:{_branches(latin)})|{_branches(other)}"
+
+
+def _branches(by_first: dict[str, list[str]]) -> str:
+    return "|".join(f"{re.escape(first)}(?:{'|'.join(rests)})" for first, rests in by_first.items())
 
 
 _NUMBER = r"(?:(?<![^\s(:=,])[-+])?(?:\d{1,9} ?/ ?\d{1,9}(?![\d.,/])|\d+(?:[.,]\d+)*|(?<!\d)\.\d+)"
 _TOKEN = re.compile(
     rf"(?P<digits>{_NUMBER})|(?P<known>{_alternatives(LEXICON)})|(?P<unknown>{_LETTER}+|[{_CJK}])"
-    r"|(?P<or>/)|(?P<range>(?<=\d)-(?=\d))|(?P<mark>->|=>| - |[,:()\[\]{}=—–…、・])"
+    r"|(?P<or>/)|(?P<range>(?<=\d)-(?=\d)|\^)|(?P<mark>->|=>| - |[,:()\[\]{}=、・])"
 )
 _COMMAND = re.compile(
-    rf"(?<!{_LETTER})(?:"
-    + _alternatives(name for name, word in LEXICON.items() if word.kind in _COMMANDING and word.act is not Act.MAKE)
-    + ")"
+    _alternatives(
+        name
+        for name, word in LEXICON.items()
+        if (word.kind in _COMMANDING and word.act is not Act.MAKE) or word.dimension is Dimension.STEP
+    )
 )
 _UNKNOWN, _DIGITS = Word(Kind.UNKNOWN), Word(Kind.DIGITS)
 _ADVERB, _SHORTEST_ADVERB = Word(Kind.FILLER), 5

@@ -100,10 +100,11 @@ class Word:
         form: of a verb.
         side: of a verb: where its direction and amount stand.
         ways: the directions it names or, for a verb, implies; two make a diagonal.
+        goes: of a verb: whether a distance alone makes it go forward: "walk 2 m".
         number: value of a number, factor of a unit; of a verb the degrees it implies, or 0.
         scale: the number multiplies the one before it: "hundred".
         dimension: of a unit.
-        reach: of a negation: `after`, `before` (the verb before it) or `both`.
+        reach: of a negation or possibility: `after`, `before` (the verb before it) or `both`.
         negated: of a verb: whether its form says "not".
         decides: of a negation: whether not moving is what it decides ("will not", unlike "cannot").
     """
@@ -113,6 +114,7 @@ class Word:
     form: Form = Form.PLAIN
     side: Side = Side.AFTER
     ways: tuple[Way, ...] = ()
+    goes: bool = False
     number: float = 0.0
     scale: bool = False
     dimension: Dimension | None = None

@@ -1,0 +1,51 @@
+"""Reads the lines of a run's record files, and sees to it that they are the ones the run wrote."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import TypeVar
+
+import msgspec
+
+from foundry.errors import RecordError
+from foundry.records import Record, RunSummary
+from foundry.store import RunFolder
+
+COMPLETE, FAILED, UNFINISHED, NOT_STARTED = "complete", "failed", "unfinished", "not started"
+"""How a run stands; the first two as in `run.json`."""
+
+STEPS, MESSAGES, EPISODE = "steps.jsonl", "messages.jsonl", "episode.jsonl"
+"""The record files."""
+
+_Line = TypeVar("_Line", bound=Record)
+
+
+def read_lines(
+    folder: RunFolder, name: str, content: bytes, summary: RunSummary | None, kind: type[_Line]
+) -> list[_Line]:
+    """Return the lines of a record file; the torn last line of a run that has not ended is left out.
+
+    Raises:
+        RecordError: the file is damaged, or is not the one that the run wrote.
+    """
+    file = folder.path / name
+    if summary is None:
+        content = content[: content.rfind(b"\n") + 1]
+    else:
+        _check_digest(file, content, summary)
+    try:
+        return msgspec.json.Decoder(kind).decode_lines(content)
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise RecordError(f"{file} cannot be read: {error}") from error
+
+
+def _check_digest(file: Path, content: bytes, summary: RunSummary) -> None:
+    expected = summary.records_sha256.get(file.name)
+    if expected is None and summary.status != COMPLETE:
+        return
+    if hashlib.sha256(content).hexdigest() != expected:
+        raise RecordError(
+            f"{file} is not the file that the run wrote (its SHA-256 differs from run.json): "
+            "restore it, or delete the run's folder and run it again."
+        )

@@ -1,0 +1,117 @@
+"""Scenes: time to load, frames per second beside a bare VTK loop, two workers, and a whole scripted run in `kibo`."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from joblib.externals.loky import ProcessPoolExecutor
+from measuring import at_least, at_most, print_table, print_title, run_sweep, scratch
+
+from foundry import paths
+
+SCENES = ("kibo", "office", "gallery")
+SIZE = (512, 384)
+FRAMES = 120
+START = {"kibo": (4.0, 20.1, 1.36), "office": (2.0, 5.0, 1.6), "gallery": (3.0, 2.0, 1.6)}
+
+
+def rate(draw: Callable[[int], Any], frames: int = FRAMES) -> float:
+    """Return frames per second of a drawing function, after a warm-up."""
+    for number in range(5):
+        draw(number)
+    started = time.perf_counter()
+    for number in range(frames):
+        draw(number)
+    return frames / (time.perf_counter() - started)
+
+
+def foundry_view(name: str) -> Callable[[int], Any]:
+    from foundry.worlds.usd.rendering import renderer_for
+    from foundry.worlds.usd.stage import load_scene
+
+    scene = load_scene(paths.assets_dir() / f"{name}.usdz")
+    renderer = renderer_for(scene, width=SIZE[0], height=SIZE[1], fov_deg=70)
+    eye = np.array(START[name])
+    return lambda number: renderer.view(eye, 3.0 * number, 0.0)
+
+
+def bare_vtk(name: str) -> Callable[[int], Any]:
+    """Return a loop that only aims and renders: the same actors, window and lens, nothing read back."""
+    from foundry.worlds.usd.directions import direction
+    from foundry.worlds.usd.rendering import renderer_for
+    from foundry.worlds.usd.stage import load_scene
+
+    foundry_view(name)(0)  # sets the lens
+    scene = load_scene(paths.assets_dir() / f"{name}.usdz")
+    renderer = renderer_for(scene, width=SIZE[0], height=SIZE[1], fov_deg=70)._view.renderer
+    eye = np.array(START[name])
+    lens, window = renderer.GetActiveCamera(), renderer.GetRenderWindow()
+
+    def draw(number: int) -> None:
+        lens.SetPosition(*eye)
+        lens.SetFocalPoint(*(eye + direction(3.0 * number, 0.0)))
+        window.Render()
+
+    return draw
+
+
+def worker_rate(name: str) -> float:
+    os.environ["LP_NUM_THREADS"] = "0"  # as foundry's workers do
+    return rate(foundry_view(name))
+
+
+def two_workers(name: str) -> float:
+    """Return the sum of the frame rates of two processes that draw at the same time."""
+    pools = [ProcessPoolExecutor(max_workers=1) for _ in range(2)]
+    try:
+        return sum(future.result() for future in [pool.submit(worker_rate, name) for pool in pools])
+    finally:
+        for pool in pools:
+            pool.shutdown(kill_workers=True)
+
+
+def load_seconds(name: str) -> float:
+    from foundry.worlds.usd.stage import load_scene
+
+    started = time.perf_counter()
+    load_scene(paths.assets_dir() / f"{name}.usdz")
+    return time.perf_counter() - started
+
+
+def run_seconds() -> float:
+    """Return the time of twenty scripted decisions in `kibo`, composing, checking and recording included."""
+    overrides = ("world=kibo", "model=scripted/wander", "world.steps=20", "runner.workers=1")
+    with scratch() as folder:
+        return run_sweep(folder / "sweep", *overrides).whole.wall_s
+
+
+def main() -> None:
+    print_title(
+        "Scenes",
+        f"{SIZE[0]} x {SIZE[1]} pixels, software drawing, {FRAMES} frames in a turn. Best of 3.",
+        "Ratios are to a loop that only has VTK render the same actors and reads nothing back.",
+    )
+    rows, worst = [], float("inf")
+    for name in SCENES:
+        loaded = load_seconds(name)
+        turns = [(rate(bare_vtk(name)), rate(foundry_view(name))) for _ in range(3)]
+        bare, ours = (max(column) for column in zip(*turns, strict=True))
+        worst = min(worst, ours / bare)
+        both = two_workers(name)
+        rows.append([name, f"{loaded:.2f}", f"{bare:.0f}", f"{ours:.0f}", f"{ours / bare:.2f}", f"{both:.0f}"])
+    columns = ["scene", "load s", "bare VTK frames/s", "foundry frames/s", "ratio", "two workers together, frames/s"]
+    print_table(columns, rows)
+    seconds = run_seconds()
+    judged = [
+        ["frames/s beside bare VTK, worst scene", f"{worst:.2f}", *at_least(worst, 0.9, "")],
+        ["20 decisions in kibo, all in", f"{seconds:.1f} s", *at_most(seconds, 10, "s")],
+    ]
+    print_table(["foundry", "measured", "target", ""], judged)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,70 @@
+"""Plays episodes of shipped worlds in the test's own process and keeps what they record."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import msgspec
+
+from foundry.build import build
+from foundry.compose import Composed, compose
+from foundry.episode import Asker, play
+from foundry.preflight import prompt_of, scenario_of
+from foundry.records import Call, CameraEpisode, CameraStep, Record, SeenImage
+
+
+@dataclass
+class Kept:
+    """What an episode recorded."""
+
+    records: list[Record] = field(default_factory=list)
+    calls: list[Call] = field(default_factory=list)
+    frames: dict[int, bytes] = field(default_factory=dict)
+
+    def append(self, records: Sequence[Record]) -> None:
+        self.records += records
+
+    def append_calls(self, calls: Sequence[Call]) -> None:
+        self.calls += calls
+
+    def frame(self, step: int, png: bytes) -> None:
+        self.frames[step] = png
+
+    @property
+    def steps(self) -> list[CameraStep]:
+        return [record for record in self.records if isinstance(record, CameraStep)]
+
+    @property
+    def images(self) -> list[SeenImage]:
+        return [record for record in self.records if isinstance(record, SeenImage)]
+
+    @property
+    def opening(self) -> CameraEpisode:
+        return next(record for record in self.records if isinstance(record, CameraEpisode))
+
+    def lines(self) -> list[bytes]:
+        return [msgspec.json.encode(record) for record in self.records if not isinstance(record, SeenImage)]
+
+
+def composed(world: str, policy: str, *overrides: str) -> Composed:
+    """Return the composed configuration of a shipped world and a scripted policy."""
+    found = compose([f"world={world}", f"model=scripted/{policy}", *overrides])
+    assert found is not None
+    return found
+
+
+async def play_through(found: Composed, seed: int, kept: Kept, *, frame_every: int = 0) -> None:
+    """Play one episode to its end."""
+    config = found.conditions[0].config
+    asker = Asker.create(build(config["model"]), prompt_of(config), digest=None, seed=seed)
+    await play(scenario_of(config).start(seed), asker, kept, frame_every=frame_every)
+
+
+def episode(world: str, policy: str, *, seed: int, steps: int | None = None) -> Kept:
+    """Play an episode and return what it recorded."""
+    kept = Kept()
+    overrides = [] if steps is None else [f"world.steps={steps}"]
+    asyncio.run(play_through(composed(world, policy, *overrides), seed, kept))
+    return kept

@@ -1,0 +1,165 @@
+"""What every 3D prompt variant must hold, and the paper's own to the letter."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import pytest
+from hydra.utils import instantiate
+from omegaconf import OmegaConf
+
+from foundry.paths import conf_dir
+from foundry.worlds.base import Question
+from foundry.worlds.usd.interpreter import JsonInterpreter, interpret
+
+VARIANTS = sorted(path.stem for path in (conf_dir() / "prompt").glob("paper3d*.yaml"))
+KIBO = OmegaConf.load(conf_dir() / "world" / "kibo.yaml")
+
+STEP_0 = {
+    "task": KIBO.task,
+    "x": 4.0,
+    "y": 20.1,
+    "z": -0.2358,
+    "yaw": 180.0,
+    "pitch": 0.0,
+    "step": 0,
+    "history": (),
+    "idle_streak": 0,
+    "target": "JAXA logo",
+    "limits": {"max_distance_m": 3.0, "max_turn_deg": 180.0, "max_gaze_deg": 60.0},
+}
+
+EXAMPLE = """\
+You are an agent standing inside the Japanese Experiment Module "Kibo" of the ISS.
+The image is your own first-person view.
+Task: Find JAXA logo and get close to it.
+Briefly say what you see and why you are moving, then state your next single
+movement in one sentence, LAST.
+Examples of the movement sentence: "move forward 2 m", "turn right 30 degrees",
+"look up 30 degrees", "stay".
+
+Movement conventions: distances are in metres unless you name another unit; angles are in degrees. \
+Turning left is counter-clockwise. You can look up or down, but not straight up or straight down.
+
+Your current pose: position (4.00, 20.10) m, heading 180 deg, gaze +0 deg.
+
+What is your next single movement?"""
+
+LONG = "I see\n\n  racks.\t" + "x" * 200
+LATER = STEP_0 | {
+    "x": -0.001,
+    "y": 19.956,
+    "yaw": 359.7,
+    "pitch": -10.4,
+    "step": 3,
+    "idle_streak": 2,
+    "history": (
+        {
+            "step": 1,
+            "reply": "I see a hatch.\nMove forward 2 m.",
+            "outcome": "move 2 m forward",
+            "pose": {"x": 2.0, "y": 20.1, "z": -0.2, "yaw": 180.0, "pitch": 0.0},
+        },
+        {
+            "step": 2,
+            "reply": LONG,
+            "outcome": "unreadable",
+            "pose": {"x": 2.0, "y": 20.1, "z": -0.2, "yaw": -90.0, "pitch": 12.5},
+        },
+    ),
+}
+
+HISTORY = f"""
+Your current pose: position (0.00, 19.96) m, heading 0 deg, gaze -10 deg.
+
+What you did recently:
+- step 1: you said "I see a hatch. Move forward 2 m." -> move 2 m forward. \
+You were then at (2.00, 20.10) m, heading 180 deg, gaze +0 deg.
+- step 2: you said "I see racks. {"x" * 147}" -> unreadable. \
+You were then at (2.00, 20.10) m, heading 270 deg, gaze +12 deg.
+
+What is your next single movement?"""
+
+NUDGE = "\n\nYou have not moved for several steps. Try something different.\n\nWhat is your next single movement?"
+
+
+def render(name: str, observation: Mapping[str, Any]) -> str:
+    prompt = instantiate(OmegaConf.load(conf_dir() / "prompt" / f"{name}.yaml"), _convert_="all")
+    (message,) = prompt.render(Question(1, 0, "move", observation))
+    return message.content
+
+
+def test_the_example_of_the_paper_is_reproduced_to_the_letter_with_the_task_of_kibo():
+    assert render("paper3d", STEP_0) == EXAMPLE
+
+
+def test_the_history_shows_flat_replies_of_160_characters_outcomes_and_poses():
+    assert render("paper3d", LATER).endswith(HISTORY)
+    assert len(re.findall(r'you said "(.*?)" ->', render("paper3d", LATER))[1]) == 160
+
+
+@pytest.mark.parametrize("streak", [0, 2, 3, 9])
+def test_the_nudge_comes_after_three_idle_decisions(streak: int):
+    assert render("paper3d", LATER | {"idle_streak": streak}).endswith(NUDGE) is (streak >= 3)
+
+
+def test_quotes_and_code_in_a_reply_are_kept_as_they_are():
+    reply = 'He said "{{ 7 * 7 }}" {% if %}'
+    entry = LATER["history"][0] | {"reply": reply}
+    assert f'you said "{reply}" ->' in render("paper3d", LATER | {"history": (entry,)})
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_every_variant_is_without_ragged_blank_lines(name: str):
+    for observation in (STEP_0, LATER, LATER | {"idle_streak": 3}, STEP_0 | {"task": "  One line.\n\n"}):
+        text = render(name, observation)
+        assert text == text.strip()
+        assert "\n\n\n" not in text
+
+
+HIDDEN = {
+    "paper3d": set(),
+    "paper3d_json": set(),
+    "paper3d_japanese": set(),
+    "paper3d_no_history": {"701", "702", "703.00", "704.00", "215", "+16", "R1", "O1"},
+    "paper3d_no_pose": {"703.00", "704.00", "215", "+16", "705.00", "706.00", "217", "-18"},
+}
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_every_variant_shows_what_it_should_and_nothing_else(name: str):
+    pose = {"x": 703, "y": 704, "z": 791, "yaw": 215, "pitch": 16}
+    seen = {"x": 705, "y": 706, "z": 792, "yaw": 217, "pitch": -18, "step": 793, "idle_streak": 3, "task": "T1"}
+    history = [{"step": step, "reply": "R1", "outcome": "O1", "pose": pose} for step in (701, 702)]
+    secret = {"way": [[794, 795]], "near": 796, "reached": 797, "target_yaw": 798.5, "target_pitch": 799.5}
+    text = render(name, STEP_0 | seen | secret | {"history": history})
+    shown = set(re.findall(r"[+-]?\d{2,}(?:\.\d+)?|[A-Z]\d", text)) - {"30"}
+    expected = {"701", "702", "703.00", "704.00", "215", "+16", "705.00", "706.00", "217", "-18", "R1", "O1", "T1"}
+    assert shown == expected - HIDDEN[name]
+
+
+def test_the_nudge_belongs_to_the_memory():
+    assert "several steps" not in render("paper3d_no_history", LATER | {"idle_streak": 5})
+    assert "several steps" in render("paper3d_no_pose", LATER | {"idle_streak": 5})
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_a_model_that_repeats_its_prompt_moves_nothing(name: str):
+    bare = LATER | {"history": ()}
+    for observation in (STEP_0, bare, bare | {"idle_streak": 3}):
+        text = render(name, observation)
+        for command in (interpret(text), JsonInterpreter().read(text)):
+            assert command.idle, (command, text)
+
+
+def test_the_examples_of_the_japanese_prompt_are_understood():
+    shown = re.findall(r"「(.*?)」", render("paper3d_japanese", STEP_0))
+    read = [interpret(sentence) for sentence in shown]
+    assert [(command.translate is not None, command.turn, command.gaze, command.stay) for command in read] == [
+        (True, None, None, False),
+        (False, -30.0, None, False),
+        (False, None, 30.0, False),
+        (False, None, None, True),
+    ]

@@ -1,0 +1,127 @@
+"""The command line in 3D worlds, the images that models are sent included."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+from pathlib import Path
+
+import pytest
+
+from commands import foundry, records, statuses
+from foundry import paths
+from foundry.cli import run
+from foundry.store import SweepFolder
+from ollama_cases import Body
+from ollama_server import OllamaServer
+
+SHORT = ("world.steps=2", "analyze=false", "runner.workers=1", "output.dir=out")
+
+
+def answer(body: Body) -> str:
+    return "I see racks. Move forward 0.5 m."
+
+
+def test_images_go_to_ollama_as_base64_beside_the_prompt(workspace: Path):
+    with OllamaServer(answer) as server:
+        done = foundry("world=kibo_paper", "model=qwen2.5vl:3b", *SHORT, cwd=workspace, OLLAMA_HOST=server.url)
+        assert done.returncode == 0, done.stdout + done.stderr
+    (only,) = SweepFolder.open(workspace / "out").runs()
+    first, second = server.bodies
+    (message,) = first["messages"]
+    assert message["content"].endswith("What is your next single movement?")
+    sent = base64.b64decode(message["images"][0], validate=True)
+    assert sent == (only.path / "images" / "step_0001.png").read_bytes()
+    assert 'you said "I see racks. Move forward 0.5 m."' in second["messages"][0]["content"]
+    assert (first["options"]["num_ctx"], first["think"], first["truncate"]) == (8192, False, False)
+    logged = next(only.calls()).messages[0]
+    assert "images" not in logged and len(logged["images_sha256"][0]) == 64
+
+
+def test_jpeg_is_sent_when_asked_for(workspace: Path):
+    arguments = ("world=kibo_paper", "model=qwen2.5vl:3b", "world.image_format=jpeg", *SHORT)
+    with OllamaServer(answer) as server:
+        assert foundry(*arguments, cwd=workspace, OLLAMA_HOST=server.url).returncode == 0
+    sent = base64.b64decode(server.bodies[0]["messages"][0]["images"][0])
+    (only,) = SweepFolder.open(workspace / "out").runs()
+    assert sent[:3] == b"\xff\xd8\xff" and sent == (only.path / "images" / "step_0001.jpg").read_bytes()
+
+
+def test_a_model_that_cannot_see_is_refused_before_the_sweep_starts(workspace: Path):
+    with OllamaServer(answer) as server:
+        done = foundry("world=kibo", "model=qwen3:4b", *SHORT, cwd=workspace, OLLAMA_HOST=server.url)
+    assert done.returncode == 2
+    assert "'qwen3:4b' cannot see images" in done.stderr and server.bodies == []
+
+
+def test_a_2d_policy_is_refused_in_a_3d_world_and_the_other_way_round(
+    workspace: Path, capsys: pytest.CaptureFixture[str]
+):
+    assert run(["world=kibo", "model=scripted/herd", *SHORT]) == 2
+    assert "the world also asks move" in capsys.readouterr().err
+    assert run(["model=scripted/oracle", *SHORT]) == 2
+    assert "the world also asks message, action" in capsys.readouterr().err
+
+
+def test_one_worker_and_two_workers_write_the_same_records(workspace: Path):
+    for workers in (1, 2):
+        argv = ["-m", "world=kibo", "model=scripted/wander", "seed=0-1", *SHORT[:2], f"output.dir=w{workers}"]
+        assert run([*argv, f"runner.workers={workers}"]) == 0
+        assert statuses(Path(f"w{workers}")) == ["complete", "complete"]
+    assert records(Path("w1")) == records(Path("w2"))
+    images = [sorted((run.path / "images").iterdir()) for run in SweepFolder.open("w1").runs()]
+    again = [sorted((run.path / "images").iterdir()) for run in SweepFolder.open("w2").runs()]
+    assert [[p.read_bytes() for p in one] for one in images] == [[p.read_bytes() for p in one] for one in again]
+
+
+def test_prompt_prints_the_appendix_example_of_a_3d_run(workspace: Path, capsys: pytest.CaptureFixture[str]):
+    assert run(["prompt", "world=kibo_paper", "model=scripted/stay", "--kind", "move"]) == 0
+    out = capsys.readouterr().out
+    assert "Your current pose: position (4.00, 20.10) m, heading 180 deg, gaze +0 deg." in out
+
+
+@pytest.mark.parametrize(
+    ("reply", "expected"),
+    [
+        ("move forward 2 m", {"translate": {"bearing": 0.0, "distance": 2.0}, "turn": None, "stay": False}),
+        ("Turn right 30 degrees.", {"translate": None, "turn": -30.0, "gaze": None}),
+        ("The wall is grey.", {"translate": None, "turn": None, "gaze": None, "outcome": "unreadable"}),
+        ("move forward 9 m", {"translate": {"bearing": 0.0, "distance": 9.0}}),
+    ],
+)
+def test_interpret_prints_one_object(reply: str, expected: dict[str, object], capsys: pytest.CaptureFixture[str]):
+    assert run(["interpret", reply]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert set(said) == {"translate", "turn", "gaze", "stay", "outcome", "notes"}
+    assert expected.items() <= said.items()
+
+
+def test_interpret_clamps_with_limits(workspace: Path):
+    assert json.loads(foundry("interpret", "move forward 9 m", "--limits", cwd=workspace).stdout)["translate"] == {
+        "bearing": 0.0,
+        "distance": 3.0,
+    }
+
+
+def test_interpret_reads_a_json_string_a_line(workspace: Path, monkeypatch: pytest.MonkeyPatch, capsys):
+    monkeypatch.setattr("sys.stdin", io.StringIO('"stay"\n\n"look up 20 degrees\\nnow"\n'))
+    assert run(["interpret", "-"]) == 0
+    first, second = map(json.loads, capsys.readouterr().out.splitlines())
+    assert (first["stay"], second["gaze"]) == (True, 20.0)
+    monkeypatch.setattr("sys.stdin", io.StringIO("stay\n"))
+    assert run(["interpret", "-"]) == 2
+    assert "Line 1 is not a JSON string" in capsys.readouterr().err
+
+
+def test_scene_says_what_is_in_a_file_and_takes_a_picture(workspace: Path, capsys: pytest.CaptureFixture[str]):
+    kibo = str(paths.assets_dir() / "kibo.usdz")
+    assert run(["scene", "info", kibo]) == 0
+    out = capsys.readouterr().out
+    assert "up axis     Z" in out and "JAXA logo: /World/Emblem" in out
+    assert run(["scene", "shot", kibo, "--pose", "4,20.1,1.36,180,0", "--out", "view.png"]) == 0
+    assert run(["scene", "shot", kibo, "--out", "outside.png"]) == 0
+    assert all(Path(name).read_bytes().startswith(b"\x89PNG") for name in ("view.png", "outside.png"))
+    assert run(["scene", "shot", kibo, "--pose", "4,20"]) == 2
+    assert "not five numbers" in capsys.readouterr().err
+    assert run(["scene", "info", "nowhere.usd"]) == 2

@@ -1,0 +1,310 @@
+"""Where a body can walk, how far it is, and what can be seen from there."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from foundry.errors import InputError
+from foundry.paths import assets_dir
+from foundry.seeding import stream
+from foundry.worlds.usd.collision import Body, Collider
+from foundry.worlds.usd.navigation import Field, Navigator
+from foundry.worlds.usd.scene import Scene, SceneMesh
+from foundry.worlds.usd.stage import load_scene
+from quad_scenes import box, floor, quad, scene, wall
+
+BODY = Body(radius_m=0.25, height_m=1.6, step_m=0.25)
+EYE_M = 1.5
+
+
+def room(*things: SceneMesh) -> Scene:
+    corners = [(-3, -3), (3, -3), (3, 3), (-3, 3), (-3, -3)]
+    sides = [wall(a, b, path=f"/side_{i}") for i, (a, b) in enumerate(zip(corners[:-1], corners[1:], strict=True))]
+    return scene(floor(-3, -3, 3, 3), *sides, *things)
+
+
+def navigator(*things: SceneMesh, body: Body = BODY) -> Navigator:
+    return Navigator(Collider(room(*things)), body)
+
+
+def at(x: float, y: float, z: float = 0.0) -> np.ndarray:
+    return np.array([x, y, z])
+
+
+def field_to(nav: Navigator, x: float, y: float, z: float = 0.0) -> Field:
+    cell = nav.cell(at(x, y, z))
+    assert cell is not None
+    return nav.distance_field(np.array([cell]))
+
+
+def follow(nav: Navigator, points: np.ndarray) -> np.ndarray:
+    foot = points[0]
+    for point in points[1:]:
+        way = point - foot
+        turn, length = math.degrees(math.atan2(way[1], way[0])), math.hypot(way[0], way[1])
+        foot = nav.collider.move(foot, turn, length, nav.body, slide=False).foot
+    return foot
+
+
+def test_cells_keep_the_body_clear_of_walls():
+    nav = navigator()
+    assert np.abs(nav.places[:, :2]).max() <= 2.75
+    assert len(nav.places) == 54**2
+
+
+@pytest.mark.parametrize(("x", "y"), [(2.05, 0.05), (2.05, 2.05), (2.05, 1.05), (1.05, 2.55), (-2.05, -0.75)])
+def test_distances_over_open_floor_are_straight_lines(x: float, y: float):
+    nav = navigator()
+    field = field_to(nav, x, y)
+    straight = math.hypot(x + 0.05, y + 0.05)
+    assert nav.distance(at(-0.05, -0.05), field) == pytest.approx(straight, rel=0.03)
+    route = nav.path(at(-0.05, -0.05), field)
+    assert route is not None
+    assert route.length_m == pytest.approx(straight, rel=1e-6)
+    assert len(route.points) == 2
+
+
+def test_the_way_round_a_wall_is_hardly_longer_than_the_shortest_there_is():
+    """Two tangents and an arc around the end of the wall at (0, 1)."""
+    nav = navigator(wall((0, -3), (0, 1)))
+    reach = math.hypot(1.95, 1.05)
+    tangent = math.sqrt(reach**2 - BODY.radius_m**2)
+    side = math.atan2(1.95, 1.05)
+    shortest = 2 * tangent + BODY.radius_m * (math.tau - 2 * side - 2 * math.acos(BODY.radius_m / reach))
+    field = field_to(nav, 1.95, -0.05)
+    route = nav.path(at(-1.95, -0.05), field)
+    assert route is not None
+    assert shortest <= route.length_m + 1e-6
+    assert route.length_m <= 1.025 * shortest
+    assert route.length_m <= nav.distance(at(-1.95, -0.05), field) <= 1.035 * shortest
+    assert follow(nav, route.points) == pytest.approx(route.points[-1], abs=1e-3)
+
+
+@pytest.mark.parametrize(("gap", "reachable"), [(0.4, False), (0.9, True)])
+def test_a_gap_joins_two_rooms_if_the_body_fits(gap: float, reachable: bool):
+    nav = navigator(wall((0, -3), (0, -gap / 2)), wall((0, gap / 2), (0, 3), path="/other"))
+    field = field_to(nav, 2, 0)
+    assert math.isfinite(nav.distance(at(-2, 0), field)) == reachable
+    assert (nav.path(at(-2, 0), field) is not None) == reachable
+    assert len(nav.reachable(at(-2, 0))) == pytest.approx(len(nav.places) / (1 if reachable else 2), rel=0.01)
+
+
+@pytest.mark.parametrize(("rise", "reachable"), [(0.2, True), (0.5, False)])
+def test_ways_climb_steps_but_no_ledges(rise: float, reachable: bool):
+    nav = navigator(box("/stage", (1, -3, 0), (3, 3, rise)))
+    field = field_to(nav, 2, 0, rise)
+    route = nav.path(at(-2, 0), field)
+    assert (route is not None) == reachable
+    if route is not None:
+        assert route.length_m == pytest.approx(4.05, abs=0.1)
+        assert follow(nav, route.points)[2] == pytest.approx(rise)
+
+
+def test_stairs_lead_to_another_floor():
+    stairs = [box(f"/stair_{i}", (-1 + 0.3 * i, -3, 0), (3, -1, 0.2 * (i + 1))) for i in range(6)]
+    nav = navigator(*stairs)
+    route = nav.path(at(-2, -2), field_to(nav, 2, -2, 1.2))
+    assert route is not None
+    assert follow(nav, route.points)[2] == pytest.approx(1.2)
+
+
+def test_a_fixed_floor_height_makes_one_level():
+    place = scene(wall((0, -3), (0, 1), low=-2), box("/shelf", (1, 1, 0.5), (2, 2, 0.6)))
+    bounds = np.array([[-3, -3, -2], [3, 3, 3]])
+    nav = Navigator(Collider(place, floor_height=-0.5, bounds=bounds), BODY)
+    assert set(nav.places[:, 2]) == {-0.5}
+    assert nav.cell(at(1.5, 1.5, -0.5)) is None
+    assert nav.distance(at(-1, 0, -0.5), field_to(nav, 1, 0, -0.5)) > 2.5
+
+
+def test_the_gap_to_a_target_is_seen_from_above():
+    nav = navigator(box("/lamp", (1, -0.5, 2.0), (2, 0.5, 2.2)), box("/lamp/cord", (1.4, 0.8, 2.2), (1.5, 0.9, 2.5)))
+    target = nav.target(["/lamp"])
+    assert target.gap(at(0, 0)) == pytest.approx(1.0)
+    assert target.gap(at(1.5, 0)) == 0
+    assert target.gap(at(1.45, 1.9)) == pytest.approx(1.0)
+
+
+def test_goals_are_cells_near_the_target_that_see_it():
+    nav = navigator(box("/vase", (0.5, -0.2, 0), (0.8, 0.2, 0.5)), wall((0.2, -3), (0.2, 3)))
+    goals = nav.places[nav.goal_cells(nav.target(["/vase"]), 1.0, EYE_M)]
+    assert len(goals)
+    assert goals[:, 0].min() > 0.2
+    assert np.hypot(np.maximum(goals[:, 0] - 0.8, 0), np.maximum(np.abs(goals[:, 1]) - 0.2, 0)).max() <= 1.0
+
+
+@pytest.mark.parametrize(("opacity", "seen"), [(1.0, False), (0.2, True)])
+def test_walls_hide_and_glass_does_not(opacity: float, seen: bool):
+    nav = navigator(box("/vase", (1, -0.2, 0), (1.3, 0.2, 0.5)), wall((0.2, -3), (0.2, 3), opacity=opacity))
+    assert nav.line_of_sight(at(-1, 0, EYE_M), nav.target(["/vase"])) == seen
+
+
+def test_a_picture_flush_with_its_wall_is_seen():
+    nav = navigator(quad("/picture", [[3, -0.5, 1], [3, 0.5, 1], [3, 0.5, 2], [3, -0.5, 2]]))
+    assert nav.line_of_sight(at(-1, 0, EYE_M), nav.target(["/picture"]))
+
+
+def test_cells_over_a_wide_carpet_are_near_it():
+    nav = navigator(floor(-2.5, -2.5, 2.5, 2.5, z=0.01, path="/carpet"))
+    carpet = nav.target(["/carpet"])
+    near = carpet.is_near(nav.places, 0.3)
+    assert near.tolist() == [carpet.gap(place) <= 0.3 for place in nav.places]
+    assert near.all()
+
+
+def test_a_target_that_does_not_exist_is_refused_with_the_closest_one():
+    with pytest.raises(InputError, match=r"Prim '/vaze' not found. Did you mean '/vase'\?"):
+        navigator(box("/vase", (1, 0, 0), (2, 1, 1))).target(["/vaze"])
+
+
+def test_a_target_that_can_not_be_reached_is_infinitely_far():
+    nav = navigator(box("/vase", (1, 0, 0), (1.2, 0.2, 1)))
+    field = nav.distance_field(np.empty(0, np.int64))
+    assert nav.distance(at(0, 0), field) == math.inf
+    assert nav.path(at(0, 0), field) is None
+
+
+def test_a_foot_at_the_goal_has_no_way_to_go():
+    nav = navigator()
+    field = nav.distance_field(nav.visited(np.array([at(1, 1)]), 0.5))
+    route = nav.path(at(1.02, 1.01), field)
+    assert nav.distance(at(1.02, 1.01), field) == 0
+    assert route is not None
+    assert route.length_m == 0
+
+
+def test_a_foot_far_from_every_cell_has_no_distance():
+    nav = navigator()
+    assert nav.distance(at(9, 9), field_to(nav, 0, 0)) == math.inf
+    assert nav.reachable(at(9, 9)).size == 0
+
+
+def test_cells_are_kept_on_disk_and_read_back_the_same(tmp_path: Path):
+    collider = Collider(room(box("/table", (0, 0, 0.6), (1, 1, 0.7))))
+    first = Navigator(collider, BODY, cache=tmp_path / "cache")
+    (kept,) = (tmp_path / "cache").iterdir()
+    stamp = kept.stat().st_mtime_ns
+    second = Navigator(collider, BODY, cache=tmp_path / "cache")
+    assert kept.stat().st_mtime_ns == stamp
+    assert second.places.tolist() == first.places.tolist()
+    goal = np.array([0])
+    assert second.distance_field(goal).distance.tolist() == first.distance_field(goal).distance.tolist()
+    Navigator(collider, Body(0.3, 1.6, 0.25), cache=tmp_path / "cache")
+    assert len(list((tmp_path / "cache").iterdir())) == 2
+
+
+@pytest.mark.parametrize("damage", [b"", b"not a zip", None])
+def test_a_damaged_file_is_built_again(tmp_path: Path, damage: bytes | None):
+    collider = Collider(room())
+    first = Navigator(collider, BODY, cache=tmp_path)
+    (kept,) = tmp_path.iterdir()
+    whole = kept.read_bytes()
+    kept.write_bytes(whole[: len(whole) // 2] + b"?" + whole[len(whole) // 2 + 1 :] if damage is None else damage)
+    assert Navigator(collider, BODY, cache=tmp_path).places.tolist() == first.places.tolist()
+    assert [path.name for path in tmp_path.iterdir()] == [kept.name]
+    assert kept.read_bytes() == whole
+
+
+def test_a_random_foot_stands_free_inside_its_region_and_repeats_with_its_seed():
+    nav = navigator(wall((0, -3), (0, 2)))
+    region = np.array([[-2.5, -2.5], [0.5, 0.5]])
+    feet = [nav.random_foot(stream(seed, "start"), region, clearance_m=0.4) for seed in range(40)]
+    for foot in feet:
+        assert (foot[:2] >= region[0]).all()
+        assert (foot[:2] <= region[1]).all()
+        assert abs(foot[0]) >= 0.4
+    assert len({tuple(foot) for foot in feet}) > 30
+    assert nav.random_foot(stream(3, "start"), region, clearance_m=0.4).tolist() == feet[3].tolist()
+
+
+def test_a_random_foot_is_on_the_floor_and_not_on_the_roof():
+    nav = navigator(box("/roof", (-3, -3, 2.5), (3, 3, 2.6)), box("/table", (0, 0, 1.1), (2, 2, 1.2)))
+    assert set(nav.places[:, 2]) == {0, 2.6}
+    everywhere = np.array([[-3.0, -3.0], [3.0, 3.0]])
+    assert {nav.random_foot(stream(seed, "start"), everywhere)[2] for seed in range(20)} == {0}
+    upstairs = np.array([[-3.0, -3.0, 2.0], [3.0, 3.0, 3.0]])
+    assert nav.random_foot(stream(0, "start"), upstairs)[2] == 2.6
+
+
+def test_a_random_foot_can_be_asked_to_have_a_way_to_the_target():
+    nav = navigator(wall((0, -3), (0, 3)))
+    everywhere = np.array([[-3.0, -3.0], [3.0, 3.0]])
+    field = field_to(nav, 2, 0)
+    assert all(nav.random_foot(stream(seed, "start"), everywhere, field=field)[0] > 0 for seed in range(20))
+
+
+def test_a_region_without_room_is_refused():
+    with pytest.raises(InputError, match="No place to start"):
+        navigator().random_foot(stream(0, "start"), np.array([[2.8, 2.8], [3.0, 3.0]]))
+
+
+def test_a_scene_without_room_is_refused():
+    low = room(quad("/ceiling", [[-3, -3, 1], [3, -3, 1], [3, 3, 1], [-3, 3, 1]]))
+    with pytest.raises(InputError, match="Nowhere"):
+        Navigator(Collider(low, bounds=np.array([[-3, -3, 0], [3, 3, 0.5]])), BODY)
+
+
+def test_bounds_that_hold_too_many_cells_are_refused():
+    collider = Collider(room(), bounds=np.array([[-500, -500, 0], [500, 500, 3]]))
+    with pytest.raises(InputError, match="set `bounds`"):
+        Navigator(collider, BODY)
+
+
+def test_coverage_grows_with_the_cells_that_are_visited():
+    nav = navigator()
+    track = np.array([at(x, 0.05) for x in np.arange(-2.65, 2.7, 0.1)])
+    assert nav.coverage(track[:1]) == pytest.approx(1 / len(nav.places))
+    assert nav.coverage(track) == pytest.approx(54 / len(nav.places))
+    assert 0.3 < nav.coverage(track, reach_m=1.0) < 0.45
+    assert nav.coverage(nav.places) == 1
+
+
+@given(
+    st.lists(st.tuples(*[st.floats(-2.5, 2.5)] * 2, *[st.floats(0.1, 1.5)] * 2), max_size=6),
+    st.integers(0, 10**6),
+)
+@settings(max_examples=25)
+def test_every_way_can_be_walked_and_is_no_longer_than_over_the_grid(blocks, draw):
+    things = [box(f"/block_{i}", (x, y, 0), (x + w, y + d, 1)) for i, (x, y, w, d) in enumerate(blocks)]
+    nav = navigator(*things)
+    rng = stream(draw, "draw")
+    start, goal = nav.places[rng.integers(len(nav.places))], int(rng.integers(len(nav.places)))
+    field = nav.distance_field(np.array([goal]))
+    route = nav.path(start, field)
+    assert (route is None) == (nav.distance(start, field) == math.inf)
+    if route is not None:
+        assert route.length_m <= nav.distance(start, field) + 1e-6
+        assert route.length_m >= math.hypot(*(nav.places[goal] - start)[:2]) - 1e-6
+        assert follow(nav, route.points) == pytest.approx(nav.places[goal], abs=1e-3)
+
+
+@pytest.mark.parametrize("path", sorted(assets_dir().glob("*.usd*")), ids=lambda path: path.stem)
+def test_ways_through_every_shipped_scene_can_be_walked(path: Path):
+    place = load_scene(path)
+    nav = Navigator(Collider(place), BODY)
+    rng = stream(5, "draw")
+    for _ in range(4):
+        start = nav.random_foot(rng, place.bounds[:, :2])
+        field = nav.distance_field(rng.choice(nav.reachable(start), 1))
+        route = nav.path(start, field)
+        assert route is not None
+        assert route.length_m <= nav.distance(start, field) + 1e-6
+        assert follow(nav, route.points) == pytest.approx(route.points[-1], abs=1e-3)
+
+
+def test_neither_module_needs_a_screen_or_a_gl_library():
+    code = (
+        "import sys, foundry.worlds.usd.collision\n"
+        "assert not [m for m in sys.modules if m.startswith('vtk')]\n"
+        "import foundry.worlds.usd.navigation\n"
+        "assert not [m for m in sys.modules if 'Rendering' in m or 'pyvista' in m]\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

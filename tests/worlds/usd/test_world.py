@@ -1,0 +1,174 @@
+"""The 3D world as a whole: the same seed gives the same episode, and what is recorded is true."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from episodes import Kept, composed, episode, play_through
+from foundry import paths
+from foundry.compose import compose
+from foundry.errors import InputError
+from foundry.preflight import scenario_of
+from foundry.records import CameraStep, Outcome
+from foundry.worlds.base import Answer
+from foundry.worlds.usd.rendering import png
+
+WORLDS = ("kibo", "office", "gallery")
+POLICIES = ("oracle", "wander", "spin", "stay", "mumbler")
+
+
+@pytest.mark.parametrize("policy", POLICIES)
+def test_two_copies_of_an_episode_are_equal_to_the_byte(policy: str):
+    first, second = (episode("kibo", policy, seed=3, steps=4) for _ in range(2))
+    assert first.lines() == second.lines()
+    assert [image.content for image in first.images] == [image.content for image in second.images]
+
+
+@pytest.mark.parametrize("world", WORLDS)
+def test_another_seed_starts_elsewhere_and_the_same_seed_starts_alike_for_every_model(world: str):
+    starts = {
+        (policy, seed): episode(world, policy, seed=seed, steps=1).opening.start
+        for policy in ("spin", "wander")
+        for seed in (0, 1)
+    }
+    assert starts["spin", 0] == starts["wander", 0] != starts["spin", 1] == starts["wander", 1]
+
+
+def test_the_seed_draws_the_target_where_there_are_several():
+    assert len({episode("gallery", "stay", seed=seed, steps=1).opening.target for seed in range(8)}) > 2
+
+
+@pytest.mark.parametrize("world", WORLDS)
+@pytest.mark.parametrize("seed", [0, 7])
+def test_the_oracle_finds_the_target_by_nearly_the_shortest_way(world: str, seed: int):
+    played = episode(world, "oracle", seed=seed)
+    last = played.steps[-1]
+    assert last.success and last.command["stay"]
+    assert played.opening.shortest_m is not None
+    assert sum(step.travelled for step in played.steps) <= played.opening.shortest_m / 0.9
+
+
+@pytest.mark.parametrize("world", WORLDS)
+def test_who_stays_never_arrives(world: str):
+    assert not any(step.success for step in episode(world, "stay", seed=0, steps=3).steps)
+
+
+def test_a_recorded_pose_draws_the_very_image_that_the_model_saw():
+    played = episode("kibo", "wander", seed=2, steps=5)
+    around = scenario_of(composed("kibo", "wander").conditions[0].config).surroundings
+    for step, image in zip(played.steps, played.images, strict=True):
+        drawn = around.renderer().view(around.eye(step.pose), step.pose.yaw, step.pose.pitch)
+        assert png(drawn) == image.content
+
+
+def test_what_cannot_be_read_moves_nothing():
+    world = scenario_of(composed("kibo", "stay").conditions[0].config).start(0)
+    answers = [Answer("Gate 4 is 3 m away."), Answer(""), Answer("mov", ending="length"), Answer("", ending="aborted")]
+    outcomes = []
+    for answer in answers:
+        step = world.advance([answer])[0]
+        assert isinstance(step, CameraStep)
+        assert (step.pose_next, step.travelled, step.command["stay"]) == (step.pose, 0.0, False)
+        outcomes.append(step.outcome)
+    assert outcomes == [Outcome.UNREADABLE, Outcome.EMPTY, Outcome.TRUNCATED, Outcome.FAILED]
+
+
+def test_a_turn_comes_before_the_gaze_and_the_translation():
+    world = scenario_of(composed("kibo_paper", "stay").conditions[0].config).start(0)
+    step = world.advance([Answer("Move forward 1 m and turn right 180 degrees, then look up 20 degrees.")])[0]
+    assert isinstance(step, CameraStep)
+    assert (step.pose.yaw, step.pose_next.yaw, step.pose_next.pitch) == (180.0, 0.0, 20.0)
+    assert step.pose_next.x == pytest.approx(step.pose.x + 1.0)
+
+
+def test_the_gaze_is_clamped_short_of_straight_up_and_says_so():
+    world = scenario_of(composed("kibo_paper", "stay").conditions[0].config).start(0)
+    steps = [world.advance([Answer("Look up 60 degrees.")])[0] for _ in range(2)]
+    assert isinstance(steps[1], CameraStep)
+    assert (steps[1].pose_next.pitch, steps[1].boundary) == (80.0, "gaze limit")
+
+
+def test_history_is_bounded_and_idle_decisions_are_counted():
+    world = scenario_of(composed("kibo", "stay").conditions[0].config).start(0)
+    for _ in range(7):
+        world.advance([Answer("I stay.")])
+    (question,) = world.pending()
+    assert [line["step"] for line in question.observation["history"]] == [2, 3, 4, 5, 6]
+    assert question.observation["idle_streak"] == 7
+    assert question.images[0].startswith(b"\x89PNG")
+
+
+def test_the_papers_pose_starts_the_papers_run():
+    opening = episode("kibo_paper", "stay", seed=0, steps=1).opening
+    assert (opening.start.x, opening.start.y, opening.start.yaw, opening.start.pitch) == (4.0, 20.1, 180.0, 0.0)
+    assert opening.start.z == pytest.approx(-0.2358, abs=1e-4)
+
+
+def test_what_is_in_view_is_counted_by_label():
+    played = episode("kibo", "oracle", seed=0)
+    last = played.steps[-1]
+    assert last.target_visible_px == last.visible_px["JAXA logo"] > 500
+    assert last.line_of_sight
+
+
+def test_overviews_are_drawn_from_the_records_of_the_episode():
+    frames = Kept()
+    asyncio.run(play_through(composed("kibo", "spin", "world.steps=2"), 0, frames, frame_every=1))
+    assert sorted(frames.frames) == [0, 1, 2]
+    assert len(set(frames.frames.values())) == 3
+
+
+def test_a_scene_of_ones_own_needs_nothing_but_its_path_and_a_task():
+    scene = paths.assets_dir() / "office.usdz"
+    config = compose(["world=usd", f"scene='{scene}'", "task=Look around.", "model=scripted/wander"])
+    assert config is not None
+    world = scenario_of(config.conditions[0].config).start(1)
+    (question,) = world.pending()
+    assert (question.observation["task"], question.observation["target"]) == ("Look around.", "")
+
+
+@pytest.mark.parametrize(
+    ("overrides", "expected"),
+    [
+        (["scene=kibbo.usdz"], "Did you mean 'kibo.usdz'"),
+        (["world.camera.fovv=3"], "camera"),
+        (["world.boundary=bounce"], "stop, slide"),
+        (["world.start={x: 1.0, y: null}"], "only one of x and y"),
+        (["world.start={region: null, x: 90.0, y: 20.0}"], "no floor below"),
+        (["world.targets=[{name: n, prims: [/World/Emblen], radius: 1}]"], "/World/Emblem"),
+        (["world.limits.max_speed=3"], "max_speed"),
+    ],
+)
+def test_wrong_settings_are_refused_in_one_line(overrides: list[str], expected: str):
+    with pytest.raises(InputError, match=expected) as refusal:
+        config = compose(["world=kibo", "model=scripted/stay", *(f"++{item}" for item in overrides)])
+        assert config is not None
+        scenario_of(config.conditions[0].config).start(0)
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("world", WORLDS)
+def test_the_oracle_succeeds_on_95_of_100_seeds_with_high_spl(world: str):
+    played = [episode(world, "oracle", seed=seed) for seed in range(50)]
+    spl = [
+        one.steps[-1].success
+        * one.opening.shortest_m
+        / max(one.opening.shortest_m, sum(s.travelled for s in one.steps))
+        for one in played
+        if one.opening.shortest_m is not None
+    ]
+    assert len(spl) == 50
+    assert np.mean([one.steps[-1].success for one in played]) >= 0.95
+    assert np.mean(spl) >= 0.9
+
+
+def test_shipped_worlds_refer_to_shipped_scenes_only():
+    for file in Path(paths.conf_dir() / "world").glob("*.yaml"):
+        for line in file.read_text(encoding="utf-8").splitlines():
+            if line.startswith("scene:") and "???" not in line:
+                assert (paths.assets_dir() / line.split()[1]).is_file()
