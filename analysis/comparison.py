@@ -13,7 +13,7 @@ import pandas as pd
 from analysis.groups import group_label
 from analysis.intervals import Estimate, estimate
 from analysis.run import FloatArray
-from analysis.signatures import describe, discover
+from analysis.signatures import FAILURE_RATE, describe, discover
 from analysis.table import SignatureTable
 
 Group: TypeAlias = tuple[str, ...]
@@ -43,7 +43,8 @@ class Comparison:
         group_columns: the columns that tell the groups apart.
         values: by group and measure, the value of each seed: mean of the runs of that seed, such as repeats with
             other sampling seeds.
-        estimates: mean and interval by measure and group, as in the frame.
+        estimates: mean and interval by measure and group, as in the frame; only of what the group's runs have, so
+            none of measures of 2D worlds for runs of 3D ones.
     """
 
     frame: pd.DataFrame
@@ -58,7 +59,7 @@ class Comparison:
 
 
 def compare(table: SignatureTable, groups: pd.DataFrame) -> Comparison:
-    """Compare groups of runs.
+    """Compare groups of runs, each by the measures that its runs have.
 
     Within a group the value of a seed is the mean over its runs; the independent values are those of the seeds.
     Intervals are Student's, 95 %, clipped to the possible range of the measure. Differences are to the group
@@ -73,7 +74,13 @@ def compare(table: SignatureTable, groups: pd.DataFrame) -> Comparison:
     keys = list(groups.itertuples(index=False, name=None))
     values = {group: _by_seed(table, [key == group for key in keys]) for group in dict.fromkeys(keys)}
     references = {group: _reference(group, list(values), columns) for group in values}
-    estimates = {(measure, group): _estimate(measure, values[group]) for measure in table.measures for group in values}
+    kept = {group: _measures_of(table, [key == group for key in keys]) for group in values}
+    estimates = {
+        (measure, group): _estimate(measure, values[group])
+        for measure in table.measures
+        for group in values
+        if measure in kept[group]
+    }
     rows = [
         {
             "measure": measure,
@@ -85,6 +92,12 @@ def compare(table: SignatureTable, groups: pd.DataFrame) -> Comparison:
         for (measure, group), found in estimates.items()
     ]
     return Comparison(pd.DataFrame(rows), columns, values, estimates)
+
+
+def _measures_of(table: SignatureTable, chosen: Sequence[bool]) -> set[str]:
+    """Return the measures that any of the chosen runs has, defined or not; all when none of them is complete."""
+    found = {name for names, mine in zip(table.present, chosen, strict=True) if mine for name in names}
+    return set(table.measures) if found == {FAILURE_RATE} else found
 
 
 def _by_seed(table: SignatureTable, chosen: Sequence[bool]) -> pd.DataFrame:
@@ -139,9 +152,14 @@ def headline(comparison: Comparison) -> Headline:
     cells = {key: _cell(found, seeds[key[1]]) for key, found in comparison.estimates.items()}
     groups = comparison.groups
     if len(groups) > _MOST_COLUMNS:
-        long = [(measure, group_label(group), cells[measure, group]) for measure in measures for group in groups]
+        long = [
+            (measure, group_label(group), cells[measure, group])
+            for measure in measures
+            for group in groups
+            if (measure, group) in cells
+        ]
         return Headline(("measure", "group", "mean [95 % interval]"), tuple(long))
-    rows = [(measure, *(cells[measure, group] for group in groups)) for measure in measures]
+    rows = [(measure, *(cells.get((measure, group), "") for group in groups)) for measure in measures]
     return Headline(("measure", *map(group_label, groups)), tuple(rows))
 
 

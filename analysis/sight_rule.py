@@ -41,7 +41,8 @@ _SENTENCES = re.compile(r"(?<=[!?。！？])|(?<=\.)(?=\s|$)|\n|;")
 _TOPIC = re.compile(r"(?<=[はがをも])、\s*|(?<=[은는이가])，\s*")
 _RELATIVE = re.compile(r",\s*(?=(?:which|that|who)\b)")
 _CONJUNCTIONS = whole_words(
-    "and|but|so(?! that)|because|since|while|although|though|however|as|then|und|aber|doch|et|mais|car|y|pero|e|ma|mas|и|но|а"
+    "and|but|so(?! that)|because|since|while|although|though|however|as|then|und|aber|doch|et|mais|car|y|pero|e|ma|mas"
+    "|и|но|а"
 )
 _CLAUSES = re.compile(
     rf",|，|(?<=[ぁ-ん])、|(?<=[すんいるた])(?:が|けれども?|けど|ので|ため)|但是|但|所以|因此|而|지만|(?<=니다)\s|{_CONJUNCTIONS}"
@@ -73,7 +74,8 @@ def claims_to_see(reply: str, target: str) -> bool:
         reply: the text.
         target: name of what is to be found.
     """
-    text = _TOPIC.sub("", _RELATIVE.sub(" ", _THINKING.sub(" ", plain(reply))))
+    text = _THINKING.sub(" ", plain(reply)).replace("\u2019", "'")
+    text = _TOPIC.sub("", _RELATIVE.sub(" ", text))
     mention = _mention(plain(target))
     return any(_sentence_claims(sentence, mention) for sentence in _SENTENCES.split(text))
 
@@ -123,6 +125,8 @@ def _last_cue(text: str) -> str:
 def _mention(target: str) -> re.Pattern[str]:
     """Return the pattern of what the target is called."""
     parts = re.findall(r"[^\W_]+", target)
+    if not parts:
+        return re.compile(_either(words.THE_TARGET))
     number = parts.pop() if len(parts) > 1 and parts[-1].isdigit() else ""
     start = next((i for i in range(len(parts)) if " ".join(parts[i:]) in words.THINGS), max(len(parts) - 1, 0))
     last = " ".join(parts[start:])

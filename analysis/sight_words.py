@@ -74,8 +74,8 @@ UNSURE: dict[str, str] = {
     "Russian": "возможно|наверное|вероятно|может|если|пока",
 }
 UNSURE_UNSPACED: dict[str, str] = {
-    "Japanese": "(?:見え|あ)(?:る|ます)?(?:と思|はず|可能性|かも|か(?=どうか|を|確)|でしょう|だろう|よう|まで|れば|たら)"
-    "|かもしれ|だろう|でしょう|はず|可能性|思われ",
+    "Japanese": "(?:見え|あ)(?:る|ます)?(?:と思|はず|可能性|かも|か(?=どうか|を|確)|でしょう|だろう|よう|まで"
+    "|れば|たら)|かもしれ|だろう|でしょう|はず|可能性|思われ",
     "Chinese": "可能|也许|也許|或许|如果|应该|應該|是否|大概|直到",
     "Korean": "수도|것 같|아마|보이(?:면|도록|는지)|있을",
 }
@@ -83,7 +83,8 @@ UNSURE_UNSPACED: dict[str, str] = {
 
 SEARCHED: dict[str, str] = {
     "English": "look(?:ing|s|ed)?(?: around)? for|search[a-z]*|find|finding|locate|locating|seek(?:ing)?"
-    "|scan(?:ning)?(?: [a-z]+){0,3} for|hunt(?:ing)?|(?:to|better) (?:see|spot|identify|notice|detect|recogni[sz]e|view)"
+    "|scan(?:ning)?(?: [a-z]+){0,3} for|hunt(?:ing)?"
+    "|(?:to|better) (?:see|spot|identify|notice|detect|recogni[sz]e|view)"
     "|need(?:s|ed)?|want|try|trying|aim(?:ing)? (?:to|at|for)",
     "German": "such[a-zäöüß]*|finden|finde|um",
     "French": "cherch[a-zé]*|recherch[a-zé]*|trouver|pour|afin",
@@ -117,11 +118,11 @@ HEADED_FOR_UNSPACED: dict[str, str] = {
 """What names a thing as where to go."""
 
 SEEN: dict[str, str] = {
-    "English": "able to (?:see|spot)|see|sees|seeing|spot|spots|spotted|notice[sd]?|observe[sd]?|recogni[sz]e[sd]?"
+    "English": "able to (?:see|spot)|see|sees|seen|seeing|spot|spots|spotted|notice[sd]?|observe[sd]?|recogni[sz]e[sd]?"
     "|identif(?:y|ied)|found|detect(?:ed)?|located|visible|in (?:my |clear |plain |full )?(?:view|sight)"
     "|(?:there|here|this|that|it)(?:'s| is| are)|shows?|showing|displays?|displaying|features?|contains?|reached"
-    "|arrived at|facing|looking (?:directly |straight )?at|(?:i am|i'm) (?:[a-z]+ )?(?:at|near|next to|close to|beside"
-    "|in front of)|in front of me(?: is)?|ahead(?: of me)? is",
+    "|arrived at|facing|looking (?:directly |straight )?at|(?:i am|i'm) (?:[a-z]+ ){0,2}(?:at|near|next to|close to"
+    "|beside|in front of)|in front of me(?: is)?|ahead(?: of me)? is",
     "German": "sehe|sieht|erkenne|entdeckt?|entdecke|gefunden|sichtbar|zu sehen|vor mir|da ist|hier ist|dort ist"
     "|befindet sich|hängt",
     "French": "vois|voit|aperçois|aperçoit|distingue|visible|il y a|voici|voilà|trouvé|repéré|devant moi|se trouve",
@@ -133,9 +134,9 @@ SEEN: dict[str, str] = {
 SEEN_UNSPACED: dict[str, str] = {
     "Japanese": "見え|見つけました|見つけた|見つかりました|見つかった|発見し|確認でき|確認しました|あります|ある|映って"
     "|写って|視界に|(?:これ|それ|あれ)[はが]|到着し|見ている|見ています|見て(?:取|と)れ",
-    "Chinese": "看到|看见|看見|见到|發現|发现|找到了|可见|可見|能看|[前面里裡上处處边邊]有|就在|位于|位於|出现"
+    "Chinese": "看到|看见|看見|见到|發現|发现|找到了|可见|可見|能看|[前面方里裡上处處边邊]有|就在|位于|位於|出现"
     "|在(?:我的?)?(?:正?前|左|右|墙|牆)",
-    "Korean": "보입니다|보여|보인다|보이|있습니다|있다|있어|있는|발견|찾았|확인",
+    "Korean": "보입니다|보여|보인다|보이(?!지|면|도록|는지)|있습니다|있다|있어|있는|발견|찾았|확인",
 }
 """What says that a thing is there to be seen, or was come to."""
 

@@ -59,11 +59,13 @@ class SignatureTable:
             then the measures. What is undefined or missing is NaN.
         factors: the columns that are further swept settings.
         measures: the columns that are measures.
+        present: the measures that each row has, defined or not; a run of another kind of world has others.
     """
 
     frame: pd.DataFrame
     factors: tuple[str, ...]
     measures: tuple[str, ...]
+    present: tuple[frozenset[str], ...]
 
 
 def measure_runs(paths: Sequence[Path], names: Sequence[str]) -> Iterator[RunResult]:
@@ -134,7 +136,8 @@ def build_table(results: Sequence[RunResult]) -> SignatureTable:
     ]
     head = [*(["sweep"] if by_sweep else []), *KEYS]
     frame = pd.DataFrame(rows, columns=[*head, *factors, *measures])
-    return SignatureTable(frame, tuple(factors), tuple(measures))
+    present = tuple(frozenset(result.measures) for result in results)
+    return SignatureTable(frame, tuple(factors), tuple(measures), present)
 
 
 def _measure_columns(results: Sequence[RunResult]) -> list[str]:

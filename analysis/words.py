@@ -9,8 +9,8 @@ LETTERS = "a-z\u00df-\u024f\u0370-\u03ff\u0400-\u04ff"
 
 
 def plain(text: str) -> str:
-    """Return the text in lower case and in one form: full-width letters, composed accents, straight apostrophes."""
-    return unicodedata.normalize("NFKC", text).lower().replace("\u2019", "'")
+    """Return the text in lower case and in one form as to width and composition."""
+    return unicodedata.normalize("NFKC", text).lower()
 
 
 def whole_words(pattern: str) -> str:

@@ -44,18 +44,20 @@ def _write(path: Path, measures: Sequence[str], comparison: Comparison) -> None:
 
 def signature_figure(measures: Sequence[str], comparison: Comparison) -> Figure:
     """Return a figure with a panel for each of these measures."""
-    height = panel_height([group_label(group) for group in comparison.groups])
-    size = (style.WIDTH_IN, len(measures) * height)
+    contents = [(group_values(comparison, measure), describe(measure).label) for measure in measures]
+    heights = [panel_height([group.label for group in groups], title) for groups, title in contents]
+    size = (style.WIDTH_IN, sum(heights))
     figure = Figure(figsize=size, dpi=style.DPI, layout="constrained", facecolor="white")
-    panels = figure.subplots(len(measures), 1, squeeze=False)[:, 0]
-    for ax, measure in zip(panels, measures, strict=True):
-        draw_panel(ax, group_values(comparison, measure), describe(measure).label)
+    panels = figure.subplots(len(measures), 1, squeeze=False, height_ratios=heights)[:, 0]
+    for ax, (groups, title) in zip(panels, contents, strict=True):
+        draw_panel(ax, groups, title)
     return figure
 
 
 def group_values(comparison: Comparison, measure: str) -> list[GroupValues]:
-    """Return the results of one measure by group."""
-    found = {group: comparison.estimates[measure, group] for group in comparison.groups}
+    """Return the results of one measure by group, without the groups that do not have it."""
+    keys = [(index, group, (measure, group)) for index, group in enumerate(comparison.groups)]
+    found = [(index, group, comparison.estimates[key]) for index, group, key in keys if key in comparison.estimates]
     return [
         GroupValues(
             label=group_label(group),
@@ -63,6 +65,7 @@ def group_values(comparison: Comparison, measure: str) -> list[GroupValues]:
             mean=one.mean,
             low=one.low,
             high=one.high,
+            index=index,
         )
-        for group, one in found.items()
+        for index, group, one in found
     ]

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _LABEL_WIDTH = 20
-_TITLE_WIDTH = 34
+_LABEL_LETTER_IN, _TITLE_LETTER_IN = 0.068, 0.075
+_MARGINS_IN = 0.2
 _LINE_IN = 0.13
 _SPREAD = 0.28
 _PATTERN = 5
@@ -34,6 +35,7 @@ class GroupValues:
         mean: their mean.
         low: lower end of its interval, or NaN.
         high: upper end.
+        index: place among all groups, which decides the colour.
     """
 
     label: str
@@ -41,6 +43,7 @@ class GroupValues:
     mean: float
     low: float
     high: float
+    index: int = 0
 
 
 def draw_panel(ax: Axes, groups: Sequence[GroupValues], title: str) -> Axes:
@@ -52,18 +55,25 @@ def draw_panel(ax: Axes, groups: Sequence[GroupValues], title: str) -> Axes:
         title: what the measure is called.
     """
     for row, group in enumerate(groups):
-        _draw_group(ax, group, -row, style.colour(row))
-    ax.set_title(wrapped(title, _TITLE_WIDTH))
+        _draw_group(ax, group, -row, style.colour(group.index))
+    ax.set_title(wrapped(title, title_width([group.label for group in groups])))
     ax.set_yticks([-row for row in range(len(groups))], [wrapped(group.label) for group in groups])
     ax.set_ylim(-len(groups) + 0.45, 0.55)
     _set_limits(ax, groups)
     return ax
 
 
-def panel_height(labels: Sequence[str]) -> float:
+def panel_height(labels: Sequence[str], title: str = "") -> float:
     """Return the height of a panel of groups with these labels, inches."""
     lines = max(wrapped(label).count("\n") + 1 for label in labels)
-    return 0.6 + len(labels) * max(0.3, lines * _LINE_IN + 0.04)
+    above = wrapped(title, title_width(labels)).count("\n") * _LINE_IN
+    return 0.6 + above + len(labels) * max(0.3, lines * _LINE_IN + 0.04)
+
+
+def title_width(labels: Sequence[str]) -> int:
+    """Return how many characters of a title fit above a panel, to the right of these labels."""
+    longest = max(len(line) for label in labels for line in wrapped(label).split("\n"))
+    return int((style.WIDTH_IN - _MARGINS_IN - longest * _LABEL_LETTER_IN) / _TITLE_LETTER_IN)
 
 
 def _draw_group(ax: Axes, group: GroupValues, row: int, colour: str) -> None:

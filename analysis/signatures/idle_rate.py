@@ -1,7 +1,8 @@
-"""Idle rate: how often agents stay where they are, by choice, against the edge, or for want of a decision."""
+"""Idle rate: how often agents stay where they are, by choice, against an obstacle, or for want of a decision."""
 
 from __future__ import annotations
 
+from analysis.camera_run import CameraRun
 from analysis.described import Measure, share
 from analysis.formulas import longest_run, mean, ratio
 from analysis.run import STAY, BoolArray, GridRun
@@ -11,7 +12,7 @@ NAME = "idle_rate"
 MEASURES = {
     "chosen": share("Chose to stay (share of decisions)"),
     "chosen_readable": share("Chose to stay (share of readable decisions)"),
-    "blocked": share("Blocked by the edge (share of decisions)"),
+    "blocked": share("Blocked by the edge or an obstacle (share of decisions)"),
     "invalid": share("No readable decision (share of decisions)"),
     "immobile": share("Did not move (share of decisions)"),
     "longest_run": Measure("Longest immobile run (steps, mean of agents)", low=0),
@@ -35,6 +36,34 @@ def measure(run: GridRun) -> dict[str, float]:
     parts = idle_parts(run.choice == STAY, run.moved, run.readable)
     runs = [longest_run(~run.moved[:, agent]) for agent in range(run.agents)]
     return {**parts, "longest_run": mean(runs)}
+
+
+def measure_camera(run: CameraRun) -> dict[str, float]:
+    """Return the idle rate of a run of a 3D world, over all T decisions.
+
+    - chosen: decisions to stay by its own word / decisions; 0..1.
+    - chosen_readable: the same over the chosen and repaired decisions alone; NaN when there is none.
+    - blocked: translations asked for that came to less than a millimetre, for an obstacle / decisions; 0..1. The
+      body may have turned all the same.
+    - invalid: decisions that could not be read, which leave the agent in place / decisions; 0..1.
+    - immobile: decisions after which place, heading and gaze are what they were / decisions; 0..1. Turning on the
+      spot is no idleness, so chosen, blocked and invalid need not add up to it.
+    - longest_run: longest unbroken run of immobile decisions; 0..T.
+
+    All but the last are NaN without decisions. Denominators: n_decisions, n_readable.
+    """
+    readable, decisions = int(run.readable.sum()), run.decisions
+    chosen = int((run.stay & run.readable).sum())
+    return {
+        "chosen": ratio(chosen, decisions),
+        "chosen_readable": ratio(chosen, readable),
+        "blocked": ratio(int(((run.asked > 0) & ~run.walked & run.collided).sum()), decisions),
+        "invalid": ratio(decisions - readable, decisions),
+        "immobile": ratio(int(run.immobile.sum()), decisions),
+        "longest_run": float(longest_run(run.immobile)),
+        "n_decisions": float(decisions),
+        "n_readable": float(readable),
+    }
 
 
 def idle_parts(stay: BoolArray, moved: BoolArray, readable: BoolArray) -> dict[str, float]:

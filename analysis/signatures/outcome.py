@@ -6,6 +6,7 @@ raises idle rate, persistence and clustering and lowers exploration and communic
 
 from __future__ import annotations
 
+from analysis.camera_run import CameraRun
 from analysis.described import share
 from analysis.formulas import ratio
 from analysis.run import OUTCOMES, READABLE, GridRun, IntArray
@@ -38,6 +39,14 @@ def measure(run: GridRun) -> dict[str, float]:
         "n_decisions": float(run.outcome.size),
         "n_message_decisions": float(run.message_outcome.size),
     }
+
+
+def measure_camera(run: CameraRun) -> dict[str, float]:
+    """Return the outcomes of a run's calls: the same measures, without those of messages, which nobody sends.
+
+    All are NaN without decisions. Denominator: n_decisions.
+    """
+    return {**outcome_shares(run.outcome), "n_decisions": float(run.decisions)}
 
 
 def outcome_shares(outcomes: IntArray) -> dict[str, float]:

@@ -18,7 +18,7 @@ def table(rows: list[dict[str, object]]) -> SignatureTable:
     """Return a table of runs given by model, seed and values."""
     filled = [{"run": n, "world": "w", "prompt": "p", "status": "complete", **row} for n, row in enumerate(rows)]
     measures = tuple(key for key in rows[0] if "." in key)
-    return SignatureTable(pd.DataFrame(filled)[[*KEYS, *measures]], (), measures)
+    return SignatureTable(pd.DataFrame(filled)[[*KEYS, *measures]], (), measures, (frozenset(measures),) * len(rows))
 
 
 def compared(rows: list[dict[str, object]], by: tuple[str, ...] = ("model",)):

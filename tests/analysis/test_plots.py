@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import struct
 
+import matplotlib
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 from analysis import analyze, signatures
+from analysis.plots import style
 from analysis.plots.panel import GroupValues, draw_panel, jitter, panel_height, wrapped
+from analysis.run import GridRun
 
 NAN = float("nan")
 
@@ -22,7 +25,9 @@ def plots(tmp_path_factory, write_sweep, make_condition):
 
 
 def test_there_is_a_plot_for_every_signature(plots):
-    assert {path.stem for path in plots.iterdir()} == {one.name for one in signatures.discover()}
+    assert {path.stem for path in plots.iterdir()} == {
+        one.name for one in signatures.discover() if GridRun in one.functions
+    }
 
 
 def test_an_analysis_is_the_same_byte_for_byte_when_repeated(plots):
@@ -82,6 +87,20 @@ def test_long_labels_are_wrapped(label: str, expected: str):
 
 def test_rows_are_high_enough_for_their_labels():
     assert panel_height(["a", "b" * 70]) > panel_height(["a", "b"])
+
+
+@pytest.mark.parametrize("label", ["a", "MMMMMMMMMMMMMMMMMMMMMMMM / b"])
+def test_the_titles_of_all_measures_fit_above_their_panels(label: str):
+    groups = [GroupValues(label, np.array([0.1, 0.2]), 0.15, 0.1, 0.2)]
+    titles = [one.of("library").label for signature in signatures.discover() for one in signature.measures.values()]
+    with matplotlib.rc_context(style.settings()):
+        for title in sorted(titles, key=len)[-12:]:
+            size = (style.WIDTH_IN, panel_height([label], title))
+            figure = Figure(figsize=size, dpi=style.DPI, layout="constrained")
+            shown = draw_panel(figure.add_subplot(), groups, title).title
+            figure.draw_without_rendering()
+            assert shown.get_window_extent().x1 <= figure.bbox.x1
+            assert shown.get_window_extent().y1 <= figure.bbox.y1
 
 
 def test_names_in_any_script_can_be_drawn(make_sweep, make_condition, small_world):

@@ -13,6 +13,7 @@ import networkx as nx
 import pytest
 
 from analysis import signatures
+from analysis.run import GridRun
 
 WARNINGS = {"fire1 near me", "火事だ、逃げて", "there is smoke"}
 OPPOSITE = {"up": "down", "down": "up", "left": "right", "right": "left"}
@@ -334,12 +335,15 @@ RECOMPUTED: dict[str, Callable[[Plain], Iterator[tuple[str, float]]]] = {
 }  # fmt: skip
 
 
-def test_every_signature_is_recomputed():
-    assert set(RECOMPUTED) == {signature.name for signature in signatures.discover()}
+GRID = [signature for signature in signatures.discover() if GridRun in signature.functions]
+
+
+def test_every_signature_of_2d_runs_is_recomputed():
+    assert set(RECOMPUTED) == {signature.name for signature in GRID}
 
 
 @pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("signature", signatures.discover(), ids=lambda one: one.name)
+@pytest.mark.parametrize("signature", GRID, ids=lambda one: one.name)
 def test_a_signature_agrees_with_plain_loops(signature, seed, recorded, make_habits):
     habits = make_habits(speak=(0.4, 0.08, 0.9, 0.15)[seed])
     written = recorded(seed=seed, habits=habits, steps=(25, 40, 12, 60)[seed])
@@ -349,7 +353,7 @@ def test_a_signature_agrees_with_plain_loops(signature, seed, recorded, make_hab
     assert found == pytest.approx(expected, abs=1e-9, rel=1e-9, nan_ok=True)
 
 
-@pytest.mark.parametrize("signature", signatures.discover(), ids=lambda one: one.name)
+@pytest.mark.parametrize("signature", GRID, ids=lambda one: one.name)
 def test_every_measure_is_described_and_lies_in_its_range(signature, recorded):
     for name, value in signature.measure(recorded(seed=5).run).items():
         described = signature.describe(name)
@@ -358,7 +362,7 @@ def test_every_measure_is_described_and_lies_in_its_range(signature, recorded):
         assert math.isnan(value) or described.low <= value <= described.high
 
 
-@pytest.mark.parametrize("signature", signatures.discover(), ids=lambda one: one.name)
+@pytest.mark.parametrize("signature", GRID, ids=lambda one: one.name)
 def test_every_signature_has_headline_columns_and_denominators(signature, recorded):
     columns = [f"{signature.name}.{name}" for name in signature.measure(recorded(seed=6).run)]
     assert signature.headline_columns(columns)

@@ -11,7 +11,9 @@ from foundry import paths
 from foundry.worlds.usd.sight import SECRET
 
 
-@pytest.mark.parametrize("file", sorted((paths.conf_dir() / "prompt").glob("paper3d*.yaml")), ids=lambda file: file.stem)
+@pytest.mark.parametrize(
+    "file", sorted((paths.conf_dir() / "prompt").glob("paper3d*.yaml")), ids=lambda file: file.stem
+)
 def test_no_3d_prompt_shows_what_only_scripted_models_may_read(file: Path):
     text = file.read_text(encoding="utf-8")
     expressions = " ".join(re.findall(r"\{[{%].*?[}%]\}", text))

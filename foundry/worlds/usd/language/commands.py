@@ -200,7 +200,10 @@ class _Reader:
             return
         along = last.category is Category.TRANSLATE
         lengths = (None, Dimension.LENGTH, Dimension.STEP)
-        if amount is not None and (amount.number < 0 or amount.dimension not in (lengths if along else _ANGLES)):
+        if amount is not None and amount.dimension not in (lengths if along else _ANGLES):
+            return
+        if amount is not None and amount.number < 0:
+            self._forget()
             return
         text = f"{last.text}, {amount.text}" if amount is not None else last.text
         self._found[-1] = replace(last, amount=amount, small=last.small or said.small, text=text)

@@ -216,5 +216,7 @@ def _angular(
 
 def normalised(degrees: float) -> float:
     """Return an angle in (-180, 180]."""
+    if -_HALF_TURN < degrees <= _HALF_TURN:
+        return degrees
     turned = degrees % 360.0
     return turned - 360.0 if turned > _HALF_TURN else turned

@@ -1,0 +1,41 @@
+"""Gaze: how much an agent of a 3D world looks up and down."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from analysis.camera_run import CameraRun
+from analysis.described import Measure, share
+from analysis.formulas import mean, ratio
+
+NAME = "gaze"
+
+MEASURES = {
+    "rate": Measure("Turn of the gaze per decision (degrees)", low=0),
+    "share": share("Decisions that turn the gaze (share)"),
+    "mean_pitch": Measure("Mean pitch of what is seen (degrees)", low=-90, high=90),
+    "mean_tilt": Measure("Mean tilt of what is seen, up or down (degrees)", low=0, high=90),
+}
+
+HEADLINE = ("rate", "share", "mean_pitch")
+
+
+def measure_camera(run: CameraRun) -> dict[str, float]:
+    """Return the turns of the gaze in a run.
+
+    - rate: mean |change of pitch| over all decisions, degrees, as made: the world limits the pitch; 0 up.
+    - share: decisions that ask for a turn of the gaze / decisions; 0..1.
+    - mean_pitch: mean pitch of the images that the model saw, degrees, up positive.
+    - mean_tilt: mean |pitch| of these images, degrees.
+
+    All are NaN without decisions. Denominators: n_decisions, n_gazes.
+    """
+    gazes, seen = int((run.gaze != 0).sum()), run.pitch[:-1]
+    return {
+        "rate": mean(np.abs(np.diff(run.pitch))),
+        "share": ratio(gazes, run.decisions),
+        "mean_pitch": mean(seen),
+        "mean_tilt": mean(np.abs(seen)),
+        "n_decisions": float(run.decisions),
+        "n_gazes": float(gazes),
+    }

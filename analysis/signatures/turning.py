@@ -1,0 +1,41 @@
+"""Turning: how much an agent of a 3D world turns its body, and to which side."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from analysis.camera_run import CameraRun
+from analysis.described import Measure, share
+from analysis.formulas import mean, ratio
+
+NAME = "turning"
+
+MEASURES = {
+    "rate": Measure("Turn per decision (degrees)", low=0),
+    "share": share("Decisions with a turn (share)"),
+    "angle": Measure("Turn per turning decision (degrees)", low=0),
+    "left_bias": Measure("Left against right turns (-1 right, 1 left)", low=-1, high=1),
+}
+
+HEADLINE = ("rate", "share", "left_bias")
+
+
+def measure_camera(run: CameraRun) -> dict[str, float]:
+    """Return the turns of the body in a run, as asked for; nothing ever hinders them.
+
+    - rate: mean |turn| over all decisions, degrees; 0 up.
+    - share: decisions with a turn / decisions; 0..1.
+    - angle: mean |turn| over the decisions with a turn, degrees. NaN when there is none.
+    - left_bias: (left - right) / (left + right), numbers of turns; -1..1. NaN without turns.
+
+    All are NaN without decisions. Denominators: n_decisions, n_turns.
+    """
+    turns = run.turn[run.turn != 0]
+    return {
+        "rate": mean(np.abs(run.turn)),
+        "share": ratio(len(turns), run.decisions),
+        "angle": mean(np.abs(turns)),
+        "left_bias": mean(np.sign(turns)),
+        "n_decisions": float(run.decisions),
+        "n_turns": float(len(turns)),
+    }

@@ -1,0 +1,73 @@
+"""What is undefined is missing."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from analysis import signatures
+
+
+def undefined(found: dict[str, float], signature: str) -> set[str]:
+    mine = {key.partition(".")[2]: value for key, value in found.items() if key.startswith(f"{signature}.")}
+    return {name for name, value in mine.items() if math.isnan(value)}
+
+
+def defined(found: dict[str, float], signature: str) -> set[str]:
+    return {key.partition(".")[2] for key in found if key.startswith(f"{signature}.")} - undefined(found, signature)
+
+
+def test_without_a_target_nothing_about_one_is_defined(camera):
+    found = signatures.measure(camera(1, target="", radius=0.0, shortest_path=[], shortest_m=None).run)
+    for signature in ("path_efficiency", "recognition", "recovery"):
+        assert all(name.startswith("n_") for name in defined(found, signature))
+    assert found["path_efficiency.n_episodes"] == found["recognition.n_claims"] == found["recovery.n_steps"] == 0
+    assert not undefined(found, "exploration")
+    assert found["collision.rate"] > 0
+
+
+def test_without_a_way_to_the_target_only_its_length_is_needed_nowhere(camera):
+    found = signatures.measure(camera(2, shortest_path=[], shortest_m=None, stop=True).run)
+    assert undefined(found, "path_efficiency") >= {"spl", "soft_spl", "ndtw", "shortest"}
+    assert found["path_efficiency.success"] == 1
+    assert "detour_cost" in undefined(found, "recovery")
+
+
+def test_a_start_at_the_goal_has_no_path_efficiency(camera):
+    found = signatures.measure(camera(2, shortest_path=[(0.0, 0.0, 0.0)], shortest_m=0.0, stop=True).run)
+    assert undefined(found, "path_efficiency") >= {"spl", "soft_spl"}
+    assert found["path_efficiency.ndtw"] >= 0
+
+
+def test_reaching_the_goal_without_staying_is_no_success(camera):
+    recorded = camera(3, stop=True)
+    steps = (recorded.folder.path / "steps.jsonl").read_text("utf-8")
+    assert signatures.measure(recorded.run)["path_efficiency.success"] == 1
+    head, tail = steps.rstrip("\n").rsplit("\n", 1)
+    (recorded.folder.path / "run.json").unlink()
+    changed = tail.replace('"stay":true', '"stay":false')
+    (recorded.folder.path / "steps.jsonl").write_text(f"{head}\n{changed}\n", encoding="utf-8")
+    found = signatures.measure(recorded.run)
+    assert (found["path_efficiency.success"], found["path_efficiency.reached"]) == (0, 1)
+    assert found["path_efficiency.spl"] == 0
+
+
+def test_without_decisions_everything_but_counts_is_missing(camera):
+    found = signatures.measure(camera(0, 0).run)
+    zero = {"path_efficiency.path_length", "exploration.path_length", "exploration.gyration_m", "idle_rate.longest_run"}
+    facts = {"path_efficiency.shortest": 10.0, "path_efficiency.ndtw": found["path_efficiency.ndtw"]}
+    rest = {name: value for name, value in found.items() if ".n_" not in name and name not in facts}
+    assert {name for name, value in rest.items() if value == 0} == zero
+    assert all(math.isnan(value) for name, value in rest.items() if name not in zero)
+
+
+def test_one_decision_has_no_pairs(camera):
+    found = signatures.measure(camera(4, 1).run)
+    assert {"persistence", "kappa", "conditional_entropy", "reversal_rate"} <= undefined(found, "stability")
+
+
+@pytest.mark.parametrize("measure", ["clustering", "communication", "warning", "place_choice", "movement"])
+def test_what_a_world_does_not_have_has_no_column(camera, measure):
+    assert not any(name.startswith(measure) for name in signatures.measure(camera(0).run))
+    assert not any("message" in name for name in signatures.measure(camera(0).run))

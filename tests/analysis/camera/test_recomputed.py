@@ -1,0 +1,274 @@
+"""Every measure of 3D runs once more, from the JSON lines, with plain loops that share no code with the analysis."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
+
+import pytest
+
+from analysis import signatures
+from analysis.camera_run import CameraRun
+
+Row = dict[str, Any]
+OPPOSITE = {
+    "forward": "back", "back": "forward", "left": "right", "right": "left",
+    "turn left": "turn right", "turn right": "turn left", "look up": "look down", "look down": "look up",
+}  # fmt: skip
+
+
+class Plain:
+    """One run as dictionaries."""
+
+    def __init__(self, folder: Any, claims: set[str]) -> None:
+        self.episode = json.loads((folder.path / "episode.jsonl").read_text("utf-8"))
+        self.rows = [json.loads(line) for line in (folder.path / "steps.jsonl").read_text("utf-8").splitlines()]
+        self.claims = claims
+        self.poses = [self.episode["start"], *(row["pose_next"] for row in self.rows)]
+        self.distances = [self.rows[0]["distance_before"], *(row["distance_to_goal"] for row in self.rows)]
+
+    @property
+    def walked(self) -> float:
+        return sum(row["travelled"] for row in self.rows)
+
+
+def over(part: float, whole: float) -> float:
+    return part / whole if whole else math.nan
+
+
+def average(values: Iterable[float]) -> float:
+    kept = list(values)
+    return over(sum(kept), len(kept))
+
+
+def bits(counts: Iterable[int]) -> float:
+    kept = [count for count in counts if count]
+    return -sum(count / sum(kept) * math.log2(count / sum(kept)) for count in kept)
+
+
+def is_readable(row: Row) -> bool:
+    return row["outcome"] in ("chosen", "repaired")
+
+
+def stays(row: Row) -> bool:
+    return bool(row["command"]["stay"]) and is_readable(row)
+
+
+def spread(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return points along a path, evenly, at most 0.25 m apart."""
+    lengths = [math.dist(a, b) for a, b in zip(points, points[1:], strict=False)]
+    total = sum(lengths)
+    parts = math.ceil(total / 0.25)
+    found = [points[0]]
+    for number in range(1, parts + 1):
+        left = total * number / parts
+        for index, length in enumerate(lengths):
+            if left <= length or index == len(lengths) - 1:
+                (ax, ay), (bx, by) = points[index], points[index + 1]
+                part = left / length if length else 0.0
+                found.append((ax + part * (bx - ax), ay + part * (by - ay)))
+                break
+            left -= length
+    return found
+
+
+def warped(path: list[tuple[float, float]], reference: list[tuple[float, float]]) -> float:
+    best = {(-1, -1): 0.0}
+    for i, a in enumerate(path):
+        for j, b in enumerate(reference):
+            ways = [best.get(key, math.inf) for key in ((i - 1, j), (i, j - 1), (i - 1, j - 1))]
+            best[i, j] = math.dist(a, b) + min(ways)
+    return best[len(path) - 1, len(reference) - 1]
+
+
+def path_efficiency(run: Plain) -> Iterator[tuple[str, float]]:
+    last, p, l = run.rows[-1], run.walked, run.episode["shortest_m"]  # noqa: E741
+    success = last["success"] and stays(last)
+    yield "success", success
+    yield "reached", last["success"]
+    yield "oracle_success", any(row["success"] for row in run.rows)
+    remaining = math.nan if run.distances[-1] is None else run.distances[-1]
+    yield "spl", success * l / max(l, p)
+    yield "soft_spl", max(0, 1 - remaining / l) * l / max(l, p) if remaining == remaining else math.nan
+    reference = spread([(x, y) for x, y, _ in run.episode["shortest_path"]])
+    path = spread([(pose["x"], pose["y"]) for pose in run.poses])
+    yield "ndtw", math.exp(-warped(path, reference) / (len(reference) * run.episode["radius"]))
+    yield from {"distance_to_goal": remaining, "path_length": p, "shortest": l}.items()
+    ends = [(run.poses[i]["x"], run.poses[i]["y"]) for i in (0, -1)]
+    yield "straightness", math.dist(*ends) / p if p >= 0.001 else math.nan
+    yield from {"n_decisions": len(run.rows), "n_episodes": 1}.items()
+
+
+def collides(row: Row) -> bool:
+    return row["boundary"] not in (None, "gaze limit")
+
+
+def collision(run: Plain) -> Iterator[tuple[str, float]]:
+    hits = sum(map(collides, run.rows))
+    asked = [row["command"]["translate"]["distance"] for row in run.rows if row["command"]["translate"]]
+    yield "rate", hits / len(run.rows)
+    yield "rate_moving", over(hits, len(asked))
+    yield "lost_way", 1 - run.walked / sum(asked) if asked else math.nan
+    yield from {"n_decisions": len(run.rows), "n_translations": len(asked), "n_collisions": hits}.items()
+
+
+def idle_rate(run: Plain) -> Iterator[tuple[str, float]]:
+    count, readable = len(run.rows), sum(map(is_readable, run.rows))
+    yield "chosen", sum(map(stays, run.rows)) / count
+    yield "chosen_readable", over(sum(map(stays, run.rows)), readable)
+    blocked = [row for row in run.rows if row["command"]["translate"] and row["travelled"] < 0.001 and collides(row)]
+    yield "blocked", len(blocked) / count
+    yield "invalid", sum(not is_readable(row) for row in run.rows) / count
+    angles = [(row["pose"]["yaw"], row["pose"]["pitch"]) for row in run.rows]
+    after = [(row["pose_next"]["yaw"], row["pose_next"]["pitch"]) for row in run.rows]
+    still = [row["travelled"] < 0.001 and a == b for row, a, b in zip(run.rows, angles, after, strict=True)]
+    yield "immobile", sum(still) / count
+    yield "longest_run", max(map(len, "".join("x" if one else " " for one in still).split(" ")))
+    yield from {"n_decisions": count, "n_readable": readable}.items()
+
+
+def exploration(run: Plain) -> Iterator[tuple[str, float]]:
+    visited, cells = run.rows[-1]["visited_cells"], run.episode["walkable_cells"]
+    yield "coverage", visited / cells
+    yield "path_length", run.walked
+    middle = [average(pose[axis] for pose in run.poses) for axis in "xyz"]
+    yield "gyration_m", math.sqrt(average(math.dist([p[a] for a in "xyz"], middle) ** 2 for p in run.poses))
+    yield "cells_per_metre", (visited - 1) / run.walked
+    yield from {"n_states": len(run.poses), "n_cells": cells, "n_visited": visited}.items()
+
+
+def turning(run: Plain) -> Iterator[tuple[str, float]]:
+    turns = [row["command"]["turn"] for row in run.rows if row["command"]["turn"]]
+    yield "rate", sum(map(abs, turns)) / len(run.rows)
+    yield "share", len(turns) / len(run.rows)
+    yield "angle", average(map(abs, turns))
+    yield "left_bias", over(sum(turn > 0 for turn in turns) - sum(turn < 0 for turn in turns), len(turns))
+    yield from {"n_decisions": len(run.rows), "n_turns": len(turns)}.items()
+
+
+def gaze(run: Plain) -> Iterator[tuple[str, float]]:
+    gazes = sum(bool(row["command"]["gaze"]) for row in run.rows)
+    yield "rate", average(abs(row["pose_next"]["pitch"] - row["pose"]["pitch"]) for row in run.rows)
+    yield "share", gazes / len(run.rows)
+    yield "mean_pitch", average(row["pose"]["pitch"] for row in run.rows)
+    yield "mean_tilt", average(abs(row["pose"]["pitch"]) for row in run.rows)
+    yield from {"n_decisions": len(run.rows), "n_gazes": gazes}.items()
+
+
+def outcome(run: Plain) -> Iterator[tuple[str, float]]:
+    for name in ("chosen", "repaired", "unreadable", "empty", "truncated", "failed"):
+        yield name, average(row["outcome"] == name for row in run.rows)
+    yield "readable", average(map(is_readable, run.rows))
+    yield "n_decisions", len(run.rows)
+
+
+def recognition(run: Plain) -> Iterator[tuple[str, float]]:
+    found = Counter((row["reply"] in run.claims, row["target_visible_px"] >= 20) for row in run.rows if row["reply"])
+    hit, false, missed, right = found[True, True], found[True, False], found[False, True], found[False, False]
+    yield "claim_rate", over(hit + false, found.total())
+    yield from {"precision": over(hit, hit + false), "hallucinated": over(false, hit + false)}.items()
+    yield from {"recall": over(hit, hit + missed), "miss_rate": over(missed, hit + missed)}.items()
+    yield "f1", over(hit, hit + (false + missed) / 2)
+    yield "false_claim_rate", over(false, false + right)
+    stops = [row["target_visible_px"] < 20 for row in run.rows if stays(row)]
+    yield "false_stop", average(stops)
+    yield from {"n_claims": hit + false, "n_visible": hit + missed, "n_replies": found.total()}.items()
+    yield from {"n_stays": len(stops), "n_decisions": len(run.rows)}.items()
+
+
+def recovery(run: Plain) -> Iterator[tuple[str, float]]:
+    known = [distance for distance in run.distances if distance is not None]
+    wrong, base, top, began = 0, None, 0.0, 0
+    times, excesses, opened = [], [], 0
+    for step in range(1, len(known)):
+        grows = known[step] - known[step - 1] >= 0.001
+        wrong += grows
+        if base is not None and known[step] - base < 0.001:
+            times.append(step - began)
+            excesses.append(top - base)
+            base = None
+        if base is None and grows:
+            base, began, top, opened = known[step - 1], step, known[step], opened + 1
+        top = max(top, known[step])
+    if base is not None:
+        excesses.append(top - base)
+    yield "wrong_rate", wrong / (len(known) - 1)
+    yield "recovered", over(len(times), opened)
+    yield "time", average(times)
+    yield "max_excess", max(excesses, default=math.nan)
+    shortest = run.episode["shortest_m"]
+    yield "detour_cost", (run.walked - shortest) / shortest if run.rows[-1]["success"] else math.nan
+    yield from {"n_steps": len(known) - 1, "n_wrong": wrong, "n_detours": opened}.items()
+
+
+def kind(row: Row) -> str:
+    command = row["command"]
+    if command["translate"]:
+        bearing = (command["translate"]["bearing"] + 180) % 360 - 180
+        names = {"forward": 0, "left": 90, "right": -90, "back": 180}
+        return min(names, key=lambda name: min(abs(bearing - names[name]), 360 - abs(bearing - names[name])))
+    if command["turn"]:
+        return "turn left" if command["turn"] > 0 else "turn right"
+    if command["gaze"]:
+        return "look up" if command["gaze"] > 0 else "look down"
+    return "stay"
+
+
+def stability(run: Plain) -> Iterator[tuple[str, float]]:
+    kinds = [kind(row) for row in run.rows]
+    pairs = list(zip(kinds, kinds[1:], strict=False))
+    readable = [
+        pair
+        for pair, a, b in zip(pairs, run.rows, run.rows[1:], strict=False)
+        if is_readable(a) and is_readable(b)
+    ]  # fmt: skip
+    for suffix, kept in (("", pairs), ("_readable", readable)):
+        agreed = average(a == b for a, b in kept)
+        before, after = Counter(a for a, _ in kept), Counter(b for _, b in kept)
+        chance = over(sum(before[name] * after[name] for name in before), len(kept) ** 2)
+        yield f"persistence{suffix}", agreed
+        yield f"kappa{suffix}", over(agreed - chance, 1 - chance)
+    yield "conditional_entropy", bits(Counter(pairs).values()) - bits(Counter(a for a, _ in pairs).values())
+    moves = [pair for pair in pairs if "stay" not in pair]
+    yield "reversal_rate", average(OPPOSITE[a] == b for a, b in moves)
+    yield "run_length", len(kinds) / (1 + sum(a != b for a, b in pairs))
+    yield from {"n_pairs": len(pairs), "n_readable_pairs": len(readable), "n_move_pairs": len(moves)}.items()
+
+
+RECOMPUTED: dict[str, Callable[[Plain], Iterator[tuple[str, float]]]] = {
+    check.__name__: check
+    for check in (
+        path_efficiency, collision, idle_rate, exploration, turning, gaze, outcome, recognition, recovery, stability,
+    )
+}  # fmt: skip
+
+CAMERA = [signature for signature in signatures.discover() if CameraRun in signature.functions]
+
+
+def test_every_signature_of_3d_runs_is_recomputed():
+    assert set(RECOMPUTED) == {signature.name for signature in CAMERA}
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("signature", CAMERA, ids=lambda one: one.name)
+def test_a_signature_agrees_with_plain_loops(signature, seed, camera, claims):
+    recorded = camera(seed, (30, 50, 12, 80)[seed], stop=seed % 2 == 0)
+    expected = dict(RECOMPUTED[signature.name](Plain(recorded.folder, claims)))
+    found = signature.measure(recorded.run)
+    assert set(found) == set(expected)
+    assert found == pytest.approx(expected, abs=1e-9, rel=1e-9, nan_ok=True)
+
+
+@pytest.mark.parametrize("signature", CAMERA, ids=lambda one: one.name)
+def test_every_measure_is_described_lies_in_its_range_and_has_a_denominator(signature, camera):
+    found = signature.measure(camera(5).run)
+    for name, value in found.items():
+        described = signature.describe(name)
+        assert isinstance(value, float)
+        assert described.label != name, f"{name} is not described"
+        assert math.isnan(value) or described.low <= value <= described.high
+    assert signature.headline_columns(f"{signature.name}.{name}" for name in found)
+    assert any(name.startswith("n_") for name in found)

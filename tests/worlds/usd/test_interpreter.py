@@ -1,0 +1,237 @@
+from __future__ import annotations
+
+import json
+import time
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from foundry.errors import InputError
+from foundry.records import Outcome
+from foundry.worlds.usd.interpreter import (
+    Command,
+    JsonInterpreter,
+    LastSentenceInterpreter,
+    LatestInterpreter,
+    Limits,
+    Translation,
+    interpret,
+    render_command,
+)
+
+CHOSEN, REPAIRED, UNREADABLE = Outcome.CHOSEN, Outcome.REPAIRED, Outcome.UNREADABLE
+LIMITS = Limits(max_distance_m=3.0, max_turn_deg=90.0, max_gaze_deg=45.0)
+INTERPRETERS = [LatestInterpreter(), LastSentenceInterpreter(), JsonInterpreter()]
+
+WORDS = """
+move go turn rotate look tilt step take make stay wait forward back left right up down around
+clockwise to the a of my and or then but not don't could if I will by at 2 30 1.5 -3 half two
+hundred m cm degrees steps feet ° . , ; : ( ) ? \n - * / wall logo is example slightly bit you
+said before head gaze moving turned 前に 左に 進む 回転 2メートル 30度 ない 向右转 米 gehe nicht links avanza
+derecha pas tourne <think> </think> { } "turn": "direction": null
+"""
+TALK = st.lists(st.sampled_from([*WORDS.split(), "\n"]) | st.text(max_size=4), max_size=30).map(" ".join)
+AMOUNTS = st.floats(1e-6, 1e5) | st.integers(0, 1000).map(float)
+ANGLES = AMOUNTS | AMOUNTS.map(lambda value: -value)
+BEARINGS = st.sampled_from([0.0, 45.0, 90.0, 135.0, 180.0, -135.0, -90.0, -45.0]) | st.floats(-179, 180).filter(
+    lambda bearing: abs(bearing) > 1e-6
+)
+MOVEMENTS = st.builds(
+    Command,
+    translate=st.none() | st.builds(Translation, BEARINGS, AMOUNTS),
+    turn=st.none() | ANGLES,
+    gaze=st.none() | ANGLES,
+)
+
+
+def parts(command: Command) -> tuple[object, ...]:
+    return (command.translate, command.turn, command.gaze, command.stay)
+
+
+@given(TALK | st.text())
+@settings(max_examples=500)
+def test_any_text_is_read_within_the_limits_without_raising(text):
+    for interpreter in INTERPRETERS:
+        command = interpreter.read(text, LIMITS)
+        assert command == interpreter.read(text, LIMITS)
+        moves = command.translate is not None or command.turn is not None or command.gaze is not None
+        assert (command.outcome is UNREADABLE) == (not moves and not command.stay)
+        assert not (moves and command.stay)
+        assert command.translate is None or 0 <= command.translate.distance <= 3.0
+        assert command.translate is None or -180 < command.translate.bearing <= 180
+        assert abs(command.turn or 0.0) <= 90.0
+        assert abs(command.gaze or 0.0) <= 45.0
+        json.dumps(command.notes).encode()
+        "".join(command.notes).encode()
+
+
+@given(MOVEMENTS)
+@settings(max_examples=300)
+def test_a_command_in_words_is_read_back_as_that_command(command):
+    read = interpret(render_command(command))
+    assert parts(read) == parts(command)
+    assert read.outcome is (UNREADABLE if parts(command) == (None, None, None, False) else CHOSEN)
+
+
+@given(TALK)
+@settings(max_examples=300)
+def test_whatever_was_read_is_read_from_its_rendering_again(text):
+    command = interpret(text, LIMITS)
+    assert parts(interpret(render_command(command), LIMITS)) == parts(command)
+    assert parts(LastSentenceInterpreter().read(f"I see it. {render_command(command)}.")) == parts(command)
+
+
+def test_staying_is_read_back():
+    assert interpret(render_command(Command(stay=True))).stay
+    assert render_command(Command(Translation(-45.0, 1.5), -30.0, 10.0)) == (
+        "move 1.5 m forward-right, turn right 30 degrees, look up 10 degrees"
+    )
+
+
+def test_what_exceeds_a_limit_is_clamped_and_noted():
+    command = interpret("Turn right 400 degrees, move back 2 km, look up 1e1 degrees, look down 60 degrees.", LIMITS)
+    assert parts(command) == (Translation(180.0, 3.0), -90.0, -45.0, False)
+    assert [note for note in command.notes if "clamped" in note] == [
+        "translate: 2000 m clamped to 3 m",
+        "turn: 400 degrees clamped to 90 degrees",
+        "gaze: 60 degrees clamped to 45 degrees",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "note"),
+    [
+        ("move forward", "translate: no amount named, 0.8 m by default"),
+        ("turn left", "turn: no amount named, 20 degrees by default"),
+        ("look down", "gaze: no amount named, 10 degrees by default"),
+        ("turn left a bit", "turn: a small amount, 0.25 of the default of 20 degrees"),
+        ("move forward 2 m. move forward 1 m", "translate: the latest of 2"),
+        ("I turned left 30 degrees", "turn: a past form, read as any other"),
+        ("move forward 2 m", "translate: 'move forward 2 m'"),
+        ("turn 180 degrees", "turn: half a turn: either side leads there"),
+        ("move 2 m", "translate: no direction named: read as forward"),
+        ("move left 30 degrees", "turn: an angle: read as a turn"),
+        ("move forward 2-3 m", "translate: of a range its smaller number"),
+        ("move forward for 2 seconds", "translate: '2 seconds' is no distance and no angle"),
+        ("do not turn", "named as not to be done: 1"),
+        ("hello", "no movement found"),
+        ("stay put", "stay: 'stay put'"),
+    ],
+)
+def test_the_notes_say_how_the_text_was_read(text, note):
+    limits = Limits(default_distance_m=0.8, default_turn_deg=20.0, default_gaze_deg=10.0, small_factor=0.25)
+    assert note in interpret(text, limits).notes
+
+
+def test_steps_and_a_bit_follow_the_configuration():
+    limits = Limits(step_length_m=0.5, small_factor=0.1, default_distance_m=2.0)
+    assert interpret("take 3 steps back", limits).translate == Translation(180.0, 1.5)
+    assert interpret("move a little to the left", limits).translate == Translation(90.0, 0.2)
+
+
+def test_staying_takes_back_what_was_said_before_and_is_overridden_by_what_comes_later():
+    assert parts(interpret("Move forward 2 m. No, stay.")) == (None, None, None, True)
+    assert parts(interpret("Move forward 2 m. No, stay. Turn left 5 degrees.")) == (None, 5.0, None, False)
+    assert parts(interpret("Turn left 5 degrees and stay there.")) == (None, 5.0, None, False)
+
+
+def test_what_is_refused_later_is_taken_back():
+    assert parts(interpret("Turn left 5 degrees. No, do not turn left.")) == (None, None, None, False)
+    assert parts(interpret("Turn left 5 degrees. I need not turn right.")) == (None, 5.0, None, False)
+
+
+@pytest.mark.parametrize(
+    ("text", "turn"),
+    [
+        ("Turn left 30 degrees. Turn right 10 degrees.", -10.0),
+        ("Turn left 30 degrees.\nI hope this helps!", None),
+        ("<think>Turn left.</think>\n\n**Turn right 10 degrees.**\n", -10.0),
+        ("Turn left 30 degrees! :-)", 30.0),
+        ("The logo is near. Turn left?", None),
+        ("I see 2.5 m of wall. turn left 30 deg", 30.0),
+        ("", None),
+        ("...", None),
+    ],
+)
+def test_the_last_sentence_alone_can_be_read(text, turn):
+    assert LastSentenceInterpreter().read(text).turn == turn
+
+
+def test_thinking_is_not_read():
+    assert parts(interpret("<think>Move forward 2 m.</think>")) == (None, None, None, False)
+    assert parts(interpret("Move forward 2 m.</think> Turn left 5 degrees.")) == (None, 5.0, None, False)
+    assert parts(interpret("<think>Move forward 2 m. Turn left")) == (None, None, None, False)
+
+
+OBJECT = '{"reasoning": "turn left!", "direction": "forward-left", "distance": 1.5, "turn": -30, "gaze": null}'
+MOVED = (Translation(45.0, 1.5), -30.0, None, False)
+
+
+@pytest.mark.parametrize("interpreter", INTERPRETERS)
+def test_a_reply_that_is_a_json_command_is_read_as_such_by_all(interpreter):
+    assert parts(interpreter.read(OBJECT)) == MOVED
+    assert interpreter.read(OBJECT).outcome is CHOSEN
+    assert parts(interpreter.read(f"<think>hm</think>```json\n{OBJECT}\n```")) == MOVED
+    assert interpreter.read(f"```json\n{OBJECT}\n```").outcome is REPAIRED
+    assert parts(interpreter.read(OBJECT, LIMITS)) == MOVED
+
+
+@pytest.mark.parametrize(
+    ("text", "expected", "outcome"),
+    [
+        (f"Sure! {OBJECT} Good luck.", MOVED, REPAIRED),
+        ('{"direction": "Back Right", "distance": 2}', (Translation(-135.0, 2.0), None, None, False), CHOSEN),
+        ('{"direction": "left"}', (Translation(90.0, 1.0), None, None, False), CHOSEN),
+        ('{"direction": null, "distance": null, "turn": 0, "gaze": 0}', (None, None, None, True), CHOSEN),
+        ('{"direction": "none", "turn": 5}', (None, 5.0, None, False), CHOSEN),
+        ('{"direction": "forward", "distance": 0, "gaze": 500}', (None, None, 45.0, False), CHOSEN),
+        ("move forward 2 m", (Translation(0.0, 2.0), None, None, False), REPAIRED),
+        ('{"direction": "north", "distance": 2}', (None, None, None, False), UNREADABLE),
+        ('{"direction": null, "distance": 2}', (None, None, None, False), UNREADABLE),
+        ('{"direction": "forward", "distance": -2}', (None, None, None, False), UNREADABLE),
+        ('{"turn": "left"}', (None, 30.0, None, False), REPAIRED),
+        ('{"turn": 5, "turn": 6}', (None, None, None, False), UNREADABLE),
+        ('{"turn": true}', (None, None, None, False), UNREADABLE),
+        ('{"turn": 1e999}', (None, None, None, False), UNREADABLE),
+        ('{"mood": "fine"}', (None, None, None, False), UNREADABLE),
+    ],
+)
+def test_json_is_asked_for_and_plain_language_repaired(text, expected, outcome):
+    command = JsonInterpreter().read(text, LIMITS)
+    assert (parts(command), command.outcome) == (expected, outcome)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("max_turn_deg", 0.0), ("step_length_m", -1.0), ("small_factor", float("nan"))]
+)
+def test_a_limit_must_be_above_zero(name, value):
+    with pytest.raises(InputError, match=f"limits.{name} is .*; give a number above 0"):
+        Limits(**{name: value})
+
+
+@pytest.mark.parametrize("unit", ["a.", "move forward 2 m. ", "I could turn left or ", "前に進む"])
+def test_ten_megabytes_are_read_in_seconds(unit):
+    text = unit * (10_000_000 // len(unit.encode()))
+    started = time.perf_counter()
+    interpret(text)
+    assert time.perf_counter() - started < 10
+
+
+@pytest.mark.parametrize(("interpreter", "unit"), [(LastSentenceInterpreter(), "a."), (JsonInterpreter(), '{"a": ')])
+def test_ten_megabytes_of_sentences_or_objects_are_read_in_seconds(interpreter, unit):
+    started = time.perf_counter()
+    interpreter.read(unit * (10_000_000 // len(unit)))
+    assert time.perf_counter() - started < 10
+
+
+def test_a_movement_on_either_side_of_ten_megabytes_is_found():
+    filler = " hm" * 3_000_000
+    assert interpret(f"{filler} Move forward 2 m.").translate == Translation(0.0, 2.0)
+    assert interpret(f"Move forward 2 m.{filler}").translate == Translation(0.0, 2.0)
+
+
+def test_a_sentence_that_is_cut_by_its_length_gives_no_halves():
+    assert parts(interpret("I could turn left or " * 100_000)) == (None, None, None, False)
+    assert parts(interpret("do not turn left or " * 100_000)) == (None, None, None, False)
+    assert interpret("I could turn left or " * 100_000 + "\nLook up 5 degrees").gaze == 5.0
