@@ -13,21 +13,10 @@ import pandas as pd
 from analysis.camera_records import CameraRecords
 from analysis.camera_run import CameraRun
 from analysis.grid_records import GridRecords, is_grid, settings
-from analysis.lines import COMPLETE, EPISODE, FAILED, MESSAGES, NOT_STARTED, STEPS, UNFINISHED, read_lines
+from analysis.lines import EPISODE, MESSAGES, NOT_STARTED, STEPS, UNFINISHED, read_lines
 from analysis.run import GridRun
 from foundry.records import CameraEpisode, CameraStep, GridStep, Message, RunSummary
 from foundry.store import RunFolder, SweepFolder
-
-__all__ = [
-    "COMPLETE",
-    "FAILED",
-    "NOT_STARTED",
-    "UNFINISHED",
-    "Loaded",
-    "Records",
-    "Run",
-    "load",
-]
 
 Records: TypeAlias = GridRecords | CameraRecords
 """The lines of one run, by the kind of its world."""

@@ -11,10 +11,11 @@ import pandas as pd
 
 from analysis.camera_records import CameraRecords
 from analysis.comparison import Comparison, Headline, compare, headline
-from analysis.grid_records import GridRecords
+from analysis.grid_records import GridRecords, is_grid
 from analysis.groups import group_columns, group_label
 from analysis.intervals import FEWEST_FOR_CLAIMS
-from analysis.load import COMPLETE, Records, has_episode
+from analysis.lines import COMPLETE
+from analysis.load import Records, has_episode
 from analysis.signatures import FAILURE_RATE
 from analysis.table import RunResult, SignatureTable, build_table, measure_runs
 from foundry.errors import InputError
@@ -95,9 +96,12 @@ def _open(paths: Sequence[Path]) -> list[SweepFolder]:
 
 
 def _kinds(sweeps: Sequence[SweepFolder]) -> set[type[Records]]:
-    """Return which kinds of runs there are; one without records yet counts as 2D."""
+    """Return which kinds of runs there are; the 2D one where nothing says otherwise."""
     runs = [run for sweep in sweeps for run in sweep.runs()]
-    return {CameraRecords if has_episode(run, None) else GridRecords for run in runs}
+    found: set[type[Records]] = {CameraRecords for run in runs if has_episode(run, None)}
+    if not found or any(is_grid(run.config()) for run in runs):
+        found.add(GridRecords)
+    return found
 
 
 def _sweep_names(paths: Sequence[Path]) -> list[str]:

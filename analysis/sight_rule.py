@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import re
 from functools import lru_cache
+from itertools import accumulate
 
 from analysis import sight_words as words
 from analysis.words import LETTERS, compiled, plain, whole_words
@@ -83,25 +84,38 @@ def claims_to_see(reply: str, target: str) -> bool:
 def _sentence_claims(sentence: str, mention: re.Pattern[str]) -> bool:
     if sentence.rstrip(" \"'*").endswith(("?", "？")) or not mention.search(sentence):
         return False
-    before = ""
+    inherited = ""
     for clause in _CLAUSES.split(sentence):
-        if any(_clause_claims(clause, found, before) for found in mention.finditer(clause)):
+        if _clause_claims(mention.split(clause), inherited):
             return True
-        before = _last_cue(clause) or before
+        inherited = _last_cue(clause) or inherited
     return False
 
 
-def _clause_claims(clause: str, mention: re.Match[str], inherited: str) -> bool:
-    """Return whether this mention is claimed to be seen; `inherited` is the last cue of the clauses before."""
-    head, tail = clause[: mention.start()], clause[mention.end() :]
-    before, after = _last_cue(head), _first_cue(tail)
+def _clause_claims(parts: list[str], inherited: str) -> bool:
+    """Return whether any mention in a clause is claimed to be seen.
+
+    Args:
+        parts: the texts before, between and behind the mentions.
+        inherited: the last cue of the clauses before.
+    """
+    before = list(accumulate(map(_last_cue, parts[:-1]), _latest))
+    after = list(accumulate(map(_first_cue, parts[:0:-1]), _latest))[::-1]
+    if any(_claimed(*cues) for cues in zip(before, after, strict=True)):
+        return True
+    listed = len(parts) == 2 and not parts[1].strip(" .\"'*)") and len(parts[0].split()) <= _LEADING_WORDS
+    return listed and not before[0] and inherited in _YES
+
+
+def _latest(cue: str, following: str) -> str:
+    return following or cue
+
+
+def _claimed(before: str, after: str) -> bool:
+    """Return whether a mention between two cues, or none, is claimed to be seen."""
     if before in _NO or after in _NO or (before == "searched" and after != "placed"):
         return False
-    if after:
-        return after in _YES
-    if before:
-        return before in _YES
-    return inherited in _YES and not tail.strip(" .\"'*)") and len(head.split()) <= _LEADING_WORDS
+    return (after or before) in _YES
 
 
 def _first_cue(text: str) -> str:

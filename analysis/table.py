@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from analysis import signatures
-from analysis.load import COMPLETE, FAILED, further_factors, identity, is_measurable, read_records, read_run
+from analysis.lines import COMPLETE, FAILED
+from analysis.load import further_factors, identity, is_measurable, read_records, read_run
 from analysis.signatures import FAILURE_RATE
 from foundry.store import RunFolder, SweepFolder
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import cached_property, lru_cache
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -88,6 +89,7 @@ class Surroundings:
         bounds = None if settings.bounds is None else np.array(settings.bounds, np.float64)
         self.collider = Collider(self.scene, bounds=bounds, floor_height=settings.floor)
         self._targets: dict[str, Target] = {}
+        self._last_way: tuple[tuple[float, float, float], Target | None, Way] | None = None
 
     @cached_property
     def navigator(self) -> Navigator:
@@ -208,9 +210,13 @@ class Surroundings:
         return {mesh.path: mesh.label for mesh in self.scene.meshes}
 
     def way(self, pose: Pose, target: Target | None) -> Way:
-        """Return the shortest way from a pose to the goal."""
-        route = self.navigator.path(_foot(pose), target.ways) if target else None
-        return Way(np.zeros((0, 3)), None) if route is None else Way(route.points, float(route.length_m))
+        """Return the shortest way from a pose to the goal; asked again from the same place, the same one."""
+        place = (pose.x, pose.y, pose.z)
+        if self._last_way is None or self._last_way[:2] != (place, target):
+            route = self.navigator.path(_foot(pose), target.ways) if target else None
+            way = Way(np.zeros((0, 3)), None) if route is None else Way(route.points, float(route.length_m))
+            self._last_way = (place, target, way)
+        return self._last_way[2]
 
     def direction_of(self, pose: Pose, target: Target | None) -> tuple[float | None, float | None]:
         """Return the direction (yaw, pitch), degrees, of the target's middle from the eye."""
@@ -228,8 +234,9 @@ class Surroundings:
 
 
 def surroundings_of(settings: UsdSettings) -> Surroundings:
-    """Return the surroundings for these settings; the latest are kept, so that runs share them."""
-    return _surroundings(msgspec.json.encode(settings))
+    """Return the surroundings for these settings; the latest are kept, so that runs and conditions share them."""
+    elsewhere: dict[str, Any] = {"name": "", "task": "", "steps": 1, "history": 0, "boundary": "", "keep_images": True}
+    return _surroundings(msgspec.json.encode(msgspec.structs.replace(settings, **elsewhere)))
 
 
 @lru_cache(maxsize=4)

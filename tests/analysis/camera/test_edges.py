@@ -27,7 +27,7 @@ def test_without_a_target_nothing_about_one_is_defined(camera):
     assert found["collision.rate"] > 0
 
 
-def test_without_a_way_to_the_target_only_its_length_is_needed_nowhere(camera):
+def test_without_a_way_to_the_target_what_needs_one_is_undefined(camera):
     found = signatures.measure(camera(2, shortest_path=[], shortest_m=None, stop=True).run)
     assert undefined(found, "path_efficiency") >= {"spl", "soft_spl", "ndtw", "shortest"}
     assert found["path_efficiency.success"] == 1

@@ -87,9 +87,9 @@ def warped(path: list[tuple[float, float]], reference: list[tuple[float, float]]
 def path_efficiency(run: Plain) -> Iterator[tuple[str, float]]:
     last, p, l = run.rows[-1], run.walked, run.episode["shortest_m"]  # noqa: E741
     success = last["success"] and stays(last)
-    yield "success", success
-    yield "reached", last["success"]
-    yield "oracle_success", any(row["success"] for row in run.rows)
+    yield "success", float(success)
+    yield "reached", float(last["success"])
+    yield "oracle_success", float(any(row["success"] for row in run.rows))
     remaining = math.nan if run.distances[-1] is None else run.distances[-1]
     yield "spl", success * l / max(l, p)
     yield "soft_spl", max(0, 1 - remaining / l) * l / max(l, p) if remaining == remaining else math.nan

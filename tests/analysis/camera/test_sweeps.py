@@ -99,7 +99,7 @@ def test_the_table_and_the_plots_show_what_3d_runs_have(camera_sweep):
 
 def test_2d_and_3d_sweeps_are_taken_together(camera_sweep, make_sweep, make_condition):
     grid = make_sweep([make_condition("a", range(2))], name="grid")
-    found = analysis.analyze([grid.path, camera_sweep().path])
+    found = analysis.analyze([grid.path, camera_sweep().path], plots=False)
     assert found.runs["path_efficiency.spl"].isna().tolist() == [True] * 2 + [False] * 4
     assert found.runs["clustering.largest_group"].isna().tolist() == [False] * 2 + [True] * 4
     flat, hall = found.compared.groups[0], found.compared.groups[1]

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import json
 import re
-import time
 
 import pytest
 from hypothesis import given, settings
@@ -229,11 +228,9 @@ def test_deep_nesting_is_unreadable(text):
         UP + ",",
     ],
 )
-def test_ten_megabytes_are_read_in_seconds(unit):
+def test_ten_megabytes_without_a_decision_are_read_to_their_end(unit):
     text = '{"' + unit * (10_000_000 // len(unit))
-    started = time.perf_counter()
-    read_action(Answer(text))
-    assert time.perf_counter() - started < 5
+    assert read_action(Answer(text)).outcome is Outcome.UNREADABLE
 
 
 def test_a_decision_after_ten_megabytes_of_thinking_is_found():
