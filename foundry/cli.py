@@ -246,11 +246,17 @@ def _known_models(sweep: Sweep) -> tuple[dict[str, ModelInfo], str]:
 
 @app.command()
 def resume(folder: Folder) -> None:
-    """Go on with a sweep: complete runs are skipped, answered calls are not asked again."""
+    """Go on with a sweep: complete runs are skipped, answered calls are not asked again.
+
+    OLLAMA_HOST, where it is set, replaces the hosts that the sweep began with.
+    """
     from foundry.preflight import check
     from foundry.store import SweepFolder, check_digests
+    from foundry.sweep import with_hosts
 
     opened = SweepFolder.open(folder)
+    if "OLLAMA_HOST" in os.environ:
+        opened.sweep = with_hosts(opened.sweep, os.environ["OLLAMA_HOST"])
     infos = check(opened.sweep)
     check_digests(opened, [_model_line(info) for info in infos.values()])
     raise typer.Exit(_run_folder(opened, opened.settings, infos))

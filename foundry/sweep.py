@@ -7,7 +7,7 @@ import hashlib
 import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from foundry.errors import InputError
@@ -125,6 +125,19 @@ def identity(config: Mapping[str, Any]) -> dict[str, Any]:
 def model_key(model: Mapping[str, Any]) -> str:
     """Return a text that is equal for equal model configurations."""
     return json.dumps(model, sort_keys=True, default=str)
+
+
+def with_hosts(sweep: Sweep, hosts: str) -> Sweep:
+    """Return the same sweep with its served models reached at other hosts; no run becomes another one by that."""
+    conditions = tuple(replace(one, config=_rehosted(one.config, hosts)) for one in sweep.conditions)
+    return replace(sweep, conditions=conditions)
+
+
+def _rehosted(config: Mapping[str, Any], hosts: str) -> dict[str, Any]:
+    model = config["model"]
+    if "hosts" not in model.get("server", {}):
+        return dict(config)
+    return {**config, "model": {**model, "server": {**model["server"], "hosts": hosts}}}
 
 
 def _by_model(conditions: Sequence[Condition]) -> list[int]:

@@ -255,6 +255,16 @@ def test_a_model_that_changed_in_between_is_not_continued(workspace: Path):
     assert "changed since this sweep began" in done.stderr
 
 
+def test_a_sweep_can_be_resumed_on_another_server(workspace: Path):
+    argv = ["model=qwen3:4b", "output.dir=out", *TINY]
+    with OllamaServer(lambda body: refused(400, "not today")) as server:
+        assert foundry(*argv, cwd=workspace, OLLAMA_HOST=server.url).returncode == 3
+    with OllamaServer() as other:
+        done = foundry("resume", "out", cwd=workspace, OLLAMA_HOST=other.url)
+    assert done.returncode == 0, done.stderr
+    assert len(other.bodies) == 12
+
+
 def test_frames_are_kept_when_asked_for(workspace: Path):
     argv = ["model=scripted/random", "output.dir=out", "record.frames=2", "world.steps=3", *TINY[2:]]
     assert run(argv) == 0

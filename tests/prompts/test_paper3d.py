@@ -14,7 +14,9 @@ from foundry.paths import conf_dir
 from foundry.worlds.base import Question
 from foundry.worlds.usd.interpreter import JsonInterpreter, interpret
 
-VARIANTS = sorted(path.stem for path in (conf_dir() / "prompt").glob("paper3d*.yaml"))
+VARIANTS = sorted(
+    path.stem for path in (conf_dir() / "prompt").glob("*.yaml") if "\n  move:" in path.read_text("utf-8")
+)
 KIBO = OmegaConf.load(conf_dir() / "world" / "kibo.yaml")
 
 STEP_0 = {
@@ -121,10 +123,10 @@ def test_every_variant_is_without_ragged_blank_lines(name: str):
 
 HIDDEN = {
     "paper3d": set(),
-    "paper3d_json": set(),
-    "paper3d_japanese": set(),
-    "paper3d_no_history": {"701", "702", "703.00", "704.00", "215", "+16", "R1", "O1"},
-    "paper3d_no_pose": {"703.00", "704.00", "215", "+16", "705.00", "706.00", "217", "-18"},
+    "json": set(),
+    "japanese": set(),
+    "no_history": {"701", "702", "703.00", "704.00", "215", "+16", "R1", "O1"},
+    "no_pose": {"703.00", "704.00", "215", "+16", "705.00", "706.00", "217", "-18"},
 }
 
 
@@ -141,8 +143,8 @@ def test_every_variant_shows_what_it_should_and_nothing_else(name: str):
 
 
 def test_the_nudge_belongs_to_the_memory():
-    assert "several steps" not in render("paper3d_no_history", LATER | {"idle_streak": 5})
-    assert "several steps" in render("paper3d_no_pose", LATER | {"idle_streak": 5})
+    assert "several steps" not in render("no_history", LATER | {"idle_streak": 5})
+    assert "several steps" in render("no_pose", LATER | {"idle_streak": 5})
 
 
 @pytest.mark.parametrize("name", VARIANTS)
@@ -155,7 +157,7 @@ def test_a_model_that_repeats_its_prompt_moves_nothing(name: str):
 
 
 def test_the_examples_of_the_japanese_prompt_are_understood():
-    shown = re.findall(r"「(.*?)」", render("paper3d_japanese", STEP_0))
+    shown = re.findall(r"「(.*?)」", render("japanese", STEP_0))
     read = [interpret(sentence) for sentence in shown]
     assert [(command.translate is not None, command.turn, command.gaze, command.stay) for command in read] == [
         (True, None, None, False),

@@ -64,7 +64,7 @@ class LastSentenceInterpreter(Interpreter):
 
 
 class JsonInterpreter(Interpreter):
-    """Reads the JSON command of the prompt `paper3d_json`; plain language in its place is `repaired`."""
+    """Reads the JSON command of the prompt `json`; plain language in its place is `repaired`."""
 
     def read(self, reply: str, limits: Limits | None = None) -> Command:
         """Return the command in a reply."""
