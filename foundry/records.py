@@ -188,7 +188,7 @@ class CameraStep(Record, frozen=True, kw_only=True):
         inference_s: seconds the model took; never part of the simulated time.
         distance_before: geodesic distance to the goal before the motion, metres; null when it cannot be reached.
         distance_to_goal: the same after the motion.
-        visited_cells: cells of the walkable grid that the body's axis has been in so far.
+        visited_cells: cells of the walkable grid that the body has covered so far, the start included.
         target_visible_px: pixels of the target in the image the model saw.
         visible_px: pixels of every labelled thing in that image, by label; only what is in view.
         line_of_sight: whether a straight line from the eye reaches the target, before the motion.

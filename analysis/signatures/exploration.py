@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from analysis.camera_run import STILL_M, CameraRun
+from analysis.camera_run import CameraRun
 from analysis.described import Measure, share
 from analysis.formulas import entropy, mean, ratio
 from analysis.run import GridRun, IntArray
@@ -22,7 +22,6 @@ MEASURES = {
     "revisit_rate": share("Revisits (share of states)"),
     "path_length": Measure("Way covered (m)", low=0),
     "gyration_m": Measure("Radius of gyration (m)", low=0),
-    "cells_per_metre": Measure("New cells per metre of way", low=0),
 }
 
 HEADLINE = ("coverage", "unique_ratio", "group_coverage", "gyration", "path_length")
@@ -57,13 +56,11 @@ def measure(run: GridRun) -> dict[str, float]:
 def measure_camera(run: CameraRun) -> dict[str, float]:
     """Return the exploration of a run of a 3D world.
 
-    - coverage: cells of the walkable grid that the body's axis came through / those that can be reached from the
+    - coverage: cells of the walkable grid that the body covered, start included / those that can be reached from the
       start; 0..1. NaN without decisions, or when no cell can be reached. Never compare runs with different limits of
       decisions by it.
     - path_length: the way covered, metres; 0 up.
     - gyration_m: root mean square distance of the places of states 0..T from their mean, metres; 0 up.
-    - cells_per_metre: visited cells beyond the first / way covered; 0 up. Low for who goes over the same ground
-      again. NaN when the way is shorter than a millimetre.
 
     Denominators: n_states (T + 1), n_cells, n_visited.
     """
@@ -72,7 +69,6 @@ def measure_camera(run: CameraRun) -> dict[str, float]:
         "coverage": ratio(visited, run.episode.walkable_cells) if run.decisions else math.nan,
         "path_length": run.path_length,
         "gyration_m": math.sqrt(float(run.foot.var(axis=0).sum())),
-        "cells_per_metre": (visited - 1) / run.path_length if run.path_length >= STILL_M else math.nan,
         "n_states": float(run.decisions + 1),
         "n_cells": float(run.episode.walkable_cells),
         "n_visited": float(visited),

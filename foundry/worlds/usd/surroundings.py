@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import cached_property, lru_cache
+from itertools import pairwise
 from typing import Any
 
 import msgspec
@@ -225,8 +227,12 @@ class Surroundings:
         return angles(target.surfaces.points.mean(axis=0) - self.eye(pose))
 
     def visited(self, places: FloatArray) -> frozenset[int]:
-        """Return the cells that (k, 3) places of the foot lie in."""
-        return frozenset(int(cell) for cell in self.navigator.visited(places))
+        """Return the cells that the body covers on its straight ways from one of (k, 3) places to the next."""
+        parts = [places[:1]]
+        for start, end in pairwise(places):
+            count = math.ceil(float(np.linalg.norm(end - start)) / self.cell_m)
+            parts.append(start + (end - start) * np.linspace(0, 1, count + 1)[1:, None])
+        return frozenset(int(cell) for cell in self.navigator.visited(np.concatenate(parts), self.body.radius_m))
 
     def reachable_cells(self, pose: Pose) -> int:
         """Return how many cells can be reached from a pose."""

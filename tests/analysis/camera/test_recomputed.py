@@ -136,7 +136,6 @@ def exploration(run: Plain) -> Iterator[tuple[str, float]]:
     yield "path_length", run.walked
     middle = [average(pose[axis] for pose in run.poses) for axis in "xyz"]
     yield "gyration_m", math.sqrt(average(math.dist([p[a] for a in "xyz"], middle) ** 2 for p in run.poses))
-    yield "cells_per_metre", (visited - 1) / run.walked
     yield from {"n_states": len(run.poses), "n_cells": cells, "n_visited": visited}.items()
 
 
