@@ -6,7 +6,8 @@ import pytest
 
 from foundry.records import Outcome
 from foundry.worlds.usd.interpreter import Translation, interpret
-from reply_readings import GAZES, INFERRED, MOVES, NOTHING, SEVERAL, STAYS, TURNS
+from reply_readings import GAZES, INFERRED, MOVES, SEVERAL, STAYS, TURNS
+from reply_refusals import NOTHING
 
 READINGS = [
     *((text, Translation(bearing, distance), None, None, False) for text, bearing, distance in MOVES),

@@ -42,8 +42,7 @@ def test_the_seed_draws_the_target_where_there_are_several():
     assert len({episode("gallery", "stay", seed=seed, steps=1).opening.target for seed in range(8)}) > 2
 
 
-@pytest.mark.parametrize("world", WORLDS)
-@pytest.mark.parametrize("seed", [0, 7])
+@pytest.mark.parametrize(("world", "seed"), [("kibo", 0), ("office", 19), ("gallery", 7)])
 def test_the_oracle_finds_the_target_by_nearly_the_shortest_way(world: str, seed: int):
     played = episode(world, "oracle", seed=seed)
     last = played.steps[-1]
