@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import re
 import signal
@@ -10,12 +11,14 @@ import sqlite3
 import subprocess
 import sys
 import threading
+import unittest.mock
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
+from foundry.cli import run
 from foundry.store import SweepFolder
 
 SMALL = ("world.agents=4", "world.steps=4", "analyze=false")
@@ -27,11 +30,16 @@ def environment(**changes: str) -> dict[str, str]:
 
 
 def foundry(*arguments: str, cwd: Path, **changes: str) -> subprocess.CompletedProcess[str]:
-    """Run the command to its end."""
-    return subprocess.run(
-        [sys.executable, "-m", "foundry", *arguments],
-        cwd=cwd, env=environment(**changes), capture_output=True, text=True, timeout=PATIENCE_S, check=False,
-    )  # fmt: skip
+    """Run the command to its end, in this process, as if it had been started in `cwd` with these variables."""
+    out, error = io.StringIO(), io.StringIO()
+    with (
+        contextlib.chdir(cwd),
+        unittest.mock.patch.dict(os.environ, changes),
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(error),
+    ):
+        code = run(arguments)
+    return subprocess.CompletedProcess(arguments, code, out.getvalue(), error.getvalue())
 
 
 @contextlib.contextmanager

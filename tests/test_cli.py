@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import os
 import resource
 import subprocess
 import sys
@@ -328,9 +329,10 @@ def test_models_fetches_one_that_is_missing(workspace: Path):
     assert failed.returncode == 2 and "file does not exist" in failed.stderr
 
 
-def test_the_shell_completes_commands(workspace: Path):
+def test_the_shell_completes_commands():
     ask = {"_FOUNDRY_COMPLETE": "complete_bash", "COMP_WORDS": "foundry re", "COMP_CWORD": "1"}
-    done = foundry(cwd=workspace, **ask)
+    command = [sys.executable, "-m", "foundry"]
+    done = subprocess.run(command, env={**os.environ, **ask}, capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["resume"]
 
 

@@ -80,8 +80,8 @@ def test_a_worker_that_is_killed_costs_only_its_unfinished_runs(tmp_path: Path, 
             wait_until(lambda: cached_answers(tmp_path / "outputs" / "answers.sqlite") == 60, "all is in the cache")
             reports = SweepFolder.open(tmp_path / "sweep").progress()
             victim = next(report["pid"] for report in reports.values() if report["open"])
-            holding.free()
             os.kill(victim, signal.SIGKILL)
+            holding.free()
             output, _ = process.communicate(timeout=60)
         assert process.returncode == 0, output
         assert_nothing_lost_or_paid_twice(server, tmp_path / "sweep", undisturbed)

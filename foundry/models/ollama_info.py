@@ -83,9 +83,9 @@ async def pull_model(name: str, hosts: str | Iterable[str]) -> AsyncIterator[Pul
     """
     for host in parse_hosts(hosts):
         with _reading(host):
-            client = AsyncClient(host, timeout=None, follow_redirects=False, trust_env=False, auth=_without_key)
-            async for part in await client.pull(name, stream=True):
-                yield PullProgress(part.status or "", part.completed or 0, part.total or 0)
+            async with _client(host, timeout=None) as client:
+                async for part in await client.pull(name, stream=True):
+                    yield PullProgress(part.status or "", part.completed or 0, part.total or 0)
 
 
 async def server_version(host: str) -> str:
@@ -157,9 +157,9 @@ async def _installed(host: str) -> list[InstalledModel]:
     ]
 
 
-def _client(host: str) -> AsyncClient:
+def _client(host: str, timeout: Any = TIMEOUT) -> AsyncClient:
     """Return a client that ignores proxies, redirects and any key in the environment."""
-    return AsyncClient(host, timeout=TIMEOUT, follow_redirects=False, trust_env=False, auth=_without_key)
+    return AsyncClient(host, timeout=timeout, follow_redirects=False, trust_env=False, auth=_without_key)
 
 
 def _without_key(request: httpx.Request) -> httpx.Request:
