@@ -13,7 +13,6 @@ from foundry.models.limited import LimitedModel
 from foundry.models.retried import RetriedModel
 from foundry.models.serving import ServedModel
 from foundry.models.warmed import WarmedModel
-from foundry.models.wrapper import Wrapper
 
 
 def build(config: Mapping[str, Any]) -> Any:
@@ -51,15 +50,6 @@ def model_stack(model: Model, answers: Callable[[], Answers]) -> Model:
     )
     limited = LimitedModel(retried, min=in_flight.min, max=in_flight.max, initial=in_flight.initial)
     return CachedModel(WarmedModel(limited), answers())
-
-
-def limit_of(model: Model) -> int | None:
-    """Return how many calls a stack lets through at once now, or None where it does not limit them."""
-    while isinstance(model, Wrapper):
-        if isinstance(model, LimitedModel):
-            return model.limit
-        model = model.inner
-    return None
 
 
 def _one_line(error: BaseException) -> str:

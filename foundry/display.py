@@ -14,32 +14,30 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from foundry.lane import Tally
 from foundry.planning import PlannedRun
 from foundry.store import SweepFolder
 
 REFRESH_S = 0.25
 LINE_EVERY_S = 10.0
+_COUNTS = ("runs", "complete", "failed", "running", "waiting", "calls", "cached", "retries")
+_NUMERIC = frozenset([*_COUNTS, "seed", "size", "context", "to send"])
 
 
 @dataclass
-class Totals:
-    """How far a sweep is with one model, or with all."""
+class Totals(Tally):
+    """How far a sweep is with one model, of so many runs."""
 
     runs: int = 0
-    complete: int = 0
-    failed: int = 0
-    calls: int = 0
-    cached: int = 0
-    retries: int = 0
 
     @property
     def ended(self) -> int:
         """Runs that are complete or failed."""
         return self.complete + self.failed
 
-    def add(self, other: Mapping[str, int]) -> None:
+    def merge(self, report: Mapping[str, int]) -> None:
         """Add a worker's report."""
-        for name, value in other.items():
+        for name, value in report.items():
             setattr(self, name, getattr(self, name) + value)
 
 
@@ -67,7 +65,7 @@ class SweepProgress:
         now = {name: Totals(**vars(totals)) for name, totals in self.before.items()}
         for report in self.folder.progress().values():
             for name, tally in report["models"].items():
-                now[name].add(tally)
+                now[name].merge(tally)
         return now
 
     def at_end(self) -> dict[str, Totals]:
@@ -76,11 +74,7 @@ class SweepProgress:
         for run in self.folder.runs():
             summary = run.summary()
             if summary is not None:
-                totals = ended[summary.model]
-                totals.complete += summary.status == "complete"
-                totals.failed += summary.status != "complete"
-                counts = summary.counts
-                totals.add({"calls": counts.calls, "cached": counts.cached, "retries": counts.retries})
+                ended[summary.model].end(summary)
         return ended
 
 
@@ -176,7 +170,7 @@ def plan_table(planned: Sequence[PlannedRun], most: int = 40) -> Table:
 
 def status_table(folder: SweepFolder) -> Table:
     """Return the counts of a sweep's runs by model."""
-    table = _table("model", "runs", "complete", "failed", "running", "waiting", "calls", "cached", "retries")
+    table = _table("model", *_COUNTS)
     opened = {run for report in folder.progress().values() for run in report["open"]}
     rows: dict[str, Counter[str]] = {}
     for run in folder.runs():
@@ -187,9 +181,8 @@ def status_table(folder: SweepFolder) -> Table:
         if summary:
             counts = summary.counts
             row.update(calls=counts.calls, cached=counts.cached, retries=counts.retries)
-    names = ("runs", "complete", "failed", "running", "waiting", "calls", "cached", "retries")
     for model, row in rows.items():
-        table.add_row(model, *(f"{row[name]:,}" for name in names))
+        table.add_row(model, *(f"{row[name]:,}" for name in _COUNTS))
     return table
 
 
@@ -226,21 +219,3 @@ def _table(*columns: str) -> Table:
         numeric = column in _NUMERIC
         table.add_column(column, justify="right" if numeric else "left", overflow="fold")
     return table
-
-
-_NUMERIC = frozenset(
-    [
-        "seed",
-        "calls",
-        "cached",
-        "retries",
-        "runs",
-        "complete",
-        "failed",
-        "running",
-        "waiting",
-        "size",
-        "context",
-    ]
-    + ["to send"]
-)

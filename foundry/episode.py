@@ -124,12 +124,13 @@ async def play(
         requests = [asker.request(question) for question in world.pending()]
         replies = await asker.model.ask_all(requests)
         recorder.append_calls([asker.call(*pair) for pair in zip(requests, replies, strict=True)])
-        recorder.append(world.advance([_answer(reply) for reply in replies]))
+        recorder.append(world.advance([answer_of(reply) for reply in replies]))
         if frame_every and world.step != before and world.step % frame_every == 0:
             recorder.frame(world.step, world.draw())
 
 
-def _answer(reply: Reply) -> Answer:
+def answer_of(reply: Reply) -> Answer:
+    """Return a reply as the world sees it."""
     return Answer(reply.text, reply.ending, reply.timings.get("latency", 0.0))
 
 

@@ -18,14 +18,14 @@ from typing import Any
 import msgspec
 
 from foundry import provenance
-from foundry.build import build, limit_of, model_stack
+from foundry.build import build, model_stack
 from foundry.episode import Asker, Interrupted, play
 from foundry.errors import FoundryError, ServerError
 from foundry.models.answers import Answers
 from foundry.models.base import Model, ModelInfo
 from foundry.records import Counts, RunSummary
 from foundry.store import RunFolder, RunWriter, SweepFolder, to_yaml, write_atomically, write_run_summary
-from foundry.sweep import model_key
+from foundry.sweep import calls_seed, model_key
 
 REPORT_EVERY_S = 0.25
 RETRY_CLAIM_S = 0.25
@@ -73,6 +73,12 @@ class Tally:
         self.calls += counts.calls
         self.cached += counts.cached
         self.retries += counts.retries
+
+    def end(self, summary: RunSummary) -> None:
+        """Add a run that ended."""
+        self.complete += summary.status == "complete"
+        self.failed += summary.status != "complete"
+        self.add(summary.counts)
 
 
 @dataclass
@@ -164,14 +170,13 @@ class Lane:
             error=failure,
         )
         write_run_summary(folder, summary)
-        self._count(name, summary)
+        self._tallies.setdefault(name, Tally()).end(summary)
 
     async def _episode(self, config: dict[str, Any], writer: RunWriter) -> None:
         scenario = self._shared(config["world"])
         prompt = self._shared(config["prompt"])
-        sampling = config["seed"] if config["sampling_seed"] is None else config["sampling_seed"]
         digest = self.spec.infos[model_key(config["model"])].digest
-        asker = Asker.create(self._model(config["model"]), prompt, digest=digest, seed=sampling)
+        asker = Asker.create(self._model(config["model"]), prompt, digest=digest, seed=calls_seed(config))
         await play(
             scenario.start(config["seed"]),
             asker,
@@ -205,12 +210,6 @@ class Lane:
             self._answers = Answers(self.spec.cache_path)
         return self._answers
 
-    def _count(self, name: str, summary: RunSummary) -> None:
-        tally = self._tallies.setdefault(name, Tally())
-        tally.complete += summary.status == "complete"
-        tally.failed += summary.status != "complete"
-        tally.add(summary.counts)
-
     def _report_until(self, stop: threading.Event) -> None:
         while not stop.wait(REPORT_EVERY_S):
             if self.spec.parent is not None and os.getppid() != self.spec.parent:
@@ -224,12 +223,9 @@ class Lane:
         opened = list(self._open.items())
         for _, (name, writer) in opened:
             models.setdefault(name, Tally()).add(writer.counts)
-        limits = [limit_of(model) for model in list(self._models.values())]
         report = {
             "pid": os.getpid(),
-            "time": time.time(),
             "open": [run for run, _ in opened],
-            "limit": sum(limit for limit in limits if limit is not None),
             "models": {name: vars(tally) for name, tally in models.items()},
         }
         write_atomically(self.spec.folder.progress_file(self.spec.name), msgspec.json.encode(report))

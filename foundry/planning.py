@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from foundry.build import build
 from foundry.episode import Asker, Interrupted, play
@@ -13,9 +14,11 @@ from foundry.models.answers import Answers
 from foundry.models.base import Model, ModelInfo, Reply, Request
 from foundry.models.wrapper import Wrapper
 from foundry.preflight import prompt_of, scenario_of
+from foundry.prompts import Prompt
 from foundry.records import Call, Record
 from foundry.store import RunFolder
-from foundry.sweep import Run, Sweep, model_key
+from foundry.sweep import Run, Sweep, calls_seed, model_key
+from foundry.worlds.base import Scenario
 
 
 @dataclass(frozen=True)
@@ -93,38 +96,56 @@ def plan(
         answers: the answer cache, or None when there is none yet.
         folders: the runs of the sweep's folder that exist already, by id.
     """
-    return [_planned(sweep, run, infos, answers, folders.get(run.id)) for run in sweep.runs]
+    parts = [_Parts.of(condition.config) for condition in sweep.conditions]
+    return [
+        _planned(sweep.config(run), run, parts[run.condition], infos, answers, folders.get(run.id))
+        for run in sweep.runs
+    ]
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """What the runs of a condition share."""
+
+    scenario: Scenario
+    prompt: Prompt
+    model: Model
+
+    @classmethod
+    def of(cls, config: Mapping[str, Any]) -> _Parts:
+        return cls(scenario_of(config), prompt_of(config), build(config["model"]))
 
 
 def _planned(
-    sweep: Sweep, run: Run, infos: dict[str, ModelInfo], answers: Answers | None, folder: RunFolder | None
+    config: Mapping[str, Any],
+    run: Run,
+    parts: _Parts,
+    infos: dict[str, ModelInfo],
+    answers: Answers | None,
+    folder: RunFolder | None,
 ) -> PlannedRun:
-    config = sweep.config(run)
     summary = folder.summary() if folder else None
     complete = summary is not None and summary.status == "complete"
-    scenario = scenario_of(config)
-    model: Model = build(config["model"])
+    model = parts.model
     cached: int | None = 0
     if model.remote and not complete and answers is not None:
         info = infos.get(model_key(config["model"]))
-        cached = None if info is None else asyncio.run(_count_hits(sweep, run, model, info, answers))
+        cached = None if info is None else asyncio.run(_count_hits(config, parts, info, answers))
     return PlannedRun(
         run=run,
         model=model.name,
         prompt=config["prompt"]["name"],
-        world=scenario.name,
-        calls=scenario.count_calls(),
+        world=parts.scenario.name,
+        calls=parts.scenario.count_calls(),
         cached=cached,
         complete=complete,
         remote=model.remote,
     )
 
 
-async def _count_hits(sweep: Sweep, run: Run, model: Model, info: ModelInfo, answers: Answers) -> int:
-    config = sweep.config(run)
-    reader = _CacheOnly(model, answers)
-    sampling = run.seed if config["sampling_seed"] is None else config["sampling_seed"]
-    asker = Asker.create(reader, prompt_of(config), digest=info.digest, seed=sampling)
+async def _count_hits(config: Mapping[str, Any], parts: _Parts, info: ModelInfo, answers: Answers) -> int:
+    reader = _CacheOnly(parts.model, answers)
+    asker = Asker.create(reader, parts.prompt, digest=info.digest, seed=calls_seed(config))
     with contextlib.suppress(Interrupted):
-        await play(scenario_of(config).start(run.seed), asker, _Silent())
+        await play(parts.scenario.start(config["seed"]), asker, _Silent())
     return reader.hits

@@ -7,14 +7,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from foundry.build import build
-from foundry.episode import Asker
+from foundry.episode import Asker, answer_of
 from foundry.errors import InputError
 from foundry.models.answers import Answers
 from foundry.models.base import ChatMessage, Model, ModelInfo, Reply, Request
 from foundry.models.wrapper import Wrapper
 from foundry.preflight import prompt_of, scenario_of
-from foundry.sweep import Sweep, model_key
-from foundry.worlds.base import Answer, World
+from foundry.sweep import Sweep, calls_seed, model_key
+from foundry.worlds.base import World
 
 
 @dataclass(frozen=True)
@@ -70,8 +70,9 @@ def find_prompt(
     model: Model = build(config["model"])
     reader = _CachedOrSilent(model, answers)
     info = infos.get(model_key(config["model"]), ModelInfo(name=model.name))
-    sampling = run.seed if config["sampling_seed"] is None else config["sampling_seed"]
-    asker = Asker.create(reader if model.remote else model, prompt_of(config), digest=info.digest, seed=sampling)
+    asker = Asker.create(
+        reader if model.remote else model, prompt_of(config), digest=info.digest, seed=calls_seed(config)
+    )
     messages = asyncio.run(_search(scenario.start(run.seed), asker, (step, agent, kind)))
     return FoundPrompt(messages, reader.silent)
 
@@ -88,6 +89,6 @@ async def _search(world: World, asker: Asker, wanted: tuple[int, int, str]) -> t
         if questions[0].step > step:
             break
         replies = await asker.model.ask_all([asker.request(question) for question in questions])
-        world.advance([Answer(reply.text, reply.ending) for reply in replies])
+        world.advance([answer_of(reply) for reply in replies])
     known = f"agents {agents[0]} to {agents[-1]} and steps 1 to {world.step}" if agents else "no questions"
     raise InputError(f"No {kind} question is put to agent {agent} at step {step}: the run has {known}.")

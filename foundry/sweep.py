@@ -114,6 +114,12 @@ def expand(asked: Sequence[str], conditions: Iterable[Condition]) -> Sweep:
     return Sweep(asked=tuple(asked), conditions=kept, runs=tuple(runs.values()))
 
 
+def calls_seed(config: Mapping[str, Any]) -> int:
+    """Return the seed that a run's calls derive their sampling seeds from: `sampling_seed`, else `seed`."""
+    sampling = config["sampling_seed"]
+    return int(config["seed"] if sampling is None else sampling)
+
+
 def identity(config: Mapping[str, Any]) -> dict[str, Any]:
     """Return the part of a configuration that decides what a run is."""
     kept = {key: config[key] for key in IDENTITY_KEYS if key in config}

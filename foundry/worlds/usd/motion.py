@@ -47,11 +47,11 @@ def moved(pose: Pose, command: Command, around: Surroundings, settings: UsdSetti
     limit = settings.camera.pitch_limit
     pitch = min(max(wanted, -limit), limit)
     notes = (f"gaze clamped to {pitch:+.0f} deg",) if pitch != wanted else ()
-    turned = make_pose(np.array([pose.x, pose.y, pose.z]), yaw, pitch)
+    foot = foot_of(pose)
+    turned = make_pose(foot, yaw, pitch)
     translate = command.translate
     if translate is None or not translate.distance:
         return Moved(turned, "gaze limit" if notes else None, 0.0, (turned,), notes)
-    foot = np.array([pose.x, pose.y, pose.z])
     motion = around.collider.move(
         foot, yaw + translate.bearing, translate.distance, around.body, slide=settings.boundary == "slide"
     )
@@ -63,6 +63,11 @@ def moved(pose: Pose, command: Command, around: Surroundings, settings: UsdSetti
         places,
         notes,
     )
+
+
+def foot_of(pose: Pose) -> FloatArray:
+    """Return where the foot (3,) of a pose is, metres."""
+    return np.array([pose.x, pose.y, pose.z])
 
 
 def make_pose(foot: FloatArray, yaw: float, pitch: float) -> Pose:

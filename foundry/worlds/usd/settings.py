@@ -65,23 +65,26 @@ class TargetSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw
     radius: Positive
 
 
-class UsdSettings(msgspec.Struct, frozen=True, kw_only=True):
-    """All settings of a 3D world; see `conf/world/usd.yaml`."""
-
+class _PlainSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     name: str
-    scene: SceneSettings
     task: str
-    steps: int
+    steps: Annotated[int, msgspec.Meta(ge=1)]
     floor: float | None
     bounds: tuple[Point3, Point3] | None
+    boundary: str
+    history: Annotated[int, msgspec.Meta(ge=0)]
+    image_format: str
+    keep_images: bool
+
+
+class UsdSettings(_PlainSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """All settings of a 3D world; see `conf/world/usd.yaml`."""
+
+    scene: SceneSettings
     start: StartSettings
     targets: list[TargetSettings]
     body: BodySettings
     camera: CameraSettings
-    boundary: str
-    history: int
-    image_format: str
-    keep_images: bool
 
 
 _PARTS: dict[str, type[msgspec.Struct]] = {
@@ -101,7 +104,7 @@ def read_usd_settings(values: Mapping[str, Any]) -> UsdSettings:
     parts: dict[str, Any] = {key: read_settings(kind, values[key], f"world.{key}") for key, kind in _PARTS.items()}
     parts["targets"] = [read_settings(TargetSettings, target, "world.targets") for target in values["targets"]]
     plain = {key: value for key, value in values.items() if key not in parts}
-    rest = read_settings(_Rest, plain, "world")
+    rest = read_settings(_PlainSettings, plain, "world")
     settings = UsdSettings(**parts, **{name: getattr(rest, name) for name in rest.__struct_fields__})
     _check(settings)
     return settings
@@ -118,18 +121,6 @@ def read_limits(values: Mapping[str, Any]) -> Limits:
         if name not in known:
             raise not_found("Setting of world.limits", str(name), known)
     return Limits(**values)
-
-
-class _Rest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    name: str
-    task: str
-    steps: Annotated[int, msgspec.Meta(ge=1)]
-    floor: float | None
-    bounds: tuple[Point3, Point3] | None
-    boundary: str
-    history: Annotated[int, msgspec.Meta(ge=0)]
-    image_format: str
-    keep_images: bool
 
 
 def _check(settings: UsdSettings) -> None:

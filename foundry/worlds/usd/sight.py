@@ -28,7 +28,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from foundry.records import Pose
-from foundry.worlds.usd.interpreter import Command, Limits, render_command
+from foundry.worlds.usd.interpreter import Limits
 from foundry.worlds.usd.scene import UInt8Array
 
 if TYPE_CHECKING:
@@ -111,8 +111,3 @@ def angles(offset: Sequence[float]) -> tuple[float, float]:
     """Return the direction (yaw, pitch), degrees, of an offset (x, y, z)."""
     x, y, z = offset
     return math.degrees(math.atan2(y, x)) % 360.0, math.degrees(math.atan2(z, math.hypot(x, y)))
-
-
-def command_phrase(command: Command) -> str:
-    """Return what a command was understood as, in words."""
-    return render_command(command).rstrip(".")

@@ -22,7 +22,7 @@ from foundry.records import Pose
 from foundry.worlds.usd.body import Body
 from foundry.worlds.usd.collision import Collider
 from foundry.worlds.usd.locating import find_asset
-from foundry.worlds.usd.motion import make_pose
+from foundry.worlds.usd.motion import foot_of, make_pose
 from foundry.worlds.usd.navigation import CELL_M, Field, Navigator
 from foundry.worlds.usd.rendering import OverviewFrame, Renderer, png, renderer_for
 from foundry.worlds.usd.scene import FloatArray, UInt8Array
@@ -123,15 +123,16 @@ class Surroundings:
         return self._targets[settings.name]
 
     def _find_target(self, settings: TargetSettings) -> Target:
-        below = {mesh.path: mesh.label for mesh in self.scene.meshes}
-        chosen = {path for path in below if any(_is_below(path, pattern) for pattern in settings.prims)}
+        chosen = {path for path in self._labels if any(_is_below(path, pattern) for pattern in settings.prims)}
         if not chosen:
             known = [prim for prims in self.scene.labels.values() for prim in prims]
-            raise not_found(f"Prim of target '{settings.name}'", ", ".join(settings.prims), known or sorted(below))
+            raise not_found(
+                f"Prim of target '{settings.name}'", ", ".join(settings.prims), known or sorted(self._labels)
+            )
         surfaces = self.navigator.target(sorted(chosen))
         within = max(settings.radius - CELL_M, 0.0)  # so that all of a goal's cell is near enough
         goals = self.navigator.goal_cells(surfaces, within, self.settings.body.eye_height)
-        labels = {below[path] for path in chosen}
+        labels = {self._labels[path] for path in chosen}
         return Target(
             name=settings.name,
             paths=tuple(sorted(chosen)),
@@ -184,7 +185,7 @@ class Surroundings:
 
     def look(self, pose: Pose, target: Target | None) -> Sight:
         """Return what is seen from a pose, and what is true of it."""
-        eye, renderer, foot = self.eye(pose), self.renderer(), _foot(pose)
+        eye, renderer, foot = self.eye(pose), self.renderer(), foot_of(pose)
         image = renderer.view(eye, pose.yaw, pose.pitch)
         pixels = renderer.visible(eye, pose.yaw, pose.pitch)
         clear = target is not None and self.navigator.line_of_sight(eye, target.surfaces)
@@ -215,7 +216,7 @@ class Surroundings:
         """Return the shortest way from a pose to the goal; asked again from the same place, the same one."""
         place = (pose.x, pose.y, pose.z)
         if self._last_way is None or self._last_way[:2] != (place, target):
-            route = self.navigator.path(_foot(pose), target.ways) if target else None
+            route = self.navigator.path(foot_of(pose), target.ways) if target else None
             way = Way(np.zeros((0, 3)), None) if route is None else Way(route.points, float(route.length_m))
             self._last_way = (place, target, way)
         return self._last_way[2]
@@ -236,7 +237,7 @@ class Surroundings:
 
     def reachable_cells(self, pose: Pose) -> int:
         """Return how many cells can be reached from a pose."""
-        return len(self.navigator.reachable(_foot(pose)))
+        return len(self.navigator.reachable(foot_of(pose)))
 
 
 def surroundings_of(settings: UsdSettings) -> Surroundings:
@@ -261,10 +262,6 @@ def encode(image: UInt8Array, image_format: str) -> bytes:
 
 def _is_below(path: str, pattern: str) -> bool:
     return fnmatchcase(path, pattern) or fnmatchcase(path, f"{pattern}/*")
-
-
-def _foot(pose: Pose) -> FloatArray:
-    return np.array([pose.x, pose.y, pose.z])
 
 
 def _finite(value: float) -> float | None:

@@ -12,13 +12,13 @@ import numpy as np
 from foundry import seeding
 from foundry.records import CameraEpisode, CameraStep, Outcome, Pose, Record, SeenImage
 from foundry.worlds.base import Answer, Question, Scenario, World, unanswered
-from foundry.worlds.usd.interpreter import Command, Interpreter
-from foundry.worlds.usd.motion import Moved, moved
+from foundry.worlds.usd.interpreter import Command, Interpreter, render_command
+from foundry.worlds.usd.motion import Moved, foot_of, moved
 from foundry.worlds.usd.reading import command_record
 from foundry.worlds.usd.rendering import OverviewFrame, png
 from foundry.worlds.usd.scene import FloatArray
 from foundry.worlds.usd.settings import read_limits, read_usd_settings
-from foundry.worlds.usd.sight import Sight, command_phrase, observe
+from foundry.worlds.usd.sight import Sight, observe
 from foundry.worlds.usd.surroundings import Surroundings, Target, surroundings_of
 
 MOVE = "move"
@@ -146,8 +146,9 @@ class UsdWorld(World):
         record = self._record(answer, outcome or command.outcome, command, result, before)
         self._remember(answer.text, command, record)
         self._terminated = command.stay and self._sight.success
-        kept = self._settings.keep_images and record.image is not None
-        return [record, *([SeenImage(path=str(record.image), content=before.encoded)] if kept else [])]
+        if record.image is None:
+            return [record]
+        return [record, SeenImage(path=record.image, content=before.encoded)]
 
     def draw(self) -> bytes:
         """Return the overview of the scene with the agent, its way so far and what it sees."""
@@ -201,12 +202,12 @@ class UsdWorld(World):
 
 
 def _feet(poses: Iterable[Pose]) -> FloatArray:
-    return np.array([[pose.x, pose.y, pose.z] for pose in poses])
+    return np.array([foot_of(pose) for pose in poses])
 
 
 def describe(command: Command, record: CameraStep) -> str:
     """Return in a short phrase what was understood and what came of it."""
-    said = command_phrase(command) if record.outcome in (Outcome.CHOSEN, Outcome.REPAIRED) else str(record.outcome)
+    said = render_command(command) if record.outcome in (Outcome.CHOSEN, Outcome.REPAIRED) else str(record.outcome)
     return f"{said}; {record.boundary}" if record.boundary else said
 
 
