@@ -9,7 +9,7 @@ import pytest
 from foundry import paths
 
 ROOT = paths.PACKAGE.parent
-LEAVES = {"foundry.errors", "foundry.paths", "foundry.seeding", "foundry.records"}
+LEAVES = {"foundry.errors", "foundry.paths", "foundry.seeding", "foundry.records", "foundry.texts"}
 BASES = LEAVES | {"foundry", "foundry.worlds.base", "foundry.models.base"}
 
 
@@ -31,7 +31,7 @@ def ours(path: Path) -> set[str]:
     return {name for name in imports(path) if name.split(".")[0] in ("foundry", "analysis")}
 
 
-@pytest.mark.parametrize("name", ["errors", "paths", "seeding", "records"])
+@pytest.mark.parametrize("name", ["errors", "paths", "seeding", "records", "texts"])
 def test_leaves_import_nothing_of_ours(name: str):
     assert ours(ROOT / "foundry" / f"{name}.py") == set()
 

@@ -11,6 +11,7 @@ from typing import Any
 from foundry.errors import RequestError, TransientError
 from foundry.models.base import Reply, Request, UnusableReply
 from foundry.models.ollama_errors import Origin, aborted_reply, refusal
+from foundry.texts import without_surrogates
 from foundry.worlds.base import LENGTH, STOPPED
 
 BYTES_PER_TOKEN = 4
@@ -86,13 +87,6 @@ def _message(role: str, content: str, images: tuple[bytes, ...]) -> dict[str, An
     if images:
         message["images"] = [base64.b64encode(image).decode() for image in images]
     return message
-
-
-def without_surrogates(text: str) -> str:
-    """Return the text with lone surrogates, which UTF-8 cannot hold, as U+FFFD."""
-    if text.isascii():
-        return text
-    return text.encode("utf-16-le", "surrogatepass").decode("utf-16-le", "replace")
 
 
 def read_object(content: bytes, origin: Origin) -> dict[str, Any]:

@@ -112,3 +112,8 @@ def unanswered(answer: Answer) -> Outcome | None:
     if answer.text.strip():
         return None
     return Outcome.TRUNCATED if answer.ending == LENGTH else Outcome.EMPTY
+
+
+def undecided_outcome(answer: Answer) -> Outcome:
+    """Return the outcome of a text in which no decision could be read."""
+    return Outcome.TRUNCATED if answer.ending == LENGTH else Outcome.UNREADABLE

@@ -14,8 +14,9 @@ import pytest
 
 from analysis.load import read_records, read_run
 from analysis.run import GridRun
+from endings import run_summary
 from foundry import seeding
-from foundry.records import Counts, GridStep, Message, Outcome, RunSummary
+from foundry.records import GridStep, Message, Outcome
 from foundry.store import RunFolder, SweepFolder
 from foundry.sweep import Condition, expand
 
@@ -136,33 +137,6 @@ def lines(records: Sequence[msgspec.Struct]) -> bytes:
     return b"".join(msgspec.json.encode(record) + b"\n" for record in records)
 
 
-def summary(folder: RunFolder, status: str, digests: dict[str, str]) -> RunSummary:
-    config = folder.config()
-    return RunSummary(
-        run=folder.id,
-        status=status,
-        world=config["world"]["name"],
-        model=config["model"]["name"],
-        prompt=config["prompt"]["name"],
-        seed=config["seed"],
-        sampling_seed=config["sampling_seed"],
-        foundry_version="0",
-        python_version="3",
-        packages={},
-        git_commit=None,
-        model_digest=None,
-        server_version=None,
-        counts=Counts(),
-        started="2026-01-01T00:00:00Z",
-        ended="2026-01-01T00:00:01Z",
-        duration_s=1.0,
-        error=None if status == "complete" else "the server went away",
-        error_type=None if status == "complete" else "TransientError",
-        traceback=None,
-        records_sha256=digests,
-    )
-
-
 def write_run(folder: RunFolder, records: Walk, status: str = "complete") -> None:
     """Write a run's files; status `unfinished` leaves `run.json` away."""
     folder.path.mkdir(parents=True)
@@ -171,7 +145,7 @@ def write_run(folder: RunFolder, records: Walk, status: str = "complete") -> Non
         (folder.path / name).write_bytes(content)
     if status != "unfinished":
         digests = {name: hashlib.sha256(content).hexdigest() for name, content in contents.items()}
-        (folder.path / "run.json").write_bytes(msgspec.json.encode(summary(folder, status, digests)))
+        (folder.path / "run.json").write_bytes(msgspec.json.encode(run_summary(folder, status, digests)))
 
 
 def condition(model: str, seeds: Sequence[int], factors: Sequence[str] = ("model",), **parts: Any) -> Condition:

@@ -22,7 +22,8 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from foundry.records import Outcome
-from foundry.worlds.base import LENGTH, Answer, unanswered
+from foundry.texts import without_surrogates
+from foundry.worlds.base import Answer, unanswered, undecided_outcome
 from foundry.worlds.grid.words import understand
 from foundry.worlds.replies import Conflicting, find_objects, merged, whole_object, without_thinking
 
@@ -98,7 +99,7 @@ def _read(
     """
     if (outcome := unanswered(answer)) is not None:
         return blank(outcome)
-    undecided = blank(Outcome.TRUNCATED if answer.ending == LENGTH else Outcome.UNREADABLE)
+    undecided = blank(undecided_outcome(answer))
     whole = whole_object(answer.text)
     if whole is not None:
         reading = interpret(whole)
@@ -166,4 +167,4 @@ def _text(value: object) -> str:
     if value is None:
         return ""
     text = value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
-    return text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
+    return without_surrogates(text)

@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field, replace
 
 from foundry.records import Outcome
+from foundry.texts import without_surrogates
 from foundry.worlds.usd.language.commands import read_sentence
 from foundry.worlds.usd.language.motions import Category, Motion
 from foundry.worlds.usd.language.sentences import find_sentences
@@ -78,7 +79,7 @@ def _outcome(found: Collection[Motion]) -> Outcome:
 def _origin(motion: Motion, overridden: int) -> Iterable[str]:
     """Yield what a motion was read from, and how."""
     name = motion.category.value
-    text = motion.text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
+    text = without_surrogates(motion.text)
     yield f"{name}: '{text if len(text) <= _LONGEST_QUOTE else text[: _LONGEST_QUOTE - 3] + '...'}'"
     yield from (f"{name}: {remark}" for remark in motion.remarks)
     if overridden:

@@ -11,7 +11,7 @@ import numpy as np
 
 from foundry import seeding
 from foundry.records import CameraEpisode, CameraStep, Outcome, Pose, Record, SeenImage
-from foundry.worlds.base import Answer, Question, Scenario, World, unanswered
+from foundry.worlds.base import Answer, Question, Scenario, World, unanswered, undecided_outcome
 from foundry.worlds.usd.interpreter import Command, Interpreter, render_command
 from foundry.worlds.usd.motion import Moved, foot_of, moved
 from foundry.worlds.usd.reading import command_record
@@ -177,7 +177,7 @@ class UsdWorld(World):
             reply=answer.text,
             command=command_record(command),
             notes=(*command.notes, *result.notes),
-            outcome=_readable(outcome, answer),
+            outcome=undecided_outcome(answer) if outcome is Outcome.UNREADABLE else outcome,
             boundary=result.boundary,
             travelled=result.travelled,
             image=f"images/step_{self._steps:04d}.{suffix}" if self._settings.keep_images else None,
@@ -209,9 +209,3 @@ def describe(command: Command, record: CameraStep) -> str:
     """Return in a short phrase what was understood and what came of it."""
     said = render_command(command) if record.outcome in (Outcome.CHOSEN, Outcome.REPAIRED) else str(record.outcome)
     return f"{said}; {record.boundary}" if record.boundary else said
-
-
-def _readable(outcome: Outcome, answer: Answer) -> Outcome:
-    """Return `truncated` instead of `unreadable` for a text that was cut before its movement."""
-    cut = outcome is Outcome.UNREADABLE and answer.ending == "length"
-    return Outcome.TRUNCATED if cut else outcome

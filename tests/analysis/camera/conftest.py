@@ -15,8 +15,9 @@ import pytest
 
 from analysis.camera_run import CameraRun
 from analysis.load import read_records, read_run
+from endings import run_summary
 from foundry import seeding
-from foundry.records import CameraEpisode, CameraStep, Counts, Outcome, Pose, RunSummary
+from foundry.records import CameraEpisode, CameraStep, Outcome, Pose
 from foundry.store import RunFolder, SweepFolder
 from foundry.sweep import Condition, expand
 
@@ -129,31 +130,7 @@ def write(folder: RunFolder, walked: Walked, status: str = "complete") -> None:
         (folder.path / name).write_bytes(content)
     if status != "unfinished":
         digests = {name: hashlib.sha256(content).hexdigest() for name, content in contents.items()}
-        config = folder.config()
-        summary = RunSummary(
-            run=folder.id,
-            status=status,
-            world=config["world"]["name"],
-            model=config["model"]["name"],
-            prompt=config["prompt"]["name"],
-            seed=config["seed"],
-            sampling_seed=None,
-            foundry_version="0",
-            python_version="3",
-            packages={},
-            git_commit=None,
-            model_digest=None,
-            server_version=None,
-            counts=Counts(),
-            started="2026-01-01T00:00:00Z",
-            ended="2026-01-01T00:00:01Z",
-            duration_s=1.0,
-            error=None,
-            error_type=None,
-            traceback=None,
-            records_sha256=digests,
-        )
-        (folder.path / "run.json").write_bytes(msgspec.json.encode(summary))
+        (folder.path / "run.json").write_bytes(msgspec.json.encode(run_summary(folder, status, digests)))
 
 
 def condition(model: str, seeds: int) -> Condition:
