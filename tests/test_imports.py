@@ -9,6 +9,7 @@ import pytest
 from foundry import paths
 
 ROOT = paths.PACKAGE.parent
+PACKAGES = ("foundry", "analysis", "viewer", "hydra_plugins")
 LEAVES = {"foundry.errors", "foundry.paths", "foundry.seeding", "foundry.records", "foundry.texts"}
 BASES = LEAVES | {"foundry", "foundry.worlds.base", "foundry.models.base"}
 
@@ -28,7 +29,11 @@ def imports(path: Path) -> Iterator[str]:
 
 
 def ours(path: Path) -> set[str]:
-    return {name for name in imports(path) if name.split(".")[0] in ("foundry", "analysis")}
+    return {name for name in imports(path) if name.split(".")[0] in PACKAGES}
+
+
+def is_command(path: Path) -> bool:
+    return path.parent == ROOT / "foundry" / "commands"
 
 
 @pytest.mark.parametrize("name", ["errors", "paths", "seeding", "records", "texts"])
@@ -49,22 +54,28 @@ def test_analysis_reads_records_and_the_store_only():
         assert foreign == set(), f"{path} imports {foreign}"
 
 
-def test_only_the_command_line_imports_analysis_and_only_when_it_is_used():
+def test_the_viewer_reads_records_and_the_store_only():
+    for path in modules("viewer"):
+        foreign = {name for name in ours(path) if not name.startswith("viewer")} - {*LEAVES, "foundry.store"}
+        assert foreign == set() or path.name == "scene_export.py", f"{path} imports {foreign}"
+
+
+def test_only_commands_import_analysis_and_the_viewer_and_only_when_they_are_used():
     for path in modules("foundry"):
-        names = {name for name in ours(path) if name.split(".")[0] == "analysis"}
-        assert not names or path.name == "cli.py", f"{path} imports {names}"
-    top = ast.parse((ROOT / "foundry" / "cli.py").read_text(encoding="utf-8")).body
-    assert not any(isinstance(n, ast.ImportFrom) and n.module == "analysis" for n in top)
+        names = {name for name in ours(path) if name.split(".")[0] in ("analysis", "viewer")}
+        assert not names or is_command(path), f"{path} imports {names}"
+        top = ast.parse(path.read_text(encoding="utf-8")).body
+        assert not any(isinstance(n, ast.ImportFrom) and n.module in ("analysis", "viewer") for n in top)
 
 
-def test_only_the_command_line_prints():
-    for path in [*modules("foundry"), *modules("analysis"), *modules("hydra_plugins")]:
+def test_only_commands_print():
+    for path in [path for folder in PACKAGES for path in modules(folder)]:
         calls = [node for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.Call)]
         printing = [node for node in calls if isinstance(node.func, ast.Name) and node.func.id == "print"]
-        assert not printing or path.name == "cli.py", f"{path} prints"
+        assert not printing or is_command(path), f"{path} prints"
 
 
-@pytest.mark.parametrize("folder", ["foundry", "analysis", "hydra_plugins"])
+@pytest.mark.parametrize("folder", PACKAGES)
 def test_no_file_is_longer_than_500_lines(folder: str):
     long = {path.name: len(path.read_text(encoding="utf-8").splitlines()) for path in modules(folder)}
     assert {name: lines for name, lines in long.items() if lines > 500} == {}

@@ -1,0 +1,61 @@
+"""What all commands share: the Typer application, exit codes, the console."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from foundry import __version__
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+EXIT_OK, EXIT_INPUT, EXIT_FAILED, EXIT_INTERRUPTED = 0, 2, 3, 130
+
+_HELP = """Put language models into the same small world, the same seeds and prompts, and compare what they do.
+
+foundry [OVERRIDES]       one run:   foundry model=scripted/random seed=3
+
+foundry -m [OVERRIDES]    a sweep:   foundry -m model=qwen3:4b,llama3.2 seed=0-9
+
+Overrides are Hydra's: world=..., prompt=..., world.steps=20, +sweep=cross_model; --hydra-help tells more.
+"""
+
+app = typer.Typer(
+    name="foundry", help=_HELP, rich_markup_mode=None, pretty_exceptions_enable=False, no_args_is_help=False
+)
+FILE_WIDTH = 200
+"""Columns of a table that is written to a file or a pipe."""
+OVERRIDES = {"allow_extra_args": True, "ignore_unknown_options": True}
+Folder = Annotated[Path, typer.Argument(help="A sweep's folder.", show_default=False)]
+
+
+def fail(error: object, code: int) -> int:
+    """Print an error in one line and return its exit code."""
+    print(f"foundry: {error}", file=sys.stderr)
+    return code
+
+
+def console() -> Console:
+    """Return the console that tables are printed on."""
+    from rich.console import Console
+
+    return Console() if sys.stdout.isatty() else Console(width=FILE_WIDTH)
+
+
+def _print_version(value: bool) -> None:
+    if value:
+        print(f"foundry {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    pass

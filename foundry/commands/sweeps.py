@@ -1,0 +1,196 @@
+"""Commands that run sweeps or say how they stand."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from foundry.commands.analyzing import analyze_and_show
+from foundry.commands.application import (
+    EXIT_FAILED,
+    EXIT_INTERRUPTED,
+    EXIT_OK,
+    OVERRIDES,
+    Folder,
+    app,
+    console,
+    fail,
+)
+from foundry.errors import InputError
+
+if TYPE_CHECKING:
+    from foundry.compose import Composed
+    from foundry.models.answers import Answers
+    from foundry.models.base import ModelInfo
+    from foundry.store import SweepFolder
+    from foundry.sweep import Sweep
+
+
+def run_overrides(argv: Sequence[str]) -> int:
+    """Compose what the overrides ask for and run it; returns the exit code."""
+    from foundry.compose import compose
+
+    composed = compose(argv)
+    return EXIT_OK if composed is None else _run_sweep(composed)
+
+
+def sweep_of(composed: Composed) -> Sweep:
+    """Return the runs of what was composed."""
+    from foundry.sweep import expand
+
+    return expand(composed.asked, composed.conditions)
+
+
+def _run_sweep(composed: Composed) -> int:
+    """Check everything, then run what is asked for in its folder."""
+    from foundry.preflight import check
+    from foundry.store import SweepFolder, ensure_writable, fresh_folder
+
+    sweep = sweep_of(composed)
+    infos = check(sweep)
+    asked = composed.settings["output"]["dir"]
+    ensure_writable(Path(asked) if asked else Path("outputs"))
+    path = Path(asked) if asked else fresh_folder(Path("outputs"))
+    settings = {
+        **composed.settings,
+        "cache": {"path": str(Path(composed.settings["cache"]["path"]).absolute())},
+    }
+    folder = SweepFolder.create(path, sweep, settings, [model_line(info) for info in infos.values()])
+    folder.write_multirun(composed.multirun)
+    return run_folder(folder, settings, infos)
+
+
+def model_line(info: ModelInfo) -> dict[str, Any]:
+    """Return what a sweep remembers of a model."""
+    return {"name": info.name, "digest": info.digest, "server_version": info.server_version}
+
+
+def run_folder(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo]) -> int:
+    """Run what has not ended, then say how it went; the exit code says it too."""
+    from foundry.build import build
+    from foundry.display import ProgressDisplay
+    from foundry.runner import SweepInterrupted, SweepJob, SweepStopped
+
+    job = SweepJob(
+        folder=folder,
+        infos=infos,
+        cache_path=Path(settings["cache"]["path"]),
+        frame_every=_frame_every(settings["record"]["frames"]),
+    )
+    screen = console()
+    print(f"{len(folder.runs())} runs in {folder.path}")
+    try:
+        with ProgressDisplay(folder, screen):
+            build(settings["runner"]).run(job)
+    except SweepInterrupted:
+        _report_end(folder)
+        return fail(f"interrupted; go on with: foundry resume {folder.path}", EXIT_INTERRUPTED)
+    except SweepStopped as error:
+        _report_end(folder)
+        return fail(f"the sweep was stopped: {error}", EXIT_FAILED)
+    code = _report_end(folder)
+    if settings["analyze"]:
+        analyze_and_show([folder.path])
+    return code
+
+
+def _frame_every(frames: object) -> int:
+    if isinstance(frames, int) and frames >= 0:
+        return int(frames)
+    raise InputError(f"record.frames={frames} is neither true, false nor a number of steps.")
+
+
+def _report_end(folder: SweepFolder) -> int:
+    from foundry.display import failures
+
+    summaries = [run.summary() for run in folder.runs()]
+    complete = sum(one is not None and one.status == "complete" for one in summaries)
+    lines = failures(folder)
+    print(f"{complete} of {len(summaries)} runs complete in {folder.path}")
+    for line in lines:
+        print(f"  failed {line}")
+    if complete < len(summaries) and lines:
+        print(f"  try the failed runs again with: foundry resume {folder.path}")
+    return EXIT_OK if complete == len(summaries) else EXIT_FAILED
+
+
+@app.command(context_settings=OVERRIDES)
+def plan(
+    context: typer.Context,
+    output_dir: Annotated[Path | None, typer.Option(help="Take the runs of this sweep's folder into account.")] = None,
+) -> None:
+    """Show what a sweep would do, and what it would send, without doing it.
+
+    Takes what `foundry` takes: foundry plan -m model=llama3.2 seed=0-9
+    """
+    from foundry.compose import compose
+    from foundry.display import plan_table
+    from foundry.planning import plan as plan_runs
+    from foundry.store import SweepFolder
+
+    composed = compose(context.args)
+    if composed is None:
+        return
+    sweep = sweep_of(composed)
+    infos, note = known_models(sweep)
+    asked = output_dir or (Path(composed.settings["output"]["dir"]) if composed.settings["output"]["dir"] else None)
+    folders = {run.id: run for run in SweepFolder.open(asked).runs()} if asked and asked.exists() else {}
+    planned = plan_runs(sweep, infos, existing_answers(composed), folders)
+    console().print(plan_table(planned))
+    to_send = sum(one.to_send for one in planned)
+    complete = sum(one.complete for one in planned)
+    print(f"{len(planned)} runs, {complete} complete; at most {to_send:,} calls would be sent")
+    if note:
+        print(note)
+
+
+def existing_answers(composed: Composed) -> Answers | None:
+    """Return the answer cache, or None when there is none yet."""
+    from foundry.models.answers import Answers
+
+    path = Path(composed.settings["cache"]["path"])
+    return Answers(path) if path.exists() else None
+
+
+def known_models(sweep: Sweep) -> tuple[dict[str, ModelInfo], str]:
+    """Return what the servers say, or nothing and the reason, since a plan needs no server."""
+    from foundry.preflight import check
+
+    try:
+        return check(sweep), ""
+    except InputError as error:
+        return {}, f"The sweep could not start now: {error}"
+
+
+@app.command()
+def resume(folder: Folder) -> None:
+    """Go on with a sweep: complete runs are skipped, answered calls are not asked again.
+
+    OLLAMA_HOST, where it is set, replaces the hosts that the sweep began with.
+    """
+    from foundry.preflight import check
+    from foundry.store import SweepFolder, check_digests
+    from foundry.sweep import with_hosts
+
+    opened = SweepFolder.open(folder)
+    if "OLLAMA_HOST" in os.environ:
+        opened.sweep = with_hosts(opened.sweep, os.environ["OLLAMA_HOST"])
+    infos = check(opened.sweep)
+    check_digests(opened, [model_line(info) for info in infos.values()])
+    raise typer.Exit(run_folder(opened, opened.settings, infos))
+
+
+@app.command()
+def status(folder: Folder) -> None:
+    """Show how far a sweep is, and why runs failed."""
+    from foundry.display import failures, status_table
+    from foundry.store import SweepFolder
+
+    opened = SweepFolder.open(folder)
+    console().print(status_table(opened))
+    for line in failures(opened):
+        print(f"failed {line}")
