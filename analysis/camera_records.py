@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 
 from analysis.camera_run import CameraRun
+from analysis.costs import RunCost, cost_of
 from analysis.lines import STEPS
 from analysis.run import OUTCOMES, FloatArray
 from foundry.errors import RecordError
@@ -42,7 +43,7 @@ class CameraRecords:
         poses = [self.episode.start, *(row.pose_next for row in self.steps)]
         if poses[:-1] != [row.pose for row in self.steps]:
             raise RecordError(f"{file} does not fit: a decision does not start where the one before it ended.")
-        return _camera_run(folder.id, self, poses)
+        return _camera_run(folder.id, self, poses, cost_of(folder.summary()))
 
 
 def flat(step: CameraStep) -> dict[str, Any]:
@@ -66,7 +67,7 @@ def flat(step: CameraStep) -> dict[str, Any]:
     }
 
 
-def _camera_run(run: str, records: CameraRecords, poses: list[Pose]) -> CameraRun:
+def _camera_run(run: str, records: CameraRecords, poses: list[Pose], cost: RunCost | None) -> CameraRun:
     rows = [flat(step) for step in records.steps]
 
     def column(name: str, dtype: Any) -> Any:
@@ -93,6 +94,8 @@ def _camera_run(run: str, records: CameraRecords, poses: list[Pose]) -> CameraRu
         target_px=column("target_visible_px", np.int64),
         success=column("success", np.bool_),
         replies=column("reply", np.object_),
+        visible_px=tuple(row["visible_px"] for row in rows),
+        cost=cost,
     )
 
 

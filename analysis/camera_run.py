@@ -5,11 +5,13 @@ T decisions of one agent. State 0 is the start, drawn by the world; state t is t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from analysis.costs import RunCost
 from analysis.run import READABLE, BoolArray, FloatArray, IntArray, TextArray
 from foundry.records import CameraEpisode
 
@@ -43,6 +45,9 @@ class CameraRun:
         target_px: pixels of the target in the image the model saw, (T,).
         success: whether the goal was reached after the decision: near enough and in view, (T,).
         replies: the raw replies, (T,).
+        visible_px: pixels of every labelled thing in the image the model saw, by label; T of them.
+        cost: what the run took, or None where that is unknown.
+        readable_only: whether the decisions that could not be read are left out of all that is counted.
     """
 
     id: str
@@ -63,6 +68,9 @@ class CameraRun:
     target_px: IntArray
     success: BoolArray
     replies: TextArray
+    visible_px: tuple[Mapping[str, int], ...]
+    cost: RunCost | None = None
+    readable_only: bool = False
 
     @property
     def decisions(self) -> int:
@@ -83,6 +91,20 @@ class CameraRun:
     def readable(self) -> BoolArray:
         """Whether the command was decided by the model, chosen or repaired, (T,)."""
         return np.isin(self.outcome, READABLE)
+
+    @cached_property
+    def counted(self) -> BoolArray:
+        """Which decisions count, (T,)."""
+        return self.readable if self.readable_only else np.ones(self.outcome.shape, dtype=np.bool_)
+
+    @property
+    def all_readable(self) -> bool:
+        """Whether every decision could be read, so that leaving out the others changes nothing."""
+        return bool(self.readable.all())
+
+    def only_readable(self) -> CameraRun:
+        """Return the same run with the readable decisions alone counted."""
+        return replace(self, readable_only=True)
 
     @cached_property
     def collided(self) -> BoolArray:

@@ -1,23 +1,20 @@
-"""Compares groups of runs: mean and interval of each, and the seed-paired difference to the first model."""
+"""Describes groups of runs: mean and interval of every measure in each; what differs is in `analysis.stats`."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TypeAlias
+from dataclasses import asdict, dataclass
 
 import numpy as np
 import pandas as pd
 
 from analysis.groups import group_label
-from analysis.intervals import Estimate, estimate
-from analysis.run import FloatArray
-from analysis.signatures import FAILURE_RATE, describe, discover
+from analysis.run import IntArray
+from analysis.signatures import describe, discover
+from analysis.stats.intervals import Estimate, Estimates, estimates
+from analysis.stats.paired import are_outcomes
+from analysis.stats.values import Group, SeedValues, seed_values
 from analysis.table import SignatureTable
-
-Group: TypeAlias = tuple[str, ...]
-"""The values of the columns that tell groups apart."""
 
 _MOST_COLUMNS = 5
 """Groups that stand side by side in the short table; more stand below one another."""
@@ -36,21 +33,21 @@ class Comparison:
     """The compared groups.
 
     Attributes:
-        frame: one row per measure and group: `measure`, the columns that tell the groups apart, `runs` (of
-            whatever status), then `n`, `mean`, `sd`, `low`, `high`, `note` over seeds, then the same of the
-            seed-paired differences: `reference`, `n_pairs`, `difference`, `difference_sd`, `difference_low`,
-            `difference_high`, `difference_note`.
+        frame: one row per measure and group: `measure`, the columns that tell the groups apart, `baseline`, `runs`
+            (of whatever status), then `n`, `mean`, `sd`, `low`, `high`, `interval`, `note` over seeds.
         group_columns: the columns that tell the groups apart.
         values: by group and measure, the value of each seed: mean of the runs of that seed, such as repeats with
             other sampling seeds.
         estimates: mean and interval by measure and group, as in the frame; only of what the group's runs have, so
             none of measures of 2D worlds for runs of 3D ones.
+        baselines: the groups of scripted models that others are seen against.
     """
 
     frame: pd.DataFrame
     group_columns: tuple[str, ...]
     values: dict[Group, pd.DataFrame]
     estimates: dict[tuple[str, Group], Estimate]
+    baselines: frozenset[Group] = frozenset()
 
     @property
     def groups(self) -> list[Group]:
@@ -58,90 +55,48 @@ class Comparison:
         return list(self.values)
 
 
-def compare(table: SignatureTable, groups: pd.DataFrame) -> Comparison:
-    """Compare groups of runs, each by the measures that its runs have.
+def compare(table: SignatureTable, groups: pd.DataFrame | None = None) -> Comparison:
+    """Describe groups of runs by the measures that their runs have.
 
     Within a group the value of a seed is the mean over its runs; the independent values are those of the seeds.
-    Intervals are Student's, 95 %, clipped to the possible range of the measure. Differences are to the group
-    with the first model and everything else equal, over the seeds that have a value in both; with one model
-    only, to the first value of the first other setting that differs, the world excepted.
+    Intervals are 95 % ones, clipped to the possible range of the measure, see `analysis.stats.intervals`.
 
     Args:
         table: the runs.
-        groups: the columns that tell groups apart, one row per run.
+        groups: the columns that tell groups apart, one row per run; by default what was swept.
     """
-    columns = tuple(groups.columns)
-    keys = list(groups.itertuples(index=False, name=None))
-    values = {group: _by_seed(table, [key == group for key in keys]) for group in dict.fromkeys(keys)}
-    references = {group: _reference(group, list(values), columns) for group in values}
-    kept = {group: _measures_of(table, [key == group for key in keys]) for group in values}
-    estimates = {
-        (measure, group): _estimate(measure, values[group])
-        for measure in table.measures
-        for group in values
-        if measure in kept[group]
-    }
+    values = seed_values(table, groups)
+    measure, group = np.nonzero(values.present.T)
+    found = _estimates(values, measure, group)
+    keys = [(values.measures[m], values.groups[g]) for m, g in zip(measure, group, strict=True)]
+    estimated = {key: found.row(index) for index, key in enumerate(keys)}
     rows = [
         {
-            "measure": measure,
-            **dict(zip(columns, group, strict=True)),
-            "runs": keys.count(group),
-            **vars(found),
-            **_difference(measure, values, group, references[group]),
+            "measure": name,
+            **dict(zip(values.columns, key, strict=True)),
+            "baseline": bool(values.baseline[g]),
+            "runs": int(values.runs[g]),
+            **asdict(estimated[name, key]),
         }
-        for (measure, group), found in estimates.items()
+        for (name, key), g in zip(keys, group, strict=True)
     ]
-    return Comparison(pd.DataFrame(rows), columns, values, estimates)
+    by_group = {key: _of_group(values, index) for index, key in enumerate(values.groups)}
+    baselines = frozenset(key for key, is_one in zip(values.groups, values.baseline, strict=True) if is_one)
+    return Comparison(pd.DataFrame(rows), values.columns, by_group, estimated, baselines)
 
 
-def _measures_of(table: SignatureTable, chosen: Sequence[bool]) -> set[str]:
-    """Return the measures that any of the chosen runs has, defined or not; all when none of them is complete."""
-    found = {name for names, mine in zip(table.present, chosen, strict=True) if mine for name in names}
-    return set(table.measures) if found == {FAILURE_RATE} else found
+def _estimates(values: SeedValues, measure: IntArray, group: IntArray) -> Estimates:
+    described = [describe(name) for name in values.measures]
+    low, high = (np.array([getattr(one, end) for one in described]) for end in ("low", "high"))
+    outcome = are_outcomes(values.values)
+    return estimates(values.values[group, :, measure], low[measure], high[measure], outcome[measure])
 
 
-def _by_seed(table: SignatureTable, chosen: Sequence[bool]) -> pd.DataFrame:
-    """Return the measures by seed, mean over the runs of a seed."""
-    rows = table.frame.loc[list(chosen)]
-    return rows[list(table.measures)].astype(float).groupby(rows["seed"].to_numpy(), sort=True).mean()
-
-
-def _reference(group: Group, groups: Sequence[Group], columns: Sequence[str]) -> Group:
-    """Return the group that this one is compared with; an empty one if there is none."""
-    for index in (index for index, name in enumerate(columns) if name != "world"):
-        levels = list(dict.fromkeys(one[index] for one in groups))
-        if len(levels) > 1:
-            other = (*group[:index], levels[0], *group[index + 1 :])
-            return other if other != group and other in groups else ()
-    return ()
-
-
-def _estimate(measure: str, values: pd.DataFrame) -> Estimate:
-    described = describe(measure)
-    return estimate(_column(values, measure), described.low, described.high)
-
-
-def _difference(measure: str, values: dict[Group, pd.DataFrame], group: Group, reference: Group) -> dict[str, object]:
-    """Return the mean difference to the reference over the seeds that have a value in both."""
-    found = Estimate(0, math.nan, math.nan, math.nan, math.nan, "")
-    if reference:
-        own, other = values[group], values[reference]
-        seeds = own.index.intersection(other.index)
-        spread = describe(measure).high - describe(measure).low
-        found = estimate(_column(own.loc[seeds], measure) - _column(other.loc[seeds], measure), -spread, spread)
-    return {
-        "reference": group_label(reference),
-        "n_pairs": found.n,
-        "difference": found.mean,
-        "difference_sd": found.sd,
-        "difference_low": found.low,
-        "difference_high": found.high,
-        "difference_note": found.note,
-    }
-
-
-def _column(frame: pd.DataFrame, measure: str) -> FloatArray:
-    return frame[measure].to_numpy(dtype=np.float64)
+def _of_group(values: SeedValues, index: int) -> pd.DataFrame:
+    """Return the values of a group by the seeds that it was asked for."""
+    asked = values.asked[index]
+    seeds = pd.Index([seed for seed, mine in zip(values.seeds, asked, strict=True) if mine], name="seed")
+    return pd.DataFrame(values.values[index, asked], index=seeds, columns=list(values.measures))
 
 
 def headline(comparison: Comparison) -> Headline:

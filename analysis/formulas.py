@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from analysis.run import BoolArray, IntArray
 
@@ -18,8 +19,19 @@ def ratio(part: float, whole: float) -> float:
 
 def mean(values: Iterable[float]) -> float:
     """Return the arithmetic mean; NaN of nothing."""
-    kept = list(values)
+    kept = values.ravel().tolist() if isinstance(values, np.ndarray) else list(values)
     return ratio(math.fsum(kept), len(kept))
+
+
+def weighted_mean(values: NDArray[Any], weights: IntArray) -> float:
+    """Return the mean of values (n,) by their weights (n,), those without weight left out; NaN without any weight."""
+    kept = weights > 0
+    return ratio(float((values[kept] * weights[kept]).sum()), float(weights[kept].sum()))
+
+
+def weighted_variance(values: IntArray, weights: IntArray) -> float:
+    """Return the variance (ddof 0) of values (n,) by their weights (n,); NaN without any weight."""
+    return weighted_mean((values - weighted_mean(values, weights)) ** 2, weights)
 
 
 def entropy(counts: ArrayLike) -> float:
@@ -38,13 +50,32 @@ def normalised_entropy(counts: ArrayLike) -> float:
     return entropy(counts) / math.log2(categories) if categories > 1 else math.nan
 
 
+def divergence(counts: ArrayLike, reference: ArrayLike) -> float:
+    """Return the Kullback-Leibler divergence of counts (k,) from reference weights (k,), bits, 0 up.
+
+    NaN when all of either are 0; infinite when something is counted that the reference rules out.
+    """
+    found, expected = np.asarray(counts, dtype=np.float64), np.asarray(reference, dtype=np.float64)
+    if not found.sum() or not expected.sum():
+        return math.nan
+    kept = found > 0
+    p, q = (found / found.sum())[kept], (expected / expected.sum())[kept]
+    return max(0.0, float((p * np.log2(p / q)).sum())) if (q > 0).all() else math.inf
+
+
+def jensen_shannon(first: ArrayLike, second: ArrayLike) -> float:
+    """Return the Jensen-Shannon divergence of two rows of weights (k,), base 2, 0..1; NaN when all of one are 0.
+
+    This is the divergence; `scipy.spatial.distance.jensenshannon` returns its square root.
+    """
+    p, q = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
+    if not p.sum() or not q.sum():
+        return math.nan
+    p, q = p / p.sum(), q / q.sum()
+    return (divergence(p, p + q) + divergence(q, p + q)) / 2
+
+
 def longest_run(flags: BoolArray) -> int:
     """Return the length of the longest unbroken run of True in flags (T,)."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(np.int64), [0]))))
     return int((edges[1::2] - edges[::2]).max(initial=0))
-
-
-def run_lengths(values: IntArray) -> IntArray:
-    """Return the lengths of the runs of equal neighbours in values (T,), in order."""
-    starts = np.flatnonzero(np.concatenate(([True], values[1:] != values[:-1])))
-    return np.diff(np.concatenate((starts, [len(values)])))

@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from analysis.costs import RunCost, cost_of
 from analysis.lines import STEPS
 from analysis.run import CHOICES, OUTCOMES, OUTSIDE, GridRun, GridSettings, IntArray
 from foundry.errors import InputError, RecordError
@@ -41,7 +42,7 @@ class GridRecords:
         if not rows or [(row.step, row.agent) for row in rows] != expected:
             raise RecordError(f"{file} does not hold one line per step and agent, in this order.")
         try:
-            return _grid_run(folder.id, world, self, shape)
+            return _grid_run(folder.id, world, self, shape, cost=cost_of(folder.summary()))
         except (KeyError, ValueError) as error:
             raise RecordError(f"{file} does not fit the run's world: {error}") from error
 
@@ -66,7 +67,9 @@ def settings(folder: RunFolder) -> GridSettings:
         ) from error
 
 
-def _grid_run(run: str, world: GridSettings, records: GridRecords, shape: tuple[int, int]) -> GridRun:
+def _grid_run(
+    run: str, world: GridSettings, records: GridRecords, shape: tuple[int, int], *, cost: RunCost | None
+) -> GridRun:
     rows = records.steps
 
     def column(values: Iterable[Any], dtype: Any = np.int64) -> Any:
@@ -95,6 +98,7 @@ def _grid_run(run: str, world: GridSettings, records: GridRecords, shape: tuple[
         said=column((row.message for row in rows), np.object_),
         contacts=_triples((row.step, row.agent, other) for row in rows for other in row.neighbours),
         deliveries=_triples((line.step, line.sender, line.recipient) for line in records.messages),
+        cost=cost,
     )
 
 

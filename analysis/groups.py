@@ -25,13 +25,22 @@ def group_columns(results: Sequence[RunResult], table: SignatureTable) -> pd.Dat
     Runs whose worlds (models, prompts) bear the same name but are configured differently, and differ in
     nothing that was swept, are told apart by the settings in which they differ, behind the name.
     """
-    factors = [key for key in table.factors if key != "sampling_seed"]
-    frame = table.frame[["model", "world", "prompt", *factors]].astype(str)
+    frame = table.frame[["model", "world", "prompt", *_factors(table)]].astype(str)
     keys = list(frame.itertuples(index=False, name=None))
     for part in PARTS:
         configs = [_settings(result.config[part]) for result in results]
         frame[part] = _told_apart(frame[part].tolist(), configs, keys)
     return frame[["model", *(name for name in frame.columns[1:] if frame[name].nunique() > 1)]]
+
+
+def swept_columns(table: SignatureTable) -> pd.DataFrame:
+    """Return what `group_columns` does as far as the table alone tells it: without differences that names hide."""
+    frame = table.frame[["model", "world", "prompt", *_factors(table)]].astype(str)
+    return frame[["model", *(name for name in frame.columns[1:] if frame[name].nunique() > 1)]]
+
+
+def _factors(table: SignatureTable) -> list[str]:
+    return [key for key in table.factors if key != "sampling_seed"]
 
 
 def group_label(group: Sequence[str]) -> str:
@@ -41,16 +50,17 @@ def group_label(group: Sequence[str]) -> str:
 
 def _settings(config: Mapping[str, Any]) -> dict[str, str]:
     """Return the leaves of a configuration by their path, without how a server is reached."""
-    return dict(_leaves({key: value for key, value in config.items() if key not in ("server", "name")}))
+    return dict(leaves({key: value for key, value in config.items() if key not in ("server", "name")}))
 
 
-def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, str]]:
+def leaves(value: Any, path: str = "") -> Iterator[tuple[str, str]]:
+    """Yield the leaves of a configuration by their path, as JSON."""
     if isinstance(value, Mapping) and value:
         for key, inner in value.items():
-            yield from _leaves(inner, f"{path}.{key}" if path else str(key))
+            yield from leaves(inner, f"{path}.{key}" if path else str(key))
     elif isinstance(value, Sequence) and not isinstance(value, str) and value:
         for index, inner in enumerate(value):
-            yield from _leaves(inner, f"{path}[{index}]")
+            yield from leaves(inner, f"{path}[{index}]")
     else:
         yield path, json.dumps(value, ensure_ascii=False)
 

@@ -7,11 +7,11 @@ import math
 import numpy as np
 
 from analysis.camera_run import STILL_M
-from analysis.run import FloatArray
+from analysis.run import BoolArray, FloatArray, IntArray
 
 
 def spl(success: float, shortest: float, length: float) -> float:
-    """Return success weighted by path length, 0..1; NaN when the shortest way is 0 or unknown.
+    """Return success weighted by path length, 0..1; NaN when the shortest way is 0, infinite or unknown.
 
     Args:
         success: 1 if the episode succeeded, else 0.
@@ -28,8 +28,8 @@ def soft_spl(remaining: float, shortest: float, length: float) -> float:
 
 
 def efficiency(shortest: float, length: float) -> float:
-    """Return l / max(l, p), 0..1; NaN when the shortest way l is 0 or unknown."""
-    return shortest / max(shortest, length) if shortest > 0 else math.nan
+    """Return l / max(l, p), 0..1; NaN when the shortest way l is 0, infinite or unknown."""
+    return shortest / max(shortest, length) if 0 < shortest < math.inf else math.nan
 
 
 def straightness(path: FloatArray, length: float) -> float:
@@ -37,6 +37,25 @@ def straightness(path: FloatArray, length: float) -> float:
     if length < STILL_M:
         return math.nan
     return min(math.dist(path[0], path[-1]) / length, 1.0)
+
+
+def steps_to(goal: BoolArray, free: BoolArray) -> IntArray:
+    """Return the fewest steps from every cell of a grid to the nearest goal cell, -1 where there is no way, (W, H).
+
+    Args:
+        goal: the goal cells, (W, H).
+        free: the cells that can be entered, (W, H); a step goes to one of the four next to it.
+    """
+    steps, reached, number = np.full(goal.shape, -1), goal & free, 0
+    front = reached
+    while front.any():
+        steps[front] = number
+        number += 1
+        padded = np.pad(front, 1)
+        around = padded[2:, 1:-1] | padded[:-2, 1:-1] | padded[1:-1, 2:] | padded[1:-1, :-2]
+        front = around & free & ~reached
+        reached = reached | front
+    return steps
 
 
 def resampled(path: FloatArray, spacing: float) -> FloatArray:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pandas as pd
@@ -13,16 +13,23 @@ from analysis.camera_records import CameraRecords
 from analysis.comparison import Comparison, Headline, compare, headline
 from analysis.grid_records import GridRecords, is_grid
 from analysis.groups import group_columns, group_label
-from analysis.intervals import FEWEST_FOR_CLAIMS
+from analysis.labelling import model_labelling, rule_labelling
 from analysis.lines import COMPLETE
 from analysis.load import Records, has_episode
+from analysis.retest import retest
 from analysis.signatures import FAILURE_RATE
-from analysis.table import RunResult, SignatureTable, build_table, measure_runs
+from analysis.stats.contrasts import contrasts
+from analysis.stats.fingerprint import Fingerprint, fingerprint
+from analysis.stats.intervals import FEWEST_FOR_CLAIMS
+from analysis.stats.variance import variance_split
+from analysis.table import RunResult, SignatureTable, Source, build_table, measure_runs
+from analysis.tables import Table, contrast_table, write_tables
 from foundry.errors import InputError
-from foundry.store import SweepFolder, ensure_writable
+from foundry.store import RunFolder, SweepFolder, ensure_writable
 
 _READABLE = "outcome.readable"
 _READABLE_ENOUGH = 0.95
+_UNLABELLED = "warning.n_unlabelled"
 
 
 @dataclass(frozen=True)
@@ -36,6 +43,12 @@ class Analysis:
         compared: the comparison with its groups.
         notes: what a reader of the tables must know, one line each.
         written: the files.
+        table: the runs and what the columns are.
+        groups: the columns that tell groups apart, one row per run.
+        contrasts: one row per measure and pair of groups, as in `contrasts.csv`; see `analysis.stats.contrasts`.
+        variance: how much of the variation goes with what, as in `variance.csv`.
+        fingerprint: the groups as a whole; its energy tests are in `fingerprint.csv`.
+        retest: test-retest consistency, as in `retest.csv`; no rows where nothing was sampled again.
     """
 
     path: Path
@@ -44,45 +57,73 @@ class Analysis:
     compared: Comparison
     notes: tuple[str, ...]
     written: tuple[Path, ...]
+    table: SignatureTable
+    groups: pd.DataFrame
+    contrasts: pd.DataFrame
+    variance: pd.DataFrame
+    fingerprint: Fingerprint
+    retest: pd.DataFrame
 
-    def headline(self) -> Headline:
-        """Return the short table for the terminal."""
-        return headline(self.compared)
+    def headlines(self) -> list[Headline | Table]:
+        """Return the short tables for the terminal: means of groups, then the declared differences."""
+        differences = contrast_table(self.contrasts)
+        return [headline(self.compared), *([differences] if differences.rows else [])]
 
 
-def analyze(dirs: Sequence[Path], *, plots: bool = True) -> Analysis:
+def analyze(
+    dirs: Sequence[Path],
+    *,
+    plots: bool = True,
+    labelled_by_model: bool = False,
+    family: Sequence[str] | None = None,
+    margins: Mapping[str, float] | None = None,
+    watch: Callable[[int, int], None] | None = None,
+) -> Analysis:
     """Compute all signatures, compare the groups, draw the plots, write everything.
 
     The files go to the `analysis` folder of the first sweep. With several sweeps all their runs are taken
-    together and the tables have a column `sweep`.
+    together and the tables have a column `sweep`. Baselines that were run beside a sweep are taken with it. Runs
+    that were measured before and have not changed since are not measured again.
 
     Args:
         dirs: folders of sweeps, at least one.
         plots: whether to draw the plots, which take most of the time of a small sweep.
+        labelled_by_model: whether warnings are what a model labelled (`foundry label`), and not what the rule says.
+        family: measures that claims rest on, declared before the runs; by default one a signature.
+        margins: by measure, the difference below which groups count as the same; declared before the runs.
+        watch: told how many runs of how many are measured.
 
     Raises:
-        InputError: a folder is no sweep's, or is given twice.
+        InputError: a folder is no sweep's, or is given twice, or has no labels by a model; a measure of the family
+            or of a margin does not exist.
         RecordError: a recorded file is damaged.
     """
     paths = [Path(path) for path in dirs]
     sweeps = _open(paths)
     folder = sweeps[0].analysis_dir
+    sources = _sources(sweeps, _sweep_names(paths), labelled_by_model)
     ensure_writable(folder)
-    results = _measure_and_write_steps(paths, _kinds(sweeps), folder)
+    results = _measure_and_write_steps(sources, folder, watch)
     table = build_table(results)
     groups = group_columns(results, table)
     compared = compare(table, groups)
-    written = [folder / "steps.parquet", *_write_tables(folder, table, compared)]
-    if plots:
-        written += _plot(folder, compared)
-    return Analysis(
+    differences = contrasts(table, groups, family=family, margins=margins)
+    found = Analysis(
         path=folder,
         runs=table.frame,
         comparison=compared.frame,
         compared=compared,
-        notes=tuple([*_notes(table, compared), *_unmeasured(results)]),
-        written=tuple(written),
+        notes=tuple([*_notes(table, compared), *_reach(differences), *_labelled(sources, table), *_unmeasured(results)]),
+        written=(folder / "steps.parquet",),
+        table=table,
+        groups=groups,
+        contrasts=differences,
+        variance=variance_split(table, groups),
+        fingerprint=fingerprint(table, groups),
+        retest=retest([source.path for source in sources if not source.baseline]),
     )
+    written = [*found.written, *_write_tables(found), *(_plot(folder, compared) if plots else ())]
+    return replace(found, written=tuple(written))
 
 
 def _open(paths: Sequence[Path]) -> list[SweepFolder]:
@@ -95,9 +136,16 @@ def _open(paths: Sequence[Path]) -> list[SweepFolder]:
     return [SweepFolder.open(path) for path in paths]
 
 
-def _kinds(sweeps: Sequence[SweepFolder]) -> set[type[Records]]:
+def _sources(sweeps: Sequence[SweepFolder], names: Sequence[str], labelled_by_model: bool) -> list[Source]:
+    """Return the sweeps and the baselines beside them."""
+    found = [model_labelling(sweep) if labelled_by_model else rule_labelling() for sweep in sweeps]
+    own = [Source(one.path, name, labelling=said) for one, name, said in zip(sweeps, names, found, strict=True)]
+    beside = [replace(one, path=sweep.baselines_dir, baseline=True) for one, sweep in zip(own, sweeps, strict=True)]
+    return [*own, *(one for one in beside if one.path.exists())]
+
+
+def _kinds(runs: Sequence[RunFolder]) -> set[type[Records]]:
     """Return which kinds of runs there are; the 2D one where nothing says otherwise."""
-    runs = [run for sweep in sweeps for run in sweep.runs()]
     found: set[type[Records]] = {CameraRecords for run in runs if has_episode(run, None)}
     if not found or any(is_grid(run.config()) for run in runs):
         found.add(GridRecords)
@@ -110,34 +158,56 @@ def _sweep_names(paths: Sequence[Path]) -> list[str]:
     return names if len(set(names)) == len(names) else [path.as_posix() for path in paths]
 
 
-def _measure_and_write_steps(paths: Sequence[Path], kinds: set[type[Records]], folder: Path) -> list[RunResult]:
+def _measure_and_write_steps(
+    sources: Sequence[Source], folder: Path, watch: Callable[[int, int], None] | None
+) -> list[RunResult]:
+    from analysis.measured import open_memory
     from analysis.steps_file import open_steps_file
 
-    results = []
-    with open_steps_file(folder / "steps.parquet", kinds, by_sweep=len(paths) > 1) as file:
-        for result in measure_runs(paths, _sweep_names(paths)):
+    runs = [run for source in sources for run in SweepFolder.open(source.path).runs()]
+    by_sweep = len({source.name for source in sources}) > 1
+    results: list[RunResult] = []
+    with (
+        open_memory(folder / "measured.sqlite") as memory,
+        open_steps_file(folder / "steps.parquet", _kinds(runs), by_sweep=by_sweep) as file,
+    ):
+        for result in measure_runs(sources, memory):
             if result.steps is not None:
                 file.add(result.sweep, result.steps)
             results.append(result.without_steps())
+            if watch is not None:
+                watch(len(results), len(runs))
     return results
 
 
-def _write_tables(folder: Path, table: SignatureTable, compared: Comparison) -> list[Path]:
-    runs, parquet, comparison = (folder / name for name in ("signatures.csv", "signatures.parquet", "comparison.csv"))
-    table.frame.to_csv(runs, index=False, lineterminator="\n")
-    table.frame.to_parquet(parquet, index=False)
-    compared.frame.to_csv(comparison, index=False, lineterminator="\n")
-    return [runs, parquet, comparison]
+def _write_tables(found: Analysis) -> list[Path]:
+    parquet = found.path / "signatures.parquet"
+    found.runs.to_parquet(parquet, index=False)
+    frames = {
+        "signatures": found.runs,
+        "variance": found.variance,
+        "fingerprint": found.fingerprint.energy,
+        "retest": found.retest,
+    }
+    written = [parquet, *write_tables(found.path, found.compared, found.contrasts)]
+    for name, frame in frames.items():
+        path = found.path / f"{name}.csv"
+        if len(frame):
+            frame.to_csv(path, index=False, lineterminator="\n")
+            written.append(path)
+        else:
+            path.unlink(missing_ok=True)
+    return written
 
 
 def _plot(folder: Path, compared: Comparison) -> list[Path]:
-    from analysis.plots import plot_signatures
+    from analysis.figures.pictures import plot_signatures
 
     return plot_signatures(compared, folder / "plots")
 
 
 def _notes(table: SignatureTable, compared: Comparison) -> list[str]:
-    notes = ["mean [95 % Student-t interval] over seeds; n where only some have a value; differences: comparison.csv"]
+    notes = ["mean [95 % interval] over seeds; n where only some have a value; every difference is in contrasts.csv"]
     by_status = Counter(table.frame["status"])
     if by_status[COMPLETE] < len(table.frame):
         others = ", ".join(f"{count} {status}" for status, count in by_status.items() if status != COMPLETE)
@@ -152,6 +222,22 @@ def _notes(table: SignatureTable, compared: Comparison) -> list[str]:
                 "as staying, which shows in idle rate, stability, clustering and exploration"
             )
     return notes
+
+
+def _reach(differences: pd.DataFrame) -> list[str]:
+    """Say where there are too few seeds for so many tests."""
+    declared = differences[differences["headline"].astype(bool)]
+    notes = declared["note"].astype(str).str.extract(r"(no p can reach [^;]*)")[0].dropna()
+    return [f"{notes.iloc[0]}: run more seeds, or declare fewer measures with --family"] if len(notes) else []
+
+
+def _labelled(sources: Sequence[Source], table: SignatureTable) -> list[str]:
+    """Return who said which messages were warnings, and how well that agrees with people."""
+    if _UNLABELLED not in table.measures:
+        return []
+    missing = int(table.frame[_UNLABELLED].sum())
+    notes = [f"{missing} messages have no label; what depends on them is missing"] if missing else []
+    return [*dict.fromkeys(source.labelling.note() for source in sources), *notes]
 
 
 def _unmeasured(results: Sequence[RunResult]) -> list[str]:

@@ -5,7 +5,8 @@ T steps, N agents, F fires. State 0 is the start, drawn by the world; state t is
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeAlias
 
@@ -13,6 +14,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.costs import RunCost
 from foundry.records import Outcome
 
 IntArray: TypeAlias = NDArray[np.int64]
@@ -113,6 +115,10 @@ class GridRun:
         said: the message, or None, (T, N); it counts as said even when nobody was near enough to hear it.
         contacts: rows (1-based step, agent, neighbour) before the move, in both directions, (K, 3).
         deliveries: rows (1-based step, sender, recipient) of delivered messages, (M, 3).
+        cost: what the run took, or None where that is unknown.
+        readable_only: whether the decisions that could not be read are left out of all that is counted.
+        labels: whether a text is a warning, by a labeller; one that is missing has no label. None for the rule of
+            `analysis.warning_rule`.
     """
 
     id: str
@@ -128,6 +134,9 @@ class GridRun:
     said: TextArray
     contacts: IntArray
     deliveries: IntArray
+    cost: RunCost | None = None
+    readable_only: bool = False
+    labels: Mapping[str, bool] | None = None
 
     @property
     def steps(self) -> int:
@@ -148,6 +157,30 @@ class GridRun:
     def readable(self) -> BoolArray:
         """Whether the action was decided by the model, chosen or repaired, (T, N)."""
         return np.isin(self.outcome, READABLE)
+
+    @cached_property
+    def message_readable(self) -> BoolArray:
+        """Whether the message, or the silence, was decided by the model, chosen or repaired, (T, N)."""
+        return np.isin(self.message_outcome, READABLE)
+
+    @cached_property
+    def counted(self) -> BoolArray:
+        """Which action decisions count, (T, N)."""
+        return self.readable if self.readable_only else np.ones(self.choice.shape, dtype=np.bool_)
+
+    @cached_property
+    def message_counted(self) -> BoolArray:
+        """Which message decisions count, (T, N)."""
+        return self.message_readable if self.readable_only else np.ones(self.choice.shape, dtype=np.bool_)
+
+    @property
+    def all_readable(self) -> bool:
+        """Whether every decision could be read, so that leaving out the others changes nothing."""
+        return bool(self.readable.all() and self.message_readable.all())
+
+    def only_readable(self) -> GridRun:
+        """Return the same run with the readable decisions alone counted."""
+        return replace(self, readable_only=True)
 
     @cached_property
     def perceived(self) -> BoolArray:

@@ -22,13 +22,14 @@ right behind it, and must not be a measure: "picture 3", not "picture 3 m away".
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from functools import lru_cache
 from itertools import accumulate
 
 from analysis import sight_words as words
 from analysis.words import LETTERS, compiled, plain, whole_words
 
-RULE_VERSION = 1
+RULE_VERSION = 2
 """Raised whenever a text could be read otherwise than before."""
 
 _NEAR_WORDS, _NEAR_CHARACTERS = 2, 20
@@ -63,6 +64,7 @@ _CUES = re.compile(
 )
 _NO = ("unsure", "denied")
 _YES = ("seen", "placed")
+_PREPOSITIONS = re.compile(r"\b(?:to|of|in|on|for|with|at|near|by|from)\b")
 _NUMBER_WORD = r"[\s#\-_]*(?:(?:number|no|nr|num|n°|№|番号)\.?[\s#]*)?"
 _UNIT = r"(?!\d|\.\d|\s*(?:m|cm|mm|km|met[a-z]+|deg[a-z]*|steps?|%|°|メートル|度|米|미터)(?![a-z]))"
 _GAP = r"[^,;:.!?。、，\n]{0,14}?"
@@ -75,34 +77,75 @@ def claims_to_see(reply: str, target: str) -> bool:
         reply: the text.
         target: name of what is to be found.
     """
+    mention = _mention(plain(target))
+    return any(_sentence_claims(sentence, mention) for sentence in _statements(reply))
+
+
+def things_claimed(reply: str, things: Iterable[str]) -> set[str]:
+    """Return those of some things that a reply claims are seen.
+
+    Rule 4 holds for them wherever they stand in a clause without a cue: "I see a wall and a door on the left".
+
+    Args:
+        reply: the text.
+        things: what they are called, as by `thing_of`.
+    """
+    statements = _statements(reply)
+    return {thing for thing in things if any(_sentence_claims(one, _thing(thing), widely=True) for one in statements)}
+
+
+@lru_cache(maxsize=1024)
+def thing_of(label: str) -> str:
+    """Return what kind of thing a label names: `exit door` is a door, `rack JPM1A1` a rack, `sign to hall B` a sign.
+
+    That is the key of `analysis.sight_words.THINGS` that its last words are, or a name of; else its last word. What
+    follows a preposition, and words with digits, name the one thing and not the kind.
+    """
+    named = _PREPOSITIONS.split(plain(label))[0]
+    parts = [part for part in re.findall(r"[^\W_]+", named) if not re.search(r"\d", part)]
+    ends = [" ".join(parts[start:]) for start in range(len(parts))]
+    known = [end for end in ends if end in words.THINGS]
+    called = [thing for end in ends for thing, names in words.THINGS.items() if re.fullmatch(names, end)]
+    return next(iter([*known, *called, *ends[-1:], plain(label)]))
+
+
+def _statements(reply: str) -> list[str]:
+    """Return the sentences of a reply that are no questions, in their plain form."""
     text = _THINKING.sub(" ", plain(reply)).replace("\u2019", "'")
     text = _TOPIC.sub("", _RELATIVE.sub(" ", text))
-    mention = _mention(plain(target))
-    return any(_sentence_claims(sentence, mention) for sentence in _SENTENCES.split(text))
+    return [one for one in _SENTENCES.split(text) if not one.rstrip(" \"'*").endswith(("?", "？"))]
 
 
-def _sentence_claims(sentence: str, mention: re.Pattern[str]) -> bool:
-    if sentence.rstrip(" \"'*").endswith(("?", "？")) or not mention.search(sentence):
+def _sentence_claims(sentence: str, mention: re.Pattern[str], *, widely: bool = False) -> bool:
+    if not mention.search(sentence):
         return False
     inherited = ""
-    for clause in _CLAUSES.split(sentence):
-        if _clause_claims(mention.split(clause), inherited):
+    for clause in _clauses(sentence):
+        if _clause_claims(mention.split(clause), inherited, widely):
             return True
         inherited = _last_cue(clause) or inherited
     return False
 
 
-def _clause_claims(parts: list[str], inherited: str) -> bool:
+@lru_cache(maxsize=1024)
+def _clauses(sentence: str) -> tuple[str, ...]:
+    return tuple(_CLAUSES.split(sentence))
+
+
+def _clause_claims(parts: list[str], inherited: str, widely: bool) -> bool:
     """Return whether any mention in a clause is claimed to be seen.
 
     Args:
         parts: the texts before, between and behind the mentions.
         inherited: the last cue of the clauses before.
+        widely: whether a clause without any cue takes up that one wherever the mention stands.
     """
     before = list(accumulate(map(_last_cue, parts[:-1]), _latest))
     after = list(accumulate(map(_first_cue, parts[:0:-1]), _latest))[::-1]
     if any(_claimed(*cues) for cues in zip(before, after, strict=True)):
         return True
+    if widely:
+        return len(parts) > 1 and not any(before) and not any(after) and inherited in _YES
     listed = len(parts) == 2 and not parts[1].strip(" .\"'*)") and len(parts[0].split()) <= _LEADING_WORDS
     return listed and not before[0] and inherited in _YES
 
@@ -124,6 +167,7 @@ def _first_cue(text: str) -> str:
     return str(found.lastgroup) if found else ""
 
 
+@lru_cache(maxsize=1024)
 def _last_cue(text: str) -> str:
     """Return the kind of the last cue, or nothing; one of seeing that another takes back is of that one's kind."""
     kind, end = "", 0
@@ -133,6 +177,12 @@ def _last_cue(text: str) -> str:
         taken_back = kind and kind not in (*_YES, "headed") and near
         kind, end = (kind if taken_back and found.lastgroup in _YES else str(found.lastgroup)), found.end()
     return kind
+
+
+@lru_cache(maxsize=256)
+def _thing(name: str) -> re.Pattern[str]:
+    """Return the pattern of what a kind of thing is called."""
+    return re.compile(_either(words.THINGS.get(name, f"{re.escape(name)}s?")))
 
 
 @lru_cache(maxsize=64)

@@ -29,9 +29,45 @@ THINGS: dict[str, str] = {
     "chair": "chairs?|stuhl|chaise|silla|cadeira|sedia|стул[а-я]*|椅子|いす|의자",
     "plant": "plants?|pflanze|plante|planta|pianta|растени[а-я]*|植物|观葉|식물",
     "window": "windows?|fenster|fenêtre|ventana|janela|finestra|окн[а-я]*|窓|窗户|창문",
+    "lamp": "lamps?|ceiling lights?|light fixtures?|lampen?|leuchten?|lampes?|lámparas?|lâmpadas?|lampad[ae]|ламп[а-я]*"
+    "|照明|ランプ|灯具|吊灯|조명|램프",
+    "wall": "walls?|wand|wände|mur|murs|pared(?:es)?|paredes?|mur[oi]|pareti|стен[а-я]*|壁(?!紙)|墙壁?|牆|벽",
+    "sign": "signs?|signage|placards?|schild(?:er)?|panneaux?|letreros?|placas?|cartell[oi]|табличк[а-я]*|标牌|指示牌"
+    "|案内板|標識|看板|표지판",
+    "cabinet": "cabinets?|cupboards?|aktenschrank|schränke?|schrank|armoires?|archivador(?:es)?|armários?|armadi(?:o)?"
+    "|шкаф[а-я]*|キャビネット|戸棚|文件柜|柜子|櫃子|캐비닛",
+    "notice board": "(?:notice|bulletin|cork|pin) ?boards?|pinnwand|tableau d'affichage|tablón|掲示板|公告板|布告栏"
+    "|게시판",
+    "sculpture": "sculptures?|statues?|skulptur(?:en)?|escultura|scultura|скульптур[а-я]*|彫刻|彫像|雕塑|雕像|조각상?",
+    "hatch": "hatch(?:es)?|luken?|écoutilles?|escotillas?|escotilhas?|portell[oi]|люк[а-я]*|ハッチ|舱口|艙口|해치",
+    "rack": "racks?|gestelle?|baies?|estantes?|scaffal[ei]|стойк[а-я]*|ラック|机架|机柜|랙",
+    "laptop": "laptops?|notebook computers?|ordinateurs? portables?|portátil(?:es)?|ноутбук[а-я]*|ノート(?:パソコン|pc)"
+    "|笔记本电脑|노트북",
+    "handrail": "hand ?rails?|grab bars?|handläufe?|handlauf|mains? courantes?|pasamanos|corrimão|手すり|扶手|난간",
+    "airlock": "air ?locks?|luftschleuse|sas|エアロック|气闸|에어록",
+    "bag": "bags?|stowage bags?|taschen?|sacs?|bolsas?|borse?|сумк[а-я]*|バッグ|袋|가방",
+    "glovebox": "glove ?box(?:es)?|グローブボックス|手套箱|글러브박스",
+    "free flyer": "free[ -]?flyers?|flying robots?|フリーフライヤー",
+    "person": "persons?|people|m[ae]n|wom[ae]n|humans?|astronauts?|menschen?|personen?|personnes?|personas?|человек"
+    "|люди|人物|人間|人影|宇宙飛行士|行人|사람",
+    "screen": "screens?|monitors?|televisions?|bildschirme?|écrans?|pantallas?"
+    "|monitores|schermi?|экран[а-я]*|монитор[а-я]*|モニター?|スクリーン|屏幕|显示器|화면|모니터",
+    "shelf": "shel(?:f|ves)|bookcases?|bookshel(?:f|ves)|regale?|étagères?|estanterías?|scaffalatur[ae]|полк[а-я]*"
+    "|棚(?!卸)|本棚|书架|架子|선반",
+    "box": "box(?:es)?|crates?|cartons?|kisten?|boîtes?|cajas?|caixas?|scatol[ae]|коробк[а-я]*|(?<![冰险険圾])箱(?!根)"
+    "|盒子|상자",
+    "bed": "beds?|bett(?:en)?|camas?|lett[oi]|кровать|ベッド|床铺|침대",
+    "clock": "clocks?|uhr(?:en)?|horloges?|reloj(?:es)?|relógios?|orologi(?:o)?|часы|時計|时钟|시계",
+    "trash can": "(?:trash|garbage|waste) ?(?:cans?|bins?|baskets?)|mülleimer|poubelles?|papeleras?|lixeiras?|ゴミ箱"
+    "|垃圾桶|쓰레기통",
+    "stairs": "stairs?|staircases?|stairways?|treppen?|escaliers?|escaleras?|escadas?|лестниц[а-я]*|階段|楼梯|계단",
 }
 """What things are called, by their English name; alternatives of whole words. A name of several words is looked up
 from its end: of `JAXA logo`, the last word is found here, and the first one stands for itself."""
+
+AMBIGUOUS = ("safe", "picture", "box", "bag", "screen")
+"""Things whose names are also said of what is not there: "it is safe to go", "the picture shows". They count as things
+only where a scene is known to have them."""
 
 THE_TARGET = (
     "(?:the|my|our) (?:target|goal object|target object)|das ziel|la cible|(?:el|mi) objetivo|o alvo|цель"

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
 from analysis import signatures
+from analysis.labelling import Labelling, rule_labelling
 from analysis.lines import COMPLETE, FAILED
 from analysis.load import further_factors, identity, is_measurable, read_records, read_run
+from analysis.measured import Memory, key_of
 from analysis.signatures import FAILURE_RATE
 from foundry.store import RunFolder, SweepFolder
 
@@ -25,6 +27,26 @@ PARALLEL_FROM = 65
 KEYS = ("run", "world", "model", "prompt", "seed", "status")
 """The first columns of the table."""
 
+ANY_PROMPT = "any"
+"""The prompt of a baseline among several prompts: scripted policies read none."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """Runs to measure: those of a sweep, or of the baselines beside it.
+
+    Attributes:
+        path: the folder.
+        name: name of the sweep in tables.
+        baseline: whether these are its baselines.
+        labelling: who says which messages are warnings.
+    """
+
+    path: Path
+    name: str
+    baseline: bool = False
+    labelling: Labelling = field(default_factory=rule_labelling)
+
 
 @dataclass(frozen=True)
 class RunResult:
@@ -35,6 +57,7 @@ class RunResult:
         keys: the columns KEYS.
         factors: the further swept settings.
         config: its effective configuration.
+        baseline: whether it is one of the scripted runs made for comparison.
         measures: by `<signature>.<measure>`; FAILURE_RATE alone unless it is a complete run of a 2D or 3D world.
         steps: its steps without texts; None in the same cases.
     """
@@ -43,6 +66,7 @@ class RunResult:
     keys: dict[str, Any]
     factors: dict[str, Any]
     config: dict[str, Any]
+    baseline: bool
     measures: dict[str, float]
     steps: pa.Table | None
 
@@ -56,8 +80,8 @@ class SignatureTable:
     """The table and what its columns are.
 
     Attributes:
-        frame: one row per run, in the order of the sweeps; `sweep` when there are several, KEYS, the factors,
-            then the measures. What is undefined or missing is NaN.
+        frame: one row per run, in the order of the sweeps; `sweep` when there are several, KEYS, `baseline` when
+            there are any, the factors, then the measures. What is undefined or missing is NaN.
         factors: the columns that are further swept settings.
         measures: the columns that are measures.
         present: the measures that each row has, defined or not; a run of another kind of world has others.
@@ -69,33 +93,54 @@ class SignatureTable:
     present: tuple[frozenset[str], ...]
 
 
-def measure_runs(paths: Sequence[Path], names: Sequence[str]) -> Iterator[RunResult]:
-    """Yield every run of the sweeps, in their order; `names` are the names of the sweeps."""
-    for path, name in zip(paths, names, strict=True):
-        count = len(SweepFolder.open(path).runs())
-        if count < PARALLEL_FROM:
-            yield from _measure_part(path, name, range(count))
-        else:
-            yield from _measure_in_parallel(path, name, count)
+def measure_runs(sources: Sequence[Source], memory: Memory) -> Iterator[RunResult]:
+    """Yield every run of the sweeps, in their order; what is in the memory is not measured again.
+
+    Args:
+        sources: the sweeps.
+        memory: what was measured before; gets what is measured now, and forgets all else.
+    """
+    seen: set[str] = set()
+    for source in sources:
+        folders = SweepFolder.open(source.path).runs()
+        keys = [key_of(folder, source.labelling.version) for folder in folders]
+        measured = _measure_fresh(source, [index for index, key in enumerate(keys) if key not in memory])
+        for folder, key in zip(folders, keys, strict=True):
+            seen.add(key)
+            if key in memory:
+                yield _described(folder, source, *memory.recall(key))
+                continue
+            result = next(measured)
+            if result.steps is not None:
+                memory.keep(key, result.measures, result.steps)
+            yield result
+    memory.forget_others(seen)
 
 
-def _measure_in_parallel(path: Path, name: str, count: int) -> Iterator[RunResult]:
+def _measure_fresh(source: Source, fresh: Sequence[int]) -> Iterator[RunResult]:
+    """Measure the runs of a sweep with these indices, by several processes where that is faster."""
+    if len(fresh) < PARALLEL_FROM:
+        yield from _measure_part(source, fresh)
+        return
     import joblib
 
     size = 32  # few enough for an even load, many enough to pay for opening the sweep
-    parts = [range(start, min(start + size, count)) for start in range(0, count, size)]
+    parts = [fresh[start : start + size] for start in range(0, len(fresh), size)]
     work = joblib.Parallel(n_jobs=-1, return_as="generator")
-    for results in work(joblib.delayed(_measure_part)(path, name, part) for part in parts):
+    for results in work(joblib.delayed(_measure_list)(source, part) for part in parts):
         yield from results
 
 
-def _measure_part(path: Path, name: str, part: range) -> list[RunResult]:
-    """Measure the runs of a sweep with these indices."""
-    folders = SweepFolder.open(path).runs()
-    return [measure_run(folders[index], name) for index in part]
+def _measure_list(source: Source, part: Sequence[int]) -> list[RunResult]:
+    return list(_measure_part(source, part))
 
 
-def measure_run(folder: RunFolder, sweep: str) -> RunResult:
+def _measure_part(source: Source, part: Sequence[int]) -> Iterator[RunResult]:
+    folders = SweepFolder.open(source.path).runs()
+    return (measure_run(folders[index], source) for index in part)
+
+
+def measure_run(folder: RunFolder, source: Source) -> RunResult:
     """Measure one run; one that is not complete, or whose world is neither a 2D nor a 3D one, has none.
 
     Raises:
@@ -104,18 +149,22 @@ def measure_run(folder: RunFolder, sweep: str) -> RunResult:
     """
     from analysis.steps_file import steps_table
 
-    keys = identity(folder)
-    measures = {FAILURE_RATE: {COMPLETE: 0.0, FAILED: 1.0}.get(keys["status"], math.nan)}
-    steps = None
-    if keys["status"] == COMPLETE and is_measurable(folder):
-        records = read_records(folder, folder.summary())
-        measures |= signatures.measure(read_run(folder, records))
-        steps = steps_table(folder.id, records)
+    status = identity(folder)["status"]
+    measures = {FAILURE_RATE: {COMPLETE: 0.0, FAILED: 1.0}.get(status, math.nan)}
+    if status != COMPLETE or not is_measurable(folder):
+        return _described(folder, source, measures, None)
+    records = read_records(folder, folder.summary())
+    measures |= signatures.measure(source.labelling.label(read_run(folder, records)))
+    return _described(folder, source, measures, steps_table(folder.id, records))
+
+
+def _described(folder: RunFolder, source: Source, measures: dict[str, float], steps: pa.Table | None) -> RunResult:
     return RunResult(
-        sweep=sweep,
-        keys=keys,
+        sweep=source.name,
+        keys=identity(folder),
         factors=further_factors(folder),
         config=folder.config(),
+        baseline=source.baseline,
         measures=measures,
         steps=steps,
     )
@@ -126,16 +175,20 @@ def build_table(results: Sequence[RunResult]) -> SignatureTable:
     factors = list(dict.fromkeys(key for result in results for key in result.factors))
     measures = _measure_columns(results)
     by_sweep = len({result.sweep for result in results}) > 1
+    by_baseline = any(result.baseline for result in results)
+    prompts = {result.keys["prompt"] for result in results if not result.baseline}
     rows = [
         {
             **({"sweep": result.sweep} if by_sweep else {}),
             **result.keys,
+            **({"prompt": ANY_PROMPT} if result.baseline and len(prompts) > 1 else {}),
+            **({"baseline": result.baseline} if by_baseline else {}),
             **{key: factor_value(result, key) for key in factors},
             **{name: result.measures.get(name, math.nan) for name in measures},
         }
         for result in results
     ]
-    head = [*(["sweep"] if by_sweep else []), *KEYS]
+    head = [*(["sweep"] if by_sweep else []), *KEYS, *(["baseline"] if by_baseline else [])]
     frame = pd.DataFrame(rows, columns=[*head, *factors, *measures])
     present = tuple(frozenset(result.measures) for result in results)
     return SignatureTable(frame, tuple(factors), tuple(measures), present)

@@ -60,7 +60,7 @@ def test_a_2d_policy_is_refused_in_a_3d_world_and_the_other_way_round(
 ):
     assert run(["world=kibo", "model=scripted/herd", *SHORT]) == 2
     assert "the world also asks move" in capsys.readouterr().err
-    assert run(["model=scripted/oracle", *SHORT]) == 2
+    assert run(["model=scripted/spin", *SHORT]) == 2
     assert "the world also asks message, action" in capsys.readouterr().err
 
 

@@ -7,18 +7,40 @@ from typing import Any
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Okabe and Ito, without the yellow that is lost on white."""
 
-WIDTH_IN = 3.5
+MARKERS = ("D", "s", "^", "v")
+"""One for each time the colours are used up."""
+
+BASELINE = "#8C8C8C"
+"""The colour of all baselines, which are there to be compared with and not with one another."""
+
+FAINT, DARK = "#BBBBBB", "#444444"
+FIRE, PLACE = "#D55E00", "#555566"
+
+WIDTH_IN = 3.4
 """One column of a paper, inches."""
 
 DPI = 200
 
-FALLBACK_FONTS = ("Noto Sans CJK JP", "Noto Sans JP", "Hiragino Sans", "Yu Gothic", "Meiryo", "IPAexGothic")
+FALLBACK_FONTS = (
+    "Noto Sans CJK JP",
+    "Noto Sans JP",
+    "Hiragino Sans",
+    "Yu Gothic",
+    "Meiryo",
+    "IPAexGothic",
+    "Noto Serif CJK JP",
+)
 """Fonts for what the first one lacks, Japanese names of places above all; those that are installed are used."""
 
 RC: Any = {
     "font.size": 7.5,
     "axes.titlesize": 8,
     "axes.titlelocation": "left",
+    "axes.labelsize": 7.5,
+    "legend.fontsize": 7,
+    "legend.frameon": False,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.spines.left": False,
@@ -30,17 +52,24 @@ RC: Any = {
     "grid.color": "#E3E3E3",
     "grid.linewidth": 0.6,
     "xtick.major.size": 2.5,
-    "xtick.color": "#444444",
+    "xtick.color": DARK,
+    "ytick.color": DARK,
     "ytick.major.size": 0,
     "text.parse_math": False,
     "svg.hashsalt": "foundry",
+    "svg.fonttype": "none",
 }
 """Settings under which plots are made, whatever the user's own are."""
 
 
-def colour(index: int) -> str:
+def colour(index: int, *, baseline: bool = False) -> str:
     """Return the colour of the group with this index."""
-    return PALETTE[index % len(PALETTE)]
+    return BASELINE if baseline else PALETTE[index % len(PALETTE)]
+
+
+def marker(index: int, *, baseline: bool = False) -> str:
+    """Return the marker of the group with this index; it tells apart those that share a colour."""
+    return "o" if baseline else MARKERS[index // len(PALETTE) % len(MARKERS)]
 
 
 def settings() -> Any:

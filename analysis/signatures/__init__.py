@@ -5,10 +5,19 @@ A module defines
 - `NAME`: the prefix of its columns;
 - `measure(run: GridRun) -> dict[str, float]` for runs of 2D worlds, `measure_camera(run: CameraRun)` for those of
   3D worlds, or both: its measures of one run, without the prefix. Undefined is NaN, never 0; counts that are
-  denominators are named `n_...`. A name means the same in both;
+  denominators are named `n_...`. A name means the same in both, and which names there are does not depend on what
+  happened in the run;
 - `MEASURES`: what each measure is called and between which values it can lie; a `*` stands for the name of a
   place or another configured thing;
-- `HEADLINE`: the measures that its plot and the short table show, in their order, `*` included.
+- `HEADLINE`: the measures that its plot and the short table show, in their order, `*` included;
+- optionally `READABLE_TOO = False`, where it makes no sense to leave out the decisions that could not be read.
+
+Every measure is there twice: over all decisions as `<signature>.<measure>`, and as
+`<signature>.<measure>_readable` over those alone that could be read, that is whose outcome is `chosen` or
+`repaired`. A module counts what the run says that counts: `run.counted` and `run.message_counted`. What is counted by
+decision, counts these decisions. What is a mean over states is weighted by the number of counted decisions that led to
+each state; what belongs to one agent in a state counts if the agent's own decision that led there does. Of pairs of
+decisions both must count.
 """
 
 from __future__ import annotations
@@ -30,23 +39,51 @@ FAILURE_RATE = "failure.rate"
 FUNCTIONS: Mapping[type, str] = {GridRun: "measure", CameraRun: "measure_camera"}
 """What a module calls its function for each kind of run."""
 
+READABLE_SUFFIX = "_readable"
+"""How the measures over the readable decisions alone end."""
+
 
 @dataclass(frozen=True)
 class Signature:
-    """One module of this package; `functions` are its measures by kind of run."""
+    """One module of this package.
+
+    Attributes:
+        name: the prefix of its columns.
+        functions: its measures by kind of run.
+        measures: what its measures are.
+        headline: those that are shown first.
+        readable_too: whether it has measures over the readable decisions alone.
+    """
 
     name: str
     functions: Mapping[type, Callable[[Any], dict[str, float]]]
     measures: Mapping[str, Measure]
     headline: tuple[str, ...]
+    readable_too: bool = True
 
     def measure(self, run: GridRun | CameraRun) -> dict[str, float]:
-        """Return the measures of a run; none if there are none for its kind."""
+        """Return the measures of a run over the decisions that count in it; none if there are none for its kind."""
         function = self.functions.get(type(run))
         return function(run) if function else {}
 
+    def columns(self, run: GridRun | CameraRun, readable: GridRun | CameraRun) -> dict[str, float]:
+        """Return the columns of a run: its measures, then those of the same run with the readable decisions alone."""
+        every = self.measure(run)
+        found = {f"{self.name}.{name}": value for name, value in every.items()}
+        if self.readable_too:
+            alone = every if run.all_readable else self.measure(readable)
+            found |= {f"{self.name}.{name}{READABLE_SUFFIX}": value for name, value in alone.items()}
+        return found
+
+    def is_readable_only(self, measure: str) -> bool:
+        """Return whether a measure, without the signature's name, is over the readable decisions alone."""
+        return self.readable_too and measure.endswith(READABLE_SUFFIX)
+
     def describe(self, measure: str) -> Measure:
         """Return what a measure is; `measure` is without the signature's name."""
+        if self.is_readable_only(measure):
+            found = self.describe(measure.removesuffix(READABLE_SUFFIX))
+            return Measure(f"{found.label}, readable alone", found.low, found.high)
         if measure in self.measures:
             return self.measures[measure]
         for pattern, described in self.measures.items():
@@ -56,11 +93,16 @@ class Signature:
         return Measure(measure.replace("_", " "), low=0) if measure.startswith("n_") else Measure(measure)
 
     def headline_columns(self, columns: Iterable[str]) -> list[str]:
-        """Return those columns of a table that are this signature's headline, in its order."""
-        present = [column for column in columns if column.startswith(f"{self.name}.")]
+        """Return those columns of a table that are this signature's headline over all decisions, in its order."""
+        prefix = f"{self.name}."
+        present = [
+            column
+            for column in columns
+            if column.startswith(prefix) and not self.is_readable_only(column.removeprefix(prefix))
+        ]
         found: list[str] = []
         for pattern in self.headline:
-            start, star, _ = f"{self.name}.{pattern}".partition("*")
+            start, star, _ = f"{prefix}{pattern}".partition("*")
             found += [name for name in present if (name.startswith(start) if star else name == start)]
         return found
 
@@ -75,6 +117,7 @@ def discover() -> tuple[Signature, ...]:
             {kind: getattr(one, name) for kind, name in FUNCTIONS.items() if hasattr(one, name)},
             one.MEASURES,
             tuple(one.HEADLINE),
+            getattr(one, "READABLE_TOO", True),
         )
         for one in modules
     ]
@@ -82,10 +125,18 @@ def discover() -> tuple[Signature, ...]:
 
 
 def measure(run: GridRun | CameraRun) -> dict[str, float]:
-    """Return every measure of every signature, by `<signature>.<measure>`."""
-    return {
-        f"{signature.name}.{name}": value for signature in discover() for name, value in signature.measure(run).items()
-    }
+    """Return every measure of every signature, over all decisions and over the readable ones alone."""
+    readable = run.only_readable()
+    found: dict[str, float] = {}
+    for signature in discover():
+        found |= signature.columns(run, readable)
+    return found
+
+
+def is_readable_only(column: str) -> bool:
+    """Return whether the column `<signature>.<measure>` is over the readable decisions alone."""
+    name, _, measure = column.partition(".")
+    return any(one.name == name and one.is_readable_only(measure) for one in discover())
 
 
 def describe(column: str) -> Measure:

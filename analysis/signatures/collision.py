@@ -30,13 +30,14 @@ def measure_camera(run: CameraRun) -> dict[str, float]:
 
     All are NaN without decisions. Denominators: n_decisions, n_translations; n_collisions.
     """
-    translations = int((run.asked > 0).sum())
-    collisions = int(run.collided.sum())
+    decisions = int(run.counted.sum())
+    asked, travelled = run.asked[run.counted], run.travelled[run.counted]
+    translations, collisions = int((asked > 0).sum()), int((run.collided & run.counted).sum())
     return {
-        "rate": ratio(collisions, run.decisions),
+        "rate": ratio(collisions, decisions),
         "rate_moving": ratio(collisions, translations),
-        "lost_way": ratio(float((run.asked - run.travelled).sum()), float(run.asked.sum())),
-        "n_decisions": float(run.decisions),
+        "lost_way": ratio(float((asked - travelled).sum()), float(asked.sum())),
+        "n_decisions": float(decisions),
         "n_translations": float(translations),
         "n_collisions": float(collisions),
     }

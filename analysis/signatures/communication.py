@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 
 import numpy as np
 
 from analysis.described import Measure, share
 from analysis.formulas import mean, ratio
-from analysis.run import GridRun, IntArray
+from analysis.run import BoolArray, GridRun, IntArray
 
 NAME = "communication"
 
@@ -35,10 +34,12 @@ _FEWEST_MESSAGES = 3
 def measure(run: GridRun) -> dict[str, float]:
     """Return the communication of a run; a message counts as said even when nobody is near enough to hear it.
 
-    - rate: messages / (T*N); 0..1.
-    - conditional_rate: messages at agent-steps with a neighbour / agent-steps with a neighbour; 0..1. NaN
+    What counts are the decisions on messages, made by the message call.
+
+    - rate: messages / decisions; 0..1.
+    - conditional_rate: messages at decisions with a neighbour / decisions with a neighbour; 0..1. NaN
       when nobody ever has one.
-    - silent_share: agents that say nothing in the whole run / N; 0..1.
+    - silent_share: agents that say nothing in the whole run / agents with any decision; 0..1.
     - gini: Gini coefficient of the messages by agent; 0 (equal)..1 - 1/N. NaN without messages.
     - burstiness: B = (r - 1) / (r + 1), r = sd / mean (ddof 0) of the steps between an agent's messages;
       -1 (regular)..1. Mean over the agents with three messages or more; NaN when there is none.
@@ -50,33 +51,46 @@ def measure(run: GridRun) -> dict[str, float]:
     - length: mean length of a message, Unicode characters. NaN without messages.
     - distinct_share: different texts / messages; 0..1. NaN without messages.
 
-    Denominators: n_messages, n_deliveries, n_decisions (agent-steps), n_with_neighbour (agent-steps),
-    n_links, n_rhythmic (agents with three messages or more).
+    Denominators: n_messages, n_deliveries, n_decisions, n_with_neighbour (decisions), n_links, n_rhythmic (agents with
+    three messages or more), n_agents (with any decision).
     """
-    by_agent = run.spoke.sum(axis=0)
-    messages, texts = int(by_agent.sum()), run.said[run.spoke].tolist()
-    heard = run.neighbours > 0
-    times = [np.flatnonzero(run.spoke[:, agent]) for agent in range(run.agents)]
-    rhythms = [steps for steps in times if len(steps) >= _FEWEST_MESSAGES]
-    links = set(map(tuple, run.deliveries[:, 1:].tolist()))
+    counted = run.message_counted
+    spoke, heard = run.spoke & counted, (run.neighbours > 0) & counted
+    by_agent, present = spoke.sum(axis=0), counted.any(axis=0)
+    messages, texts = int(by_agent.sum()), run.said[spoke].tolist()
+    deliveries = run.deliveries[counted[run.deliveries[:, 0] - 1, run.deliveries[:, 1]]]
     return {
-        "rate": ratio(messages, run.decisions),
-        "conditional_rate": ratio(int((run.spoke & heard).sum()), int(heard.sum())),
-        "silent_share": ratio(int((by_agent == 0).sum()), run.agents),
+        "rate": ratio(messages, int(counted.sum())),
+        "conditional_rate": ratio(int((spoke & heard).sum()), int(heard.sum())),
+        "silent_share": ratio(int((by_agent == 0)[present].sum()), int(present.sum())),
         "gini": gini(by_agent),
-        "burstiness": mean(burstiness(steps) for steps in rhythms),
-        "burstiness_finite": mean(burstiness(steps, finite=True) for steps in rhythms),
-        "reciprocity": reciprocity(links),
-        "audience": ratio(len(run.deliveries), messages),
+        **_rhythm(spoke),
+        **_links(deliveries, run.agents),
+        "audience": ratio(len(deliveries), messages),
         "length": mean(len(text) for text in texts),
         "distinct_share": ratio(len(set(texts)), messages),
         "n_messages": float(messages),
-        "n_deliveries": float(len(run.deliveries)),
-        "n_decisions": float(run.decisions),
+        "n_deliveries": float(len(deliveries)),
+        "n_decisions": float(counted.sum()),
         "n_with_neighbour": float(heard.sum()),
-        "n_links": float(len(links)),
+        "n_agents": float(present.sum()),
+    }
+
+
+def _rhythm(spoke: BoolArray) -> dict[str, float]:
+    times = [np.flatnonzero(flags) for flags in spoke.T]
+    rhythms = [steps for steps in times if len(steps) >= _FEWEST_MESSAGES]
+    return {
+        "burstiness": mean(burstiness(steps) for steps in rhythms),
+        "burstiness_finite": mean(burstiness(steps, finite=True) for steps in rhythms),
         "n_rhythmic": float(len(rhythms)),
     }
+
+
+def _links(deliveries: IntArray, agents: int) -> dict[str, float]:
+    links = np.zeros((agents, agents), dtype=np.bool_)
+    links[deliveries[:, 1], deliveries[:, 2]] = True
+    return {"reciprocity": reciprocity(links), "n_links": float(links.sum())}
 
 
 def gini(counts: IntArray) -> float:
@@ -93,7 +107,7 @@ def burstiness(times: IntArray, *, finite: bool = False) -> float:
         times: ascending event times, (n + 1,).
         finite: whether to correct for the number of intervals n.
     """
-    gaps = np.array([later - earlier for earlier, later in pairwise(times)], dtype=np.float64)
+    gaps = np.diff(times).astype(np.float64)
     if len(gaps) < _FEWEST_MESSAGES - 1:
         return math.nan
     spread = float(gaps.std() / gaps.mean())
@@ -103,6 +117,6 @@ def burstiness(times: IntArray, *, finite: bool = False) -> float:
     return (above * spread - below) / ((above - 2) * spread + below)
 
 
-def reciprocity(links: set[tuple[int, ...]]) -> float:
-    """Return the share of directed links (from, to) with a link back; NaN without links."""
-    return ratio(sum((target, source) in links for source, target in links), len(links))
+def reciprocity(links: BoolArray) -> float:
+    """Return the share of directed links with a link back; links from row to column (N, N); NaN without links."""
+    return ratio(int((links & links.T).sum()), int(links.sum()))

@@ -9,7 +9,8 @@ import numpy as np
 from analysis.camera_run import CameraRun
 from analysis.described import Measure, share
 from analysis.formulas import entropy, mean, ratio
-from analysis.run import GridRun, IntArray
+from analysis.run import BoolArray, FloatArray, GridRun, IntArray
+from analysis.walker import expected_cells
 
 NAME = "exploration"
 
@@ -17,6 +18,7 @@ MEASURES = {
     "coverage": share("Visited cells (share of those in reach, mean of agents)"),
     "group_coverage": share("Cells visited by anyone (share of the grid)"),
     "unique_ratio": share("New cells per state"),
+    "walker_ratio": Measure("Different cells, over a walker's from the same start", low=0),
     "visit_entropy": share("Entropy of visits (of its maximum)"),
     "gyration": Measure("Radius of gyration (cells)", low=0),
     "revisit_rate": share("Revisits (share of states)"),
@@ -24,33 +26,57 @@ MEASURES = {
     "gyration_m": Measure("Radius of gyration (m)", low=0),
 }
 
-HEADLINE = ("coverage", "unique_ratio", "group_coverage", "gyration", "path_length")
+HEADLINE = ("coverage", "walker_ratio", "group_coverage", "gyration", "path_length")
 
 
 def measure(run: GridRun) -> dict[str, float]:
-    """Return the exploration of a run, over states 0..T, mean over agents.
+    """Return the exploration of a run, mean over agents.
+
+    An agent's states are its start and those that its counted decisions led to; T is the number of these decisions.
 
     - coverage: different cells an agent was in / cells of the grid, all reachable; above 0..1. Bounded by
       T + 1, so never compare runs of different T by it.
     - group_coverage: cells that any agent was in / cells of the grid.
     - unique_ratio: different cells / (T + 1); above 0..1.
-    - visit_entropy: entropy of an agent's visits over cells / log2 of the cells of the grid; 0..1.
+    - walker_ratio: different cells / expected different cells of a walker that makes T moves from the same start, any
+      legal move as likely; above 0. The expectation is exact: the sum over all cells of the probability to have
+      been there, edges included. Source of the quantity: Dvoretzky and Erdos 1951.
+    - visit_entropy: entropy of an agent's visits over cells / log2 of the cells of the grid; 0..1. NaN on one cell.
     - gyration: root mean square distance of an agent's states from their mean, cells; 0 up.
     - revisit_rate: 1 - unique_ratio: share of states in a cell visited before; 0..1.
 
-    An agent that never moves has one cell, entropy 0 and revisit rate T / (T + 1).
-    Denominators: n_agents, n_states (T + 1), n_cells.
+    An agent that never moves has one cell, entropy 0 and revisit rate T / (T + 1). Undefined nowhere else.
+    Denominators: n_agents, n_states (T + 1, mean over agents), n_cells.
     """
-    paths = [np.column_stack([run.x[:, agent], run.y[:, agent]]) for agent in range(run.agents)]
-    each = [path_measures(path, run.world.cells) for path in paths]
-    group = len(np.unique(np.concatenate(paths), axis=0))
+    kept = np.vstack([np.ones(run.agents, dtype=np.bool_), run.counted])
+    cell = (run.x + run.world.half_size) * run.world.width + run.y + run.world.half_size
+    cells, states = run.world.cells, kept.sum(axis=0)
+    visits = [np.unique_counts(own[flags]).counts for own, flags in zip(cell.T, kept.T, strict=True)]
+    unique = np.array([len(counts) for counts in visits])
+    expected = expected_cells(run.x[0], run.y[0], states - 1, run.world.half_size)
     return {
-        **{name: mean(one[name] for one in each) for name in each[0]},
-        "group_coverage": group / run.world.cells,
+        "coverage": mean(unique / cells),
+        "group_coverage": len(np.unique(cell[kept])) / cells,
+        "unique_ratio": mean(unique / states),
+        "walker_ratio": mean(unique / expected),
+        "visit_entropy": mean(visit_entropy(counts, cells) for counts in visits),
+        "gyration": mean(_gyrations(run.x, run.y, kept)),
+        "revisit_rate": mean(1 - unique / states),
         "n_agents": float(run.agents),
-        "n_states": float(run.steps + 1),
-        "n_cells": float(run.world.cells),
+        "n_states": mean(states),
+        "n_cells": float(cells),
     }
+
+
+def visit_entropy(visits: IntArray, cells: int) -> float:
+    """Return the entropy of visits by cell (k,) over that of as many visits to each reachable cell, 0..1."""
+    return entropy(visits) / math.log2(cells) if cells > 1 else math.nan
+
+
+def _gyrations(x: IntArray, y: IntArray, kept: BoolArray) -> FloatArray:
+    """Return the radius of gyration of each agent over its kept states, cells, (N,); x, y, kept (T + 1, N)."""
+    spread = np.var(x, axis=0, where=kept) + np.var(y, axis=0, where=kept)
+    return np.asarray(np.sqrt(spread))
 
 
 def measure_camera(run: CameraRun) -> dict[str, float]:
@@ -60,34 +86,18 @@ def measure_camera(run: CameraRun) -> dict[str, float]:
       start; 0..1. NaN without decisions, or when no cell can be reached. Never compare runs with different limits of
       decisions by it.
     - path_length: the way covered, metres; 0 up.
-    - gyration_m: root mean square distance of the places of states 0..T from their mean, metres; 0 up.
+    - gyration_m: root mean square distance of the places of the start and of the states that counted decisions led to
+      from their mean, metres; 0 up.
 
-    Denominators: n_states (T + 1), n_cells, n_visited.
+    Denominators: n_states (of gyration_m), n_cells, n_visited.
     """
+    kept = np.concatenate([[True], run.counted])
     visited = int(run.visited[-1:].sum())
     return {
         "coverage": ratio(visited, run.episode.walkable_cells) if run.decisions else math.nan,
         "path_length": run.path_length,
-        "gyration_m": math.sqrt(float(run.foot.var(axis=0).sum())),
-        "n_states": float(run.decisions + 1),
+        "gyration_m": math.sqrt(float(run.foot[kept].var(axis=0).sum())),
+        "n_states": float(kept.sum()),
         "n_cells": float(run.episode.walkable_cells),
         "n_visited": float(visited),
-    }
-
-
-def path_measures(path: IntArray, cells: int) -> dict[str, float]:
-    """Return the exploration of one agent.
-
-    Args:
-        path: its cells in order, start included, (T + 1, 2).
-        cells: number of reachable cells.
-    """
-    visits = np.unique(path, axis=0, return_counts=True)[1]
-    unique_ratio = len(visits) / len(path)
-    return {
-        "coverage": len(visits) / cells,
-        "unique_ratio": unique_ratio,
-        "visit_entropy": entropy(visits) / math.log2(cells) if cells > 1 else math.nan,
-        "gyration": math.sqrt(float(path.var(axis=0).sum())),
-        "revisit_rate": 1 - unique_ratio,
     }

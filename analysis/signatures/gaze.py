@@ -30,12 +30,12 @@ def measure_camera(run: CameraRun) -> dict[str, float]:
 
     All are NaN without decisions. Denominators: n_decisions, n_gazes.
     """
-    gazes, seen = int((run.gaze != 0).sum()), run.pitch[:-1]
+    gazes, seen = int((run.gaze[run.counted] != 0).sum()), run.pitch[:-1][run.counted]
     return {
-        "rate": mean(np.abs(np.diff(run.pitch))),
-        "share": ratio(gazes, run.decisions),
+        "rate": mean(np.abs(np.diff(run.pitch)[run.counted])),
+        "share": ratio(gazes, len(seen)),
         "mean_pitch": mean(seen),
         "mean_tilt": mean(np.abs(seen)),
-        "n_decisions": float(run.decisions),
+        "n_decisions": float(len(seen)),
         "n_gazes": float(gazes),
     }

@@ -2,47 +2,78 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from analysis.camera_run import CameraRun
 from analysis.described import Measure, share
 from analysis.formulas import longest_run, mean, ratio
-from analysis.run import STAY, BoolArray, GridRun
+from analysis.run import OUTSIDE, STAY, BoolArray, GridRun
 
 NAME = "idle_rate"
 
 MEASURES = {
     "chosen": share("Chose to stay (share of decisions)"),
-    "chosen_readable": share("Chose to stay (share of readable decisions)"),
     "blocked": share("Blocked by the edge or an obstacle (share of decisions)"),
     "invalid": share("No readable decision (share of decisions)"),
     "immobile": share("Did not move (share of decisions)"),
     "longest_run": Measure("Longest immobile run (steps, mean of agents)", low=0),
+    "chosen_in_place": share("Chose to stay in a place (share of decisions there)"),
+    "chosen_in_crowd": share("Chose to stay in a crowded place (share of decisions there)"),
+    "chosen_near_fire": share("Chose to stay with a fire in sight (share of decisions then)"),
+    "immobile_in_place": share("Did not move in a place (share of decisions there)"),
+    "immobile_in_crowd": share("Did not move in a crowded place (share of decisions there)"),
+    "immobile_near_fire": share("Did not move with a fire in sight (share of decisions then)"),
 }
 
 HEADLINE = ("chosen", "blocked", "invalid")
 
 
 def measure(run: GridRun) -> dict[str, float]:
-    """Return the idle rate of a run, over all T*N decisions.
+    """Return the idle rate of a run, over the counted decisions of all agents together.
 
     - chosen: decisions read as `stay` / decisions; 0..1.
-    - chosen_readable: the same over the chosen and repaired decisions alone; NaN when there is none.
     - blocked: moves asked for over the edge, so not made / decisions; 0..1.
     - invalid: decisions that could not be read, which leave the agent in place / decisions; 0..1.
     - immobile: steps without a change of position / decisions; chosen + blocked + invalid.
-    - longest_run: longest unbroken run of immobile steps, steps, mean over agents; 0..T.
+    - longest_run: longest unbroken run of immobile steps among an agent's counted ones, steps, mean over the agents
+      with any; 0..T.
+    - chosen_in_place, chosen_in_crowd, chosen_near_fire: `chosen` among the decisions of agents that are in a place
+      before them; in one with more agents than its capacity; that perceive a fire. NaN when there is none.
+    - immobile_in_place, immobile_in_crowd, immobile_near_fire: `immobile` among the same.
 
-    Denominators: n_decisions, n_readable. A uniform walker over stay and the moves has chosen = 1/5.
+    NaN without decisions. Denominators: n_decisions, n_in_place, n_in_crowd, n_near_fire. A uniform walker over stay
+    and the moves has chosen = 1/5.
     """
-    parts = idle_parts(run.choice == STAY, run.moved, run.readable)
-    runs = [longest_run(~run.moved[:, agent]) for agent in range(run.agents)]
-    return {**parts, "longest_run": mean(runs)}
+    stay, counted = run.choice == STAY, run.counted
+    contexts = _contexts(run)
+    longest = [longest_run(~run.moved[kept, agent]) for agent, kept in enumerate(counted.T) if kept.any()]
+    return {
+        **idle_parts(stay[counted], run.moved[counted], run.readable[counted]),
+        "longest_run": mean(longest),
+        **{f"chosen_{name}": mean((stay & run.readable)[kept]) for name, kept in contexts.items()},
+        **{f"immobile_{name}": mean(~run.moved[kept]) for name, kept in contexts.items()},
+        **{f"n_{name}": float(kept.sum()) for name, kept in contexts.items()},
+    }
+
+
+def _contexts(run: GridRun) -> dict[str, BoolArray]:
+    """Return which counted decisions are made in which context, (T, N) each."""
+    place = run.place[:-1]
+    crowded = np.zeros(place.shape, dtype=np.bool_)
+    for index, one in enumerate(run.world.places):
+        there = place == index
+        crowded |= there & (there.sum(axis=1, keepdims=True) > one.capacity)
+    return {
+        "in_place": (place != OUTSIDE) & run.counted,
+        "in_crowd": crowded & run.counted,
+        "near_fire": run.perceived & run.counted,
+    }
 
 
 def measure_camera(run: CameraRun) -> dict[str, float]:
-    """Return the idle rate of a run of a 3D world, over all T decisions.
+    """Return the idle rate of a run of a 3D world, over its counted decisions.
 
     - chosen: decisions to stay by its own word / decisions; 0..1.
-    - chosen_readable: the same over the chosen and repaired decisions alone; NaN when there is none.
     - blocked: translations asked for that came to less than a millimetre, for an obstacle / decisions; 0..1. The
       body may have turned all the same.
     - invalid: decisions that could not be read, which leave the agent in place / decisions; 0..1.
@@ -50,37 +81,32 @@ def measure_camera(run: CameraRun) -> dict[str, float]:
       spot is no idleness, so chosen, blocked and invalid need not add up to it.
     - longest_run: longest unbroken run of immobile decisions; 0..T.
 
-    All but the last are NaN without decisions. Denominators: n_decisions, n_readable.
+    All are NaN without decisions. Denominator: n_decisions.
     """
-    readable, decisions = int(run.readable.sum()), run.decisions
-    chosen = int((run.stay & run.readable).sum())
+    counted = run.counted
     return {
-        "chosen": ratio(chosen, decisions),
-        "chosen_readable": ratio(chosen, readable),
-        "blocked": ratio(int(((run.asked > 0) & ~run.walked & run.collided).sum()), decisions),
-        "invalid": ratio(decisions - readable, decisions),
-        "immobile": ratio(int(run.immobile.sum()), decisions),
-        "longest_run": float(longest_run(run.immobile)),
-        "n_decisions": float(decisions),
-        "n_readable": float(readable),
+        "chosen": mean((run.stay & run.readable)[counted]),
+        "blocked": mean(((run.asked > 0) & ~run.walked & run.collided)[counted]),
+        "invalid": mean(~run.readable[counted]),
+        "immobile": mean(run.immobile[counted]),
+        "longest_run": mean([longest_run(run.immobile[counted])] if counted.any() else []),
+        "n_decisions": float(counted.sum()),
     }
 
 
 def idle_parts(stay: BoolArray, moved: BoolArray, readable: BoolArray) -> dict[str, float]:
-    """Return the shares of the kinds of immobility.
+    """Return the shares of the kinds of immobility, and the number of decisions.
 
     Args:
         stay: whether the decision was, or was taken as, to stay; any shape.
         moved: whether the position changed; same shape.
         readable: whether the decision could be read; same shape.
     """
-    chosen, decisions = int((stay & readable).sum()), stay.size
+    decisions = stay.size
     return {
-        "chosen": ratio(chosen, decisions),
-        "chosen_readable": ratio(chosen, int(readable.sum())),
+        "chosen": ratio(int((stay & readable).sum()), decisions),
         "blocked": ratio(int((~stay & ~moved).sum()), decisions),
         "invalid": ratio(int((~readable).sum()), decisions),
         "immobile": ratio(int((~moved).sum()), decisions),
         "n_decisions": float(decisions),
-        "n_readable": float(readable.sum()),
     }

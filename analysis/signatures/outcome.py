@@ -13,9 +13,13 @@ from analysis.run import OUTCOMES, READABLE, GridRun, IntArray
 
 NAME = "outcome"
 
+READABLE_TOO = False
+
 MEASURES = {
     "readable": share("Readable action replies (share)"),
+    "failure_rate": share("Action replies without a decision (share)"),
     "message_readable": share("Readable message replies (share)"),
+    "message_failure_rate": share("Message replies without a decision (share)"),
     **{str(outcome): share(f"Action replies: {outcome} (share)") for outcome in OUTCOMES},
     **{f"message_{outcome}": share(f"Message replies: {outcome} (share)") for outcome in OUTCOMES},
 }
@@ -29,6 +33,7 @@ def measure(run: GridRun) -> dict[str, float]:
     - <outcome>: action calls with this outcome / action calls; 0..1. The six shares add up to 1.
     - message_<outcome>: the same for the message calls.
     - readable, message_readable: share of `chosen` and `repaired` together; 0..1.
+    - failure_rate, message_failure_rate: share of the other four, decisions that could not be read; 0..1.
 
     Denominators: n_decisions and n_message_decisions, calls of each kind.
     """
@@ -54,4 +59,8 @@ def outcome_shares(outcomes: IntArray) -> dict[str, float]:
     counts = {name: int((outcomes == index).sum()) for index, name in enumerate(OUTCOMES)}
     readable = sum(counts[OUTCOMES[index]] for index in READABLE)
     shares = {str(name): ratio(count, outcomes.size) for name, count in counts.items()}
-    return {"readable": ratio(readable, outcomes.size), **shares}
+    return {
+        "readable": ratio(readable, outcomes.size),
+        "failure_rate": ratio(outcomes.size - readable, outcomes.size),
+        **shares,
+    }

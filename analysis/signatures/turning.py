@@ -30,12 +30,13 @@ def measure_camera(run: CameraRun) -> dict[str, float]:
 
     All are NaN without decisions. Denominators: n_decisions, n_turns.
     """
-    turns = run.turn[run.turn != 0]
+    asked = run.turn[run.counted]
+    turns = asked[asked != 0]
     return {
-        "rate": mean(np.abs(run.turn)),
-        "share": ratio(len(turns), run.decisions),
+        "rate": mean(np.abs(asked)),
+        "share": ratio(len(turns), len(asked)),
         "angle": mean(np.abs(turns)),
         "left_bias": mean(np.sign(turns)),
-        "n_decisions": float(run.decisions),
+        "n_decisions": float(len(asked)),
         "n_turns": float(len(turns)),
     }

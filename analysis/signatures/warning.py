@@ -1,20 +1,22 @@
 """Warning propagation: how far news of a fire travels by word of mouth.
 
-What counts as a warning is said in `analysis.warning_rule`. Order within a step: agents perceive, speak, and
-hear what was said at this step; so a message of step t can be passed on from step t + 1.
+What counts as a warning is said by a labeller: the rule of `analysis.warning_rule`, or what `analysis.labelling` reads.
+The order within a step is that of `analysis.cascade`.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from analysis.cascade import NEVER, NOBODY, Cascade, find_relays, first_step, spread, trace
 from analysis.described import Measure, share
 from analysis.formulas import mean, ratio
-from analysis.run import BoolArray, FloatArray, GridRun, IntArray
+from analysis.run import BoolArray, GridRun, IntArray
+from analysis.survival import restricted_mean
 from analysis.warning_rule import is_warning
+from foundry import seeding
 
 NAME = "warning"
 
@@ -25,9 +27,11 @@ MEASURES = {
     "oracle_reach": share("Reachable if everyone relayed (share)"),
     "normalised_reach": share("Told / reachable if everyone relayed"),
     "relay_probability": share("Told agents that warn in turn (share)"),
+    "relay_above_chance": Measure("Told agents that warn in turn, beyond chance (share)", -1, 1),
     "reproduction": share("Told by an informed agent, per informed agent (R)"),
     "depth": Measure("Longest chain of warnings", low=0),
     "trees": Measure("Separate chains of warnings", low=0),
+    "virality": Measure("Distance within a chain of warnings (structural virality)", low=1),
     "rmst": Measure("Mean time to the first warning (steps, restricted)", low=0),
     "false_alarm_rate": share("False alarms (share of messages)"),
     "warning_share": share("Warnings (share of messages)"),
@@ -38,27 +42,8 @@ HEADLINE = ("social_reach", "relay_probability", "false_alarm_rate")
 RELAY_WITHIN = 5
 """Steps after being told within which a warning counts as a relay."""
 
-NEVER: int = np.iinfo(np.int64).max
-"""The step of what does not happen."""
-
-_NOBODY = -1
-
-
-@dataclass(frozen=True)
-class Cascade:
-    """Who learnt of a fire how; arrays by agent, (N,).
-
-    Attributes:
-        direct: perceived a fire itself, and was not warned before.
-        told: received a warning before it perceived a fire, if it ever did.
-        told_at: step of the first received warning, or NEVER.
-        parent: sender of that warning where it makes an edge of the forest, else -1.
-    """
-
-    direct: BoolArray
-    told: BoolArray
-    told_at: IntArray
-    parent: IntArray
+SHUFFLES = 100
+"""Shuffles of the labels that chance is estimated from."""
 
 
 def measure(run: GridRun) -> dict[str, float]:
@@ -75,16 +60,20 @@ def measure(run: GridRun) -> dict[str, float]:
       by where agents went.
     - normalised_reach: agents told by traced warnings / agents told under the oracle; 0..1. NaN when the
       oracle reaches nobody. Low means that news was not passed on, not that nobody was near.
-    - relay_probability: told agents that send a warning 1..RELAY_WITHIN steps after being told / told agents;
-      0..1. NaN when nobody is told.
+    - relay_probability: told agents that send a warning 1..RELAY_WITHIN steps after being told / told agents that
+      decided on a message in these steps; 0..1. NaN when there is none.
+    - relay_above_chance: relay_probability less its mean over SHUFFLES shuffles of the labels among the messages of
+      the run, who is told being found anew each time; -1..1. 0 for who warns no likelier for having been warned, and
+      where all messages are warnings, which no shuffle can tell from chance; NaN as relay_probability.
     - reproduction: R, edges / informed agents; 0..1. An edge leads from the sender of an agent's first warning
       (lowest step, then lowest id) to that agent, if it is told and had sent no warning of its own by then;
       else it begins a chain of its own. So the edges form a forest.
     - depth: edges on the longest path of the forest; 0..N-1.
     - trees: trees of the forest with two agents or more.
-    - rmst: restricted mean time to the first warning, steps, 0..T: area under the Kaplan-Meier curve over all
-      agents from the run's start to T. An agent that perceives a fire itself, untold, at step d is censored at
-      d - 1; one that does neither, at T. After the last event the curve stays level. NaN when all are direct.
+    - virality: mean distance over the pairs of agents of a tree, averaged over the trees with two agents or more;
+      1..(N+1)/3, at least 1. NaN when there is none.
+    - rmst: restricted mean time to the first warning, steps, 0..T: area under the Kaplan-Meier curve of
+      `waiting_times`, from the run's start to T. After the last event the curve stays level. NaN when all are direct.
     - false_alarm_rate: warnings whose sender has perceived no fire by then and received no warning at an
       earlier step / messages said; 0..1. NaN without messages.
     - warning_share: warnings / messages said; 0..1. NaN without messages.
@@ -92,59 +81,96 @@ def measure(run: GridRun) -> dict[str, float]:
     All but the last two are NaN when no agent perceives a fire (so also without fires). Perceived but never
     passed on gives a reach, R and depth of 0.
 
-    Denominators: n_direct, n_told, n_reachable, n_warnings, n_messages.
-    Source: Goel et al. 2015 for the forest; Kaplan and Meier 1958.
+    Messages without a label are in neither part of the last two. All else is measured twice, with them as warnings
+    and with them as none, and is NaN where the two differ. With readable decisions alone, the other messages are
+    as if they were not said.
+
+    Denominators: n_agents, n_direct, n_told, n_reachable, n_chances (of relays), n_warnings (labelled ones),
+    n_messages, n_unlabelled (messages).
+    Source: Goel et al. 2015 for the forest and virality; Kaplan and Meier 1958.
     """
-    warned = _labels(run)
+    said = run.spoke & run.message_counted
+    warned, labelled = find_labels(run)
+    unknown = said & ~labelled
+    found = _measure(run, said & warned, said & labelled)
+    if unknown.any():
+        other = _measure(run, said & (warned | ~labelled), said & labelled)
+        found = {name: value if value == other[name] else math.nan for name, value in found.items()}
+    return found | {"n_messages": float(said.sum()), "n_unlabelled": float(unknown.sum())}
+
+
+def find_labels(run: GridRun) -> tuple[BoolArray, BoolArray]:
+    """Return which messages were warnings, and which have a label at all, (T, N) each; silence is no warning."""
+    texts = set(run.said[run.spoke].tolist())
+    labels = run.labels
+    if labels is None:
+        fires = tuple(fire.name for fire in run.world.fires)
+        labels = {text: is_warning(text, fires) for text in texts}
+    said = run.said.ravel().tolist()
+    warned = np.array([labels.get(text, False) for text in said], dtype=np.bool_)
+    labelled = np.array([text is None or text in labels for text in said], dtype=np.bool_)
+    return warned.reshape(run.said.shape), labelled.reshape(run.said.shape)
+
+
+def waiting_times(run: GridRun, warned: BoolArray) -> tuple[IntArray, BoolArray]:
+    """Return how long each agent was waited for until its first warning, steps, and whether it came then, (N,) each.
+
+    An agent that perceives a fire itself, untold, at step d is censored at d - 1; one that does neither, at T. For
+    `analysis.survival`; `warned` (T, N) as from `find_labels`.
+    """
     perceived_at = first_step(run.perceived)
-    heard = run.deliveries[warned[run.deliveries[:, 0] - 1, run.deliveries[:, 1]]]
+    return _waited(perceived_at, trace(perceived_at, first_step(warned), _heard(run, warned)), run.steps)
+
+
+def _waited(perceived_at: IntArray, cascade: Cascade, steps: int) -> tuple[IntArray, BoolArray]:
+    waited = np.where(cascade.told, cascade.told_at, np.where(cascade.direct, perceived_at - 1, steps))
+    return waited, cascade.told
+
+
+def _heard(run: GridRun, warned: BoolArray) -> IntArray:
+    """Return the deliveries of warnings."""
+    return run.deliveries[warned[run.deliveries[:, 0] - 1, run.deliveries[:, 1]]]
+
+
+def _measure(run: GridRun, warned: BoolArray, labelled: BoolArray) -> dict[str, float]:
+    """Return the measures for given warnings; `labelled` are the messages that shares are of, (T, N)."""
+    perceived_at, heard = first_step(run.perceived), _heard(run, warned)
     cascade = trace(perceived_at, first_step(warned), heard)
-    messages = int(run.spoke.sum())
-    false_alarms = int((warned & ~_informed(perceived_at, cascade.told_at, run.steps)).sum())
-    reach = _reach(perceived_at, cascade, warned, heard=heard, contacts=run.contacts)
+    reachable = spread(perceived_at, run.contacts) < perceived_at
+    traced = spread(perceived_at, heard) < perceived_at
+    relays = _relays(run, warned, perceived_at)
+    found = relays | _reach(run, cascade, perceived_at, traced=traced, reachable=reachable)
     if not (perceived_at < NEVER).any():
-        reach = dict.fromkeys(reach, math.nan)
-    return reach | {
-        "false_alarm_rate": ratio(false_alarms, messages),
-        "warning_share": ratio(int(warned.sum()), messages),
+        found = dict.fromkeys(found, math.nan) | {"n_chances": relays["n_chances"]}
+    grounded = _informed(perceived_at, cascade.told_at, run.steps)
+    return found | {
+        "false_alarm_rate": ratio(int((warned & labelled & ~grounded).sum()), int(labelled.sum())),
+        "warning_share": ratio(int((warned & labelled).sum()), int(labelled.sum())),
+        "n_agents": float(run.agents),
         "n_direct": float(cascade.direct.sum()),
         "n_told": float(cascade.told.sum()),
-        "n_reachable": float((spread(perceived_at, run.contacts) < perceived_at).sum()),
-        "n_warnings": float(warned.sum()),
-        "n_messages": float(messages),
+        "n_reachable": float(reachable.sum()),
+        "n_warnings": float((warned & labelled).sum()),
     }
 
 
-def _labels(run: GridRun) -> BoolArray:
-    """Return which messages were warnings, (T, N)."""
-    fires = tuple(fire.name for fire in run.world.fires)
-    texts = set(run.said[run.spoke].tolist())
-    warnings = {text for text in texts if is_warning(text, fires)}
-    labels = [text in warnings for text in run.said.ravel().tolist()]
-    return np.array(labels, dtype=np.bool_).reshape(run.said.shape)
-
-
 def _reach(
-    perceived_at: IntArray, cascade: Cascade, warned: BoolArray, *, heard: IntArray, contacts: IntArray
+    run: GridRun, cascade: Cascade, perceived_at: IntArray, *, traced: BoolArray, reachable: BoolArray
 ) -> dict[str, float]:
-    """Return the measures that need a perceived fire."""
-    steps, agents = warned.shape
+    """Return the measures of who was told, which need a perceived fire."""
     told, direct = int(cascade.told.sum()), int(cascade.direct.sum())
-    traced = spread(perceived_at, heard) < perceived_at
-    reachable = spread(perceived_at, contacts) < perceived_at
-    edges = int((cascade.parent != _NOBODY).sum())
-    times, observed = survival_times(perceived_at, cascade, steps)
+    waited, observed = _waited(perceived_at, cascade, run.steps)
     return {
-        "informed_fraction": (told + direct) / agents,
-        "social_reach": ratio(told, agents - direct),
+        "informed_fraction": (told + direct) / run.agents,
+        "social_reach": ratio(told, run.agents - direct),
         "traced_reach": _share_reached(traced, perceived_at),
         "oracle_reach": _share_reached(reachable, perceived_at),
         "normalised_reach": ratio(int(traced.sum()), int(reachable.sum())),
-        "relay_probability": relay_probability(cascade, warned),
-        "reproduction": ratio(edges, told + direct),
-        "depth": float(depth(cascade)),
-        "trees": float(trees(cascade)),
-        "rmst": restricted_mean(times, observed, steps) if direct < agents else math.nan,
+        "reproduction": ratio(cascade.edges, told + direct),
+        "depth": float(cascade.depth),
+        "trees": float(cascade.trees),
+        "virality": cascade.virality,
+        "rmst": restricted_mean(waited, observed, run.steps) if direct < run.agents else math.nan,
     }
 
 
@@ -154,99 +180,51 @@ def _share_reached(reached: BoolArray, perceived_at: IntArray) -> float:
     return ratio(int(reached.sum()), int((~first_hand).sum()))
 
 
-def first_step(flags: BoolArray) -> IntArray:
-    """Return the 1-based step at which each agent's flag is first set, or NEVER; flags (T, N), result (N,)."""
-    return np.where(flags.any(axis=0), flags.argmax(axis=0) + 1, NEVER)
-
-
 def _informed(perceived_at: IntArray, heard_at: IntArray, steps: int) -> BoolArray:
     """Return whether an agent had a ground to warn when it spoke at a step, (T, N)."""
     step = np.arange(1, steps + 1)[:, None]
     return (perceived_at <= step) | (heard_at < step)
 
 
-def trace(perceived_at: IntArray, warned_at: IntArray, heard: IntArray) -> Cascade:
-    """Return who learnt how.
+def _relays(run: GridRun, warned: BoolArray, perceived_at: IntArray) -> dict[str, float]:
+    """Return the measures of passing on, of the labels as they are and against their shuffles."""
+    said = run.spoke & run.message_counted
+    labels = _with_shuffles(warned[said])
+    told_at = _told_at(run, said, labels)
+    spread_out = np.zeros((len(labels), *said.shape), dtype=np.bool_)
+    spread_out[:, said] = labels
+    relays = find_relays(spread_out, told_at, perceived_at, able=run.message_counted, within=RELAY_WITHIN)
+    chance = relays.shares[1:]
+    relayed = float(relays.shares[0])
+    return {
+        "relay_probability": relayed,
+        "relay_above_chance": relayed - mean(chance[~np.isnan(chance)].tolist()),
+        "n_chances": float(relays.could[0]),
+    }
+
+
+def _with_shuffles(labels: BoolArray) -> BoolArray:
+    """Return the labels of M messages, and SHUFFLES shuffles of them, (1 + SHUFFLES, M); the same ones every time."""
+    rows = np.tile(labels, (1 + SHUFFLES, 1))
+    rows[1:] = seeding.stream(0, "labels of messages").permuted(rows[1:], axis=1)
+    return rows
+
+
+def _told_at(run: GridRun, said: BoolArray, labels: BoolArray) -> IntArray:
+    """Return when each agent first hears a warning, or NEVER, by labelling, (S, N).
 
     Args:
-        perceived_at: step at which each agent first perceives a fire, or NEVER, (N,).
-        warned_at: step at which each agent first sends a warning, or NEVER, (N,).
-        heard: rows (step, sender, recipient) of delivered warnings, (M, 3).
+        run: the run.
+        said: which messages have labels, M of them, (T, N).
+        labels: by labelling and message, (S, M).
     """
-    told_at = np.full(len(perceived_at), NEVER)
-    sender = np.full(len(perceived_at), _NOBODY)
-    for step, source, recipient in sorted(heard.tolist()):
-        if told_at[recipient] == NEVER:
-            told_at[recipient], sender[recipient] = step, source
-    told = told_at < perceived_at
-    return Cascade(
-        direct=(perceived_at < NEVER) & ~told,
-        told=told,
-        told_at=told_at,
-        parent=np.where(told & (warned_at > told_at), sender, _NOBODY),
-    )
-
-
-def spread(perceived_at: IntArray, links: IntArray) -> IntArray:
-    """Return when each agent is first reached if all that know use all links.
-
-    Args:
-        perceived_at: step from which each agent knows by itself, or NEVER, (N,).
-        links: rows (step, from, to), (K, 3); one link a step, since what is heard is passed on a step later.
-
-    Returns:
-        Step at which news first arrives over a link, or NEVER, (N,).
-    """
-    reached = np.full(len(perceived_at), NEVER)
-    for step in np.unique(links[:, 0]).tolist():
-        _, source, target = links[links[:, 0] == step].T
-        knows = (perceived_at <= step) | (reached < step)
-        arrived = target[knows[source]]
-        reached[arrived] = np.minimum(reached[arrived], step)
-    return reached
-
-
-def relay_probability(cascade: Cascade, warned: BoolArray) -> float:
-    """Return the share of told agents that warn within RELAY_WITHIN steps; warned (T, N)."""
-    relays = [
-        bool(warned[cascade.told_at[agent] : cascade.told_at[agent] + RELAY_WITHIN, agent].any())
-        for agent in np.flatnonzero(cascade.told)
-    ]
-    return mean(relays)
-
-
-def depth(cascade: Cascade) -> int:
-    """Return the number of edges on the longest path of the forest."""
-    depths = np.zeros(len(cascade.parent), dtype=np.int64)
-    # A parent with an edge into it was told earlier, so its depth is final before its children's.
-    for agent in np.argsort(cascade.told_at, kind="stable"):
-        if cascade.parent[agent] != _NOBODY:
-            depths[agent] = depths[cascade.parent[agent]] + 1
-    return int(depths.max(initial=0))
-
-
-def trees(cascade: Cascade) -> int:
-    """Return the number of trees with two agents or more."""
-    parents = set(cascade.parent[cascade.parent != _NOBODY].tolist())
-    return sum(cascade.parent[agent] == _NOBODY for agent in parents)
-
-
-def survival_times(perceived_at: IntArray, cascade: Cascade, steps: int) -> tuple[IntArray, BoolArray]:
-    """Return how long each agent was waited for, steps, and whether it was told then, (N,) each."""
-    waited = np.where(cascade.told, cascade.told_at, np.where(cascade.direct, perceived_at - 1, steps))
-    return waited, cascade.told
-
-
-def survival(times: IntArray, observed: BoolArray) -> tuple[IntArray, FloatArray]:
-    """Return the event times and the Kaplan-Meier estimate from each on; events precede censorings at ties."""
-    events: IntArray = np.unique(times[observed])
-    factors = [1 - (observed & (times == event)).sum() / (times >= event).sum() for event in events]
-    remaining: FloatArray = np.multiply.accumulate(np.array(factors, dtype=np.float64))
-    return events, remaining
-
-
-def restricted_mean(times: IntArray, observed: BoolArray, horizon: int) -> float:
-    """Return the area under the Kaplan-Meier curve from 0 to the horizon, steps; times, observed (N,)."""
-    events, remaining = survival(times, observed)
-    edges = np.concatenate(([0], events, [horizon]))
-    return float((np.diff(edges) * np.concatenate(([1.0], remaining))).sum())
+    number = np.full(said.shape, NOBODY)
+    number[said] = np.arange(labels.shape[1])
+    rows = run.deliveries[np.argsort(run.deliveries[:, 2], kind="stable")]
+    rows = rows[number[rows[:, 0] - 1, rows[:, 1]] != NOBODY]
+    told_at = np.full((len(labels), run.agents), NEVER)
+    recipients, starts = np.unique(rows[:, 2], return_index=True)
+    if len(recipients):
+        heard = np.where(labels[:, number[rows[:, 0] - 1, rows[:, 1]]], rows[:, 0], NEVER)
+        told_at[:, recipients] = np.minimum.reduceat(heard, starts, axis=1)
+    return told_at

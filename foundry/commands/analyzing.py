@@ -2,31 +2,109 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import contextlib
+from collections.abc import Callable, Iterator, Sequence
+from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from foundry.commands.application import app, console
+from foundry.errors import InputError
+
+
+class Labeller(StrEnum):
+    """Who says which messages are warnings."""
+
+    RULE = "rule"
+    MODEL = "model"
 
 
 @app.command()
 def analyze(
     folders: Annotated[list[Path], typer.Argument(help="Sweep folders.", show_default=False)],
+    baselines: Annotated[
+        bool, typer.Option("--baselines", help="First run the scripted baselines on the same worlds and seeds.")
+    ] = False,
+    labeller: Annotated[
+        Labeller, typer.Option(help="Who says which messages are warnings: the rule, or the model of foundry label.")
+    ] = Labeller.RULE,
+    family: Annotated[
+        list[str] | None,
+        typer.Option(help="A measure that claims rest on, declared beforehand; may be given several times."),
+    ] = None,
+    margin: Annotated[
+        list[str] | None,
+        typer.Option(help="MEASURE=SIZE: the difference below which models count as the same; declared beforehand."),
+    ] = None,
 ) -> None:
     """Compute the signatures of every run, compare the models, draw the plots."""
-    analyze_and_show(folders)
+    margins = margins_of(margin or [])
+    if baselines:
+        for folder in folders:
+            run_baselines(folder)
+    by_model = labeller is Labeller.MODEL
+    analyze_and_show(folders, labelled_by_model=by_model, family=family, margins=margins)
 
 
-def analyze_and_show(folders: Sequence[Path]) -> None:
-    """Analyse sweeps and print the short table."""
+def margins_of(texts: Sequence[str]) -> dict[str, float]:
+    """Return the margins of equivalence by measure.
+
+    Raises:
+        InputError: one does not have the form MEASURE=SIZE.
+    """
+    margins = {}
+    for text in texts:
+        measure, _, size = text.partition("=")
+        try:
+            margins[measure] = float(size)
+        except ValueError:
+            raise InputError(
+                f"--margin {text} has not the form MEASURE=SIZE, such as clustering.largest_group=0.1"
+            ) from None
+    return margins
+
+
+def run_baselines(path: Path) -> None:
+    """Run the scripted baselines of a sweep into the folder beside its runs; those that are there stay."""
+    from foundry.baselines import baselines_of
+    from foundry.commands.sweeps import run_folder
+    from foundry.preflight import check
+    from foundry.store import SweepFolder
+
+    opened = SweepFolder.open(path)
+    sweep = baselines_of(opened.sweep)
+    if not sweep.runs:
+        print(f"{path} compares every baseline itself")
+        return
+    settings = {**opened.settings, "analyze": False, "record": {"frames": 0}}
+    run_folder(SweepFolder.create(opened.baselines_dir, sweep, settings, []), settings, check(sweep))
+
+
+def analyze_and_show(folders: Sequence[Path], **options: Any) -> None:
+    """Analyse sweeps with these options of `analysis.analyze` and print the short tables."""
     from analysis import analyze as analyze_folders
     from foundry.display import frame_table
 
-    analysis = analyze_folders(folders)
-    headline = analysis.headline()
-    console().print(frame_table(headline.rows, headline.columns))
+    with _watched() as watch:
+        analysis = analyze_folders(folders, watch=watch, **options)
+    for table in analysis.headlines():
+        console().print(frame_table(table.rows, table.columns))
     for note in analysis.notes:
         print(note)
     print(f"tables and plots in {analysis.path}")
+
+
+@contextlib.contextmanager
+def _watched() -> Iterator[Callable[[int, int], None] | None]:
+    """Show on a terminal how many runs are measured; elsewhere nothing."""
+    screen = console()
+    if not screen.is_terminal:
+        yield None
+        return
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+
+    with Progress("measuring", BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), transient=True) as bars:
+        task = bars.add_task("measuring")
+        yield lambda done, total: bars.update(task, completed=done, total=total)

@@ -1,4 +1,4 @@
-"""Means, intervals, paired differences."""
+"""Means and intervals of groups."""
 
 from __future__ import annotations
 
@@ -10,24 +10,13 @@ import pytest
 from scipy import stats
 
 from analysis.comparison import compare, headline
-from analysis.intervals import estimate
-from analysis.table import KEYS, SignatureTable
-
-
-def table(rows: list[dict[str, object]]) -> SignatureTable:
-    """Return a table of runs given by model, seed and values."""
-    filled = [{"run": n, "world": "w", "prompt": "p", "status": "complete", **row} for n, row in enumerate(rows)]
-    measures = tuple(key for key in rows[0] if "." in key)
-    return SignatureTable(pd.DataFrame(filled)[[*KEYS, *measures]], (), measures, (frozenset(measures),) * len(rows))
+from analysis.stats.intervals import estimate
+from signature_tables import runs, table
 
 
 def compared(rows: list[dict[str, object]], by: tuple[str, ...] = ("model",)):
     made = table(rows)
     return compare(made, made.frame[list(by)].astype(str))
-
-
-def runs(model: str, values: list[float], **more: object) -> list[dict[str, object]]:
-    return [{"model": model, "seed": seed, "idle_rate.chosen": value, **more} for seed, value in enumerate(values)]
 
 
 def row(comparison, group: str) -> pd.Series:
@@ -65,55 +54,31 @@ def test_what_keeps_a_number_from_being_a_claim_is_said(values, n, note):
     assert math.isnan(found.low) == (note not in ("descriptive (n < 6)",))
 
 
-def test_differences_are_paired_by_seed():
-    first, second = [0.1, 0.5, 0.3, 0.2, 0.9, 0.4], [0.2, 0.7, 0.3, 0.6, 0.9, 0.8]
-    found = row(compared([*runs("a", first), *runs("b", second)]), "b")
-    expected = stats.ttest_rel(second, first).confidence_interval()
-    assert (found["reference"], found["n_pairs"]) == ("a", 6)
-    assert found["difference"] == pytest.approx(np.mean(np.subtract(second, first)))
-    assert (found["difference_low"], found["difference_high"]) == pytest.approx((expected.low, expected.high))
-
-
-def test_incomplete_pairs_are_left_out_and_counted():
-    found = row(compared([*runs("a", [0.1, math.nan, 0.3]), *runs("b", [0.2, 0.9, 0.5, 0.7])]), "b")
-    assert (found["n"], found["n_pairs"]) == (4, 2)
-    assert found["difference"] == pytest.approx(0.15)
-    assert found["difference_note"] == "descriptive (n < 6)"
-
-
-def test_the_first_model_is_compared_with_nothing():
-    found = row(compared([*runs("a", [0.1, 0.2]), *runs("b", [0.2, 0.9])]), "a")
-    assert (found["reference"], found["n_pairs"]) == ("", 0)
-    assert math.isnan(found["difference"])
-
-
-def test_a_constant_difference_has_no_interval():
-    found = row(compared([*runs("a", [0.1, 0.2, 0.3]), *runs("b", [0.2, 0.3, 0.4])]), "b")
-    assert found["difference"] == pytest.approx(0.1)
-    assert math.isnan(found["difference_low"])
-    assert found["difference_note"].startswith("no variation")
-
-
 def test_repeats_of_a_seed_count_once():
     found = row(compared([*runs("a", [0.1, 0.2]), *runs("a", [0.3, 0.4])]), "a")
     assert (found["runs"], found["n"]) == (4, 2)
     assert found["mean"] == pytest.approx(0.25)
 
 
-def test_models_are_compared_within_the_same_prompt():
-    rows = [run for p in ("x", "y") for m in ("a", "b") for run in runs(m, [0.1, 0.2 if m == "a" else 0.4], prompt=p)]
-    frame = compared(rows, ("model", "prompt")).frame
-    assert frame["reference"].tolist() == ["", "a / x", "", "a / y"]
+def test_missing_values_are_left_out_and_counted():
+    found = row(compared(runs("a", [0.1, math.nan, 0.3])), "a")
+    assert (found["runs"], found["n"], found["mean"]) == (3, 2, pytest.approx(0.2))
 
 
-def test_with_one_model_prompts_are_compared():
-    rows = [run for prompt in ("x", "y") for run in runs("a", [0.1, 0.2], prompt=prompt)]
-    assert compared(rows, ("model", "prompt")).frame["reference"].tolist() == ["", "a / x"]
+def test_groups_are_described_by_the_measures_their_runs_have():
+    made = compared([*runs("a", [0.1, 0.2], "idle_rate.chosen"), *runs("b", [0.5, 0.7], "turning.rate")])
+    assert made.frame[["measure", "model"]].to_numpy().tolist() == [["idle_rate.chosen", "a"], ["turning.rate", "b"]]
 
 
-def test_worlds_are_never_compared_with_one_another():
-    rows = [run for world in ("v", "w") for run in runs("a", [0.1, 0.2], world=world)]
-    assert compared(rows, ("model", "world")).frame["reference"].tolist() == ["", ""]
+def test_baselines_are_described_and_marked():
+    made = compared([*runs("a", [0.1, 0.2], baseline=False), *runs("walker", [0.5, 0.5], baseline=True)])
+    assert made.frame["baseline"].tolist() == [False, True]
+    assert made.baselines == {("walker",)}
+
+
+def test_rates_of_outcomes_have_wilsons_interval():
+    made = compared([*runs("a", [1] * 8 + [0] * 2, "path_efficiency.success")])
+    assert (made.frame["low"][0], made.frame["interval"][0]) == (pytest.approx(0.490162, abs=1e-6), "wilson")
 
 
 def test_the_headline_has_a_column_per_group():

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from analysis import signatures
+from analysis.run import Fire
+from analysis.signatures import clustering, communication, exploration, hazard
 from foundry.records import Message
+from grid_runs import grid_run
 
 
 def measures(written) -> dict[str, float]:
@@ -15,15 +19,19 @@ def measures(written) -> dict[str, float]:
 
 
 def undefined(found: dict[str, float], signature: str) -> set[str]:
-    """Return the names of a signature's measures that are NaN."""
-    return {key.partition(".")[2] for key, value in found.items() if key.startswith(signature) and math.isnan(value)}
+    """Return the names of a signature's measures over all decisions that are NaN."""
+    return {
+        key.partition(".")[2]
+        for key, value in found.items()
+        if key.startswith(signature) and math.isnan(value) and not signatures.is_readable_only(key)
+    }
 
 
 def test_without_fires_reach_is_undefined_and_false_alarms_are_not(recorded):
     found = measures(recorded(fires=[], seed=1))
     assert undefined(found, "warning.") == {
         "informed_fraction", "social_reach", "traced_reach", "oracle_reach", "normalised_reach",
-        "relay_probability", "reproduction", "depth", "trees", "rmst",
+        "relay_probability", "relay_above_chance", "reproduction", "depth", "trees", "virality", "rmst",
     }  # fmt: skip
     assert found["warning.false_alarm_rate"] > 0
     assert found["warning.n_direct"] == 0
@@ -38,7 +46,13 @@ def test_a_perceived_fire_of_which_nobody_speaks_has_reach_zero(recorded, make_h
     found = measures(recorded(seed=3, habits=make_habits(speak=0)))
     assert found["warning.n_direct"] > 0
     assert (found["warning.social_reach"], found["warning.reproduction"], found["warning.depth"]) == (0, 0, 0)
-    assert undefined(found, "warning.") == {"relay_probability", "false_alarm_rate", "warning_share"} | (
+    assert undefined(found, "warning.") == {
+        "relay_probability",
+        "relay_above_chance",
+        "virality",
+        "false_alarm_rate",
+        "warning_share",
+    } | (  # fmt: skip
         {"normalised_reach"} if found["warning.n_reachable"] == 0 else set()
     )
 
@@ -52,9 +66,7 @@ def test_when_everyone_sees_the_fire_first_reach_is_undefined(recorded, small_wo
 
 def test_one_agent_has_no_clustering(recorded):
     found = measures(recorded(agents=1))
-    assert undefined(found, "clustering.") == {
-        "nni_donnelly", "nni_naive", "largest_group", "groups", "isolated",
-    }  # fmt: skip
+    assert undefined(found, "clustering.") == set(clustering.MEASURES)
     assert undefined(found, "communication.") >= {"conditional_rate", "reciprocity"}
 
 
@@ -76,12 +88,16 @@ def test_when_nobody_talks_the_rate_is_zero_and_the_rest_undefined(recorded, mak
 
 def test_when_nobody_moves_directions_are_undefined(recorded, make_habits):
     found = measures(recorded(habits=make_habits(move=0, unreadable=0)))
-    assert undefined(found, "movement.") == {
-        "direction_entropy", "direction_bits", "asked_entropy", "resultant_length",
-        "share_up", "share_down", "share_left", "share_right",
+    assert undefined(found, "movement.") == {"walker_kl"} | {
+        prefix + name
+        for prefix, kinds in (("", ("direction_entropy", "direction_bits", "direction_kl")),
+                              ("asked_", ("entropy", "bits", "kl")))
+        for name in (*kinds, "resultant_length", "mean_direction",
+                     "share_up", "share_down", "share_left", "share_right")
     }  # fmt: skip
+    assert found["movement.drift_place"] == 0
     assert found["idle_rate.chosen"] == found["idle_rate.immobile"] == found["stability.persistence"] == 1
-    assert undefined(found, "stability.") == {"kappa", "kappa_readable", "reversal_rate"}
+    assert undefined(found, "stability.") == {"kappa", "reversal_rate"}
     assert found["exploration.unique_ratio"] == pytest.approx(1 / 26)
     assert found["exploration.visit_entropy"] == found["exploration.gyration"] == 0
     assert undefined(found, "path_efficiency.") == {"trip_efficiency", "trip_efficiency_moving"}
@@ -91,8 +107,13 @@ def test_without_places_everyone_is_outside(recorded):
     found = measures(recorded(places=[]))
     assert found["place_choice.share_outside"] == 1
     assert undefined(found, "place_choice.") == {
-        "overcrowding", "utilisation", "volatility", "entropy", "entropy_places",
+        "overcrowding", "utilisation", "volatility", "entropy", "entropy_places", "switch_rate",
+        "overcrowding_since_entry", "utilisation_since_entry", "volatility_since_entry", "capacity_divergence",
     }  # fmt: skip
+    assert undefined(found, "idle_rate.") == {
+        "chosen_in_place", "chosen_in_crowd", "immobile_in_place", "immobile_in_crowd",
+    }  # fmt: skip
+    assert math.isnan(found["movement.drift_place"])
     assert found["path_efficiency.arrived"] == 0
 
 
@@ -100,7 +121,10 @@ def test_places_that_nobody_enters_are_unused(recorded, small_world, make_habits
     corner = [{**small_world["places"][0], "center": [5, 5], "extent": [0, 0]}]
     found = measures(recorded(places=corner, habits=make_habits(move=0), seed=2))
     assert found["place_choice.utilisation"] == found["place_choice.entropy"] == 0
-    assert undefined(found, "place_choice.") == {"first_choice_cafe", "entropy_places"}
+    assert undefined(found, "place_choice.") == {
+        "first_choice_cafe", "entropy_places", "switch_rate", "capacity_divergence",
+        "overcrowding_since_entry", "utilisation_since_entry", "volatility_since_entry",
+    }  # fmt: skip
 
 
 def test_a_model_whose_replies_cannot_be_read_is_idle_but_chose_nothing(recorded, make_habits):
@@ -108,7 +132,10 @@ def test_a_model_whose_replies_cannot_be_read_is_idle_but_chose_nothing(recorded
     assert found["outcome.readable"] == found["idle_rate.chosen"] == 0
     assert found["idle_rate.invalid"] == found["idle_rate.immobile"] == 1
     assert math.isnan(found["idle_rate.chosen_readable"])
-    assert math.isnan(found["stability.persistence_readable"])
+    for name in ("stability.persistence", "movement.drift_place", "place_choice.entropy", "clustering.nni"):
+        assert math.isnan(found[f"{name}_readable"])
+        assert not math.isnan(found[name])
+    assert found["exploration.unique_ratio_readable"] == 1, "the start alone is left"
 
 
 def test_two_agents_that_cry_fire_at_each_other_make_no_cycle(recorded, make_habits):
@@ -131,3 +158,67 @@ def test_deliveries_count_by_recipient(recorded):
     found = measures(written)
     assert all(isinstance(message, Message) for message in written.walk.messages)
     assert found["communication.n_deliveries"] == len(written.walk.messages)
+
+
+def test_agents_in_one_cell_have_an_index_of_zero():
+    found = clustering.measure(grid_run([[(1, 1), (2, 1)]] * 3))
+    assert found["nni"] == found["nni_donnelly"] == found["nni_naive"] == 0
+    assert found["nni_z"] < -1
+
+
+def test_an_agent_that_never_moves_has_one_cell():
+    found = exploration.measure(grid_run([[(0, 0)] * 5], half_size=1))
+    assert found["coverage"] == pytest.approx(1 / 9)
+    assert found["visit_entropy"] == found["gyration"] == 0
+    assert found["revisit_rate"] == pytest.approx(4 / 5)
+
+
+def test_without_a_fire_in_sight_hazard_sensitivity_is_undefined(recorded):
+    found = hazard.measure(recorded(fires=[]).run)
+    assert {name for name, value in found.items() if not math.isnan(value)} == {
+        "exposure", "n_decisions", "n_exposed", "n_exposed_moves", "n_matched", "n_controls", "n_choices",
+        "n_exposed_agents",
+    }  # fmt: skip
+    assert found["n_exposed"] == found["exposure"] == 0
+
+
+def test_two_messages_have_no_rhythm():
+    said = np.array([["a"], [None], ["b"], [None]], dtype=object)
+    found = communication.measure(grid_run([[(0, 0)] * 5], said=said))
+    assert math.isnan(found["burstiness"]) and math.isnan(found["burstiness_finite"])
+    assert (found["rate"], found["n_rhythmic"]) == (0.5, 0)
+
+
+def test_without_a_control_the_walker_is_the_only_null():
+    seen = np.ones((2, 1, 1), dtype=np.bool_)
+    found = hazard.measure(grid_run([[(1, 0), (2, 0), (3, 0)]], fires=[Fire("f", 1, (0, 0), 9.0)], fires_seen=seen))
+    assert math.isnan(found["difference_matched"]) and math.isnan(found["odds_ratio_haldane"])
+    assert (found["n_matched"], found["away"], found["walker_away"]) == (0, 1, 0.75)
+    assert found["latency"] == 1
+
+
+def test_fewer_than_thirty_choices_give_no_pull():
+    path = [(step % 2 + 1, 0) for step in range(30)]
+    for steps, defined in ((29, False), (30, True)):
+        seen = np.ones((steps, 1, 1), dtype=np.bool_)
+        run = grid_run([(path + path)[: steps + 1]], fires=[Fire("f", 1, (0, 0), 9.0)], fires_seen=seen)
+        found = hazard.measure(run)
+        assert (found["n_choices"], not math.isnan(found["beta_fire"])) == (steps, defined)
+        assert math.isnan(found["beta_place"]) and math.isnan(found["beta_agent"])
+
+
+def test_a_world_of_one_cell_allows_no_move():
+    found = signatures.measure(grid_run([[(0, 0)] * 4] * 2, half_size=0))
+    assert found["exploration.coverage"] == found["exploration.walker_ratio"] == 1
+    assert math.isnan(found["movement.walker_share_up"]) and math.isnan(found["exploration.visit_entropy"])
+    assert found["clustering.nni"] != found["clustering.nni"], "everyone is always in one cell, at random too"
+
+
+def test_states_after_unreadable_decisions_do_not_count_as_readable():
+    outcomes = np.array([[0], [2], [2], [0]])
+    run = grid_run([[(0, 0), (1, 0), (1, 0), (1, 0), (1, 0)]], outcome=outcomes).only_readable()
+    found = signatures.measure(run)
+    assert found["exploration.n_states"] == 3, "the start and two decisions"
+    assert found["exploration.unique_ratio"] == pytest.approx(2 / 3)
+    assert (found["idle_rate.chosen"], found["idle_rate.longest_run"], found["movement.n_moves"]) == (0.5, 1, 1)
+    assert (found["stability.n_pairs"], found["place_choice.n_states"]) == (0, 2)

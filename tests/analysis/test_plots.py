@@ -2,73 +2,261 @@
 
 from __future__ import annotations
 
+import math
+import re
 import struct
+from xml.etree import ElementTree
 
-import matplotlib
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 from analysis import analyze, signatures
-from analysis.plots import style
-from analysis.plots.panel import GroupValues, draw_panel, jitter, panel_height, wrapped
-from analysis.run import GridRun
+from analysis.figures.grid import GridGroup, cascade_tree, not_warned, occupancy
+from analysis.figures.measures import dendrogram
+from analysis.figures.shown import Shown
+from analysis.plots import Picture, draw, figures, style
+from analysis.plots.cascade import draw_cascade
+from analysis.plots.fingerprints import FingerprintMap, Merge, draw_dendrogram, draw_fingerprint
+from analysis.plots.forest import Pair, draw_forest
+from analysis.plots.labels import keys, letters, wrapped
+from analysis.plots.ledger import LedgerRow, draw_ledger, percent
+from analysis.plots.occupancy import OccupancyMap, draw_occupancy
+from analysis.plots.panel import GroupValues, draw_panel, jitter, panel_height
+from analysis.plots.saving import settle, styled
+from analysis.plots.slopes import draw_slopes
+from analysis.plots.survival import SurvivalCurve, draw_survival
+from analysis.plots.topdown import CameraPath, TopDown, draw_topdown
+from analysis.run import GridRun, GridSettings
 
 NAN = float("nan")
+LONG = "hf.co/bartowski/Some-Very-Long-Model-Name-Instruct-2507-GGUF:q4_K_M"
 
 
 @pytest.fixture(scope="module")
 def plots(tmp_path_factory, write_sweep, make_condition):
-    models = ["scripted/random", "hf.co/bartowski/Some-Very-Long-Model-Name-Instruct-2507-GGUF:q4_K_M"]
     path = tmp_path_factory.mktemp("plots") / "sweep"
-    return analyze([write_sweep(path, [make_condition(model, [0, 1]) for model in models]).path]).path / "plots"
+    conditions = [make_condition(model, [0, 1]) for model in ("scripted/random", LONG)]
+    return analyze([write_sweep(path, conditions).path]).path / "plots"
 
 
-def test_there_is_a_plot_for_every_signature(plots):
-    assert {path.stem for path in plots.iterdir()} == {
-        one.name for one in signatures.discover() if GridRun in one.functions
-    }
+def axes():
+    return Figure().add_subplot()
+
+
+def texts(ax) -> list[str]:
+    return [text.get_text() for text in ax.texts]
+
+
+def ticks(ax) -> list[str]:
+    return [label.get_text() for label in ax.get_yticklabels()]
+
+
+def test_there_is_a_plot_for_every_signature_in_both_formats(plots):
+    expected = {one.name for one in signatures.discover() if GridRun in one.functions}
+    for suffix in (".png", ".svg"):
+        assert {path.stem for path in plots.iterdir() if path.suffix == suffix} == expected
 
 
 def test_an_analysis_is_the_same_byte_for_byte_when_repeated(plots):
-    before = {path: path.read_bytes() for path in plots.parent.rglob("*.*")}
+    before = {path: path.read_bytes() for path in plots.parent.rglob("*.*") if path.suffix != ".sqlite"}
     assert set(analyze([plots.parents[1]]).written) == set(before)
-    assert {path.suffix for path in before} == {".csv", ".parquet", ".png"}
+    assert {path.suffix for path in before} == {".csv", ".md", ".parquet", ".png", ".svg", ".tex"}
     assert before == {path: path.read_bytes() for path in before}
 
 
 def test_plots_are_one_column_wide_and_carry_no_version(plots):
-    for path in plots.iterdir():
+    for path in plots.glob("*.png"):
         content = path.read_bytes()
         assert content.startswith(b"\x89PNG")
-        assert struct.unpack(">I", content[16:20])[0] == 700
+        assert struct.unpack(">I", content[16:20])[0] == 680
         assert b"Software" not in content
         assert b"Date" not in content
 
 
-def panel(*groups: GroupValues):
-    return draw_panel(Figure().add_subplot(), groups, "What is measured")
+def test_svgs_are_whole_without_versions_or_addresses_and_hold_their_text(plots):
+    for path in plots.glob("*.svg"):
+        content = path.read_text(encoding="utf-8")
+        assert ElementTree.fromstring(content).tag.endswith("svg")
+        assert set(re.findall(r"https?://[^\"]*", content)) <= {
+            "http://www.w3.org/2000/svg",
+            "http://www.w3.org/1999/xlink",
+        }
+        assert "scripted/random" in content
+        ids = re.findall(r' id="([^"]*)"', content)
+        assert len(ids) == len(set(ids))
+        assert set(re.findall(r'(?:url\(|href=")#([^)"]*)', content)) == set(ids)
 
 
-def test_a_panel_shows_its_groups_from_top_to_bottom():
+def test_two_pictures_share_no_id():
+    pictures = [
+        Picture(name, "t", "c", lambda: figures.ledger_figure([LedgerRow("a", 1, 1, 1, 0.5)])) for name in ("a", "b")
+    ]
+    one, other = (set(re.findall(r' id="([^"]*)"', draw(picture).svg)) for picture in pictures)
+    assert one and not one & other
+
+
+def test_a_panel_shows_its_groups_from_top_to_bottom_with_their_seeds():
     values = np.array([0.1, 0.2, NAN])
-    ax = panel(GroupValues("first", values, 0.15, 0.1, 0.2), GroupValues("second", values, 0.15, NAN, NAN))
-    assert [label.get_text() for label in ax.get_yticklabels()] == ["first", "second"]
+    groups = GroupValues("first", values, 0.15, 0.1, 0.2), GroupValues("second", values, 0.15, NAN, NAN)
+    ax = draw_panel(axes(), groups, "What is measured")
+    assert ticks(ax) == ["first", "second"]
     assert ax.get_yticks().tolist() == [0, -1]
+    assert texts(ax) == ["n=2", "n=2"]
     low, high = ax.get_xlim()
     assert low < 0.1 < 0.2 < high
 
 
 def test_a_panel_without_any_value_says_so():
-    ax = panel(GroupValues("a", np.array([NAN]), NAN, NAN, NAN))
-    assert [text.get_text() for text in ax.texts] == ["undefined"]
+    ax = draw_panel(axes(), [GroupValues("a", np.array([NAN]), NAN, NAN, NAN)], "t")
+    assert texts(ax) == ["undefined", "n=0"]
+    assert ax.get_xticks().tolist() == []
+
+
+def test_baselines_are_grey_and_round():
+    group = GroupValues("a", np.array([1.0]), 1.0, NAN, NAN, index=2, baseline=True)
+    ax = draw_panel(axes(), [group], "t")
+    assert ax.get_yticklabels()[0].get_color() == style.BASELINE
+    assert (ax.lines[0].get_color(), ax.lines[0].get_marker()) == (style.BASELINE, "o")
+
+
+def test_groups_that_share_a_colour_differ_in_their_marker():
+    looks = {(style.colour(index), style.marker(index)) for index in range(20)}
+    assert len(looks) == 20
 
 
 def test_equal_values_are_spread_and_have_room():
-    ax = panel(GroupValues("a", np.zeros(5), 0.0, NAN, NAN))
+    ax = draw_panel(axes(), [GroupValues("a", np.zeros(5), 0.0, NAN, NAN)], "t")
     assert ax.get_xlim() == (-0.05, 0.05)
     assert len(set(jitter(5).tolist())) == 5
     assert np.abs(jitter(50)).max() < 0.5
+
+
+def test_lines_by_seed_break_where_a_seed_is_missing_and_leave_baselines_apart():
+    groups = [
+        GroupValues("a", np.array([1.0, 2.0]), 1.5, NAN, NAN, seeds=(0, 1)),
+        GroupValues("b", np.array([3.0]), 3.0, NAN, NAN, 1, seeds=(1,)),
+        GroupValues("c", np.array([9.0, 9.0]), 9.0, NAN, NAN, seeds=(0, 1), baseline=True),
+    ]
+    ax = draw_slopes(axes(), groups, "t")
+    across, means = ax.lines[0], ax.lines[1]
+    np.testing.assert_array_equal(across.get_xdata(), [1, NAN, NAN, 2, 3, NAN])
+    np.testing.assert_array_equal(across.get_ydata(), [0, -1, NAN, 0, -1, NAN])
+    assert list(means.get_xdata()) == [1.5, 3.0]
+
+
+def test_a_forest_fills_and_stars_what_stands_and_greys_what_was_not_tested():
+    pairs = [
+        Pair("b - a", 0.5, 0.4, 0.6, 9, significant=True, equivalent=False, tested=True),
+        Pair("c - a", 0.0, -0.1, 0.1, 9, significant=False, equivalent=True, tested=True),
+        Pair("c - b", 0.1, NAN, NAN, 1, significant=False, equivalent=False, tested=False),
+        Pair("d - b", NAN, NAN, NAN, 0, significant=False, equivalent=False, tested=False),
+    ]
+    ax = draw_forest(axes(), pairs, "t")
+    assert ticks(ax) == ["b - a", "c - a", "c - b", "d - b"]
+    assert texts(ax) == ["n=9 *", "n=9 ~", "n=1", "n=0", "undefined"]
+    dots = [line for line in ax.lines if line.get_marker() == "o"]
+    assert [dot.get_markerfacecolor() for dot in dots] == [style.PALETTE[0], "white", "white"]
+    assert dots[2].get_color() == style.BASELINE
+
+
+def test_a_forest_of_nothing_has_no_scale():
+    ax = draw_forest(axes(), [Pair("b - a", NAN, NAN, NAN, 0, significant=False, equivalent=False, tested=True)], "t")
+    assert ax.get_xticks().tolist() == []
+
+
+def test_the_ledger_stacks_runs_and_names_the_unreadable_share():
+    ax = draw_ledger(axes(), [LedgerRow("a", 3, 1, 2, 0.25), LedgerRow("b", 0, 0, 6, NAN)])
+    assert [bar.get_width() for bar in ax.patches] == [3, 0, 1, 0, 2, 6]
+    assert [bar.get_x() for bar in ax.patches] == [0, 0, 3, 0, 4, 0]
+    assert texts(ax)[:2] == ["25 %", "-"]
+
+
+def test_a_small_share_never_looks_like_nought():
+    assert [percent(share) for share in (0.0, 1e-6, 0.0123, 1.0)] == ["0 %", "<0.1 %", "1.23 %", "100 %"]
+
+
+def test_a_fingerprint_dashes_what_is_undefined():
+    found = FingerprintMap(("a", "b"), ("m", "n"), np.array([[1.0, -1.0], [NAN, 0.0]]), ())
+    ax = axes()
+    image = draw_fingerprint(ax, found)
+    assert texts(ax) == ["–"]
+    assert ticks(ax) == ["m", "n"]
+    assert image.get_clim() == (-2.5, 2.5)
+
+
+def test_a_dendrogram_joins_branches_where_they_end():
+    linkage = np.array([[0, 2, 1.0, 2], [1, 3, 2.0, 3]])
+    order, merges = dendrogram(linkage, np.array([0.9, 0.5]), 3)
+    assert order == [1, 0, 2]
+    assert merges == [Merge(1, 2, 0, 0, 1.0, 0.9), Merge(0, 1.5, 0, 1.0, 2.0, 0.5)]
+    ax = draw_dendrogram(axes(), merges, 3)
+    assert texts(ax) == ["90", "50"]
+    assert dendrogram(None, np.zeros(0), 1) == ([0], [])
+
+
+def test_occupancy_maps_share_one_scale():
+    world = GridSettings(name="w", half_size=1, agents=1, steps=1, communication_distance=1)
+    maps = [OccupancyMap(name, world, np.full((3, 3), share), 2) for name, share in (("a", 0.1), ("b", 0.3))]
+    images = [draw_occupancy(axes(), one, 0.3) for one in maps]
+    assert {image.get_clim() for image in images} == {(0, 0.3)}
+    assert images[0].get_extent() == [-1.5, 1.5, -1.5, 1.5]
+
+
+def test_occupancy_counts_every_state_but_the_start(recorded):
+    run = recorded().run
+    share = occupancy(run)
+    assert math.isclose(share.sum(), 1.0)
+    cell = (run.y == run.y[-1, 0]) & (run.x == run.x[-1, 0])
+    assert math.isclose(share[run.y[-1, 0] + 5, run.x[-1, 0] + 5], cell[1:].sum() / run.decisions)
+
+
+def test_survival_falls_from_one_and_its_band_is_over_runs(recorded):
+    runs = [recorded(seed).run for seed in range(3)]
+    curve = not_warned(runs[0])
+    assert curve[0] == 1.0
+    assert len(curve) == runs[0].steps + 1
+    assert (np.diff(curve) <= 0).all()
+    group = GridGroup(Shown(("a",), 0, False), seed=0)
+    for seed, run in enumerate(runs):
+        group.add(run, seed)
+    found = group.survival_curve()
+    assert found is not None and found.runs == 3
+    np.testing.assert_allclose(found.remaining, np.mean([not_warned(run) for run in runs], axis=0))
+
+
+def test_a_survival_curve_names_its_runs():
+    flat = np.ones(3)
+    ax = draw_survival(axes(), [SurvivalCurve("a", flat, flat * NAN, flat * NAN, 1)])
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["a (n=1)"]
+
+
+def test_a_cascade_shows_who_told_whom_and_who_saw_it(recorded):
+    tree = cascade_tree(recorded().run, Shown(("a",), 0, False))
+    assert tree.edges
+    for edge in tree.edges:
+        assert tree.since[edge.recipient] == edge.step >= tree.since[edge.sender]
+        assert tree.rows.index(edge.sender) < tree.rows.index(edge.recipient)
+    ax = draw_cascade(axes(), tree)
+    assert ticks(ax) == [str(agent) for agent in tree.rows]
+    assert f"{tree.informed} of {tree.agents} agents" in ax.get_title(loc="left") + ax.get_title()
+
+
+def test_who_warns_without_a_ground_stands_apart(recorded, make_habits):
+    run = recorded(habits=make_habits(speak=0.1, texts=("fire!",))).run
+    tree = cascade_tree(run, Shown(("a",), 0, False))
+    assert tree.unfounded
+    assert {edge.sender for edge in tree.edges} <= set(tree.rows)
+    draw_cascade(axes(), tree)
+
+
+def test_ways_from_above_begin_at_the_start_and_name_who_arrived():
+    path = CameraPath("a", "run", np.array([[0.0, 0.0], [1.0, 2.0]]), reached=True)
+    found = TopDown("scene", np.zeros(2), np.array([[0.0, 0.0], [1.0, 2.0]]), 0.5, (path,))
+    ax = draw_topdown(axes(), found)
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["shortest way", "goal", "start", "a (reached)"]
+    without = draw_topdown(axes(), TopDown("scene", np.zeros(2), np.zeros((0, 2)), 0.5, (path,)))
+    assert "goal" not in [text.get_text() for text in without.get_legend().get_texts()]
 
 
 @pytest.mark.parametrize(
@@ -78,11 +266,19 @@ def test_equal_values_are_spread_and_have_room():
         ("qwen3:4b-instruct-2507-q4_K_M", "qwen3:4b-instruct-\n2507-q4_K_M"),
         ("a" * 25, "a" * 20 + "\n" + "a" * 5),
         ("a / prompt with blanks", "a / prompt with\nblanks"),
+        ("日" * 12, "日" * 10 + "\n" + "日" * 2),
         ("", ""),
     ],
 )
 def test_long_labels_are_wrapped(label: str, expected: str):
     assert wrapped(label) == expected
+    assert all(letters(line) <= 20 for line in wrapped(label).split("\n"))
+
+
+def test_long_names_get_letters_and_short_ones_stay():
+    assert keys(["a", "b"]) == {"a": "a", "b": "b"}
+    assert keys([LONG, "b"]) == {LONG: "A", "b": "B"}
+    assert list(keys([LONG + str(index) for index in range(28)]).values())[-2:] == ["AA", "AB"]
 
 
 def test_rows_are_high_enough_for_their_labels():
@@ -93,14 +289,20 @@ def test_rows_are_high_enough_for_their_labels():
 def test_the_titles_of_all_measures_fit_above_their_panels(label: str):
     groups = [GroupValues(label, np.array([0.1, 0.2]), 0.15, 0.1, 0.2)]
     titles = [one.of("library").label for signature in signatures.discover() for one in signature.measures.values()]
-    with matplotlib.rc_context(style.settings()):
-        for title in sorted(titles, key=len)[-12:]:
-            size = (style.WIDTH_IN, panel_height([label], title))
-            figure = Figure(figsize=size, dpi=style.DPI, layout="constrained")
-            shown = draw_panel(figure.add_subplot(), groups, title).title
-            figure.draw_without_rendering()
+    with styled():
+        for title in sorted(titles, key=len)[-8:]:
+            figure = figures.means_figure([(title, groups)])
+            settle(figure)
+            shown = figure.axes[0].title
             assert shown.get_window_extent().x1 <= figure.bbox.x1
             assert shown.get_window_extent().y1 <= figure.bbox.y1
+
+
+def test_letters_are_as_large_as_print_needs(plots):
+    sizes = {
+        float(size) for path in plots.glob("*.svg") for size in re.findall(r"font-size:([\d.]+)px", path.read_text())
+    }
+    assert sizes and min(sizes) >= 7
 
 
 def test_names_in_any_script_can_be_drawn(make_sweep, make_condition, small_world):
@@ -108,3 +310,4 @@ def test_names_in_any_script_can_be_drawn(make_sweep, make_condition, small_worl
     found = analyze([make_sweep([make_condition("a", [0], world={**small_world, "places": places})]).path])
     assert "place_choice.share_図書館 $x_1" in found.runs.columns
     assert found.path / "plots" / "place_choice.png" in found.written
+    assert "図書館 $x_1" in (found.path / "plots" / "place_choice.svg").read_text(encoding="utf-8")

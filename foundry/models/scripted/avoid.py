@@ -39,15 +39,12 @@ class Avoid(ScriptedModel):
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Warn the neighbours of all fires it knows."""
-        fires = _known_fires(observation)
-        if not fires or not observation["neighbours"]:
-            return say(None, reasoning="There is nothing to warn of, or nobody to warn.")
-        return say("Warning: " + " ".join(map(str, fires)), reasoning="Others may not perceive it.")
+        return warn(observation)
 
     def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Go away from the fire it is in, else walk at random outside all radii."""
         fires = _known_fires(observation)
-        memory = " ".join(map(str, fires))
+        memory = known_fires(observation)
         cells = legal_moves(observation)
         gaps = {choice: min((fire.gap(cell) for fire in fires), default=1.0) for choice, cell in cells.items()}
         outside = [choice for choice, gap in gaps.items() if gap > 0]
@@ -56,6 +53,18 @@ class Avoid(ScriptedModel):
         furthest = max(gaps.values())
         choices = [choice for choice, gap in gaps.items() if gap >= furthest - 1e-9]
         return act(any_of(choices, rng), memory=memory, reasoning="It leads away from the fire.")
+
+
+def warn(observation: Mapping[str, Any]) -> str:
+    """Return the message that warns the neighbours of all fires it knows; silence when there is none of either."""
+    if not _known_fires(observation) or not observation["neighbours"]:
+        return say(None, reasoning="There is nothing to warn of, or nobody to warn.")
+    return say("Warning: " + known_fires(observation), reasoning="Others may not perceive it.")
+
+
+def known_fires(observation: Mapping[str, Any]) -> str:
+    """Return all fires it knows, as it says and remembers them."""
+    return " ".join(map(str, _known_fires(observation)))
 
 
 def _known_fires(observation: Mapping[str, Any]) -> list[_Fire]:

@@ -1,4 +1,4 @@
-"""The policy that knows the way: the upper bound of path efficiency."""
+"""The policy that knows the way and tells all it knows: the upper bound of path efficiency and of warnings."""
 
 from __future__ import annotations
 
@@ -8,15 +8,28 @@ from typing import Any
 
 from numpy.random import Generator
 
+from foundry.models.scripted.avoid import known_fires, warn
 from foundry.models.scripted.base import ScriptedModel
+from foundry.models.scripted.grid import act
+from foundry.models.scripted.seek import towards_place
 from foundry.models.scripted.spoken import AIM_DEG, STAY, forward, gaze, off_by, turn
 
 
 class Oracle(ScriptedModel):
-    """Follows the shortest path to the target, looks at it, then stays.
+    """In 3D follows the shortest path to the target, looks at it, then stays; in 2D one to the nearest place.
 
-    It reads what no model is shown: `way`, `near`, `reached`, `target_yaw` and `target_pitch`.
+    In 3D it reads what no model is shown: `way`, `near`, `reached`, `target_yaw` and `target_pitch`. In 2D it passes
+    on, at every step, every fire that it perceived or was warned of.
     """
+
+    def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Warn the neighbours of all fires it knows."""
+        return warn(observation)
+
+    def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Step towards the nearest place, or stay in it; remember the fires."""
+        reasoning = "It is on a shortest path to the nearest place."
+        return act(towards_place(observation, rng), memory=known_fires(observation), reasoning=reasoning)
 
     def move(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Return the next movement."""

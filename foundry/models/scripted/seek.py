@@ -29,8 +29,16 @@ class Seek(ScriptedModel):
         goal = _nearest(observation)
         if goal is None:
             return act(STAY, reasoning="There is no place to go to.")
-        choice = towards(observation, *_entrance(goal, observation), rng)
+        choice = towards_place(observation, rng)
         return act(choice, memory=f"I am going to {goal['name']}.", reasoning="It is the nearest place.")
+
+
+def towards_place(observation: Mapping[str, Any], rng: Generator) -> str:
+    """Return a step on a shortest path to the nearest place; stay inside it, and where there is none."""
+    goal = _nearest(observation)
+    if observation["place"] or goal is None:
+        return STAY
+    return towards(observation, *_entrance(goal, observation), rng)
 
 
 def _nearest(observation: Mapping[str, Any]) -> Mapping[str, Any] | None:

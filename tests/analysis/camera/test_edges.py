@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import pytest
 
 from analysis import signatures
+from analysis.labelling import Labelling, agreement, hand_labelled
+from analysis.signatures import recognition
 
 
 def undefined(found: dict[str, float], signature: str) -> set[str]:
@@ -20,11 +23,23 @@ def defined(found: dict[str, float], signature: str) -> set[str]:
 
 def test_without_a_target_nothing_about_one_is_defined(camera):
     found = signatures.measure(camera(1, target="", radius=0.0, shortest_path=[], shortest_m=None).run)
-    for signature in ("path_efficiency", "recognition", "recovery"):
-        assert all(name.startswith("n_") for name in defined(found, signature))
+    things = {"chair_i", "chair_s", "mentions", "n_mentions", "n_things"}
+    views = {"view_change", "same_view_change", "view_effect"}
+    for signature in ("path_efficiency", "recognition", "recovery", "viewpoint"):
+        rest = {name.removesuffix("_readable") for name in defined(found, signature)} - things - views
+        assert all(name.startswith(("n_", "object_")) for name in rest)
     assert found["path_efficiency.n_episodes"] == found["recognition.n_claims"] == found["recovery.n_steps"] == 0
-    assert not undefined(found, "exploration")
     assert found["collision.rate"] > 0
+
+
+def test_where_nothing_is_labelled_nothing_about_things_is_defined(camera):
+    run = camera(1).run
+    bare = dataclasses.replace(run, visible_px=({},) * run.decisions)
+    found = recognition.measure_camera(bare)
+    about_things = {"chair_i", "chair_s", "mentions", "object_precision", "object_recall", "object_f1"}
+    assert all(math.isnan(found[name]) for name in about_things)
+    assert found["n_mentions"] == found["n_things"] == 0
+    assert not math.isnan(found["precision"])
 
 
 def test_without_a_way_to_the_target_what_needs_one_is_undefined(camera):
@@ -53,13 +68,16 @@ def test_reaching_the_goal_without_staying_is_no_success(camera):
     assert found["path_efficiency.spl"] == 0
 
 
-def test_without_decisions_everything_but_counts_is_missing(camera):
+@pytest.mark.parametrize(
+    "signature",
+    ["collision", "gaze", "path_efficiency", "recognition", "recovery", "stability", "turning", "viewpoint"],
+)
+def test_without_decisions_everything_but_counts_is_missing(camera, signature):
     found = signatures.measure(camera(0, 0).run)
-    zero = {"path_efficiency.path_length", "exploration.path_length", "exploration.gyration_m", "idle_rate.longest_run"}
-    facts = {"path_efficiency.shortest": 10.0, "path_efficiency.ndtw": found["path_efficiency.ndtw"]}
-    rest = {name: value for name, value in found.items() if ".n_" not in name and name not in facts}
-    assert {name for name, value in rest.items() if value == 0} == zero
-    assert all(math.isnan(value) for name, value in rest.items() if name not in zero)
+    facts = {"path_length", "shortest", "ndtw", "distance_to_goal", "n_episodes"}
+    known = {name.removesuffix("_readable") for name in defined(found, signature)} - facts
+    assert all(found[f"{signature}.{name}"] == 0 for name in known)
+    assert all(name.startswith("n_") for name in known)
 
 
 def test_one_decision_has_no_pairs(camera):
@@ -71,3 +89,8 @@ def test_one_decision_has_no_pairs(camera):
 def test_what_a_world_does_not_have_has_no_column(camera, measure):
     assert not any(name.startswith(measure) for name in signatures.measure(camera(0).run))
     assert not any("message" in name for name in signatures.measure(camera(0).run))
+
+
+def test_a_run_in_which_nobody_talks_has_nothing_to_label(camera):
+    run = camera(0).run
+    assert Labelling("judge", "1", agreement([None] * len(hand_labelled())), {}).label(run) is run

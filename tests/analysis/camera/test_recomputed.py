@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
+import statistics
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
@@ -19,6 +21,8 @@ OPPOSITE = {
     "turn left": "turn right", "turn right": "turn left", "look up": "look down", "look down": "look up",
 }  # fmt: skip
 
+KINDS = {"JAXA logo": "logo", "exit door": "door", "rack A1": "rack"}
+
 
 class Plain:
     """One run as dictionaries."""
@@ -26,6 +30,7 @@ class Plain:
     def __init__(self, folder: Any, claims: set[str]) -> None:
         self.episode = json.loads((folder.path / "episode.jsonl").read_text("utf-8"))
         self.rows = [json.loads(line) for line in (folder.path / "steps.jsonl").read_text("utf-8").splitlines()]
+        self.ending = json.loads((folder.path / "run.json").read_text("utf-8"))
         self.claims = claims
         self.poses = [self.episode["start"], *(row["pose_next"] for row in self.rows)]
         self.distances = [self.rows[0]["distance_before"], *(row["distance_to_goal"] for row in self.rows)]
@@ -93,6 +98,8 @@ def path_efficiency(run: Plain) -> Iterator[tuple[str, float]]:
     remaining = math.nan if run.distances[-1] is None else run.distances[-1]
     yield "spl", success * l / max(l, p)
     yield "soft_spl", max(0, 1 - remaining / l) * l / max(l, p) if remaining == remaining else math.nan
+    there = next((number + 1 for number, row in enumerate(run.rows) if row["success"]), None)
+    yield "oracle_spl", l / max(l, sum(row["travelled"] for row in run.rows[:there])) if there else 0
     reference = spread([(x, y) for x, y, _ in run.episode["shortest_path"]])
     path = spread([(pose["x"], pose["y"]) for pose in run.poses])
     yield "ndtw", math.exp(-warped(path, reference) / (len(reference) * run.episode["radius"]))
@@ -116,9 +123,8 @@ def collision(run: Plain) -> Iterator[tuple[str, float]]:
 
 
 def idle_rate(run: Plain) -> Iterator[tuple[str, float]]:
-    count, readable = len(run.rows), sum(map(is_readable, run.rows))
+    count = len(run.rows)
     yield "chosen", sum(map(stays, run.rows)) / count
-    yield "chosen_readable", over(sum(map(stays, run.rows)), readable)
     blocked = [row for row in run.rows if row["command"]["translate"] and row["travelled"] < 0.001 and collides(row)]
     yield "blocked", len(blocked) / count
     yield "invalid", sum(not is_readable(row) for row in run.rows) / count
@@ -127,7 +133,17 @@ def idle_rate(run: Plain) -> Iterator[tuple[str, float]]:
     still = [row["travelled"] < 0.001 and a == b for row, a, b in zip(run.rows, angles, after, strict=True)]
     yield "immobile", sum(still) / count
     yield "longest_run", max(map(len, "".join("x" if one else " " for one in still).split(" ")))
-    yield from {"n_decisions": count, "n_readable": readable}.items()
+    yield "n_decisions", count
+
+
+def cost(run: Plain) -> Iterator[tuple[str, float]]:
+    counts, decisions = run.ending["counts"], len(run.rows)
+    totals = {name: counts[name] for name in ("calls", "retries", "prompt_tokens", "output_tokens", "model_s")}
+    totals["wall_s"] = run.ending["duration_s"]
+    yield from totals.items()
+    yield from ((f"{name}_per_decision", total / decisions) for name, total in totals.items())
+    yield from {"cached": counts["cached"], "cached_share": counts["cached"] / counts["calls"]}.items()
+    yield "n_decisions", decisions
 
 
 def exploration(run: Plain) -> Iterator[tuple[str, float]]:
@@ -161,13 +177,21 @@ def outcome(run: Plain) -> Iterator[tuple[str, float]]:
     for name in ("chosen", "repaired", "unreadable", "empty", "truncated", "failed"):
         yield name, average(row["outcome"] == name for row in run.rows)
     yield "readable", average(map(is_readable, run.rows))
+    yield "failure_rate", average(not is_readable(row) for row in run.rows)
     yield "n_decisions", len(run.rows)
 
 
+def correlation(a: list[bool], b: list[bool]) -> float:
+    return math.nan if len(set(a)) < 2 or len(set(b)) < 2 else statistics.correlation(a, b)
+
+
 def recognition(run: Plain) -> Iterator[tuple[str, float]]:
-    found = Counter((row["reply"] in run.claims, row["target_visible_px"] >= 20) for row in run.rows if row["reply"])
+    rows = [row for row in run.rows if row["reply"]]
+    claims, views = [row["reply"] in run.claims for row in rows], [row["target_visible_px"] >= 20 for row in rows]
+    found = Counter(zip(claims, views, strict=True))
     hit, false, missed, right = found[True, True], found[True, False], found[False, True], found[False, False]
-    yield "claim_rate", over(hit + false, found.total())
+    yield from {"claim_rate": over(hit + false, found.total()), "mcc": correlation(claims, views)}.items()
+    yield "accuracy", over(hit + right, found.total())
     yield from {"precision": over(hit, hit + false), "hallucinated": over(false, hit + false)}.items()
     yield from {"recall": over(hit, hit + missed), "miss_rate": over(missed, hit + missed)}.items()
     yield "f1", over(hit, hit + (false + missed) / 2)
@@ -176,6 +200,61 @@ def recognition(run: Plain) -> Iterator[tuple[str, float]]:
     yield "false_stop", average(stops)
     yield from {"n_claims": hit + false, "n_visible": hit + missed, "n_replies": found.total()}.items()
     yield from {"n_stays": len(stops), "n_decisions": len(run.rows)}.items()
+    named = [{"logo"} if claim else set() for claim in claims]
+    shown = [{KINDS[label] for label, count in row["visible_px"].items() if count >= 20} for row in rows]
+    mentions, things = sum(map(len, named)), sum(map(len, shown))
+    wrong = [len(a - b) for a, b in zip(named, shown, strict=True)]
+    true = mentions - sum(wrong)
+    yield from {"chair_i": over(sum(wrong), mentions), "chair_s": average(count > 0 for count in wrong)}.items()
+    yield from {"mentions": over(mentions, len(rows)), "object_precision": over(true, mentions)}.items()
+    yield from {"object_recall": over(true, things), "object_miss_rate": over(things - true, things)}.items()
+    yield "object_f1", over(2 * true, mentions + things)
+    yield from {"n_mentions": mentions, "n_things": things}.items()
+
+
+def viewpoint(run: Plain) -> Iterator[tuple[str, float]]:
+    yield "n_decisions", len(run.rows)
+    other, same = [], []
+    for first, second in itertools.combinations(run.rows, 2):
+        a, b = first["pose"], second["pose"]
+        if math.dist([a[axis] for axis in "xyz"], [b[axis] for axis in "xyz"]) > 0.05:
+            continue
+        turned = min(abs(a["yaw"] - b["yaw"] + whole) for whole in (-360, 0, 360))
+        apart = max(turned, abs(a["pitch"] - b["pitch"]))
+        if apart >= 15:
+            other.append(kind(first) != kind(second))
+        if apart <= 1:
+            same.append(kind(first) != kind(second))
+    yield from {"view_change": average(other), "same_view_change": average(same)}.items()
+    yield "view_effect", average(other) - average(same)
+    yield from {"n_other_pairs": len(other), "n_same_pairs": len(same)}.items()
+    views = [row["target_visible_px"] >= 20 for row in run.rows]
+    yield "visible_information", shared([kind(row) for row in run.rows], views)
+    yield "bearing_information", shared([kind(row) for row in run.rows], [side(run, row["pose"]) for row in run.rows])
+    nearer: dict[bool, list[bool]] = {True: [], False: []}
+    for view, before, after in zip(views, run.distances, run.distances[1:], strict=False):
+        if before is not None and after is not None:
+            nearer[view].append(before - after >= 0.001)
+    yield from {"approach_visible": average(nearer[True]), "approach_hidden": average(nearer[False])}.items()
+    yield "approach_contrast", average(nearer[True]) - average(nearer[False])
+    yield from {"n_visible": len(nearer[True]), "n_hidden": len(nearer[False])}.items()
+
+
+def side(run: Plain, pose: dict[str, float]) -> str:
+    x, y, _ = run.episode["shortest_path"][-1]
+    bearing = math.degrees(math.atan2(y - pose["y"], x - pose["x"])) - pose["yaw"]
+    turned = (bearing + 180) % 360 - 180
+    return (
+        "ahead" if -45 <= turned < 45 else "left" if 45 <= turned < 135 else "right" if -135 <= turned < -45 else "back"
+    )
+
+
+def shared(kinds: list[str], views: list[Any]) -> float:
+    if len(set(views)) < 2:
+        return math.nan
+    told = bits(Counter(kinds).values()) + bits(Counter(views).values())
+    bias = (len(set(kinds)) - 1) * (len(set(views)) - 1) / (2 * len(kinds) * math.log(2))
+    return told - bits(Counter(zip(kinds, views, strict=True)).values()) - bias
 
 
 def recovery(run: Plain) -> Iterator[tuple[str, float]]:
@@ -192,15 +271,30 @@ def recovery(run: Plain) -> Iterator[tuple[str, float]]:
         if base is None and grows:
             base, began, top, opened = known[step - 1], step, known[step], opened + 1
         top = max(top, known[step])
+    lasting = [len(known) - 1 - began] if base is not None else []
     if base is not None:
         excesses.append(top - base)
     yield "wrong_rate", wrong / (len(known) - 1)
     yield "recovered", over(len(times), opened)
     yield "time", average(times)
+    yield (
+        "rmst",
+        kaplan_meier_area([(t, True) for t in times] + [(t, False) for t in lasting], 10) if opened else math.nan,
+    )
     yield "max_excess", max(excesses, default=math.nan)
     shortest = run.episode["shortest_m"]
     yield "detour_cost", (run.walked - shortest) / shortest if run.rows[-1]["success"] else math.nan
-    yield from {"n_steps": len(known) - 1, "n_wrong": wrong, "n_detours": opened}.items()
+    yield from {"n_steps": len(known) - 1, "n_wrong": wrong, "n_detours": opened, "n_recovered": len(times)}.items()
+
+
+def kaplan_meier_area(times: list[tuple[int, bool]], horizon: int) -> float:
+    area, alive = 0.0, 1.0
+    for moment in range(horizon):
+        at_risk = sum(time >= moment for time, _ in times)
+        events = sum(seen and time == moment for time, seen in times)
+        alive *= 1 - events / at_risk if events else 1.0
+        area += alive
+    return area
 
 
 def kind(row: Row) -> str:
@@ -219,28 +313,23 @@ def kind(row: Row) -> str:
 def stability(run: Plain) -> Iterator[tuple[str, float]]:
     kinds = [kind(row) for row in run.rows]
     pairs = list(zip(kinds, kinds[1:], strict=False))
-    readable = [
-        pair
-        for pair, a, b in zip(pairs, run.rows, run.rows[1:], strict=False)
-        if is_readable(a) and is_readable(b)
-    ]  # fmt: skip
-    for suffix, kept in (("", pairs), ("_readable", readable)):
-        agreed = average(a == b for a, b in kept)
-        before, after = Counter(a for a, _ in kept), Counter(b for _, b in kept)
-        chance = over(sum(before[name] * after[name] for name in before), len(kept) ** 2)
-        yield f"persistence{suffix}", agreed
-        yield f"kappa{suffix}", over(agreed - chance, 1 - chance)
+    agreed = average(a == b for a, b in pairs)
+    before, after = Counter(a for a, _ in pairs), Counter(b for _, b in pairs)
+    chance = over(sum(before[name] * after[name] for name in before), len(pairs) ** 2)
+    yield from {"persistence": agreed, "kappa": over(agreed - chance, 1 - chance)}.items()
     yield "conditional_entropy", bits(Counter(pairs).values()) - bits(Counter(a for a, _ in pairs).values())
     moves = [pair for pair in pairs if "stay" not in pair]
     yield "reversal_rate", average(OPPOSITE[a] == b for a, b in moves)
-    yield "run_length", len(kinds) / (1 + sum(a != b for a, b in pairs))
-    yield from {"n_pairs": len(pairs), "n_readable_pairs": len(readable), "n_move_pairs": len(moves)}.items()
+    runs = 1 + sum(a != b for a, b in pairs)
+    yield from {"run_length": len(kinds) / runs, "n_runs": runs}.items()
+    yield from {"n_pairs": len(pairs), "n_move_pairs": len(moves)}.items()
 
 
 RECOMPUTED: dict[str, Callable[[Plain], Iterator[tuple[str, float]]]] = {
     check.__name__: check
     for check in (
-        path_efficiency, collision, idle_rate, exploration, turning, gaze, outcome, recognition, recovery, stability,
+        path_efficiency, collision, cost, idle_rate, exploration, turning, gaze, outcome, recognition, recovery,
+        stability, viewpoint,
     )
 }  # fmt: skip
 

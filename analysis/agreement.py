@@ -1,0 +1,50 @@
+"""How far choices of the same things agree, beyond what chance would give; undefined is NaN."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from analysis.formulas import mean, ratio
+from analysis.run import IntArray
+
+
+def joint_counts(first: IntArray, second: IntArray) -> IntArray:
+    """Return how often each pair of choices (indices from 0) occurs in two rows (n,), (choices, choices)."""
+    size = int(max(first.max(initial=0), second.max(initial=0))) + 1
+    return np.bincount(first * size + second, minlength=size * size).reshape(size, size)
+
+
+def cohen_kappa(first: IntArray, second: IntArray) -> float:
+    """Return Cohen's kappa of two rows of choices (n,), -1..1; NaN when chance agreement is 1 or n is 0.
+
+    Source: Cohen 1960.
+    """
+    joint, pairs = joint_counts(first, second), len(first)
+    # In whole numbers, times pairs squared, so that chance agreement of 1 is met exactly.
+    agreed = pairs * int(np.trace(joint))
+    chance = int((joint.sum(axis=0) * joint.sum(axis=1)).sum())
+    return ratio(agreed - chance, pairs * pairs - chance)
+
+
+def pairwise_agreement(counts: IntArray) -> float:
+    """Return the share of equal pairs of choices about one thing, mean over the things, 0..1; NaN of nothing.
+
+    Args:
+        counts: how often each choice was made, by thing and choice, (things, choices), at least two a thing.
+    """
+    made = counts.sum(axis=1)
+    return mean(((counts * (counts - 1)).sum(axis=1) / (made * (made - 1))).tolist())
+
+
+def fleiss_kappa(counts: IntArray) -> float:
+    """Return Fleiss' kappa, -1..1; NaN when chance agreement is 1, or of nothing.
+
+    Chance is that of the choices of all things together. With as many choices of each thing it is the measure of
+    Fleiss 1971; where their numbers differ, each thing weighs the same in the agreement and by its number in chance.
+
+    Args:
+        counts: as for `pairwise_agreement`.
+    """
+    total = int(counts.sum())
+    chance = ratio(float((counts.sum(axis=0).astype(np.float64) ** 2).sum()), float(total) ** 2)
+    return ratio(pairwise_agreement(counts) - chance, 1 - chance)

@@ -1,0 +1,47 @@
+"""What a run took: calls, tokens and time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from foundry.records import RunSummary
+
+
+@dataclass(frozen=True)
+class RunCost:
+    """What a run took.
+
+    Attributes:
+        calls: model calls.
+        cached: those answered from the cache of answers.
+        retries: tries that failed before an answer came.
+        prompt_tokens: tokens sent, cached answers included.
+        output_tokens: tokens received, cached answers included.
+        model_s: seconds that answers took, cached ones with what they took at first; NaN where unknown.
+        wall_s: seconds from the run's start to its end.
+    """
+
+    calls: int
+    cached: int
+    retries: int
+    prompt_tokens: int
+    output_tokens: int
+    model_s: float
+    wall_s: float
+
+
+def cost_of(summary: RunSummary | None) -> RunCost | None:
+    """Return what a run took, or None when it has not ended."""
+    if summary is None:
+        return None
+    counts = summary.counts
+    return RunCost(
+        calls=counts.calls,
+        cached=counts.cached,
+        retries=counts.retries,
+        prompt_tokens=counts.prompt_tokens,
+        output_tokens=counts.output_tokens,
+        model_s=math.nan if counts.model_s is None else counts.model_s,
+        wall_s=summary.duration_s,
+    )

@@ -1,0 +1,1 @@
+"""Computes what plots show; draws nothing."""

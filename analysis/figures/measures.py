@@ -1,0 +1,124 @@
+"""From tables to the rows of panels: values by group, paired differences, fingerprints, the ledger."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.comparison import Comparison
+from analysis.figures.shown import Member, Shown
+from analysis.plots.fingerprints import FingerprintMap, Merge
+from analysis.plots.forest import Pair
+from analysis.plots.ledger import LedgerRow
+from analysis.plots.panel import GroupValues
+
+if TYPE_CHECKING:
+    from analysis.stats.fingerprint import Fingerprint
+
+
+def ledger_rows(groups: Sequence[Shown], found: Sequence[Member]) -> list[LedgerRow]:
+    """Return what became of the runs of each group."""
+    return [_ledger_row(shown, [one for one in found if one.shown == shown]) for shown in groups]
+
+
+def _ledger_row(shown: Shown, mine: Sequence[Member]) -> LedgerRow:
+    complete, failed = sum(one.complete for one in mine), sum(one.failed for one in mine)
+    decisions = sum(one.decisions for one in mine)
+    return LedgerRow(
+        label=shown.label,
+        complete=complete,
+        failed=failed,
+        missing=len(mine) - complete - failed,
+        unreadable=sum(one.unreadable for one in mine) / decisions if decisions else math.nan,
+        baseline=shown.baseline,
+    )
+
+
+def group_values(comparison: Comparison, groups: Sequence[Shown], measure: str) -> list[GroupValues]:
+    """Return the results of one measure by group, without the groups that do not have it."""
+    return [_values(comparison, shown, measure) for shown in groups if (measure, shown.group) in comparison.estimates]
+
+
+def _values(comparison: Comparison, shown: Shown, measure: str) -> GroupValues:
+    found, column = comparison.estimates[measure, shown.group], comparison.values[shown.group][measure]
+    return GroupValues(
+        label=shown.label,
+        values=column.to_numpy(dtype=np.float64),
+        mean=found.mean,
+        low=found.low,
+        high=found.high,
+        index=shown.index,
+        seeds=tuple(int(seed) for seed in column.index),
+        baseline=shown.baseline,
+    )
+
+
+def pairs_of(contrasts: pd.DataFrame, measure: str, names: Mapping[str, str]) -> list[Pair]:
+    """Return the paired differences of one measure over all decisions.
+
+    Args:
+        contrasts: one row per measure and pair.
+        measure: the measure.
+        names: short names of levels.
+    """
+    rows = contrasts[(contrasts["measure"] == measure) & ~contrasts["readable_only"].astype(bool)]
+    return [_pair(row, names) for row in rows.to_dict("records")]
+
+
+def _pair(row: Mapping[Any, Any], names: Mapping[str, str]) -> Pair:
+    level, reference = (names.get(str(row[name]), str(row[name])) for name in ("level", "reference"))
+    context = f" ({names.get(row['context'], row['context'])})" if row["context"] else ""
+    return Pair(
+        label=f"{level} \N{MINUS SIGN} {reference}{context}",
+        difference=float(row["difference"]),
+        low=float(row["low"]),
+        high=float(row["high"]),
+        pairs=int(row["n_pairs"]),
+        significant=bool(row["significant"]),
+        equivalent=bool(row["equivalent"]),
+        tested=bool(row["headline"]),
+    )
+
+
+def fingerprint_map(found: Fingerprint) -> FingerprintMap:
+    """Return a fingerprint with its groups in the order of the dendrogram."""
+    levels = [str(level) for level in found.levels]
+    order, merges = dendrogram(found.linkage, found.support, len(levels))
+    values = found.z.to_numpy(dtype=np.float64)[order]
+    return FingerprintMap(
+        labels=tuple(levels[index] for index in order),
+        measures=tuple(str(measure) for measure in found.measures),
+        z=values.T,
+        merges=tuple(merges),
+    )
+
+
+def dendrogram(linkage: Any, support: Any, count: int) -> tuple[list[int], list[Merge]]:
+    """Return the order of the leaves, and the merges of a linkage by place among them.
+
+    Args:
+        linkage: (count - 1, 4) as of `scipy.cluster.hierarchy.linkage`, or None.
+        support: (count - 1,) share of resamples with each merge.
+        count: number of leaves.
+    """
+    if linkage is None:
+        return list(range(count)), []
+    leaves: dict[int, list[int]] = {index: [index] for index in range(count)}
+    for number, (left, right) in enumerate(np.asarray(linkage)[:, :2].astype(int).tolist()):
+        leaves[count + number] = leaves[left] + leaves[right]
+    order = leaves[count + len(linkage) - 1]
+    place: dict[int, float] = {leaf: float(index) for index, leaf in enumerate(order)}
+    height = dict.fromkeys(range(count), 0.0)
+    merges = []
+    for number, (left, right, distance, _) in enumerate(np.asarray(linkage, dtype=float).tolist()):
+        one, other = int(left), int(right)
+        merges.append(
+            Merge(place[one], place[other], height[one], height[other], distance, float(np.asarray(support)[number]))
+        )
+        place[count + number] = (place[one] + place[other]) / 2
+        height[count + number] = distance
+    return order, merges

@@ -1,0 +1,150 @@
+"""All pictures of an analysis: what each shows, and how to read it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+import pandas as pd
+
+from analysis.comparison import Comparison
+from analysis.figures.examples import Examples
+from analysis.figures.measures import fingerprint_map, group_values, ledger_rows, pairs_of
+from analysis.figures.shown import Member, Shown, shown_groups
+from analysis.plots import Picture, draw, figures, write
+from analysis.plots.labels import keys
+from analysis.signatures import describe, discover
+from analysis.stats.fingerprint import Fingerprint
+
+_MEANS = (
+    "Diamonds (circles for baselines) are means over seeds, bars 95 % intervals, dots single seeds; "
+    "n is the number of seeds with a value."
+)
+_PAIRS = (
+    "Mean difference paired by seed, with its 95 % interval. Filled and with a star: it stands after Holm's "
+    "correction over the family of tests; with a tilde: the same within the declared margin; grey: outside the "
+    "family. n is the number of pairs."
+)
+_SLOPES = "A line a seed, broken where a group has no value; black: means. Lines that all lean one way agree."
+
+
+def plot_signatures(comparison: Comparison, folder: Path) -> list[Path]:
+    """Write the means of every signature, with its headline measures below one another; returns the files."""
+    shown = shown_groups(comparison)
+    pictures = [means_picture(comparison, shown, name) for name in headlines(comparison)]
+    return [path for picture in pictures for path in write(draw(picture), folder)]
+
+
+def headlines(comparison: Comparison) -> dict[str, list[str]]:
+    """Return the headline measures that there are, by signature."""
+    present = list(dict.fromkeys(measure for measure, _ in comparison.estimates))
+    found = {signature.name: signature.headline_columns(present) for signature in discover()}
+    return {name: measures for name, measures in found.items() if measures}
+
+
+def means_picture(comparison: Comparison, shown: Sequence[Shown], signature: str) -> Picture:
+    """Return the means of one signature."""
+    contents = [
+        (describe(measure).label, group_values(comparison, shown, measure))
+        for measure in headlines(comparison)[signature]
+    ]
+    return Picture(signature, f"{signature}: means", _MEANS, partial(figures.means_figure, contents))
+
+
+def slopes_picture(comparison: Comparison, shown: Sequence[Shown], signature: str) -> Picture | None:
+    """Return the lines by seed of one signature; None with a single group."""
+    found = [(measure, group_values(comparison, shown, measure)) for measure in headlines(comparison)[signature]]
+    contents = [(describe(measure).label, groups) for measure, groups in found if len(groups) > 1]
+    if not contents:
+        return None
+    return Picture(
+        f"{signature}_seeds", f"{signature}: seed by seed", _SLOPES, partial(figures.slopes_figure, contents)
+    )
+
+
+def forest_picture(
+    contrasts: pd.DataFrame, comparison: Comparison, shown: Sequence[Shown], signature: str
+) -> Picture | None:
+    """Return the paired differences of one signature; None where nothing is compared."""
+    measures = headlines(comparison)[signature]
+    rows = contrasts[contrasts["measure"].isin(measures)]
+    ordered = dict.fromkeys(part for one in shown for part in one.group)
+    levels = [part for part in ordered if part in {*rows["reference"], *rows["level"]}]
+    contexts = [context for context in dict.fromkeys(map(str, rows["context"])) if context]
+    names = keys([*levels, *contexts])
+    found = [(describe(measure).label, pairs_of(rows, measure, names)) for measure in measures]
+    contents = [(title, pairs) for title, pairs in found if pairs]
+    if not contents:
+        return None
+    title = f"{signature}: paired differences"
+    return Picture(f"{signature}_differences", title, _PAIRS, partial(figures.forest_figure, contents, names))
+
+
+def ledger_picture(shown: Sequence[Shown], found: Sequence[Member]) -> Picture:
+    """Return what became of the runs."""
+    caption = (
+        "Runs by how they ended; missing ones were not started or not ended. On the right, the share of action "
+        "decisions that could not be read, failed runs included as far as they came."
+    )
+    return Picture("ledger", "Runs", caption, partial(figures.ledger_figure, ledger_rows(shown, found)))
+
+
+def fingerprint_picture(found: Fingerprint) -> Picture | None:
+    """Return the heatmap of the standardised measures; None with fewer than two groups, or nothing to show."""
+    if len(found.levels) < 2 or not found.measures:
+        return None
+    shown = fingerprint_map(found)
+    caption = (
+        "Headline measures, standardised over all runs of the groups: a row a measure, a column a group. Above, which "
+        "groups are alike (average linkage), with the share of resamples of the seeds, in per cent, in which the same "
+        "groups merge. There is no overall score."
+    )
+    return Picture("fingerprint", "Fingerprints", caption, partial(figures.fingerprint_figure, shown))
+
+
+def world_pictures(found: Examples) -> list[Picture]:
+    """Return the pictures of where agents were, how news spread, and which ways were taken."""
+    pictures = []
+    if found.maps:
+        caption = (
+            "Share of all agent-steps by cell, mean over the complete runs, the start left out; all on one scale. "
+            "Outlines: places; crosses and dashed rings: fires and how far they are perceived."
+        )
+        pictures.append(
+            Picture("occupancy", "Where the agents were", caption, partial(figures.occupancy_figure, found.maps))
+        )
+    if found.curves:
+        caption = (
+            "Kaplan-Meier estimate of the share of agents that nobody has warned yet, one curve a run; line: mean over "
+            "runs; band: 95 % interval over runs, not agents. Agents that see a fire first are censored. Runs in which "
+            "nobody perceived a fire have no curve."
+        )
+        pictures.append(
+            Picture("survival", "Time to the first warning", caption, partial(figures.survival_figure, found.curves))
+        )
+    return [*pictures, *_example_pictures(found)]
+
+
+def _example_pictures(found: Examples) -> list[Picture]:
+    """Return the pictures of single runs, all of the lowest seed."""
+    pictures = []
+    fixed = f"Seed {found.seed}: the lowest of the sweep, settled before anything was run."
+    if found.trees:
+        caption = (
+            f"{fixed} Each dot is an agent at the step at which it learnt of a fire: filled, it saw one itself; "
+            "hollow, it was warned; a cross, it warned others before it had learnt anything. A line leads "
+            "from who warned first."
+        )
+        pictures.append(Picture("cascade", "Who warned whom", caption, partial(figures.cascade_figure, found.trees)))
+    if found.paths:
+        caption = f"{fixed} A line an agent, from its start (dot) to its end (ring)."
+        pictures.append(Picture("paths", "Ways of the agents", caption, partial(figures.paths_figure, found.paths)))
+    for number, task in enumerate(found.top_downs):
+        suffix = f"_{number + 1}" if len(found.top_downs) > 1 else ""
+        caption = (
+            f"{fixed} The ways seen from above: square, the start; star, the end of the shortest way to the goal "
+            "(dotted); shaded, what counts as near; each way ends in a large mark."
+        )
+        pictures.append(Picture(f"topdown{suffix}", "Ways from above", caption, partial(figures.topdown_figure, task)))
+    return pictures

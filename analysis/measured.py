@@ -1,0 +1,101 @@
+"""Remembers what was measured, so that a second analysis measures only the runs that are new or changed.
+
+A SQLite file in the analysis folder; like all of that folder it can be deleted at any time.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from functools import lru_cache
+from pathlib import Path
+
+import msgspec
+import pyarrow as pa  # type: ignore[import-untyped]
+
+from foundry.store import RunFolder
+
+_KEPT_EVERY = 64
+"""Runs between two commits; a commit waits for the disk."""
+
+
+class Memory:
+    """The measures and steps of runs, by a key that changes with the run's files and with the code."""
+
+    def __init__(self, connection: sqlite3.Connection) -> None:
+        self._connection = connection
+        self._pending = 0
+        self._known = {key for (key,) in connection.execute("SELECT key FROM measured")}
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._known
+
+    def recall(self, key: str) -> tuple[dict[str, float], pa.Table]:
+        """Return the measures and the steps that are kept under the key."""
+        query = "SELECT measures, steps FROM measured WHERE key = ?"
+        measures, steps = self._connection.execute(query, (key,)).fetchone()
+        with pa.ipc.open_stream(steps) as reader:
+            return msgspec.msgpack.decode(measures, type=dict[str, float]), reader.read_all()
+
+    def keep(self, key: str, measures: dict[str, float], steps: pa.Table) -> None:
+        """Keep what was measured."""
+        sink = pa.BufferOutputStream()
+        with pa.ipc.new_stream(sink, steps.schema, options=pa.ipc.IpcWriteOptions(compression="zstd")) as writer:
+            writer.write_table(steps)
+        row = (key, msgspec.msgpack.encode(measures), sink.getvalue().to_pybytes())
+        self._connection.execute("INSERT OR REPLACE INTO measured VALUES (?, ?, ?)", row)
+        self._pending += 1
+        if self._pending % _KEPT_EVERY == 0:
+            self._connection.commit()
+
+    def forget_others(self, keys: set[str]) -> None:
+        """Forget all but these keys, such as runs of an older version of the code."""
+        stale = [(key,) for key in self._known - keys]
+        self._connection.executemany("DELETE FROM measured WHERE key = ?", stale)
+
+
+@contextmanager
+def open_memory(path: Path) -> Iterator[Memory]:
+    """Open the memory of a sweep, a new one where there is none or a damaged one."""
+    try:
+        connection = _connected(path)
+    except sqlite3.DatabaseError:
+        path.unlink()
+        connection = _connected(path)
+    with closing(connection):
+        yield Memory(connection)
+        connection.commit()
+
+
+def _connected(path: Path) -> sqlite3.Connection:
+    connection = sqlite3.connect(path)
+    try:
+        connection.execute("PRAGMA synchronous = OFF")  # what a crash loses is measured again
+        connection.execute("CREATE TABLE IF NOT EXISTS measured (key TEXT PRIMARY KEY, measures BLOB, steps BLOB)")
+        connection.execute("SELECT count(*) FROM measured")
+    except sqlite3.DatabaseError:
+        connection.close()
+        raise
+    return connection
+
+
+def key_of(folder: RunFolder, labels: str) -> str:
+    """Return the key of a run: its id, the state of its files, the labels of its messages, and the code.
+
+    Args:
+        folder: the run.
+        labels: a text that changes with what counts as a warning.
+    """
+    parts = "\0".join((code_version(), labels, folder.id, folder.stamp()))
+    return hashlib.blake2b(parts.encode(), digest_size=16).hexdigest()
+
+
+@lru_cache(maxsize=1)
+def code_version() -> str:
+    """Return a hash of everything that decides a measure: the sources of this package."""
+    state = hashlib.blake2b(digest_size=16)
+    for path in sorted(Path(__file__).parent.rglob("*.py")):
+        state.update(path.read_bytes())
+    return state.hexdigest()

@@ -1,0 +1,104 @@
+"""All groups, all measures: how far each lies from the middle of all, and which groups are alike."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from analysis.plots import style
+from analysis.plots.labels import wrapped
+from analysis.run import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.image import AxesImage
+
+COLOURS = "PuOr_r"
+_ON_LINE: Any = {
+    "ha": "center",
+    "va": "center",
+    "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.8},
+}
+LIMIT = 2.5
+"""Standard deviations at which the colours end."""
+
+
+@dataclass(frozen=True)
+class Merge:
+    """Two branches of a dendrogram that become one.
+
+    Attributes:
+        left: place of the one branch among the columns, from 0.
+        right: place of the other.
+        left_height: distance at which the one branch begins.
+        right_height: distance at which the other begins.
+        height: distance at which they merge.
+        support: share of the resamples of seeds in which the same groups merge; NaN where unknown.
+    """
+
+    left: float
+    right: float
+    left_height: float
+    right_height: float
+    height: float
+    support: float
+
+
+@dataclass(frozen=True)
+class FingerprintMap:
+    """The standardised measures of the groups.
+
+    Attributes:
+        labels: names of the groups, in the order of the dendrogram.
+        measures: names of the measures.
+        z: standardised means, (measures, groups); NaN where undefined.
+        merges: the dendrogram, from the bottom up; empty with fewer than two groups.
+    """
+
+    labels: tuple[str, ...]
+    measures: tuple[str, ...]
+    z: FloatArray
+    merges: tuple[Merge, ...]
+
+
+def draw_fingerprint(ax: Axes, found: FingerprintMap) -> AxesImage:
+    """Draw the heatmap, a row a measure and a column a group; a dash where a measure is undefined.
+
+    Returns:
+        The picture, for its colour bar.
+    """
+    image = ax.imshow(found.z, cmap=COLOURS, vmin=-LIMIT, vmax=LIMIT, aspect="auto", interpolation="nearest")
+    ax.set_facecolor("#EEEEEE")
+    for row, column in np.argwhere(np.isnan(found.z)):
+        ax.text(column, row, "–", ha="center", va="center", color="#666666", size=7)
+    ax.set_xticks(range(len(found.labels)), [wrapped(label) for label in found.labels], rotation=90)
+    ax.set_yticks(range(len(found.measures)), found.measures)
+    ax.grid(False)
+    ax.set_xticks(np.arange(len(found.labels) + 1) - 0.5, minor=True)
+    ax.set_yticks(np.arange(len(found.measures) + 1) - 0.5, minor=True)
+    ax.grid(True, which="minor", axis="both", color="white", linewidth=0.6)
+    ax.tick_params(which="both", length=0)
+    ax.spines[:].set_visible(False)
+    return image
+
+
+def draw_dendrogram(ax: Axes, merges: Sequence[Merge], groups: int) -> Axes:
+    """Draw which groups are alike above their columns, with the support of every merge in per cent."""
+    top = max((merge.height for merge in merges), default=1.0) or 1.0
+    for merge in merges:
+        ax.plot(
+            [merge.left, merge.left, merge.right, merge.right],
+            [merge.left_height, merge.height, merge.height, merge.right_height],
+            color=style.DARK,
+            linewidth=1.0,
+        )
+        if not np.isnan(merge.support):
+            middle = (merge.left + merge.right) / 2
+            ax.text(middle, merge.height, f"{100 * merge.support:.0f}", size=7, **_ON_LINE)
+    ax.set_xlim(-0.5, groups - 0.5)
+    ax.set_ylim(0, 1.25 * top)
+    ax.axis("off")
+    return ax

@@ -1,0 +1,85 @@
+"""One measure, all pairs: the paired difference and its interval, filled where the test finds one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from analysis.plots import style
+from analysis.plots.labels import title_height, title_width, wrapped
+from analysis.plots.panel import set_limits, write_undefined
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_ROW_IN = 0.19
+
+
+@dataclass(frozen=True)
+class Pair:
+    """The paired difference of two groups in one measure.
+
+    Attributes:
+        label: which is taken from which.
+        difference: mean over the pairs; NaN without any.
+        low: lower end of its interval, or NaN.
+        high: upper end.
+        pairs: how many pairs.
+        significant: whether the difference stands after Holm's correction.
+        equivalent: whether the two are the same within a margin declared beforehand.
+        tested: whether the pair is in the family of tests.
+    """
+
+    label: str
+    difference: float
+    low: float
+    high: float
+    pairs: int
+    significant: bool
+    equivalent: bool
+    tested: bool
+
+    @property
+    def mark(self) -> str:
+        """A star for a difference, a tilde for sameness."""
+        return ("*" if self.significant else "") + ("~" if self.equivalent else "")
+
+
+def draw_forest(ax: Axes, pairs: Sequence[Pair], title: str) -> Axes:
+    """Draw the pairs below one another: filled with a star where Holm's test finds a difference, hollow elsewhere.
+
+    Args:
+        ax: where to.
+        pairs: results of one measure.
+        title: what the measure is called.
+    """
+    if any(not math.isnan(pair.difference) for pair in pairs):
+        ax.axvline(0, color="#999999", linewidth=0.8, zorder=1)
+    for row, pair in enumerate(pairs):
+        _draw_pair(ax, pair, -row)
+    ax.set_title(wrapped(title, title_width(pair.label for pair in pairs)))
+    ax.set_yticks([-row for row in range(len(pairs))], [pair.label for pair in pairs])
+    ax.set_ylim(-len(pairs) + 0.4, 0.6)
+    found = [pair for pair in pairs if not math.isnan(pair.difference)]
+    set_limits(ax, (value for pair in found for value in (0.0, pair.difference, pair.low, pair.high)))
+    return ax
+
+
+def forest_height(pairs: Sequence[Pair], title: str) -> float:
+    """Return the height of a panel of these pairs, inches."""
+    return 0.6 + title_height(title, title_width(pair.label for pair in pairs)) + len(pairs) * _ROW_IN
+
+
+def _draw_pair(ax: Axes, pair: Pair, row: int) -> None:
+    text = f"n={pair.pairs} {pair.mark}".strip()
+    ax.text(1.02, row, text, transform=ax.get_yaxis_transform(), va="center", size=7, color=style.DARK)
+    if math.isnan(pair.difference):
+        write_undefined(ax, row)
+        return
+    colour = style.PALETTE[0] if pair.tested else style.BASELINE
+    if not math.isnan(pair.low):
+        ax.plot([pair.low, pair.high], [row, row], color=colour, linewidth=1.4, solid_capstyle="butt")
+    face = colour if pair.significant else "white"
+    ax.plot([pair.difference], [row], marker="o", markersize=4, color=colour, markerfacecolor=face)

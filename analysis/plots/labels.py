@@ -1,0 +1,74 @@
+"""Names in the little room that a column of a paper has."""
+
+from __future__ import annotations
+
+import re
+import string
+import unicodedata
+from collections.abc import Iterable, Mapping, Sequence
+
+from analysis.plots import style
+
+LABEL_WIDTH = 20
+"""Letters of a line of a label."""
+
+LETTER_IN, TITLE_LETTER_IN, LINE_IN = 0.066, 0.074, 0.13
+_MARGINS_IN = 0.2
+
+
+def wrapped(label: str, width: int = LABEL_WIDTH) -> str:
+    """Return a label in lines of at most `width` letters, broken behind blanks and `/ : - _ .` where it can.
+
+    Letters of East Asian width count as two.
+    """
+    lines = [""]
+    for piece in re.findall(r"[^\s/:_.-]*[\s/:_.-]*", label):
+        for part in _parts(piece, width):
+            if letters((lines[-1] + part).rstrip()) > width:
+                lines.append("")
+            lines[-1] += part
+    return "\n".join(line.strip() for line in lines if line.strip())
+
+
+def letters(text: str) -> int:
+    """Return the width of a text in letters."""
+    return sum(2 if unicodedata.east_asian_width(one) in "WF" else 1 for one in text)
+
+
+def _parts(piece: str, width: int) -> Iterable[str]:
+    part = ""
+    for letter in piece:
+        if part and letters(part + letter) > width:
+            yield part
+            part = ""
+        part += letter
+    if part:
+        yield part
+
+
+def lines(label: str) -> int:
+    """Return how many lines a label takes."""
+    return wrapped(label).count("\n") + 1
+
+
+def title_width(labels: Iterable[str]) -> int:
+    """Return how many letters of a title fit above a panel, to the right of these labels."""
+    longest = max((letters(line) for label in labels for line in wrapped(label).split("\n")), default=0)
+    return int((style.WIDTH_IN - _MARGINS_IN - longest * LETTER_IN) / TITLE_LETTER_IN)
+
+
+def title_height(title: str, width: int) -> float:
+    """Return the height that the lines of a title beyond the first take, inches."""
+    return wrapped(title, width).count("\n") * LINE_IN
+
+
+def keys(names: Sequence[str]) -> Mapping[str, str]:
+    """Return short names for long ones, letters in their order; the names themselves where all are short."""
+    if all(letters(name) <= LABEL_WIDTH // 2 for name in names):
+        return {name: name for name in names}
+    return {name: _letter(index) for index, name in enumerate(names)}
+
+
+def _letter(index: int) -> str:
+    more, last = divmod(index, len(string.ascii_uppercase))
+    return (_letter(more - 1) if more else "") + string.ascii_uppercase[last]

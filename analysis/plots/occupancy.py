@@ -1,0 +1,127 @@
+"""Where the agents were, as a map, and the ways that they took."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from analysis.plots import style
+from analysis.plots.labels import wrapped
+from analysis.run import FloatArray, GridSettings
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.image import AxesImage
+
+COLOURS = "cividis"
+MAP_TITLE_WIDTH = 17
+
+
+@dataclass(frozen=True)
+class OccupancyMap:
+    """Where the agents of a group were.
+
+    Attributes:
+        label: name of the group.
+        world: settings of the world.
+        share: share of all agent-steps by row and column of the grid, the lowest row first, (W, W).
+        runs: how many runs it is the mean of.
+        baseline: whether the group is there to be compared with only.
+    """
+
+    label: str
+    world: GridSettings
+    share: FloatArray
+    runs: int
+    baseline: bool = False
+
+
+@dataclass(frozen=True)
+class GridPaths:
+    """The ways of all agents of one run.
+
+    Attributes:
+        label: name of the group.
+        run: the run's id.
+        world: settings of the world.
+        x: columns by state and agent, (T + 1, N).
+        y: rows, (T + 1, N).
+        colour: of the group.
+        baseline: whether the group is there to be compared with only.
+    """
+
+    label: str
+    run: str
+    world: GridSettings
+    x: FloatArray
+    y: FloatArray
+    colour: str
+    baseline: bool = False
+
+
+def draw_occupancy(ax: Axes, found: OccupancyMap, most: float) -> AxesImage:
+    """Draw a map, brighter where agents were more often; `most` is the share at which the colours end.
+
+    Small shares keep their differences: the colours go by the square root.
+
+    Returns:
+        The picture, for its colour bar.
+    """
+    from matplotlib.colors import PowerNorm
+
+    half = found.world.half_size + 0.5
+    image = ax.imshow(
+        found.share,
+        cmap=COLOURS,
+        norm=PowerNorm(0.5, 0, most or 1.0),
+        extent=(-half, half, -half, half),
+        origin="lower",
+        interpolation="nearest",
+    )
+    draw_world(ax, found.world, "white")
+    _title(ax, found.label, baseline=found.baseline)
+    return image
+
+
+def draw_paths(ax: Axes, found: GridPaths) -> Axes:
+    """Draw a line an agent from its start (dot) to its end (ring)."""
+    draw_world(ax, found.world, style.PLACE)
+    # One line with gaps, which takes little room in a file.
+    gap = np.full((1, found.x.shape[1]), np.nan)
+    x, y = (np.vstack([places, gap]).T.ravel() for places in (found.x, found.y))
+    ax.plot(x, y, color=found.colour, linewidth=0.6, alpha=0.6)
+    ax.scatter(found.x[0], found.y[0], s=5, color=found.colour, linewidths=0, zorder=3)
+    ax.scatter(found.x[-1], found.y[-1], s=9, facecolors="white", edgecolors=found.colour, linewidths=0.7, zorder=3)
+    _title(ax, found.label, baseline=found.baseline)
+    return ax
+
+
+def draw_world(ax: Axes, world: GridSettings, colour: str) -> None:
+    """Draw the outlines of places, and crosses and reaches of fires."""
+    from matplotlib.patches import Circle, Rectangle
+
+    for place in world.places:
+        corner = (place.low[0] - 0.5, place.low[1] - 0.5)
+        size = (place.high[0] - place.low[0] + 1, place.high[1] - place.low[1] + 1)
+        ax.add_patch(Rectangle(corner, *size, fill=False, edgecolor=colour, linewidth=0.8))
+    for fire in world.fires:
+        ring = Circle(fire.position, fire.radius, fill=False, edgecolor=style.FIRE, linewidth=0.7, linestyle="--")
+        ax.add_patch(ring)
+        ax.plot(*fire.position, marker="x", markersize=4, color=style.FIRE)
+    half = world.half_size + 0.5
+    ax.set(xlim=(-half, half), ylim=(-half, half), aspect="equal", xticks=[], yticks=[])
+    ax.grid(False)
+    ax.spines[:].set_visible(True)
+
+
+def map_titles(labels: Sequence[str]) -> int:
+    """Return the most lines that a map's title takes."""
+    return max(wrapped(label, MAP_TITLE_WIDTH).count("\n") + 1 for label in labels)
+
+
+def _title(ax: Axes, label: str, *, baseline: bool) -> None:
+    colour = style.BASELINE if baseline else style.DARK
+    ax.set_title(wrapped(label, MAP_TITLE_WIDTH), size=7, color=colour, pad=3)

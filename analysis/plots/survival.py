@@ -1,0 +1,56 @@
+"""How long it takes until agents are first warned: the share that is not warned yet."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from analysis.plots import style
+from analysis.plots.labels import wrapped
+from analysis.run import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_LINES = ("-", "--", "-.", ":")
+
+
+@dataclass(frozen=True)
+class SurvivalCurve:
+    """The agents of a group that are not warned yet.
+
+    Attributes:
+        label: name of the group.
+        remaining: mean over runs of the Kaplan-Meier estimate at steps 0..T, (T + 1,).
+        low: lower end of its interval over runs, (T + 1,); NaN where there is none.
+        high: upper end.
+        runs: how many runs have a curve.
+        index: place among all groups, which decides the colour.
+        baseline: whether the group is there to be compared with only.
+    """
+
+    label: str
+    remaining: FloatArray
+    low: FloatArray
+    high: FloatArray
+    runs: int
+    index: int = 0
+    baseline: bool = False
+
+
+def draw_survival(ax: Axes, curves: Sequence[SurvivalCurve]) -> Axes:
+    """Draw a falling line a group, with its band over runs."""
+    for curve in curves:
+        steps = np.arange(len(curve.remaining))
+        colour = style.colour(curve.index, baseline=curve.baseline)
+        dashes = _LINES[curve.index % len(_LINES)]
+        label = wrapped(f"{curve.label} (n={curve.runs})", 40)
+        ax.step(steps, curve.remaining, where="post", color=colour, linestyle=dashes, linewidth=1.4, label=label)
+        ax.fill_between(steps, curve.low, curve.high, step="post", color=colour, alpha=0.15, linewidth=0)
+    ax.set(xlabel="Step", ylabel="Not yet warned (share)", ylim=(-0.03, 1.03))
+    ax.grid(True, axis="both")
+    ax.legend(loc="upper left", bbox_to_anchor=(-0.02, -0.22), borderaxespad=0, handlelength=2.2)
+    return ax

@@ -1,0 +1,83 @@
+"""The ways taken through a 3D world, from above."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from analysis.plots import style
+from analysis.plots.labels import wrapped
+from analysis.run import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_HOLLOW: Any = {"linestyle": "", "markeredgecolor": "black", "markerfacecolor": "none", "zorder": 6}
+"""Marks through which the ends of ways can be seen."""
+
+
+@dataclass(frozen=True)
+class CameraPath:
+    """The way of one run.
+
+    Attributes:
+        label: name of the group.
+        run: the run's id.
+        foot: where the agent stood by state, seen from above, metres, (T + 1, 2).
+        reached: whether it was at the goal at the end.
+        index: place among all groups, which decides the colour.
+        baseline: whether the group is there to be compared with only.
+    """
+
+    label: str
+    run: str
+    foot: FloatArray
+    reached: bool
+    index: int = 0
+    baseline: bool = False
+
+
+@dataclass(frozen=True)
+class TopDown:
+    """The ways from one start to one goal.
+
+    Attributes:
+        title: what is shown.
+        start: where all began, metres, (2,).
+        shortest: the shortest way, metres, (k, 2); empty if there is none.
+        radius: how near to its end counts as reached, metres.
+        paths: one a group.
+    """
+
+    title: str
+    start: FloatArray
+    shortest: FloatArray
+    radius: float
+    paths: tuple[CameraPath, ...]
+
+
+def draw_topdown(ax: Axes, found: TopDown) -> Axes:
+    """Draw the ways on one axis: a star at the goal, a square at the start, a dot where each way ends."""
+    from matplotlib.patches import Circle
+
+    if len(found.shortest):
+        ax.plot(*found.shortest.T, color=style.DARK, linestyle=":", linewidth=1, label="shortest way", zorder=1.5)
+        goal = found.shortest[-1]
+        ax.add_patch(Circle((goal[0], goal[1]), found.radius, color=style.PALETTE[4], alpha=0.25, linewidth=0))
+        ax.plot(*goal, marker="*", markersize=12, label="goal", **_HOLLOW)
+    ax.plot(*found.start, marker="s", markersize=9, label="start", **_HOLLOW)
+    for path in found.paths:
+        _draw_path(ax, path)
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.set(xlabel="x (m)", ylabel="y (m)", title=wrapped(found.title, 48))
+    ax.grid(True, axis="both")
+    ax.legend(loc="upper left", bbox_to_anchor=(-0.02, -0.2), borderaxespad=0, ncols=1, handlelength=1.8)
+    return ax
+
+
+def _draw_path(ax: Axes, path: CameraPath) -> None:
+    colour = style.colour(path.index, baseline=path.baseline)
+    label = wrapped(path.label + (" (reached)" if path.reached else ""), 44)
+    ax.plot(*path.foot.T, color=colour, linewidth=1.2, alpha=0.85, marker=".", markersize=2.5, label=label)
+    shape = style.marker(path.index, baseline=path.baseline)
+    ax.plot(*path.foot[-1], marker=shape, markersize=5, color=colour, markeredgecolor="white", zorder=5)

@@ -1,0 +1,115 @@
+"""One page that holds everything about one or several sweeps, for a browser without a network."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from foundry.errors import InputError
+from foundry.store import SweepFolder, write_atomically
+
+if TYPE_CHECKING:
+    from analysis.report.material import Material
+
+
+@dataclass(frozen=True)
+class Report:
+    """What was written: the page, and the pictures in the analysis folder."""
+
+    path: Path
+    runs: int
+    pictures: Path
+
+
+def write_report(dirs: Sequence[Path], out: Path | None = None, **options: Any) -> Report:
+    """Analyse the sweeps, as far as that was not done before, and write the page.
+
+    Args:
+        dirs: folders of sweeps, at least one.
+        out: the page; by default `report.html` in the folder of the first sweep.
+        **options: those of `analysis.analyze` that decide the numbers: `labelled_by_model`, `family`, `margins`.
+
+    Raises:
+        InputError: as `analysis.analyze`; or the page cannot be written.
+        RecordError: a recorded file is damaged.
+    """
+    from analysis.report.material import gather
+
+    if out is not None and out.is_dir():
+        raise InputError(f"--out '{out}' is a folder: name a file, such as {out / 'report.html'}.")
+    found = gather(dirs, **options)
+    path = SweepFolder.open(dirs[0]).report_file if out is None else out
+    folder = found.analysis.path / "plots"
+    page = render(found, path.resolve().parent, folder)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(path, page.encode("utf-8"))
+    except OSError as error:
+        raise InputError(f"--out '{path}' cannot be written to ({error.strerror}): name another file.") from error
+    return Report(path, len(found.members), folder)
+
+
+def render(found: Material, base: Path, folder: Path) -> str:
+    """Return the page.
+
+    Args:
+        found: what it is made of.
+        base: the folder that it will be in, from which it leads to runs.
+        folder: where its pictures are written.
+    """
+    import jinja2
+
+    templates = files("analysis.report") / "templates"
+    environment = jinja2.Environment(
+        loader=jinja2.FunctionLoader(lambda name: (templates / name).read_text(encoding="utf-8")),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("report.html").render(_content(found, base, folder))
+
+
+def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
+    from analysis.figures import pictures
+    from analysis.report import methods, provenance, sections
+    from analysis.report.grids import grid, grid_of
+    from analysis.report.worlds import world_differences
+    from analysis.tables import comparison_table, contrast_table
+
+    gallery = sections.Gallery(folder)
+    names = [sweep.path.resolve().name for sweep in found.sweeps]
+    differing = world_differences(found.sweeps)
+    contrasts = contrast_table(found.analysis.contrasts)
+    return {
+        "title": ", ".join(names),
+        "asked": [
+            (name, " ".join(("foundry", *sweep.sweep.asked))) for name, sweep in zip(names, found.sweeps, strict=True)
+        ],
+        "worlds": grid("Settings in which the worlds differ.", ("setting", *names), differing) if differing else None,
+        "several": len(names) > 1,
+        "limits": methods.limits(found),
+        "models": provenance.models_grid(found),
+        "versions": provenance.versions_grid(found),
+        "costs": provenance.cost_grid(found),
+        "period": provenance.period(found),
+        "configs": provenance.configs(found),
+        "ledger": provenance.ledger_grid(found),
+        "ledger_shapes": gallery.shapes([pictures.ledger_picture(found.shown, found.members)]),
+        "failures": provenance.failures_grid(found, base),
+        "runs": provenance.runs_grid(found, base),
+        "comparison": grid_of(comparison_table(found.analysis.compared)),
+        "contrasts": grid_of(contrasts) if contrasts.rows else None,
+        "variance": sections.variance_grid(found),
+        "energy": sections.energy_grid(found),
+        "retest": sections.retest_grid(found),
+        "fingerprint_shapes": gallery.shapes([pictures.fingerprint_picture(found.analysis.fingerprint)]),
+        "world_shapes": gallery.shapes(pictures.world_pictures(found.examples)),
+        "cascade": sections.cascade_grid(found, base),
+        "sections": sections.signature_sections(found, gallery, base),
+        "methods": methods.methods(found),
+        "notes": found.analysis.notes,
+    }

@@ -1,0 +1,44 @@
+"""Tables of the page: cells with their links, rows, what each table is called."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from analysis.tables import Table
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A text, with the address it leads to, if any."""
+
+    text: str
+    href: str = ""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A table of the page.
+
+    Attributes:
+        caption: what it shows.
+        columns: the heads.
+        rows: the cells; the first of each row names it.
+        labels: how many columns, from the left, are names and not numbers.
+    """
+
+    caption: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    labels: int = 1
+
+
+def grid(caption: str, columns: Sequence[str], rows: Iterable[Sequence[object]], labels: int = 1) -> Grid:
+    """Return a table of texts and cells."""
+    cells = (tuple(one if isinstance(one, Cell) else Cell(str(one)) for one in row) for row in rows)
+    return Grid(caption, tuple(columns), tuple(cells), labels)
+
+
+def grid_of(table: Table) -> Grid:
+    """Return a table as one of the page."""
+    return grid(table.caption, table.columns, table.rows, table.labels)

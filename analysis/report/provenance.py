@@ -1,0 +1,161 @@
+"""What was run: models, settings, versions, times and costs, and what became of every run."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from urllib.parse import quote
+
+from analysis.figures.shown import Member, Shown
+from analysis.groups import leaves
+from analysis.plots.ledger import percent
+from analysis.report.grids import Cell, Grid, grid
+from analysis.report.material import Material
+from analysis.tables import number
+
+_HOW_REACHED = ("server", "name", "_target_")
+"""Settings of a model that do not say what it is asked."""
+
+
+def link(member: Member, base: Path) -> Cell:
+    """Return a run's id, leading to its folder from a page in the folder `base`."""
+    if not member.folder.path.exists():
+        return Cell(member.folder.id)
+    address = Path(os.path.relpath(member.folder.path, base)).as_posix()
+    return Cell(member.folder.id, quote(address) + "/")
+
+
+def models_grid(found: Material) -> Grid:
+    """Return the models with their digests and settings."""
+    digests = {str(model["name"]): model for sweep in (*found.sweeps, *found.beside) for model in sweep.models}
+    rows: dict[tuple[str, ...], int] = {}
+    for member in found.members:
+        config = member.folder.config()["model"]
+        name = str(config["name"])
+        kept = {key: value for key, value in config.items() if key not in _HOW_REACHED}
+        settings = ", ".join(f"{path}={value}" for path, value in leaves(kept) if path)
+        known = digests.get(name, {})
+        digest = _unique(one.summary.model_digest for one in found.members if one.summary and one.summary.model == name)
+        row = (name, digest or known.get("digest") or "none", known.get("server_version") or "-", settings)
+        rows[row] = rows.get(row, 0) + 1
+    columns = ("model", "digest", "server version", "settings", "runs")
+    return grid("The models, as their servers named them.", columns, [(*row, n) for row, n in rows.items()], labels=4)
+
+
+def _unique(values: Iterable[str | None]) -> str:
+    return ", ".join(dict.fromkeys(value for value in values if value))
+
+
+def versions_grid(found: Material) -> Grid:
+    """Return the versions that the runs were made with."""
+    counted: Counter[tuple[str, str]] = Counter()
+    for member in found.members:
+        if member.summary is not None:
+            one = member.summary
+            every = {"foundry": one.foundry_version, "Python": one.python_version, "commit": one.git_commit or "none"}
+            counted.update((every | one.packages).items())
+    rows = [(name, version, runs) for (name, version), runs in counted.items()]
+    return grid("Software that the runs were made with.", ("software", "version", "runs"), rows, labels=2)
+
+
+def cost_grid(found: Material) -> Grid:
+    """Return what each group took."""
+    columns = ("group", "calls", "from the cache", "retries", "prompt tokens", "output tokens", "model s", "wall s")
+    rows = [(shown.label, *_cost(found.of(shown))) for shown in found.shown]
+    caption = (
+        "Calls, tokens and seconds, failed runs included. Model seconds count an answer from the cache with what it "
+        "took at first; wall seconds are those of the runs added up, which overlap."
+    )
+    return grid(caption, columns, rows)
+
+
+def _cost(mine: Sequence[Member]) -> list[str]:
+    summaries = [member.summary for member in mine if member.summary is not None]
+    counts = [summary.counts for summary in summaries]
+    totals = [
+        sum(getattr(one, name) for one in counts)
+        for name in ("calls", "cached", "retries", "prompt_tokens", "output_tokens")
+    ]
+    timed = [one.model_s for one in counts]
+    model_s = math.nan if None in timed else sum(filter(None, timed))
+    return [*(f"{total:,}" for total in totals), number(model_s), number(sum(one.duration_s for one in summaries))]
+
+
+def configs(found: Material) -> list[tuple[str, str]]:
+    """Return the configuration of every condition: its swept settings, and every setting on a line."""
+    return [
+        (
+            ", ".join(f"{key}={value}" for key, value in condition.factors.items()) or "the only condition",
+            "\n".join(f"{path}={value}" for path, value in leaves(condition.config)),
+        )
+        for sweep in (*found.sweeps, *found.beside)
+        for condition in sweep.sweep.conditions
+    ]
+
+
+def ledger_grid(found: Material) -> Grid:
+    """Return what became of the runs of each group."""
+    rows = [_ledger(shown, found.of(shown)) for shown in found.shown]
+    columns = ("group", "runs", "complete", "failed", "missing", "decisions", "unreadable", "unreadable (share)")
+    return grid("Runs by how they ended, and decisions that could not be read.", columns, rows)
+
+
+def _ledger(shown: Shown, mine: Sequence[Member]) -> tuple[str, ...]:
+    complete, failed = sum(one.complete for one in mine), sum(one.failed for one in mine)
+    decisions, unreadable = sum(one.decisions for one in mine), sum(one.unreadable for one in mine)
+    share = percent(unreadable / decisions) if decisions else "-"
+    counts = (len(mine), complete, failed, len(mine) - complete - failed, decisions, unreadable)
+    return (shown.label, *(f"{count:,}" for count in counts), share)
+
+
+def failures_grid(found: Material, base: Path) -> Grid | None:
+    """Return why runs failed; None where none did."""
+    rows = [
+        (
+            link(member, base),
+            member.shown.label,
+            str(member.seed),
+            str(member.summary.counts.steps),
+            member.summary.error_type or "",
+            member.summary.error or "",
+        )
+        for member in found.members
+        if member.failed and member.summary is not None
+    ]
+    if not rows:
+        return None
+    columns = ("run", "group", "seed", "records", "error", "cause")
+    return grid("Runs that a failure ended, and why.", columns, rows, labels=2)
+
+
+def runs_grid(found: Material, base: Path) -> Grid:
+    """Return every run, with where its first unreadable decision is."""
+    rows = [(link(member, base), member.shown.label, *_run(member, found)) for member in found.members]
+    columns = ("run", "group", "seed", "status", "calls", "decisions", "unreadable", "first unreadable", "wall s")
+    return grid("Every run; its id leads to its folder.", columns, rows, labels=2)
+
+
+def _run(member: Member, found: Material) -> tuple[str, ...]:
+    doubt = found.examples.doubts.get(member.folder.id)
+    summary = member.summary
+    return (
+        str(member.seed),
+        member.status,
+        str(summary.counts.calls) if summary else "-",
+        str(member.decisions),
+        str(member.unreadable),
+        f"step {doubt[0]}, agent {doubt[1]}" if doubt else "-",
+        number(summary.duration_s) if summary else "-",
+    )
+
+
+def period(found: Material) -> str:
+    """Return when the first run began and the last one ended."""
+    summaries = [member.summary for member in found.members if member.summary is not None]
+    if not summaries:
+        return "no run has ended"
+    first, last = min(one.started for one in summaries), max(one.ended for one in summaries)
+    return f"{first[:19].replace('T', ' ')} to {last[:19].replace('T', ' ')} UTC"

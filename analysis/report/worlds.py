@@ -1,0 +1,25 @@
+"""Whether several sweeps put their models into the same worlds, and if not, what differs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from analysis.groups import leaves
+from foundry.store import SweepFolder
+
+
+def world_differences(sweeps: Sequence[SweepFolder]) -> list[tuple[str, ...]]:
+    """Return the settings in which the worlds of the sweeps differ: path, then the values in each sweep."""
+    found = [_values(sweep) for sweep in sweeps]
+    paths = dict.fromkeys(path for values in found for path in values)
+    differing = [path for path in paths if len({tuple(values.get(path, ())) for values in found}) > 1]
+    return [(path, *(" or ".join(values.get(path, ["none"])) for values in found)) for path in differing]
+
+
+def _values(sweep: SweepFolder) -> dict[str, list[str]]:
+    """Return the values of each setting of the worlds of a sweep."""
+    found: dict[str, set[str]] = {}
+    for condition in sweep.sweep.conditions:
+        for path, value in leaves(condition.config["world"]):
+            found.setdefault(path, set()).add(value)
+    return {path: sorted(values) for path, values in found.items()}

@@ -1,0 +1,173 @@
+"""Test-retest consistency: whether a model answers one and the same prompt alike when it is asked again.
+
+That is about the model and not the world, and takes several runs: those that differ in `sampling_seed` alone. The world
+is the same in all of them until their answers differ, so their first prompts are equal, and later ones may be. Prompts
+are equal when the log of calls says so, to the letter and with the same images: nothing else could have told the model
+apart what it was asked. So it is measured on what happened to be asked again, most of it early in the runs.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pandas as pd
+
+from analysis.agreement import fleiss_kappa, pairwise_agreement
+from analysis.camera_run import CameraRun
+from analysis.command_kinds import command_kinds
+from analysis.lines import COMPLETE
+from analysis.load import further_factors, identity, read_records, read_run
+from analysis.run import BoolArray, GridRun, IntArray
+from foundry.store import RunFolder, SweepFolder
+
+SILENT, SPOKEN = 0, 1
+"""The choices of a message."""
+
+
+@dataclass(frozen=True)
+class Decisions:
+    """What was decided in one kind of call of a run.
+
+    Attributes:
+        choice: index of the choice, by step and agent, (T, N).
+        readable: whether it could be read, (T, N).
+    """
+
+    choice: IntArray
+    readable: BoolArray
+
+
+def retest(paths: Sequence[Path]) -> pd.DataFrame:
+    """Return how consistent models are over runs that differ in `sampling_seed` alone.
+
+    One row per condition, seed and kind of call (`action` and `message` in 2D worlds, `move` in 3D ones); the first
+    columns say which runs they are, as in the table of signatures. The choices are stay or a direction; silence or a
+    message; the kind of command. A state is a prompt that was put at the same step to the same agent in two runs or
+    more.
+
+    - runs: runs that are compared. prompts: states. decisions: choices made in them.
+    - agreement: share of equal pairs of choices in a state, mean over the states; 0..1.
+    - kappa: Fleiss' kappa over the states, -1..1: agreement beyond that of choices drawn from all states together. NaN
+      when only one choice is ever made.
+
+    A reply that could not be read is a choice of its own; the columns that end in `_readable` leave it out. All but the
+    counts are NaN where no prompt was put twice. A table without rows: nothing was sampled again.
+
+    Args:
+        paths: folders of sweeps.
+
+    Source: Fleiss 1971.
+    """
+    folders = [folder for path in paths for folder in SweepFolder.open(path).runs()]
+    groups: dict[str, list[RunFolder]] = defaultdict(list)
+    for folder in folders:
+        groups[_group_of(folder)].append(folder)
+    rows = [row for group in groups.values() for row in _rows(group)]
+    return pd.DataFrame(rows)
+
+
+def _group_of(folder: RunFolder) -> str:
+    """Return a text that is equal for runs that differ in `sampling_seed` alone."""
+    config = folder.config()
+    model = {key: value for key, value in config["model"].items() if key != "server"}
+    parts = {"world": config["world"], "prompt": config["prompt"], "model": model, "seed": config["seed"]}
+    return json.dumps(parts, sort_keys=True, default=str)
+
+
+def _rows(group: Sequence[RunFolder]) -> Iterator[dict[str, Any]]:
+    """Yield the rows of runs that differ in `sampling_seed` alone, one per kind of call."""
+    if len({folder.config()["sampling_seed"] for folder in group}) < 2:
+        return
+    complete = {_sampling(folder): folder for folder in group if _is_complete(folder)}
+    if len(complete) < 2:
+        return
+    first = next(iter(complete.values()))
+    known = {**identity(first), **further_factors(first)}
+    keys = {name: known[name] for name in known if name not in ("run", "status", "sampling_seed")}
+    made = [_decisions(folder) for folder in complete.values()]
+    states = _states(list(complete.values()))
+    for kind in made[0]:
+        mine = states.get(kind, {})
+        every = counted(mine, [one[kind] for one in made], readable_only=False)
+        readable = counted(mine, [one[kind] for one in made], readable_only=True)
+        yield {**keys, "kind": kind, "runs": len(made), **summary(every), **_suffixed(summary(readable))}
+
+
+def _sampling(folder: RunFolder) -> int:
+    """Return the seed that the run's calls were sampled with, so that no answer counts twice."""
+    config = folder.config()
+    return int(config["seed"] if config["sampling_seed"] is None else config["sampling_seed"])
+
+
+def _is_complete(folder: RunFolder) -> bool:
+    found = folder.summary()
+    return found is not None and found.status == COMPLETE
+
+
+def _decisions(folder: RunFolder) -> dict[str, Decisions]:
+    """Return what was decided in a run, by kind of call."""
+    run = read_run(folder, read_records(folder, folder.summary()))
+    if isinstance(run, CameraRun):
+        return {"move": Decisions(command_kinds(run)[:, None], run.readable[:, None])}
+    assert isinstance(run, GridRun)
+    spoken = np.where(run.spoke, SPOKEN, SILENT)
+    return {"message": Decisions(spoken, run.message_readable), "action": Decisions(run.choice, run.readable)}
+
+
+State = tuple[int, int, bytes]
+"""A step, an agent, and the hash of what it was asked."""
+
+
+def _states(folders: Sequence[RunFolder]) -> dict[str, dict[State, list[int]]]:
+    """Return in which runs (indices) each state occurred, by kind of call; those of two runs or more alone."""
+    found: dict[str, dict[State, list[int]]] = defaultdict(lambda: defaultdict(list))
+    for index, folder in enumerate(folders):
+        for call in folder.calls():
+            prompt = hashlib.blake2b(msgspec.json.encode(call.messages), digest_size=16).digest()
+            found[call.kind][call.step, call.agent, prompt].append(index)
+    return {kind: {state: runs for state, runs in states.items() if len(runs) > 1} for kind, states in found.items()}
+
+
+def counted(states: Mapping[State, Sequence[int]], made: Sequence[Decisions], *, readable_only: bool) -> IntArray:
+    """Return how often each choice was made, by state and choice, (states, choices).
+
+    The last choice is that of replies that could not be read; with `readable_only` they are left out, and so are states
+    with fewer than two choices left.
+
+    Args:
+        states: in which runs each state occurred.
+        made: what was decided, by run.
+        readable_only: whether to leave out what could not be read.
+    """
+    unread = 1 + max((int(one.choice.max(initial=0)) for one in made), default=0)
+    counts = np.zeros((len(states), unread + 1), dtype=np.int64)
+    for row, ((step, agent, _), runs) in enumerate(states.items()):
+        for one in (made[index] for index in runs):
+            readable = one.readable[step - 1, agent]
+            counts[row, one.choice[step - 1, agent] if readable else unread] += 1
+    if readable_only:
+        counts[:, unread] = 0
+    return np.asarray(counts[counts.sum(axis=1) > 1])
+
+
+def summary(counts: IntArray) -> dict[str, float]:
+    """Return the figures of a table of choices (states, choices)."""
+    return {
+        "prompts": float(len(counts)),
+        "decisions": float(counts.sum()),
+        "agreement": pairwise_agreement(counts),
+        "kappa": fleiss_kappa(counts) if len(counts) else math.nan,
+    }
+
+
+def _suffixed(figures: Mapping[str, float]) -> dict[str, float]:
+    return {f"{name}_readable": value for name, value in figures.items()}

@@ -1,0 +1,244 @@
+"""Hazard sensitivity: whether agents go away from a fire that they perceive, and how soon.
+
+A decision is exposed when the agent perceives a fire before it. Distances to fires are Euclidean, as what is
+perceived. Going away is a step after which the distance to the nearest of the fires perceived before it has grown; on
+this grid every move along or across the way to a single fire changes it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.described import Measure, share
+from analysis.distances import to_fires, to_nearest_agent, to_nearest_place
+from analysis.formulas import mean, ratio
+from analysis.logit import conditional_logit
+from analysis.run import STAY, BoolArray, FloatArray, GridRun, IntArray
+from analysis.survival import restricted_mean
+from analysis.walker import legal_moves, moves_to
+
+NAME = "hazard"
+
+MEASURES = {
+    "exposure": share("Decisions with a fire in sight (share)"),
+    "away": share("Steps away from a fire in sight (share)"),
+    "away_moving": share("Moves away from a fire in sight (share of moves)"),
+    "walker_away": share("Steps away from a fire in sight, of a walker (share)"),
+    "difference_walker": Measure("Steps away from a fire, beyond a walker's (difference)", -1, 1),
+    "difference_walker_moving": Measure("Moves away from a fire, beyond a walker's (difference)", -1, 1),
+    "difference_matched": Measure("Steps away from a fire, beyond those before it burnt (difference)", -1, 1),
+    "risk_ratio": Measure("Steps away from a fire, over those before it burnt (ratio)", low=0),
+    "odds_ratio": Measure("Odds to step away from a fire, over those before it burnt (ratio)", low=0),
+    "odds_ratio_haldane": Measure("Odds to step away from a fire, over those before (ratio, Haldane)", low=0),
+    "distance_change": Measure("Change of the distance to a fire in sight (cells per step)", -1, 1),
+    "beta_fire": Measure("Pull of a cell more to the fire (log odds)"),
+    "beta_place": Measure("Pull of a cell more to the nearest place (log odds)"),
+    "beta_agent": Measure("Pull of a cell more to the nearest agent (log odds)"),
+    "latency": Measure("Decisions until the first step away (restricted mean)", low=0),
+}
+
+HEADLINE = ("difference_walker", "distance_change", "latency", "exposure")
+
+FEWEST_CHOICES = 30
+"""Choices among moves below which the pulls are not estimated; a rule of thumb."""
+
+
+@dataclass(frozen=True)
+class Contrast:
+    """How much more often something happens than without: difference, ratio, odds ratio and its Haldane form."""
+
+    difference: float
+    risk_ratio: float
+    odds_ratio: float
+    odds_ratio_haldane: float
+
+
+@dataclass(frozen=True)
+class _Exposed:
+    """The exposed, counted decisions in the order of steps and agents, (E,) each.
+
+    Attributes:
+        step: 0-based step.
+        agent: the agent.
+        nearest: index of the nearest perceived fire; the first one of equally near ones.
+        before: distance to it, cells.
+        change: change of the distance to the nearest of the perceived fires, cells.
+    """
+
+    step: IntArray
+    agent: IntArray
+    nearest: IntArray
+    before: FloatArray
+    change: FloatArray
+
+
+@dataclass(frozen=True)
+class _Options:
+    """The moves up, down, left and right of the exposed decisions, (E, 4) each.
+
+    Attributes:
+        x: column that each leads to.
+        y: row that it leads to.
+        legal: whether the edge allows it.
+        change: of the distance to the nearest of the perceived fires, cells.
+    """
+
+    x: IntArray
+    y: IntArray
+    legal: BoolArray
+    change: FloatArray
+
+    @property
+    def walker_away(self) -> FloatArray:
+        """Share of the legal moves that lead away, (E,); NaN where nothing is legal."""
+        count = self.legal.sum(axis=1)
+        away = ((self.change > 0) & self.legal).sum(axis=1)
+        return np.asarray(np.divide(away, count, out=np.full(len(count), np.nan), where=count > 0))
+
+
+def measure(run: GridRun) -> dict[str, float]:
+    """Return the hazard sensitivity of a run; the unit is the counted decision, pooled over agents.
+
+    All but exposure are NaN without exposed decisions. Show n_exposed beside them: who avoids fires sees few.
+
+    - exposure: exposed decisions / decisions; 0..1.
+    - away: exposed decisions after which the distance has grown / exposed decisions; 0..1. away_moving: the same among
+      those with a move; NaN without one.
+    - walker_away: expectation of `away` for a walker that makes any legal move as likely, in closed form: mean over the
+      exposed decisions of (legal moves that lead away / legal moves); 0..1. NaN where nothing is legal.
+    - difference_walker: away - walker_away; -1..1. Who stays comes out low, so there is also difference_walker_moving:
+      away_moving - walker_away over the decisions with a move.
+    - difference_matched: risk difference against a matched control. The controls of an exposed decision are the counted
+      decisions of the same agent before its nearest perceived fire burns, at the same distance to where it will burn in
+      whole cells (rounded down), and with no other fire in sight; they count together as one decision. Over the exposed
+      decisions with at least one control: share away - share away of controls; -1..1. NaN without controls, as
+      when the fire burns early or agents never came so near before.
+    - risk_ratio: the ratio of these two shares; NaN when the second is 0. odds_ratio: (a / b) / (c / d), a, b exposed
+      decisions away and not, c, d those of the controls; NaN when b c is 0. odds_ratio_haldane: the same with 0.5
+      added to each. All 0 up, 1: no difference.
+    - distance_change: mean change of the distance to the nearest of the perceived fires, cells per step; -1..1.
+    - beta_fire, beta_place, beta_agent: step selection. Conditional logit of the move made among the legal ones, at the
+      exposed decisions with a move, on the change of the distance to the nearest of the perceived fires (Euclidean), of
+      the fewest moves into a place and of those to where the nearest other agent stands: log odds per cell; above 0
+      away. What is not there (no places, one agent) has no part in the fit. NaN below FEWEST_CHOICES such decisions,
+      or when the fit has no greatest likelihood. Source: McFadden 1974; Fortin et al. 2005.
+    - latency: restricted mean of the number of exposed decisions up to an agent's first step away, the first one is 1;
+      an agent that never steps away is censored at its last exposed decision; area under the Kaplan-Meier curve from
+      0 to T; 1..T.
+
+    Denominators: n_decisions, n_exposed, n_exposed_moves, n_matched (exposed decisions with a control), n_controls,
+    n_choices (of the fit, also when it is too few), n_exposed_agents.
+    """
+    exposed = _exposed(run)
+    away = exposed.change > 0
+    moved = run.moved[exposed.step, exposed.agent]
+    options = _options(run, exposed)
+    walker = options.walker_away
+    return {
+        "exposure": ratio(len(away), int(run.counted.sum())),
+        "away": mean(away),
+        "away_moving": mean(away[moved]),
+        "walker_away": mean(walker),
+        "difference_walker": mean(away) - mean(walker),
+        "difference_walker_moving": mean(away[moved]) - mean(walker[moved]),
+        **_matched(run, exposed),
+        "distance_change": mean(exposed.change),
+        **_selection(run, exposed, options, np.flatnonzero(moved)),
+        **_latency(exposed, run.steps),
+        "n_decisions": float(run.counted.sum()),
+        "n_exposed": float(len(away)),
+        "n_exposed_moves": float(moved.sum()),
+    }
+
+
+def _exposed(run: GridRun) -> _Exposed:
+    step, agent = np.nonzero(run.perceived & run.counted)
+    seen = run.fires[step, agent]
+    before = np.where(seen, to_fires(run.world, run.x[step, agent], run.y[step, agent]), np.inf)
+    nearest = before.argmin(axis=1) if before.shape[1] else np.zeros(0, dtype=np.int64)
+    after = _near_perceived(run, seen, run.x[step + 1, agent], run.y[step + 1, agent])
+    least = before.min(axis=1, initial=np.inf)
+    return _Exposed(step, agent, nearest, least, after - least)
+
+
+def _near_perceived(run: GridRun, seen: BoolArray, x: IntArray, y: IntArray) -> FloatArray:
+    """Return the distance to the nearest of the fires that were seen, (E, F); x, y and result (E,) or (E, k)."""
+    masks = seen if x.ndim == 1 else seen[:, None]
+    return np.asarray(np.where(masks, to_fires(run.world, x, y), np.inf).min(axis=-1, initial=np.inf))
+
+
+def _options(run: GridRun, exposed: _Exposed) -> _Options:
+    x, y = run.x[exposed.step, exposed.agent], run.y[exposed.step, exposed.agent]
+    to_x, to_y = moves_to(x, y)
+    seen = run.fires[exposed.step, exposed.agent]
+    change = _near_perceived(run, seen, to_x, to_y) - exposed.before[:, None]
+    return _Options(to_x, to_y, legal_moves(x, y, run.world.half_size), change)
+
+
+def contrast(away: float, other: float, control_away: float, control_other: float) -> Contrast:
+    """Return the contrast of a table of counts, or of weighted ones; NaN where a share or an odds is undefined."""
+    risk, control = ratio(away, away + other), ratio(control_away, control_away + control_other)
+    half = [count + 0.5 for count in (away, other, control_away, control_other)]
+    return Contrast(
+        difference=risk - control,
+        risk_ratio=ratio(risk, control),
+        odds_ratio=ratio(away * control_other, other * control_away),
+        odds_ratio_haldane=half[0] * half[3] / (half[1] * half[2]),
+    )
+
+
+def _matched(run: GridRun, exposed: _Exposed) -> dict[str, float]:
+    distances = to_fires(run.world, run.x, run.y)
+    starts = np.array([fire.start for fire in run.world.fires])
+    early = np.arange(1, run.steps + 1)[:, None] < starts
+    free = early[:, None] & (run.counted & ~run.perceived)[:, :, None]
+    _, agent, fire = np.nonzero(free)
+    cells = int(distances.max(initial=0)) + 1
+
+    def stratum(agents: IntArray, fires: IntArray, at: FloatArray) -> IntArray:
+        return (agents * len(starts) + fires) * cells + np.floor(at).astype(np.int64)
+
+    size = run.agents * len(starts) * cells
+    keys = stratum(agent, fire, distances[:-1][free])
+    grew = (distances[1:] > distances[:-1])[free]
+    controls, away = np.bincount(keys, minlength=size), np.bincount(keys, weights=grew, minlength=size)
+    mine = stratum(exposed.agent, exposed.nearest, exposed.before)
+    matched = controls[mine] > 0
+    total, left = int(matched.sum()), int((exposed.change > 0)[matched].sum())
+    left_before = float((away[mine][matched] / controls[mine][matched]).sum())
+    found = contrast(left, total - left, left_before, total - left_before)
+    return {
+        "difference_matched": found.difference,
+        "risk_ratio": found.risk_ratio,
+        "odds_ratio": found.odds_ratio,
+        "odds_ratio_haldane": found.odds_ratio_haldane if total else math.nan,
+        "n_matched": float(total),
+        "n_controls": float(controls[np.unique(mine)].sum()),
+    }
+
+
+def _selection(run: GridRun, exposed: _Exposed, options: _Options, rows: IntArray) -> dict[str, float]:
+    """Return the step selection at these rows of the exposed decisions."""
+    names = ("beta_fire", "beta_place", "beta_agent")
+    if len(rows) < FEWEST_CHOICES:
+        return {**dict.fromkeys(names, math.nan), "n_choices": float(len(rows))}
+    step, agent = exposed.step[rows], exposed.agent[rows]
+    to_x, to_y = options.x[rows], options.y[rows]
+    x, y = run.x[step, agent][:, None], run.y[step, agent][:, None]
+    place = to_nearest_place(run.world, to_x, to_y) - to_nearest_place(run.world, x, y)
+    others = run.x[step], run.y[step]
+    other = to_nearest_agent(to_x, to_y, *others, agent) - to_nearest_agent(x, y, *others, agent)
+    covariates: FloatArray = np.nan_to_num(np.stack([options.change[rows], place, other], axis=2))
+    beta = conditional_logit(covariates, options.legal[rows], run.choice[step, agent] - STAY - 1)
+    return {**dict(zip(names, beta.tolist(), strict=True)), "n_choices": float(len(rows))}
+
+
+def _latency(exposed: _Exposed, steps: int) -> dict[str, float]:
+    agents = np.unique(exposed.agent)
+    away = [exposed.change[exposed.agent == agent] > 0 for agent in agents]
+    observed = np.array([bool(flags.any()) for flags in away], dtype=np.bool_)
+    times = np.array([flags.argmax() + 1 if flags.any() else len(flags) for flags in away], dtype=np.int64)
+    return {"latency": restricted_mean(times, observed, steps), "n_exposed_agents": float(len(agents))}

@@ -1,0 +1,153 @@
+"""Simulated runs in which the truth is known: how often a test is wrong, how often an interval holds the mean."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import pandas as pd
+from numpy.random import Generator
+
+from analysis.run import FloatArray
+from analysis.stats.contrasts import contrasts
+from analysis.stats.intervals import estimates
+from analysis.table import SignatureTable
+
+Shape: TypeAlias = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Case:
+    """Independent values with a known mean.
+
+    Attributes:
+        name: what they are like.
+        draw: gives values of a shape.
+        mean: their true mean.
+        low: least possible value.
+        high: greatest possible value.
+    """
+
+    name: str
+    draw: Callable[[Generator, Shape], FloatArray]
+    mean: float
+    low: float = -math.inf
+    high: float = math.inf
+
+
+@dataclass(frozen=True)
+class Errors:
+    """How often tests without any true difference were significant.
+
+    Attributes:
+        tests: all tests.
+        alone: share of them with p <= alpha.
+        families: tables, each with one family of tests.
+        any_in_family: share of the tables with at least one significant test after Holm's correction.
+    """
+
+    tests: int
+    alone: float
+    families: int
+    any_in_family: float
+
+
+def _path_efficiency(rng: Generator, shape: Shape, solved: FloatArray) -> FloatArray:
+    return np.where(solved < 0.7, rng.beta(8, 2, size=shape), 0.0)
+
+
+def _efficiency(rng: Generator, shape: Shape) -> FloatArray:
+    return _path_efficiency(rng, shape, rng.random(shape))
+
+
+def _efficiency_difference(rng: Generator, shape: Shape) -> FloatArray:
+    """Return differences of two models that mostly solve the same seeds."""
+    shared, own = rng.random(shape), rng.random(shape)
+    other = np.where(rng.random(shape) < 0.7, shared, own)
+    return _path_efficiency(rng, shape, shared) - _path_efficiency(rng, shape, other)
+
+
+def _skewed_difference(rng: Generator, shape: Shape) -> FloatArray:
+    return np.asarray(rng.lognormal(size=shape) - math.exp(0.5) + rng.normal(0, 0.5, size=shape))
+
+
+CASES = (
+    Case("normal", lambda rng, shape: rng.normal(size=shape), 0.0),
+    Case("exponential (skewness 2)", lambda rng, shape: rng.exponential(size=shape), 1.0, 0.0),
+    Case("lognormal (skewness 6)", lambda rng, shape: rng.lognormal(size=shape), math.exp(0.5), 0.0),
+    Case("Beta(9, 1), near the ceiling", lambda rng, shape: rng.beta(9, 1, size=shape), 0.9, 0.0, 1.0),
+    Case("path efficiency, 30 % zeros", _efficiency, 0.7 * 0.8, 0.0, 1.0),
+    Case("paired difference of those", _efficiency_difference, 0.0, -1.0, 1.0),
+    Case("paired skewed difference", _skewed_difference, 0.0),
+)
+"""What the coverage of intervals is measured on."""
+
+
+def coverage(case: Case, n: int, data_sets: int, rng: Generator) -> dict[str, float]:
+    """Return in which share of data sets of n values the interval in use holds the true mean.
+
+    Keys: `covered`; `bootstrap`, the share of data sets that got a bootstrap-t; `none`, that of data sets without
+    any interval, which count as not covered.
+    """
+    values = case.draw(rng, (data_sets, n))
+    found = estimates(values, np.full(data_sets, case.low), np.full(data_sets, case.high))
+    return {
+        "covered": float(((found.low <= case.mean) & (case.mean <= found.high)).mean()),
+        "bootstrap": float((found.interval == "bootstrap-t").mean()),
+        "none": float((found.interval == "").mean()),
+    }
+
+
+def false_positives(
+    draw: Callable[[Generator, Shape], FloatArray],
+    rng: Generator,
+    *,
+    tables: int,
+    models: int = 3,
+    seeds: int = 10,
+    measures: int = 4,
+    shared: float = 1.0,
+    alpha: float = 0.05,
+) -> Errors:
+    """Return the errors of the whole comparison on tables of models that do not differ.
+
+    A value is an effect of its seed, the same for all models and normal, and noise.
+
+    Args:
+        draw: gives the noise.
+        rng: makes everything.
+        tables: simulated tables.
+        models: models of each table; the family is of all their pairs times the measures.
+        seeds: seeds of each model.
+        measures: measures of each run.
+        shared: standard deviation of the effects of the seeds.
+        alpha: level of the tests.
+    """
+    significant, alone, tests = 0, 0, 0
+    for _ in range(tables):
+        values = shared * rng.normal(size=(1, seeds, measures)) + draw(rng, (models, seeds, measures))
+        made = simulated_table(values)
+        found = contrasts(made, family=made.measures, alpha=alpha)
+        significant += bool(found["significant"].any())
+        alone += int((found["p"] <= alpha).sum())
+        tests += int(found["p"].notna().sum())
+    return Errors(tests, alone / tests, tables, significant / tables)
+
+
+def simulated_table(values: FloatArray) -> SignatureTable:
+    """Return the table of complete runs with these values (models, seeds, measures)."""
+    models, seeds, count = values.shape
+    measures = [f"simulated.{index}" for index in range(count)]
+    keys = {
+        "run": np.arange(models * seeds).astype(str),
+        "world": "simulated",
+        "model": np.repeat([f"model {index}" for index in range(models)], seeds),
+        "prompt": "simulated",
+        "seed": np.tile(np.arange(seeds), models),
+        "status": "complete",
+    }
+    frame = pd.concat([pd.DataFrame(keys), pd.DataFrame(values.reshape(-1, count), columns=measures)], axis=1)
+    return SignatureTable(frame, (), tuple(measures), (frozenset(measures),) * len(frame))

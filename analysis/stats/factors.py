@@ -1,0 +1,98 @@
+"""What was swept, and which groups differ in one setting alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import pandas as pd
+
+from analysis.stats.values import Group, SeedValues
+
+MODEL = "model"
+_SEEDS = ("seed", "sampling_seed")
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A swept setting and its levels, in the order of their first run."""
+
+    name: str
+    levels: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two groups that differ in one factor alone.
+
+    Attributes:
+        factor: its name.
+        level: index of the group whose values stand first in the difference.
+        reference: index of the group whose values are taken away.
+        context: what else was swept and is equal in both, such as `prompt=paper`; "" for nothing.
+        baseline: whether the reference is a baseline, which no family of tests contains.
+    """
+
+    factor: str
+    level: int
+    reference: int
+    context: str
+    baseline: bool = False
+
+
+def find_factors(frame: pd.DataFrame, candidates: Sequence[str]) -> tuple[Factor, ...]:
+    """Return those candidate columns that have several levels, as texts; seeds are never a factor."""
+    found = [Factor(name, tuple(frame[name].astype(str).unique())) for name in candidates if name not in _SEEDS]
+    return tuple(factor for factor in found if len(factor.levels) > 1)
+
+
+def swept(values: SeedValues) -> tuple[Factor, ...]:
+    """Return the factors of the groups that are no baselines."""
+    kept = [group for group, baseline in zip(values.groups, values.baseline, strict=True) if not baseline]
+    return find_factors(pd.DataFrame(kept, columns=list(values.columns), dtype=str), values.columns)
+
+
+def pairs(values: SeedValues) -> list[Pair]:
+    """Return all pairs of levels of every factor in equal context, then every group with each baseline."""
+    factors = swept(values)
+    own = [index for index, baseline in enumerate(values.baseline) if not baseline]
+    found = [pair for factor in factors for pair in _pairs_of(values, factor, factors, own)]
+    return [*found, *_with_baselines(values, factors, own)]
+
+
+def _pairs_of(values: SeedValues, factor: Factor, factors: Sequence[Factor], own: Sequence[int]) -> Iterator[Pair]:
+    column = values.columns.index(factor.name)
+    contexts: dict[Group, list[int]] = {}
+    for index in own:
+        contexts.setdefault(_without(values.groups[index], column), []).append(index)
+    for members in contexts.values():
+        ordered = sorted(members, key=lambda index: factor.levels.index(values.groups[index][column]))
+        for reference, level in combinations(ordered, 2):
+            yield Pair(factor.name, level, reference, _context(values, level, factors, factor.name))
+
+
+def _with_baselines(values: SeedValues, factors: Sequence[Factor], own: Sequence[int]) -> Iterator[Pair]:
+    """Yield every group with each baseline of its context.
+
+    A baseline that has none of the values that were swept, such as a prompt that a scripted policy does not read,
+    serves for all of them.
+    """
+    if MODEL not in values.columns:
+        return
+    column = values.columns.index(MODEL)
+    levels = [{values.groups[index][at] for index in own} for at in range(len(values.columns))]
+    for reference, baseline in enumerate(values.baseline):
+        for level in own if baseline else ():
+            pair = zip(values.groups[level], values.groups[reference], levels, strict=True)
+            if all(at == column or a == b or b not in swept for at, (a, b, swept) in enumerate(pair)):
+                yield Pair(MODEL, level, reference, _context(values, level, factors, MODEL), baseline=True)
+
+
+def _without(group: Group, column: int) -> Group:
+    return (*group[:column], *group[column + 1 :])
+
+
+def _context(values: SeedValues, index: int, factors: Sequence[Factor], but: str) -> str:
+    group = dict(zip(values.columns, values.groups[index], strict=True))
+    return ", ".join(f"{factor.name}={group[factor.name]}" for factor in factors if factor.name != but)

@@ -1,0 +1,212 @@
+"""Means and their intervals over independent values, one a seed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from analysis.run import FloatArray
+from analysis.stats.values import BoolArray
+from foundry.seeding import stream
+
+LEVEL = 0.95
+FEWEST_FOR_CLAIMS = 6
+"""With fewer values no exact test can reach p < .05; then numbers describe these runs and claim nothing."""
+FEWEST_FOR_BOOTSTRAP = 10
+SKEWED = 0.5
+"""Absolute moment skewness from which Student's interval gives way to the bootstrap-t."""
+RESAMPLES = 1_999
+STUDENT, BOOTSTRAP_T, WILSON, NO_INTERVAL = "t", "bootstrap-t", "wilson", ""
+NO_VALUE, ONE_VALUE, NO_VARIATION = "no value", "one value", "no variation"
+FEW = f"descriptive (n < {FEWEST_FOR_CLAIMS})"
+_ROUNDING = 1e-12
+"""Part of the largest value below which variation is the rounding of numbers."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A mean and its interval.
+
+    Attributes:
+        n: number of values.
+        mean: NaN without values.
+        sd: standard deviation, ddof 1; NaN with fewer than two values.
+        low: lower end of the interval; NaN where there is none.
+        high: upper end.
+        interval: STUDENT, BOOTSTRAP_T, WILSON or NO_INTERVAL.
+        note: what keeps the interval from being there, or from being more than a description; "" for nothing.
+    """
+
+    n: int
+    mean: float
+    sd: float
+    low: float
+    high: float
+    interval: str
+    note: str
+
+
+@dataclass(frozen=True)
+class Estimates:
+    """Means and intervals of many rows of values; each attribute is an array (rows,), as in Estimate."""
+
+    n: npt.NDArray[np.int64]
+    mean: FloatArray
+    sd: FloatArray
+    low: FloatArray
+    high: FloatArray
+    interval: npt.NDArray[np.object_]
+    note: npt.NDArray[np.object_]
+
+    def row(self, index: int) -> Estimate:
+        """Return one of them."""
+        return Estimate(*(getattr(self, field.name)[index : index + 1].tolist()[0] for field in fields(self)))
+
+
+def estimate(values: FloatArray, low: float = -math.inf, high: float = math.inf) -> Estimate:
+    """Return the mean of values (n,) and its interval, as `estimates` does for many."""
+    return estimates(values[None, :], np.array([low]), np.array([high])).row(0)
+
+
+def estimates(values: FloatArray, low: FloatArray, high: FloatArray, binary: BoolArray | None = None) -> Estimates:
+    """Return the mean of each row with its 95 % interval.
+
+    Student's t, mean -+ t(n-1) sd / sqrt(n); from n = FEWEST_FOR_BOOTSTRAP, where the values are skewed, the
+    bootstrap-t as far as it reaches beyond; Wilson's for rows of outcomes that are 0 or 1.
+
+    Args:
+        values: independent values (rows, n); NaN are left out.
+        low: least possible values (rows,), to which the intervals are clipped.
+        high: greatest possible values.
+        binary: which rows are outcomes (rows,); none by default.
+    """
+    rows = len(values)
+    mean, sd, lower, upper = (np.full(rows, np.nan) for _ in range(4))
+    count = (~np.isnan(values)).sum(axis=1)
+    found = Estimates(count, mean, sd, lower, upper, _texts(rows, NO_INTERVAL), _texts(rows, NO_VALUE))
+    for chosen, kept in by_count(values):
+        found.mean[chosen] = kept.mean(axis=1)
+        found.note[chosen] = ONE_VALUE
+        if kept.shape[1] > 1:
+            outcome = np.zeros(len(chosen), dtype=bool) if binary is None else binary[chosen]
+            _fill(found, chosen, kept, outcome)
+    np.copyto(found.low, np.maximum(found.low, low))
+    np.copyto(found.high, np.minimum(found.high, high))
+    return found
+
+
+def by_count(values: FloatArray) -> Iterator[tuple[npt.NDArray[np.intp], FloatArray]]:
+    """Yield the rows (k,) that have equally many values, and those values without NaN (k, n); n >= 1."""
+    defined = ~np.isnan(values)
+    counts = defined.sum(axis=1)
+    for n in np.unique(counts[counts > 0]):
+        chosen = np.flatnonzero(counts == n)
+        yield chosen, values[chosen][defined[chosen]].reshape(len(chosen), n)
+
+
+def varies(values: FloatArray) -> BoolArray:
+    """Return which rows (rows, n) hold more than one value, apart from rounding."""
+    scale = np.maximum(np.abs(values).max(axis=1), 1.0)
+    return np.asarray(np.ptp(values, axis=1) > _ROUNDING * scale)
+
+
+def skewness(values: FloatArray) -> FloatArray:
+    """Return the moment skewness m3 / m2^1.5 of each row (rows, n); the rows must vary."""
+    centred = values - values.mean(axis=1, keepdims=True)
+    return np.asarray((centred**3).mean(axis=1) / (centred**2).mean(axis=1) ** 1.5)
+
+
+def student_quantile(freedom: int, level: float = LEVEL) -> float:
+    """Return the two-sided quantile of Student's t."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(freedom, 0.5 + level / 2))
+
+
+def wilson(rate: FloatArray, n: int, level: float = LEVEL) -> tuple[FloatArray, FloatArray]:
+    """Return Wilson's interval of rates (rows,) among n outcomes: lower and upper ends (Wilson 1927)."""
+    from scipy.special import ndtri
+
+    z2 = float(ndtri(0.5 + level / 2)) ** 2
+    centre = (rate + z2 / (2 * n)) / (1 + z2 / n)
+    half = np.sqrt(z2 * (rate * (1 - rate) / n + z2 / (4 * n * n))) / (1 + z2 / n)
+    return centre - half, centre + half
+
+
+def bootstrap_t(values: FloatArray, level: float = LEVEL) -> tuple[FloatArray, FloatArray]:
+    """Return the bootstrap-t interval of each row's mean (rows, n): lower and upper ends (Efron 1981).
+
+    The resamples are a fixed stream of n alone, the same for every row. An end is infinite where resamples
+    without any variation reach beyond the quantile.
+    """
+    n = values.shape[1]
+    weights = _resamples(n)
+    mean, sd = values.mean(axis=1, keepdims=True), values.std(axis=1, ddof=1, keepdims=True)
+    scaled = (values - mean) / sd
+    means = scaled @ weights.T / n
+    variances = (scaled**2 @ weights.T / n - means**2) * n / (n - 1)
+    # A resample of equal values has no t: it stands for the most extreme one.
+    flat = variances <= _ROUNDING
+    t = means * math.sqrt(n) / np.sqrt(np.where(flat, 1.0, variances))
+    t = np.where(flat, np.copysign(np.inf, means), t)
+    # Order statistics, since an infinite t cannot be interpolated.
+    last = int((1 - level) / 2 * (RESAMPLES + 1))
+    ordered = np.sort(t, axis=1)
+    low_t, high_t = ordered[:, last - 1], ordered[:, RESAMPLES - last]
+    half = (sd / math.sqrt(n))[:, 0]
+    return mean[:, 0] - high_t * half, mean[:, 0] - low_t * half
+
+
+@lru_cache(maxsize=16)
+def _resamples(n: int) -> FloatArray:
+    """Return how often each of n values is drawn in each resample (RESAMPLES, n)."""
+    drawn = stream(n, "bootstrap-t").integers(0, n, size=(RESAMPLES, n))
+    counts = np.zeros((RESAMPLES, n))
+    np.add.at(counts, (np.arange(RESAMPLES)[:, None], drawn), 1.0)
+    counts.flags.writeable = False
+    return counts
+
+
+def _fill(found: Estimates, rows: npt.NDArray[np.intp], kept: FloatArray, outcome: BoolArray) -> None:
+    """Fill in spread, interval and note of rows (k,) of n > 1 values each (k, n)."""
+    n = kept.shape[1]
+    few = FEW if n < FEWEST_FOR_CLAIMS else ""
+    vary = varies(kept)
+    found.sd[rows] = np.where(vary, kept.std(axis=1, ddof=1), 0.0)
+    found.note[rows] = np.where(vary | outcome, few, "; ".join(filter(None, (NO_VARIATION, few)))).astype(object)
+    half = student_quantile(n - 1) * found.sd[rows] / math.sqrt(n)
+    _set(found, rows, vary & ~outcome, (found.mean[rows] - half, found.mean[rows] + half), STUDENT)
+    if outcome.any():
+        _set(found, rows[outcome], outcome[outcome], wilson(found.mean[rows[outcome]], n), WILSON)
+    if n >= FEWEST_FOR_BOOTSTRAP:
+        _use_bootstrap(found, rows, kept, vary & ~outcome)
+
+
+def _use_bootstrap(found: Estimates, rows: npt.NDArray[np.intp], kept: FloatArray, vary: BoolArray) -> None:
+    """Widen Student's intervals of skewed rows to the bootstrap-t, which is not wide enough where many values tie."""
+    able = np.flatnonzero(vary)
+    skewed = able[np.abs(skewness(kept[able])) > SKEWED]
+    low, high = bootstrap_t(kept[skewed])
+    finite = np.isfinite(low) & np.isfinite(high)
+    low, high = np.minimum(low, found.low[rows[skewed]]), np.maximum(high, found.high[rows[skewed]])
+    _set(found, rows[skewed], finite, (low, high), BOOTSTRAP_T)
+
+
+def _set(
+    found: Estimates,
+    rows: npt.NDArray[np.intp],
+    chosen: BoolArray,
+    ends: tuple[FloatArray, FloatArray],
+    interval: str,
+) -> None:
+    found.low[rows[chosen]], found.high[rows[chosen]] = ends[0][chosen], ends[1][chosen]
+    found.interval[rows[chosen]] = interval
+
+
+def _texts(count: int, text: str) -> npt.NDArray[np.object_]:
+    return np.full(count, text, dtype=object)

@@ -1,0 +1,118 @@
+"""Groups put side by side, seed by seed, and what is lacking where a run is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from analysis.run import FloatArray
+from analysis.signatures import describe, is_readable_only
+from analysis.stats.factors import Pair, pairs
+from analysis.stats.paired import are_outcomes
+from analysis.stats.values import BoolArray, SeedValues, select
+
+
+@dataclass(frozen=True)
+class Paired:
+    """The pairs of R rows, one row a measure and pair of groups.
+
+    Attributes:
+        pair: the pairs of groups, by row.
+        measure: indices of the measures (R,).
+        level: values of the first groups (R, S); NaN where undefined or missing.
+        reference: values of the second groups (R, S).
+        missing: seeds that were asked for, of which a run is missing and nothing else is in the way (R, S).
+        undefined: seeds of complete runs in which the measure is undefined in either (R, S).
+        low: least possible values of the measures (R,).
+        high: greatest possible values (R,).
+        outcome: which measures are 0 or 1 in every run (R,).
+    """
+
+    pair: tuple[Pair, ...]
+    measure: npt.NDArray[np.intp]
+    level: FloatArray
+    reference: FloatArray
+    missing: BoolArray
+    undefined: BoolArray
+    low: FloatArray
+    high: FloatArray
+    outcome: BoolArray
+
+    @property
+    def difference(self) -> FloatArray:
+        """Differences of the complete pairs (R, S); NaN elsewhere."""
+        return self.level - self.reference
+
+
+def pair_up(values: SeedValues) -> Paired:
+    """Return a row for every pair of groups and every measure that both have."""
+    found = pairs(values)
+    level = np.array([one.level for one in found], dtype=np.intp)
+    reference = np.array([one.reference for one in found], dtype=np.intp)
+    pair, measure = np.nonzero(values.present[level] & values.present[reference])
+    level, reference = level[pair], reference[pair]
+    first, second = values.values[level, :, measure], values.values[reference, :, measure]
+    complete = values.complete[level], values.complete[reference]
+    undefined = (np.isnan(first) & complete[0]) | (np.isnan(second) & complete[1])
+    lacking = np.isnan(first) | np.isnan(second)
+    described = [describe(name) for name in values.measures]
+    return Paired(
+        pair=tuple(found[index] for index in pair),
+        measure=measure,
+        level=first,
+        reference=second,
+        missing=(values.asked[level] | values.asked[reference]) & lacking & ~undefined,
+        undefined=undefined,
+        low=np.array([one.low for one in described])[measure],
+        high=np.array([one.high for one in described])[measure],
+        outcome=are_outcomes(values.values[~values.baseline])[measure],
+    )
+
+
+def row_frame(values: SeedValues, paired: Paired, declared: Sequence[str]) -> pd.DataFrame:
+    """Return the columns that say what each row is."""
+    names = list(values.measures)
+    chosen = select(names, declared)[paired.measure]
+    baseline = np.array([pair.baseline for pair in paired.pair], dtype=bool)
+    columns = [values.columns.index(pair.factor) for pair in paired.pair]
+    twins = np.array([is_readable_only(name) for name in names], dtype=bool)
+    frame = {
+        "measure": [names[index] for index in paired.measure],
+        "signature": [names[index].partition(".")[0] for index in paired.measure],
+        "headline": chosen & ~baseline,
+        "readable_only": twins[paired.measure],
+        "baseline": baseline,
+        "factor": [pair.factor for pair in paired.pair],
+        "level": [values.groups[pair.level][at] for pair, at in zip(paired.pair, columns, strict=True)],
+        "reference": [values.groups[pair.reference][at] for pair, at in zip(paired.pair, columns, strict=True)],
+        "context": [pair.context for pair in paired.pair],
+    }
+    return pd.DataFrame(frame)
+
+
+def mean_where(values: FloatArray, chosen: BoolArray) -> FloatArray:
+    """Return the mean of the chosen values of each row (R,); NaN where there is none."""
+    count = chosen.sum(axis=1)
+    return np.asarray(np.where(chosen, values, 0.0).sum(axis=1) / np.where(count, count, np.nan))
+
+
+def bounds(paired: Paired) -> tuple[FloatArray, FloatArray]:
+    """Return the least and the greatest mean difference that the missing runs leave possible (R,), (R,).
+
+    NaN where nothing is missing, and for measures without a least and a greatest value.
+    """
+    return _bound(paired, paired.low, paired.high), _bound(paired, paired.high, paired.low)
+
+
+def _bound(paired: Paired, level: FloatArray, reference: FloatArray) -> FloatArray:
+    """Return the mean difference with these values in the place of missing ones (R,)."""
+    first = np.where(np.isnan(paired.level), level[:, None], paired.level)
+    second = np.where(np.isnan(paired.reference), reference[:, None], paired.reference)
+    used = paired.missing | ~np.isnan(paired.difference)
+    bounded = np.isfinite(paired.low) & np.isfinite(paired.high) & paired.missing.any(axis=1)
+    difference = np.where(bounded[:, None] & used, first, 0.0) - np.where(bounded[:, None] & used, second, 0.0)
+    return np.where(bounded, mean_where(difference, used), np.nan)

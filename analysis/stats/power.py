@@ -1,0 +1,162 @@
+"""How many seeds a difference needs, judged by the paired differences of a pilot sweep."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from analysis.run import FloatArray, IntArray
+from analysis.stats.contrasts import ALPHA
+from analysis.stats.family import headline_measures, primary_measures
+from analysis.stats.intervals import FEWEST_FOR_CLAIMS, estimates
+from analysis.stats.pairing import pair_up, row_frame
+from analysis.stats.sign_flip import fewest_pairs
+from analysis.stats.values import seed_values
+from analysis.table import SignatureTable
+from foundry.errors import InputError, not_found
+
+MOST_SEEDS = 100_000
+CAUTION = 0.8
+"""Confidence of the upper bound of the standard deviation that a cautious plan uses."""
+_POINTS = 500
+"""Points over which a distribution is integrated."""
+NO_PAIRS, NO_SPREAD, NO_DIFFERENCE, TOO_MANY = (
+    "fewer than two pairs",
+    "no variation in the pilot",
+    "no difference to find",
+    f"more than {MOST_SEEDS:,} seeds",
+)
+
+COLUMNS = (
+    "measure", "factor", "level", "reference", "context", "n_pairs", "observed", "sd", "sd_high", "difference",
+    "n_alone", "family", "n_exact", "n_family", "n_cautious", "note",
+)  # fmt: skip
+"""The columns of the plan, in their order."""
+
+
+def power(
+    table: SignatureTable,
+    groups: pd.DataFrame | None = None,
+    *,
+    measure: str | None = None,
+    difference: float | None = None,
+    target: float = 0.8,
+    alpha: float = ALPHA,
+) -> pd.DataFrame:
+    """Return how many seeds each contrast needs, one row per headline measure, or of one measure, and pair.
+
+    `n_alone` is the least n at which the paired t test of this contrast alone has the power, and that is tested at
+    all; `n_family` the same at alpha / `family`, the strictest step of Holm's method among the declared contrasts
+    that vary in the pilot, and at least `n_exact`, from which on an exact test can reach that level; `n_cautious`
+    the same with `sd_high`, the upper 80 % bound of the pilot's standard deviation. NaN where there is no such n,
+    with the cause in `note`.
+
+    Args:
+        table: the pilot's runs.
+        groups: the columns that tell groups apart, one row per run; by default what was swept.
+        measure: the only measure of interest; by default the signatures' headlines.
+        difference: what is to be found, in the unit of the measure; by default the difference of the pilot, which
+            is itself uncertain, and on average too large where it was chosen for being large.
+        target: power wanted.
+        alpha: level of the tests.
+
+    Raises:
+        InputError: the measure does not exist, or a number is out of its range.
+    """
+    _check(table, measure, difference, target)
+    frame = _pilot(table, groups, measure)
+    n, sd = (frame[name].to_numpy(dtype=np.float64) for name in ("n_pairs", "sd"))
+    frame["sd_high"] = sd_bound(sd, n)
+    frame["difference"] = frame["observed"].abs() if difference is None else difference
+    level = alpha / frame["family"].to_numpy(dtype=np.float64)
+    fewest = {one: fewest_pairs(one) for one in set(level.tolist())}
+    frame["n_exact"] = np.array([fewest[one] or np.nan for one in level], dtype=np.float64)
+    wanted = frame["difference"].to_numpy(dtype=np.float64)
+    alone = pairs_needed(_effect(wanted, sd), np.full(len(frame), alpha), target)
+    frame["n_alone"] = np.maximum(alone, FEWEST_FOR_CLAIMS)
+    for name, spread in (("n_family", sd), ("n_cautious", frame["sd_high"].to_numpy(dtype=np.float64))):
+        frame[name] = np.maximum(pairs_needed(_effect(wanted, spread), level, target), frame["n_exact"])
+    return frame.assign(note=_notes(frame))[list(COLUMNS)]
+
+
+def sd_bound(sd: FloatArray, n: FloatArray) -> FloatArray:
+    """Return the upper CAUTION bound of standard deviations (k,) from n values each, were they normal."""
+    from scipy.special import chdtri
+
+    freedom = np.maximum(n - 1, 1)
+    return np.asarray(sd * np.sqrt(freedom / chdtri(freedom, CAUTION)))
+
+
+def pairs_needed(effect: FloatArray, level: FloatArray, target: float) -> FloatArray:
+    """Return the least n at which a two-sided paired t test at these levels has the power (k,).
+
+    Args:
+        effect: |difference| / sd (k,); NaN and 0 give NaN.
+        level: of each test (k,).
+        target: power wanted.
+    """
+    from scipy.special import ndtri
+
+    found = np.full(len(effect), np.nan)
+    # The normal approximation is a lower bound, close from a few dozen pairs on.
+    roughly = ((ndtri(1 - level / 2) + ndtri(target)) / np.where(effect > 0, effect, np.nan)) ** 2
+    able = np.flatnonzero(roughly < MOST_SEEDS)
+    low = np.maximum(roughly[able].astype(np.int64) - 1, 2)
+    high = 3 * low + 50
+    while (low < high).any():
+        middle = (low + high) // 2
+        enough = paired_power(effect[able], middle, level[able]) >= target
+        low, high = np.where(enough, low, np.minimum(middle + 1, high)), np.where(enough, middle, high)
+    found[able] = low
+    return found
+
+
+def paired_power(effect: FloatArray, n: IntArray, level: FloatArray) -> FloatArray:
+    """Return the power of two-sided paired t tests (k,), from the noncentral t distribution.
+
+    The sample's standard deviation is integrated out on equally likely points, since library routines fail for
+    large noncentralities.
+    """
+    from scipy.special import chdtri, ndtr, stdtrit
+
+    freedom = (n - 1)[:, None]
+    spread = np.sqrt(chdtri(freedom, (np.arange(_POINTS) + 0.5) / _POINTS) / freedom)
+    critical = stdtrit(n - 1, 1 - level / 2)[:, None] * spread
+    noncentral = (effect * np.sqrt(n))[:, None]
+    return np.asarray((ndtr(noncentral - critical) + ndtr(-noncentral - critical)).mean(axis=1))
+
+
+def _check(table: SignatureTable, measure: str | None, difference: float | None, target: float) -> None:
+    if measure is not None and measure not in table.measures:
+        raise not_found("Measure", measure, table.measures)
+    if difference is not None and not difference > 0:
+        raise InputError(f"The difference is {difference:g}: give one above 0, in the unit of the measure.")
+    if not 0 < target < 1:
+        raise InputError(f"The power is {target:g}: give a probability between 0 and 1, such as 0.8.")
+
+
+def _pilot(table: SignatureTable, groups: pd.DataFrame | None, measure: str | None) -> pd.DataFrame:
+    """Return the wanted rows of the pilot: what they are, pairs, mean and spread of the differences, family."""
+    values = seed_values(table, groups)
+    paired = pair_up(values)
+    found = estimates(paired.difference, paired.low - paired.high, paired.high - paired.low)
+    frame = row_frame(values, paired, primary_measures(values.measures))
+    frame = frame[["measure", "headline", "baseline", "factor", "level", "reference", "context"]]
+    sd = np.where(found.n > 1, found.sd, np.nan)
+    tested = frame["headline"] & (sd > 0)
+    sizes = tested.groupby(frame["factor"]).transform("sum").clip(lower=1)
+    frame = frame.assign(family=sizes, n_pairs=found.n, observed=found.mean, sd=sd)
+    wanted = headline_measures(values.measures) if measure is None else (measure,)
+    return frame[frame["measure"].isin(wanted) & ~frame["baseline"]].reset_index(drop=True)
+
+
+def _effect(difference: FloatArray, sd: FloatArray) -> FloatArray:
+    return np.asarray(difference / np.where(sd > 0, sd, np.nan))
+
+
+def _notes(frame: pd.DataFrame) -> npt.NDArray[np.object_]:
+    """Return why a row has no n."""
+    sd, difference, n = (frame[name].to_numpy(dtype=np.float64) for name in ("sd", "difference", "n_cautious"))
+    causes = [(np.isnan(sd), NO_PAIRS), (sd == 0, NO_SPREAD), (difference == 0, NO_DIFFERENCE), (np.isnan(n), TOO_MANY)]
+    return np.select([found for found, _ in causes], [text for _, text in causes], default="").astype(object)

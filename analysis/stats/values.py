@@ -1,0 +1,125 @@
+"""One value per group and seed, from the table of runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from analysis.groups import swept_columns
+from analysis.lines import COMPLETE
+from analysis.run import FloatArray
+from analysis.signatures import FAILURE_RATE
+from analysis.table import SignatureTable
+
+BASELINE = "baseline"
+"""The column of a table that marks runs of scripted models made for comparison; it may be absent."""
+
+BoolArray: TypeAlias = npt.NDArray[np.bool_]
+Group: TypeAlias = tuple[str, ...]
+"""The values of the columns that tell groups apart."""
+
+
+@dataclass(frozen=True)
+class SeedValues:
+    """The values of G groups, S seeds and M measures.
+
+    Attributes:
+        columns: the columns that tell groups apart.
+        groups: their values by group, in the order of the first runs (G).
+        seeds: ascending (S).
+        measures: names (M).
+        values: mean over the runs of a group and seed, such as repeats with other sampling seeds (G, S, M); NaN where
+            a run is missing or the measure is undefined.
+        asked: whether the group has a run of the seed, of whatever status (G, S).
+        complete: whether such a run is complete (G, S).
+        present: whether the runs of a group have the measure, defined or not (G, M).
+        baseline: which groups are baselines (G).
+        runs: runs of whatever status (G).
+    """
+
+    columns: tuple[str, ...]
+    groups: tuple[Group, ...]
+    seeds: tuple[int, ...]
+    measures: tuple[str, ...]
+    values: FloatArray
+    asked: BoolArray
+    complete: BoolArray
+    present: BoolArray
+    baseline: BoolArray
+    runs: npt.NDArray[np.int64]
+
+
+def seed_values(table: SignatureTable, groups: pd.DataFrame | None = None) -> SeedValues:
+    """Return one value per group, seed and measure.
+
+    Args:
+        table: the runs.
+        groups: the columns that tell groups apart, one row per run of the table; by default what was swept.
+    """
+    groups = swept_columns(table) if groups is None else groups
+    keys: list[Group] = list(groups.astype(str).itertuples(index=False, name=None))
+    names = {group: index for index, group in enumerate(dict.fromkeys(keys))}
+    group = np.array([names[key] for key in keys], dtype=np.int64)
+    seeds, seed = np.unique(table.frame["seed"].to_numpy(), return_inverse=True)
+    shape = (len(names), len(seeds))
+    baseline = _counts(group, len(names), _is_baseline(table.frame)) == np.bincount(group, minlength=len(names))
+    return SeedValues(
+        columns=tuple(map(str, groups.columns)),
+        groups=tuple(names),
+        seeds=tuple(int(one) for one in seeds),
+        measures=table.measures,
+        values=_means(table, group * len(seeds) + seed, shape),
+        asked=_any(group, seed, shape, np.ones(len(keys), dtype=bool)),
+        complete=_any(group, seed, shape, (table.frame["status"] == COMPLETE).to_numpy(dtype=bool)),
+        present=np.array([_present(table, group == index) for index in range(len(names))]),
+        baseline=baseline,
+        runs=np.bincount(group, minlength=len(names)),
+    )
+
+
+def _is_baseline(frame: pd.DataFrame) -> BoolArray:
+    if BASELINE not in frame.columns:
+        return np.zeros(len(frame), dtype=bool)
+    return frame[BASELINE].to_numpy(dtype=bool)
+
+
+def _counts(codes: npt.NDArray[np.int64], size: int, chosen: BoolArray) -> npt.NDArray[np.int64]:
+    return np.bincount(codes[chosen], minlength=size)
+
+
+def _any(
+    group: npt.NDArray[np.int64], seed: npt.NDArray[np.int64], shape: tuple[int, int], chosen: BoolArray
+) -> BoolArray:
+    found = np.zeros(shape, dtype=bool)
+    found[group[chosen], seed[chosen]] = True
+    return found
+
+
+def _means(table: SignatureTable, cell: npt.NDArray[np.int64], shape: tuple[int, int]) -> FloatArray:
+    """Return the mean of the defined values of each cell of groups and seeds (G, S, M)."""
+    values = table.frame[list(table.measures)].to_numpy(dtype=np.float64)
+    found = np.full((shape[0] * shape[1], len(table.measures)), np.nan)
+    if len(set(cell.tolist())) == len(cell):
+        found[cell] = values
+    else:
+        means = pd.DataFrame(values).groupby(cell).mean()
+        found[means.index.to_numpy()] = means.to_numpy()
+    return found.reshape(*shape, len(table.measures))
+
+
+def _present(table: SignatureTable, chosen: BoolArray) -> BoolArray:
+    """Return which measures any of the chosen runs has, defined or not; all when none of them is complete."""
+    found = {name for names, mine in zip(table.present, chosen, strict=True) if mine for name in names}
+    if found <= {FAILURE_RATE}:
+        return np.ones(len(table.measures), dtype=bool)
+    return np.array([name in found for name in table.measures], dtype=bool)
+
+
+def select(names: Sequence[str], chosen: Sequence[str]) -> BoolArray:
+    """Return which of the names are chosen (len(names))."""
+    return np.isin(np.array(names, dtype=object), np.array(chosen, dtype=object))

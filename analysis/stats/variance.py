@@ -1,0 +1,150 @@
+"""How much of the variation between runs goes with the model, the prompt, another swept setting, the seed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from analysis.run import FloatArray
+from analysis.stats.factors import swept
+from analysis.stats.intervals import NO_VALUE, NO_VARIATION, varies
+from analysis.stats.values import SeedValues, seed_values
+from analysis.table import SignatureTable
+
+SEED, RESIDUAL = "seed", "residual"
+CONFOUNDED = "cannot be told from the other components"
+NEGATIVE = "estimate below 0, shown as 0"
+_RANK = 1e-9
+"""Part of the largest eigenvalue below which one is 0."""
+
+
+@dataclass(frozen=True)
+class _Cells:
+    """The cells of K measures that are defined in the same ones.
+
+    Attributes:
+        measures: their indices (K,).
+        indicators: by component, which of its levels each cell has (N, levels).
+        values: centred values (N, K).
+    """
+
+    measures: npt.NDArray[np.intp]
+    indicators: dict[str, FloatArray]
+    values: FloatArray
+
+
+def variance_split(table: SignatureTable, groups: pd.DataFrame | None = None) -> pd.DataFrame:
+    """Return the variance components of each measure, one row per measure and component.
+
+    Every swept setting and the seed has random effects that add up; the residual is all else: chance, and every
+    interaction. A component is estimated from its sum of squares behind all others, set equal to its expectation
+    (Henderson 1953, method 3), which for cells without a gap is the usual analysis of variance. Baselines are left
+    out.
+
+    Columns: `measure`, `component`, `variance`, `share` of the sum of all components, NaN where one of them is
+    unknown, `note`.
+
+    Args:
+        table: the runs.
+        groups: the columns that tell groups apart, one row per run; by default what was swept.
+    """
+    values = seed_values(table, groups)
+    names = [*(factor.name for factor in swept(values)), SEED, RESIDUAL]
+    variance = np.full((len(values.measures), len(names)), np.nan)
+    note = np.full(variance.shape, NO_VALUE, dtype=object)
+    for cells in _by_pattern(values, names[:-1]):
+        variance[cells.measures], note[cells.measures] = _components(cells)
+    total = variance.sum(axis=1, keepdims=True)
+    share = np.divide(variance, total, out=np.full(variance.shape, np.nan), where=total > 0)
+    return pd.DataFrame(
+        {
+            "measure": np.repeat(np.array(values.measures, dtype=object), len(names)),
+            "component": names * len(values.measures),
+            "variance": variance.ravel(),
+            "share": share.ravel(),
+            "note": note.ravel(),
+        }
+    )
+
+
+def _by_pattern(values: SeedValues, components: Sequence[str]) -> Iterator[_Cells]:
+    """Yield the measures by the cells of groups and seeds in which they are defined."""
+    own = ~values.baseline
+    found = values.values[own].reshape(-1, len(values.measures))
+    groups = [group for group, mine in zip(values.groups, own, strict=True) for _ in values.seeds if mine]
+    labels = {name: np.array([group[index] for group in groups]) for index, name in enumerate(values.columns)}
+    labels[SEED] = np.tile(np.array(values.seeds), int(own.sum()))
+    patterns, which = np.unique(~np.isnan(found), axis=1, return_inverse=True)
+    for index, pattern in enumerate(patterns.T):
+        if pattern.any():
+            measures = np.flatnonzero(which == index)
+            kept = found[pattern][:, measures]
+            indicators = {name: _indicators(labels[name][pattern]) for name in components}
+            yield _Cells(measures, indicators, kept - kept.mean(axis=0))
+
+
+def _indicators(labels: npt.NDArray[np.generic]) -> FloatArray:
+    _, codes = np.unique(labels, return_inverse=True)
+    return np.eye(int(codes.max()) + 1)[codes]
+
+
+def _components(cells: _Cells) -> tuple[FloatArray, npt.NDArray[np.object_]]:
+    """Return the variance of each component and the residual (K, components + 1), and what is to be said of it."""
+    names = list(cells.indicators)
+    full = _Fit.of(cells, names)
+    freedom = len(cells.values) - full.rank
+    total = (cells.values**2).sum(axis=0)
+    variance = np.full((len(cells.measures), len(names) + 1), np.nan)
+    note = np.full(variance.shape, "", dtype=object)
+    if freedom > 0:
+        residual = np.maximum(total - full.explained, 0.0) / freedom
+        variance[:, -1] = residual
+        for index, name in enumerate(names):
+            variance[:, index] = _component(cells, full, name, residual)
+    note[np.isnan(variance)] = CONFOUNDED
+    note[variance < 0] = NEGATIVE
+    variance = np.where(variance < 0, 0.0, variance)
+    flat = ~varies(cells.values.T)
+    variance[flat] = np.where(np.isnan(variance[flat]), np.nan, 0.0)
+    note[flat] = NO_VARIATION
+    return variance, note
+
+
+def _component(cells: _Cells, full: _Fit, name: str, residual: FloatArray) -> FloatArray:
+    """Return the estimated variance of one component (K,); NaN where the others explain all that it could."""
+    rest = _Fit.of(cells, [other for other in cells.indicators if other != name])
+    freedom = full.rank - rest.rank
+    indicator = cells.indicators[name]
+    # E[SS] = sigma2_component * trace(Z' (P_full - P_rest) Z) + sigma2_residual * freedom
+    trace = full.explained_of(indicator) - rest.explained_of(indicator)
+    if freedom < 1 or trace < _RANK * len(indicator):
+        return np.full(len(residual), np.nan)
+    return np.asarray((full.explained - rest.explained - freedom * residual) / trace)
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """A least-squares fit of effects that add up: rank, sum of squares explained (K,), design and inverse."""
+
+    rank: int
+    explained: FloatArray
+    design: FloatArray
+    inverse: FloatArray
+
+    @classmethod
+    def of(cls, cells: _Cells, names: Sequence[str]) -> _Fit:
+        design = np.hstack([np.ones((len(cells.values), 1)), *(cells.indicators[name] for name in names)])
+        weights, vectors = np.linalg.eigh(design.T @ design)
+        kept = weights > _RANK * weights.max()
+        inverse = (vectors[:, kept] / weights[kept]) @ vectors[:, kept].T
+        moments = design.T @ cells.values
+        return cls(int(kept.sum()), ((inverse @ moments) * moments).sum(axis=0), design, inverse)
+
+    def explained_of(self, indicator: FloatArray) -> float:
+        """Return trace(Z' P Z), P the projection of this fit."""
+        moments = self.design.T @ indicator
+        return float(((self.inverse @ moments) * moments).sum())

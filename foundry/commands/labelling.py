@@ -1,0 +1,82 @@
+"""The command that has a model say which messages are warnings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from foundry.commands.application import OVERRIDES, Folder, app
+from foundry.errors import InputError
+
+if TYPE_CHECKING:
+    from foundry.compose import Composed
+    from foundry.labelling import Text
+    from foundry.records import Labels
+    from foundry.store import SweepFolder
+
+
+@app.command(context_settings=OVERRIDES)
+def label(
+    context: typer.Context,
+    folder: Folder,
+    model: Annotated[str, typer.Option(help="The model that labels, as in model=...", show_default=False)],
+) -> None:
+    """Have a model say which messages of a sweep are warnings.
+
+    Takes a sweep's folder: foundry label outputs/<sweep> --model qwen3:4b; overrides of model.* may follow. Each
+    distinct text is asked about once, and answers are cached. `foundry analyze --labeller model` then takes these
+    labels instead of the rule.
+    """
+    import asyncio
+
+    from analysis.labelling import model_labelling
+    from foundry.compose import compose
+    from foundry.labelling import texts_of
+    from foundry.store import SweepFolder
+
+    opened = SweepFolder.open(folder)
+    texts = texts_of(opened)
+    if not texts:
+        raise InputError(f"No message was said in the runs of '{folder}': there is nothing to label.")
+    composed = compose([f"model={model}", *context.args])
+    if composed is None:
+        return
+    labels = asyncio.run(_ask(composed, _cache_of(opened, composed), texts))
+    opened.write_labels(labels)
+    unreadable = sum(one.warning is None for one in labels.labels)
+    print(f"{len(texts)} distinct texts labelled, {unreadable} of them with no readable answer")
+    print(model_labelling(opened).note())
+    print(f"labels in {opened.labels_file}")
+
+
+def _cache_of(sweep: SweepFolder, composed: Composed) -> str:
+    """Return the sweep's cache of answers, or the usual one where the sweep was moved away from its own."""
+    from foundry.models.answers import is_database
+
+    own: str | None = sweep.settings.get("cache", {}).get("path")
+    is_there = own is not None and (is_database(own) or Path(own).exists())
+    return str(own if is_there else composed.settings["cache"]["path"])
+
+
+async def _ask(composed: Composed, cache: str, texts: list[Text]) -> Labels:
+    from analysis.labelling import FIRES, hand_labelled, question
+    from foundry.build import build, model_stack
+    from foundry.labelling import Text, label, steady
+    from foundry.models.answers import Answers, open_answers
+
+    opened: list[Answers] = []
+
+    def answers() -> Answers:
+        opened.append(open_answers(cache))
+        return opened[-1]
+
+    config: dict[str, Any] = steady(composed.conditions[0].config["model"])
+    model = model_stack(build(config), answers)
+    try:
+        return await label(model, question(), texts, [Text(one.text, FIRES) for one in hand_labelled()])
+    finally:
+        await model.close()
+        for one in opened:
+            one.close()

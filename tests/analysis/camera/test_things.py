@@ -1,0 +1,67 @@
+"""What replies say is seen, and what labels are."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from analysis.sight_rule import thing_of, things_claimed
+from analysis.sight_words import AMBIGUOUS, THINGS
+from analysis.signatures import recognition
+
+
+@pytest.mark.parametrize(
+    ("label", "thing"),
+    [
+        ("exit door", "door"), ("rack JPM1A1", "rack"), ("sign to hall B", "sign"), ("desk", "table"),
+        ("picture 3", "picture"), ("Whiteboard_01", "whiteboard"), ("fire extinguisher", "fire extinguisher"),
+        ("JAXA logo", "logo"), ("coffee table", "table"), ("quantum flux", "flux"), ("12", "12"), ("", ""),
+    ],
+)  # fmt: skip
+def test_a_label_names_a_kind_of_thing(label, thing):
+    assert thing_of(label) == thing
+
+
+@given(st.text())
+def test_every_label_names_some_kind(label):
+    assert isinstance(thing_of(label), str)
+    assert things_claimed(label, [thing_of(label)]) <= {thing_of(label)}
+
+
+@pytest.mark.parametrize(
+    ("reply", "things"),
+    [
+        ("I see a long wall, a blue door on the left and a plant beside the sofa.", {"wall", "door", "plant", "sofa"}),
+        ("There is no door here. I will look for the window.", set()),
+        ("Is there a door?", set()),
+        ("I see a hatch, so I go to the door.", {"hatch"}),
+        ("窓とドアが見えます。", {"window", "door"}),
+        ("I see a dog.", set()),
+        ("", set()),
+    ],
+)
+def test_things_are_seen_by_the_same_rule_as_the_target(reply, things):
+    assert things_claimed(reply, [one for one in THINGS if one not in AMBIGUOUS]) == things
+
+
+def test_each_thing_counts_once_a_reply_and_against_what_is_in_view(camera):
+    run = camera(0, 3).run
+    replies = run.replies.copy()
+    replies[:] = ["I see a door. The door is visible.", "I see a window and a door.", ""]
+    pixels = ({"exit door": 400, "plant": 19}, {"exit door": 10, "plant": 400}, {"plant": 400})
+    found = recognition.measure_camera(dataclasses.replace(run, replies=replies, visible_px=pixels))
+    assert (found["n_mentions"], found["n_things"], found["mentions"]) == (3, 2, 1.5)
+    assert found["chair_i"] == pytest.approx(2 / 3)
+    assert (found["chair_s"], found["object_recall"], found["object_f1"]) == (0.5, 0.5, pytest.approx(2 / 5))
+
+
+def test_an_ambiguous_name_counts_where_the_scene_has_such_a_thing(camera):
+    run = camera(0, 1).run
+    replies = run.replies.copy()
+    replies[:] = ["The picture shows a wall."]
+    hall = recognition.measure_camera(dataclasses.replace(run, replies=replies, visible_px=({"wall": 50},)))
+    gallery = recognition.measure_camera(dataclasses.replace(run, replies=replies, visible_px=({"picture 3": 50},)))
+    assert (hall["n_mentions"], gallery["n_mentions"]) == (1, 2)

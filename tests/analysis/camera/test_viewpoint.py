@@ -1,0 +1,80 @@
+"""How decisions depend on the view, where it is known."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from analysis.signatures import viewpoint
+from analysis.signatures.viewpoint import information
+
+
+def still(run, yaw):
+    """Return the run as if it had stood where it began, with these headings."""
+    foot = np.repeat(run.foot[:1], run.decisions + 1, axis=0)
+    headings = np.append(np.asarray(yaw, dtype=np.float64), 0.0)
+    return dataclasses.replace(run, foot=foot, yaw=headings, pitch=np.zeros(run.decisions + 1))
+
+
+def turns(run, angles):
+    """Return the run as if these turns alone had been asked for."""
+    nothing = np.zeros(run.decisions)
+    return dataclasses.replace(
+        run, turn=np.asarray(angles, dtype=np.float64), asked=nothing, gaze=nothing, bearing=nothing * math.nan,
+        outcome=np.zeros(run.decisions, dtype=np.int64),
+    )  # fmt: skip
+
+
+def test_a_decision_that_goes_by_the_heading_alone_depends_on_the_view_alone(camera):
+    run = turns(still(camera(0, 6).run, [0, 90, 0, 90, 0, 90]), [30, -30, 30, -30, 30, -30])
+    found = viewpoint.measure_camera(run)
+    assert (found["view_change"], found["same_view_change"], found["view_effect"]) == (1, 0, 1)
+    assert (found["n_other_pairs"], found["n_same_pairs"]) == (9, 6)
+
+
+def test_a_decision_that_goes_by_the_clock_alone_does_not_depend_on_the_view(camera):
+    run = turns(still(camera(0, 8).run, [0, 0, 90, 90, 0, 0, 90, 90]), [30, -30] * 4)
+    found = viewpoint.measure_camera(run)
+    assert found["view_effect"] == pytest.approx(0.5 - 2 / 3)
+
+
+def test_headings_on_both_sides_of_north_are_near(camera):
+    found = viewpoint.measure_camera(turns(still(camera(0, 2).run, [359.8, 0.3]), [30, 30]))
+    assert (found["n_same_pairs"], found["n_other_pairs"]) == (1, 0)
+    assert math.isnan(found["view_effect"])
+
+
+def test_what_the_target_in_view_tells_is_at_most_a_bit(camera):
+    run = camera(0, 200).run
+    visible = np.arange(200) % 2 == 0
+    told = turns(dataclasses.replace(run, target_px=np.where(visible, 400, 0)), np.where(visible, 30, -30))
+    found = viewpoint.measure_camera(told)
+    assert found["visible_information"] == pytest.approx(1 - 1 / (400 * math.log(2)))
+    always = viewpoint.measure_camera(dataclasses.replace(told, target_px=np.full(200, 400)))
+    assert math.isnan(always["visible_information"])
+    assert math.isnan(always["approach_contrast"])
+
+
+def test_independent_choices_share_no_information_on_average():
+    rng = np.random.default_rng(0)
+    found = [information(rng.integers(0, 5, 200), rng.integers(0, 4, 200)) for _ in range(200)]
+    assert abs(np.mean(found)) < 0.01
+
+
+def test_an_agent_that_approaches_what_it_sees_has_a_contrast_of_one(camera):
+    run = camera(0, 4).run
+    run = dataclasses.replace(run, distance=np.array([5.0, 4, 4, 3, 3.5]), target_px=np.array([400, 0, 400, 0]))
+    found = viewpoint.measure_camera(run)
+    assert (found["approach_visible"], found["approach_hidden"], found["approach_contrast"]) == (1, 0, 1)
+    assert (found["n_visible"], found["n_hidden"]) == (2, 2)
+
+
+def test_decisions_that_could_not_be_read_are_left_out_everywhere(camera):
+    run = camera(1, 40).run
+    assert not run.readable.all()
+    found = viewpoint.measure_camera(run.only_readable())
+    assert found["n_decisions"] == run.readable.sum()
+    assert found["n_visible"] + found["n_hidden"] <= run.readable.sum()

@@ -1,0 +1,80 @@
+"""A sweep with all that can go wrong with names and runs, and the page that is made of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+from analysis.report import render
+from analysis.report.material import Material, gather
+from foundry.records import Counts, RunSummary
+from foundry.store import RunFolder, SweepFolder
+
+HOSTILE = "<script>document.title='owned'</script>&\"'"
+LONG = "hf.co/someone/some-model-Instruct-GGUF:Q4_K_M"
+CAUSE = "the server said <img src=x onerror=document.title='owned'> & closed"
+SHOWN = ("idle_rate.", "warning.")
+"""The signatures that the pages of tests show: drawing all of them takes long."""
+
+
+def change(folder: RunFolder, **values: Any) -> None:
+    """Write a run's summary anew."""
+    file = folder.path / "run.json"
+    summary = msgspec.json.decode(file.read_bytes(), type=RunSummary)
+    file.write_bytes(msgspec.json.encode(msgspec.structs.replace(summary, **values)))
+
+
+def narrowed(found: Material) -> Material:
+    """Return the same with a few signatures alone."""
+    analysis = found.analysis
+    keys = [name for name in analysis.runs if "." not in name or name.startswith(SHOWN)]
+    estimates = {key: one for key, one in analysis.compared.estimates.items() if key[0].startswith(SHOWN)}
+    compared = replace(analysis.compared, estimates=estimates)
+    contrasts = analysis.contrasts[analysis.contrasts["measure"].str.startswith(SHOWN)]
+    return replace(found, analysis=replace(analysis, runs=analysis.runs[keys], compared=compared, contrasts=contrasts))
+
+
+@pytest.fixture(scope="session")
+def hostile_sweep(
+    tmp_path_factory: pytest.TempPathFactory,
+    write_sweep: Callable[..., SweepFolder],
+    make_condition: Callable[..., Any],
+) -> SweepFolder:
+    """Two models over six seeds with a baseline; one run failed, one is missing."""
+    path = tmp_path_factory.mktemp("report") / "sweep"
+    folder = write_sweep(path, [make_condition(model, range(6)) for model in (HOSTILE, LONG)])
+    write_sweep(folder.baselines_dir, [make_condition("scripted/stay", range(6))])
+    runs = folder.runs()
+    counts = Counts(calls=300, steps=150, outcomes={"chosen": 140, "unreadable": 10}, model_s=1.5)
+    for run in runs:
+        change(run, counts=counts, model_digest="f00d" * 16)
+    change(runs[1], status="failed", error=CAUSE, error_type="TransientError")
+    for file in runs[8].path.iterdir():
+        file.unlink()
+    runs[8].path.rmdir()
+    return folder
+
+
+@pytest.fixture(scope="session")
+def hostile(hostile_sweep: SweepFolder) -> Material:
+    """What the report of that sweep is made of."""
+    return gather([hostile_sweep.path])
+
+
+@pytest.fixture(scope="session")
+def narrow(hostile: Material) -> Material:
+    """The same with a few signatures alone."""
+    return narrowed(hostile)
+
+
+@pytest.fixture(scope="session")
+def page_file(hostile_sweep: SweepFolder, narrow: Material) -> Path:
+    """The page of that sweep."""
+    page = render(narrow, hostile_sweep.path, hostile_sweep.analysis_dir / "plots")
+    hostile_sweep.report_file.write_text(page, encoding="utf-8")
+    return hostile_sweep.report_file

@@ -1,0 +1,93 @@
+"""The page in a real browser."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from browser import browser_page
+
+
+def column(page, caption: str, index: int) -> list[str]:
+    cells = page.locator(f"table:has(caption:text-is('{caption}')) tbody tr > :nth-child({index})")
+    return [text.strip() for text in cells.all_text_contents()]
+
+
+def test_the_page_asks_for_nothing_outside_itself_and_logs_no_error(page_file: Path):
+    with browser_page() as page:
+        page.goto(page_file.as_uri())
+        assert page.inner_text("h1") == "sweep"
+        assert page.locator("figure").count() >= 9
+    content = page_file.read_text(encoding="utf-8")
+    assert re.findall(r'(?:src|href|url)\s*[=(]\s*"?(?:https?:)?//', content) == []
+
+
+def test_hostile_names_and_causes_stay_text(page_file: Path):
+    with browser_page() as page:
+        page.goto(page_file.as_uri())
+        assert page.title() == "Report: sweep"
+        assert page.locator("script").count() == 1
+        assert page.locator("img[src=x]").count() == 0
+        assert page.locator("text=onerror=document.title").count() > 0
+        assert "<script>document.title" in page.locator("svg").first.text_content()
+
+
+def test_numbers_sort_by_value_and_undefined_ones_stand_last(page_file: Path):
+    with browser_page() as page:
+        page.goto(page_file.as_uri())
+        page.get_by_text("Every run", exact=True).click()
+        caption = "Every run; its id leads to its folder."
+        head = page.locator(f"table:has(caption:text-is('{caption}')) th button", has_text="calls")
+        head.click()
+        assert column(page, caption, 5) == ["12"] * 6 + ["300"] * 11 + ["-"]
+        head.click()
+        assert column(page, caption, 5) == ["300"] * 11 + ["12"] * 6 + ["-"]
+        assert head.locator("..").get_attribute("aria-sort") == "descending"
+
+
+def test_names_sort_as_texts_by_the_keyboard(page_file: Path):
+    caption = "Runs by how they ended, and decisions that could not be read."
+    with browser_page() as page:
+        page.goto(page_file.as_uri())
+        before = column(page, caption, 1)
+        page.locator(f"table:has(caption:text-is('{caption}')) th button").first.press("Enter")
+        assert sorted(before) == sorted(column(page, caption, 1))
+        assert column(page, caption, 1)[-1] == "scripted/stay"
+
+
+def test_everything_has_a_name_for_those_who_do_not_see_it(page_file: Path):
+    with browser_page() as page:
+        page.goto(page_file.as_uri())
+        assert page.locator("table:not(:has(caption))").count() == 0
+        assert page.locator("th:not([scope])").count() == 0
+        assert page.locator("svg").count() == page.locator("[role=img][aria-label] > svg").count() > 0
+        ids = page.evaluate("Array.from(document.querySelectorAll('[id]'), one => one.id)")
+        assert len(set(ids)) == len(ids)
+        assert page.evaluate("document.documentElement.lang") == "en"
+
+
+def test_runs_lead_to_their_folders(page_file: Path):
+    with browser_page() as page:
+        page.goto(page_file.as_uri())
+        links = page.evaluate("Array.from(document.querySelectorAll('td a, th a'), one => one.getAttribute('href'))")
+    assert {link.split("/")[0] for link in links} == {"runs", "baselines"}
+    assert all((page_file.parent / link).is_dir() for link in set(links))
+
+
+def test_pictures_stand_on_white_in_the_dark_and_nothing_is_wider_than_the_page(page_file: Path):
+    with browser_page(dark=True, width=700) as page:
+        page.goto(page_file.as_uri())
+        assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(23, 23, 26)"
+        assert (
+            page.evaluate("getComputedStyle(document.querySelector('.card')).backgroundColor") == "rgb(255, 255, 255)"
+        )
+        assert page.evaluate("document.documentElement.scrollWidth") <= 700
+
+
+def test_print_leaves_out_what_cannot_be_pressed_on_paper(page_file: Path):
+    with browser_page() as page:
+        page.goto(page_file.as_uri())
+        page.emulate_media(media="print")
+        assert not page.locator("nav").is_visible()
+        assert page.locator("#methods p").first.is_visible()
+        assert page.evaluate("getComputedStyle(document.body).color") == "rgb(0, 0, 0)"

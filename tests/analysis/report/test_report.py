@@ -1,0 +1,186 @@
+"""What the report says, and the command that writes it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from analysis.camera_run import CameraRun
+from analysis.report.definitions import Block, blocks, definitions
+from analysis.report.material import Material
+from analysis.report.methods import joined, limits, methods, seeds_text
+from analysis.report.provenance import cost_grid, failures_grid, ledger_grid, link, models_grid, runs_grid
+from analysis.report.sections import cascade_grid, energy_grid, variance_grid
+from analysis.report.worlds import world_differences
+from analysis.run import GridRun
+from analysis.signatures import discover
+from commands import foundry
+from foundry.store import SweepFolder
+
+
+def texts(grid: Any) -> list[list[str]]:
+    return [[cell.text for cell in row] for row in grid.rows]
+
+
+def test_the_ledger_counts_every_run_and_the_unreadable_decisions(hostile: Material):
+    rows = texts(ledger_grid(hostile))
+    assert [row[1:5] for row in rows] == [["6", "5", "1", "0"], ["6", "5", "0", "1"], ["6", "6", "0", "0"]]
+    assert rows[0][5:] == ["900", "60", "6.67 %"]
+    assert rows[2][0] == "scripted/stay"
+    assert rows[2][5:] == ["0", "0", "-"]
+
+
+def test_failures_are_listed_with_their_causes(hostile: Material, hostile_sweep: SweepFolder):
+    grid = failures_grid(hostile, hostile_sweep.path)
+    assert grid is not None
+    ((run, _, seed, records, kind, cause),) = texts(grid)
+    assert (seed, records, kind) == ("1", "150", "TransientError")
+    assert cause.startswith("the server said <img")
+    assert grid.rows[0][0].href == f"runs/{run}/"
+
+
+def test_every_run_is_listed_with_its_first_unreadable_decision(hostile: Material, hostile_sweep: SweepFolder):
+    rows = texts(runs_grid(hostile, hostile_sweep.path))
+    assert len(rows) == 18
+    doubts = {row[0]: row[7] for row in rows}
+    run = next(one for one in hostile_sweep.runs() if hostile.examples.doubts.get(one.id))
+    step, agent = hostile.examples.doubts[run.id]
+    assert doubts[run.id] == f"step {step}, agent {agent}"
+
+
+def test_a_run_that_was_never_started_has_no_link(hostile: Material, hostile_sweep: SweepFolder):
+    missing = next(member for member in hostile.members if member.summary is None)
+    assert link(missing, hostile_sweep.path).href == ""
+
+
+def test_links_lead_out_of_another_folder(hostile: Material, hostile_sweep: SweepFolder):
+    member = hostile.members[0]
+    assert link(member, hostile_sweep.path.parent / "pages").href == f"../sweep/runs/{member.folder.id}/"
+
+
+def test_costs_are_added_up_by_group(hostile: Material):
+    rows = texts(cost_grid(hostile))
+    assert rows[0][1] == "1,800"
+    assert rows[0][6] == "9"
+
+
+def test_models_are_named_with_their_digests(hostile: Material):
+    assert {row[1] for row in texts(models_grid(hostile))} == {"f00d" * 16, "none"}
+
+
+def test_first_warnings_name_the_run_and_the_step(hostile: Material, hostile_sweep: SweepFolder):
+    grid = cascade_grid(hostile, hostile_sweep.path)
+    assert grid is not None
+    edges = sum(len(tree.edges) for tree in hostile.examples.trees)
+    assert len(grid.rows) == edges > 0
+    assert {cell[0].href.split("/")[0] for cell in grid.rows} <= {"runs", "baselines"}
+
+
+def test_groups_are_compared_as_a_whole(hostile: Material):
+    assert energy_grid(hostile) is not None
+    shares = variance_grid(hostile)
+    assert shares is not None
+    assert shares.columns[0] == "measure"
+    assert {"model", "seed", "residual"} <= set(shares.columns)
+
+
+def test_methods_say_what_was_really_done(hostile: Material):
+    design, measuring, statistics, software = methods(hostile)
+    assert "6 seeds (0 to 5)" in design
+    assert "(digest f00df00df00d)" in design
+    assert "16 of 18 runs are complete" in design
+    assert "baselines scripted/stay" in design
+    assert "rule" in measuring
+    assert "Holm" not in statistics or "sign-flip" in statistics
+    assert "foundry 0 (Python 3" in software
+
+
+def test_limits_are_said_plainly(hostile: Material):
+    said = " ".join(limits(hostile))
+    assert "only 5 complete seeds" in said
+    assert "prove nothing" in said
+    assert "2 of 18 runs are failed or missing" in said
+    assert "6.67 % of the action decisions could not be read" in said
+    assert "Baselines are scripted" in said
+
+
+def test_what_has_no_baselines_says_so(hostile: Material):
+    own = tuple(one for one in hostile.shown if not one.baseline)
+    alone = replace(hostile, shown=own, members=tuple(one for one in hostile.members if one.shown in own))
+    assert any(line.startswith("No baselines") for line in limits(alone))
+
+
+def test_seeds_are_named_as_a_range_where_they_are_one():
+    assert seeds_text([3]) == "the one seed 3"
+    assert seeds_text([0, 1, 2]) == "3 seeds (0 to 2)"
+    assert seeds_text([0, 2]) == "2 seeds (0 and 2)"
+    assert joined([]) == "nothing"
+
+
+def test_docstrings_become_paragraphs_and_items():
+    text = "First.\n\n- one: what\n  it is.\n- a, b: two.\n\nLast\nline."
+    assert blocks(text) == [Block("First."), Block("what it is.", "one"), Block("two.", "a, b"), Block("Last line.")]
+
+
+@pytest.mark.parametrize("kind", [GridRun, CameraRun])
+def test_every_signature_says_how_it_is_measured(kind: type):
+    for signature in discover():
+        found = definitions(signature, {kind})
+        assert all(one.module.startswith("analysis.signatures.") for one in found)
+        assert not found or any(block.name for one in found for block in one.blocks), signature.name
+
+
+def test_worlds_that_agree_differ_in_nothing(
+    make_sweep: Callable[..., SweepFolder], make_condition: Callable[..., Any]
+):
+    one, other = (make_sweep([make_condition(model, [0])], name=model) for model in ("a", "b"))
+    assert world_differences([one, other]) == []
+
+
+def test_worlds_that_differ_are_told_apart_setting_by_setting(
+    make_sweep: Callable[..., SweepFolder], make_condition: Callable[..., Any], small_world: dict[str, Any]
+):
+    larger = {**small_world, "steps": 26, "fires": small_world["fires"][:1]}
+    one = make_sweep([make_condition("a", [0])], name="one")
+    other = make_sweep([make_condition("a", [0], world=larger)], name="other")
+    found = {row[0]: row[1:] for row in world_differences([one, other])}
+    assert found["steps"] == ("25", "26")
+    assert found["fires[1].name"] == ('"blaze2"', "none")
+    assert "agents" not in found
+
+
+def test_the_command_writes_a_page_of_a_sweep_without_any_complete_run(
+    make_sweep: Callable[..., SweepFolder],
+    make_condition: Callable[..., Any],
+    rewrite_run: Callable[..., None],
+    tmp_path: Path,
+):
+    sweep = make_sweep([make_condition("a", [0, 1])])
+    rewrite_run(sweep.runs()[0], "failed")
+    rewrite_run(sweep.runs()[1], "unfinished")
+    done = foundry("report", str(sweep.path), cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert sweep.report_file.name in done.stdout
+    page = sweep.report_file.read_text(encoding="utf-8")
+    assert "the server went away" in page
+    assert (sweep.analysis_dir / "plots" / "ledger.svg").is_file()
+
+
+def test_a_page_cannot_be_written_where_a_folder_is(make_sweep: Any, make_condition: Any, tmp_path: Path):
+    sweep = make_sweep([make_condition("a", [0])])
+    done = foundry("report", str(sweep.path), "--out", str(tmp_path), cwd=tmp_path)
+    assert done.returncode == 2
+    assert "is a folder" in done.stderr
+    assert foundry("report", str(tmp_path / "none"), cwd=tmp_path).returncode == 2
+
+
+@pytest.mark.slow
+def test_a_page_of_three_models_and_twenty_seeds_is_below_two_megabytes(tmp_path: Path):
+    asked = ("-m", "model=scripted/random,scripted/avoid,scripted/herd", "seed=0-19", "output.dir=example")
+    assert foundry(*asked, "analyze=false", cwd=tmp_path).returncode == 0
+    assert foundry("report", "example", cwd=tmp_path).returncode == 0
+    assert (tmp_path / "example" / "report.html").stat().st_size < 2_000_000

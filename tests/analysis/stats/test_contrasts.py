@@ -1,0 +1,211 @@
+"""The table of differences."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import stats
+
+from analysis.stats.contrasts import COLUMNS, contrasts
+from foundry.errors import InputError
+from signature_tables import MEASURE, runs, table, table_of
+
+FIRST, SECOND = [0.1, 0.5, 0.3, 0.2, 0.9, 0.4], [0.2, 0.7, 0.3, 0.6, 0.9, 0.8]
+
+
+def only(rows: list[dict[str, object]], **more) -> pd.Series:
+    """Return the one contrast of a table."""
+    frame = contrasts(table(rows), **more)
+    assert len(frame) == 1
+    return frame.iloc[0]
+
+
+def test_differences_are_paired_by_seed():
+    found = only([*runs("a", FIRST), *runs("b", SECOND)])
+    expected = stats.ttest_rel(SECOND, FIRST).confidence_interval()
+    assert (found["level"], found["reference"], found["factor"], found["context"]) == ("b", "a", "model", "")
+    assert found["difference"] == pytest.approx(np.mean(np.subtract(SECOND, FIRST)))
+    assert (found["low"], found["high"]) == pytest.approx((expected.low, expected.high))
+    assert (found["interval"], found["test"], found["n_pairs"]) == ("t", "sign-flip", 6)
+    assert (found["mean_level"], found["mean_reference"]) == pytest.approx((np.mean(SECOND), np.mean(FIRST)))
+    assert found["superiority"] == pytest.approx(4 / 6 + 1 / 6)
+    assert found["p"] == pytest.approx(2 / 16)
+
+
+def test_a_lower_level_mirrors_a_higher_one():
+    forth, back = (only([*runs("a", one), *runs("b", other)]) for one, other in ((FIRST, SECOND), (SECOND, FIRST)))
+    for name in ("difference", "g_z"):
+        assert forth[name] == pytest.approx(-back[name])
+    assert (forth["low"], forth["p"]) == pytest.approx((-back["high"], back["p"]))
+    assert forth["superiority"] == pytest.approx(1 - back["superiority"])
+
+
+def test_repeats_of_a_seed_count_once():
+    found = only([*runs("a", [0.1] * 6), *runs("a", [0.3] * 6), *runs("b", SECOND)])
+    assert found["n_pairs"] == 6
+    assert found["mean_reference"] == pytest.approx(0.2)
+
+
+def test_a_missing_run_and_an_undefined_measure_are_told_apart():
+    first = runs("a", [0.1, math.nan, 0.3, 0.2, 0.5, 0.4, 0.1, 0.3])
+    first[1]["status"] = "failed"
+    second = runs("b", [0.2, 0.9, math.nan, 0.7, 0.6, 0.8, 0.9, 0.7])
+    found = only([*first, *second])
+    assert (found["n_pairs"], found["n_missing"], found["n_undefined"]) == (6, 1, 1)
+    assert found["note"] == "missing in 1 of 8 seeds; undefined in 1 of 8 seeds"
+    known = found["difference"] * 6
+    assert found["bound_low"] == pytest.approx((known + 0.9 - 1) / 7)
+    assert found["bound_high"] == pytest.approx((known + 0.9 - 0) / 7)
+
+
+def test_a_seed_that_was_never_asked_of_one_model_is_missing():
+    found = only([*runs("a", FIRST), *runs("b", [*SECOND, 0.5])])
+    assert (found["n_pairs"], found["n_missing"]) == (6, 1)
+    assert not math.isnan(found["bound_low"])
+
+
+def test_measures_without_bounds_have_none():
+    missing = [*runs("a", FIRST, "path.made_up"), *runs("b", SECOND[:5], "path.made_up")]
+    assert math.isnan(only(missing)["bound_low"])
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "why"),
+    [
+        ([0.1] * 5, [0.2, 0.3, 0.4, 0.5, 0.6], "n < 6"),
+        ([0.3] * 6, [0.3] * 6, "no variation"),
+        ([0.1, 0.2, 0.3, 0.4, 0.5, 0.6], [0.2, 0.3, 0.4, 0.5, 0.6, 0.7], "no variation"),
+        ([math.nan] * 6, [0.5] * 6, "no pair"),
+    ],
+)
+def test_what_cannot_be_tested_has_no_p_and_says_why(first, second, why):
+    found = only([*runs("a", first), *runs("b", second)])
+    assert found["test"] == f"not tested: {why}"
+    assert math.isnan(found["p"])
+    assert not found["significant"]
+
+
+def test_outcomes_are_tested_by_mcnemar():
+    measure = "path_efficiency.success"
+    found = only([*runs("a", [0] * 7 + [1] * 3, measure), *runs("b", [1] * 6 + [0, 1, 1, 1], measure)])
+    assert (found["test"], found["p"]) == ("mcnemar", pytest.approx(0.03125))
+
+
+def test_every_pair_of_levels_is_compared_within_the_same_context():
+    rows = [run for p in ("x", "y") for m in ("a", "b", "c") for run in runs(m, FIRST, prompt=p)]
+    frame = contrasts(table(rows))
+    models = frame[frame["factor"] == "model"]
+    assert list(zip(models["level"], models["reference"], models["context"], strict=True)) == [
+        (*pair, f"prompt={p}") for p in ("x", "y") for pair in (("b", "a"), ("c", "a"), ("c", "b"))
+    ]
+    prompts = frame[frame["factor"] == "prompt"]
+    assert prompts["context"].tolist() == ["model=a", "model=b", "model=c"]
+
+
+def test_any_swept_setting_is_a_factor_and_sampling_seeds_are_none():
+    rows = [
+        {**run, "world.steps": steps, "sampling_seed": repeat}
+        for steps in (20, 40)
+        for repeat in (0, 1)
+        for run in runs("a", FIRST)
+    ]
+    frame = contrasts(table(rows, ("world.steps", "sampling_seed")))
+    assert frame[["factor", "level", "reference"]].to_numpy().tolist() == [["world.steps", "40", "20"]]
+
+
+def test_worlds_are_compared_by_the_measures_they_share():
+    shared, own = "outcome.readable", "idle_rate.chosen"
+    rows = [{**run, own: 0.1} for run in runs("a", FIRST, shared, world="v")] + runs("a", SECOND, shared, world="w")
+    frame = contrasts(table(rows))
+    assert frame[["factor", "measure"]].to_numpy().tolist() == [["world", shared]]
+
+
+def test_a_notebook_may_tell_groups_apart_by_any_column():
+    rows = [{**run, "baseline": False} for prompt in ("x", "y") for run in runs("a", FIRST, prompt=prompt)]
+    made = table(rows)
+    frame = contrasts(made, made.frame[["prompt"]])
+    assert frame[["factor", "level", "reference", "context"]].to_numpy().tolist() == [["prompt", "y", "x", ""]]
+
+
+def test_one_group_has_no_contrast():
+    frame = contrasts(table(runs("a", FIRST)))
+    assert frame.empty
+    assert list(frame.columns) == list(COLUMNS)
+
+
+def test_the_family_is_the_headline_of_one_factor_over_all_decisions():
+    measures = ["idle_rate.chosen", "idle_rate.chosen_readable", "idle_rate.n_decisions", "failure.rate", "cost.calls"]
+    values = np.random.default_rng(0).random((3, 8, len(measures)))
+    frame = contrasts(table_of(values, measures))
+    assert frame[frame["headline"]]["measure"].unique().tolist() == ["idle_rate.chosen"]
+    assert frame[frame["headline"]]["family"].tolist() == [3, 3, 3]
+    assert frame[frame["readable_only"]]["measure"].unique().tolist() == ["idle_rate.chosen_readable"]
+    assert frame[~frame["headline"]]["p_holm"].isna().all()
+    assert frame[~frame["headline"]]["p"].notna().all()
+
+
+def test_holm_corrects_over_measures_and_pairs_together():
+    rng = np.random.default_rng(1)
+    measures = ["x.one", "x.two"]
+    values = rng.normal(size=(3, 20, 2)) + np.array([0, 1, 2])[:, None, None]
+    frame = contrasts(table_of(values, measures), family=measures)
+    p = frame["p"].sort_values().to_numpy()
+    assert frame["p_holm"].min() == pytest.approx(p[0] * 6)
+    assert (frame["family"] == 6).all()
+    assert frame["significant"].equals(frame["p_holm"] <= 0.05)
+
+
+def test_that_few_pairs_cannot_win_in_a_large_family_is_said():
+    measures = [f"x.m{index}" for index in range(30)]
+    values = np.random.default_rng(2).normal(size=(2, 10, 30))
+    frame = contrasts(table_of(values, measures), family=measures)
+    assert frame["note"].unique().tolist() == ["no p can reach 0.05 with 10 pairs among 30 tests"]
+
+
+def test_the_same_is_claimed_only_with_a_margin():
+    near = [value + shift for value, shift in zip(FIRST, (0.01, -0.01, 0.005, 0.0, -0.005, 0.01), strict=True)]
+    rows = [*runs("a", FIRST), *runs("b", near)]
+    without, wide, narrow = only(rows), only(rows, margins={MEASURE: 0.1}), only(rows, margins={MEASURE: 0.001})
+    assert (without["equivalent"], wide["equivalent"], narrow["equivalent"]) == (False, True, False)
+    assert math.isnan(without["margin"])
+    assert wide["p_equivalence"] < 0.001 < narrow["p_equivalence"]
+
+
+def test_equivalence_needs_six_pairs_too():
+    rows = [*runs("a", FIRST[:5]), *runs("b", SECOND[:5])]
+    assert math.isnan(only(rows, margins={MEASURE: 5.0})["p_equivalence"])
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ({"margins": {"idle_rate.chozen": 0.1}}, "Did you mean 'idle_rate.chosen'"),
+        ({"margins": {MEASURE: 0.0}}, "above 0"),
+        ({"margins": {MEASURE: math.nan}}, "above 0"),
+        ({"family": ["nothing"]}, "Measure 'nothing' not found"),
+    ],
+)
+def test_wrong_declarations_are_refused(more, message):
+    with pytest.raises(InputError, match=message):
+        contrasts(table([*runs("a", FIRST), *runs("b", SECOND)]), **more)
+
+
+def test_baselines_are_shown_and_never_tested():
+    rows = [*runs("a", FIRST, baseline=False), *runs("walker", SECOND, baseline=True, prompt="any")]
+    rows += runs("a", FIRST, baseline=False, prompt="q")
+    frame = contrasts(table(rows))
+    assert frame["factor"].tolist() == ["prompt", "model", "model"]
+    beside = frame[frame["baseline"]]
+    assert beside["context"].tolist() == ["prompt=p", "prompt=q"]
+    assert beside["test"].unique().tolist() == ["not tested: baseline"]
+    assert beside["difference"].notna().all()
+    assert not beside["headline"].any()
+    assert frame[~frame["baseline"]]["family"].tolist() == [0]
+
+
+def test_differences_cannot_leave_the_possible_range():
+    found = only([*runs("a", [0, 0, 0, 0, 0, 1.0]), *runs("b", [1, 1, 1, 1, 1, 0.9])])
+    assert found["high"] == 1.0

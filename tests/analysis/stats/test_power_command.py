@@ -1,0 +1,78 @@
+"""`foundry power`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from commands import foundry
+
+MEASURE = "idle_rate.chosen"
+MODELS = ("first", "second")
+
+
+@pytest.fixture(scope="module")
+def pilot(tmp_path_factory, write_sweep, make_condition) -> Path:
+    """Return a sweep of two models that walk at random."""
+    conditions = [make_condition(model, range(6), sampling_seed=index) for index, model in enumerate(MODELS)]
+    return write_sweep(tmp_path_factory.mktemp("pilot") / "sweep", conditions).path
+
+
+@pytest.fixture
+def power(pilot) -> Callable[..., str]:
+    """Return a function that runs the command and returns what it prints."""
+
+    def run(*options: str) -> str:
+        done = foundry("power", str(pilot), *options, cwd=pilot)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    return run
+
+
+def seeds_of(text: str) -> list[str]:
+    """Return the line of the measure, its last numbers being those of seeds."""
+    line = next(line for line in text.splitlines() if line.startswith(MEASURE))
+    return re.split(r"\s{2,}", line.strip())
+
+
+def test_a_pilot_says_how_many_seeds_the_headlines_need(power):
+    text = power()
+    assert "second - first" in text
+    assert "cautious" in text
+    assert len([line for line in text.splitlines() if "second - first" in line]) > 10
+
+
+def test_a_difference_twice_as_large_needs_fewer_seeds(power):
+    small, large = (seeds_of(power("--difference", size, "--measure", MEASURE)) for size in ("0.02", "0.04"))
+    assert int(small[5]) > int(large[5]) >= 6
+
+
+def test_more_power_needs_more_seeds(power):
+    usual, more = (seeds_of(power("--difference", "0.02", "--measure", MEASURE, *o)) for o in ((), ("--power", "0.95")))
+    assert int(more[5]) > int(usual[5])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--measure", "idle_rate.chozen"), "Did you mean 'idle_rate.chosen'"),
+        (("--power", "1.5"), "between 0 and 1"),
+        (("--difference", "0"), "above 0"),
+    ],
+)
+def test_wrong_options_are_refused_in_one_line(pilot, options, message):
+    done = foundry("power", str(pilot), *options, cwd=pilot)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_a_pilot_of_one_model_is_refused(tmp_path, write_sweep, make_condition):
+    path = write_sweep(tmp_path / "lonely", [make_condition("first", range(2))]).path
+    done = foundry("power", str(path), cwd=tmp_path)
+    assert done.returncode == 2
+    assert "two models" in done.stderr

@@ -1,0 +1,94 @@
+"""The formulas against values that were checked with independent libraries."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from analysis.stats.fingerprint import energy_distance
+from analysis.stats.intervals import estimate, wilson
+from analysis.stats.multiplicity import benjamini_hochberg, holm
+from analysis.stats.paired import equivalence_p, hedges_g_z, mcnemar_p, superiority
+from analysis.stats.sign_flip import least_p, sign_flip_p
+
+EXAMPLES = json.loads(Path(__file__).with_name("worked_examples.json").read_text(encoding="utf-8"))
+
+
+def example(name: str):
+    return EXAMPLES[name]["inputs"], EXAMPLES[name]["expected"]
+
+
+def close(expected: object) -> object:
+    return pytest.approx(expected, abs=1e-9, rel=1e-9)
+
+
+@pytest.mark.parametrize(("name", "method"), [("holm", holm), ("bh", benjamini_hochberg)])
+def test_corrections_for_many_tests(name: str, method):
+    inputs, expected = example(name)
+    p = np.array([math.nan, *inputs["p"][::-1]])
+    assert math.isnan(method(p)[0])
+    assert method(p)[1:].tolist() == close(expected[::-1])
+
+
+def test_the_least_p_of_five_sign_flips():
+    inputs, expected = example("sign_flip_min_p_n5")
+    assert sign_flip_p(np.array([inputs["diffs"]]))[0] == close(expected)
+    assert least_p(5) == close(expected)
+
+
+def test_a_missing_pair_is_refused_instead_of_giving_a_p():
+    inputs, _ = example("nan_permutation_trap")
+    differences = np.array([[math.nan if one is None else one for one in inputs["a"]]])
+    with pytest.raises(ValueError, match="NaN"):
+        sign_flip_p(differences)
+    assert sign_flip_p(differences[:, ~np.isnan(differences[0])])[0] == close(0.0625)
+
+
+def test_equivalence_by_two_one_sided_tests():
+    inputs, expected = example("tost_paired")
+    differences = np.subtract(inputs["a"], inputs["b"])
+    found = estimate(differences)
+    p = equivalence_p(np.array([found.mean]), np.array([found.sd]), np.array([inputs["margin"]]), found.n)
+    assert p[0] == close(expected)
+
+
+def test_the_energy_distance():
+    inputs, expected = example("energy_distance")
+    first, second = (np.array(inputs[name])[:, None] for name in ("x", "y"))
+    assert energy_distance(first, second) == close(expected)
+
+
+def test_the_standardised_paired_difference():
+    inputs, expected = example("hedges_g_z_paired")
+    found = estimate(np.array(inputs["diffs"]))
+    assert hedges_g_z(np.array([found.mean]), np.array([found.sd]), found.n)[0] == close(expected)
+
+
+def test_the_probability_of_being_greater_is_cliffs_delta_over_all_pairs():
+    inputs, expected = example("cliffs_delta")
+    differences = np.subtract.outer(inputs["x"], inputs["y"]).reshape(1, -1)
+    assert 2 * superiority(differences)[0] - 1 == close(expected)
+
+
+def test_the_interval_of_a_rate():
+    inputs, expected = example("wilson_interval")
+    low, high = wilson(np.array([inputs["k"] / inputs["n"]]), inputs["n"])
+    assert [low[0], high[0]] == close(expected)
+
+
+def test_mcnemars_exact_test():
+    inputs, expected = example("mcnemar_exact")
+    outcomes = [1] * inputs["only_A_succeeds"] + [-1] * inputs["only_B_succeeds"] + [0] * inputs["both"]
+    differences = np.array([outcomes + [0] * inputs["neither"]], dtype=float)
+    assert mcnemar_p(differences)[0] == close(expected)
+    assert sign_flip_p(differences)[0] == close(expected)
+
+
+def test_the_interval_of_a_mean_difference():
+    inputs, expected = example("paired_t_ci")
+    found = estimate(np.array(inputs["diffs"]))
+    assert [found.low, found.high] == close(expected)

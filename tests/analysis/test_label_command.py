@@ -1,0 +1,131 @@
+"""The command that has a model label messages, against a real server."""
+
+from __future__ import annotations
+
+import pytest
+
+import analysis
+from analysis.labelling import hand_labelled, question
+from commands import foundry
+from foundry.labelling import read_answer, texts_of
+from ollama_cases import ChatCase
+from ollama_server import OllamaServer
+
+WARNINGS = {"fire1 near me", "火事だ、逃げて", "there is smoke"}
+
+
+def answer(body) -> str:
+    """Say yes to warnings, no to the rest, and something else to one text."""
+    content = body["messages"][-1]["content"]
+    message = content.split("-----\n")[1].strip()
+    if message == "shall we meet in the cafe?":
+        return "It depends."
+    truth = {one.text: one.warning for one in hand_labelled()}
+    return "Yes." if truth.get(message, message in WARNINGS) else "no"
+
+
+@pytest.fixture(scope="module")
+def labelled(write_sweep, make_condition, tmp_path_factory):
+    """Return a sweep whose messages a model has labelled, the server it asked, and what the command said twice."""
+    folder = tmp_path_factory.mktemp("labelled")
+    sweep = write_sweep(folder / "sweep", [make_condition("a", range(2))])
+    with OllamaServer(answer) as server:
+        command = ("label", str(sweep.path), "--model", "qwen3:4b", "model.options.num_predict=16")
+        done = foundry(*command, cwd=folder, OLLAMA_HOST=server.url)
+        asked = len(server.bodies)
+        again = foundry(*command, cwd=folder, OLLAMA_HOST=server.url)
+        yield sweep, server, asked, done, again
+
+
+def test_each_distinct_text_is_asked_about_once_and_never_again(labelled):
+    _, server, asked, done, again = labelled
+    assert (done.returncode, again.returncode) == (0, 0), done.stderr
+    assert asked == len(server.bodies) == 5 + len(hand_labelled())
+    options = server.bodies[0]["options"]
+    assert (options["temperature"], options["num_predict"]) == (0.0, 16)
+    assert len({options["seed"] for options in (body["options"] for body in server.bodies)}) == 1
+    assert "fire1, blaze2" in next(
+        body["messages"][0]["content"] for body in server.bodies if "there is smoke" in str(body)
+    )
+
+
+def test_the_labels_are_kept_with_who_gave_them(labelled):
+    sweep, server, _, done, _ = labelled
+    kept = sweep.labels()
+    assert (kept.labeller, kept.digest) == ("qwen3:4b", server.models["qwen3:4b"].digest)
+    assert {one.text: one.warning for one in kept.labels} == {
+        **dict.fromkeys(WARNINGS, True), "hello": False, "shall we meet in the cafe?": None,
+    }  # fmt: skip
+    assert "5 distinct texts labelled, 1 of them with no readable answer" in done.stdout
+    assert "accuracy 1.00, Cohen's kappa 1.00" in done.stdout
+
+
+def test_an_analysis_counts_what_the_model_left_open(labelled):
+    sweep = labelled[0]
+    found = analysis.analyze([sweep.path], plots=False, labelled_by_model=True).runs
+    steps = analysis.load(sweep.path).steps
+    assert found["warning.n_unlabelled"].sum() == (steps["message"] == "shall we meet in the cafe?").sum() > 0
+    assert found["warning.n_warnings"].sum() == steps["message"].isin(WARNINGS).sum()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [(("--model", "scripted/avoid"), "cannot label messages"), (("--model", "absent:1b"), "absent:1b")],
+)
+def test_a_model_that_cannot_label_is_refused_in_one_line(make_sweep, make_condition, tmp_path, arguments, reason):
+    sweep = make_sweep([make_condition("a", [0])])
+    with OllamaServer(answer) as server:
+        done = foundry("label", str(sweep.path), *arguments, cwd=tmp_path, OLLAMA_HOST=server.url)
+    assert done.returncode == 2
+    assert reason in done.stderr
+    assert sweep.labels() is None
+
+
+def test_a_sweep_in_which_nothing_was_said_has_nothing_to_label(make_sweep, make_condition, make_habits, tmp_path):
+    sweep = make_sweep([make_condition("a", [0])], {"a": make_habits(speak=0)})
+    done = foundry("label", str(sweep.path), "--model", "qwen3:4b", cwd=tmp_path)
+    assert (done.returncode, "nothing to label" in done.stderr) == (2, True)
+
+
+def test_what_was_answered_before_a_failure_is_not_asked_again(write_sweep, make_condition, tmp_path):
+    sweep = write_sweep(tmp_path / "sweep", [make_condition("a", [0])])
+    broken = True
+
+    def faltering(body):
+        if broken and "there is smoke" in body["messages"][-1]["content"]:
+            return ChatCase(status=400, error="this text is refused")
+        return answer(body)
+
+    command = ("label", str(sweep.path), "--model", "qwen3:4b")
+    with OllamaServer(faltering) as server:
+        failed = foundry(*command, cwd=tmp_path, OLLAMA_HOST=server.url)
+        assert (failed.returncode, sweep.labels()) == (3, None), failed.stderr
+        before, broken = len(server.bodies), False
+        assert foundry(*command, cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
+        assert len(server.bodies) == before + 1
+
+
+def test_the_messages_of_baselines_are_labelled_too_and_each_once(write_sweep, make_condition, small_world, tmp_path):
+    sweep = write_sweep(tmp_path / "sweep", [make_condition("a", range(2))])
+    alone = texts_of(sweep)
+    other = {**small_world, "fires": small_world["fires"][:1]}
+    write_sweep(sweep.baselines_dir, [make_condition("walker", [0]), make_condition("walker", [1], world=other)])
+    texts = texts_of(sweep)
+    assert texts[: len(alone)] == alone
+    assert len(texts) == len(set(texts)) > len(alone)
+    assert {one.fires for one in texts} == {("fire1", "blaze2"), ("fire1",)}
+
+
+@pytest.mark.parametrize(
+    ("reply", "expected"),
+    [
+        ("yes", True), ("No.", False), (" **YES** \n", True), ('"no"', False), ("<think>fire?</think>yes", True),
+        ("yes, because it burns", None), ("", None), ("maybe", None), ("yes no", None), ("Yesterday", None),
+    ],
+)  # fmt: skip
+def test_only_a_bare_yes_or_no_is_an_answer(reply, expected):
+    assert read_answer(reply) is expected
+
+
+def test_the_question_asks_for_one_word():
+    assert question().rstrip().endswith("Answer with one word: yes or no.")

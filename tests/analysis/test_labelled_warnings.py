@@ -1,0 +1,135 @@
+"""Warnings by other labels than the rule's, against chance, and in whole runs of a policy that relays."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections import defaultdict
+
+import networkx as nx
+import numpy as np
+import pytest
+
+from analysis.cascade import NEVER, first_step
+from analysis.signatures import warning
+from analysis.survival import restricted_mean
+from whole_runs import whole_run
+
+RULE = {"fire1 near me": True, "火事だ、逃げて": True, "there is smoke": True, "hello": False}
+RULE["shall we meet in the cafe?"] = False
+
+
+def same(found: dict[str, float], expected: dict[str, float]) -> bool:
+    return found == pytest.approx(expected, nan_ok=True)
+
+
+def test_labels_that_say_what_the_rule_says_change_nothing(recorded):
+    run = recorded(seed=3).run
+    assert same(warning.measure(dataclasses.replace(run, labels=RULE)), warning.measure(run))
+
+
+def test_labels_decide_what_is_a_warning(recorded):
+    run = recorded(seed=3).run
+    none = warning.measure(dataclasses.replace(run, labels=dict.fromkeys(RULE, False)))
+    assert (none["n_warnings"], none["social_reach"], none["warning_share"]) == (0, 0, 0)
+    every = warning.measure(dataclasses.replace(run, labels=dict.fromkeys(RULE, True)))
+    assert (every["n_warnings"], every["warning_share"]) == (every["n_messages"], 1)
+
+
+def test_a_text_without_a_label_is_never_taken_for_harmless(recorded):
+    run = recorded(seed=3).run
+    unknown = {text: label for text, label in RULE.items() if text != "there is smoke"}
+    found = warning.measure(dataclasses.replace(run, labels=unknown))
+    low = warning.measure(dataclasses.replace(run, labels=unknown | {"there is smoke": False}))
+    high = warning.measure(dataclasses.replace(run, labels=RULE))
+    assert found["n_unlabelled"] == sum(text == "there is smoke" for text in run.said.ravel()) > 0
+    assert found["n_messages"] == high["n_messages"]
+    about_reach = {"social_reach", "traced_reach", "relay_probability", "reproduction", "depth", "rmst", "n_told"}
+    changed = {name for name in about_reach if low[name] != high[name]}
+    assert changed
+    assert {name for name in about_reach if math.isnan(found[name])} == changed
+    assert found["oracle_reach"] == high["oracle_reach"]
+    labelled = [text for text in run.said[run.spoke] if text != "there is smoke"]
+    assert found["warning_share"] == pytest.approx(sum(RULE[text] for text in labelled) / len(labelled))
+
+
+def test_messages_that_could_not_be_read_count_as_not_said(recorded):
+    run = recorded(seed=3).run
+    said = run.said.copy()
+    said[~run.message_readable] = None
+    heard = run.message_readable[run.deliveries[:, 0] - 1, run.deliveries[:, 1]]
+    silent = dataclasses.replace(run, said=said, deliveries=run.deliveries[heard])
+    found, expected = warning.measure(run.only_readable()), warning.measure(silent)
+    assert found["n_messages"] < warning.measure(run)["n_messages"]
+    relays = {"relay_probability", "relay_above_chance", "n_chances"}
+    kept = set(found) - relays
+    assert same({name: found[name] for name in kept}, {name: expected[name] for name in kept})
+
+
+def test_who_warns_whether_or_not_it_was_warned_relays_by_chance(recorded, make_habits):
+    habits = make_habits(speak=0.5, unreadable=0)
+    found = [warning.measure(recorded(seed=seed, habits=habits, steps=60, agents=12).run) for seed in range(12)]
+    assert abs(np.nanmean([one["relay_above_chance"] for one in found])) < 0.1
+    assert np.nanmean([one["relay_probability"] for one in found]) > 0.3
+
+
+def test_who_warns_because_it_was_warned_relays_above_chance(recorded, make_habits):
+    run = recorded(seed=2, habits=make_habits(speak=0.6, unreadable=0), steps=60, agents=12).run
+    said, knows = run.said.copy(), np.zeros(run.agents, dtype=bool)
+    for step in range(run.steps):
+        knows |= run.perceived[step]
+        warns = knows & run.spoke[step]
+        said[step] = np.where(run.spoke[step], np.where(warns, "fire!", "hello"), None)
+        heard = run.deliveries[run.deliveries[:, 0] == step + 1]
+        knows[heard[warns[heard[:, 1]], 2]] = True
+    found = warning.measure(dataclasses.replace(run, said=said))
+    assert found["relay_above_chance"] > 0.05
+    assert found["false_alarm_rate"] == 0
+
+
+def test_the_same_run_is_shuffled_the_same_way(recorded):
+    run = recorded(seed=5).run
+    assert same(warning.measure(run), warning.measure(run))
+
+
+@pytest.fixture(scope="module")
+def avoiding(tmp_path_factory):
+    """A whole run of the policy that passes every warning on."""
+    return whole_run(tmp_path_factory.mktemp("avoid") / "sweep", "cafe_library", "avoid", seed=1)
+
+
+def reachable_in_time(run) -> set[int]:
+    """Agents that a path of contacts, one a step, can bring the news to before they perceive a fire themselves."""
+    perceived = {agent: step for agent, step in enumerate(first_step(run.perceived).tolist()) if step < NEVER}
+    graph = nx.DiGraph()
+    for agent in range(run.agents):
+        nx.add_path(graph, [(agent, step) for step in range(1, run.steps + 2)])
+    for step, source, target in run.contacts.tolist():
+        graph.add_edge((source, step), (target, step + 1))
+    sources = {(agent, step) for agent, step in perceived.items()}
+    found = set().union(*(nx.descendants(graph, source) for source in sources))
+    times: dict[int, list[int]] = defaultdict(list)
+    for agent, step in found:
+        # Its own knowledge goes on along its own row: what counts is news that comes in from another.
+        if any(
+            other != agent and (other, step - 1) in found | sources for other, _ in graph.predecessors((agent, step))
+        ):
+            times[agent].append(step - 1)
+    return {agent for agent, steps in times.items() if min(steps) < perceived.get(agent, NEVER)}
+
+
+def test_a_policy_that_relays_everything_reaches_all_that_could_be_reached(avoiding):
+    found = warning.measure(avoiding)
+    expected = reachable_in_time(avoiding)
+    assert found["n_reachable"] == found["n_told"] == len(expected) > 0
+    assert found["normalised_reach"] == 1
+    assert found["traced_reach"] == found["social_reach"] == found["oracle_reach"]
+    assert found["false_alarm_rate"] == 0
+    assert found["relay_above_chance"] == 0  # it says nothing but warnings
+
+
+def test_the_curve_of_a_run_is_the_one_behind_its_mean_time(avoiding):
+    warned, labelled = warning.find_labels(avoiding)
+    assert labelled.all()
+    times, observed = warning.waiting_times(avoiding, warned)
+    assert restricted_mean(times, observed, avoiding.steps) == warning.measure(avoiding)["rmst"]

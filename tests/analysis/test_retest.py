@@ -1,0 +1,108 @@
+"""Whether one and the same prompt gets one and the same answer, over runs that are sampled again."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, defaultdict
+
+import msgspec
+import numpy as np
+import pytest
+
+from analysis.retest import Decisions, counted, retest
+from commands import foundry
+from foundry.store import SweepFolder
+
+
+@pytest.fixture(scope="module")
+def sampled(tmp_path_factory):
+    """Two seeds, each sampled three times, of a model that draws its answers and of one that does not."""
+    folder = tmp_path_factory.mktemp("sampled")
+    done = foundry(
+        "-m", "model=scripted/random,scripted/stay,scripted/flaky", "seed=0-1", "sampling_seed=1-3", "world.agents=6",
+        "world.steps=5", "world.communication_distance=8", "analyze=false", "runner.workers=1", "output.dir=sweep",
+        cwd=folder,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return SweepFolder.open(folder / "sweep")
+
+
+def recounted(sweep: SweepFolder, model: str, seed: int, kind: str) -> list[Counter]:
+    """Return the choices by prompt that was put in two runs or more, from the files, with plain loops."""
+    states: dict[tuple, Counter] = defaultdict(Counter)
+    for run in sweep.runs():
+        if (run.config()["model"]["name"], run.config()["seed"]) != (model, seed):
+            continue
+        rows = [msgspec.json.decode(line) for line in run.steps_bytes().splitlines()]
+        by_key = {(row["step"], row["agent"]): row for row in rows}
+        for call in run.calls():
+            if call.kind == kind:
+                row = by_key[call.step, call.agent]
+                outcome = row["outcome" if kind == "action" else "message_outcome"]
+                choice = row["direction"] if kind == "action" else row["message"] is not None
+                unread = outcome not in ("chosen", "repaired")
+                states[call.step, call.agent, str(call.messages)]["?" if unread else choice] += 1
+    return [choices for choices in states.values() if choices.total() > 1]
+
+
+@pytest.mark.parametrize("model", ["scripted/random", "scripted/flaky"])
+@pytest.mark.parametrize("kind", ["action", "message"])
+def test_agreement_is_that_of_the_same_prompts(sampled, model, kind):
+    frame = retest([sampled.path])
+    for seed in (0, 1):
+        states = recounted(sampled, model, seed, kind)
+        row = frame[(frame["model"] == model) & (frame["seed"] == seed) & (frame["kind"] == kind)].iloc[0]
+        assert row["runs"] == 3
+        assert row["prompts"] == len(states)
+        assert row["decisions"] == sum(map(Counter.total, states))
+        if states:
+            pairs = [sum(n * (n - 1) for n in one.values()) / (one.total() * (one.total() - 1)) for one in states]
+            assert row["agreement"] == pytest.approx(np.mean(pairs))
+            whole = sum(states, Counter())
+            chance = sum((n / whole.total()) ** 2 for n in whole.values())
+            assert row["kappa"] == pytest.approx(
+                (np.mean(pairs) - chance) / (1 - chance) if chance < 1 else math.nan, nan_ok=True
+            )
+
+
+def test_the_first_prompts_are_the_same_whatever_is_sampled(sampled):
+    frame = retest([sampled.path])
+    messages = frame[(frame["kind"] == "message") & (frame["model"] == "scripted/random")]
+    calls = [sum(call.step == 1 and call.kind == "message" for call in run.calls()) for run in sampled.runs()]
+    assert (messages["prompts"] >= min(calls)).all()
+
+
+def test_a_model_that_never_varies_agrees_with_itself_at_every_step(sampled):
+    frame = retest([sampled.path])
+    actions = frame[(frame["model"] == "scripted/stay") & (frame["kind"] == "action")]
+    assert actions["prompts"].tolist() == [30, 30]
+    assert actions["agreement"].tolist() == [1, 1]
+    assert actions["kappa"].isna().all()
+
+
+def test_runs_that_were_not_sampled_again_have_no_consistency(make_sweep, make_condition):
+    assert len(retest([make_sweep([make_condition("a", range(3))]).path])) == 0
+
+
+def test_a_run_that_failed_is_not_compared(make_sweep, make_condition, rewrite_run):
+    conditions = [make_condition("a", [0], factors=("sampling_seed",), sampling_seed=seed) for seed in (1, 2)]
+    sweep = make_sweep(conditions)
+    assert retest([sweep.path])["runs"].tolist() == [2, 2]
+    rewrite_run(sweep.runs()[0], "failed")
+    assert len(retest([sweep.path])) == 0
+
+
+def test_without_a_log_of_calls_no_prompt_is_known_to_be_the_same(make_sweep, make_condition):
+    conditions = [make_condition("a", [0], factors=("sampling_seed",), sampling_seed=seed) for seed in (1, 2)]
+    found = retest([make_sweep(conditions).path])
+    assert found["prompts"].tolist() == [0, 0]
+    assert found[["agreement", "kappa", "agreement_readable", "kappa_readable"]].isna().all(axis=None)
+
+
+def test_what_could_not_be_read_is_a_choice_of_its_own_or_left_out():
+    unread = Decisions(np.array([[0]]), np.array([[False]]))
+    stay, up = (Decisions(np.array([[choice]]), np.array([[True]])) for choice in (0, 1))
+    states = {(1, 0, b""): [0, 1, 2]}
+    assert counted(states, [unread, stay, up], readable_only=False).tolist() == [[1, 1, 1]]
+    assert counted(states, [unread, stay, up], readable_only=True).tolist() == [[1, 1, 0]]
+    assert counted(states, [unread, unread, up], readable_only=True).tolist() == []

@@ -1,0 +1,138 @@
+"""The tables as texts and files."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from analysis.comparison import compare
+from analysis.stats.contrasts import contrasts
+from analysis.table import Source, build_table, measure_run
+from analysis.tables import (
+    Table,
+    comparison_table,
+    contrast_table,
+    number,
+    p_value,
+    to_csv,
+    to_latex,
+    to_markdown,
+    to_text,
+    with_interval,
+    write_tables,
+)
+from foundry.store import SweepFolder
+
+HARD = "50 % of a_b & {c} $x^2$ #1 \\ ~ <|>"
+TABLE = Table("small", "What it is: 95 %", ("measure", "a_1"), (("x.y_z", "1 [0, 2]"), (HARD, "-")))
+
+
+def test_latex_escapes_everything_that_it_would_read():
+    latex = to_latex(TABLE)
+    assert r"50 \% of a\_b \& \{c\} \$x\textasciicircum{}2\$ \#1 \textbackslash{} \textasciitilde{}" in latex
+    assert r"\textless{}\textbar{}\textgreater{}" in latex
+    assert r"measure & a\_1 \\" in latex
+
+
+def test_latex_is_one_table_environment_with_rules():
+    lines = to_latex(TABLE).splitlines()
+    assert lines[0] == r"\begin{table}"
+    assert lines[-1] == r"\end{table}"
+    assert [line for line in lines if line.endswith("rule")] == [r"\toprule", r"\midrule", r"\bottomrule"]
+    assert r"\begin{tabular}{lr}" in lines
+    assert all(line.count(" & ") == 1 for line in lines if line.endswith(r"\\"))
+
+
+def test_a_row_that_begins_with_a_bracket_is_no_option_of_the_line_above():
+    assert r"{[0, 1]} & a \\" in to_latex(Table("t", "c", ("one", "two"), (("[0, 1]", "a"),)))
+
+
+@given(st.text())
+def test_no_text_leaves_latex_open(text: str):
+    row = to_latex(Table("t", "", ("a",), ((text,),))).split("\\midrule\n")[1].split("\\bottomrule")[0]
+    bare = re.sub(r"\\(?:text[a-z]+\{\}|[{}$&#%_\\])", "", row)
+    assert not set("$&#%_^~") & set(bare)
+    assert bare.count("{") == bare.count("}")
+
+
+def test_markdown_escapes_what_would_be_a_column_or_a_style():
+    lines = to_markdown(TABLE).splitlines()
+    assert lines[0] == r"| measure | a\_1 |"
+    assert lines[1] == "| --- | ---: |"
+    assert r"\<\|\>" in lines[3]
+    assert re.findall(r"(?<!\\)\|", lines[3]) == ["|"] * 3
+
+
+def test_csv_reads_back_as_it_was():
+    assert list(csv.reader(io.StringIO(to_csv(TABLE)))) == [list(row) for row in (TABLE.columns, *TABLE.rows)]
+
+
+def test_a_terminal_shows_columns_below_one_another_whatever_the_script():
+    text = to_text(Table("t", "", ("model", "n"), (("日本語:7b", "1"), ("a", "20"))))
+    assert text == "model       n\n日本語:7b   1\na          20\n"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(math.nan, "-"), (0.0, "0"), (3.5e-19, "0"), (0.12345, "0.123"), (-2.0, "-2"), (1e-7, "1e-07")]
+)
+def test_numbers_have_three_digits_and_the_undefined_is_no_zero(value: float, text: str):
+    assert number(value) == text
+
+
+def test_p_values_are_never_nought():
+    assert [p_value(p) for p in (1e-9, 0.0214, 1.0, math.nan)] == ["<.001", ".021", "1.000", "-"]
+
+
+def test_an_interval_is_left_out_where_there_is_none():
+    assert with_interval(0.5, math.nan, math.nan) == "0.5"
+    assert with_interval(0.5, 0.25, 0.75) == "0.5 [0.25, 0.75]"
+
+
+@pytest.fixture(scope="module")
+def compared(
+    tmp_path_factory: pytest.TempPathFactory,
+    write_sweep: Callable[..., SweepFolder],
+    make_condition: Callable[..., Any],
+) -> Any:
+    path = tmp_path_factory.mktemp("tables") / "sweep"
+    sweep = write_sweep(path, [make_condition(model, range(6)) for model in ("a", "b")])
+    table = build_table([measure_run(run, Source(sweep.path, "s")) for run in sweep.runs()])
+    return compare(table), contrasts(table)
+
+
+def test_tables_are_written_in_every_format(compared: Any, tmp_path: Path):
+    written = write_tables(tmp_path, *compared)
+    assert {path.name for path in written} == {
+        f"{name}.{ending}" for name in ("comparison", "contrasts") for ending in ("csv", "parquet", "tex", "md")
+    }
+    frame = pd.read_csv(tmp_path / "contrasts.csv", keep_default_na=False, na_values=[""])
+    assert len(frame) == len(compared[1]) == len(pd.read_parquet(tmp_path / "contrasts.parquet"))
+    before = {path: path.read_bytes() for path in written}
+    assert before == {path: path.read_bytes() for path in write_tables(tmp_path, *compared)}
+
+
+def test_the_short_tables_hold_the_headline_measures(compared: Any):
+    comparison, found = compared
+    table = comparison_table(comparison)
+    assert table.columns == ("measure", "a", "b")
+    assert "idle_rate.chosen" in {row[0] for row in table.rows}
+    assert not any("_readable" in row[0] for row in table.rows if not row[0].startswith("outcome"))
+    short = contrast_table(found)
+    assert short.columns[:4] == ("measure", "first", "second", "pairs")
+    assert len(short.rows) == int(found["headline"].sum())
+
+
+def test_a_star_marks_what_stands_after_holm(compared: Any):
+    found = compared[1].assign(significant=True, p_holm=0.01, equivalent=False)
+    column = contrast_table(found).columns.index("p (Holm)")
+    assert {row[column] for row in contrast_table(found).rows} == {".010*"}

@@ -1,0 +1,25 @@
+"""Whole runs of shipped worlds and scripted policies, as the arrays that signatures are computed from."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+
+from analysis.camera_records import CameraRecords
+from analysis.grid_records import GridRecords
+from analysis.load import Run
+from episodes import Kept, composed, play_through
+from foundry.records import GridStep, Message
+from foundry.store import SweepFolder
+from foundry.sweep import expand
+
+
+def whole_run(path: Path, world: str, policy: str, *overrides: str, seed: int) -> Run:
+    """Play a run to its end and return it; `path` is a folder that does not exist yet."""
+    found, kept = composed(world, policy, *overrides), Kept()
+    asyncio.run(play_through(found, seed, kept))
+    folder = SweepFolder.create(path, expand([], found.conditions), {}, []).runs()[0]
+    if kept.steps:
+        return CameraRecords(kept.opening, kept.steps, []).arrays(folder)
+    steps = [record for record in kept.records if isinstance(record, GridStep)]
+    return GridRecords(steps, [record for record in kept.records if isinstance(record, Message)]).arrays(folder)
