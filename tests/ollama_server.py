@@ -19,7 +19,9 @@ from typing import Any
 import msgspec
 from aiohttp import web
 
+from local_server import LocalServer
 from ollama_cases import (
+    DROPPED,
     Answerer,
     Body,
     ChatCase,
@@ -40,7 +42,7 @@ from ollama_cases import (
 OnChat = Callable[[int, Body], None]
 
 
-class OllamaServer:
+class OllamaServer(LocalServer):
     """Serves Ollama's API on 127.0.0.1 from a thread of its own.
 
     Args:
@@ -70,6 +72,7 @@ class OllamaServer:
         keep_bodies: bool = True,
         port: int = 0,
     ) -> None:
+        super().__init__(port)
         self.answer = answer
         self.models = {model.name: model for model in models or default_models()}
         self.registry = {"gemma3:4b"}
@@ -79,9 +82,7 @@ class OllamaServer:
         self.version = version
         self.on_chat = on_chat
         self.counts = Counts()
-        self.url = ""
         self._keep_bodies = keep_bodies
-        self._port = port
         self._lock = threading.Lock()
         self._bodies: list[Body] = []
         self._loads: list[Body] = []
@@ -91,8 +92,8 @@ class OllamaServer:
         self._loaded: dict[str, tuple[Any, ...]] = {}
         self._waiting_for_load = 0
         self._loading = asyncio.Lock()
+        self._let_go = asyncio.Event()
         self._slots = nullcontext() if slots is None else asyncio.Semaphore(slots)
-        self._ready = threading.Event()
         self._routes = {
             ("GET", "/"): self._home,
             ("HEAD", "/"): self._home,
@@ -103,16 +104,6 @@ class OllamaServer:
             ("POST", "/api/chat"): self._chat,
             ("POST", "/api/pull"): self._pull,
         }
-
-    def __enter__(self) -> OllamaServer:
-        self._thread = threading.Thread(target=lambda: asyncio.run(self._serve()), daemon=True)
-        self._thread.start()
-        self._ready.wait()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._loop.call_soon_threadsafe(self._stop.set)
-        self._thread.join()
 
     @property
     def bodies(self) -> list[Body]:
@@ -149,20 +140,13 @@ class OllamaServer:
         """Names of the models in memory."""
         return tuple(self._loaded)
 
-    async def _serve(self) -> None:
-        self._loop, self._stop = asyncio.get_running_loop(), asyncio.Event()
-        runner = web.ServerRunner(
-            web.Server(self._handle, access_log=None, handler_cancellation=True), shutdown_timeout=0.1
-        )
-        await runner.setup()
-        try:
-            await web.TCPSite(runner, "127.0.0.1", self._port, backlog=1024).start()
-            self.url = f"http://127.0.0.1:{runner.addresses[0][1]}"
-            self._ready.set()
-            await self._stop.wait()
-        finally:
-            self._ready.set()
-            await runner.cleanup()
+    def drop_hanging(self) -> None:
+        """Close the connections of the calls that hang."""
+        self._loop.call_soon_threadsafe(self._let_go.set)
+
+    def _end(self) -> None:
+        self._let_go.set()
+        super()._end()
 
     async def _handle(self, request: web.BaseRequest) -> web.StreamResponse:
         if self._keep_bodies:
@@ -219,7 +203,8 @@ class OllamaServer:
         with self._counted(body):
             case = await self._play(body, model)
             if case.hang:
-                await self._stop.wait()
+                await self._let_go.wait()
+                case = case if self._stop.is_set() else DROPPED
             self._note(body, case)
             elapsed_s, worked_s = time.perf_counter() - arrived, self.latency_s + case.delay_s
             return await send_lines(request, case, chat_lines(body, case, elapsed_s, worked_s))

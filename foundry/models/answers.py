@@ -1,67 +1,53 @@
-"""The answers that were given before: a SQLite file in WAL mode, shared by runs, sweeps and processes."""
+"""The answers that were given before, shared by runs, sweeps, processes and, in a database server, by machines."""
 
 from __future__ import annotations
 
-import sqlite3
 import zlib
-from collections.abc import Iterable, Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import TypeAlias
 
 import msgspec
 
-from foundry.errors import InputError
 from foundry.models.base import Reply
 
-_SCHEMA = """CREATE TABLE IF NOT EXISTS answers (
-    key TEXT PRIMARY KEY, model TEXT NOT NULL, reply BLOB NOT NULL, crc INTEGER NOT NULL
-) WITHOUT ROWID"""
-_CHUNK = 500
-_LOCK_WAIT_S = 60.0
+Row: TypeAlias = tuple[str, str, bytes, int]
+"""Key, name of the model, encoded reply, checksum."""
 
 
-class Answers:
+class Answers(ABC):
     """Replies by the hash of everything that decides them.
 
     Every row carries a checksum; a row that does not match it is as good as absent.
     """
 
-    def __init__(self, path: Path) -> None:
-        """Open or create the file.
-
-        Raises:
-            InputError: the file is not a cache of answers, is damaged, or cannot be written.
-        """
-        self.path = path
+    def __init__(self) -> None:
         self._encode = msgspec.msgpack.Encoder().encode
         self._decode = msgspec.msgpack.Decoder(Reply).decode
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            self._database = sqlite3.connect(path, timeout=_LOCK_WAIT_S, isolation_level=None)
-            self._database.execute("PRAGMA journal_mode=WAL")
-            self._database.execute("PRAGMA synchronous=NORMAL")
-            self._database.execute(_SCHEMA)
-            self._database.execute("SELECT key, crc FROM answers LIMIT 1").fetchone()
-        except (sqlite3.Error, OSError) as error:
-            raise InputError(
-                f"The answer cache '{path}' cannot be used ({error}): move it away, or name another with cache.path=..."
-            ) from error
 
+    @abstractmethod
     def get(self, keys: Sequence[str]) -> dict[str, Reply]:
         """Return the replies that are there, by key; damaged rows are left out."""
-        found: dict[str, Reply] = {}
-        for start in range(0, len(keys), _CHUNK):
-            chunk = keys[start : start + _CHUNK]
-            marks = ",".join("?" * len(chunk))
-            rows = self._database.execute(
-                f"SELECT key, CAST(reply AS BLOB), crc FROM answers WHERE key IN ({marks})", chunk
-            )
-            for key, blob, crc in rows:
-                reply = self._read(blob, crc)
-                if reply is not None:
-                    found[key] = reply
-        return found
 
-    def _read(self, blob: bytes, crc: int) -> Reply | None:
+    @abstractmethod
+    def put(self, replies: Mapping[str, Reply], model: str) -> None:
+        """Store replies in one transaction; they are committed when this returns."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Free what is held."""
+
+    def count(self, keys: Sequence[str]) -> int:
+        """Return how many of the keys have an answer."""
+        return len(self.get(keys))
+
+    def _rows(self, replies: Mapping[str, Reply], model: str) -> Iterator[Row]:
+        for key, reply in replies.items():
+            blob = self._encode(reply)
+            yield key, model, blob, zlib.crc32(blob)
+
+    def _read(self, blob: object, crc: int) -> Reply | None:
         if not isinstance(blob, bytes) or zlib.crc32(blob) != crc:
             return None
         try:
@@ -69,24 +55,36 @@ class Answers:
         except msgspec.MsgspecError:
             return None
 
-    def put(self, replies: Mapping[str, Reply], model: str) -> None:
-        """Store replies in one transaction."""
-        rows = [(key, model, blob, zlib.crc32(blob)) for key, blob in self._encoded(replies)]
-        self._database.execute("BEGIN IMMEDIATE")
-        try:
-            self._database.executemany("INSERT OR REPLACE INTO answers VALUES (?, ?, ?, ?)", rows)
-        except sqlite3.Error:
-            self._database.execute("ROLLBACK")
-            raise
-        self._database.execute("COMMIT")
 
-    def _encoded(self, replies: Mapping[str, Reply]) -> Iterable[tuple[str, bytes]]:
-        return ((key, self._encode(reply)) for key, reply in replies.items())
+def open_answers(where: str | Path) -> Answers:
+    """Open or create a cache: a file, or a database `postgresql://host/database`.
 
-    def count(self, keys: Sequence[str]) -> int:
-        """Return how many of the keys have an answer."""
-        return len(self.get(keys))
+    Raises:
+        InputError: it cannot be used.
+    """
+    if is_database(where):
+        from foundry.models.answers_postgres import PostgresAnswers
 
-    def close(self) -> None:
-        """Close the file."""
-        self._database.close()
+        return PostgresAnswers(str(where))
+    from foundry.models.answers_sqlite import SqliteAnswers
+
+    return SqliteAnswers(Path(where))
+
+
+def existing_answers(where: str | Path) -> Answers | None:
+    """Open a cache, or return None where there is none yet.
+
+    Raises:
+        InputError: it cannot be used.
+    """
+    return open_answers(where) if is_database(where) or Path(where).exists() else None
+
+
+def is_database(where: str | Path) -> bool:
+    """Return whether a cache is a database's address and no file."""
+    return "://" in str(where)
+
+
+def settled(where: str) -> str:
+    """Return where the cache is in a form that holds in any working directory."""
+    return where if is_database(where) else str(Path(where).absolute())

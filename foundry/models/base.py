@@ -5,14 +5,14 @@ from __future__ import annotations
 import asyncio
 import hashlib
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import msgspec
 
 from foundry.errors import TransientError
-from foundry.records import Attempt
+from foundry.records import Attempt, Member
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +47,22 @@ class Request:
     key: str = ""
 
 
+class Source(msgspec.Struct, frozen=True, kw_only=True):
+    """Which model gave a reply, where the one that was asked routes to others or replays them.
+
+    Attributes:
+        model: its name.
+        digest: its digest on its server, or None.
+        parameters: everything beside messages and seed that decided the answer.
+        key: hash of everything that decided the answer.
+    """
+
+    model: str
+    digest: str | None
+    parameters: dict[str, Any]
+    key: str
+
+
 class Reply(msgspec.Struct, frozen=True, kw_only=True):
     """What came back. Stored whole in the answer cache.
 
@@ -62,6 +78,7 @@ class Reply(msgspec.Struct, frozen=True, kw_only=True):
         host: base URL of the server that answered, or None.
         server_version: version of the server, or None.
         cached: whether this came from the cache.
+        source: which model gave it; None for the one that was asked.
     """
 
     text: str
@@ -74,6 +91,7 @@ class Reply(msgspec.Struct, frozen=True, kw_only=True):
     host: str | None = None
     server_version: str | None = None
     cached: bool = False
+    source: Source | None = None
 
 
 class UnusableReply(TransientError):
@@ -97,14 +115,35 @@ class ModelInfo:
         digest: hash of its weights, template and parameters; None for scripted models.
         server_version: version of the server, or None.
         capabilities: such as `completion`, `vision`, `thinking`.
+        undeclared: capabilities that its server cannot be asked about; settings of their names say so instead.
         context_length: longest context in tokens, or None where unknown.
+        members: the models that it routes to.
     """
 
     name: str
     digest: str | None = None
     server_version: str | None = None
     capabilities: tuple[str, ...] = ()
+    undeclared: tuple[str, ...] = ()
     context_length: int | None = None
+    members: tuple[ModelInfo, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class RunContext:
+    """What a model may know of the run that it is asked in.
+
+    Attributes:
+        seed: the run's seed.
+        calls_seed: the seed that the calls' sampling seeds are derived from.
+        personas: the persona of every agent, by its id.
+        info: what is known of the model.
+    """
+
+    seed: int
+    calls_seed: int
+    personas: Sequence[Mapping[str, str]]
+    info: ModelInfo
 
 
 class Model(ABC):
@@ -150,6 +189,32 @@ class Model(ABC):
         """The kinds of question it can answer; None for any."""
         return None
 
+    def in_run(self, context: RunContext) -> Model:
+        """Return the model as it answers in one run; itself, unless who answers depends on the run.
+
+        Raises:
+            InputError: it does not fit this run.
+        """
+        return self
+
+    def wrapped(self, wrap: Callable[[Model], Model]) -> Model:
+        """Return the model wrapped; one that routes to others has each of these wrapped instead."""
+        return wrap(self)
+
+    def roster(self) -> tuple[Member, ...]:
+        """Return which of several models answers for which agents; nothing where one answers for all."""
+        return ()
+
+    @property
+    def longest_reply(self) -> int | None:
+        """Tokens of the longest reply that the settings allow; None where they set no limit."""
+        return None
+
+    @property
+    def context_length(self) -> int | None:
+        """Tokens of prompt and reply that the settings make room for; None where the server decides."""
+        return None
+
     async def inspect(self) -> ModelInfo:
         """Ask the server about the model.
 
@@ -172,10 +237,14 @@ class RequestKeys:
     """Hashes of everything that decides an answer: model, digest, parameters, sampling seed and messages."""
 
     def __init__(self, model: Model, digest: str | None) -> None:
-        parameters = msgspec.json.encode(model.parameters(), order="deterministic")
-        self._prefix = hashlib.blake2b(digest_size=20)
-        for part in (model.name.encode(), (digest or "").encode(), parameters):
-            self._prefix.update(_framed(part))
+        self._prefix = _prefix(model.name, digest, model.parameters())
+
+    @classmethod
+    def of(cls, source: Source) -> RequestKeys:
+        """Return the keys of a model that is known from records alone."""
+        keys = cls.__new__(cls)
+        keys._prefix = _prefix(source.model, source.digest, source.parameters)
+        return keys
 
     def key(self, messages: Sequence[ChatMessage], seed: int) -> str:
         """Return the key of a request."""
@@ -186,6 +255,21 @@ class RequestKeys:
             for image in message.images:
                 state.update(_framed(image))
         return state.hexdigest()
+
+
+def logged(message: ChatMessage) -> dict[str, Any]:
+    """Return a message as the log of calls keeps it: images by their SHA-256."""
+    line: dict[str, Any] = {"role": message.role, "content": message.content}
+    if message.images:
+        line["images_sha256"] = [hashlib.sha256(image).hexdigest() for image in message.images]
+    return line
+
+
+def _prefix(name: str, digest: str | None, parameters: Mapping[str, Any]) -> hashlib.blake2b:
+    state = hashlib.blake2b(digest_size=20)
+    for part in (name.encode(), (digest or "").encode(), msgspec.json.encode(parameters, order="deterministic")):
+        state.update(_framed(part))
+    return state
 
 
 def _framed(part: bytes) -> bytes:

@@ -7,18 +7,17 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-import aiohttp
-import httpx
 import msgspec
-from httpx_aiohttp import AiohttpTransport
 
-from foundry.errors import InputError, TransientError, not_found
+from foundry.errors import InputError, not_found
 from foundry.models import ollama_wire
 from foundry.models.base import ModelInfo, Reply, Request
-from foundry.models.ollama_errors import WAYS_ON, Origin, refusal
-from foundry.models.ollama_hosts import HostPool, parse_hosts
+from foundry.models.hosts import HostPool, agreed
+from foundry.models.ollama_errors import WAYS_ON, refusal
+from foundry.models.ollama_hosts import parse_hosts
 from foundry.models.ollama_wire import ChatSettings
-from foundry.models.serving import ServedModel, Serving, read_settings
+from foundry.models.serving import HttpServing, Seconds, ServedModel, read_settings
+from foundry.models.transport import OK, Origin, Transport
 
 LOAD_OPTIONS = frozenset({"num_ctx", "num_batch", "num_gpu", "main_gpu", "use_mmap", "num_thread", "draft_num_predict"})
 SAMPLER_OPTIONS = frozenset(
@@ -31,22 +30,22 @@ THINK_LEVELS = (False, True, "low", "medium", "high", "max")
 FORMATS = (None, "schema")
 
 
-class OllamaServing(Serving, frozen=True, kw_only=True):
+class OllamaServing(HttpServing, frozen=True, kw_only=True):
     """Transport settings of Ollama servers.
 
     Attributes:
+        hosts: one server, several separated by commas, or a list.
+        warm_up_timeout_s: limit for loading the model, seconds.
         keep_alive: how long the model stays in memory after a call: `30m`, or seconds; negative for ever.
     """
 
+    hosts: str | list[str]
+    warm_up_timeout_s: Seconds
     keep_alive: str | float
 
 
 class OllamaModel(ServedModel):
-    """Asks `/api/chat` of one or more equal Ollama servers.
-
-    Nothing is read from the environment: a proxy meant for the internet must see no prompt, and breaks
-    calls to this machine; the host comes from the configuration.
-    """
+    """Asks `/api/chat` of one or more equal Ollama servers."""
 
     def __init__(
         self,
@@ -81,7 +80,7 @@ class OllamaModel(ServedModel):
         )
         self._pool = HostPool(parse_hosts(self.server.hosts))
         self._versions: dict[str, str] = {}
-        self._client: httpx.AsyncClient | None = None
+        self._transport = Transport(self.server, WAYS_ON)
 
     @property
     def hosts(self) -> tuple[str, ...]:
@@ -92,6 +91,17 @@ class OllamaModel(ServedModel):
     def kinds(self) -> tuple[str, ...] | None:
         """The kinds of question there is a schema for; None, for any, without schemas."""
         return None if self.settings.schemas is None else tuple(self.settings.schemas)
+
+    @property
+    def longest_reply(self) -> int | None:
+        """The option `num_predict`; negative ones set no limit."""
+        limit = self.settings.options.get("num_predict")
+        return int(limit) if isinstance(limit, int) and limit > 0 else None
+
+    @property
+    def context_length(self) -> int | None:
+        """The option `num_ctx`."""
+        return self.settings.options.get("num_ctx")
 
     def parameters(self) -> dict[str, Any]:
         """Return everything that is sent beside messages, seed and keep_alive; schemas by kind."""
@@ -117,7 +127,7 @@ class OllamaModel(ServedModel):
         from foundry.models import ollama_info
 
         infos = await ollama_info.inspect_model(self.name, self.hosts)
-        info = ollama_info.agreed(infos)
+        info = agreed(infos, f"Run `ollama pull {self.name}` on each, or name one host.")
         self._versions = {host: each.server_version or "" for host, each in infos.items()}
         _check_abilities(self.settings, info)
         return info
@@ -133,9 +143,7 @@ class OllamaModel(ServedModel):
 
     async def close(self) -> None:
         """Free connections; a later call opens new ones, in another event loop if need be."""
-        client, self._client = self._client, None
-        if client is not None:
-            await client.aclose()
+        await self._transport.close()
 
     async def _load(self, host: str) -> None:
         body = ollama_wire.load_body(self.settings, self.server.keep_alive)
@@ -152,36 +160,13 @@ class OllamaModel(ServedModel):
     ) -> bytes:
         """Return the body that comes with status 200, or raise what any other status stands for."""
         origin = self._origin(host)
-        timeout = httpx.Timeout(read_timeout_s, connect=self.server.connect_timeout_s, pool=None)
-        try:
-            response = await self._open_client().request(method, f"{host}{path}", content=content, timeout=timeout)
-        except httpx.ReadTimeout as error:
-            raise TransientError(f"{origin}: no reply within {read_timeout_s:g} s.") from error
-        except (httpx.RequestError, aiohttp.ClientError) as error:
-            cause = error.__cause__ or error
-            raise TransientError(f"{origin}: {_cause_line(cause)}. {WAYS_ON}") from error
-        if response.status_code != httpx.codes.OK:
+        response = await self._transport.send(origin, method, path, read_timeout_s=read_timeout_s, content=content)
+        if response.status_code != OK:
             raise refusal(origin, response.status_code, response.content, response.headers.get("retry-after"))
         return response.content
 
-    def _open_client(self) -> httpx.AsyncClient:
-        if self._client is None:
-            # One connection a call: calls beyond the limit wait where their order and number are known.
-            limits = httpx.Limits(max_connections=self.server.in_flight.max + 1, keepalive_expiry=60.0)
-            self._client = httpx.AsyncClient(
-                transport=AiohttpTransport(limits=limits, trust_env=False),
-                headers={"content-type": "application/json"},
-                trust_env=False,
-                follow_redirects=False,
-            )
-        return self._client
-
     def _origin(self, host: str) -> Origin:
         return Origin(host=host, model=self.name, version=self._versions.get(host))
-
-
-def _cause_line(error: BaseException) -> str:
-    return " ".join(f"{type(error).__name__} {error}".split()).rstrip(".")
 
 
 def _check_settings(name: str, think: bool | str, format: str | None, options: Mapping[str, Any]) -> None:

@@ -13,8 +13,9 @@ from ollama import AsyncClient, ResponseError
 
 from foundry.errors import InputError, not_found
 from foundry.models.base import ModelInfo
-from foundry.models.ollama_errors import WAYS_ON, error_text
+from foundry.models.ollama_errors import WAYS_ON
 from foundry.models.ollama_hosts import parse_hosts
+from foundry.models.transport import error_text
 
 TIMEOUT = httpx.Timeout(30.0, connect=5.0)
 
@@ -95,22 +96,6 @@ async def server_version(host: str) -> str:
             response = await client.get(f"{host}/api/version")
             version = response.raise_for_status().json()
     return str(version.get("version")) if isinstance(version, dict) else "unknown"
-
-
-def agreed(infos: Mapping[str, ModelInfo]) -> ModelInfo:
-    """Return the one answer of several servers.
-
-    Raises:
-        InputError: they have different models under the same name.
-    """
-    first = next(iter(infos.values()))
-    if len({info.digest for info in infos.values()}) > 1:
-        digests = ", ".join(f"{host} has {(info.digest or 'none')[:12]}" for host, info in infos.items())
-        raise InputError(
-            f"Model '{first.name}' is not the same on all hosts: {digests}. "
-            f"Run `ollama pull {first.name}` on each, or name one host."
-        )
-    return first
 
 
 def full_tag(name: str) -> str:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import base64
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from foundry.errors import RequestError, TransientError
 from foundry.models.base import Reply, Request, UnusableReply
-from foundry.models.ollama_errors import Origin, aborted_reply, refusal
+from foundry.models.ollama_errors import refusal
+from foundry.models.transport import Origin, aborted_reply, json_object
 from foundry.texts import without_surrogates
 from foundry.worlds.base import LENGTH, STOPPED
 
@@ -91,12 +91,7 @@ def _message(role: str, content: str, images: tuple[bytes, ...]) -> dict[str, An
 
 def read_object(content: bytes, origin: Origin) -> dict[str, Any]:
     """Return the object in a body that came with status 200."""
-    try:
-        body = json.loads(content.decode("utf-8", "replace"))
-    except ValueError:
-        raise TransientError(f"{origin}: its reply is not JSON, or was cut ({len(content)} bytes).") from None
-    if not isinstance(body, dict):
-        raise TransientError(f"{origin}: its reply is not a JSON object.")
+    body = json_object(content, origin)
     if "error" in body:
         raise refusal(origin, 500, content)
     return body

@@ -1,4 +1,4 @@
-"""How a model behind a server is reached: settings that never decide an answer."""
+"""How a model that costs something is asked: settings that never decide an answer."""
 
 from __future__ import annotations
 
@@ -43,30 +43,36 @@ class Retry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
 
 
 class Serving(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """How a model that costs something is asked.
+
+    Attributes:
+        in_flight: calls in flight at once.
+        retry: tries of a failed call.
+        workers: worker processes that may ask it at once; None for as many as the runner has.
+    """
+
+    in_flight: InFlight
+    retry: Retry
+    workers: Count | None = None
+
+
+class HttpServing(Serving, frozen=True, kw_only=True):
     """Transport settings of a model behind one or more equal servers.
 
     Attributes:
-        hosts: one server, several separated by commas, or a list.
         connect_timeout_s: limit for opening a connection, seconds.
         read_timeout_s: limit for one reply, its wait in the server's queue included, seconds.
-        warm_up_timeout_s: limit for loading the model, seconds.
-        in_flight: calls in flight at once.
-        retry: tries of a failed call.
     """
 
-    hosts: str | list[str]
     connect_timeout_s: Seconds
     read_timeout_s: Seconds
-    warm_up_timeout_s: Seconds
-    in_flight: InFlight
-    retry: Retry
 
 
 class ServedModel(Model):
-    """A model behind a server.
+    """A model whose calls cost something, so that its answers are cached, limited and retried.
 
     Attributes:
-        server: how the server is reached.
+        server: how it is asked.
     """
 
     remote = True

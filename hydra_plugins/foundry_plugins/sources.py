@@ -15,6 +15,7 @@ from hydra.plugins.config_source import ConfigLoadError, ConfigResult, ConfigSou
 from omegaconf import OmegaConf
 
 from foundry import paths
+from foundry.errors import InputError
 
 DEFAULT_BACKEND = "ollama"
 
@@ -24,12 +25,17 @@ def split_tag(config_path: str) -> tuple[str, str] | None:
 
     `model/<backend>/<tag>` is served by `conf/model/<backend>.yaml` if there is one; a first part that is a
     folder of `conf/model` holds real files only; every other tag goes to the default backend.
+
+    Raises:
+        InputError: a backend is named and nothing follows.
     """
     group, _, tag = config_path.removesuffix(".yaml").partition("/")
     if group != "model" or not tag:
         return None
     models = paths.conf_dir() / "model"
-    first, _, rest = tag.partition("/")
+    first, slash, rest = tag.partition("/")
+    if slash and not rest and (models / f"{first}.yaml").is_file():
+        raise InputError(f"model={tag} names no model: write model={first}/<{open_key(first)}>.")
     if (models / f"{tag}.yaml").is_file() or (models / first).is_dir():
         return None
     if rest and (models / f"{first}.yaml").is_file():
@@ -37,8 +43,14 @@ def split_tag(config_path: str) -> tuple[str, str] | None:
     return DEFAULT_BACKEND, tag
 
 
+def open_key(backend: str) -> str:
+    """Return the setting that a tag fills: the one that the backend's file leaves open (`???`), else `name`."""
+    config = OmegaConf.load(paths.conf_dir() / "model" / f"{backend}.yaml")
+    return next((str(key) for key in config if OmegaConf.is_missing(config, key)), "name")
+
+
 class ModelTagSource(ConfigSource):
-    """Serves `model=<any tag>` as the backend's config with that tag as its name."""
+    """Serves `model=<any tag>` and `model=<backend>/<tag>` as the backend's config with the tag in its open key."""
 
     @staticmethod
     def scheme() -> str:
@@ -62,7 +74,7 @@ class ModelTagSource(ConfigSource):
         return []
 
     def load_config(self, config_path: str) -> ConfigResult:
-        """Return the backend's config with the tag as its name."""
+        """Return the backend's config with the tag in its open key."""
         split = split_tag(config_path)
         if split is None:
             raise ConfigLoadError(f"Config not found : {config_path}")
@@ -70,7 +82,7 @@ class ModelTagSource(ConfigSource):
         depth = len(PurePosixPath(config_path).parts) - 2
         base = f"/model/{backend}@_here_" if depth else backend
         # Each folder in a tag would open a package of its own (model.hf.co...): pin the package to the group.
-        config = OmegaConf.create({"defaults": [base, "_self_"], "name": tag})
+        config = OmegaConf.create({"defaults": [base, "_self_"], open_key(backend): tag})
         header = {"package": "model"} if depth else {"package": None}
         return ConfigResult(config=config, path=f"{self.scheme()}://", provider=self.provider, header=dict(header))
 

@@ -13,12 +13,21 @@ import yaml
 import ollama_cases as cases
 from foundry.models.base import ChatMessage, Model, Reply, Request
 from foundry.models.ollama import OllamaModel
+from foundry.models.openai import OpenAIModel
 from ollama_server import OllamaServer
+from openai_server import OpenAIServer
 
 T = TypeVar("T")
-YAML = Path(__file__).parents[2] / "conf" / "model" / "ollama.yaml"
+CONF = Path(__file__).parents[2] / "conf"
 MakeRequest = Callable[..., Request]
 MakeModel = Callable[..., OllamaModel]
+
+
+def shipped_settings(backend: str) -> dict[str, Any]:
+    """Return the settings of `conf/model/<backend>.yaml`, not resolved, with the schemas it takes from elsewhere."""
+    settings: dict[str, Any] = yaml.safe_load((CONF / "model" / f"{backend}.yaml").read_text("utf-8"))
+    del settings["_target_"], settings["defaults"]
+    return {**settings, "schemas": yaml.safe_load((CONF / "schema" / "grid.yaml").read_text("utf-8"))}
 
 
 class Scripted(Model):
@@ -62,8 +71,7 @@ def make_model() -> MakeModel:
     """The shipped settings for these hosts, changed by keyword; those of `server` and `options` one by one."""
 
     def make(hosts: str | list[str], **changes: Any) -> OllamaModel:
-        settings = yaml.safe_load(YAML.read_text("utf-8"))
-        del settings["_target_"]
+        settings = shipped_settings("ollama")
         settings["server"] |= {"hosts": hosts, **changes.pop("server", {})}
         settings["options"] |= changes.pop("options", {})
         return OllamaModel(**{**settings, **changes})
@@ -95,6 +103,32 @@ def ask(make_model, make_request, run):
         with OllamaServer(answer if callable(answer) else cases.in_turn(answer)) as server:
             asked = make_model(server.url, **changes)
             reply = run(asked, lambda m: m.ask(request or make_request(*contents)))
+            return reply, server.bodies[0]
+
+    return ask_once
+
+
+@pytest.fixture
+def make_openai() -> Callable[..., OpenAIModel]:
+    """The shipped settings for these base URLs, changed by keyword; those of `server` and `options` one by one."""
+
+    def make(base_url: str | list[str], **changes: Any) -> OpenAIModel:
+        settings = shipped_settings("openai") | {"served": "a", "name": "openai/a"}
+        settings["server"] |= {"base_url": base_url, **changes.pop("server", {})}
+        settings["options"] |= changes.pop("options", {})
+        return OpenAIModel(**{**settings, **changes})
+
+    return make
+
+
+@pytest.fixture
+def ask_openai(make_openai, make_request, run):
+    """Ask a server that answers like this once, and return what it got and what it gave."""
+
+    def ask_once(answer, *, request=None, key=None, **changes):
+        with OpenAIServer(answer if callable(answer) else lambda body: answer, key=key) as server:
+            asked = make_openai(server.base_url, **changes)
+            reply = run(asked, lambda m: m.ask(request or make_request()))
             return reply, server.bodies[0]
 
     return ask_once

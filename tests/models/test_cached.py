@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from foundry.errors import InputError, TransientError
-from foundry.models.answers import Answers
+from foundry.models.answers_sqlite import SqliteAnswers
 from foundry.models.base import ChatMessage, Model, Reply, Request, RequestKeys
 from foundry.models.cached import CachedModel
 
@@ -46,7 +46,7 @@ def opened(inner: Counting) -> Counting:
 
 
 async def ask(path: Path, inner: Counting, *requests: Request) -> list[Reply]:
-    answers = Answers(path)
+    answers = SqliteAnswers(path)
     try:
         return await CachedModel(inner, answers).ask_all(requests)
     finally:
@@ -85,7 +85,7 @@ def test_images_decide_an_answer():
 def test_equal_requests_in_flight_cost_one_call(tmp_path: Path):
     async def both() -> tuple[Counting, list[Reply]]:
         inner = Counting()
-        model = CachedModel(inner, Answers(tmp_path / "a.sqlite"))
+        model = CachedModel(inner, SqliteAnswers(tmp_path / "a.sqlite"))
         tasks = [asyncio.create_task(model.ask(request())) for _ in range(3)]
         while not inner.asked:
             await asyncio.sleep(0)
@@ -123,7 +123,7 @@ def test_followers_of_a_failed_call_see_its_failure(tmp_path: Path):
     async def both() -> list[Any]:
         inner = Counting()
         inner.failing = True
-        model = CachedModel(inner, Answers(tmp_path / "a.sqlite"))
+        model = CachedModel(inner, SqliteAnswers(tmp_path / "a.sqlite"))
         tasks = [asyncio.create_task(model.ask(request())) for _ in range(2)]
         while not inner.asked:
             await asyncio.sleep(0)
@@ -149,11 +149,11 @@ def test_a_file_that_is_no_cache_is_named_with_what_to_do(tmp_path: Path):
     path = tmp_path / "a.sqlite"
     path.write_bytes(b"not a database, but long enough to have a header of its own" * 20)
     with pytest.raises(InputError, match=r"a\.sqlite.*move it away"):
-        Answers(path)
+        SqliteAnswers(path)
 
 
 def test_many_keys_are_looked_up_at_once(tmp_path: Path):
-    answers = Answers(tmp_path / "a.sqlite")
+    answers = SqliteAnswers(tmp_path / "a.sqlite")
     answers.put({str(number): Reply(text=str(number)) for number in range(1200)}, "m")
     found = answers.get([str(number) for number in range(0, 1300)])
     assert len(found) == 1200
@@ -162,7 +162,7 @@ def test_many_keys_are_looked_up_at_once(tmp_path: Path):
 
 
 def test_two_processes_share_one_file(tmp_path: Path):
-    one, two = Answers(tmp_path / "a.sqlite"), Answers(tmp_path / "a.sqlite")
+    one, two = SqliteAnswers(tmp_path / "a.sqlite"), SqliteAnswers(tmp_path / "a.sqlite")
     one.put({"k": Reply(text="from one")}, "m")
     assert two.get(["k"])["k"].text == "from one"
     one.close()

@@ -2,13 +2,12 @@ from __future__ import annotations
 
 import asyncio
 import json
-from pathlib import Path
 
 import pytest
-from omegaconf import OmegaConf
 
 import ollama_cases as cases
 from foundry.build import build
+from foundry.compose import compose
 from foundry.errors import InputError, TransientError
 from foundry.models.ollama_wire import load_body
 from ollama_server import OllamaServer
@@ -145,6 +144,7 @@ def test_the_default_answers_depend_on_prompt_and_seed_alone(ask, make_request):
 
 def test_the_shipped_settings_take_the_hosts_from_the_environment(monkeypatch):
     monkeypatch.setenv("OLLAMA_HOST", "0.0.0.0")
-    settings = OmegaConf.load(Path(__file__).parents[2] / "conf" / "model" / "ollama.yaml")
-    model = build(OmegaConf.to_container(settings, resolve=True))
+    composed = compose([])
+    assert composed is not None
+    model = build(composed.conditions[0].config["model"])
     assert (model.hosts, model.settings.num_ctx, model.kinds) == (("http://127.0.0.1:11434",), 8192, None)

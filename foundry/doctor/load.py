@@ -1,0 +1,86 @@
+"""What a server does with several calls at once, measured: parallel slots, and whether seeds hold."""
+
+from __future__ import annotations
+
+import asyncio
+import statistics
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from foundry.models.base import Model, Reply, Request
+
+BURST = 16
+"""Calls sent at once."""
+
+
+@dataclass(frozen=True)
+class Timed:
+    """A reply and when the server worked on it, seconds of the client's clock."""
+
+    reply: Reply
+    began: float
+    ended: float
+
+
+@dataclass(frozen=True)
+class LoadResult:
+    """What was measured.
+
+    Attributes:
+        slots: calls that the server worked on at once.
+        alone_equal: whether the same call gave the same answer twice, one at a time.
+        equal_under_load: share of the same calls in a burst that gave that answer, too.
+        alone_s: seconds of one call by itself.
+        per_call_s: seconds per call in the burst.
+    """
+
+    slots: int
+    alone_equal: bool
+    equal_under_load: float
+    alone_s: float
+    per_call_s: float
+
+
+async def measure_load(model: Model, request: Request) -> LoadResult:
+    """Ask the same thing twice alone, then in a burst in which every second call has another seed.
+
+    Raises:
+        BackendError: the server gave no answer.
+    """
+    first, second = await timed(model, request), await timed(model, request)
+    requests = [request if index % 2 else replace(request, seed=request.seed + index) for index in range(BURST)]
+    started = time.perf_counter()
+    burst = await asyncio.gather(*(timed(model, one) for one in requests))
+    elapsed = time.perf_counter() - started
+    same = [one.reply.text == first.reply.text for one, asked in zip(burst, requests, strict=True) if asked is request]
+    alone = second.ended - second.began
+    return LoadResult(
+        slots=_slots(burst, alone, elapsed),
+        alone_equal=first.reply.text == second.reply.text,
+        equal_under_load=sum(same) / len(same),
+        alone_s=alone,
+        per_call_s=elapsed / BURST,
+    )
+
+
+async def timed(model: Model, request: Request) -> Timed:
+    """Ask, and note when the server worked on it: by its own account where it gives one."""
+    sent = time.perf_counter()
+    reply = await model.ask(request)
+    ended = time.perf_counter()
+    work = reply.timings.get("prompt", 0.0) + reply.timings.get("output", 0.0)
+    return Timed(reply, max(sent, ended - work) if work else sent, ended)
+
+
+def _slots(burst: Sequence[Timed], alone_s: float, elapsed_s: float) -> int:
+    """Return how many calls overlapped; without the server's account, how much faster the burst was than one by one."""
+    if not any("output" in one.reply.timings for one in burst):
+        return max(1, round(alone_s * len(burst) / elapsed_s))
+    # In the middle of a call, since a reply that arrives a little late seems to overlap the next one at its end.
+    overlaps = [sum(one.began <= middle <= one.ended for one in burst) for middle in map(_middle, burst)]
+    return round(statistics.median(overlaps))
+
+
+def _middle(one: Timed) -> float:
+    return (one.began + one.ended) / 2

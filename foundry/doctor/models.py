@@ -1,0 +1,150 @@
+"""Checks of the models of a sweep: there, able, long enough in memory, parallel, repeatable."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from dataclasses import dataclass
+
+from foundry import seeding
+from foundry.doctor.finding import Finding, Status
+from foundry.doctor.load import LoadResult, measure_load
+from foundry.doctor.longest import LongestPrompt, longest_prompt
+from foundry.errors import FoundryError, InputError, RequestError
+from foundry.models.base import Model, ModelInfo, Request
+from foundry.preflight import first_questions
+from foundry.prompts import Prompt
+from foundry.worlds.base import Question, Scenario
+
+UNLIMITED_REPLY = 1024
+"""Tokens that a reply is taken to have at most when its settings set no limit."""
+
+COMMON_REPLY = 4
+"""The longest reply that the settings allow is so many times a common one."""
+
+CUT_BEYOND = 8
+"""Characters per token that no tokenizer reaches in English: a lower count means that the prompt was cut."""
+
+
+@dataclass(frozen=True)
+class Use:
+    """A served model, and one way in which the sweep asks it.
+
+    Attributes:
+        model: the bare model, without cache, limit and retry.
+        scenario: the world.
+        prompt: the prompt variant.
+        seed: a seed of the sweep.
+    """
+
+    model: Model
+    scenario: Scenario
+    prompt: Prompt
+    seed: int
+
+
+async def examine_model(use: Use, *, calls: bool) -> AsyncIterator[Finding]:
+    """Yield what is found of one model; with `calls`, about twenty are sent, and none of the answers is kept."""
+    name = use.model.name
+    try:
+        info = await use.model.inspect()
+    except InputError as error:
+        yield Finding("model", name, Status.PROBLEM, str(error), "Nothing else of it could be looked at.")
+        return
+    yield _identity(info)
+    if use.scenario.shows_images:
+        yield _sight(info, use.scenario.name)
+    if not calls:
+        yield Finding("calls", name, Status.SKIPPED, "context, slots and seeds were not measured (--no-calls)")
+        return
+    try:
+        await use.model.warm_up()
+        yield await _context(use, info)
+        for finding in _under_load(name, await measure_load(use.model, _short_request(use))):
+            yield finding
+    except FoundryError as error:
+        yield Finding("calls", name, Status.PROBLEM, str(error), "A sweep would meet the same.")
+
+
+def _identity(info: ModelInfo) -> Finding:
+    digest = f"digest {info.digest[:12]}" if info.digest else "no digest: the server tells none"
+    server = f", server {info.server_version}" if info.server_version else ""
+    able = f", {', '.join(info.capabilities)}" if info.capabilities else ""
+    status = Status.OK if info.digest else Status.WARNING
+    advice = "" if info.digest else "Whether its weights change meanwhile cannot be seen: pin its version."
+    return Finding("model", info.name, status, digest + server + able, advice)
+
+
+def _sight(info: ModelInfo, world: str) -> Finding:
+    if "vision" in info.capabilities:
+        return Finding("vision", info.name, Status.OK, f"sees the images of world '{world}'")
+    return Finding(
+        "vision", info.name, Status.PROBLEM, f"cannot see the images of world '{world}'", "Choose a vision model."
+    )
+
+
+async def _context(use: Use, info: ModelInfo) -> Finding:
+    """Have the server count the longest prompt, and compare it with the context."""
+    limit = use.model.longest_reply or UNLIMITED_REPLY
+    longest = longest_prompt(use.scenario, use.prompt, seed=use.seed, reply_tokens=limit)
+    try:
+        reply = await use.model.ask(_request(longest.question, use, longest))
+    except RequestError as error:
+        return await _refused(use, longest, limit, error)
+    return _fit(use, info, longest, reply.prompt_tokens, limit)
+
+
+async def _refused(use: Use, longest: LongestPrompt, limit: int, error: RequestError) -> Finding:
+    """Tell a context that only the longest of replies would fill from one that common replies fill."""
+    name, found = use.model.name, f"the longest prompt, {longest.characters:,} characters, is refused: {error}"
+    common = longest_prompt(use.scenario, use.prompt, seed=use.seed, reply_tokens=limit // COMMON_REPLY)
+    try:
+        await use.model.ask(_request(common.question, use, common))
+    except RequestError:
+        return Finding("context", name, Status.PROBLEM, found, "Raise the context, or shorten the history.")
+    found = f"{common.characters:,} characters fit, as common replies give; {found}"
+    return Finding("context", name, Status.WARNING, found, "A run of very long replies would fail: raise the context.")
+
+
+def _fit(use: Use, info: ModelInfo, longest: LongestPrompt, tokens: int | None, limit: int) -> Finding:
+    """Compare the tokens of the longest prompt with the context."""
+    name, room = use.model.name, use.model.context_length or info.context_length
+    if tokens is None or room is None:
+        return Finding("context", name, Status.SKIPPED, "the server tells no token counts or no context length")
+    found = f"longest prompt {tokens:,} tokens ({longest.characters:,} characters) of {room:,}"
+    if tokens <= room // 2 + 2 < longest.characters // CUT_BEYOND:
+        return Finding("context", name, Status.PROBLEM, f"{found}: cut by the server", "Raise the context.")
+    if info.context_length is not None and info.context_length < room:
+        advice = f"The model was trained with {info.context_length:,}: lower the context."
+        return Finding("context", name, Status.WARNING, found, advice)
+    if tokens + limit > room:
+        advice = f"A reply of {limit:,} tokens does not fit behind it and would be cut: raise the context."
+        return Finding("context", name, Status.WARNING, found, advice)
+    return Finding("context", name, Status.OK, found)
+
+
+def _under_load(name: str, measured: LoadResult) -> list[Finding]:
+    slots = (
+        f"{measured.slots} at once; a call {measured.alone_s:.2g} s alone, {measured.per_call_s:.2g} s each in a burst"
+    )
+    advice = "Calls only queue: raise OLLAMA_NUM_PARALLEL (or the server's like)." if measured.slots == 1 else ""
+    share = f"{measured.equal_under_load:.0%} equal under load"
+    if not measured.alone_equal:
+        seeds = Finding(
+            "seeds", name, Status.WARNING, f"the same call gave two answers; {share}", "Seeds are not honoured."
+        )
+    elif measured.equal_under_load < 1:
+        advice_seeds = "Parallel calls change answers: only the answer cache and the records make a study repeatable."
+        seeds = Finding("seeds", name, Status.WARNING, f"equal alone; {share}", advice_seeds)
+    else:
+        seeds = Finding("seeds", name, Status.OK, f"equal alone; {share}")
+    return [Finding("parallel slots", name, Status.OK, slots, advice), seeds]
+
+
+def _short_request(use: Use) -> Request:
+    question = next(iter(first_questions(use.scenario, use.seed)))
+    return _request(question, use, LongestPrompt(use.prompt.render(question), question))
+
+
+def _request(question: Question, use: Use, prompt: LongestPrompt) -> Request:
+    seed = seeding.sampling_seed(use.seed, step=question.step, agent=question.agent, kind=question.kind)
+    return Request(prompt.messages, seed, question.kind, question.observation, question.step, question.agent)

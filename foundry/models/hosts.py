@@ -1,0 +1,101 @@
+"""Addresses of equal servers, and which of them gets the next call."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from urllib.parse import urlsplit
+
+import httpx
+
+from foundry.errors import InputError, TransientError
+from foundry.models.base import ModelInfo
+
+SCHEME_PORTS = {"http": 80, "https": 443}
+ANY_ADDRESS = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
+"""Addresses that a server may listen on and no client can call, with the one to call instead."""
+
+
+def parse_url(host: str, *, what: str, port: int, forms: str) -> str:
+    """Return the base URL of a host such as `gpu1`, `:8080`, `[::1]:8000` or `https://x/path/`.
+
+    Args:
+        host: the address; without a scheme it is `http`.
+        what: what it is the address of, for the error.
+        port: the port where neither the address nor its scheme names one.
+        forms: how it may be written, for the error.
+
+    Raises:
+        InputError: it cannot be called, or holds what may be a secret.
+    """
+
+    def refusal(why: str) -> InputError:
+        shown = host.rpartition("@")[2]
+        return InputError(f"{what} '{shown}' cannot be read: {why}. Write it as in {forms}.")
+
+    scheme, separator, rest = host.strip().rpartition("://")
+    scheme = scheme.lower() or "http"
+    if scheme not in SCHEME_PORTS:
+        raise refusal("its scheme is neither http nor https")
+    if rest.count(":") > 1 and not rest.startswith("["):
+        rest = f"[{rest}]"
+    try:
+        parts = urlsplit(f"{scheme}://{rest}")
+        found = parts.port
+    except ValueError as error:
+        raise refusal(str(error)) from None
+    if parts.username is not None or parts.query or parts.fragment:
+        raise refusal("it may hold no user, query or fragment")
+    name = ANY_ADDRESS.get(parts.hostname or "", parts.hostname or "")
+    if any(character.isspace() for character in name):
+        raise refusal("its name holds a space")
+    if found is None:
+        found = SCHEME_PORTS[scheme] if separator else port
+    address = f"[{name}]" if ":" in name else name
+    url = f"{scheme}://{address}:{found}{parts.path.rstrip('/')}"
+    try:
+        httpx.URL(url)
+    except httpx.InvalidURL as error:
+        raise refusal(str(error)) from None
+    return url
+
+
+def agreed(infos: Mapping[str, ModelInfo], advice: str) -> ModelInfo:
+    """Return the one answer of several servers, by base URL.
+
+    Raises:
+        InputError: they have different models under the same name; it ends with the advice.
+    """
+    first = next(iter(infos.values()))
+    if len({info.digest for info in infos.values()}) > 1:
+        digests = ", ".join(f"{host} has {(info.digest or 'none')[:12]}" for host, info in infos.items())
+        raise InputError(f"Model '{first.name}' is not the same on all hosts: {digests}. {advice}")
+    return first
+
+
+class HostPool:
+    """Equal servers; each call goes to the one with the fewest calls in flight, ties by order.
+
+    A server that fails answers fast and would draw every call, so each failure in a row weighs like one
+    more call in flight until it answers again.
+    """
+
+    def __init__(self, hosts: tuple[str, ...]) -> None:
+        self.hosts = hosts
+        self._in_flight = dict.fromkeys(hosts, 0)
+        self._failures = dict.fromkeys(hosts, 0)
+
+    @contextmanager
+    def least_loaded(self) -> Iterator[str]:
+        """Count one call against the least loaded host, whose base URL is yielded."""
+        host = min(self.hosts, key=lambda host: self._in_flight[host] + self._failures[host])
+        self._in_flight[host] += 1
+        try:
+            yield host
+        except TransientError:
+            self._failures[host] += 1
+            raise
+        else:
+            self._failures[host] = 0
+        finally:
+            self._in_flight[host] -= 1

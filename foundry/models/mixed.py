@@ -1,0 +1,291 @@
+"""A population of several models: each agent is answered for by one of them."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import msgspec
+
+from foundry import seeding
+from foundry.errors import FoundryError, InputError, not_found
+from foundry.models.base import Model, ModelInfo, Reply, Request, RequestKeys, RunContext, Source
+from foundry.records import Member
+
+Personas = Sequence[Mapping[str, str]]
+STREAM = "members"
+"""The named stream of the run's seed that shares are drawn from."""
+RULES = ("agents", "share", "persona")
+_RANGE = re.compile(r"(\d+)(?:-(\d+))?")
+_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True)
+class Rule:
+    """Which agents a member answers for; exactly one of the three is given.
+
+    Attributes:
+        agents: their ids.
+        share: share of the agents that no other rule names, 0..1.
+        persona: attributes that they have.
+    """
+
+    agents: frozenset[int] | None = None
+    share: float | None = None
+    persona: Mapping[str, str] | None = None
+
+    def names(self, agent: int, persona: Mapping[str, str]) -> bool:
+        """Return whether this rule names an agent; one of a share names none."""
+        if self.agents is not None:
+            return agent in self.agents
+        return self.persona is not None and all(persona.get(key) == value for key, value in self.persona.items())
+
+
+class MixedModel(Model):
+    """Routes the questions of each agent to one of its members, each with a stack of wrappers of its own."""
+
+    def __init__(self, name: str, members: Mapping[str, Mapping[str, Any]]) -> None:
+        """Read who answers for whom.
+
+        Args:
+            name: name of the population in tables.
+            members: by a label of their own: `model`, and one of `agents` (an id, a range such as `0-9`, or a list
+                of them), `share` (0..1, or `50%`) and `persona` (a mapping, or `attribute:value`).
+
+        Raises:
+            InputError: a member has no model, or not exactly one rule, or one that cannot be read.
+        """
+        self.name = name
+        self._rules = {label: _rule(label, member) for label, member in members.items()}
+        self._models: dict[str, Model] = {label: member["model"] for label, member in members.items()}
+        self.remote = any(model.remote for model in self._models.values())
+        _check_shares(self._rules)
+
+    @property
+    def kinds(self) -> tuple[str, ...] | None:
+        """The kinds of question that all members can answer; None for any."""
+        limited = [set(model.kinds) for model in self._models.values() if model.kinds is not None]
+        return tuple(sorted(set.intersection(*limited))) if limited else None
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the parameters of every member."""
+        return {label: {"model": model.name, **model.parameters()} for label, model in self._models.items()}
+
+    def wrapped(self, wrap: Callable[[Model], Model]) -> Model:
+        """Return the same population with each member wrapped."""
+        copy = MixedModel.__new__(MixedModel)
+        copy.name, copy.remote, copy._rules = self.name, self.remote, self._rules
+        copy._models = {label: model.wrapped(wrap) for label, model in self._models.items()}
+        return copy
+
+    def in_run(self, context: RunContext) -> Model:
+        """Return the population with a member for every agent of the run.
+
+        Raises:
+            InputError: an agent has none, or more than one.
+        """
+        labels = assign(self.name, self._rules, context.personas, context.seed)
+        infos = dict(zip(self._models, context.info.members, strict=True)) if context.info.members else {}
+        placed = {
+            label: model.in_run(replace(context, info=infos.get(label, ModelInfo(model.name))))
+            for label, model in self._models.items()
+        }
+        digests = {label: info.digest for label, info in infos.items()}
+        return Population(self.name, labels, placed, digests)
+
+    async def ask(self, request: Request) -> Reply:
+        """Refuse: who answers is known only within a run."""
+        raise FoundryError(f"Population '{self.name}' was asked outside of a run.")
+
+    async def inspect(self) -> ModelInfo:
+        """Return what is known of the members; the capabilities are those that all served members have."""
+        infos = [await model.inspect() for model in self._models.values()]
+        able = [
+            set(info.capabilities) for info, model in zip(infos, self._models.values(), strict=True) if model.remote
+        ]
+        common = tuple(sorted(set.intersection(*able))) if able else ()
+        undeclared = tuple(sorted({name for info in infos for name in info.undeclared}))
+        return ModelInfo(name=self.name, capabilities=common, undeclared=undeclared, members=tuple(infos))
+
+    async def warm_up(self) -> None:
+        """Load every member."""
+        for model in self._models.values():
+            await model.warm_up()
+
+    async def unload(self) -> None:
+        """Let the members' servers free their memory."""
+        for model in self._models.values():
+            await model.unload()
+
+    async def close(self) -> None:
+        """Free the members' connections."""
+        for model in self._models.values():
+            await model.close()
+
+
+class Population(Model):
+    """The models of one run, and who answers for whom."""
+
+    def __init__(
+        self, name: str, labels: Sequence[str], models: Mapping[str, Model], digests: Mapping[str, str | None]
+    ) -> None:
+        self.name = name
+        self.remote = any(model.remote for model in models.values())
+        self._labels = labels
+        self._models = models
+        self._digests = digests
+        self._keys = {label: RequestKeys(model, digests.get(label)) for label, model in models.items()}
+        self._parameters = {label: model.parameters() for label, model in models.items()}
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the parameters of every member."""
+        return {label: {"model": model.name, **self._parameters[label]} for label, model in self._models.items()}
+
+    def roster(self) -> tuple[Member, ...]:
+        """Return which member answers for which agents."""
+        return tuple(
+            Member(
+                model=model.name,
+                digest=self._digests.get(label),
+                agents=tuple(agent for agent, chosen in enumerate(self._labels) if chosen == label),
+            )
+            for label, model in self._models.items()
+        )
+
+    async def ask(self, request: Request) -> Reply:
+        """Have the agent's member answer one request."""
+        return (await self.ask_all([request]))[0]
+
+    async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
+        """Have every agent's member answer; all members are asked at once, and all are seen through."""
+        places: dict[str, list[int]] = {}
+        for place, request in enumerate(requests):
+            places.setdefault(self._labels[request.agent], []).append(place)
+        groups = [self._ask_member(label, [requests[place] for place in mine]) for label, mine in places.items()]
+        found = await asyncio.gather(*groups, return_exceptions=True)
+        replies: dict[int, Reply] = {}
+        for mine, result in zip(places.values(), found, strict=True):
+            if isinstance(result, BaseException):
+                raise result
+            replies.update(zip(mine, result, strict=True))
+        return [replies[place] for place in range(len(requests))]
+
+    async def _ask_member(self, label: str, requests: Sequence[Request]) -> list[Reply]:
+        keys, model = self._keys[label], self._models[label]
+        rekeyed = [replace(request, key=keys.key(request.messages, request.seed)) for request in requests]
+        replies = await model.ask_all(rekeyed)
+        return [self._signed(label, *pair) for pair in zip(rekeyed, replies, strict=True)]
+
+    def _signed(self, label: str, request: Request, reply: Reply) -> Reply:
+        if reply.source is not None:
+            return reply
+        name, digest, parameters = self._models[label].name, self._digests.get(label), self._parameters[label]
+        source = Source(model=name, digest=digest, parameters=parameters, key=request.key)
+        return msgspec.structs.replace(reply, source=source)
+
+
+def assign(name: str, rules: Mapping[str, Rule], personas: Personas, seed: int) -> list[str]:
+    """Return the label of the member that answers for each agent, (N,).
+
+    Args:
+        name: name of the population.
+        rules: which agents each member answers for.
+        personas: the agents' personas, by id.
+        seed: the run's seed, from which shares are drawn.
+
+    Raises:
+        InputError: an agent has no member, or more than one.
+    """
+    _check_ids(name, rules, len(personas))
+    labels: list[str | None] = []
+    for agent, persona in enumerate(personas):
+        naming = [label for label, rule in rules.items() if rule.names(agent, persona)]
+        if len(naming) > 1:
+            raise InputError(f"Population '{name}': agent {agent} (seed {seed}) belongs to {' and to '.join(naming)}.")
+        labels.append(naming[0] if naming else None)
+    left = [agent for agent, label in enumerate(labels) if label is None]
+    shares = {label: rule.share for label, rule in rules.items() if rule.share is not None}
+    if left and not shares:
+        raise InputError(
+            f"Population '{name}': no member answers for agent{'s' if len(left) > 1 else ''} "
+            f"{', '.join(map(str, left[:5]))}{' ...' if len(left) > 5 else ''} (seed {seed}): give one of them a share."
+        )
+    drawn = iter(_drawn(shares, len(left), seed))
+    return [next(drawn) if label is None else label for label in labels]
+
+
+def _drawn(shares: Mapping[str, float], agents: int, seed: int) -> list[str]:
+    """Return labels in these shares by the method of largest remainders, in an order drawn from the seed."""
+    exact = {label: share * agents for label, share in shares.items()}
+    counts = {label: int(number + _TOLERANCE) for label, number in exact.items()}
+    for label in sorted(exact, key=lambda label: counts[label] - exact[label])[: agents - sum(counts.values())]:
+        counts[label] += 1
+    pool = [label for label, count in counts.items() for _ in range(count)]
+    return [pool[place] for place in seeding.stream(seed, STREAM).permutation(len(pool)).tolist()]
+
+
+def _check_ids(name: str, rules: Mapping[str, Rule], agents: int) -> None:
+    for label, rule in rules.items():
+        beyond = [agent for agent in sorted(rule.agents or ()) if agent >= agents]
+        if beyond:
+            raise InputError(
+                f"Population '{name}', member '{label}': there is no agent {beyond[0]}; the world has {agents}, "
+                f"0 to {agents - 1}."
+            )
+
+
+def _check_shares(rules: Mapping[str, Rule]) -> None:
+    shares = [rule.share for rule in rules.values() if rule.share is not None]
+    if shares and abs(sum(shares) - 1) > _TOLERANCE:
+        raise InputError(
+            f"model.members: the shares add up to {sum(shares):.3g}, not to 1; they divide the agents that no other "
+            "member names."
+        )
+
+
+def _rule(label: str, member: Mapping[str, Any]) -> Rule:
+    where = f"model.members.{label}"
+    unknown = set(member) - {"model", *RULES}
+    if unknown:
+        raise not_found("Setting", f"{where}.{sorted(unknown)[0]}", [f"{where}.{key}" for key in ("model", *RULES)])
+    if not isinstance(member.get("model"), Model):
+        raise InputError(f"{where} has no model: name one in the defaults list, as docs/models.md shows.")
+    given = [key for key in RULES if member.get(key) is not None]
+    if len(given) != 1:
+        raise InputError(f"{where}: give exactly one of {', '.join(RULES)}.")
+    value = member[given[0]]
+    read: Mapping[str, Callable[[str, Any], Rule]] = {"agents": _agents, "share": _share, "persona": _persona}
+    return read[given[0]](where, value)
+
+
+def _agents(where: str, value: Any) -> Rule:
+    found: set[int] = set()
+    for item in value if isinstance(value, list) else [value]:
+        match = _RANGE.fullmatch(str(item).strip())
+        first, last = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
+        if last < first or last - first > 1_000_000:
+            raise InputError(f"{where}.agents: '{item}' is neither an agent's id nor a range such as 0-9.")
+        found |= set(range(first, last + 1))
+    return Rule(agents=frozenset(found))
+
+
+def _share(where: str, value: Any) -> Rule:
+    text = str(value).strip()
+    try:
+        share = float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
+    except ValueError:
+        share = -1.0
+    if not 0 < share <= 1:
+        raise InputError(f"{where}.share: '{value}' is no share: give a number up to 1, or percent such as 50%.")
+    return Rule(share=share)
+
+
+def _persona(where: str, value: Any) -> Rule:
+    if isinstance(value, str) and value.count(":") == 1:
+        value = dict([value.split(":")])
+    if not isinstance(value, Mapping) or not value:
+        raise InputError(f"{where}.persona: '{value}' is neither a mapping nor attribute:value.")
+    return Rule(persona={str(key).strip(): str(text).strip() for key, text in value.items()})

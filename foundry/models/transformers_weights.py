@@ -1,0 +1,95 @@
+"""Where the weights of a local model are, and the hash of everything that decides what it answers."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+from pathlib import Path
+
+from foundry import paths
+from foundry.errors import InputError
+
+DECIDING = frozenset({".safetensors", ".bin", ".json", ".jinja", ".model", ".txt", ".tiktoken"})
+"""Endings of files that hold weights, configuration, tokenizer or template."""
+WEIGHTS = frozenset({".safetensors", ".bin"})
+SHA256 = re.compile(r"[0-9a-f]{64}")
+
+
+def find_folder(weights: str, revision: str | None) -> Path:
+    """Return the folder of a model: a folder itself, or where the model of this id was downloaded to.
+
+    Nothing is downloaded.
+
+    Raises:
+        InputError: there is none.
+    """
+    folder = Path(weights).expanduser()
+    if not folder.is_dir():
+        folder = _downloaded(weights, revision)
+    if not (folder / "config.json").is_file() or not any(file.suffix in WEIGHTS for file in folder.iterdir()):
+        raise InputError(f"'{folder}' is no model: it holds no config.json, or no weights (.safetensors).")
+    return folder
+
+
+def _downloaded(weights: str, revision: str | None) -> Path:
+    from huggingface_hub import snapshot_download
+    from huggingface_hub.errors import HFValidationError, LocalEntryNotFoundError
+
+    at = f" --revision {revision}" if revision else ""
+    try:
+        return Path(snapshot_download(weights, revision=revision, local_files_only=True))
+    except LocalEntryNotFoundError:
+        raise InputError(
+            f"'{weights}' is neither a folder nor a model on this machine: get it with: hf download {weights}{at}"
+        ) from None
+    except HFValidationError:
+        raise InputError(f"'{weights}' is no folder: write model=hf/<folder>, or model=hf/<owner>/<model>.") from None
+
+
+def digest(folder: Path) -> str:
+    """Return the hash of the content of all files that decide the model's answers.
+
+    Each file is read once: its hash is kept under its path, size and time of change. A file that was
+    downloaded may carry its hash as the name of what it links to.
+    """
+    files = sorted(file for file in folder.iterdir() if file.is_file() and file.suffix in DECIDING)
+    known = _known()
+    hashes = {_key(file): known.get(_key(file)) or _file_hash(file) for file in files}
+    if not hashes.keys() <= known.keys():
+        _keep({**known, **hashes})
+    state = hashlib.sha256()
+    for file in files:
+        state.update(f"{file.name} {hashes[_key(file)]}\n".encode())
+    return state.hexdigest()
+
+
+def _key(file: Path) -> str:
+    stat = file.stat()
+    return f"{file.resolve()} {stat.st_size} {stat.st_mtime_ns}"
+
+
+def _file_hash(file: Path) -> str:
+    target = file.resolve()
+    if target.parent.name == "blobs" and SHA256.fullmatch(target.name):
+        return target.name
+    with file.open("rb") as content:
+        return hashlib.file_digest(content, "sha256").hexdigest()
+
+
+def _known() -> dict[str, str]:
+    """Return the kept hashes; what cannot be read is found out again."""
+    try:
+        kept = json.loads(paths.weights_cache_file().read_bytes())
+    except (OSError, ValueError):
+        return {}
+    return {str(key): str(value) for key, value in kept.items()} if isinstance(kept, dict) else {}
+
+
+def _keep(hashes: dict[str, str]) -> None:
+    file = paths.weights_cache_file()
+    file.parent.mkdir(parents=True, exist_ok=True)
+    partial = file.with_name(f"{file.name}.{os.getpid()}")
+    partial.write_text(json.dumps(hashes, indent=0), encoding="utf-8")
+    partial.replace(file)

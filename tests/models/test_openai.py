@@ -1,0 +1,257 @@
+from __future__ import annotations
+
+import base64
+import json
+
+import pytest
+
+from foundry.errors import InputError, RequestError, ServerError, TransientError
+from foundry.models.base import RequestKeys, UnusableReply
+from openai_server import ChatCase, OpenAIServer, refused
+
+PNG = b"\x89PNG\r\n\x1a\n1"
+JPEG = b"\xff\xd8\xff\xe01"
+OVERFLOW = "This model's maximum context length is 8192 tokens."
+
+
+def test_every_set_option_is_sent_with_its_value_and_no_other(ask_openai):
+    reply, body = ask_openai("Left.", extra={"top_k": 40, "min_p": None})
+    assert body == {
+        "model": "a",
+        "messages": [{"role": "user", "content": "Where do you go?"}],
+        "stream": False,
+        "temperature": 0.2,
+        "top_p": 0.9,
+        "presence_penalty": 0.0,
+        "frequency_penalty": 0.0,
+        "max_tokens": 512,
+        "top_k": 40,
+        "seed": 7,
+    }
+    assert (reply.text, reply.ending, reply.thinking) == ("Left.", "stop", None)
+
+
+def test_tokens_host_fingerprint_and_the_models_full_name_are_kept(ask_openai):
+    case = ChatCase("Left.", model="a-2026-01-01", usage={"prompt_tokens": 90, "completion_tokens": 3})
+    reply, _ = ask_openai(case)
+    assert (reply.prompt_tokens, reply.output_tokens) == (90, 3)
+    assert reply.server_version == "a-2026-01-01 fp_44709d6fcb"
+    assert reply.host is not None and reply.host.endswith("/v1")
+    assert reply.timings["latency"] > 0
+
+
+def test_images_are_data_uris_before_the_text(ask_openai, make_request):
+    _, body = ask_openai("A door.", request=make_request("What is there?", images=(PNG, JPEG)), image_detail="low")
+    *images, text = body["messages"][0]["content"]
+    assert text == {"type": "text", "text": "What is there?"}
+    assert [image["image_url"]["detail"] for image in images] == ["low", "low"]
+    for image, kind, content in zip(images, ("png", "jpeg"), (PNG, JPEG), strict=True):
+        head, _, data = image["image_url"]["url"].partition(",")
+        assert head == f"data:image/{kind};base64"
+        assert base64.b64decode(data) == content
+
+
+def test_a_schema_goes_with_its_kind_of_question(ask_openai, make_request):
+    _, body = ask_openai("{}", format="schema", request=make_request(kind="message"))
+    asked = body["response_format"]
+    assert (asked["type"], asked["json_schema"]["name"], asked["json_schema"]["strict"]) == (
+        "json_schema",
+        "message",
+        False,
+    )
+    assert asked["json_schema"]["schema"]["required"] == ["message", "reasoning"]
+    with pytest.raises(RequestError, match="No schema for questions of kind 'command'; there are: action, message"):
+        ask_openai("{}", format="schema", request=make_request(kind="command"))
+
+
+def test_the_seed_goes_by_another_name_or_not_at_all(ask_openai):
+    assert ask_openai("x", seed_field="random_seed")[1]["random_seed"] == 7
+    assert "seed" not in ask_openai("x", seed_field=None)[1]
+
+
+@pytest.mark.parametrize(
+    ("message", "thinking"),
+    [
+        ({"reasoning_content": "Hm."}, "Hm."),
+        ({"reasoning": "Hm."}, "Hm."),
+        ({"reasoning": {"effort": "low"}}, None),
+        ({"reasoning_content": ""}, None),
+    ],
+)
+def test_what_was_thought_is_kept_apart(message, thinking, ask_openai):
+    assert ask_openai(ChatCase("Left.", message))[0].thinking == thinking
+
+
+def test_a_refusal_in_words_is_a_reply_and_parts_of_text_are_joined(ask_openai):
+    assert ask_openai(ChatCase(None, {"refusal": "I will not."}))[0].text == "I will not."
+    parts = [{"type": "thinking", "thinking": []}, {"type": "text", "text": "Le"}, {"type": "text", "text": "ft."}]
+    assert ask_openai(ChatCase(parts))[0].text == "Left."
+
+
+@pytest.mark.parametrize("reason", ["length", "max_tokens"])
+def test_a_reply_cut_by_its_length_says_so(reason, ask_openai):
+    assert ask_openai(ChatCase("", finish_reason=reason))[0].ending == "length"
+
+
+@pytest.mark.parametrize("reason", ["content_filter", "abort", "error", None])
+def test_a_reply_that_the_server_gave_up_is_aborted_and_without_text(reason, ask_openai):
+    with pytest.raises(UnusableReply) as caught:
+        ask_openai(ChatCase("half a", finish_reason=reason))
+    assert (caught.value.reply.text, caught.value.reply.ending) == ("", "aborted")
+
+
+def test_an_empty_reply_is_unusable(ask_openai):
+    with pytest.raises(UnusableReply, match="the reply is empty"):
+        ask_openai(ChatCase(None))
+
+
+@pytest.mark.parametrize("raw", [b'{"id": "x", "choi', b"[]", b'{"choices": []}', b'{"choices": [{"message": null}]}'])
+def test_what_is_no_reply_is_worth_another_try(raw, ask_openai):
+    with pytest.raises(TransientError, match="not JSON|not a JSON object|holds no message"):
+        ask_openai(ChatCase(raw=raw))
+
+
+@pytest.mark.parametrize(
+    ("case", "kind", "says"),
+    [
+        (refused(400, "bad schema"), RequestError, "400 bad schema. It would be refused again"),
+        (refused(413, "too large"), RequestError, "413 too large"),
+        (refused(422, "not valid"), RequestError, "422 not valid"),
+        (refused(400, OVERFLOW, code="context_length_exceeded"), RequestError, "does not fit"),
+        (refused(400, "too long", type="exceed_context_size_error", code=400), RequestError, "does not fit"),
+        (refused(500, "image input is not supported - hint: mmproj"), RequestError, "model.vision=false"),
+        (refused(400, "no", code="unsupported_parameter", param="max_tokens"), ServerError, "options.max_tokens=null"),
+        (refused(400, "no", code="unsupported_value", param="temperature"), ServerError, "options.temperature=null"),
+        (refused(400, "no", code="unknown_parameter", param="top_k"), ServerError, "Leave top_k out"),
+        (refused(401, "no key"), ServerError, "Put the key into OPENAI_API_KEY"),
+        (refused(402, "Insufficient Balance"), ServerError, "no means left"),
+        (refused(403, "country"), ServerError, "may not use this model"),
+        (refused(404, "no such model", code="model_not_found"), ServerError, "Check the model's name"),
+        (refused(404, "page not found"), ServerError, "/v1"),
+        (refused(429, "quota", code="insufficient_quota"), ServerError, "no means left"),
+        (refused(429, "quota", type="insufficient_quota"), ServerError, "no means left"),
+        (refused(429, "slow down"), TransientError, "429 slow down"),
+        (refused(503, "Loading model", type="unavailable_error", code=503), TransientError, "Loading model"),
+        (refused(529, "overloaded"), TransientError, "529 overloaded"),
+        (refused(408, "slow"), TransientError, "408 slow"),
+        (refused(500, "it broke"), TransientError, "500 it broke"),
+        (refused(302), ServerError, "no answer of an OpenAI API"),
+        (ChatCase(status=400, raw=b'{"object":"error","message":"bad","code":40001}'), RequestError, "400 bad"),
+        (ChatCase(status=500, raw=b"<html>"), TransientError, "500 <html>"),
+        (ChatCase(error="text alone", status=400), RequestError, "400 text alone"),
+        (ChatCase(error={"message": "upstream", "code": 502}), TransientError, "502 upstream"),
+        (ChatCase(error={"message": "moderation", "code": 403}), ServerError, "403 moderation"),
+        (ChatCase(error={"message": "odd", "code": "odd"}), TransientError, "500 odd"),
+    ],
+)
+def test_every_refusal_means_what_it_should(case, kind, says, ask_openai):
+    with pytest.raises(kind) as caught:
+        ask_openai(case)
+    assert says in str(caught.value)
+    assert type(caught.value) is kind
+    if isinstance(caught.value, TransientError):
+        assert caught.value.busy == any(status in says + str(case.status) for status in ("429", "502", "503", "529"))
+
+
+def test_a_server_that_never_answers_or_is_not_there_is_worth_another_try(ask_openai, make_openai, make_request, run):
+    with pytest.raises(TransientError, match=r"no reply within 0\.1 s"):
+        ask_openai(ChatCase(hang=True), server={"read_timeout_s": 0.1})
+    with OpenAIServer() as server:
+        gone = server.base_url
+    with pytest.raises(TransientError, match="OPENAI_BASE_URL"):
+        run(make_openai(gone), lambda model: model.ask(make_request()))
+
+
+def test_a_call_that_used_more_than_the_context_was_cut(ask_openai):
+    case = ChatCase("x", usage={"prompt_tokens": 90, "completion_tokens": 20})
+    with pytest.raises(RequestError, match=r"prompt \(90 tokens\) and reply \(20\) overflowed"):
+        ask_openai(case, context_length=100)
+    assert ask_openai(case, context_length=110)[0].text == "x"
+
+
+def test_calls_go_to_the_least_loaded_of_several_servers(make_openai, make_request, run):
+    with OpenAIServer() as first, OpenAIServer() as second:
+        model = make_openai(f"{first.base_url}, {second.base_url}")
+        run(model, lambda m: m.ask_all([make_request(seed=n) for n in range(4)]))
+        assert (len(first.bodies), len(second.bodies)) == (2, 2)
+
+
+def test_the_list_of_models_tells_what_it_can(make_openai, run):
+    rows = {
+        "a": {"max_model_len": 4096, "created": 1},
+        "b": {"architecture": {"input_modalities": ["text", "image"]}},
+        "c": {"capabilities": {"vision": False}},
+        "d": {"capabilities": ["completion", "multimodal"]},
+    }
+    with OpenAIServer(models=rows) as server:
+        infos = {row: run(make_openai(server.base_url, served=row), lambda m: m.inspect()) for row in rows}
+        told = run(make_openai(server.base_url, vision=True), lambda m: m.inspect())
+        server.models["a"]["created"] = 2
+        later = run(make_openai(server.base_url), lambda m: m.inspect())
+    assert infos["a"].context_length == 4096
+    assert {row: ("vision" in info.capabilities, "vision" in info.undeclared) for row, info in infos.items()} == {
+        "a": (False, True),
+        "b": (True, False),
+        "c": (False, False),
+        "d": (True, False),
+    }
+    assert ("vision" in told.capabilities, told.undeclared) == (True, ())
+    assert later.digest == infos["a"].digest != infos["b"].digest
+    assert str(later.digest).startswith("listed-")
+
+
+def test_servers_that_list_different_models_are_refused(make_openai, run):
+    with OpenAIServer(models={"a": {"root": "x"}}) as first, OpenAIServer(models={"a": {"root": "y"}}) as second:
+        model = make_openai([first.base_url, second.base_url])
+        with pytest.raises(InputError, match="not the same on all hosts"):
+            run(model, lambda m: m.inspect())
+
+
+def test_a_model_that_is_not_listed_is_refused_with_the_closest_one(make_openai, run):
+    with OpenAIServer() as server:
+        asked = make_openai(server.base_url, served="meta-llama/Llama-3.1-8")
+        with pytest.raises(InputError, match="Did you mean 'meta-llama/Llama-3.1-8B'") as caught:
+            run(asked, lambda m: m.inspect())
+    assert "lists_models=false" in str(caught.value)
+
+
+def test_a_server_without_a_list_is_not_asked_for_one(make_openai, run):
+    with OpenAIServer(lists=False) as server:
+        with pytest.raises(InputError, match="404"):
+            run(make_openai(server.base_url), lambda m: m.inspect())
+        unlisted = {"server": {"lists_models": False}}
+        info = run(make_openai(server.base_url, **unlisted), lambda m: m.inspect())
+        other = run(make_openai("elsewhere:1/v1", **unlisted), lambda m: m.inspect())
+    assert info.undeclared == ("vision",)
+    assert info.digest != other.digest
+
+
+def test_a_revision_or_another_option_is_another_answer(make_openai, make_request):
+    changes = [{}, {"revision": "2"}, {"options": {"temperature": 0.3}}, {"extra": {"top_k": 1}}, {"format": "schema"}]
+    request = make_request()
+    models = [make_openai("x/v1", **change) for change in changes]
+    keys = {RequestKeys(model, None).key(request.messages, 7) for model in models}
+    assert len(keys) == len(changes)
+    assert "revision" not in json.dumps(models[0].parameters())
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"served": " "}, "model=openai/<name"),
+        ({"format": "json"}, "model.format 'json' not found"),
+        ({"format": "schema", "schemas": None}, "needs a JSON Schema"),
+        ({"image_detail": "huge"}, "model.image_detail 'huge' not found"),
+        ({"options": {"top_k": 1}}, r"\+model.extra.top_k"),
+        ({"options": {"max_token": 1}}, "Did you mean 'max_tokens'"),
+        ({"extra": {"seed": 1}}, "model.extra.seed has a setting of its own"),
+        ({"extra": {"temperature": 1}}, "model.extra.temperature has a setting of its own"),
+        ({"server": {"base_url": " , "}}, "base_url is empty"),
+        ({"server": {"base_url": "ftp://x"}}, "model.server.base_url 'ftp://x' cannot be read"),
+        ({"server": {"longest_pause_s": 0}}, "model.server: Expected"),
+    ],
+)
+def test_bad_settings_are_refused_in_one_line(changes, says, make_openai):
+    base_url = changes.get("server", {}).get("base_url", "x/v1")
+    with pytest.raises(InputError, match=says):
+        make_openai(base_url, **changes)

@@ -1,0 +1,139 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from commands import SMALL, foundry, statuses, sweep_folder
+from foundry.errors import InputError
+from foundry.models.openai_secret import Secret
+from foundry.store import SweepFolder
+from openai_server import OpenAIServer, refused
+
+KEY = "sk-tests/4f9d8c7b6a5e"
+
+
+def everything_below(folder: Path) -> bytes:
+    """Return the content of all files below, and their names; what is compressed is decompressed too."""
+    import zstandard
+
+    contents = []
+    for path in sorted(folder.rglob("*")):
+        contents.append(str(path).encode())
+        if path.is_file():
+            contents.append(path.read_bytes())
+        if path.suffix == ".zst":
+            with (
+                path.open("rb") as file,
+                zstandard.ZstdDecompressor().stream_reader(file, read_across_frames=True) as s,
+            ):
+                contents.append(s.read())
+    return b"\n".join(contents)
+
+
+@pytest.fixture
+def openai(workspace: Path):
+    """Run the command against this server, with the key."""
+
+    def start(server: OpenAIServer, *arguments: str):
+        surroundings = {"OPENAI_BASE_URL": server.base_url, "OPENAI_API_KEY": KEY}
+        return foundry(*arguments, cwd=workspace, **surroundings)
+
+    return start
+
+
+def test_a_sweep_over_models_is_complete_comes_from_the_cache_next_time_and_holds_no_key(openai, workspace: Path):
+    sweep = ("-m", "model=openai/a,openai/meta-llama/Llama-3.1-8B", "seed=0-1", "runner.workers=1", *SMALL)
+    with OpenAIServer(key=KEY) as server:
+        first = openai(server, *sweep)
+        assert first.returncode == 0, first.stderr
+        asked = len(server.bodies)
+        again = openai(server, *sweep, "output.dir=again")
+        assert again.returncode == 0, again.stderr
+        assert len(server.bodies) == asked == 2 * 2 * 4 * 4 * 2
+        assert {headers["authorization"] for headers in server.headers} == {f"Bearer {KEY}"}
+    folder = SweepFolder.open(workspace / sweep_folder(first.stdout))
+    assert statuses(folder.path) == statuses(workspace / "again") == ["complete"] * 4
+    assert {run.factors["model"] for run in folder.runs()} == {"openai/a", "openai/meta-llama/Llama-3.1-8B"}
+    assert {call.cached for run in SweepFolder.open(workspace / "again").runs() for call in run.calls()} == {True}
+    kept = everything_below(workspace) + (first.stdout + first.stderr + again.stdout).encode()
+    assert b"OPENAI_API_KEY" in kept and b"openai/a" in kept
+    assert KEY.encode() not in kept and KEY.replace("/", "\\/").encode() not in kept
+
+
+def test_a_server_that_repeats_the_key_in_its_refusal_gets_it_nowhere(openai, workspace: Path):
+    with OpenAIServer(lambda body: refused(400, f"Bad request by {KEY}")) as server:
+        done = openai(server, "model=openai/a", *SMALL)
+    assert done.returncode == 3
+    kept = everything_below(workspace) + (done.stdout + done.stderr).encode()
+    assert b"Bad request by [key]" in kept
+    assert KEY.encode() not in kept
+
+
+def test_a_wrong_key_ends_the_sweep_before_it_starts_and_is_not_repeated(openai, workspace: Path):
+    with OpenAIServer(key="another") as server:
+        done = openai(server, "model=openai/a", *SMALL)
+    assert done.returncode == 2
+    assert "Incorrect API key provided: [key]" in done.stderr and "OPENAI_API_KEY" in done.stderr
+    assert KEY not in done.stderr
+    assert list(workspace.iterdir()) == []
+
+
+def test_a_key_in_place_of_its_variables_name_is_refused_and_not_repeated(openai):
+    with OpenAIServer() as server:
+        for key in (KEY, "gsk_0123456789abcdef", "SECRET_TOKEN"):
+            done = openai(server, "model=openai/a", f"model.server.api_key_env={key}", *SMALL)
+            assert done.returncode == 2
+            assert "must be the name of an environment variable" in done.stderr
+            assert key not in done.stderr + done.stdout
+
+
+def test_a_secret_shows_itself_nowhere_and_a_placeholder_leaves_replies_alone(monkeypatch):
+    monkeypatch.setenv("MY_API_KEY", f"  {KEY}\n")
+    secret = Secret.from_environment("MY_API_KEY")
+    assert secret.headers == {"authorization": f"Bearer {KEY}"}
+    assert KEY not in repr(secret)
+    echoed = f'{{"text": "{KEY}", "escaped": "{KEY}"}}'.replace("/", "\\/", 1).encode()
+    assert secret.removed_from_reply(echoed) == b'{"text": "[key]", "escaped": "[key]"}'
+    monkeypatch.setenv("MY_API_KEY", "EMPTY")
+    placeholder = Secret.from_environment("MY_API_KEY")
+    assert placeholder.removed_from_reply(b"EMPTY room") == b"EMPTY room"
+    assert placeholder.removed(b"bad key EMPTY") == b"bad key [key]"
+    assert Secret.from_environment("OTHER_API_KEY").headers == Secret.from_environment(None).headers == {}
+    monkeypatch.setenv("MY_API_KEY", "two words")
+    with pytest.raises(InputError, match="What MY_API_KEY holds is no key") as caught:
+        Secret.from_environment("MY_API_KEY")
+    assert "two" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("tag", "says"),
+    [
+        ("openai/", "model=openai/ names no model: write model=openai/<served>."),
+        ("openai", "model.served has no value: write model=<backend>/<served>"),
+        ("openai/nope", "Model 'nope' not found"),
+    ],
+)
+def test_a_tag_without_a_model_behind_it_gets_one_clear_line(tag, says, openai):
+    with OpenAIServer() as server:
+        done = openai(server, f"model={tag}", *SMALL)
+    assert done.returncode == 2
+    assert says in done.stderr and done.stderr.count("\n") == 1
+
+
+@pytest.mark.slow
+def test_a_world_that_shows_images_wants_to_know_whether_the_model_sees(openai):
+    with OpenAIServer() as server:
+        done = openai(server, "model=openai/a", "world=kibo_paper")
+    assert done.returncode == 2
+    assert "set model.vision=true if it does" in done.stderr
+
+
+def test_a_sweep_is_resumed_on_another_server(openai, workspace: Path):
+    with OpenAIServer(lambda body: refused(400, "no")) as server:
+        assert openai(server, "model=openai/a", "output.dir=out", *SMALL).returncode == 3
+    with OpenAIServer() as server:
+        done = openai(server, "resume", "out")
+        assert done.returncode == 0, done.stderr
+        assert len(server.bodies) == 4 * 4 * 2
+    assert statuses(workspace / "out") == ["complete"]
