@@ -6,7 +6,7 @@ A world never calls a model. The same configuration, seed and answers give the s
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -83,6 +83,31 @@ class World(ABC):
         """Return the present state as a PNG."""
 
 
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """What is left of an episode: its records, whole steps only.
+
+    Attributes:
+        seed: the run's seed.
+        steps: lines of `steps.jsonl`.
+        episode: the line of `episode.jsonl`; empty when the world writes none.
+        kept: returns a file of the run's folder by its name in the records, or None when it was not kept.
+    """
+
+    seed: int
+    steps: bytes
+    episode: bytes
+    kept: Callable[[str], bytes | None]
+
+
+class Redrawing(ABC):
+    """The pictures of an episode, made again from its records."""
+
+    @abstractmethod
+    def draw(self, step: int) -> bytes:
+        """Return the state after `step` (0: the initial one) as the PNG that `World.draw` made then."""
+
+
 class Scenario(ABC):
     """A configured world, shared by all runs of a condition; what a world's YAML instantiates.
 
@@ -101,8 +126,26 @@ class Scenario(ABC):
         """Return a fresh episode for this seed."""
 
     @abstractmethod
+    def redraw(self, recorded: Recorded) -> Redrawing:
+        """Return the pictures of an episode that this scenario once started; no model and no world is needed."""
+
+    def personas(self, seed: int) -> Sequence[Mapping[str, str]]:
+        """Return the persona of every agent in the run with this seed, by its id; one agent without any by default."""
+        return ({},)
+
+    def wordy_answer(self, question: Question, characters: int) -> str:
+        """Return an answer of about so many characters that makes later prompts long; filler text by default."""
+        return filler(characters)
+
+    @abstractmethod
     def count_calls(self) -> int:
         """Return how many calls a whole episode makes, at most."""
+
+
+def filler(characters: int) -> str:
+    """Return an English text of so many characters that decides nothing."""
+    sentence = "There is nothing new to tell, and so it goes on and on. "
+    return (sentence * (characters // len(sentence) + 1))[:characters].strip()
 
 
 def unanswered(answer: Answer) -> Outcome | None:

@@ -97,7 +97,7 @@ def _draw_axes(axes: Axes, frame: GridFrame) -> None:
     axes.set_ylim(-edge, edge)
     axes.set_aspect("equal")
     axes.tick_params(labelsize=9, colors="#555555")
-    axes.set_title(f"Step {frame.step}", fontsize=13, loc="left")
+    axes.set_title(f"Step {frame.step}", fontsize=13, loc="left", y=1.0)
 
 
 def _draw_places(axes: Axes, frame: GridFrame) -> None:

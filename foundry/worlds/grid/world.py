@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from typing import Any, ClassVar
 
+import msgspec
+
 from foundry import seeding
 from foundry.records import GridStep, Message, Outcome, Record
-from foundry.worlds.base import Answer, Question, Scenario, World
+from foundry.worlds.base import Answer, Question, Recorded, Redrawing, Scenario, World, filler
 from foundry.worlds.grid.drawing import GridFrame, draw, make_frame
 from foundry.worlds.grid.observation import Perception
 from foundry.worlds.grid.parsing import ActionReading, MessageReading, read_action, read_message
@@ -58,6 +61,16 @@ class GridScenario(Scenario):
         cells = self.settings.layout.draw(rng, self.settings.field, self.settings.agents)
         return GridWorld(self.settings, [(x, y) for x, y in cells.tolist()], self.personas(seed))
 
+    def wordy_answer(self, question: Question, characters: int) -> str:
+        """Return an answer that fills what is remembered or heard, and gathers everyone in the middle."""
+        text = filler(max(characters - 120, 1))
+        if question.kind == MESSAGE:
+            return json.dumps({"message": text, "reasoning": ""})
+        x, y = question.observation["x"], question.observation["y"]
+        way = ("left" if x > 0 else "right") if x else ("down" if y > 0 else "up")
+        action = {"action": "move", "direction": way} if x or y else {"action": "stay"}
+        return json.dumps({**action, "memory": text, "reasoning": ""})
+
     def count_calls(self) -> int:
         """Return how many calls a whole episode makes: two per agent and step."""
         return 2 * self.settings.agents * self.settings.steps
@@ -65,6 +78,12 @@ class GridScenario(Scenario):
     def personas(self, seed: int) -> list[dict[str, str]]:
         """Return the persona of each agent in the run with this seed."""
         return draw_personas(self.settings, seeding.stream(seed, "personas"))
+
+    def redraw(self, recorded: Recorded) -> GridRedrawing:
+        """Return the pictures of a run."""
+        steps = msgspec.json.Decoder(GridStep).decode_lines(recorded.steps)
+        frames = list(self.frames(recorded.seed, steps))
+        return GridRedrawing(frames or [self.start(recorded.seed).frame()])
 
     def frames(self, seed: int, records: Iterable[GridStep]) -> Iterator[GridFrame]:
         """Rebuild the frames of a run from its records alone: the initial state, then one per step."""
@@ -74,6 +93,17 @@ class GridScenario(Scenario):
             if step == 1:
                 yield make_frame(self.settings, personas, 0, [(row.x, row.y) for row in rows])
             yield make_frame(self.settings, personas, step, [(row.x_next, row.y_next) for row in rows])
+
+
+class GridRedrawing(Redrawing):
+    """The pictures of a run; they need no more than its frames, the initial state first."""
+
+    def __init__(self, frames: Sequence[GridFrame]) -> None:
+        self._frames = frames
+
+    def draw(self, step: int) -> bytes:
+        """Return the state after a step as a PNG."""
+        return draw(self._frames[step])
 
 
 class GridWorld(World):
@@ -139,7 +169,11 @@ class GridWorld(World):
 
     def draw(self) -> bytes:
         """Return the present state as a PNG."""
-        return draw(make_frame(self._settings, self._personas, self._completed, self._cells))
+        return draw(self.frame())
+
+    def frame(self) -> GridFrame:
+        """Return all that a picture of the present state shows."""
+        return make_frame(self._settings, self._personas, self._completed, self._cells)
 
     def _deliver(self, said: Sequence[MessageReading]) -> list[Message]:
         delivered = []

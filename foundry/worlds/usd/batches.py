@@ -64,7 +64,7 @@ def _batch_actor(meshes: Sequence[SceneMesh], fade: float) -> Any:
     first = meshes[0]
     data = _joined(meshes)
     values = data.GetPointData()
-    values.SetScalars(byte_values(np.concatenate([_colours(mesh) for mesh in meshes])))
+    values.SetScalars(byte_values(np.concatenate([lit_colours(mesh) for mesh in meshes])))
     made = actor(data, opacity=first.opacity * fade)
     if first.texture is not None:
         blank = (np.zeros((len(mesh.points), 2)) if mesh.uvs is None else mesh.uvs for mesh in meshes)
@@ -79,7 +79,7 @@ def _joined(meshes: Sequence[SceneMesh]) -> Any:
     return polydata(np.concatenate([mesh.points for mesh in meshes]), np.concatenate(triangles))
 
 
-def _colours(mesh: SceneMesh) -> UInt8Array:
+def lit_colours(mesh: SceneMesh) -> UInt8Array:
     """Return the (n, 3) colours of the points as they are lit; what shines adds its own light."""
     assert mesh.normals is not None
     own: FloatArray = np.array([mesh.colour]) if mesh.vertex_colours is None else mesh.vertex_colours / 255.0

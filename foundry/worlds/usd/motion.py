@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -68,6 +69,11 @@ def moved(pose: Pose, command: Command, around: Surroundings, settings: UsdSetti
 def foot_of(pose: Pose) -> FloatArray:
     """Return where the foot (3,) of a pose is, metres."""
     return np.array([pose.x, pose.y, pose.z])
+
+
+def feet_of(poses: Iterable[Pose]) -> FloatArray:
+    """Return where the feet (k, 3) of poses are, metres."""
+    return np.array([foot_of(pose) for pose in poses])
 
 
 def make_pose(foot: FloatArray, yaw: float, pitch: float) -> Pose:

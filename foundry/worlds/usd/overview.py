@@ -20,13 +20,13 @@ ABOVE_DEG, ASIDE_DEG = 89.0, 32.0
 """How high the overview looks down from."""
 
 _PAPER: Colour = (0.97, 0.97, 0.98)
-_SCENE_OPACITY = 0.22
-_LAYERS = 6
+SCENE_OPACITY = 0.22
+LAYERS = 6
 _FOV_DEG = 30.0
 _TURN_DEG = 22.0
 """Turned this far out of the square view of the longer side, so that depth can be seen."""
 
-_INSET_WIDTH = 288
+INSET_WIDTH = 288
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +60,8 @@ class Overview:
     def __init__(self, scene: Scene) -> None:
         self._bounds = scene.bounds
         self._canvas = Canvas(WIDTH, HEIGHT, samples=0, background=_PAPER)
-        self._canvas.peel(_LAYERS)
-        for made in scene_actors(scene.meshes, fade=_SCENE_OPACITY):
+        self._canvas.peel(LAYERS)
+        for made in scene_actors(scene.meshes, fade=SCENE_OPACITY):
             self._canvas.renderer.AddActor(made)
         self._height_m = 0.0
         self._avatar: list[Any] = []
@@ -72,10 +72,10 @@ class Overview:
         self._place_avatar(frame)
         trail = scene_actors(trail_meshes(frame.trail, frame.height_m * 0.02))
         self._show(trail)
-        image = self._canvas.draw(_camera(bounds, frame.elevation_deg))
+        image = self._canvas.draw(overview_camera(bounds, frame.elevation_deg))
         self._hide(trail)
         if frame.inset is not None:
-            image = with_inset(image, frame.inset, _INSET_WIDTH)
+            image = with_inset(image, frame.inset, INSET_WIDTH)
         return captioned(image, frame.caption)
 
     def _place_avatar(self, frame: OverviewFrame) -> None:
@@ -96,7 +96,7 @@ class Overview:
             self._canvas.renderer.RemoveActor(actor)
 
 
-def _camera(bounds: FloatArray, elevation_deg: float) -> Camera:
+def overview_camera(bounds: FloatArray, elevation_deg: float) -> Camera:
     """Return the camera that has the whole box in its picture, from the longer side."""
     size, centre = bounds[1] - bounds[0], bounds.mean(axis=0)
     facing = 90.0 if size[0] >= size[1] else 180.0

@@ -7,7 +7,8 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from foundry.errors import InputError
-from foundry.worlds.usd.interpreter import Command, Limits, interpret
+from foundry.records import CameraStep, Outcome
+from foundry.worlds.usd.interpreter import Command, Limits, Translation, interpret, render_command
 
 SHIPPED_LIMITS = Limits(max_distance_m=3.0, max_turn_deg=180.0, max_gaze_deg=60.0)
 """The limits of `conf/world/usd.yaml`."""
@@ -24,6 +25,19 @@ def command_record(command: Command) -> dict[str, Any]:
         "gaze": command.gaze,
         "stay": command.stay,
     }
+
+
+def recorded_command(step: CameraStep) -> Command:
+    """Return the command of a recorded decision; the inverse of `command_record`."""
+    said = step.command
+    translate = None if said["translate"] is None else Translation(**said["translate"])
+    return Command(translate, said["turn"], said["gaze"], said["stay"], step.outcome, step.notes)
+
+
+def describe(command: Command, record: CameraStep) -> str:
+    """Return in a short phrase what was understood and what came of it."""
+    said = render_command(command) if record.outcome in (Outcome.CHOSEN, Outcome.REPAIRED) else str(record.outcome)
+    return f"{said}; {record.boundary}" if record.boundary else said
 
 
 def read_replies(lines: Iterable[str], *, limited: bool) -> Iterator[str]:

@@ -123,7 +123,7 @@ class Surroundings:
         return self._targets[settings.name]
 
     def _find_target(self, settings: TargetSettings) -> Target:
-        chosen = {path for path in self._labels if any(_is_below(path, pattern) for pattern in settings.prims)}
+        chosen = {path for path in self._labels if any(is_below(path, pattern) for pattern in settings.prims)}
         if not chosen:
             known = [prim for prims in self.scene.labels.values() for prim in prims]
             raise not_found(
@@ -260,7 +260,8 @@ def encode(image: UInt8Array, image_format: str) -> bytes:
     return buffer.getvalue()
 
 
-def _is_below(path: str, pattern: str) -> bool:
+def is_below(path: str, pattern: str) -> bool:
+    """Return whether a pattern names a prim or one above it."""
     return fnmatchcase(path, pattern) or fnmatchcase(path, f"{pattern}/*")
 
 

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import hashlib
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
-import numpy as np
-
 from foundry import seeding
-from foundry.records import CameraEpisode, CameraStep, Outcome, Pose, Record, SeenImage
-from foundry.worlds.base import Answer, Question, Scenario, World, unanswered, undecided_outcome
-from foundry.worlds.usd.interpreter import Command, Interpreter, render_command
-from foundry.worlds.usd.motion import Moved, foot_of, moved
-from foundry.worlds.usd.reading import command_record
-from foundry.worlds.usd.rendering import OverviewFrame, png
-from foundry.worlds.usd.scene import FloatArray
+from foundry.records import CameraEpisode, CameraStep, Outcome, Record, SeenImage
+from foundry.worlds.base import Answer, Question, Recorded, Scenario, World, unanswered, undecided_outcome
+from foundry.worlds.usd.interpreter import Command, Interpreter
+from foundry.worlds.usd.motion import Moved, feet_of, moved
+from foundry.worlds.usd.reading import command_record, describe, recorded_command
+from foundry.worlds.usd.redrawing import CameraRedrawing, overview_after
+from foundry.worlds.usd.rendering import png
 from foundry.worlds.usd.settings import read_limits, read_usd_settings
 from foundry.worlds.usd.sight import Sight, observe
 from foundry.worlds.usd.surroundings import Surroundings, Target, surroundings_of
@@ -64,6 +62,10 @@ class UsdScenario(Scenario):
         """Return a fresh episode; the seed draws the target and the first pose."""
         return UsdWorld(self, seed)
 
+    def redraw(self, recorded: Recorded) -> CameraRedrawing:
+        """Return the pictures of a run."""
+        return CameraRedrawing(self.surroundings, recorded)
+
     def count_calls(self) -> int:
         """Return the number of decisions, at most."""
         return self.settings.steps
@@ -79,7 +81,7 @@ class UsdWorld(World):
         self._target: Target | None = self._around.draw_target(seeding.stream(seed, "target"))
         self._pose = self._around.draw_start(seeding.stream(seed, "start"), self._target)
         self._trail = [self._pose]
-        self._cells = set(self._around.visited(_feet([self._pose])))
+        self._cells = set(self._around.visited(feet_of([self._pose])))
         self._history: deque[Mapping[str, Any]] = deque(maxlen=self._settings.history)
         self._idle_streak = 0
         self._steps = 0
@@ -141,7 +143,7 @@ class UsdWorld(World):
         result = moved(self._pose, command, self._around, self._settings)
         before, self._pose = self._sight, result.pose
         self._sight = self._around.look(self._pose, self._target)
-        self._cells |= self._around.visited(_feet(result.places))
+        self._cells |= self._around.visited(feet_of(result.places))
         self._steps += 1
         record = self._record(answer, outcome or command.outcome, command, result, before)
         self._remember(answer.text, command, record)
@@ -152,15 +154,7 @@ class UsdWorld(World):
 
     def draw(self) -> bytes:
         """Return the overview of the scene with the agent, its way so far and what it sees."""
-        trail = _feet(self._trail)
-        frame = OverviewFrame(
-            foot=trail[-1],
-            yaw_deg=self._pose.yaw,
-            height_m=self._settings.body.height,
-            trail=trail,
-            caption=f"Step {self._steps}  {self._caption}".strip(),
-            inset=self._sight.image,
-        )
+        frame = overview_after(self._trail, self._settings.body.height, self._caption, self._sight.image)
         return png(self._around.overview(frame))
 
     def _task(self) -> str:
@@ -195,17 +189,7 @@ class UsdWorld(World):
     def _remember(self, reply: str, command: Command, record: CameraStep) -> None:
         self._idle_streak = self._idle_streak + 1 if command.idle else 0
         said = describe(command, record)
-        self._caption = said
+        self._caption = describe(recorded_command(record), record)
         self._trail.append(self._pose)
         pose = {name: getattr(self._pose, name) for name in ("x", "y", "z", "yaw", "pitch")}
         self._history.append({"step": self._steps - 1, "reply": reply, "outcome": said, "pose": pose})
-
-
-def _feet(poses: Iterable[Pose]) -> FloatArray:
-    return np.array([foot_of(pose) for pose in poses])
-
-
-def describe(command: Command, record: CameraStep) -> str:
-    """Return in a short phrase what was understood and what came of it."""
-    said = render_command(command) if record.outcome in (Outcome.CHOSEN, Outcome.REPAIRED) else str(record.outcome)
-    return f"{said}; {record.boundary}" if record.boundary else said

@@ -1,0 +1,103 @@
+"""The command that shows runs again, from their records alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from foundry.commands.application import app, console
+from foundry.errors import InputError
+
+if TYPE_CHECKING:
+    from foundry.replay.pictures import Picture
+    from foundry.store import RunFolder
+
+
+@app.command()
+def replay(
+    runs: Annotated[
+        list[Path], typer.Argument(help="Folders of runs: outputs/<sweep>/runs/<run>.", show_default=False)
+    ],
+    steps: Annotated[
+        str | None, typer.Option(help="Only these steps: 0,5,10-20; 0 is the initial state.", show_default=False)
+    ] = None,
+    every: Annotated[int | None, typer.Option(help="Only every n-th step.", show_default=False)] = None,
+    video: Annotated[Path | None, typer.Option(help="Write a film: .mp4 or .gif.", show_default=False)] = None,
+    fps: Annotated[float, typer.Option(help="Steps per second of the film.")] = 5.0,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the pictures; else analysis/replay of the sweep.", show_default=False),
+    ] = None,
+    window: Annotated[
+        bool, typer.Option("--window", help="Show a 3D run in a window; follows one that is going on.")
+    ] = False,
+    workers: Annotated[int | None, typer.Option(help="Processes that draw; else one a core.", min=1)] = None,
+) -> None:
+    """Show runs again, from their records alone: pictures, a film, or a window.
+
+    foundry replay outputs/pilot/runs/<run> --steps 0,10-20
+
+    Several runs are tiled: foundry replay RUN RUN RUN --video comparison.mp4
+    """
+    from foundry.replay.choosing import chosen_steps
+    from foundry.replay.film import check_film, write_film
+    from foundry.replay.pictures import pictures
+    from foundry.replay.recording import read_recording
+    from foundry.store import find_run
+
+    found = [find_run(path) for path in runs]
+    if window:
+        _show(found, unwanted=any(one is not None for one in (steps, every, video, out)))
+        return
+    recordings = [read_recording(run) for run in found]
+    for one in recordings:
+        if one.note:
+            print(f"{one.id}: {one.note}")
+    chosen = chosen_steps(steps, every, max(one.last for one in recordings))
+    if video is not None:
+        check_film(video, fps)
+    drawn = _with_progress(pictures(recordings, chosen, workers=workers), len(chosen))
+    if video is None or out is not None:
+        folder = out or _folder(found)
+        drawn = _kept(drawn, folder)
+    if video is not None:
+        write_film(video, drawn, fps)
+        print(f"wrote {video}: {len(chosen)} pictures, {fps:g} a second")
+    else:
+        print(f"wrote {sum(1 for _ in drawn)} pictures to {folder}")
+
+
+def _folder(runs: Sequence[RunFolder]) -> Path:
+    first = runs[0].replay_dir
+    return first if len(runs) == 1 else first.with_name(f"{first.name}_and_{len(runs) - 1}_more")
+
+
+def _show(runs: Sequence[RunFolder], *, unwanted: bool) -> None:
+    """Show one run in a window until the user closes it."""
+    from foundry.replay.screen import check_display
+
+    if len(runs) != 1 or unwanted:
+        raise InputError("--window shows one run, and all of its steps: give no other run, steps or file.")
+    check_display()
+    from foundry.replay.window import show
+
+    show(runs[0])
+
+
+def _with_progress(drawn: Iterator[Picture], total: int) -> Iterator[Picture]:
+    """Yield the pictures; on a terminal a bar says how far they are."""
+    from rich.progress import track
+
+    terminal = console()
+    yield from track(drawn, "drawing", total=total, console=terminal, disable=not terminal.is_terminal)
+
+
+def _kept(drawn: Iterator[Picture], folder: Path) -> Iterator[Picture]:
+    """Yield the pictures, each after its file is written."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for picture in drawn:
+        (folder / f"step_{picture.step:04d}.png").write_bytes(picture.png)
+        yield picture

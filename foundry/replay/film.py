@@ -1,0 +1,94 @@
+"""Pictures to a film: MP4 by ffmpeg, GIF by Pillow."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from foundry.errors import InputError, not_found
+from foundry.replay.pictures import Picture
+
+_GIF_COLOURS = 128
+
+
+def check_film(path: Path, fps: float) -> None:
+    """Find out before anything is drawn whether the film can be written.
+
+    Raises:
+        InputError: its kind, its folder or its rate is not possible, or what encodes it is not installed.
+    """
+    if path.suffix.lower() not in _WRITERS:
+        raise not_found("Kind of film", path.suffix or path.name, _WRITERS, "The file's ending says which.")
+    if not path.parent.is_dir():
+        raise InputError(f"--video {path}: there is no folder '{path.parent}'.")
+    if not 0 < fps <= 100:
+        raise InputError(f"--fps {fps:g} is not above 0 and at most 100.")
+    if path.suffix.lower() == ".mp4":
+        _ffmpeg()
+
+
+def write_film(path: Path, shown: Iterable[Picture], fps: float) -> None:
+    """Write the pictures as a film; the file is there once all of it is."""
+    unfinished = path.with_stem(f".{path.stem}.unfinished")
+    try:
+        _WRITERS[path.suffix.lower()](unfinished, shown, fps)
+        unfinished.replace(path)
+    finally:
+        unfinished.unlink(missing_ok=True)
+
+
+def _ffmpeg() -> Any:
+    try:
+        import imageio_ffmpeg
+    except ImportError as error:
+        raise InputError("An MP4 needs an encoder: pip install 'foundry[video]', or name a .gif.") from error
+    return imageio_ffmpeg
+
+
+def _write_mp4(path: Path, shown: Iterable[Picture], fps: float) -> None:
+    writer: Any = None
+    try:
+        for picture in shown:
+            pixels = _even(np.asarray(_opened(picture), np.uint8))
+            if writer is None:
+                size = (pixels.shape[1], pixels.shape[0])
+                # The index at the front lets a browser begin before it has all of the file.
+                parameters = ["-movflags", "+faststart"]
+                writer = _ffmpeg().write_frames(
+                    str(path), size, fps=fps, codec="libx264", quality=7, macro_block_size=2,
+                    ffmpeg_log_level="error", output_params=parameters,
+                )  # fmt: skip
+                writer.send(None)
+            writer.send(pixels)
+    finally:
+        if writer is not None:
+            writer.close()
+
+
+def _even(pixels: Any) -> Any:
+    """Return (h, w, 3) with the last row and column repeated where H.264 needs an even number of them."""
+    height, width = pixels.shape[:2]
+    return np.ascontiguousarray(np.pad(pixels, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge"))
+
+
+def _write_gif(path: Path, shown: Iterable[Picture], fps: float) -> None:
+    frames = _reduced(shown)
+    first = next(frames)
+    first.save(path, save_all=True, append_images=frames, duration=max(round(1000 / fps), 10), loop=0)
+
+
+def _reduced(shown: Iterable[Picture]) -> Iterator[Image.Image]:
+    for picture in shown:
+        yield _opened(picture).quantize(_GIF_COLOURS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+
+
+def _opened(picture: Picture) -> Image.Image:
+    return Image.open(io.BytesIO(picture.png)).convert("RGB")
+
+
+_WRITERS: dict[str, Callable[[Path, Iterable[Picture], float], None]] = {".mp4": _write_mp4, ".gif": _write_gif}

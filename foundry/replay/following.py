@@ -1,0 +1,60 @@
+"""Where a viewer of a run is, also of one that is still going on."""
+
+from __future__ import annotations
+
+from foundry.errors import InputError
+from foundry.replay.recording import read_recording, redrawing_of
+from foundry.store import RunFolder
+from foundry.worlds.usd.overview import OverviewFrame
+from foundry.worlds.usd.redrawing import CameraRedrawing
+
+
+class Follower:
+    """Where a viewer of a run is: which step is shown, and whether the next one comes by itself.
+
+    Attributes:
+        run: the run.
+        redrawing: its pictures as far as they are recorded.
+        last: the last recorded step.
+        step: the step that is shown.
+        playing: whether the next one comes by itself.
+    """
+
+    def __init__(self, run: RunFolder) -> None:
+        self.run = run
+        self._stamp = ""
+        self._read()
+        self.step = 0 if run.ended else self.last
+        self.playing = True
+
+    def _read(self) -> None:
+        stamp = self.run.stamp()
+        if stamp == self._stamp:
+            return
+        recording = read_recording(self.run)
+        if not recording.episode:
+            raise InputError(f"Run '{self.run.id}' is not one of a 3D world, or has not begun: --window shows nothing.")
+        redrawing = redrawing_of(recording)
+        assert isinstance(redrawing, CameraRedrawing), "only 3D worlds write episode.jsonl"
+        self.redrawing, self.last, self._stamp = redrawing, recording.last, stamp
+
+    def tick(self) -> bool:
+        """Look for new records; while playing, go to the latest step of a run that is going on, else to the next one.
+
+        Returns:
+            Whether another step is shown now.
+        """
+        going_on = not self.run.ended
+        self._read()
+        before = self.step
+        if self.playing:
+            self.step = self.last if going_on else min(self.step + 1, self.last)
+        return self.step != before
+
+    def go(self, step: int) -> None:
+        """Show a step, or the nearest that there is, and stay there."""
+        self.step, self.playing = min(max(step, 0), self.last), False
+
+    def frame(self) -> OverviewFrame:
+        """Return what is to be shown."""
+        return self.redrawing.frame(self.step)

@@ -1,0 +1,110 @@
+"""What is left of a run, read once: enough to draw it again in any process."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache, partial
+from pathlib import Path
+
+import msgspec
+
+from foundry.errors import InputError, RecordError
+from foundry.preflight import scenario_of
+from foundry.store import RunFolder, kept_file
+from foundry.targets import check_targets
+from foundry.worlds.base import Recorded, Redrawing
+
+
+@dataclass(frozen=True)
+class Recording:
+    """The records of one run.
+
+    Attributes:
+        id: the run's id.
+        folder: the run's folder.
+        config: the effective configuration, as JSON.
+        steps: whole lines of `steps.jsonl`, and of whole steps only.
+        episode: the line of `episode.jsonl`; empty when the world writes none.
+        last: the last step that is whole; 0 when there is none.
+        note: what there is to say of a run that is not complete, or "".
+        identity: what tells the run from others, by name: model, world, prompt, seed and what was swept.
+    """
+
+    id: str
+    folder: Path
+    config: bytes
+    steps: bytes
+    episode: bytes
+    last: int
+    note: str
+    identity: tuple[tuple[str, str], ...] = field(repr=False)
+
+
+class _StepOf(msgspec.Struct):
+    step: int
+
+
+def read_recording(run: RunFolder) -> Recording:
+    """Return the records of a run as far as it is.
+
+    Raises:
+        InputError: it was never started.
+        RecordError: the records are damaged.
+    """
+    if not run.path.is_dir():
+        raise InputError(f"Run '{run.id}' has not been started yet: there is nothing to replay.")
+    steps = _whole_lines(run.steps_bytes())
+    try:
+        numbers = [line.step for line in msgspec.json.Decoder(_StepOf).decode_lines(steps)]
+    except msgspec.DecodeError as error:
+        raise RecordError(f"The steps of '{run.path}' cannot be read: {error}") from error
+    last = _last_whole(numbers)
+    config = run.config()
+    return Recording(
+        id=run.id,
+        folder=run.path,
+        config=msgspec.json.encode(config),
+        steps=b"".join(line for line, number in zip(steps.splitlines(True), numbers, strict=True) if number <= last),
+        episode=_whole_lines(run.episode_bytes()),
+        last=last,
+        note=_note(run, last),
+        identity=_identity(run),
+    )
+
+
+@lru_cache(maxsize=64)
+def redrawing_of(recording: Recording) -> Redrawing:
+    """Return the pictures of a run; the same object when asked again for the same records."""
+    config = msgspec.json.decode(recording.config)
+    check_targets(config, (), f"Run '{recording.id}'")
+    recorded = Recorded(config["seed"], recording.steps, recording.episode, partial(kept_file, recording.folder))
+    return scenario_of(config).redraw(recorded)
+
+
+def _whole_lines(content: bytes) -> bytes:
+    return content[: content.rfind(b"\n") + 1]
+
+
+def _last_whole(numbers: Sequence[int]) -> int:
+    """Return the last step with as many lines as the first one; a crash may have cut the one behind it."""
+    if not numbers:
+        return 0
+    whole = numbers.count(numbers[-1]) == numbers.count(numbers[0])
+    return numbers[-1] if whole else numbers[-1] - 1
+
+
+def _note(run: RunFolder, last: int) -> str:
+    summary = run.summary()
+    if summary is None:
+        return f"unfinished: recorded up to step {last}"
+    if summary.status != "complete":
+        return f"failed after step {last}: {summary.error}"
+    return ""
+
+
+def _identity(run: RunFolder) -> tuple[tuple[str, str], ...]:
+    config = run.config()
+    named = {group: str(config[group]["name"]) for group in ("model", "world", "prompt")}
+    swept = {key: str(value) for key, value in run.factors.items() if key not in named}
+    return tuple({**named, "seed": str(config["seed"]), **swept}.items())

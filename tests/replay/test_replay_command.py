@@ -1,0 +1,98 @@
+"""The command `replay`: pictures, films, and a window where there is a display."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import imageio_ffmpeg
+import numpy as np
+import pytest
+from PIL import Image
+
+from commands import foundry
+from foundry.store import RunFolder
+
+
+def replay(*arguments: object, cwd: Path, **changes: str) -> subprocess.CompletedProcess[str]:
+    return foundry("replay", *map(str, arguments), cwd=cwd, **changes)
+
+
+def film(path: Path, height: int, width: int) -> np.ndarray:
+    """Return the frames of an MP4, (n, height, width, 3)."""
+    command = [imageio_ffmpeg.get_ffmpeg_exe(), "-i", str(path), "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
+    done = subprocess.run(command, capture_output=True, check=True)
+    return np.frombuffer(done.stdout, np.uint8).reshape(-1, height, width, 3)
+
+
+def test_pictures_go_beside_the_analysis_and_equal_the_saved_ones(grid_runs: list[RunFolder], workspace: Path):
+    run = grid_runs[0]
+    done = replay(run.path, "--every", 3, cwd=workspace)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == f"wrote 3 pictures to {run.replay_dir}\n"
+    for file in (run.path / "frames").iterdir():
+        assert (run.replay_dir / file.name).read_bytes() == file.read_bytes()
+
+
+def test_an_mp4_shows_the_pictures_at_the_rate_asked_for(grid_runs: list[RunFolder], workspace: Path):
+    run = grid_runs[0]
+    done = replay(run.path, "--steps", "0,3,6", "--video", "run.mp4", "--fps", 2, cwd=workspace)
+    assert done.stdout == "wrote run.mp4: 3 pictures, 2 a second\n", done.stderr
+    frames = film(workspace / "run.mp4", 800, 800)
+    assert len(frames) == 3
+    saved = np.asarray(Image.open(run.path / "frames" / "step_0006.png").convert("RGB"), int)
+    assert np.abs(frames[2] - saved).mean() < 2
+    assert imageio_ffmpeg.count_frames_and_secs(str(workspace / "run.mp4")) == (3, 1.5)
+    assert [file.name for file in workspace.iterdir()] == ["run.mp4"]
+
+
+def test_a_gif_of_several_runs_is_tiled(grid_runs: list[RunFolder], workspace: Path):
+    done = replay(*(run.path for run in grid_runs[:2]), "--steps", "1-2", "--video", "both.gif", cwd=workspace)
+    assert done.returncode == 0, done.stderr
+    with Image.open(workspace / "both.gif") as picture:
+        assert (picture.n_frames, picture.size, picture.info["duration"]) == (2, (1600, 862), 200)
+
+
+def test_a_run_that_is_not_finished_is_shown_as_far_as_it_goes(
+    grid_runs: list[RunFolder], workspace: Path, tmp_path: Path
+):
+    run = grid_runs[0]
+    hidden = tmp_path / "run.json"
+    (run.path / "run.json").rename(hidden)
+    try:
+        done = replay(run.path, "--steps", 0, "--out", "pictures", cwd=workspace)
+    finally:
+        hidden.rename(run.path / "run.json")
+    assert done.stdout.splitlines() == [
+        f"{run.id}: unfinished: recorded up to step 6",
+        "wrote 1 pictures to pictures",
+    ]
+    assert [file.name for file in (workspace / "pictures").iterdir()] == ["step_0000.png"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--video", "x.avi"), "Kind of film '.avi' not found"),
+        (("--video", "nowhere/x.mp4"), "there is no folder 'nowhere'"),
+        (("--video", "x.gif", "--fps", "0"), "--fps 0 is not above 0"),
+        (("--steps", "1-900"), "there is no step 900"),
+        (("--window", "--video", "x.mp4"), "--window shows one run"),
+    ],
+)
+def test_what_cannot_be_done_is_said_in_one_line(
+    grid_runs: list[RunFolder], workspace: Path, arguments: tuple[str, ...], said: str
+):
+    done = replay(grid_runs[0].path, *arguments, cwd=workspace)
+    assert done.returncode == 2
+    assert said in done.stderr and done.stderr.count("\n") == 1
+    assert list(workspace.iterdir()) == []
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="elsewhere there always is a display")
+@pytest.mark.parametrize(("display", "said"), [("", "DISPLAY is not set"), (":9731", "DISPLAY=:9731 cannot be opened")])
+def test_a_window_without_a_display_is_refused(camera_runs: list[RunFolder], workspace: Path, display: str, said: str):
+    done = replay(camera_runs[0].path, "--window", cwd=workspace, DISPLAY=display)
+    assert done.returncode == 2
+    assert said in done.stderr and done.stderr.count("\n") == 1

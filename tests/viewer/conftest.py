@@ -1,0 +1,29 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from foundry.store import SweepFolder
+from made_up_runs import Playing, whole_sweep
+from viewer.server import ViewServer, serving
+
+
+@pytest.fixture(scope="session")
+def made_up(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
+    """Two models and two seeds: mishaps; hostile texts; another way; a failed run. Read only."""
+    made = whole_sweep(tmp_path_factory.mktemp("viewer") / "made up")
+    failed = Playing(made.runs()[3])
+    failed.play(1, 2)
+    failed.end("the server is gone <b>for good</b>")
+    made.analysis_dir.mkdir()
+    rows = [f"{run.id},{value}" for run, value in zip(made.runs(), ("0.25", "1e-3", "", "nan"), strict=True)]
+    made.signatures_path.write_text("run,idle_rate.share\n" + "\n".join(rows) + "\n", encoding="utf-8")
+    made.report_path.write_text("<!doctype html><title>report</title>", encoding="utf-8")
+    return made
+
+
+@pytest.fixture(scope="session")
+def server(made_up: SweepFolder) -> Iterator[ViewServer]:
+    with serving(made_up.path) as running:
+        yield running

@@ -1,0 +1,54 @@
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+from commands import foundry
+from foundry.store import SweepFolder
+from made_up_runs import sweep
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for another process")
+def test_view_serves_the_newest_sweep_until_it_is_interrupted(tmp_path: Path):
+    for name in ("older", "newer"):
+        sweep(tmp_path / "outputs" / name)
+    command = [sys.executable, "-m", "foundry", "view", "--no-browser"]
+    with subprocess.Popen(
+        command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    ) as process:
+        assert process.stdout is not None
+        line = process.stdout.readline()
+        assert line.startswith("outputs/newer is shown at http://127.0.0.1:")
+        with urllib.request.urlopen(line.split()[4] + "data/sweeps", timeout=10) as response:
+            assert b"newer" in response.read()
+        os.kill(process.pid, signal.SIGINT)
+        assert process.wait(timeout=20) == 0
+        assert process.stdout.read().strip() == "ended"
+
+
+def test_view_writes_the_page_as_files(made_up: SweepFolder, tmp_path: Path):
+    done = foundry("view", str(made_up.path), "--export", "page", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("4 runs in ")
+    assert (tmp_path / "page" / "index.html").is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("view",), "There is no folder outputs/ here"),
+        (("view", "nothing"), "Folder 'nothing' does not exist"),
+        (("view", ".", "--export", "out"), "it has no sweep.yaml"),
+    ],
+)
+def test_what_cannot_be_shown_is_said_in_one_line(tmp_path: Path, arguments: tuple[str, ...], said: str):
+    done = foundry(*arguments, cwd=tmp_path)
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert len(done.stderr.splitlines()) == 1

@@ -1,0 +1,93 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from browser import browser_page
+from foundry.errors import InputError
+from foundry.store import SweepFolder
+from made_up_runs import STEPS, sweep
+from viewer.export import Exported, export
+
+
+@pytest.fixture(scope="module")
+def exported(made_up: SweepFolder, tmp_path_factory: pytest.TempPathFactory) -> Exported:
+    return export(made_up.path, tmp_path_factory.mktemp("export") / "page")
+
+
+@contextmanager
+def opened(exported: Exported, address: str, **options: Any) -> Iterator[Any]:
+    with browser_page(**options) as page:
+        page.set_default_timeout(8000)
+        page.goto(f"{exported.page.as_uri()}#/{address}")
+        yield page
+
+
+def test_the_exported_page_works_without_a_server(exported: Exported, made_up: SweepFolder):
+    with opened(exported, "") as page:
+        page.wait_for_selector("[data-sort='idle_rate.share']")
+        page.click(f"text={made_up.runs()[0].id}")
+        page.wait_for_function("() => document.querySelector('.where')?.textContent.startsWith('step 1 of')")
+        page.wait_for_function("() => Foundry.page.data.marked === 6")
+        page.keyboard.press("x")
+        page.keyboard.press("x")
+        page.keyboard.press("]")
+        page.wait_for_selector("details[data-kind=action] .prompt")
+        assert page.text_content(".where") == f"step 4 of {STEPS}"
+        assert "You are Agent 0 (female) at step 4" in page.text_content("details[data-kind=action] .prompt")
+
+
+def test_the_exported_page_never_runs_what_a_model_wrote(exported: Exported, made_up: SweepFolder):
+    with opened(exported, f"run/made-up/{made_up.runs()[1].id}?step=2&agent=1") as page:
+        page.wait_for_selector("details[data-kind=action] .reply", state="attached")
+        assert "<script>window.hacked" in page.text_content("details[data-kind=action] .reply")
+        assert page.evaluate("() => window.hacked") is None
+
+
+def test_the_exported_page_forbids_inline_and_foreign_scripts(exported: Exported):
+    refused = ("violates the following Content Security Policy", "ERR_", "Failed to load", "Refused to")
+    with opened(exported, "", allowed_errors=refused) as page:
+        page.wait_for_selector("tbody tr")
+        page.evaluate(
+            """() => {
+              const inline = document.createElement('script');
+              inline.textContent = 'window.hacked = 1';
+              document.body.append(inline);
+              const image = document.createElement('img');
+              image.setAttribute('onerror', 'window.hacked = 2');
+              image.src = 'data:nothing';
+              document.body.append(image);
+              const foreign = document.createElement('script');
+              foreign.src = 'data:text/javascript,window.hacked=3';
+              return new Promise((resolve) => { foreign.onerror = resolve; document.body.append(foreign); });
+            }"""
+        )
+        assert page.evaluate("() => window.hacked") is None
+
+
+def test_runs_are_compared_without_a_server(exported: Exported, made_up: SweepFolder):
+    runs = made_up.runs()
+    with opened(exported, f"compare/made-up/{runs[0].id}/{runs[2].id}") as page:
+        page.wait_for_selector(".verdict .go")
+        assert "First message that differs: step 4" in page.text_content(".verdict")
+
+
+def test_an_export_says_what_it_wrote(exported: Exported):
+    files = [path for path in exported.page.parent.rglob("*") if path.is_file()]
+    assert (exported.runs, exported.files) == (4, len(files))
+    assert (exported.page.parent / "files" / "made-up" / "report.html").is_file()
+
+
+def test_an_export_overwrites_nothing(tmp_path: Path):
+    made = sweep(tmp_path / "sweep")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "mine.txt").write_text("mine", encoding="utf-8")
+    with pytest.raises(InputError, match="name a new or an empty folder"):
+        export(made.path, tmp_path / "out")
+    with pytest.raises(InputError, match="no sweep.yaml"):
+        export(tmp_path / "out", tmp_path / "new")
+    assert not (tmp_path / "new").exists()

@@ -1,0 +1,101 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import msgspec
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from foundry.errors import RecordError
+from viewer import lines
+from viewer.lines import StepLines, by_agent, lines_of_agent
+
+
+def encoded(rows: list[tuple[int, int]], text: str = "") -> bytes:
+    return b"".join(msgspec.json.encode({"step": step, "agent": agent, "text": text}) + b"\n" for step, agent in rows)
+
+
+def grown(path: Path, content: bytes) -> StepLines:
+    path.write_bytes(content)
+    found = StepLines(path)
+    found.grow()
+    return found
+
+
+def test_the_lines_of_a_range_of_steps_are_found(tmp_path: Path):
+    rows = [(step, agent) for step in range(1, 6) for agent in range(3)]
+    found = grown(tmp_path / "steps.jsonl", encoded(rows))
+    assert found.read(2, 3) == encoded([row for row in rows if row[0] in (2, 3)])
+    assert found.counts(4, 9) == {4: 3, 5: 3}
+    assert found.last == (5, 3)
+
+
+def test_steps_without_lines_are_skipped(tmp_path: Path):
+    found = grown(tmp_path / "messages.jsonl", encoded([(2, 0), (7, 0), (7, 1)]))
+    assert found.read(3, 6) == b""
+    assert found.read(1, 7) == encoded([(2, 0), (7, 0), (7, 1)])
+
+
+def test_a_torn_line_is_not_seen_until_it_is_whole(tmp_path: Path):
+    path, content = tmp_path / "steps.jsonl", encoded([(1, 0), (1, 1)])
+    found = grown(path, content[:-4])
+    assert found.last == (1, 1)
+    path.write_bytes(content)
+    found.grow()
+    assert found.last == (1, 2)
+    assert found.read(1, 1) == content
+
+
+def test_a_file_that_is_not_there_yet_is_empty(tmp_path: Path):
+    found = StepLines(tmp_path / "steps.jsonl")
+    found.grow()
+    assert found.last == (0, 0)
+    assert found.read(1, 5) == b""
+
+
+def test_a_run_started_anew_is_read_anew(tmp_path: Path):
+    path = tmp_path / "steps.jsonl"
+    found = grown(path, encoded([(1, 0), (2, 0), (3, 0)]))
+    path.write_bytes(encoded([(1, 0)]))
+    found.grow()
+    assert found.last == (1, 1)
+
+
+@pytest.mark.parametrize("content", [b'{"agent":0,"step":1}\n', b"\n", b"nonsense\n"])
+def test_a_line_that_does_not_begin_with_its_step_is_an_error(tmp_path: Path, content: bytes):
+    with pytest.raises(RecordError, match="does not begin with its step"):
+        grown(tmp_path / "steps.jsonl", content)
+
+
+def test_steps_that_go_back_are_an_error(tmp_path: Path):
+    with pytest.raises(RecordError, match="step 1 comes after step 2"):
+        grown(tmp_path / "steps.jsonl", encoded([(2, 0), (1, 0)]))
+
+
+def test_no_text_looks_like_the_line_of_another_agent():
+    content = encoded([(1, 0)], text='\n{"step":1,"agent":1,"x":0}\n') + encoded([(1, 1)], text="mine")
+    (line,) = lines_of_agent(content, 1, 1, 1)
+    assert msgspec.json.decode(line)["text"] == "mine"
+    assert lines_of_agent(content, 7, 1, 1) == []
+    assert by_agent(content)[1] == [line]
+
+
+@given(counts=st.lists(st.integers(0, 5), max_size=12), cuts=st.lists(st.integers(0, 2000), max_size=4))
+def test_lines_are_found_however_the_file_grows(
+    tmp_path_factory: pytest.TempPathFactory, counts: list[int], cuts: list[int]
+):
+    rows = [(step, agent) for step, count in enumerate(counts, 1) for agent in range(count)]
+    content, path = encoded(rows), tmp_path_factory.mktemp("grows") / "steps.jsonl"
+    found = StepLines(path)
+    for cut in [*sorted(cuts), len(content)]:
+        path.write_bytes(content[:cut])
+        found.grow()
+    for step, count in enumerate(counts, 1):
+        assert found.read(step, step) == encoded([(step, agent) for agent in range(count)])
+
+
+def test_a_line_longer_than_a_block_is_whole(tmp_path: Path):
+    content = encoded([(1, 0)], text="x" * (lines.BLOCK + 10)) + encoded([(2, 0)])
+    found = grown(tmp_path / "steps.jsonl", content)
+    assert found.read(1, 2) == content

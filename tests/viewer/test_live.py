@@ -1,0 +1,96 @@
+"""A page that is open while runs are being written."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+from browser import browser_page
+from commands import wait_until
+from made_up_runs import Playing, mishaps, sweep
+from viewer.live import serve_live
+from viewer.server import serving
+
+CODE = """
+import sys, time
+from pathlib import Path
+from viewer.live import serve_live
+with serve_live(Path(sys.argv[1])) as url:
+    print(url, flush=True)
+    time.sleep(60)
+"""
+
+
+def answers(url: str) -> bool:
+    try:
+        with urllib.request.urlopen(url, timeout=5) as response:
+            return bool(response.status == 200)
+    except OSError:
+        return False
+
+
+def test_a_page_follows_a_run_while_it_is_written(tmp_path: Path):
+    made = sweep(tmp_path / "grows")
+    playing = Playing(made.runs()[0], mishaps)
+    playing.play(1, 2)
+    with serving(made.path) as server, browser_page() as page:
+        page.goto(f"{server.url}#/run/grows/{made.runs()[0].id}")
+        page.wait_for_function("() => document.querySelector('.where')?.textContent === 'step 1 of 2'")
+        page.check(".follow input")
+        playing.play(3, 4)
+        page.wait_for_function("() => document.querySelector('.where').textContent === 'after step 4 of 4'")
+        page.wait_for_function("() => Foundry.page.data.marks.undecided[3] === 1")
+        playing.play(5, 6)
+        playing.end("the server is gone")
+        page.wait_for_selector(".state .is-failed")
+        assert page.text_content(".where") == "after step 6 of 6"
+        assert page.is_hidden(".follow")
+
+
+def test_a_run_that_was_opened_before_it_began_appears(tmp_path: Path):
+    made = sweep(tmp_path / "begins")
+    folder = made.runs()[0]
+    with serving(made.path) as server, browser_page() as page:
+        page.goto(f"{server.url}#/run/begins/{folder.id}")
+        page.wait_for_function("() => document.querySelector('.where')?.textContent === 'no step yet'")
+        playing = Playing(folder)
+        playing.play(1, 1)
+        page.wait_for_function("() => document.querySelector('.where').textContent === 'step 1 of 1'")
+        playing.writer.close()
+
+
+def test_the_overview_follows_a_sweep(tmp_path: Path):
+    made = sweep(tmp_path / "goes on", models=("first",), seeds=(0,))
+    with serving(made.path) as server, browser_page() as page:
+        page.goto(server.url)
+        page.wait_for_selector(".is-waiting")
+        playing = Playing(made.runs()[0])
+        playing.play(1, 6)
+        playing.end()
+        page.wait_for_selector("tbody .is-complete")
+        assert "1 of 1 runs ended" in page.text_content(".progress")
+
+
+def test_a_sweep_is_served_from_a_process_of_its_own_as_long_as_asked(tmp_path: Path):
+    made = sweep(tmp_path / "served")
+    with serve_live(made.path) as url:
+        assert answers(f"{url}data/sweeps")
+    assert not answers(url)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows kills no process group")
+def test_the_server_ends_with_the_process_that_started_it(tmp_path: Path):
+    made = sweep(tmp_path / "served")
+    command = [sys.executable, "-c", CODE, str(made.path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        url = process.stdout.readline().strip()
+        assert answers(url)
+        os.kill(process.pid, signal.SIGKILL)
+    wait_until(lambda: not answers(url), "the server goes on without the process that started it")

@@ -1,0 +1,190 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+from foundry.errors import InputError, RecordError
+from foundry.store import SweepFolder
+from made_up_runs import AGENTS, STEPS, Playing, sweep, whole_run
+from viewer.personas import stated_persona
+from viewer.resources import Resources, addresses_of_run, resources_of_agents
+
+
+@pytest.fixture
+def resources(made_up: SweepFolder) -> Iterator[Resources]:
+    opened = Resources(made_up.path)
+    yield opened
+    opened.close()
+
+
+def ask(resources: Resources, address: str) -> Any:
+    return msgspec.json.decode(resources.get(address).content)
+
+
+def run(made_up: SweepFolder, index: int = 0) -> str:
+    return f"run/made-up/{made_up.runs()[index].id}"
+
+
+def test_a_folder_of_sweeps_lists_them_newest_first_with_their_baselines(tmp_path: Path):
+    for name in ("older", "newer", "newer/baselines"):
+        sweep(tmp_path / name)
+    assert [one["name"] for one in ask(Resources(tmp_path), "sweeps")["sweeps"]] == [
+        "newer/baselines",
+        "newer",
+        "older",
+    ]
+
+
+def test_sweeps_whose_names_become_alike_keep_addresses_of_their_own(tmp_path: Path):
+    sweep(tmp_path / "a b")
+    sweep(tmp_path / "a-b")
+    assert sorted(one["id"] for one in ask(Resources(tmp_path), "sweeps")["sweeps"]) == ["a-b", "a-b-2"]
+
+
+def test_the_rows_say_how_every_run_stands_and_why_it_failed(resources: Resources):
+    head, rows = ask(resources, "sweep/made-up"), ask(resources, "sweep/made-up/rows/0")["rows"]
+    assert head["counts"] == {"complete": 3, "failed": 1}
+    assert [row["status"] for row in rows] == ["complete", "complete", "complete", "failed"]
+    assert rows[3]["error"] == "the server is gone <b>for good</b>"
+    assert rows[0]["undecided"] == 1
+    assert {"label": "report", "kind": "html", "path": "report.html"} in head["links"]
+
+
+def test_signatures_that_are_missing_are_null_and_never_zero(resources: Resources):
+    assert ask(resources, "sweep/made-up")["measures"] == ["idle_rate.share"]
+    assert ask(resources, "sweep/made-up/measure/0")["values"] == [0.25, 0.001, None, None]
+
+
+def test_frames_hold_what_the_records_say(resources: Resources, made_up: SweepFolder):
+    about, frames = ask(resources, f"{run(made_up)}/about"), ask(resources, f"{run(made_up)}/frames/0")
+    assert (frames["first"], frames["last"]) == (1, STEPS)
+    assert len(frames["x"]) == (STEPS + 1) * AGENTS
+    assert frames["x"][:AGENTS] == [-4] * AGENTS
+    assert frames["x"][-AGENTS:] == [2] * AGENTS
+    assert about["outcomes"][frames["outcome"][3 * AGENTS]] == "unreadable"
+    assert frames["links"][0] == [1, 2]
+    assert frames["deliveries"][:2] == [[], [1, 2]]
+    assert frames["place"][:AGENTS] == [0, 0, -1, -1]
+
+
+def test_marks_count_by_step(resources: Resources, made_up: SweepFolder):
+    marks = ask(resources, f"{run(made_up)}/marks/0")["marks"]
+    assert marks["undecided"] == [0, 0, 0, 1, 0, 0]
+    assert marks["repaired"] == [0, 0, 1, 0, 0, 0]
+    assert marks["said"] == [0, 1, 0, 1, 0, 1]
+
+
+def test_a_decision_comes_with_its_prompts_replies_and_what_was_heard(resources: Resources, made_up: SweepFolder):
+    found = ask(resources, f"{run(made_up)}/decisions/0/2")
+    assert [one["step"] for one in found["steps"]] == list(range(1, STEPS + 1))
+    assert [(one["step"], one["kind"]) for one in found["calls"][:3]] == [(1, "message"), (1, "action"), (2, "message")]
+    assert "You are Agent 2" in found["calls"][0]["messages"][0]["content"]
+    assert found["received"] == [[step, 1, f"hello from step {step}"] for step in (2, 4, 6)]
+
+
+def test_a_track_holds_the_way_and_the_persona_that_the_prompt_states(resources: Resources, made_up: SweepFolder):
+    track = ask(resources, f"{run(made_up)}/track/1")
+    assert track["x"] == [-4, -3, -2, -1, 0, 1, 2]
+    assert track["persona"] == {"gender": "male"}
+    assert ask(resources, f"{run(made_up)}/track/2")["persona"] == {"gender": "female"}
+
+
+def test_a_persona_that_no_prompt_states_is_left_out():
+    assert stated_persona({"gender": {"female": 1}}, []) == {}
+
+
+def test_a_run_that_never_began_has_nothing_to_show(tmp_path: Path):
+    made = sweep(tmp_path / "waits")
+    address = f"run/waits/{made.runs()[0].id}"
+    resources = Resources(made.path)
+    assert ask(resources, f"{address}/progress")["status"] == "waiting"
+    assert ask(resources, f"{address}/frames/0")["x"] == []
+    assert ask(resources, f"{address}/marks/0")["marks"]["said"] == []
+    assert ask(resources, f"{address}/track/0")["x"] == []
+
+
+def test_only_whole_steps_are_shown_while_a_run_is_written(tmp_path: Path):
+    made = sweep(tmp_path / "grows")
+    playing, resources = Playing(made.runs()[0]), Resources(made.path)
+    address = f"run/grows/{made.runs()[0].id}"
+    playing.play(1, 2)
+    playing.writer.append([made_up_first_agent_of(3)])
+    assert ask(resources, f"{address}/progress")["done"] == 2
+    assert ask(resources, f"{address}/frames/0")["last"] == 2
+    playing.writer.close()
+
+
+def made_up_first_agent_of(number: int) -> Any:
+    from made_up_runs import step
+
+    return step(number, 0)
+
+
+def test_a_run_started_anew_is_shown_anew(tmp_path: Path):
+    made = sweep(tmp_path / "again")
+    folder, resources = made.runs()[0], Resources(made.path)
+    address = f"run/again/{folder.id}"
+    whole_run(folder)
+    before = ask(resources, f"{address}/progress")
+    playing = Playing(folder)
+    playing.play(1, 1)
+    after = ask(resources, f"{address}/progress")
+    assert (before["done"], after["done"]) == (STEPS, 1)
+    assert before["beginning"] != after["beginning"]
+    playing.writer.close()
+
+
+def test_steps_that_lack_an_agent_are_a_record_error(tmp_path: Path):
+    made = sweep(tmp_path / "lacks")
+    folder = made.runs()[0]
+    whole_run(folder)
+    lines = folder.steps_bytes().splitlines(keepends=True)
+    folder.stream_path("steps").write_bytes(b"".join(lines[:5] + lines[6:]))
+    with pytest.raises(RecordError, match="not one line per agent and step"):
+        Resources(made.path).get(f"run/lacks/{folder.id}/frames/0")
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        "",
+        "nothing",
+        "sweeps/x",
+        "sweep/other",
+        "sweep/made-up/rows/x",
+        "sweep/made-up/measure/7",
+        "run/made-up/x/about",
+    ],
+)
+def test_what_is_not_there_is_said_so(resources: Resources, address: str):
+    with pytest.raises(InputError):
+        resources.get(address)
+
+
+@pytest.mark.parametrize(
+    "part", ["frames", "frames/-1", "frames/1/2", "frames/..", "decisions/0", "secret", "frames/9" + "9" * 20]
+)
+def test_a_run_is_asked_by_known_names_and_numbers_only(resources: Resources, made_up: SweepFolder, part: str):
+    with pytest.raises(InputError):
+        resources.get(f"{run(made_up)}/{part}")
+
+
+def test_every_address_of_a_run_answers(resources: Resources, made_up: SweepFolder):
+    view = resources.view("made-up", made_up.runs()[0].id)
+    addresses = list(addresses_of_run(view))
+    assert {address.partition("/")[0] for address in addresses} == {
+        "about", "progress", "frames", "texts", "marks",
+    }  # fmt: skip
+    for address in addresses:
+        assert resources.get(f"{run(made_up)}/{address}").content
+
+
+def test_what_is_read_for_all_agents_at_once_is_what_is_read_for_each(resources: Resources, made_up: SweepFolder):
+    together = dict(resources_of_agents(resources.view("made-up", made_up.runs()[0].id)))
+    assert len(together) == 2 * AGENTS
+    for address, resource in together.items():
+        assert resource.content == resources.get(f"{run(made_up)}/{address}").content, address

@@ -1,0 +1,189 @@
+"""The 3D part of the viewer in a real browser, under the policy of the viewer's page."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import threading
+from collections.abc import Iterator
+from functools import lru_cache
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+import numpy as np
+import pytest
+from PIL import Image
+
+from browser import browser_page
+from episodes import Kept, composed, episode
+from foundry.paths import PACKAGE
+from viewer.scene_export import scene_glb
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+STATIC = PACKAGE.parent / "viewer" / "static"
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
+    "base-uri 'none'; form-action 'none'"
+)
+PAGE = b"""<!doctype html><meta charset="utf-8"><link rel="icon" href="icon.svg"><link rel="stylesheet" href="page.css">
+<div id="box"></div><script src="scene3d.js"></script><script src="page.js"></script>"""
+STYLE = b"body { margin: 0 } #box { width: 640px; height: 480px }"
+SCRIPT = b"""
+window.mountScene = async (withScene) => {
+  const { episode, steps } = await (await fetch("records.json")).json();
+  const glb = withScene ? await (await fetch("scene.glb")).arrayBuffer() : null;
+  window.view = await window.FoundryScene.mount(document.getElementById("box"), { glb, episode, steps });
+};"""
+KINDS = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml", ".html": "text/html"}
+
+
+@lru_cache(maxsize=1)
+def played() -> Kept:
+    return episode("kibo", "oracle", seed=0)
+
+
+@lru_cache(maxsize=1)
+def files() -> dict[str, bytes]:
+    kept = played()
+    records = {"episode": kept.opening, "steps": kept.steps}
+    found = {"page.html": PAGE, "page.css": STYLE, "page.js": SCRIPT, "records.json": msgspec.json.encode(records)}
+    return found | {"scene.glb": scene_glb(composed("kibo", "oracle").conditions[0].config) or b""}
+
+
+class Handler(BaseHTTPRequestHandler):
+    def do_GET(self) -> None:
+        name = self.path.lstrip("/")
+        content = files()[name] if name in files() else (STATIC / name).read_bytes()
+        self.send_response(200)
+        self.send_header("Content-Type", KINDS.get(Path(name).suffix, "application/octet-stream"))
+        self.send_header("Content-Length", str(len(content)))
+        self.send_header("Content-Security-Policy", POLICY)
+        self.end_headers()
+        self.wfile.write(content)
+
+    def log_message(self, format: str, *arguments: Any) -> None:
+        """Say nothing."""
+
+
+@contextlib.contextmanager
+def opened(*, scene: bool = True, webgl: bool = True) -> Iterator[Page]:
+    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    try:
+        with browser_page(width=640, height=480) as page:
+            if not webgl:
+                page.add_init_script("HTMLCanvasElement.prototype.getContext = () => null")
+            page.goto(f"http://127.0.0.1:{server.server_port}/page.html")
+            page.evaluate(f"mountScene({json.dumps(scene)})")
+            yield page
+    finally:
+        server.shutdown()
+        server.server_close()
+
+
+def shot(page: Page) -> Any:
+    """Return what is on the page as (h, w, 3), after the frame that is due is drawn."""
+    page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    return np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB"), int)
+
+
+def near(image: Any, colour: tuple[int, int, int], tolerance: int = 12) -> int:
+    return int((np.abs(image - colour).max(axis=2) <= tolerance).sum())
+
+
+def reddish(image: Any) -> int:
+    red, green, blue = np.moveaxis(image, 2, 0)
+    return int(((red > 80) & (red > 2 * green) & (red > 2 * blue)).sum())
+
+
+def test_seeking_and_new_records_show_the_way_so_far_and_nothing_of_the_page_is_forbidden():
+    last = len(played().steps)
+    with opened() as page:
+        trails = []
+        for step in (0, last // 2, last):
+            page.evaluate(f"view.seek({step})")
+            trails.append(near(shot(page), (242, 115, 0)))
+        assert trails[0] < trails[1] < trails[2]
+        image = shot(page)
+        red, green, blue = np.moveaxis(image, 2, 0)
+        assert ((green > red + 60) & (green > blue + 25)).sum() > 20  # the target's box and pin
+        assert (image.max(axis=2) < 200).sum() > 20_000  # the scene itself
+        page.evaluate(
+            "fetch('records.json').then((r) => r.json()).then(({ steps }) => {"
+            " view.update(steps.slice(0, 2)); view.seek(99) })"
+        )
+        assert trails[0] < near(shot(page), (242, 115, 0)) < trails[2]
+        page.evaluate("view.dispose()")
+        assert page.locator("canvas").count() == 0 and page.locator(".scene3d-controls").count() == 0
+
+
+def cut_nowhere(page: Page) -> tuple[int, int]:
+    """Return how much of the agent is seen below the roof, and through it."""
+    page.evaluate("view.seek(0)")
+    page.locator(".scene3d-cut").evaluate("bar => { bar.value = bar.max; bar.dispatchEvent(new Event('input')) }")
+    whole = reddish(shot(page))
+    page.check(".scene3d-fade")
+    return whole, reddish(shot(page))
+
+
+def test_through_the_agents_eyes_the_scene_is_what_the_model_was_shown():
+    step = 2
+    kept = Image.open(io.BytesIO(played().images[step].content)).convert("RGB")
+    with opened() as page:
+        page.evaluate(f"view.seek({step})")
+        page.check(".scene3d-eye")
+        seen = Image.fromarray(shot(page).astype(np.uint8)).resize(kept.size, Image.Resampling.BOX)
+    below_the_controls = slice(40, None)
+    difference = np.abs(np.asarray(kept, int) - np.asarray(seen, int))[below_the_controls]
+    assert difference.mean() < 6 and np.percentile(difference, 90) < 20
+
+
+def test_seeing_through_shows_the_agent_and_pointer_wheel_and_keys_move_the_camera():
+    with opened() as page:
+        whole, faded = cut_nowhere(page)
+        assert 3 * whole < faded
+        page.click(".scene3d-reset")
+        first = shot(page)
+        page.mouse.move(500, 400)
+        page.mouse.down()
+        page.mouse.move(620, 420)
+        page.mouse.up()
+        dragged = shot(page)
+        page.mouse.wheel(0, -400)
+        wheeled = shot(page)
+        page.focus("canvas")
+        page.keyboard.press("ArrowLeft")
+        page.keyboard.press("+")
+        pressed = shot(page)
+        for before, after in ((first, dragged), (dragged, wheeled), (wheeled, pressed)):
+            assert (before != after).any(axis=2).mean() > 0.05
+        page.keyboard.press("Home")
+        inside = (slice(60, -10), slice(10, -10))  # neither the controls nor the ring around what has the focus
+        assert np.abs(shot(page)[inside] - first[inside]).mean() < 0.5
+
+
+def test_without_a_scene_the_way_is_shown_alone():
+    with opened(scene=False) as page:
+        page.evaluate("view.seek(3)")
+        image = shot(page)
+        assert near(image, (242, 115, 0)) > 100
+        assert page.locator(".scene3d-cut").count() == 0
+
+
+def test_a_browser_without_webgl_gets_a_plain_message():
+    with opened(webgl=False) as page:
+        assert "offers no WebGL 2" in page.inner_text(".scene3d-note")
+        page.evaluate("(view.seek(1), view.resize(), view.dispose())")
+        assert page.locator(".scene3d-note").count() == 0
+
+
+@pytest.mark.parametrize("name", ["scene3d.js", "scene3d_parts.js", "scene3d_view.js"])
+def test_scripts_are_short_and_evaluate_nothing(name: str):
+    text = (STATIC / name).read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= 300
+    assert "eval(" not in text and "innerHTML" not in text and "http" not in text

@@ -1,0 +1,140 @@
+from __future__ import annotations
+
+import gzip
+import http.client
+import json
+import socket
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from foundry.errors import InputError
+from foundry.store import SweepFolder
+from made_up_runs import sweep, whole_run
+from viewer.server import ViewServer, is_loopback, serving
+
+
+def ask(server: ViewServer, path: str, method: str = "GET", **headers: str) -> tuple[http.client.HTTPResponse, bytes]:
+    """Send a path exactly as it is."""
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=10)
+    try:
+        connection.putrequest(method, path, skip_host="Host" in headers, skip_accept_encoding=True)
+        for name, value in headers.items():
+            connection.putheader(name.replace("_", "-"), value)
+        connection.endheaders()
+        response = connection.getresponse()
+        return response, response.read()
+    finally:
+        connection.close()
+
+
+def answered(server: ViewServer, path: str) -> Any:
+    response, content = ask(server, path)
+    assert response.status == 200
+    return json.loads(content)
+
+
+def test_it_listens_on_this_machine_alone_unless_told_otherwise(server: ViewServer):
+    assert server.server_address[0] == "127.0.0.1"
+    assert [is_loopback(host) for host in ("127.0.0.1", "localhost", "::1", "0.0.0.0", "example.org")] == [True] * 3 + [
+        False
+    ] * 2
+
+
+def test_the_page_forbids_foreign_and_inline_scripts(server: ViewServer):
+    response, content = ask(server, "/")
+    policy = response.getheader("Content-Security-Policy") or ""
+    assert "default-src 'none'; script-src 'self'; style-src 'self'" in policy
+    assert "unsafe" not in policy
+    assert b"<script src=" in content
+    assert response.getheader("X-Content-Type-Options") == "nosniff"
+
+
+def test_documents_of_the_sweep_cannot_reach_the_page(server: ViewServer):
+    response, _ = ask(server, "/files/made-up/report.html")
+    assert response.status == 200
+    assert (response.getheader("Content-Security-Policy") or "").startswith("sandbox ")
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/files/made-up/../../etc/passwd", "/files/made-up/..%2f..%2fsecret.html", "/files/made-up/%2e%2e/secret.html",
+        "/files/made-up/%252e%252e/secret.html", "/files/made-up/..\\secret.html", "/files/made-up/..%5csecret.html",
+        "/files/made-up//etc/passwd", "/files/made-up/runs/%00.html", "/files/../secret.html", "/files/made-up/",
+        "/../secret.html", "/%2e%2e/server.py", "//etc/passwd", "/data/../secret.html", "/files/made-up/linked.html",
+        "/files/made-up/sweep.yaml", "/vendor/../../server.py", "/source_http.py", "/files",
+    ],
+)  # fmt: skip
+def test_nothing_outside_the_sweep_is_served(tmp_path: Path, path: str):
+    made = sweep(tmp_path / "made up")
+    (tmp_path / "secret.html").write_text("secret", encoding="utf-8")
+    (made.path / "linked.html").symlink_to(tmp_path / "secret.html")
+    with serving(made.path) as server:
+        response, content = ask(server, path)
+    assert response.status == 404
+    assert set(json.loads(content)) == {"error"}
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example", "evil.example:{port}", "127.0.0.1", "127.0.0.1:1", "", "localhost.evil.example:{port}"]
+)
+def test_foreign_names_are_refused(server: ViewServer, host: str):
+    response, content = ask(server, "/data/sweeps", Host=host.format(port=server.server_port))
+    assert response.status == 403
+    assert b"made" not in content
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1:{port}", "localhost:{port}", "LOCALHOST:{port}", "[::1]:{port}"])
+def test_its_own_names_are_answered(server: ViewServer, host: str):
+    response, _ = ask(server, "/data/sweeps", Host=host.format(port=server.server_port))
+    assert response.status == 200
+
+
+@pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "PATCH", "OPTIONS"])
+def test_the_records_can_only_be_read(server: ViewServer, method: str):
+    response, _ = ask(server, "/data/sweeps", method)
+    assert response.status == 405
+    assert response.getheader("Allow") == "GET, HEAD"
+
+
+def test_head_gives_the_headers_alone(server: ViewServer):
+    response, content = ask(server, "/data/sweeps", "HEAD")
+    assert response.status == 200
+    assert int(response.getheader("Content-Length") or 0) > 0
+    assert content == b""
+
+
+def test_long_answers_are_compressed_for_those_who_can_read_that(server: ViewServer, made_up: SweepFolder):
+    path = f"/data/run/made-up/{made_up.runs()[0].id}/decisions/0/0"
+    plain, packed = ask(server, path), ask(server, path, Accept_Encoding="gzip")
+    assert packed[0].getheader("Content-Encoding") == "gzip"
+    assert gzip.decompress(packed[1]) == plain[1]
+    assert len(packed[1]) < len(plain[1]) / 2
+
+
+def test_damaged_records_are_said_to_be_so(tmp_path: Path):
+    made = sweep(tmp_path / "damaged")
+    folder = made.runs()[0]
+    whole_run(folder)
+    folder.stream_path("steps").write_bytes(folder.steps_bytes().replace(b'"action":"move"', b'"action":7'))
+    with serving(made.path) as server:
+        response, content = ask(server, f"/data/run/damaged/{folder.id}/frames/0")
+    assert response.status == 409
+    assert b"cannot be read" in content
+
+
+def test_a_new_sweep_is_seen_without_a_restart(tmp_path: Path):
+    sweep(tmp_path / "one")
+    with serving(tmp_path) as server:
+        sweep(tmp_path / "two")
+        assert {one["name"] for one in answered(server, "/data/sweeps")["sweeps"]} == {"one", "two"}
+
+
+def test_a_port_that_is_taken_is_said_in_one_line(made_up: SweepFolder):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        with pytest.raises(InputError, match="choose another --port"):
+            ViewServer(made_up.path, port=taken.getsockname()[1])

@@ -1,0 +1,40 @@
+"""What the page's own files may hold; read from the files."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from viewer.files import POLICY, STATIC
+
+OWN = sorted(path for path in STATIC.iterdir() if path.suffix in (".js", ".css", ".html"))
+MARKUP = re.compile(
+    r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|\beval\(|new Function|setAttribute\(\"(style|on)|srcdoc|"
+    r"createContextualFragment|DOMParser"
+)
+
+
+@pytest.mark.parametrize("path", OWN, ids=lambda path: path.name)
+def test_no_text_can_become_markup_or_code(path: Path):
+    assert MARKUP.findall(path.read_text(encoding="utf-8")) == []
+
+
+@pytest.mark.parametrize("path", OWN, ids=lambda path: path.name)
+def test_nothing_is_fetched_from_anywhere_and_no_file_is_long(path: Path):
+    text = path.read_text(encoding="utf-8")
+    assert [url for url in re.findall(r"https?://[^\s\"')]+", text) if "www.w3.org" not in url] == []
+    assert len(text.splitlines()) <= 500
+
+
+def test_the_page_repeats_the_policy_of_the_server():
+    page = (STATIC / "index.html").read_text(encoding="utf-8")
+    assert f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">' in page
+    assert re.findall(r"<script(?! src=)|<style|\son\w+=", page) == []
+
+
+def test_every_script_of_the_page_is_there():
+    page = (STATIC / "index.html").read_text(encoding="utf-8")
+    names = set(re.findall(r'(?:src|href)="([\w./]+)"', page)) - {"source.js"}
+    assert [name for name in names if not (STATIC / name).is_file()] == []

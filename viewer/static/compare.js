@@ -1,0 +1,157 @@
+"use strict";
+/* Two to four runs on one clock, where they part, and the decision of each. */
+(function (foundry) {
+  const {h, fill, badge, quote} = foundry.dom;
+  const LISTED = 12;
+
+  class ComparePage {
+    constructor(runs, wanted) {
+      this.runs = runs;
+      this.agent = null;
+      this.isGrid = runs.every((run) => run.about.kind === "grid");
+      this.panels = runs.map((run) => this.panel(run));
+      this.player = new foundry.Player({
+        marks: () => this.marks(), fires: runs[0].about.fires || [], kinds: this.isGrid ? ["message", "fire", "failure"] : ["failure", "boundary"],
+        onKey: (key) => this.key(key), summary: () => "",
+      });
+      this.clock = this.player.clock;
+      this.clock.isReady = (step) => !this.isGrid || runs.every((run) => step > run.done || run.chunkAt(step) !== null);
+      this.clock.onChange(() => this.update());
+      this.verdict = h("section", {class: "verdict", "aria-label": "Where the runs part"}, h("p", {class: "note"}, "Looking for the first difference…"));
+      this.now = h("p", {class: "now"});
+      this.decisions = h("div", {class: "columns"});
+      this.element = h("div", {class: "run compare"}, h("h1", {}, `${runs.length} runs side by side`), this.warning(), this.verdict, this.player.element,
+        h("div", {class: `panels of-${runs.length}`}, this.panels.map((one) => one.element)), this.now, this.decisions);
+      runs.forEach((run) => run.onGrowth(() => this.grown()));
+      this.grown(wanted);
+    }
+
+    dispose() {
+      this.disposed = true;
+      this.player.dispose();
+      this.panels.forEach((one) => one.view.dispose && one.view.dispose());
+    }
+
+    panel(run) {
+      const view = run.about.kind === "grid" ? new foundry.Grid(run, {onPick: (agent) => this.select(agent)}) : new foundry.SeenImage(run);
+      const state = h("span", {class: "state"}, badge(run.progress.status));
+      const element = h("section", {class: "panel", "aria-label": run.name},
+        h("h2", {}, h("a", {href: `#/run/${run.sweep}/${run.id}`}, run.about.model), h("small", {}, ` ${run.about.prompt} · seed ${run.about.seed} `), state), view.element);
+      return {run, view, state, element};
+    }
+
+    warning() {
+      const seeds = new Set(this.runs.map((run) => run.about.seed)), worlds = new Set(this.runs.map((run) => run.about.world));
+      if (seeds.size === 1 && worlds.size === 1) return null;
+      return h("p", {class: "warning"}, "These runs differ in more than the model: they have not the same seed and world.");
+    }
+
+    /** Sums of the marks of all runs. */
+    marks() {
+      const sum = {};
+      for (const run of this.runs) {
+        for (const [name, values] of Object.entries(run.marks)) {
+          sum[name] = sum[name] || [];
+          values.forEach((value, index) => { sum[name][index] = (sum[name][index] || 0) + value; });
+        }
+      }
+      return sum;
+    }
+
+    async grown(wanted) {
+      this.panels.forEach(({run, state}) => foundry.showState(state, run));
+      this.clock.setSteps(Math.max(...this.runs.map((run) => run.done)));
+      this.player.showGrowing(foundry.source.live && this.runs.some((run) => !run.ended));
+      if (wanted) {
+        this.clock.seek(wanted.step || 1);
+        if (wanted.agent !== null) this.select(wanted.agent);
+      }
+      this.runs.forEach((run) => run.loadMarks(() => this.player.timeline.draw()));
+      if (!this.found) await this.look();
+    }
+
+    async look() {
+      const stopped = () => this.disposed;
+      const done = await foundry.difference.firstDifference(this.runs, stopped);
+      const said = await foundry.difference.firstText(this.runs, stopped);
+      if (stopped()) return;
+      this.found = done;
+      const line = (what, hit) => h("p", {}, h("b", {}, what), hit ? [" step ", h("button", {type: "button", class: "go", onclick: () => this.go(hit)}, String(hit.step)),
+        ` (${this.isGrid ? `agent ${this.list(hit.agents)}` : "the decision"})`] : " none in the steps that all of them have");
+      fill(this.verdict, line("First action or position that differs:", done), line(`First ${this.isGrid ? "message" : "reply"} that differs:`, said));
+    }
+
+    list(agents) { return agents.length > LISTED ? `${agents.slice(0, LISTED).join(", ")} and ${agents.length - LISTED} more` : agents.join(", "); }
+
+    go(hit) {
+      this.clock.pause();
+      this.clock.seek(hit.step);
+      this.select(hit.agents[0]);
+    }
+
+    select(agent) {
+      const most = Math.max(...this.runs.map((run) => run.about.agents));
+      this.agent = agent !== null && agent >= 0 && agent < most ? agent : null;
+      this.panels.forEach(({view}) => { if (view instanceof foundry.Grid) view.selected = this.agent; });
+      this.shown = null;
+      this.update();
+    }
+
+    async update() {
+      const {clock} = this;
+      if (!clock.steps) return;
+      for (const {run, view} of this.panels) this.draw(run, view, clock);
+      if (clock.playing) return;
+      foundry.remember({step: clock.step, agent: this.agent});
+      const wanted = `${clock.step}/${this.agent}/${this.runs.map((run) => run.done)}`;
+      if (this.shown === wanted) return;
+      this.shown = wanted;
+      await this.showDifferences(clock.step, wanted);
+      await this.showDecisions(clock.step, wanted);
+    }
+
+    draw(run, view, clock) {
+      const ended = clock.step > run.done, step = Math.min(clock.step, run.done);
+      if (view instanceof foundry.Grid) {
+        if (!view.draw(step, ended ? 1 : clock.share) && step) run.load(step).then(() => this.disposed || view.draw(step, ended ? 1 : clock.share), () => null);
+        view.canvas.setAttribute("aria-label", `${run.name}. ${view.describe()}`);
+      } else if (step) {
+        run.load(step).then((chunk) => view.show(chunk.steps[step - chunk.first]), () => null);
+      }
+    }
+
+    async showDifferences(step, wanted) {
+      const agents = await foundry.difference.differingAgents(this.runs, step);
+      if (this.shown !== wanted) return;
+      const pick = (agent) => h("button", {type: "button", class: "go", onclick: () => this.select(agent)}, String(agent));
+      fill(this.now, h("b", {}, `At step ${step}: `), agents.length === 0 ? "all do the same." : this.isGrid
+        ? [`${agents.length} agent(s) differ: `, agents.slice(0, LISTED).map(pick), agents.length > LISTED ? " …" : null] : "the decisions differ.");
+    }
+
+    async showDecisions(step, wanted) {
+      const agent = this.isGrid ? this.agent : 0;
+      if (agent === null) { fill(this.decisions, h("p", {class: "note"}, "Choose an agent to see the decision of each run.")); return; }
+      const found = await Promise.all(this.runs.map((run) => run.decision(step, agent)));
+      if (this.shown !== wanted) return;
+      fill(this.decisions, found.map((decision, index) => this.column(this.runs[index], step, agent, decision)));
+    }
+
+    column(run, step, agent, decision) {
+      const {record} = decision;
+      const details = !record ? h("p", {class: "note"}, "No record of this step.") : run.about.kind === "grid"
+        ? foundry.parts.gridRecord(record, decision.received) : foundry.camera.decisionView(record);
+      return h("section", {class: "column"}, h("h3", {}, `${run.about.model} · step ${step}${this.isGrid ? ` · agent ${agent}` : ""}`), details,
+        h("h4", {}, "Raw replies"), decision.calls.map((call) => [h("p", {class: "role"}, call.kind), quote(call.text, "reply")]));
+    }
+
+    key(key) {
+      const most = Math.max(...this.runs.map((run) => run.about.agents));
+      if (key === "[" || key === "]") this.select(this.agent === null ? 0 : (this.agent + (key === "]" ? 1 : most - 1)) % most);
+      else if (key === "Escape") this.select(null);
+      else return false;
+      return true;
+    }
+  }
+
+  foundry.ComparePage = ComparePage;
+})(window.Foundry);

@@ -1,0 +1,73 @@
+"use strict";
+/* Makes elements. Text becomes text nodes and nothing else, so that what a model wrote can never become markup. */
+window.Foundry = window.Foundry || {};
+
+(function (foundry) {
+  const CONTROL = /[\u0000-\u0008\u000b\u000c\u000e-\u001f\u007f]/g;
+
+  /** Return text with control characters as visible signs; they are evidence, and must not vanish. */
+  function visible(text) {
+    return String(text).replace(CONTROL, (sign) =>
+      sign === "\u007f" ? "\u2421" : String.fromCharCode(0x2400 + sign.charCodeAt(0)));
+  }
+
+  function setAttribute(element, name, value) {
+    if (value === null || value === undefined || value === false) return;
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if (name === "value" || name === "checked" || name === "disabled" || name === "selected") element[name] = value;
+    else element.setAttribute(name, value === true ? "" : String(value));
+  }
+
+  function append(element, child) {
+    if (child === null || child === undefined || child === false) return;
+    if (Array.isArray(child)) child.forEach((one) => append(element, one));
+    else if (child instanceof Node) element.appendChild(child);
+    else element.appendChild(document.createTextNode(visible(child)));
+  }
+
+  /** Return an element: h("p", {class: "note"}, "text", otherElement). */
+  function h(tag, attributes, ...children) {
+    const element = document.createElement(tag);
+    for (const [name, value] of Object.entries(attributes || {})) setAttribute(element, name, value);
+    append(element, children);
+    return element;
+  }
+
+  function fill(element, ...children) {
+    element.replaceChildren();
+    append(element, children);
+    return element;
+  }
+
+  /** Say something to those who listen to the page instead of looking at it. */
+  function announce(text) {
+    document.getElementById("announcer").textContent = text;
+  }
+
+  function number(value, digits = 3) {
+    if (value === null || value === undefined) return "–";
+    if (Number.isInteger(value)) return value.toLocaleString("en");
+    return Math.abs(value) >= 1000 ? Math.round(value).toLocaleString("en") : String(Number(value.toPrecision(digits)));
+  }
+
+  function color(name) {
+    return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+  }
+
+  /** A word that says how something stands, with a sign, so that colour is never alone. */
+  const SIGNS = {
+    complete: "✓", failed: "✕", running: "▶", unfinished: "◌", waiting: "…",
+    chosen: "✓", repaired: "◆", unreadable: "▼", empty: "▼", truncated: "▼",
+  };
+
+  function badge(word) {
+    return h("span", {class: `badge is-${word}`}, h("span", {"aria-hidden": "true"}, SIGNS[word] || "•", " "), word);
+  }
+
+  /** What a model or a person wrote: kept apart from the page's own text, whatever its direction. */
+  function quote(text, className = "") {
+    return h("pre", {class: `quote ${className}`, dir: "auto"}, text === "" ? "(empty)" : text);
+  }
+
+  foundry.dom = {h, fill, announce, number, color, badge, quote, visible};
+})(window.Foundry);

@@ -1,0 +1,364 @@
+"use strict";
+/* Draws one step of a 2D run on a canvas: places and how full they are, fires, agents, links, messages as they fly. */
+(function (foundry) {
+  const {h, color} = foundry.dom;
+  const SAID = 1, ALARMED = 4;
+  const FLIGHT = 0.45;
+  const TAU = 2 * Math.PI;
+  const TONES = ["ink", "soft", "line", "paper", "agent", "bad", "mended", "talk", "fire", "place", "link", "select"];
+
+  class Grid {
+    /**
+     * @param data the RunData
+     * @param options.onPick called with the agent that was clicked, or null
+     */
+    constructor(data, options = {}) {
+      this.data = data;
+      this.about = data.about;
+      this.options = options;
+      this.selected = null;
+      this.track = null;
+      this.zoom = 1;
+      this.centre = [0, 0];
+      this.canvas = h("canvas", {class: "grid", role: "img", "aria-label": "The grid"});
+      this.element = h("div", {class: "grid-box"}, this.canvas, h("div", {class: "zoom"},
+        this.zoomButton("+", "Zoom in", 1.5), this.zoomButton("−", "Zoom out", 1 / 1.5), this.zoomButton("⤢", "Whole grid", 0)));
+      this.listen();
+      this.still = window.matchMedia("(prefers-reduced-motion: reduce)");
+      window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.tones = null; this.redraw(); });
+      new ResizeObserver(() => this.redraw()).observe(this.element);
+    }
+
+    zoomButton(sign, label, factor) {
+      return h("button", {type: "button", "aria-label": label, title: label, onclick: () => this.zoomBy(factor)}, sign);
+    }
+
+    zoomBy(factor) {
+      this.zoom = factor ? Math.max(1, Math.min(20, this.zoom * factor)) : 1;
+      if (this.zoom === 1) this.centre = [0, 0];
+      this.redraw();
+    }
+
+    listen() {
+      const {canvas} = this;
+      canvas.addEventListener("wheel", (event) => { event.preventDefault(); this.zoomBy(event.deltaY < 0 ? 1.15 : 1 / 1.15); }, {passive: false});
+      canvas.addEventListener("pointerdown", (event) => { this.grip = [event.offsetX, event.offsetY, ...this.centre]; this.dragged = false; });
+      canvas.addEventListener("pointermove", (event) => { if (event.buttons && this.grip) this.drag(event); });
+      canvas.addEventListener("pointerup", (event) => { if (!this.dragged) this.pick(event.offsetX, event.offsetY); this.grip = null; });
+    }
+
+    drag(event) {
+      const dx = event.offsetX - this.grip[0], dy = event.offsetY - this.grip[1];
+      if (Math.abs(dx) + Math.abs(dy) < 5 && !this.dragged) return;
+      this.dragged = true;
+      this.centre = [this.grip[2] - dx / this.cell, this.grip[3] + dy / this.cell];
+      this.redraw();
+    }
+
+    pick(px, py) {
+      let best = null, nearest = Math.max(10, this.cell) ** 2;
+      (this.spots || []).forEach(([x, y], agent) => {
+        const away = (x - px) ** 2 + (y - py) ** 2;
+        if (away < nearest) { nearest = away; best = agent; }
+      });
+      if (this.options.onPick) this.options.onPick(best);
+    }
+
+    toX(x) { return this.width / 2 + (x - this.centre[0]) * this.cell; }
+    toY(y) { return this.height / 2 - (y - this.centre[1]) * this.cell; }
+
+    /** Draw a step; `share` of it has gone by. Returns whether its records are there. */
+    draw(step, share) {
+      this.step = step;
+      this.share = share;
+      const chunk = step ? this.data.chunkAt(step) : null;
+      if (chunk) this.chunk = chunk;
+      this.redraw();
+      this.data.prefetch(step);
+      return chunk !== null;
+    }
+
+    measure() {
+      const {canvas, element, about} = this, scale = window.devicePixelRatio || 1;
+      const width = element.clientWidth, height = element.clientHeight;
+      if (canvas.width !== Math.round(width * scale) || canvas.height !== Math.round(height * scale)) {
+        canvas.width = Math.round(width * scale);
+        canvas.height = Math.round(height * scale);
+      }
+      this.width = width;
+      this.height = height;
+      this.cell = (Math.min(width, height) / (2 * about.half_size + 2)) * this.zoom;
+      const pen = canvas.getContext("2d");
+      pen.setTransform(scale, 0, 0, scale, 0, 0);
+      return pen;
+    }
+
+    redraw() {
+      if (!this.element.clientWidth) return;
+      if (!this.tones) this.tones = Object.fromEntries(TONES.map((name) => [name, color(name)]));
+      const pen = this.measure();
+      pen.fillStyle = this.tones.paper;
+      pen.fillRect(0, 0, this.width, this.height);
+      this.drawField(pen);
+      const {chunk, step} = this;
+      if (!chunk || step < chunk.first || step > chunk.last) { this.drawFires(pen); return; }
+      const base = (step - chunk.first) * this.about.agents;
+      this.drawPlaces(pen, chunk, base);
+      this.drawFires(pen);
+      const at = this.place(chunk, base);
+      this.drawLinks(pen, chunk.links[step - chunk.first], at);
+      this.drawTrack(pen);
+      this.drawAgents(pen, chunk, base, at);
+      this.drawMessages(pen, chunk.deliveries[step - chunk.first], at);
+    }
+
+    drawField(pen) {
+      const half = this.about.half_size + 0.5, {cell, tones} = this;
+      const left = this.toX(-half), top = this.toY(half), size = 2 * half * cell;
+      if (cell >= 6) {
+        pen.beginPath();
+        for (let line = -half; line <= half; line += 1) {
+          pen.moveTo(this.toX(line), top); pen.lineTo(this.toX(line), top + size);
+          pen.moveTo(left, this.toY(line)); pen.lineTo(left + size, this.toY(line));
+        }
+        pen.globalAlpha = 0.35;
+        pen.lineWidth = 1;
+        pen.strokeStyle = tones.line;
+        pen.stroke();
+        pen.globalAlpha = 1;
+      }
+      pen.strokeStyle = tones.soft;
+      pen.lineWidth = 1.5;
+      pen.strokeRect(left, top, size, size);
+    }
+
+    drawPlaces(pen, chunk, base) {
+      const {tones, about} = this;
+      const inside = this.countInside(chunk, base);
+      about.places.forEach((place, index) => {
+        const left = this.toX(place.center[0] - place.extent[0] - 0.5), top = this.toY(place.center[1] + place.extent[1] + 0.5);
+        const width = (2 * place.extent[0] + 1) * this.cell, height = (2 * place.extent[1] + 1) * this.cell;
+        const over = inside[index] > place.capacity;
+        pen.fillStyle = over ? tones.bad : tones.place;
+        pen.globalAlpha = 0.14;
+        pen.fillRect(left, top, width, height);
+        pen.globalAlpha = 0.5;
+        pen.fillRect(left, top + height - 4, width * Math.min(1, inside[index] / place.capacity), 4);
+        pen.globalAlpha = 1;
+        pen.strokeStyle = over ? tones.bad : tones.place;
+        pen.lineWidth = 1.5;
+        pen.strokeRect(left, top, width, height);
+        this.text(pen, `${place.name}  ${inside[index]}/${place.capacity}${over ? " over" : ""}`, left + 2, top - 4, over ? tones.bad : tones.ink);
+      });
+    }
+
+    /** Return how many agents are in each place; after the step, where they went. */
+    countInside(chunk, base) {
+      const {about} = this, inside = new Array(about.places.length).fill(0);
+      for (let agent = base; agent < base + about.agents; agent += 1) {
+        const place = this.share < 1 ? chunk.place[agent] : this.placeOf(chunk.x[agent + about.agents], chunk.y[agent + about.agents]);
+        if (place >= 0) inside[place] += 1;
+      }
+      return inside;
+    }
+
+    placeOf(x, y) {
+      return this.about.places.findIndex(({center, extent}) => Math.abs(x - center[0]) <= extent[0] && Math.abs(y - center[1]) <= extent[1]);
+    }
+
+    text(pen, text, x, y, tone, size = 12) {
+      pen.font = `600 ${size}px system-ui, sans-serif`;
+      pen.lineWidth = 3;
+      pen.strokeStyle = this.tones.paper;
+      pen.strokeText(text, x, y);
+      pen.fillStyle = tone;
+      pen.fillText(text, x, y);
+    }
+
+    drawFires(pen) {
+      const {tones} = this;
+      for (const fire of this.about.fires || []) {
+        const burning = this.step >= fire.start, x = this.toX(fire.position[0]), y = this.toY(fire.position[1]);
+        pen.beginPath();
+        pen.arc(x, y, Math.max(2, fire.radius * this.cell), 0, TAU);
+        pen.fillStyle = tones.fire;
+        pen.strokeStyle = tones.fire;
+        pen.globalAlpha = burning ? 0.06 + 0.12 * fire.intensity : 0;
+        pen.fill();
+        pen.globalAlpha = burning ? 0.9 : 0.35;
+        pen.lineWidth = 1.5;
+        pen.setLineDash(burning ? [] : [4, 6]);
+        pen.stroke();
+        pen.setLineDash([]);
+        if (burning) this.flame(pen, x, y);
+        pen.globalAlpha = 1;
+        this.text(pen, burning ? fire.name : `${fire.name} from step ${fire.start}`, x + 9, y + 4, tones.fire, 11);
+      }
+    }
+
+    flame(pen, x, y) {
+      pen.beginPath();
+      pen.moveTo(x, y - 9);
+      pen.bezierCurveTo(x + 9, y - 1, x + 6, y + 8, x, y + 8);
+      pen.bezierCurveTo(x - 6, y + 8, x - 9, y - 1, x, y - 9);
+      pen.fill();
+    }
+
+    /** Return where each agent is drawn, pixels; those that share a cell stand around its middle. */
+    place(chunk, base) {
+      const {about} = this, count = about.agents, share = this.still.matches ? Math.floor(this.share) : this.share;
+      const moved = Math.max(0, Math.min(1, (share - FLIGHT) / (1 - FLIGHT)));
+      const crowd = new Map();
+      const spots = new Array(count);
+      for (let agent = 0; agent < count; agent += 1) {
+        const now = base + agent, next = now + count;
+        const x = chunk.x[now] + (chunk.x[next] - chunk.x[now]) * moved, y = chunk.y[now] + (chunk.y[next] - chunk.y[now]) * moved;
+        const key = chunk.x[now] * 100003 + chunk.y[now], before = crowd.get(key) || 0;
+        crowd.set(key, before + 1);
+        const turn = before * 2.4, away = before ? 0.28 * this.cell : 0;
+        spots[agent] = [this.toX(x) + Math.cos(turn) * away, this.toY(y) + Math.sin(turn) * away];
+      }
+      this.spots = spots;
+      return spots;
+    }
+
+    drawLinks(pen, links, at) {
+      pen.beginPath();
+      for (let index = 0; index < links.length; index += 2) {
+        const a = at[links[index]], b = at[links[index + 1]];
+        pen.moveTo(a[0], a[1]);
+        pen.lineTo(b[0], b[1]);
+      }
+      pen.strokeStyle = this.tones.link;
+      pen.globalAlpha = links.length > 2000 ? 0.25 : 0.6;
+      pen.lineWidth = 1;
+      pen.stroke();
+      pen.globalAlpha = 1;
+    }
+
+    drawTrack(pen) {
+      if (!this.track || this.selected === null) return;
+      const {x, y} = this.track;
+      const upTo = Math.min(this.step - 1, x.length - 1);
+      for (const [from, to, alpha] of [[0, x.length - 1, 0.25], [0, upTo, 0.9]]) {
+        pen.beginPath();
+        for (let index = from; index <= to; index += 1) pen.lineTo(this.toX(x[index]), this.toY(y[index]));
+        pen.globalAlpha = alpha;
+        pen.strokeStyle = this.tones.select;
+        pen.lineWidth = 2;
+        pen.stroke();
+      }
+      pen.globalAlpha = 1;
+    }
+
+    drawAgents(pen, chunk, base, at) {
+      const {tones, about} = this, radius = Math.max(2.5, Math.min(11, this.cell * 0.42)), names = about.outcomes;
+      const groups = new Map();
+      for (let agent = 0; agent < about.agents; agent += 1) {
+        const outcome = names[chunk.outcome[base + agent]], message = names[chunk.message_outcome[base + agent]];
+        const tone = this.tone(outcome, message);
+        if (!groups.has(tone)) groups.set(tone, []);
+        groups.get(tone).push(agent);
+      }
+      for (const [tone, agents] of groups) this.drawBodies(pen, agents, at, radius, tones[tone], tone);
+      this.ring(pen, at, radius + 2, tones.fire, (agent) => chunk.flags[base + agent] & ALARMED);
+      this.ring(pen, at, radius + 2, tones.talk, (agent) => this.share < FLIGHT && chunk.flags[base + agent] & SAID);
+      if (this.selected !== null && this.selected < about.agents) this.ring(pen, at, radius + 5, tones.select, (agent) => agent === this.selected, 3);
+      if (radius >= 5 && about.agents <= 400) this.drawNumbers(pen, at, radius);
+    }
+
+    tone(outcome, message) {
+      const both = [outcome, message];
+      if (both.some((one) => one !== "chosen" && one !== "repaired")) return "bad";
+      return both.includes("repaired") ? "mended" : "agent";
+    }
+
+    /** Agents are discs; those whose reply could not be read are squares, the repaired ones diamonds. */
+    drawBodies(pen, agents, at, radius, tone, name) {
+      pen.beginPath();
+      for (const agent of agents) {
+        const [x, y] = at[agent];
+        if (name === "bad") pen.rect(x - radius, y - radius, 2 * radius, 2 * radius);
+        else if (name === "mended") this.diamond(pen, x, y, radius * 1.25);
+        else { pen.moveTo(x + radius, y); pen.arc(x, y, radius, 0, TAU); }
+      }
+      pen.fillStyle = tone;
+      pen.fill();
+    }
+
+    diamond(pen, x, y, size) {
+      pen.moveTo(x, y - size);
+      pen.lineTo(x + size, y);
+      pen.lineTo(x, y + size);
+      pen.lineTo(x - size, y);
+      pen.closePath();
+    }
+
+    ring(pen, at, radius, tone, belongs, width = 2) {
+      pen.beginPath();
+      at.forEach(([x, y], agent) => {
+        if (!belongs(agent)) return;
+        pen.moveTo(x + radius, y);
+        pen.arc(x, y, radius, 0, TAU);
+      });
+      pen.strokeStyle = tone;
+      pen.lineWidth = width;
+      pen.stroke();
+    }
+
+    drawNumbers(pen, at, radius) {
+      pen.font = `600 ${Math.round(radius * 1.15)}px system-ui, sans-serif`;
+      pen.textAlign = "center";
+      pen.textBaseline = "middle";
+      pen.fillStyle = this.tones.paper;
+      at.forEach(([x, y], agent) => pen.fillText(String(agent), x, y + 0.5));
+      pen.textAlign = "start";
+      pen.textBaseline = "alphabetic";
+    }
+
+    drawMessages(pen, deliveries, at) {
+      if (!deliveries.length || this.share >= FLIGHT) return;
+      const way = this.share / FLIGHT, {tones} = this;
+      pen.beginPath();
+      for (let index = 0; index < deliveries.length; index += 2) {
+        const a = at[deliveries[index]], b = at[deliveries[index + 1]];
+        if (way === 0 || this.still.matches) { pen.moveTo(a[0], a[1]); pen.lineTo(b[0], b[1]); continue; }
+        const x = a[0] + (b[0] - a[0]) * way, y = a[1] + (b[1] - a[1]) * way;
+        pen.rect(x - 3, y - 2, 6, 4);
+      }
+      pen.strokeStyle = tones.talk;
+      pen.fillStyle = tones.talk;
+      pen.lineWidth = 1.5;
+      pen.globalAlpha = deliveries.length > 4000 ? 0.35 : 0.9;
+      if (way === 0) pen.stroke(); else pen.fill();
+      pen.globalAlpha = 1;
+    }
+
+    /** Return [what, agents] of the decisions of this step that are worth a look. */
+    remarkable() {
+      const {about, chunk, step} = this, found = [["could not be read", []], ["repaired", []], ["said something", []]];
+      if (!chunk || step < chunk.first || step > chunk.last) return [];
+      const base = (step - chunk.first) * about.agents;
+      for (let agent = 0; agent < about.agents; agent += 1) {
+        const tone = this.tone(about.outcomes[chunk.outcome[base + agent]], about.outcomes[chunk.message_outcome[base + agent]]);
+        if (tone === "bad") found[0][1].push(agent);
+        if (tone === "mended") found[1][1].push(agent);
+        if (chunk.flags[base + agent] & SAID) found[2][1].push(agent);
+      }
+      return found.filter(([, agents]) => agents.length);
+    }
+
+    /** Return the picture in words. */
+    describe() {
+      const {about, chunk, step} = this;
+      if (!chunk || step < chunk.first || step > chunk.last) return "No records of this step yet.";
+      const inside = this.countInside(chunk, (step - chunk.first) * about.agents);
+      const places = about.places.map((place, index) => `${inside[index]} in ${place.name} (capacity ${place.capacity})`);
+      const burning = (about.fires || []).filter((fire) => fire.start <= step).map((fire) => fire.name);
+      const delivered = chunk.deliveries[step - chunk.first].length / 2;
+      return `${about.agents} agents: ${places.join(", ")}. ${delivered} messages delivered. ${burning.length ? `Burning: ${burning.join(", ")}.` : "No fire."}`;
+    }
+  }
+
+  foundry.Grid = Grid;
+})(window.Foundry);

@@ -1,0 +1,135 @@
+"use strict";
+/* Everything about one agent at one step: what it is, what it did, what it was asked and what it answered. */
+(function (foundry) {
+  const {h, fill, badge, quote, number} = foundry.dom;
+  const LISTED = 24;
+  const PATIENCE_MS = 300;
+
+  function facts(pairs) {
+    return h("dl", {class: "facts"}, pairs.filter((pair) => pair && pair[1] !== null && pair[1] !== undefined && pair[1] !== "")
+      .map(([name, value]) => [h("dt", {}, name), h("dd", {}, value)]));
+  }
+
+  function seconds(timings) {
+    return Object.entries(timings || {}).map(([name, value]) => `${name} ${number(value)} s`).join(", ");
+  }
+
+  /** One call: the prompt exactly as it was sent, the raw reply, how it went. */
+  function callView(call, open) {
+    const attempts = call.attempts || [];
+    return h("details", {class: "call", open, "data-kind": call.kind},
+      h("summary", {}, h("b", {}, call.kind), ` · ${call.cached ? "from the cache" : "asked"} · ended: ${call.ending}`),
+      h("h4", {}, "Reply"), quote(call.text, "reply"),
+      call.thinking ? [h("h4", {}, "Thinking"), quote(call.thinking)] : null,
+      attempts.length ? [h("h4", {}, "Tries that failed"), h("ul", {}, attempts.map((one) => h("li", {}, `${number(one.elapsed_s)} s: ${one.error}`)))] : null,
+      h("h4", {}, "Prompt"), (call.messages || []).map((message) => [
+        h("p", {class: "role"}, message.role, message.images_sha256 ? ` · ${message.images_sha256.length} image(s) ${message.images_sha256.map((one) => one.slice(0, 12)).join(", ")}` : null),
+        quote(message.content, "prompt")]),
+      facts([["model", call.model], ["host", call.host], ["sampling seed", String(call.seed)], ["times", seconds(call.timings)],
+        ["tokens", `${number(call.prompt_tokens)} in, ${number(call.output_tokens)} out`],
+        ["parameters", quote(JSON.stringify(call.parameters, null, 1), "small")]]));
+  }
+
+  function motion(record) {
+    if (record.action !== "move") return "stay";
+    return `move ${record.direction}: ${record.moved ? `to (${record.x_next}, ${record.y_next})` : "stopped by the edge"}`;
+  }
+
+  function gridRecord(record, received) {
+    return [
+      facts([
+        ["cell", `(${record.x}, ${record.y})${record.place ? ` in ${record.place}` : ""}`],
+        ["action", h("span", {}, badge(record.outcome), ` ${motion(record)}`)],
+        ["message", h("span", {}, badge(record.message_outcome), record.message === null ? " silent" : ` to ${record.neighbours.length} agent(s)`)],
+        ["can talk to", record.neighbours.join(", ") || "nobody"], ["fires perceived", record.fires.join(", ") || "none"],
+      ]),
+      record.message === null ? null : [h("h4", {}, "Message"), quote(record.message)],
+      record.message_reasoning ? [h("h4", {}, "Why it said so"), quote(record.message_reasoning)] : null,
+      record.reasoning ? [h("h4", {}, "Why it acted so"), quote(record.reasoning)] : null,
+      record.memory ? [h("h4", {}, "Remembers"), quote(record.memory)] : null,
+      received.length ? [h("h4", {}, "Was told"), h("ul", {class: "told"}, received.map(([, sender, text]) => h("li", {}, h("b", {}, `${sender}: `), h("bdi", {}, text))))] : null,
+    ];
+  }
+
+  function memories(earlier) {
+    const kept = earlier.filter((one) => one.memory && one.memory.trim()).slice(-5);
+    if (!kept.length) return null;
+    return h("details", {class: "call"}, h("summary", {}, "Memory before this step"),
+      h("ul", {class: "told"}, kept.map((one) => h("li", {}, h("b", {}, `step ${one.step}: `), h("bdi", {}, one.memory)))));
+  }
+
+  /** Return the calls with the one that failed first open; nothing is hidden about a failed decision. */
+  function calls(decision, opened) {
+    if (decision.damaged) return [h("p", {class: "warning"}, `The log of calls cannot be read to its end: ${decision.damaged}`)];
+    if (!decision.calls.length) return [h("p", {class: "note"}, "The log holds no call of this step.")];
+    const bad = {message: decision.record && decision.record.message_outcome, action: decision.record && decision.record.outcome};
+    return decision.calls.map((call) => callView(call, opened.has(call.kind) || !["chosen", undefined].includes(bad[call.kind])));
+  }
+
+  class Inspector {
+    /** @param onSelect called with an agent's number or null */
+    constructor(data, onSelect) {
+      this.data = data;
+      this.onSelect = onSelect;
+      this.agent = null;
+      this.opened = new Set();
+      this.choice = h("select", {"aria-label": "Agent", onchange: () => onSelect(this.choice.value === "" ? null : Number(this.choice.value))},
+        h("option", {value: ""}, "no agent"), Array.from({length: data.about.agents}, (_, agent) => h("option", {value: String(agent)}, `agent ${agent}`)));
+      this.persona = h("p", {class: "persona"});
+      this.body = h("div", {class: "decision"});
+      this.element = h("section", {class: "inspector", "aria-label": "What the agent did"}, h("div", {class: "row"}, h("h2", {}, "Agent"), this.choice), this.persona, this.body);
+      this.body.addEventListener("click", (event) => this.remember(event.target.closest("summary")));
+    }
+
+    /** Keep a call open from step to step once somebody opened it. */
+    remember(summary) {
+      const kind = summary && summary.parentElement.dataset.kind;
+      if (!kind) return;
+      if (summary.parentElement.open) this.opened.delete(kind); else this.opened.add(kind);
+    }
+
+    select(agent, track) {
+      this.agent = agent;
+      this.choice.value = agent === null ? "" : String(agent);
+      const persona = track && Object.entries(track.persona || {});
+      fill(this.persona, persona && persona.length ? persona.map(([name, value]) => `${name}: ${value}`).join(", ")
+        : agent === null ? "Choose an agent here, or click one." : "Its prompt states no persona.");
+      this.shown = null;
+    }
+
+    /**
+     * Show a step of the chosen agent; asks for its records when they are not there.
+     * @param remarkable what to show when no agent is chosen: [what, agents] of this step
+     */
+    async show(step, remarkable) {
+      const wanted = `${this.agent}/${step}/${this.data.done}/${remarkable ? remarkable.length : ""}`;
+      if (this.shown === wanted) return;
+      this.shown = wanted;
+      if (this.agent === null || !step) { fill(this.body, this.whose(step, remarkable || [])); return; }
+      setTimeout(() => { if (this.shown === wanted && this.filled !== wanted) fill(this.body, h("p", {class: "note"}, "Loading\u2026")); }, PATIENCE_MS);
+      try {
+        const decision = await this.data.decision(step, this.agent);
+        if (this.shown === wanted) this.fillBody(step, decision);
+      } catch (error) {
+        if (this.shown === wanted) fill(this.body, h("p", {class: "warning"}, error.message));
+      }
+    }
+
+    /** Return buttons for the agents of a step whose decisions are worth a look. */
+    whose(step, remarkable) {
+      return remarkable.map(([what, agents]) => [h("h4", {}, `Step ${step}: ${what} (${agents.length})`),
+        h("p", {}, agents.slice(0, LISTED).map((agent) => h("button", {type: "button", class: "go", onclick: () => this.onSelect(agent)}, String(agent))),
+          agents.length > LISTED ? " \u2026" : null)]);
+    }
+
+    fillBody(step, decision) {
+      const {record} = decision;
+      this.filled = this.shown;
+      fill(this.body, h("h3", {}, `Step ${step}`), record ? gridRecord(record, decision.received) : h("p", {class: "note"}, "No record of this step yet."),
+        memories(decision.earlier), h("h3", {}, "Prompts and replies"), calls(decision, this.opened));
+    }
+  }
+
+  foundry.Inspector = Inspector;
+  foundry.parts = {facts, callView, calls, gridRecord, motion};
+})(window.Foundry);

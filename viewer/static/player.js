@@ -1,0 +1,121 @@
+"use strict";
+/* Buttons and keys around a clock and its timeline; the same for 2D runs, 3D runs and comparisons. */
+(function (foundry) {
+  const {h, announce} = foundry.dom;
+
+  const KEYS = [
+    ["Space", "play or pause"], ["← →", "a step back or on"], ["Shift ← →", "ten steps"], ["Home End", "start or end"],
+    ["+ −", "faster or slower"], ["M", "next message"], ["F", "next fire"], ["X", "next failed or repaired decision"],
+    ["Shift M F X", "the previous one"], ["[ ]", "previous or next agent"], ["Esc", "no agent"], ["/", "search"],
+  ];
+
+  class Player {
+    /**
+     * @param options.marks, options.fires as for Timeline
+     * @param options.kinds which jumps there are: "message", "fire", "failure", "boundary"
+     * @param options.summary returns what to announce when the clock stands still
+     * @param options.onKey called with keys that are the page's own
+     */
+    constructor(options) {
+      this.options = options;
+      this.clock = new foundry.Clock();
+      this.timeline = new foundry.Timeline(this.clock, options);
+      this.label = h("output", {class: "where"});
+      this.playButton = this.button("▶", "Play", () => this.clock.toggle(), "play");
+      this.speed = h("select", {"aria-label": "Speed, steps per second", onchange: () => this.setSpeed()},
+        foundry.SPEEDS.map((speed) => h("option", {value: String(speed)}, `${speed} steps/s`)));
+      this.follow = h("input", {type: "checkbox", onchange: () => { this.clock.following = this.follow.checked; this.clock.seek(this.clock.end); }});
+      this.followLabel = h("label", {class: "follow", hidden: true}, this.follow, " follow");
+      this.element = h("section", {class: "player", "aria-label": "Timeline"}, this.buttons(), this.timeline.element, this.legend());
+      this.clock.onChange(() => this.update());
+      this.onKeyDown = (event) => this.key(event);
+      document.addEventListener("keydown", this.onKeyDown);
+    }
+
+    dispose() {
+      this.clock.pause();
+      clearTimeout(this.saying);
+      document.removeEventListener("keydown", this.onKeyDown);
+    }
+
+    button(sign, label, action, id = "") {
+      return h("button", {type: "button", title: label, "aria-label": label, onclick: action, "data-do": id || label}, sign);
+    }
+
+    buttons() {
+      const {clock} = this, jumps = this.options.kinds.map((kind) =>
+        h("button", {type: "button", "data-jump": kind, onclick: (event) => this.jump(kind, event.shiftKey ? -1 : 1)}, `next ${kind}`));
+      return h("div", {class: "buttons"},
+        this.button("⇤", "First step", () => clock.seek(1)), this.button("←", "Step back", () => clock.move(-1)),
+        this.playButton, this.button("→", "Step on", () => clock.move(1)), this.button("⇥", "Last step", () => clock.seek(clock.end)),
+        this.label, this.speed, h("span", {class: "jumps"}, jumps), this.followLabel,
+        h("details", {class: "keys"}, h("summary", {}, "keys"),
+          h("dl", {}, KEYS.map(([key, what]) => [h("dt", {}, h("kbd", {}, key)), h("dd", {}, what)]))));
+    }
+
+    legend() {
+      const signs = {
+        message: ["talk", "▮", "messages"], fire: ["fire", "▏", "fire begins"], boundary: ["mended", "▮", "stopped or clamped"],
+        failure: ["bad", "▼", "no decision could be read, or the backend gave up"],
+      };
+      const shown = [...this.options.kinds.map((kind) => signs[kind]), ["mended", "◆", "repaired"]];
+      this.whose = h("b");
+      return h("p", {class: "legend"}, this.whose, shown.map(([tone, sign, text]) =>
+        h("span", {}, h("i", {class: `tone-${tone}`, "aria-hidden": "true"}, sign), ` ${text}`)));
+    }
+
+    /** Say whose marks the timeline shows. */
+    showWhose(text) { this.whose.textContent = text; }
+
+    setSpeed() { this.clock.speed = Number(this.speed.value); }
+
+    update() {
+      const {clock} = this;
+      const atEnd = clock.steps > 0 && clock.position >= clock.end;
+      this.label.textContent = clock.steps ? `${atEnd ? "after step" : "step"} ${clock.step} of ${clock.steps}` : "no step yet";
+      this.playButton.textContent = clock.playing ? "⏸" : "▶";
+      this.playButton.setAttribute("aria-label", clock.playing ? "Pause" : "Play");
+      this.playButton.title = clock.playing ? "Pause" : "Play";
+      this.speed.value = String(clock.speed);
+      if (!clock.playing && this.said !== clock.position) {
+        this.said = clock.position;
+        clearTimeout(this.saying);
+        this.saying = setTimeout(() => announce(`${this.label.textContent}. ${this.options.summary()}`), 150);
+      }
+    }
+
+    /** Show that the run still grows, and stay at its end if asked. */
+    showGrowing(growing) {
+      this.followLabel.hidden = !growing;
+      if (!growing) { this.clock.following = false; this.follow.checked = false; }
+    }
+
+    jump(kind, direction) {
+      const step = kind === "fire" ? this.timeline.nextFire(direction) : this.timeline.next(
+        {message: ["said"], failure: ["undecided", "repaired"], boundary: ["boundary"]}[kind], direction);
+      this.clock.pause();
+      if (step === null) announce(`No ${direction > 0 ? "later" : "earlier"} ${kind}.`);
+      else this.clock.seek(step);
+    }
+
+    key(event) {
+      const typing = event.target.closest && event.target.closest("input:not([type=checkbox]), select, textarea");
+      if (typing || event.ctrlKey || event.metaKey || event.altKey) return;
+      if (event.key === " " && event.target.closest("button, summary, a, input")) return;
+      const {clock} = this, back = event.shiftKey ? -1 : 1;
+      const jumps = {m: "message", f: "fire", x: "failure"};
+      const actions = {
+        " ": () => clock.toggle(), ArrowRight: () => clock.move(event.shiftKey ? 10 : 1),
+        ArrowLeft: () => clock.move(event.shiftKey ? -10 : -1), Home: () => clock.seek(1), End: () => clock.seek(clock.end),
+        "+": () => clock.faster(1), "=": () => clock.faster(1), "-": () => clock.faster(-1),
+      };
+      const jump = jumps[event.key.toLowerCase()];
+      if (actions[event.key]) actions[event.key]();
+      else if (jump && this.options.kinds.includes(jump)) this.jump(jump, back);
+      else if (!(this.options.onKey && this.options.onKey(event.key))) return;
+      event.preventDefault();
+    }
+  }
+
+  foundry.Player = Player;
+})(window.Foundry);

@@ -1,0 +1,164 @@
+"use strict";
+/* One run's records, loaded in chunks around the step that is looked at; a run that still grows is followed. */
+(function (foundry) {
+  const KEPT_CHUNKS = 8;
+  const POLL_MS = 700;
+  const LOST_MS = 5000;
+
+  /** A few values by key, the ones used last. */
+  class Recent {
+    constructor(size) { this.size = size; this.kept = new Map(); }
+    get(key) {
+      const value = this.kept.get(key);
+      if (value !== undefined) { this.kept.delete(key); this.kept.set(key, value); }
+      return value;
+    }
+    set(key, value) {
+      this.kept.delete(key);
+      this.kept.set(key, value);
+      while (this.kept.size > this.size) this.kept.delete(this.kept.keys().next().value);
+    }
+    clear() { this.kept.clear(); }
+  }
+
+  function gridChunk(found, agents) {
+    const typed = {first: found.first, last: found.last, agents, links: found.links, deliveries: found.deliveries};
+    for (const key of ["x", "y", "place"]) typed[key] = Int16Array.from(found[key]);
+    for (const key of ["action", "outcome", "message_outcome", "flags"]) typed[key] = Uint8Array.from(found[key]);
+    return typed;
+  }
+
+  class RunData {
+    constructor(sweep, id) {
+      this.sweep = sweep;
+      this.id = id;
+      this.address = `run/${sweep}/${id}`;
+      this.chunks = new Recent(KEPT_CHUNKS);
+      this.decisionChunks = new Recent(24);
+      this.loading = new Map();
+      this.listeners = [];
+      this.marks = {};
+      this.marked = 0;
+      this.progress = {done: 0, status: "waiting"};
+    }
+
+    async open() {
+      this.about = await foundry.source.json(`${this.address}/about`);
+      this.progress = await foundry.source.json(`${this.address}/progress`);
+      return this;
+    }
+
+    get done() { return this.progress.done; }
+    get ended() { return this.progress.status === "complete" || this.progress.status === "failed"; }
+    get name() { return `${this.about.model} · ${this.about.prompt} · seed ${this.about.seed}`; }
+
+    onGrowth(listener) { this.listeners.push(listener); }
+
+    /** Load once, whoever asks meanwhile. */
+    once(address) {
+      if (!this.loading.has(address)) {
+        const promise = foundry.source.json(`${this.address}/${address}`).finally(() => this.loading.delete(address));
+        this.loading.set(address, promise);
+      }
+      return this.loading.get(address);
+    }
+
+    numberOf(step, size) { return Math.floor((Math.max(1, step) - 1) / size); }
+
+    isWhole(chunk, number, size) { return chunk.last >= Math.min((number + 1) * size, this.done); }
+
+    /** Return the chunk that holds a step if it is there; else null, and it is on its way. */
+    chunkAt(step) {
+      const number = this.numberOf(step, this.about.steps_per_chunk);
+      const chunk = this.chunks.get(number);
+      if (!chunk || !this.isWhole(chunk, number, this.about.steps_per_chunk)) this.load(step).catch(() => null);
+      return chunk && step >= chunk.first && step <= chunk.last ? chunk : null;
+    }
+
+    /** Load the chunk of a step. */
+    async load(step) {
+      const number = this.numberOf(step, this.about.steps_per_chunk);
+      const kept = this.chunks.get(number);
+      if (kept && this.isWhole(kept, number, this.about.steps_per_chunk)) return kept;
+      const found = await this.once(`frames/${number}`);
+      const chunk = this.about.kind === "grid" ? gridChunk(found, this.about.agents) : found;
+      this.chunks.set(number, chunk);
+      return chunk;
+    }
+
+    prefetch(step) {
+      const next = step + this.about.steps_per_chunk / 2;
+      if (next <= this.done) this.chunkAt(Math.floor(next));
+    }
+
+    /** Return everything about one agent's decision: its record, its calls, what it was told. */
+    async decision(step, agent) {
+      const size = this.about.decisions_per_chunk;
+      const number = this.numberOf(step, size), key = `${number}/${agent}`;
+      let chunk = this.decisionChunks.get(key);
+      if (!chunk || !this.isWhole(chunk, number, size)) {
+        chunk = await this.once(`decisions/${key}`);
+        this.decisionChunks.set(key, chunk);
+      }
+      return {
+        record: chunk.steps.find((one) => one.step === step) || null,
+        calls: chunk.calls.filter((one) => one.step === step),
+        received: chunk.received.filter((one) => one[0] === step),
+        earlier: chunk.steps.filter((one) => one.step < step),
+        damaged: chunk.damaged,
+      };
+    }
+
+    track(agent) { return this.once(`track/${agent}`); }
+
+    texts(chunk) { return this.once(`texts/${chunk}`); }
+
+    /** Load the marks of steps that have none yet, block by block. */
+    async loadMarks(onBlock) {
+      const size = this.about.marks_per_block;
+      while (this.marked < this.done) {
+        const block = await this.once(`marks/${Math.floor(this.marked / size)}`);
+        for (const [name, values] of Object.entries(block.marks)) {
+          this.marks[name] = (this.marks[name] || []).slice(0, block.first - 1).concat(values);
+        }
+        if (block.last <= this.marked) return;
+        this.marked = block.last;
+        onBlock();
+      }
+    }
+
+    /** Ask for the progress until the run has ended or `stopped` says so. */
+    follow(stopped) {
+      const look = async () => {
+        if (stopped()) return;
+        const lost = this.lost;
+        try {
+          await this.look();
+          this.lost = null;
+        } catch (error) {
+          this.lost = error;
+        }
+        if (Boolean(lost) !== Boolean(this.lost)) this.listeners.forEach((listener) => listener());
+        if (!this.ended) setTimeout(look, this.lost ? LOST_MS : POLL_MS);
+      };
+      if (foundry.source.live && !this.ended) setTimeout(look, POLL_MS);
+    }
+
+    async look() {
+      const before = this.progress;
+      this.progress = await foundry.source.json(`${this.address}/progress`);
+      if (before.beginning !== this.progress.beginning) {
+        this.chunks.clear();
+        this.decisionChunks.clear();
+        this.marks = {};
+        this.marked = 0;
+        this.about = await foundry.source.json(`${this.address}/about`);
+      }
+      if (before.done !== this.done || before.status !== this.progress.status) {
+        this.listeners.forEach((listener) => listener());
+      }
+    }
+  }
+
+  foundry.RunData = RunData;
+})(window.Foundry);

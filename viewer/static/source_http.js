@@ -1,0 +1,17 @@
+"use strict";
+/* Gets the data from the server that served the page. The exported page has source_files.js in the place of this. */
+(function (foundry) {
+  async function ask(address) {
+    const response = await fetch(`data/${address}`);
+    if (response.ok) return response;
+    const answer = await response.json();
+    throw new Error(answer.error);
+  }
+
+  foundry.source = {
+    live: true,
+    json: async (address) => (await ask(address)).json(),
+    bytes: async (address) => (await ask(address)).arrayBuffer(),
+    file: (sweep, path) => `files/${sweep}/${path.split("/").map(encodeURIComponent).join("/")}`,
+  };
+})(window.Foundry);

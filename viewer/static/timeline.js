@@ -1,0 +1,122 @@
+"use strict";
+/* The timeline: a slider over the steps, and above it where models failed, were repaired, spoke, and fires began. */
+(function (foundry) {
+  const {h, color} = foundry.dom;
+  const HEIGHT = 44;
+  /** Rows of marks from the top: key, colour, form. */
+  const ROWS = [
+    {key: "undecided", color: "bad", form: "triangle"},
+    {key: "repaired", color: "mended", form: "diamond"},
+    {key: "boundary", color: "mended", form: "bar"},
+    {key: "success", color: "good", form: "bar"},
+    {key: "said", color: "talk", form: "amount"},
+  ];
+
+  class Timeline {
+    /**
+     * @param clock the page's clock
+     * @param options.marks returns mark name to values by step
+     * @param options.fires the fires, each with its start
+     */
+    constructor(clock, options) {
+      this.clock = clock;
+      this.options = options;
+      this.canvas = h("canvas", {class: "marks", "aria-hidden": "true"});
+      this.slider = h("input", {
+        type: "range", class: "scrub", min: "1", step: "1", "aria-label": "Step",
+        oninput: () => { clock.pause(); clock.seek(Number(this.slider.value)); },
+      });
+      this.element = h("div", {class: "timeline"}, this.canvas, this.slider);
+      this.canvas.addEventListener("pointerdown", (event) => this.drag(event));
+      this.canvas.addEventListener("pointermove", (event) => { if (event.buttons) this.drag(event); });
+      new ResizeObserver(() => this.draw()).observe(this.canvas);
+      clock.onChange(() => this.update());
+    }
+
+    drag(event) {
+      this.clock.pause();
+      this.clock.seek(1 + Math.floor((event.offsetX / this.canvas.clientWidth) * this.clock.steps));
+    }
+
+    update() {
+      const {clock, slider} = this;
+      slider.max = String(Math.max(1, clock.steps));
+      slider.value = String(clock.step);
+      slider.setAttribute("aria-valuetext", `step ${clock.step} of ${clock.steps}`);
+      this.draw();
+    }
+
+    draw() {
+      const {canvas, clock} = this, scale = window.devicePixelRatio || 1;
+      const width = canvas.clientWidth;
+      if (!width) return;
+      canvas.width = Math.round(width * scale);
+      canvas.height = Math.round(HEIGHT * scale);
+      const pen = canvas.getContext("2d");
+      pen.scale(scale, scale);
+      const per = width / Math.max(1, clock.steps);
+      this.drawFires(pen, per);
+      const marks = this.options.marks();
+      const rows = ROWS.filter((row) => marks[row.key]);
+      rows.forEach((row, index) => this.drawRow(pen, row, marks[row.key], per, (index * HEIGHT) / rows.length, HEIGHT / rows.length));
+      pen.fillStyle = color("ink");
+      pen.fillRect(Math.min(width - 2, (clock.position - 1) * per), 0, 2, HEIGHT);
+    }
+
+    drawFires(pen, per) {
+      pen.fillStyle = color("fire");
+      for (const fire of this.options.fires || []) {
+        if (fire.start > this.clock.steps) continue;
+        pen.globalAlpha = 0.18;
+        pen.fillRect((fire.start - 1) * per, 0, 4000, HEIGHT);
+        pen.globalAlpha = 1;
+        pen.fillRect((fire.start - 1) * per, 0, 2, HEIGHT);
+      }
+    }
+
+    drawRow(pen, row, values, per, top, height) {
+      const most = Math.max(1, ...values);
+      pen.fillStyle = color(row.color);
+      values.forEach((value, index) => {
+        if (!value) return;
+        const left = index * per, middle = left + per / 2, size = Math.min(height, 10) / 2;
+        if (row.form === "amount") {
+          const tall = Math.max(2, (value / most) * (height - 2));
+          pen.fillRect(left, top + height - tall, Math.max(1, per - 1), tall);
+        } else if (row.form === "bar" || per < 4) {
+          pen.fillRect(left, top + 2, Math.max(1.5, per - 1), height - 4);
+        } else {
+          this.drawSign(pen, row.form, middle, top + height / 2, size);
+        }
+      });
+    }
+
+    drawSign(pen, form, x, y, size) {
+      pen.beginPath();
+      pen.moveTo(x - size, form === "diamond" ? y : y - size);
+      pen.lineTo(form === "diamond" ? x : x + size, y - size);
+      if (form === "diamond") pen.lineTo(x + size, y);
+      pen.lineTo(x, y + size);
+      pen.fill();
+    }
+
+    /** Return the next step, in a direction, that has a mark of these kinds; null when there is none. */
+    next(kinds, direction) {
+      const marks = this.options.marks();
+      const has = (step) => kinds.some((kind) => (marks[kind] || [])[step - 1] > 0);
+      for (let step = this.clock.step + direction; step >= 1 && step <= this.clock.steps; step += direction) {
+        if (has(step)) return step;
+      }
+      return null;
+    }
+
+    nextFire(direction) {
+      const starts = (this.options.fires || []).map((fire) => fire.start).filter((start) => start <= this.clock.steps);
+      const ahead = starts.filter((start) => (start - this.clock.step) * direction > 0);
+      if (!ahead.length) return null;
+      return direction > 0 ? Math.min(...ahead) : Math.max(...ahead);
+    }
+  }
+
+  foundry.Timeline = Timeline;
+})(window.Foundry);
