@@ -18,6 +18,8 @@ ROOT = Path(__file__).resolve().parent
 VENV = ROOT / ".venv"
 BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 GL_PACKAGES = ("libegl1", "libgl1-mesa-dri")
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+LOCAL_MODELS = ("torch==2.13.0", "transformers>=5.0")
 STAMP = VENV / "foundry-installed"
 
 
@@ -40,6 +42,7 @@ def setup() -> None:
         venv.create(VENV, with_pip=True)
     call("python", "-m", "pip", "install", "--quiet", "--editable", ".[dev]")
     ensure_rendering()
+    ensure_browser()
     STAMP.write_text(wanted, encoding="utf-8")
 
 
@@ -48,12 +51,25 @@ def ensure_rendering() -> None:
     probe = "from foundry.worlds.usd.glcheck import check_rendering; check_rendering()"
     if draws(probe):
         return
+    install_packages(*GL_PACKAGES)
+    if not draws(probe):
+        sys.stdout.write(f"3D worlds need a system library: sudo apt-get install {' '.join(GL_PACKAGES)}\n")
+
+
+def ensure_browser() -> None:
+    """Install the browser that the tests of pages use where it is missing and may be installed; else say so."""
+    if any(map(shutil.which, BROWSERS)):
+        return
+    install_packages("chromium")
+    if not any(map(shutil.which, BROWSERS)):
+        sys.stdout.write("Tests of pages need Chromium, and are skipped without it: sudo apt-get install chromium\n")
+
+
+def install_packages(*names: str) -> None:
+    """Install packages of the system where that may be done."""
     if shutil.which("apt-get") and hasattr(os, "geteuid") and os.geteuid() == 0:
         subprocess.run(["apt-get", "update", "-qq"], check=False)
-        subprocess.run(["apt-get", "install", "-y", "-qq", *GL_PACKAGES], check=False)
-        if draws(probe):
-            return
-    sys.stdout.write(f"3D worlds need a system library: sudo apt-get install {' '.join(GL_PACKAGES)}\n")
+        subprocess.run(["apt-get", "install", "-y", "-qq", *names], check=False)
 
 
 def draws(probe: str) -> bool:
@@ -76,7 +92,17 @@ def test() -> None:
 
 def test_all() -> None:
     """Run every test, the slow ones too."""
-    call("python", "-m", "pytest", "-n", "2", "-m", "not real_server")
+    call("python", "-m", "pytest", "-n", "2", "-m", "not real_server and not soak")
+
+
+def soak() -> None:
+    """Run a large sweep through every fault, kills, a full disk and more; print the figures."""
+    call("python", "-m", "pytest", "-m", "soak", "-s", "-n", "0")
+
+
+def local_models() -> None:
+    """Install what the tests of local models need, which are skipped without it; PyTorch is large."""
+    call("python", "-m", "pip", "install", "--quiet", *LOCAL_MODELS)
 
 
 def check() -> None:
@@ -97,6 +123,8 @@ COMMANDS: dict[str, Callable[[], None]] = {
     "smoke": smoke,
     "test": test,
     "test-all": test_all,
+    "soak": soak,
+    "local-models": local_models,
     "check": check,
     "bench": bench,
 }
@@ -106,7 +134,7 @@ def main(names: list[str]) -> None:
     """Run the named commands in their order."""
     unknown = [name for name in names if name not in COMMANDS]
     if not names or unknown:
-        lines = [f"  {name:9} {task.__doc__}" for name, task in COMMANDS.items()]
+        lines = [f"  {name:12} {task.__doc__}" for name, task in COMMANDS.items()]
         sys.exit("\n".join(["usage: python tasks.py COMMAND...", *lines]))
     setup()
     for name in names:

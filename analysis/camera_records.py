@@ -31,6 +31,11 @@ class CameraRecords:
         """Return the decisions as rows of a table; see `flat`."""
         return [flat(step) for step in self.steps]
 
+    def columns(self, names: Iterable[str]) -> dict[str, list[Any]]:
+        """Return the decisions by column."""
+        rows = self.rows()
+        return {name: [row[name] for row in rows] for name in names}
+
     def arrays(self, folder: RunFolder) -> CameraRun:
         """Return a complete run as arrays.
 

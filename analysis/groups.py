@@ -26,8 +26,9 @@ def group_columns(results: Sequence[RunResult], table: SignatureTable) -> pd.Dat
     nothing that was swept, are told apart by the settings in which they differ, behind the name.
     """
     frame = table.frame[["model", "world", "prompt", *_factors(table)]].astype(str)
-    keys = list(frame.itertuples(index=False, name=None))
     for part in PARTS:
+        # By its own name and what was swept alone: two models in different worlds of one name must not look comparable.
+        keys = list(frame[[part, *_factors(table)]].itertuples(index=False, name=None))
         configs = [_settings(result.config[part]) for result in results]
         frame[part] = _told_apart(frame[part].tolist(), configs, keys)
     return frame[["model", *(name for name in frame.columns[1:] if frame[name].nunique() > 1)]]

@@ -94,9 +94,9 @@ def has_episode(folder: RunFolder, summary: RunSummary | None) -> bool:
     return bool(folder.episode_bytes()) or (summary is not None and EPISODE in summary.records_sha256)
 
 
-def is_measurable(folder: RunFolder) -> bool:
+def is_measurable(folder: RunFolder, summary: RunSummary | None) -> bool:
     """Return whether there are signatures for the run's world."""
-    return has_episode(folder, folder.summary()) or is_grid(folder.config())
+    return has_episode(folder, summary) or is_grid(folder.config())
 
 
 def read_records(folder: RunFolder, summary: RunSummary | None) -> Records:

@@ -9,6 +9,7 @@ import hashlib
 import sqlite3
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -19,6 +20,19 @@ from foundry.store import RunFolder
 
 _KEPT_EVERY = 64
 """Runs between two commits; a commit waits for the disk."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What is measured of one run.
+
+    Attributes:
+        measures: by `<signature>.<measure>`.
+        steps: its steps without texts; None unless it is a complete run of a 2D or 3D world.
+    """
+
+    measures: dict[str, float]
+    steps: pa.Table | None
 
 
 class Memory:
@@ -32,19 +46,20 @@ class Memory:
     def __contains__(self, key: str) -> bool:
         return key in self._known
 
-    def recall(self, key: str) -> tuple[dict[str, float], pa.Table]:
-        """Return the measures and the steps that are kept under the key."""
+    def recall(self, key: str) -> Measured:
+        """Return what is kept under the key."""
         query = "SELECT measures, steps FROM measured WHERE key = ?"
         measures, steps = self._connection.execute(query, (key,)).fetchone()
         with pa.ipc.open_stream(steps) as reader:
-            return msgspec.msgpack.decode(measures, type=dict[str, float]), reader.read_all()
+            return Measured(msgspec.msgpack.decode(measures, type=dict[str, float]), reader.read_all())
 
-    def keep(self, key: str, measures: dict[str, float], steps: pa.Table) -> None:
-        """Keep what was measured."""
+    def keep(self, key: str, found: Measured) -> None:
+        """Keep what was measured, steps included."""
+        assert found.steps is not None
         sink = pa.BufferOutputStream()
-        with pa.ipc.new_stream(sink, steps.schema, options=pa.ipc.IpcWriteOptions(compression="zstd")) as writer:
-            writer.write_table(steps)
-        row = (key, msgspec.msgpack.encode(measures), sink.getvalue().to_pybytes())
+        with pa.ipc.new_stream(sink, found.steps.schema, options=pa.ipc.IpcWriteOptions(compression="lz4")) as writer:
+            writer.write_table(found.steps)
+        row = (key, msgspec.msgpack.encode(found.measures), sink.getvalue().to_pybytes())
         self._connection.execute("INSERT OR REPLACE INTO measured VALUES (?, ?, ?)", row)
         self._pending += 1
         if self._pending % _KEPT_EVERY == 0:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
@@ -51,39 +50,48 @@ SCHEMAS = {
 }
 """The columns by kind of run: those of the records, and `said` in the place of a message's text."""
 
+_ROWS_AT_ONCE = 65_536
+"""Steps of one row group: writing one a run takes several times as long."""
+
 _SWEEP = ("sweep", pa.string())
 
 
 def steps_table(run: str, records: Records) -> pa.Table:
     """Return the steps of one run as a table of its kind's columns."""
-    schema, rows = SCHEMAS[type(records)], records.rows()
-    extra = [{"run": run, "said": row.get("message") is not None} for row in rows]
-    columns: dict[str, list[Any]] = {
-        name: [(more if name in more else row)[name] for row, more in zip(rows, extra, strict=True)]
-        for name in schema.names
-    }
+    schema = SCHEMAS[type(records)]
+    columns = records.columns([name for name in schema.names if name not in ("run", "said")])
+    columns["run"] = [run] * len(records.steps)
+    if "said" in schema.names:
+        columns["said"] = [text is not None for text in records.columns(["message"])["message"]]
     return pa.table([pa.array(columns[field.name], type=field.type) for field in schema], schema=schema)
 
 
 class StepsFile:
-    """An open `steps.parquet`; runs are added one by one, so that only one is held at a time."""
+    """An open `steps.parquet`; runs are added one by one, so that only the last few are held at a time."""
 
     def __init__(self, writer: pq.ParquetWriter, schema: pa.Schema) -> None:
         self._writer = writer
         self._schema = schema
+        self._waiting: list[pa.Table] = []
+        self._rows = 0
 
     def add(self, sweep: str, steps: pa.Table) -> None:
         """Append the steps of one run of a sweep; columns that its kind does not have are left empty."""
         if not steps.num_rows:
             return
-        steps = steps.add_column(0, _SWEEP[0], pa.array([sweep] * steps.num_rows, type=_SWEEP[1]))
-        columns = [
-            steps[field.name].cast(field.type)
-            if field.name in steps.column_names
-            else pa.nulls(steps.num_rows, field.type)
-            for field in self._schema
-        ]
-        self._writer.write_table(pa.table(columns, schema=self._schema))
+        if "sweep" in self._schema.names:
+            steps = steps.add_column(0, _SWEEP[0], pa.array([sweep] * steps.num_rows, type=_SWEEP[1]))
+        self._waiting.append(steps)
+        self._rows += steps.num_rows
+        if self._rows >= _ROWS_AT_ONCE:
+            self.write_waiting()
+
+    def write_waiting(self) -> None:
+        """Write the runs that are held."""
+        if self._waiting:
+            empty = self._schema.empty_table()
+            self._writer.write_table(pa.concat_tables([empty, *self._waiting], promote_options="permissive"))
+        self._waiting, self._rows = [], 0
 
 
 @contextmanager
@@ -94,4 +102,6 @@ def open_steps_file(path: Path, kinds: Collection[type[Records]], *, by_sweep: b
     if by_sweep:
         schema = schema.insert(0, pa.field(*_SWEEP))
     with pq.ParquetWriter(path, schema, compression="zstd") as writer:
-        yield StepsFile(writer, schema)
+        file = StepsFile(writer, schema)
+        yield file
+        file.write_waiting()

@@ -13,10 +13,11 @@ import pandas as pd
 from analysis import signatures
 from analysis.labelling import Labelling, rule_labelling
 from analysis.lines import COMPLETE, FAILED
-from analysis.load import further_factors, identity, is_measurable, read_records, read_run
-from analysis.measured import Memory, key_of
+from analysis.load import further_factors, identity, is_measurable, read_records, read_run, status
+from analysis.measured import Measured, Memory, key_of
 from analysis.signatures import FAILURE_RATE
 from foundry.store import RunFolder, SweepFolder
+from foundry.sweep import Run
 
 if TYPE_CHECKING:
     import pyarrow as pa  # type: ignore[import-untyped]
@@ -102,42 +103,45 @@ def measure_runs(sources: Sequence[Source], memory: Memory) -> Iterator[RunResul
     """
     seen: set[str] = set()
     for source in sources:
-        folders = SweepFolder.open(source.path).runs()
+        sweep = SweepFolder.open(source.path)
+        folders = sweep.runs()
         keys = [key_of(folder, source.labelling.version) for folder in folders]
-        measured = _measure_fresh(source, [index for index, key in enumerate(keys) if key not in memory])
+        fresh = [folder.run for folder, key in zip(folders, keys, strict=True) if key not in memory]
+        measured = _measure_fresh(source, sweep, fresh)
         for folder, key in zip(folders, keys, strict=True):
             seen.add(key)
-            if key in memory:
-                yield _described(folder, source, *memory.recall(key))
-                continue
-            result = next(measured)
-            if result.steps is not None:
-                memory.keep(key, result.measures, result.steps)
-            yield result
+            found = memory.recall(key) if key in memory else next(measured)
+            if key not in memory and found.steps is not None:
+                memory.keep(key, found)
+            yield _described(folder, source, found)
     memory.forget_others(seen)
 
 
-def _measure_fresh(source: Source, fresh: Sequence[int]) -> Iterator[RunResult]:
-    """Measure the runs of a sweep with these indices, by several processes where that is faster."""
+def _measure_fresh(source: Source, sweep: SweepFolder, fresh: Sequence[Run]) -> Iterator[Measured]:
+    """Measure these runs of a sweep, by several processes where that is faster."""
     if len(fresh) < PARALLEL_FROM:
-        yield from _measure_part(source, fresh)
+        yield from _measure_part(source, _part(sweep, fresh))
         return
     import joblib
 
-    size = 32  # few enough for an even load, many enough to pay for opening the sweep
-    parts = [fresh[start : start + size] for start in range(0, len(fresh), size)]
+    size = 16  # few enough for an even load and little memory, many enough to pay for the way to another process
+    parts = [_part(sweep, fresh[start : start + size]) for start in range(0, len(fresh), size)]
     work = joblib.Parallel(n_jobs=-1, return_as="generator")
     for results in work(joblib.delayed(_measure_list)(source, part) for part in parts):
         yield from results
 
 
-def _measure_list(source: Source, part: Sequence[int]) -> list[RunResult]:
+def _part(sweep: SweepFolder, runs: Sequence[Run]) -> SweepFolder:
+    """Return the sweep with some of its runs, so that no process reads the list of them all again."""
+    return SweepFolder(sweep.path, replace(sweep.sweep, runs=tuple(runs)), sweep.settings, sweep.models)
+
+
+def _measure_list(source: Source, part: SweepFolder) -> list[Measured]:
     return list(_measure_part(source, part))
 
 
-def _measure_part(source: Source, part: Sequence[int]) -> Iterator[RunResult]:
-    folders = SweepFolder.open(source.path).runs()
-    return (measure_run(folders[index], source) for index in part)
+def _measure_part(source: Source, part: SweepFolder) -> Iterator[Measured]:
+    return (_measured(folder, source) for folder in part.runs())
 
 
 def measure_run(folder: RunFolder, source: Source) -> RunResult:
@@ -147,26 +151,31 @@ def measure_run(folder: RunFolder, source: Source) -> RunResult:
         InputError: the settings of its world cannot be read.
         RecordError: a recorded file is damaged.
     """
+    return _described(folder, source, _measured(folder, source))
+
+
+def _measured(folder: RunFolder, source: Source) -> Measured:
     from analysis.steps_file import steps_table
 
-    status = identity(folder)["status"]
-    measures = {FAILURE_RATE: {COMPLETE: 0.0, FAILED: 1.0}.get(status, math.nan)}
-    if status != COMPLETE or not is_measurable(folder):
-        return _described(folder, source, measures, None)
-    records = read_records(folder, folder.summary())
+    found = folder.summary()
+    ended = status(folder, found)
+    measures = {FAILURE_RATE: {COMPLETE: 0.0, FAILED: 1.0}.get(ended, math.nan)}
+    if ended != COMPLETE or not is_measurable(folder, found):
+        return Measured(measures, None)
+    records = read_records(folder, found)
     measures |= signatures.measure(source.labelling.label(read_run(folder, records)))
-    return _described(folder, source, measures, steps_table(folder.id, records))
+    return Measured(measures, steps_table(folder.id, records))
 
 
-def _described(folder: RunFolder, source: Source, measures: dict[str, float], steps: pa.Table | None) -> RunResult:
+def _described(folder: RunFolder, source: Source, found: Measured) -> RunResult:
     return RunResult(
         sweep=source.name,
         keys=identity(folder),
         factors=further_factors(folder),
         config=folder.config(),
         baseline=source.baseline,
-        measures=measures,
-        steps=steps,
+        measures=found.measures,
+        steps=found.steps,
     )
 
 
@@ -184,13 +193,14 @@ def build_table(results: Sequence[RunResult]) -> SignatureTable:
             **({"prompt": ANY_PROMPT} if result.baseline and len(prompts) > 1 else {}),
             **({"baseline": result.baseline} if by_baseline else {}),
             **{key: factor_value(result, key) for key in factors},
-            **{name: result.measures.get(name, math.nan) for name in measures},
         }
         for result in results
     ]
     head = [*(["sweep"] if by_sweep else []), *KEYS, *(["baseline"] if by_baseline else [])]
-    frame = pd.DataFrame(rows, columns=[*head, *factors, *measures])
-    present = tuple(frozenset(result.measures) for result in results)
+    values = {name: [result.measures.get(name, math.nan) for result in results] for name in measures}
+    frame = pd.concat([pd.DataFrame(rows, columns=[*head, *factors]), pd.DataFrame(values)], axis=1)
+    kinds: dict[frozenset[str], frozenset[str]] = {}  # there are few, and every run would keep its own copy
+    present = tuple(kinds.setdefault(names, names) for names in (frozenset(result.measures) for result in results))
     return SignatureTable(frame, tuple(factors), tuple(measures), present)
 
 

@@ -35,6 +35,8 @@ _LATEX = {
     "\N{MINUS SIGN}": "--",
 }
 _ROUNDING = 1e-12
+_WHOLE = 1_000
+"""From where on numbers are written to the last whole digit."""
 _MARKDOWN = "\\`*_{}[]<>|#~"
 
 
@@ -129,6 +131,8 @@ def number(value: float) -> str:
     """Return a number with three digits that matter; a hyphen for what is undefined, 0 for the rounding of sums."""
     if math.isnan(value):
         return "-"
+    if abs(value) >= _WHOLE:
+        return f"{value:.0f}"
     return f"{value:.3g}" if abs(value) > _ROUNDING else "0"
 
 

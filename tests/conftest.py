@@ -9,9 +9,13 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from postgres_server import PostgresServer, postgres_server, programs
+
 os.environ.setdefault("LP_NUM_THREADS", "0")  # two test processes draw faster with a core each
 settings.register_profile("foundry", deadline=None, max_examples=30, derandomize=True)
 settings.load_profile("foundry")
+
+PREFIXES = ("OLLAMA_", "OPENAI_", "HF_", "FOUNDRY_", "HYDRA_", "_FOUNDRY")
 
 
 @pytest.fixture(autouse=True)
@@ -19,7 +23,7 @@ def clean_environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     for name in list(os.environ):
         if name == "_FOUNDRY_RENDERING_WORKS":  # what one test found out, the next need not
             continue
-        if name.startswith(("OLLAMA_", "FOUNDRY_", "HYDRA_", "_FOUNDRY")) or name.lower().endswith("_proxy"):
+        if name.startswith(PREFIXES) or name.lower().endswith("_proxy"):
             monkeypatch.delenv(name)
     yield
 
@@ -29,3 +33,14 @@ def workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty working directory."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture(scope="session")
+def postgres() -> Iterator[PostgresServer]:
+    """A PostgreSQL server of this session's own."""
+    pytest.importorskip("psycopg", reason="needs the extra postgres: pip install 'foundry[postgres]'")
+    installed = programs()
+    if installed is None:
+        pytest.skip("needs PostgreSQL: apt-get install postgresql")
+    with postgres_server(installed) as server:
+        yield server

@@ -59,13 +59,13 @@ def examples(found: Sequence[Member], shown: Sequence[Shown], labellings: Mappin
     cameras: dict[Shown, CameraRun] = {}
     doubts: dict[str, tuple[int, int]] = {}
     for member in found:
-        if member.complete and is_measurable(member.folder):
+        if member.complete and is_measurable(member.folder, member.summary):
             run = read_run(member.folder, read_records(member.folder, member.summary))
             run = labellings[member.folder.id].label(run)
             if not run.readable.all():
                 doubts[run.id] = _first_doubt(run)
             if isinstance(run, GridRun):
-                groups.setdefault(member.shown, GridGroup(member.shown, seed)).add(run, member.seed)
+                groups.setdefault(member.shown, GridGroup(member.shown, seed, run.world)).add(run, member.seed)
             elif member.seed == seed:
                 cameras.setdefault(member.shown, run)
     kept = [groups[one] for one in shown if one in groups]

@@ -12,7 +12,7 @@ from analysis.figures.shown import Shown
 from analysis.plots.cascade import CascadeEdge, CascadeTree
 from analysis.plots.occupancy import GridPaths, OccupancyMap
 from analysis.plots.survival import SurvivalCurve
-from analysis.run import FloatArray, GridRun, IntArray
+from analysis.run import FloatArray, GridRun, GridSettings, IntArray
 from analysis.signatures.warning import find_labels, waiting_times
 from analysis.stats.intervals import estimates
 from analysis.survival import survival
@@ -25,6 +25,7 @@ class GridGroup:
     Attributes:
         shown: the group.
         seed: the seed whose run is shown.
+        world: the settings of their world.
         counts: agent-steps by run and cell, as shares, summed over runs.
         curves: how many agents are not warned yet, by run.
         example: the run of the seed that is shown.
@@ -33,26 +34,27 @@ class GridGroup:
 
     shown: Shown
     seed: int
-    counts: FloatArray | None = None
+    world: GridSettings
+    counts: FloatArray = field(init=False)
     curves: list[FloatArray] = field(default_factory=list)
     example: GridRun | None = None
     runs: int = 0
 
+    def __post_init__(self) -> None:
+        self.counts = np.zeros((self.world.width, self.world.width))
+
     def add(self, run: GridRun, seed: int) -> None:
         """Add a run."""
-        share = occupancy(run)
-        self.counts = share if self.counts is None else self.counts + share
+        self.counts += occupancy(run)
         if run.perceived.any():
             self.curves.append(not_warned(run))
         if seed == self.seed and self.example is None:
             self.example = run
         self.runs += 1
-        self.world = run.world
 
     def occupancy_map(self) -> OccupancyMap:
         """Return where the agents were, the mean over runs."""
-        share = np.zeros((1, 1)) if self.counts is None else self.counts / self.runs
-        return OccupancyMap(self.shown.label, self.world, share, self.runs, self.shown.baseline)
+        return OccupancyMap(self.shown.label, self.world, self.counts / self.runs, self.runs, self.shown.baseline)
 
     def survival_curve(self) -> SurvivalCurve | None:
         """Return how many agents are not warned yet, with an interval over runs; None when no run has a fire seen."""
@@ -77,7 +79,8 @@ def occupancy(run: GridRun) -> FloatArray:
     half, width = run.world.half_size, run.world.width
     counts = np.zeros((width, width), dtype=np.float64)
     np.add.at(counts, (run.y[1:] + half, run.x[1:] + half), 1.0)
-    return counts / counts.sum()
+    share: FloatArray = counts / counts.sum()
+    return share
 
 
 def cascade_of(run: GridRun) -> tuple[Cascade, IntArray]:

@@ -108,7 +108,8 @@ def world_pictures(found: Examples) -> list[Picture]:
     pictures = []
     if found.maps:
         caption = (
-            "Share of all agent-steps by cell, mean over the complete runs, the start left out; all on one scale. "
+            "Share of all agent-steps by cell, mean over the complete runs, the start left out; all on one scale, "
+            "which ends with the models. "
             "Outlines: places; crosses and dashed rings: fires and how far they are perceived."
         )
         pictures.append(

@@ -136,10 +136,20 @@ def _maps(labels: Sequence[str], extra: float) -> tuple[Figure, list[Axes]]:
 def occupancy_figure(maps: Sequence[OccupancyMap]) -> Figure:
     """Return where the agents of each group were, on one scale of colours."""
     figure, panels = _maps([found.label for found in maps], extra=0.45)
-    most = max(float(found.share.max()) for found in maps)
+    tops = [float(found.share.max()) for found in maps]
+    # Baselines may stand still in one cell; a scale that ends there would make all else dark.
+    most = max([top for top, found in zip(tops, maps, strict=True) if not found.baseline] or tops)
     for ax, found in zip(panels, maps, strict=True):
         image = draw_occupancy(ax, found, most)
-    bar = figure.colorbar(image, ax=figure.axes, orientation="horizontal", aspect=40, pad=0.02, fraction=0.06)
+    bar = figure.colorbar(
+        image,
+        ax=figure.axes,
+        orientation="horizontal",
+        aspect=40,
+        pad=0.02,
+        fraction=0.06,
+        extend="max" if max(tops) > most else "neither",
+    )
     bar.locator = MaxNLocator(4)
     bar.set_label("Share of agent-steps in the cell (scaled by square root)")
     bar.outline.set_linewidth(0.4)

@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 _NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 _SVG_FONTS = ("DejaVu Sans", "Verdana", *style.FALLBACK_FONTS)
 _SAME_LOOK = re.compile(r'<use [^>]*? style="([^"]*)"/>(?:<use [^>]*? style="\1"/>)+')
+_ROUND = re.compile(r'<path id="([^"]*)" d="M 0 ([\d.]+) C [^"]*z ?"/>')
+_SAME_DOTS = re.compile(
+    r'<use xlink:href="#([^"]*)" x="[^"]*" y="[^"]*" style="([^"]*)"/>(?:<use xlink:href="#\1" [^>]* style="\2"/>)+'
+)
 _LOOK = f"stroke-linejoin:round;stroke-linecap:butt;font-family:{','.join(_SVG_FONTS)},sans-serif"
 
 
@@ -70,8 +74,25 @@ def svg_text(figure: Figure, name: str) -> str:
     )
     text = re.sub(r"<[^>]+>", lambda found: _slim(found[0]), text)
     text = re.sub(r">\s+<", "><", text)
+    text = _with_short_dots(text)
     text = _SAME_LOOK.sub(lambda found: f'<g style="{found[1]}">{found[0].replace(_style(found[1]), "")}</g>', text)
-    return _own_ids(text, hashlib.sha256(name.encode()).hexdigest()[:6] + "-").strip() + "\n"
+    return _own_ids(text, hashlib.sha256(name.encode()).hexdigest()[:6] + "-").replace("<g/>", "").strip() + "\n"
+
+
+def _with_short_dots(text: str) -> str:
+    """Return the SVG with rows of equal round marks as one line of dots, a third as long and the same to the eye."""
+    radii = {name: float(radius) for name, radius in _ROUND.findall(text)}
+
+    def dots(found: re.Match[str]) -> str:
+        name, look = found[1], found[2]
+        if name not in radii:
+            return found[0]
+        places = re.findall(r'x="([^"]*)" y="([^"]*)"', found[0])
+        line = "".join(f"M{x} {y}h0" for x, y in places)
+        stroke = look.replace("fill", "stroke")
+        return f'<path d="{line}" style="fill:none;{stroke};stroke-width:{2 * radii[name]:g};stroke-linecap:round"/>'
+
+    return _SAME_DOTS.sub(dots, text)
 
 
 def _style(look: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -48,7 +48,8 @@ def draw_survival(ax: Axes, curves: Sequence[SurvivalCurve]) -> Axes:
         colour = style.colour(curve.index, baseline=curve.baseline)
         dashes = _LINES[curve.index % len(_LINES)]
         label = wrapped(f"{curve.label} (n={curve.runs})", 40)
-        ax.step(steps, curve.remaining, where="post", color=colour, linestyle=dashes, linewidth=1.4, label=label)
+        look: Any = {"color": colour, "linestyle": dashes, "zorder": 1.9 if curve.baseline else 2}
+        ax.step(steps, curve.remaining, where="post", linewidth=1.0 if curve.baseline else 1.4, label=label, **look)
         ax.fill_between(steps, curve.low, curve.high, step="post", color=colour, alpha=0.15, linewidth=0)
     ax.set(xlabel="Step", ylabel="Not yet warned (share)", ylim=(-0.03, 1.03))
     ax.grid(True, axis="both")

@@ -107,7 +107,8 @@ def _statistics(found: Material) -> str:
         sizes = [f"{size} for {factor}" for factor, size in rows.groupby("factor", sort=False)["family"].max().items()]
         text += (
             f" Differences were paired by seed and tested by {joined(tests)}, two-sided, with Holm's correction over "
-            f"the headline measures of all pairs of levels (tests in the family: {joined(sizes)}; alpha {ALPHA:g})."
+            f"all pairs of levels and {rows['measure'].nunique()} measures ({joined(rows['measure'].unique())}; "
+            f"tests in the family: {joined(sizes)}; alpha {ALPHA:g})."
         )
     else:
         text += " No difference was tested."
@@ -175,7 +176,9 @@ def _of_decisions(found: Material) -> list[str]:
                 f"{shown.label}: {percent(unreadable / decisions)} of the action decisions could not be read and left "
                 "the agent where it was; compare the measures with those over readable decisions alone."
             )
-    return said or ["Every action decision could be read."]
+    if said or not any(one.decisions for one in found.members):
+        return said
+    return ["Every action decision could be read."]
 
 
 def _of_baselines(found: Material) -> list[str]:

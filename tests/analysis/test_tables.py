@@ -83,7 +83,8 @@ def test_a_terminal_shows_columns_below_one_another_whatever_the_script():
 
 
 @pytest.mark.parametrize(
-    ("value", "text"), [(math.nan, "-"), (0.0, "0"), (3.5e-19, "0"), (0.12345, "0.123"), (-2.0, "-2"), (1e-7, "1e-07")]
+    ("value", "text"),
+    [(math.nan, "-"), (0.0, "0"), (3.5e-19, "0"), (0.12345, "0.123"), (-2.0, "-2"), (1e-7, "1e-07"), (2601.0, "2601")],
 )
 def test_numbers_have_three_digits_and_the_undefined_is_no_zero(value: float, text: str):
     assert number(value) == text

@@ -1,0 +1,106 @@
+"""A real browser without a window, one a process: `with browser_page() as page: page.goto(path.as_uri())`."""
+
+from __future__ import annotations
+
+import asyncio
+import atexit
+import contextlib
+import shutil
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from urllib.parse import urlsplit
+
+import pytest
+from playwright.sync_api import Browser, Page, sync_playwright
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+FLAGS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--enable-unsafe-swiftshader",  # WebGL without a graphics card
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1, EXCLUDE localhost",
+)
+INSIDE = ("127.0.0.1", "localhost")
+
+
+@dataclass(frozen=True)
+class _Started:
+    """The browser, and the event loop that speaks with it."""
+
+    browser: Browser
+    loop: asyncio.AbstractEventLoop
+
+
+@lru_cache(maxsize=1)
+def _started() -> _Started:
+    found = next(filter(None, map(shutil.which, NAMES)), None)
+    if found is None:
+        pytest.skip(f"none of {', '.join(NAMES)} is installed")
+    playwright = sync_playwright().start()
+    started = _Started(playwright.chromium.launch(executable_path=found, args=list(FLAGS)), asyncio.get_running_loop())
+    asyncio._set_running_loop(None)
+
+    def stop() -> None:
+        with _running(started.loop):
+            started.browser.close()
+            playwright.stop()
+
+    atexit.register(stop)
+    return started
+
+
+@contextlib.contextmanager
+def _running(loop: asyncio.AbstractEventLoop) -> Iterator[None]:
+    """Let the browser's loop be the running one; afterwards none is, so that other tests can run theirs.
+
+    Pages may be opened while another is: then it stays the running one.
+    """
+    before = asyncio._get_running_loop()
+    asyncio._set_running_loop(loop)
+    try:
+        yield
+    finally:
+        asyncio._set_running_loop(before)
+
+
+@contextlib.contextmanager
+def browser_page(
+    *, width: int = 1280, height: int = 900, dark: bool = False, allowed_errors: Sequence[str] = ()
+) -> Iterator[Page]:
+    """Yield an empty page; at the end, fail when it logged an error or asked for anything outside this machine.
+
+    Args:
+        width: of the page, CSS pixels.
+        height: of the page.
+        dark: whether the reader prefers dark pages.
+        allowed_errors: parts of console errors that a test provokes on purpose.
+    """
+    started = _started()
+    errors: list[str] = []
+    asked: list[str] = []
+    with _running(started.loop):
+        context = started.browser.new_context(
+            viewport={"width": width, "height": height}, color_scheme="dark" if dark else "light"
+        )
+        try:
+            page = context.new_page()
+            page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
+            page.on("pageerror", lambda error: errors.append(str(error)))
+            page.on("request", lambda request: asked.append(request.url))
+            yield page
+        finally:
+            context.close()
+    assert [error for error in errors if not any(part in error for part in allowed_errors)] == []
+    assert [url for url in asked if not is_inside(url)] == []
+
+
+def is_inside(url: str) -> bool:
+    """Return whether an address is a file, part of the page itself, or served by this machine."""
+    parts = urlsplit(url)
+    return parts.scheme in ("file", "data", "blob", "about") or parts.hostname in INSIDE
