@@ -48,7 +48,8 @@ def _conditions(conditions: list[Condition], models: list[dict[str, Any]]) -> It
     factors = {key: value for key, value in first.factors.items() if _is_of_world(key)}
     for model in models:
         if kinds <= set(build(model).kinds):
-            config = {**first.config, "model": model, "sampling_seed": None}
+            own = {key: value for key, value in first.config.items() if key != "fork"}  # from the first step on
+            config = {**own, "model": model, "sampling_seed": None}
             yield Condition({**factors, "model": model["name"]}, config, seeds)
 
 

@@ -2,47 +2,69 @@
 
 from __future__ import annotations
 
+import pkgutil
 from collections.abc import Callable, Mapping
 from typing import Any
 
 from foundry.errors import FoundryError, InputError
 from foundry.models.answers import Answers
-from foundry.models.base import Model
+from foundry.models.base import Model, ModelInfo
 from foundry.models.cached import CachedModel
+from foundry.models.confirmed import ConfirmedModel
 from foundry.models.limited import LimitedModel
 from foundry.models.retried import RetriedModel
-from foundry.models.serving import ServedModel
+from foundry.models.serving import HttpServing, ServedModel
 from foundry.models.warmed import WarmedModel
 
 
 def build(config: Mapping[str, Any]) -> Any:
     """Build the object that a configuration's `_target_` names, its other keys being the arguments.
 
+    Parts with a `_target_` of their own are built first. Hydra's `instantiate` would resolve every `${...}` in a text
+    once more, also in a prompt or in a configuration that someone else recorded.
+
     Raises:
         InputError: there is no such target, or it does not take these settings.
     """
-    from hydra.errors import HydraException
-    from hydra.utils import instantiate
-
     if "_target_" not in config:
         raise InputError(f"The configuration of '{config.get('name', '?')}' has no _target_ to build.")
     try:
-        return instantiate(dict(config), _convert_="all")
-    except HydraException as error:
-        if isinstance(error.__cause__, FoundryError):
-            raise error.__cause__ from None
-        cause = error.__cause__ or error
+        return _built(config)
+    except FoundryError:
+        raise
+    except Exception as error:
         name = config.get("name", config["_target_"])
-        raise InputError(f"'{name}' cannot be built from its settings: {_one_line(cause)}") from error
+        raise InputError(f"'{name}' cannot be built from its settings: {_one_line(error)}") from error
 
 
-def model_stack(model: Model, answers: Callable[[], Answers]) -> Model:
-    """Wrap a model that costs something: cache, then one warm-up, then limit, then retry."""
+def _built(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        parts = {key: _built(inner) for key, inner in value.items() if key != "_target_"}
+        return pkgutil.resolve_name(value["_target_"])(**parts) if "_target_" in value else parts
+    return [_built(inner) for inner in value] if isinstance(value, list | tuple) else value
+
+
+def model_stack(model: Model, answers: Callable[[], Answers], info: ModelInfo | None = None) -> Model:
+    """Wrap a model that costs something, or each of its members.
+
+    Args:
+        model: the model.
+        answers: opens the cache, once it is needed.
+        info: what its server said when the sweep was checked, which it must go on saying; None to take any.
+    """
+    known = () if info is None else (info, *info.members)
+    digests = {one.name: one.digest for one in known}
+    return model.wrapped(lambda one: _stacked(one, answers, digests.get(one.name)))
+
+
+def _stacked(model: Model, answers: Callable[[], Answers], digest: str | None) -> Model:
+    """Wrap a model that costs something: cache, then one warm-up, then limit, then retry, then its digest."""
     if not isinstance(model, ServedModel):
         return model
     retry, in_flight = model.server.retry, model.server.in_flight
+    confirmed = ConfirmedModel(model, digest) if digest and isinstance(model.server, HttpServing) else model
     retried = RetriedModel(
-        model,
+        confirmed,
         attempts=retry.attempts,
         unusable_attempts=retry.unusable_attempts,
         wait_initial_s=retry.wait_initial_s,

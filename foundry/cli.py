@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import errno
 import importlib
 import os
 import pkgutil
@@ -15,6 +16,9 @@ from foundry import commands
 from foundry.commands.application import EXIT_FAILED, EXIT_INPUT, EXIT_INTERRUPTED, EXIT_OK, app, fail
 from foundry.commands.sweeps import run_overrides
 from foundry.errors import FoundryError, InputError, RecordError, not_found
+
+DISK_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
+"""What the system says when a disk is full, or no longer a disk that can be written to."""
 
 for _found in pkgutil.iter_modules(commands.__path__):
     importlib.import_module(f"{commands.__name__}.{_found.name}")
@@ -35,6 +39,10 @@ def run(argv: Sequence[str]) -> int:
         return fail(error, EXIT_INPUT)
     except FoundryError as error:
         return fail(error, EXIT_FAILED)
+    except OSError as error:
+        if error.errno not in DISK_ERRORS:
+            raise
+        return fail(f"nothing more can be written ({error}): make room, then say it again.", EXIT_FAILED)
     except KeyboardInterrupt:
         return fail("interrupted", EXIT_INTERRUPTED)
 

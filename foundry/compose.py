@@ -6,9 +6,9 @@ import contextlib
 import os
 import re
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeAlias
 
 from foundry import paths
 from foundry.errors import FoundryError, InputError, not_found
@@ -21,6 +21,10 @@ _SWEPT_ONLY = ("world", "model", "prompt", "layout", "scene", "task", "sampling_
 _MULTIRUN = ("-m", "--multirun")
 
 
+Launch: TypeAlias = Callable[[Callable[[Any], Any], Sequence[Sequence[str]]], Sequence[Any]]
+"""Calls a function in a job for each list of overrides; returns Hydra's `JobReturn`s."""
+
+
 @dataclass(frozen=True)
 class Composed:
     """A composed command line.
@@ -30,12 +34,15 @@ class Composed:
         conditions: the points of the sweep, each with its seeds.
         settings: the keys that say where and how to run: cache, record, output, runner, analyze.
         multirun: Hydra's configuration of the sweep as YAML.
+        launch: has one of Hydra's own launchers call a function in a job for each list of overrides; None where
+            none was asked for.
     """
 
     asked: tuple[str, ...]
     conditions: tuple[Condition, ...]
     settings: Mapping[str, Any]
     multirun: str
+    launch: Launch | None = None
 
 
 @dataclass
@@ -43,11 +50,15 @@ class _Collected:
     configs: list[Any] = field(default_factory=list)
     overrides: list[tuple[str, ...]] = field(default_factory=list)
     seeds: list[list[Any]] = field(default_factory=list)
+    launch: Launch | None = None
 
     def add(self, config: Any, overrides: Sequence[str], seeds: Sequence[Any]) -> None:
         self.configs.append(config)
         self.overrides.append(tuple(overrides))
         self.seeds.append(list(seeds))
+
+    def keep(self, launch: Launch) -> None:
+        self.launch = launch
 
 
 def compose(argv: Sequence[str]) -> Composed | None:
@@ -65,11 +76,11 @@ def compose(argv: Sequence[str]) -> Composed | None:
 
     try:
         collected = _run_hydra(argv)
+        return _composed(argv, collected) if collected.configs else None
     except FoundryError:
         raise
     except (HydraException, OmegaConfBaseException) as error:
         raise _explained(error, argv) from error
-    return _composed(argv, collected) if collected.configs else None
 
 
 def _check_ranges(argv: Sequence[str]) -> None:
@@ -89,6 +100,7 @@ def _run_hydra(argv: Sequence[str]) -> _Collected:
         collected.add(config, (), [config.seed])
 
     task.collect = collected.add  # type: ignore[attr-defined]
+    task.keep_launch = collected.keep  # type: ignore[attr-defined]
     with _hydra_surroundings(argv):
         hydra.main(version_base="1.3", config_path=str(paths.conf_dir()), config_name="config")(task)()
     return collected
@@ -122,11 +134,14 @@ def _composed(argv: Sequence[str], collected: _Collected) -> Composed:
     ]
     settings = {key: value for key, value in plain[0].items() if key not in (*CONDITION_KEYS, "seed")}
     settings["record"] = plain[0]["record"]
+    if isinstance(settings["cache"], str):  # cache=postgresql://... is short for cache.path=...
+        settings["cache"] = {"path": settings["cache"]}
     return Composed(
         asked=tuple(argv),
         conditions=tuple(conditions),
         settings=settings,
         multirun=OmegaConf.to_yaml(collected.configs[0], resolve=False),
+        launch=collected.launch,
     )
 
 
@@ -205,6 +220,7 @@ def _sampling_seed(value: Any) -> int | None:
 def _explained(error: Exception, argv: Sequence[str]) -> InputError:
     """Return the one line that says what was wrong with the command line."""
     from hydra.errors import MissingConfigException, OverrideParseException
+    from omegaconf.errors import MissingMandatoryValue
 
     message = str(error)
     if isinstance(error, MissingConfigException) and error.missing_cfg_file:
@@ -215,10 +231,19 @@ def _explained(error: Exception, argv: Sequence[str]) -> InputError:
         asked = re.search(r"'([^']*)'", message)
         return InputError(f"'{asked[1] if asked else ''}' names several values: add -m to run them all.")
     causes = " ".join(str(cause) for cause in (error, error.__cause__) if cause is not None)
+    if isinstance(error, MissingMandatoryValue):
+        return _open_setting(str(error.full_key))
     key = re.search(r"full_key: (\S+)", causes)
     if key and ("not in struct" in causes or "Could not override" in causes):
         return _unknown_key(key[1], argv)
     return InputError(" ".join(message.split()))
+
+
+def _open_setting(key: str) -> InputError:
+    """Return the error for a setting that its file leaves open; a backend's is filled by what follows its name."""
+    group, _, name = key.rpartition(".")
+    way = f"write {group}=<backend>/<{name}>, or" if group == "model" else "give it a value:"
+    return InputError(f"{key} has no value: {way} {key}=...")
 
 
 def _unknown_config(file: str, options: Sequence[str]) -> InputError:
@@ -236,8 +261,8 @@ def _unknown_key(key: str, argv: Sequence[str]) -> InputError:
     rest = [arg for arg in argv if arg.lstrip("+").partition("=")[0] != key]
     siblings: list[str] = []
     with contextlib.suppress(FoundryError):
-        composed = compose(rest)
-        if composed is not None and len(rest) < len(argv):
+        composed = compose(rest) if len(rest) < len(argv) else None
+        if composed is not None:
             siblings = _siblings({**composed.settings, **composed.conditions[0].config, "seed": 0}, key)
     return not_found("Setting", key, siblings, "To add a key of your own, write +key=value.")
 

@@ -13,10 +13,12 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
+from rich.text import Text
 
 from foundry.lane import Tally
 from foundry.planning import PlannedRun
 from foundry.store import SweepFolder
+from foundry.texts import visible
 
 REFRESH_S = 0.25
 LINE_EVERY_S = 10.0
@@ -88,7 +90,7 @@ class ProgressDisplay:
         self._started = time.monotonic()
         self._thread = threading.Thread(target=self._watch, daemon=True)
         self._bars = Progress(
-            TextColumn("{task.description}"),
+            TextColumn("{task.description}", markup=False),
             BarColumn(bar_width=24),
             MofNCompleteColumn(),
             TextColumn("{task.fields[info]}"),
@@ -100,7 +102,7 @@ class ProgressDisplay:
 
     def __enter__(self) -> ProgressDisplay:
         for name, totals in self._progress.before.items():
-            self._tasks[name] = self._bars.add_task(name, total=totals.runs, completed=totals.ended, info="")
+            self._tasks[name] = self._bars.add_task(visible(name), total=totals.runs, completed=totals.ended, info="")
         if self._console.is_terminal:
             self._bars.start()
         self._thread.start()
@@ -189,8 +191,12 @@ def status_table(folder: SweepFolder) -> Table:
 def failures(folder: SweepFolder, most: int = 10) -> list[str]:
     """Return one line per failed run, with its cause."""
     summaries = [summary for run in folder.runs() if (summary := run.summary())]
-    failed = [f"{one.run}: {one.error}" for one in summaries if one.status != "complete"]
+    failed = [f"{one.run}: {_one_line(one.error)}" for one in summaries if one.status != "complete"]
     return failed[:most] + ([f"and {len(failed) - most} more"] if len(failed) > most else [])
+
+
+def _one_line(text: str | None) -> str:
+    return " ".join(visible(text or "").split())
 
 
 def frame_table(rows: Iterable[Sequence[str]], columns: Sequence[str]) -> Table:
@@ -213,8 +219,15 @@ def models_table(models: Sequence[Any]) -> Table:
     return table
 
 
+class _PlainTable(Table):
+    """A table whose cells are text and nothing else: no markup, no commands to the terminal."""
+
+    def add_row(self, *cells: Any, **options: Any) -> None:
+        super().add_row(*(Text(visible(str(cell))) for cell in cells), **options)
+
+
 def _table(*columns: str) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="bold")
+    table = _PlainTable(box=None, pad_edge=False, header_style="bold")
     for column in columns:
         numeric = column in _NUMERIC
         table.add_column(column, justify="right" if numeric else "left", overflow="fold")

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 from foundry import seeding
-from foundry.models.base import ChatMessage, Model, Reply, Request, RequestKeys
+from foundry.models.base import Model, Reply, Request, RequestKeys, Source, logged
 from foundry.prompts import Prompt
 from foundry.records import Call, Record
 from foundry.worlds.base import Answer, Question, World
@@ -29,6 +28,19 @@ class Recorder(Protocol):
 
     def frame(self, step: int, png: bytes) -> None:
         """Keep a picture of the state after a step."""
+
+
+class Asks(Protocol):
+    """Turns questions into requests, and has them answered."""
+
+    def request(self, question: Question) -> Request:
+        """Return the request that puts this question."""
+
+    async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
+        """Return the replies to requests, in their order."""
+
+    def call(self, request: Request, reply: Reply) -> Call:
+        """Return the log line of an answered request."""
 
 
 @dataclass(frozen=True)
@@ -69,18 +81,23 @@ class Asker:
             key=self.keys.key(messages, seed),
         )
 
+    async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
+        """Return the model's replies to requests, in their order."""
+        return await self.model.ask_all(requests)
+
     def call(self, request: Request, reply: Reply) -> Call:
         """Return the log line of an answered request."""
+        source = reply.source or self._source(request)
         return Call(
             step=request.step,
             agent=request.agent,
             kind=request.kind,
-            model=self.model.name,
-            digest=self.digest,
-            key=request.key,
+            model=source.model,
+            digest=source.digest,
+            key=source.key,
             seed=request.seed,
-            messages=[_logged(message) for message in request.messages],
-            parameters=self.parameters,
+            messages=[logged(message) for message in request.messages],
+            parameters=source.parameters,
             text=reply.text,
             thinking=reply.thinking,
             ending=reply.ending,
@@ -92,10 +109,13 @@ class Asker:
             cached=reply.cached,
         )
 
+    def _source(self, request: Request) -> Source:
+        return Source(model=self.model.name, digest=self.digest, parameters=self.parameters, key=request.key)
+
 
 async def play(
     world: World,
-    asker: Asker,
+    asker: Asks,
     recorder: Recorder,
     *,
     frame_every: int = 0,
@@ -122,7 +142,7 @@ async def play(
             raise Interrupted
         before = world.step
         requests = [asker.request(question) for question in world.pending()]
-        replies = await asker.model.ask_all(requests)
+        replies = await asker.ask_all(requests)
         recorder.append_calls([asker.call(*pair) for pair in zip(requests, replies, strict=True)])
         recorder.append(world.advance([answer_of(reply) for reply in replies]))
         if frame_every and world.step != before and world.step % frame_every == 0:
@@ -132,10 +152,3 @@ async def play(
 def answer_of(reply: Reply) -> Answer:
     """Return a reply as the world sees it."""
     return Answer(reply.text, reply.ending, reply.timings.get("latency", 0.0))
-
-
-def _logged(message: ChatMessage) -> dict[str, Any]:
-    line: dict[str, Any] = {"role": message.role, "content": message.content}
-    if message.images:
-        line["images_sha256"] = [hashlib.sha256(image).hexdigest() for image in message.images]
-    return line

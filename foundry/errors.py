@@ -3,6 +3,7 @@
 FoundryError
 ├── InputError            what the user asked for cannot be done; one clear line, exit code 2
 ├── RecordError           a recorded file is missing, damaged or of another version
+├── StorageError          a file of a sweep or the answer cache cannot be written or read; ends the sweep
 └── BackendError          a model's server did not give an answer
     ├── TransientError    worth another try; when the tries are used up, it ends the run
     ├── RequestError      the server refused this request; never tried again, ends the run
@@ -25,6 +26,10 @@ class InputError(FoundryError):
 
 class RecordError(FoundryError):
     """A recorded file is missing, damaged or of another version."""
+
+
+class StorageError(FoundryError):
+    """A file of a sweep or the answer cache cannot be written or read; no run can go on, so it ends the sweep."""
 
 
 class BackendError(FoundryError):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import datetime
+import logging
 import os
 import signal
 import threading
@@ -12,20 +13,23 @@ import traceback
 from collections import deque
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from foundry import provenance
+from foundry.asking import asker_of
 from foundry.build import build, model_stack
-from foundry.episode import Asker, Interrupted, play
-from foundry.errors import FoundryError, ServerError
-from foundry.models.answers import Answers
+from foundry.episode import Interrupted, play
+from foundry.errors import FoundryError, InputError, ServerError, StorageError, TransientError
+from foundry.models.answers import Answers, open_answers
 from foundry.models.base import Model, ModelInfo
 from foundry.records import Counts, RunSummary
-from foundry.store import RunFolder, RunWriter, SweepFolder, to_yaml, write_atomically, write_run_summary
-from foundry.sweep import calls_seed, model_key
+from foundry.run_writer import RunWriter, write_run_summary
+from foundry.store import RunFolder, SweepFolder, cannot_write, write_atomically
+from foundry.sweep import model_key
+from foundry.sweep_file import to_yaml
+from foundry.trust.continuing import forked, origin_of
 
 REPORT_EVERY_S = 0.25
 RETRY_CLAIM_S = 0.25
@@ -41,7 +45,7 @@ class LaneSpec:
         runs: ids of the runs it may take, in order; those that another worker has are left to it.
         suspects: ids it takes first and one at a time, since they were open when a worker died.
         infos: what the server said about each model, by `sweep.model_key`.
-        cache_path: the answer cache.
+        cache: where the answer cache is: a file or a database.
         frame_every: keep a picture of every n-th step; 0 keeps none.
         open_runs: how many runs it plays at once.
         parent: process that must be alive for the work to make sense; None for this very process.
@@ -51,7 +55,7 @@ class LaneSpec:
     folder: SweepFolder
     runs: tuple[str, ...]
     infos: Mapping[str, ModelInfo]
-    cache_path: Path
+    cache: str
     suspects: tuple[str, ...] = ()
     frame_every: int = 0
     open_runs: int = 1
@@ -115,9 +119,20 @@ class Lane:
         try:
             await self._take([folders[run] for run in self.spec.suspects], at_once=1)
             await self._take([folders[run] for run in self.spec.runs], at_once=self.spec.open_runs)
+            await self._confirm()
         finally:
             for model in self._models.values():
                 await model.close()
+
+    async def _confirm(self) -> None:
+        """Ask the servers at the end whether they still have the models that they had at the start."""
+        for model in self._models.values():
+            try:
+                await model.confirm()
+            except ServerError as error:
+                self._stop(error)
+            except TransientError as error:
+                logging.getLogger("foundry").warning("%s", error)
 
     async def _take(self, folders: Iterable[RunFolder], *, at_once: int) -> None:
         waiting, elsewhere = deque(folders), deque[RunFolder]()
@@ -137,10 +152,14 @@ class Lane:
 
     async def _settle(self, folder: RunFolder) -> bool:
         """Play the run unless it ended or another worker has it; returns False in the latter case."""
-        with folder.claim() as mine:
-            if mine and not folder.ended:
-                await self._play(folder)
-            return mine
+        try:
+            with folder.claim() as mine:
+                if mine and not folder.ended:
+                    await self._play(folder)
+                return mine
+        except StorageError as error:
+            self._stop(error)
+            return True
 
     async def _play(self, folder: RunFolder) -> None:
         config = folder.config()
@@ -151,16 +170,19 @@ class Lane:
         started, clock = _now(), time.perf_counter()
         failure: Exception | None = None
         try:
-            await self._episode(config, writer)
+            await self._episode(folder, config, writer)
         except Interrupted:
             return
+        except StorageError:
+            raise
         except ServerError as error:
-            failure, self.fatal, self.stopping = error, str(error), True
+            failure = error
+            self._stop(error)
         except Exception as error:  # noqa: BLE001 - the boundary: a run that fails is data, with its cause
             failure = error
         finally:
-            writer.close()
             del self._open[folder.id]
+            writer.close()
         summary = summarise(
             folder,
             self.spec.infos,
@@ -172,14 +194,15 @@ class Lane:
         write_run_summary(folder, summary)
         self._tallies.setdefault(name, Tally()).end(summary)
 
-    async def _episode(self, config: dict[str, Any], writer: RunWriter) -> None:
+    async def _episode(self, folder: RunFolder, config: dict[str, Any], writer: RunWriter) -> None:
         scenario = self._shared(config["world"])
         prompt = self._shared(config["prompt"])
-        digest = self.spec.infos[model_key(config["model"])].digest
-        asker = Asker.create(self._model(config["model"]), prompt, digest=digest, seed=calls_seed(config))
+        info = self.spec.infos[model_key(config["model"])]
+        asker = asker_of(config, scenario, prompt, self._model(config["model"]), info)
+        writer.members = asker.model.roster()
         await play(
             scenario.start(config["seed"]),
-            asker,
+            forked(asker, config, self.spec.folder),
             writer,
             frame_every=self.spec.frame_every,
             stopping=lambda: self.stopping,
@@ -202,19 +225,26 @@ class Lane:
     def _model(self, config: Mapping[str, Any]) -> Model:
         key = model_key(config)
         if key not in self._models:
-            self._models[key] = model_stack(build(config), self._cache)
+            self._models[key] = model_stack(build(config), self._cache, self.spec.infos[key])
         return self._models[key]
 
     def _cache(self) -> Answers:
         if self._answers is None:
-            self._answers = Answers(self.spec.cache_path)
+            try:
+                self._answers = open_answers(self.spec.cache)
+            except InputError as error:
+                raise StorageError(str(error)) from error
         return self._answers
+
+    def _stop(self, error: FoundryError) -> None:
+        """Let the open runs come to rest and the sweep end: no further run could escape this error."""
+        self.fatal, self.stopping = self.fatal or str(error), True
 
     def _report_until(self, stop: threading.Event) -> None:
         while not stop.wait(REPORT_EVERY_S):
             if self.spec.parent is not None and os.getppid() != self.spec.parent:
                 os._exit(1)
-            self.stopping = self.stopping or self.spec.folder.stop_file.exists()
+            self.stopping = self.stopping or self.spec.folder.stop_asked
             self._report()
 
     def _report(self) -> None:
@@ -228,7 +258,12 @@ class Lane:
             "open": [run for run, _ in opened],
             "models": {name: vars(tally) for name, tally in models.items()},
         }
-        write_atomically(self.spec.folder.progress_file(self.spec.name), msgspec.json.encode(report))
+        try:
+            write_atomically(self.spec.folder.progress_file(self.spec.name), msgspec.json.encode(report))
+        except FileNotFoundError:  # the command that this worker works for has ended its session
+            return
+        except OSError as error:
+            self._stop(cannot_write(self.spec.folder.path, error))
 
 
 def run_lane(spec: LaneSpec) -> str | None:
@@ -288,4 +323,6 @@ def summarise(
         error_type=None if error is None else type(error).__name__,
         traceback=None if error is None or expected else "".join(traceback.format_exception(error)),
         records_sha256=writer.digests() if writer else {},
+        members=writer.members if writer else (),
+        origin=origin_of(config),
     )

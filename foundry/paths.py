@@ -32,6 +32,12 @@ def scene_cache_dir() -> Path:
     return Path(asked) if asked else Path(platformdirs.user_cache_dir("foundry")) / "scenes"
 
 
+def weights_cache_file() -> Path:
+    """Return the file where hashes of weights are kept: FOUNDRY_WEIGHTS_CACHE, else in the user's cache."""
+    asked = os.environ.get("FOUNDRY_WEIGHTS_CACHE")
+    return Path(asked) if asked else Path(platformdirs.user_cache_dir("foundry")) / "weights.json"
+
+
 def assets_dir() -> Path:
     """Return the folder of the shipped scenes."""
     return shipped("assets")

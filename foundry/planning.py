@@ -8,8 +8,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from foundry.asking import asker_of
 from foundry.build import build
-from foundry.episode import Asker, Interrupted, play
+from foundry.episode import Interrupted, play
 from foundry.models.answers import Answers
 from foundry.models.base import Model, ModelInfo, Reply, Request
 from foundry.models.wrapper import Wrapper
@@ -17,7 +18,7 @@ from foundry.preflight import prompt_of, scenario_of
 from foundry.prompts import Prompt
 from foundry.records import Call, Record
 from foundry.store import RunFolder
-from foundry.sweep import Run, Sweep, calls_seed, model_key
+from foundry.sweep import Run, Sweep, model_key
 from foundry.worlds.base import Scenario
 
 
@@ -144,8 +145,15 @@ def _planned(
 
 
 async def _count_hits(config: Mapping[str, Any], parts: _Parts, info: ModelInfo, answers: Answers) -> int:
-    reader = _CacheOnly(parts.model, answers)
-    asker = Asker.create(reader, parts.prompt, digest=info.digest, seed=calls_seed(config))
+    readers: list[_CacheOnly] = []
+
+    def reading(one: Model) -> Model:
+        if not one.remote:
+            return one
+        readers.append(_CacheOnly(one, answers))
+        return readers[-1]
+
+    asker = asker_of(config, parts.scenario, parts.prompt, parts.model.wrapped(reading), info)
     with contextlib.suppress(Interrupted):
         await play(parts.scenario.start(config["seed"]), asker, _Silent())
-    return reader.hits
+    return sum(reader.hits for reader in readers)

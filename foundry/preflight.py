@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from foundry.asking import in_run
 from foundry.build import build
 from foundry.errors import InputError
 from foundry.models.base import Model, ModelInfo
@@ -32,18 +33,40 @@ def check(sweep: Sweep) -> dict[str, ModelInfo]:
     for condition in sweep.conditions:
         key = model_key(condition.config["model"])
         model = models.setdefault(key, build(condition.config["model"]))
-        parts = model_key({name: condition.config[name] for name in ("world", "prompt")}) + str(model.kinds)
+        parts = _parts_key(condition, model)
         if parts not in scenarios:
             scenarios[parts] = _check_condition(condition, model)
         if scenarios[parts].shows_images and model.remote:
             seeing[key] = scenarios[parts].name
     infos = asyncio.run(_inspect(models))
+    for condition in sweep.conditions:
+        _check_in_runs(condition, models, infos, scenarios)
     for key, world in seeing.items():
         _check_sight(infos[key], world)
     return infos
 
 
+def _parts_key(condition: Condition, model: Model) -> str:
+    return model_key({name: condition.config[name] for name in ("world", "prompt")}) + str(model.kinds)
+
+
+def _check_in_runs(
+    condition: Condition, models: Mapping[str, Model], infos: Mapping[str, ModelInfo], scenarios: Mapping[str, Scenario]
+) -> None:
+    """Check that a model that answers otherwise in every run can do so in all of them."""
+    key = model_key(condition.config["model"])
+    model, scenario = models[key], scenarios[_parts_key(condition, models[key])]
+    for seed in condition.seeds:
+        if in_run(model, {**condition.config, "seed": seed}, scenario, infos[key]) is model:
+            return
+
+
 def _check_sight(info: ModelInfo, world: str) -> None:
+    if "vision" in info.undeclared:
+        raise InputError(
+            f"World '{world}' shows images, and the server of '{info.name}' does not say whether the model sees: "
+            "set model.vision=true if it does."
+        )
     if "vision" not in info.capabilities:
         raise InputError(
             f"Model '{info.name}' cannot see images, which world '{world}' shows: "

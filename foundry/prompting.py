@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from foundry.asking import asker_of
 from foundry.build import build
 from foundry.episode import Asker, answer_of
 from foundry.errors import InputError
@@ -13,7 +14,7 @@ from foundry.models.answers import Answers
 from foundry.models.base import ChatMessage, Model, ModelInfo, Reply, Request
 from foundry.models.wrapper import Wrapper
 from foundry.preflight import prompt_of, scenario_of
-from foundry.sweep import Sweep, calls_seed, model_key
+from foundry.sweep import Sweep, model_key
 from foundry.worlds.base import World
 
 
@@ -68,13 +69,18 @@ def find_prompt(
     if kind not in scenario.kinds:
         raise InputError(f"World '{scenario.name}' asks no '{kind}': its kinds are {', '.join(scenario.kinds)}.")
     model: Model = build(config["model"])
-    reader = _CachedOrSilent(model, answers)
+    readers: list[_CachedOrSilent] = []
+
+    def reading(one: Model) -> Model:
+        if not one.remote:
+            return one
+        readers.append(_CachedOrSilent(one, answers))
+        return readers[-1]
+
     info = infos.get(model_key(config["model"]), ModelInfo(name=model.name))
-    asker = Asker.create(
-        reader if model.remote else model, prompt_of(config), digest=info.digest, seed=calls_seed(config)
-    )
+    asker = asker_of(config, scenario, prompt_of(config), model.wrapped(reading), info)
     messages = asyncio.run(_search(scenario.start(run.seed), asker, (step, agent, kind)))
-    return FoundPrompt(messages, reader.silent)
+    return FoundPrompt(messages, sum(reader.silent for reader in readers))
 
 
 async def _search(world: World, asker: Asker, wanted: tuple[int, int, str]) -> tuple[ChatMessage, ...]:
@@ -88,7 +94,7 @@ async def _search(world: World, asker: Asker, wanted: tuple[int, int, str]) -> t
                 return asker.prompt.render(question)
         if questions[0].step > step:
             break
-        replies = await asker.model.ask_all([asker.request(question) for question in questions])
+        replies = await asker.ask_all([asker.request(question) for question in questions])
         world.advance([answer_of(reply) for reply in replies])
     known = f"agents {agents[0]} to {agents[-1]} and steps 1 to {world.step}" if agents else "no questions"
     raise InputError(f"No {kind} question is put to agent {agent} at step {step}: the run has {known}.")

@@ -23,13 +23,17 @@ class Outcome(StrEnum):
 
 
 class Counts(msgspec.Struct, kw_only=True):
-    """Totals over a run: calls and where their answers came from, tokens, records and outcomes."""
+    """Totals over a run: calls and where their answers came from, tokens, records and outcomes.
+
+    `model_s` is the seconds that the answers took, cached ones with what they took at first; null where unknown.
+    """
 
     calls: int = 0
     cached: int = 0
     retries: int = 0
     prompt_tokens: int = 0
     output_tokens: int = 0
+    model_s: float | None = None
     steps: int = 0
     messages: int = 0
     outcomes: dict[str, int] = msgspec.field(default_factory=dict)
@@ -285,6 +289,30 @@ class Call(msgspec.Struct, frozen=True, kw_only=True):
     cached: bool
 
 
+class Member(msgspec.Struct, frozen=True, kw_only=True):
+    """One of the models of a mixed population: its name, its digest, and the ids of its agents."""
+
+    model: str
+    digest: str | None
+    agents: tuple[int, ...]
+
+
+class Origin(msgspec.Struct, frozen=True, kw_only=True):
+    """Where a forked run comes from.
+
+    Attributes:
+        sweep: name of the folder that the run was forked from.
+        run: id of that run.
+        at: the first step that is not shared with it.
+        records_sha256: SHA-256 of its record files by name.
+    """
+
+    sweep: str
+    run: str
+    at: int
+    records_sha256: dict[str, str]
+
+
 class RunSummary(msgspec.Struct, frozen=True, kw_only=True):
     """How a run ended (`run.json`, written last and atomically).
 
@@ -310,6 +338,8 @@ class RunSummary(msgspec.Struct, frozen=True, kw_only=True):
         error_type: class of the error, or null.
         traceback: where an unexpected error came from, or null.
         records_sha256: SHA-256 of each record file by name, taken over its bytes.
+        members: the models of a mixed population; empty where one model answers for all agents.
+        origin: where a forked run comes from; null for all others.
     """
 
     run: str
@@ -333,3 +363,41 @@ class RunSummary(msgspec.Struct, frozen=True, kw_only=True):
     error_type: str | None
     traceback: str | None
     records_sha256: dict[str, str]
+    members: tuple[Member, ...] = ()
+    origin: Origin | None = None
+
+
+class Labelled(msgspec.Struct, frozen=True, kw_only=True):
+    """What a model said of one text.
+
+    Attributes:
+        text: the text.
+        fires: names of the fires in the world that it is from, as the model was told.
+        warning: whether it is a warning; null when the reply was neither yes nor no.
+        reply: the raw reply.
+    """
+
+    text: str
+    fires: tuple[str, ...]
+    warning: bool | None
+    reply: str
+
+
+class Labels(msgspec.Struct, frozen=True, kw_only=True):
+    """Which messages of a sweep are warnings, by a model (`analysis/labels.json`).
+
+    Attributes:
+        labeller: name of the model.
+        digest: its digest on its server, or null.
+        question_sha256: hash of the template of the question.
+        parameters: everything beside the question that decided the answers.
+        labels: one for each distinct text and names of fires.
+        hand_labelled: the same for the texts that were labelled by hand, for the agreement.
+    """
+
+    labeller: str
+    digest: str | None
+    question_sha256: str
+    parameters: dict[str, Any]
+    labels: tuple[Labelled, ...]
+    hand_labelled: tuple[Labelled, ...]

@@ -1,38 +1,30 @@
-"""Schedules the runs of a sweep on worker processes, outlives their deaths, stops in order."""
+"""Schedules the runs of a sweep, model after model; on worker processes of this machine; stops in order."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
+import functools
 import itertools
 import logging
-import os
 import signal
 import threading
-from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
-from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import Any, TypeAlias
 
 import joblib
-from joblib.externals.loky import ProcessPoolExecutor
-from joblib.externals.loky.process_executor import BrokenProcessPool
 
 from foundry.build import build
 from foundry.errors import BackendError, FoundryError
-from foundry.lane import Lane, LaneSpec, run_lane, summarise
+from foundry.lane import Lane, LaneSpec
+from foundry.lanes import Lanes
 from foundry.models.base import Model, ModelInfo
-from foundry.store import RunFolder, SweepFolder, write_run_summary
-from foundry.sweep import model_key
-
-MAX_DEATHS = 2
-"""How often a worker may die with only this run open before the run is given up."""
-MAX_IDLE_DEATHS = 5
-"""How often a worker may die with no run open before the sweep is given up."""
-POLL_S = 0.25
+from foundry.store import RunFolder, SweepFolder
+from foundry.sweep import is_served, model_key, models_in
 
 
 class SweepStopped(FoundryError):
@@ -50,17 +42,62 @@ class SweepJob:
     Attributes:
         folder: the sweep.
         infos: what the server said about each model, by `sweep.model_key`.
-        cache_path: the answer cache.
+        cache: where the answer cache is: a file or a database.
         frame_every: keep a picture of every n-th step; 0 keeps none.
     """
 
     folder: SweepFolder
     infos: Mapping[str, ModelInfo]
-    cache_path: Path
+    cache: str
     frame_every: int
 
 
-class JoblibRunner:
+PlayPhase: TypeAlias = Callable[[Sequence[RunFolder], int], None]
+"""Plays the runs of a phase, which has a number; returns when all have ended or the sweep stops."""
+
+
+class Runner(ABC):
+    """Runs a sweep, phase after phase, wherever its workers are."""
+
+    def __init__(self, open_runs: int) -> None:
+        self._open_runs = open_runs
+
+    def run(self, job: SweepJob) -> None:
+        """Run everything that has not ended; returns when all has, or raises.
+
+        Raises:
+            InputError: the workers cannot be reached, or cannot do this sweep.
+            SweepStopped: a failure that no further run could escape.
+            SweepInterrupted: the user asked to stop.
+        """
+        with self.at_work(job) as play:
+            job.folder.start_progress()
+            for run in job.folder.runs():
+                run.forget_failure()
+            try:
+                with _stop_on_interrupt(job.folder):
+                    _play_phases(job, play)
+            finally:
+                job.folder.end_progress()
+
+    @abstractmethod
+    def at_work(self, job: SweepJob) -> AbstractContextManager[PlayPhase]:
+        """Reach the workers and check that they can do the sweep, before anything of it is changed."""
+
+    def spec(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> LaneSpec:
+        """Return what the workers of a phase are given."""
+        return LaneSpec(
+            name=f"{number}",
+            folder=job.folder,
+            runs=tuple(run.id for run in runs),
+            infos=job.infos,
+            cache=job.cache,
+            frame_every=job.frame_every,
+            open_runs=self._open_runs if _remote(runs[0]) else 1,
+        )
+
+
+class JoblibRunner(Runner):
     """Runs a sweep on worker processes of this machine."""
 
     def __init__(self, workers: int | None = None, open_runs: int = 16) -> None:
@@ -70,115 +107,47 @@ class JoblibRunner:
             workers: worker processes; None for one a core. One works in this very process.
             open_runs: runs that one worker plays at once where a server answers the calls.
         """
+        super().__init__(open_runs)
         self._workers = workers or joblib.cpu_count()
-        self._open_runs = open_runs
 
-    def run(self, job: SweepJob) -> None:
-        """Run everything that has not ended; returns when all has, or raises.
+    @contextlib.contextmanager
+    def at_work(self, job: SweepJob) -> Iterator[PlayPhase]:
+        """Start nothing yet: every phase starts its own processes."""
+        yield functools.partial(self._play, job)
 
-        Raises:
-            SweepStopped: a failure that no further run could escape.
-            SweepInterrupted: the user asked to stop.
-        """
-        job.folder.start_progress()
-        for run in job.folder.runs():
-            run.forget_failure()
-        try:
-            with _stop_on_interrupt(job.folder):
-                phases = list(_phases(job))
-                for number, phase in enumerate(phases):
-                    self._run_phase(job, phase, number)
-                    if number + 1 < len(phases):
-                        _free_server(job.folder, phase[0])
-        finally:
-            job.folder.end_progress()
-
-    def _run_phase(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> None:
-        spec = LaneSpec(
-            name=f"{number}",
-            folder=job.folder,
-            runs=tuple(run.id for run in runs),
-            infos=job.infos,
-            cache_path=job.cache_path,
-            frame_every=job.frame_every,
-            open_runs=self._open_runs if _remote(runs[0]) else 1,
-        )
-        workers = min(self._workers, len(runs))
-        if workers == 1:
-            _raise_if_ended(Lane(replace(spec, name=f"{number}-0")).run(), job.folder)
-        else:
-            Lanes(spec, workers).run()
+    def _play(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> None:
+        spec = self.spec(job, runs, number)
+        workers = workers_for(runs, self._workers)
+        alone = workers == 1
+        fatal = Lane(replace(spec, name=f"{number}-0")).run() if alone else Lanes(spec, workers).run()
+        raise_if_stopped(fatal, job.folder)
 
 
-class Lanes:
-    """Worker processes, one pool each, so that one that dies takes no other with it."""
+def workers_for(runs: Sequence[RunFolder], available: int) -> int:
+    """Return how many workers a phase takes; each would load weights that are not on a server."""
+    limits: list[int | None] = [one.get("server", {}).get("workers") for one in models_in(runs[0].config()["model"])]
+    return min([available, len(runs), *filter(None, limits)])
 
-    def __init__(self, spec: LaneSpec, workers: int) -> None:
-        self._spec = replace(spec, parent=os.getpid())
-        self._workers = workers
-        self._numbers = itertools.count()
-        self._pools: dict[Future[str | None], ProcessPoolExecutor] = {}
-        self._specs: dict[Future[str | None], LaneSpec] = {}
-        self._deaths: Counter[str] = Counter()
-        self._idle_deaths = 0
 
-    def run(self) -> None:
-        """Work until all runs have ended; a worker that died is replaced."""
-        fatal: str | None = None
-        try:
-            for _ in range(self._workers):
-                self._start(())
-            while self._pools:
-                done, _ = wait(self._pools, timeout=POLL_S, return_when=FIRST_COMPLETED)
-                for future in done:
-                    fatal = self._collect(future) or fatal
-                    if fatal:
-                        self._spec.folder.stop_file.touch()
-        finally:
-            for pool in self._pools.values():
-                pool.shutdown(wait=False, kill_workers=True)
-        _raise_if_ended(fatal, self._spec.folder)
+def raise_if_stopped(fatal: str | None, folder: SweepFolder) -> None:
+    """Raise what ended the sweep early, if anything did.
 
-    def _start(self, suspects: tuple[str, ...]) -> None:
-        spec = replace(self._spec, name=f"{self._spec.name}-{next(self._numbers)}", suspects=suspects)
-        pool = ProcessPoolExecutor(max_workers=1)
-        future = pool.submit(run_lane, spec)
-        self._pools[future], self._specs[future] = pool, spec
+    Raises:
+        SweepStopped: a failure that no further run could escape.
+        SweepInterrupted: the user asked to stop.
+    """
+    if fatal is not None:
+        raise SweepStopped(fatal)
+    if folder.stop_asked:
+        raise SweepInterrupted
 
-    def _collect(self, future: Future[str | None]) -> str | None:
-        """Take the result of a worker that ended, and replace it if it died."""
-        pool, spec = self._pools.pop(future), self._specs.pop(future)
-        try:
-            return future.result()
-        except BrokenProcessPool:
-            if not self._spec.folder.stop_file.exists():
-                self._start(self._suspects(spec))
-            return None
-        finally:
-            pool.shutdown(wait=False, kill_workers=True)
 
-    def _suspects(self, spec: LaneSpec) -> tuple[str, ...]:
-        """Return the runs that were open when the worker died, without those it died of alone too often."""
-        opened: list[str] = self._spec.folder.progress().get(spec.name, {}).get("open", [])
-        if not opened:
-            self._idle_deaths += 1
-            if self._idle_deaths > MAX_IDLE_DEATHS:
-                raise FoundryError(f"Worker processes died {self._idle_deaths} times before they began a run.")
-        if len(opened) == 1:
-            self._deaths[opened[0]] += 1
-            if self._deaths[opened[0]] >= MAX_DEATHS:
-                self._give_up(opened[0])
-                return ()
-        return tuple(opened)
-
-    def _give_up(self, run: str) -> None:
-        folder = next(folder for folder in self._spec.folder.runs() if folder.id == run)
-        error = FoundryError(
-            f"The worker process died {self._deaths[run]} times while it had only this run open: "
-            "it was killed, or ran out of memory."
-        )
-        summary = summarise(folder, self._spec.infos, None, started="", seconds=0.0, error=error)
-        write_run_summary(folder, summary)
+def _play_phases(job: SweepJob, play: PlayPhase) -> None:
+    phases = list(_phases(job))
+    for number, phase in enumerate(phases):
+        play(phase, number)
+        if number + 1 < len(phases):
+            _free_server(job.folder, phase[0])
 
 
 def _phases(job: SweepJob) -> Iterator[list[RunFolder]]:
@@ -211,14 +180,7 @@ async def _unload(model: Model) -> None:
 
 
 def _remote(run: RunFolder) -> bool:
-    return "server" in run.config()["model"]
-
-
-def _raise_if_ended(fatal: str | None, folder: SweepFolder) -> None:
-    if fatal is not None:
-        raise SweepStopped(fatal)
-    if folder.stop_file.exists():
-        raise SweepInterrupted
+    return is_served(run.config()["model"])
 
 
 @contextlib.contextmanager

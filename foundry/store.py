@@ -1,7 +1,8 @@
 """The only code that knows the layout of a sweep's folder.
 
 outputs/<sweep>/sweep.yaml, multirun.yaml, runs/<run-id>/{config.yaml, run.json, steps.jsonl, messages.jsonl,
-calls.jsonl.zst, frames/, images/}, analysis/; while it runs also progress/ and locks/.
+calls.jsonl.zst, frames/, images/}, analysis/; while it runs also progress/ and locks/; in a sweep of forks origins/;
+in an unpacked bundle manifest.json, scenes.json and scenes/. The files of one run are in `foundry.run_files`.
 """
 
 from __future__ import annotations
@@ -9,42 +10,35 @@ from __future__ import annotations
 import contextlib
 import datetime
 import errno
-import hashlib
-import io
 import os
 import shutil
-import threading
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import msgspec
-import yaml
-import zstandard
-from filelock import FileLock, Timeout
 
-from foundry.errors import InputError, RecordError
-from foundry.records import Call, Counts, Record, RunSummary, SeenImage
-from foundry.sweep import Condition, Run, Sweep
+from foundry.errors import InputError, RecordError, not_found
+from foundry.records import Labels
+from foundry.run_files import ALWAYS_THERE as ALWAYS_THERE
+from foundry.run_files import RECORD_STREAMS as RECORD_STREAMS
+from foundry.run_files import RunFolder as RunFolder
+from foundry.run_files import calls_bytes as calls_bytes
+from foundry.run_files import cannot_write as cannot_write
+from foundry.run_files import frame_name as frame_name
+from foundry.run_files import kept_file as kept_file
+from foundry.run_files import read_calls as read_calls
+from foundry.run_files import storing as storing
+from foundry.run_files import write_atomically as write_atomically
+from foundry.sweep import Sweep
+from foundry.sweep_file import sweep_content, sweep_from, sweep_text
+from foundry.sweep_file import to_yaml as to_yaml
 
-RECORD_STREAMS = ("steps", "messages", "episode")
-ALWAYS_THERE = ("steps", "messages")
-"""The record files that every run has, if only empty ones."""
+SWEEP_FILE = "sweep.yaml"
+ENDED_RUNS = "runs/*/run.json"
+"""Matches what every run that has ended holds."""
+SCENES_FILE = "scenes.json"
 _ENCODE = msgspec.json.Encoder().encode
-_Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-_Dumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
-
-
-def to_yaml(value: Any) -> str:
-    """Return the value as block-style YAML, keys in their order, non-ASCII text as it is."""
-    return str(yaml.dump(value, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=110))
-
-
-def write_atomically(path: Path, content: bytes) -> None:
-    """Write a file so that a reader or a crash sees either all of it or none."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}.tmp")
-    temporary.write_bytes(content)
-    temporary.replace(path)
 
 
 def fresh_folder(root: Path) -> Path:
@@ -56,188 +50,6 @@ def fresh_folder(root: Path) -> Path:
             candidate.mkdir(parents=True)
             return candidate
     raise InputError(f"No fresh folder could be made under '{root}': name one with output.dir=...")
-
-
-class RunFolder:
-    """Where one run's files are; reads them.
-
-    Attributes:
-        id: the run's id.
-        path: its folder; exists once the run was started.
-        run: the run.
-        factors: the swept overrides and their values for this run's condition.
-    """
-
-    def __init__(self, sweep_path: Path, run: Run, sweep: Sweep) -> None:
-        self.id = run.id
-        self.run = run
-        self.path = sweep_path / "runs" / run.id
-        self.factors = dict(sweep.conditions[run.condition].factors)
-        self._sweep = sweep
-        self._lock_path = sweep_path / "locks" / f"{run.id}.lock"
-
-    def config(self) -> dict[str, Any]:
-        """Return the effective configuration."""
-        return self._sweep.config(self.run)
-
-    @property
-    def ended(self) -> bool:
-        """Whether `run.json` is there, so that the run is complete or failed."""
-        return (self.path / "run.json").exists()
-
-    def summary(self) -> RunSummary | None:
-        """Return how the run ended, or None when it has not.
-
-        Raises:
-            RecordError: `run.json` cannot be read.
-        """
-        try:
-            content = (self.path / "run.json").read_bytes()
-        except FileNotFoundError:
-            return None
-        try:
-            return msgspec.json.decode(content, type=RunSummary)
-        except msgspec.DecodeError as error:
-            raise RecordError(f"{self.path / 'run.json'} cannot be read: {error}") from error
-
-    def steps_bytes(self) -> bytes:
-        """Return the raw lines of `steps.jsonl`; empty when there are none yet."""
-        return self._bytes("steps.jsonl")
-
-    def messages_bytes(self) -> bytes:
-        """Return the raw lines of `messages.jsonl`; empty when there are none yet."""
-        return self._bytes("messages.jsonl")
-
-    def episode_bytes(self) -> bytes:
-        """Return the raw line of `episode.jsonl`; empty when the world writes none."""
-        return self._bytes("episode.jsonl")
-
-    def calls(self) -> Iterator[Call]:
-        """Yield the logged calls; a log cut by a crash yields the calls that are whole."""
-        path = self.path / "calls.jsonl.zst"
-        if not path.exists():
-            return
-        decode = msgspec.json.Decoder(Call).decode
-        with path.open("rb") as file, zstandard.ZstdDecompressor().stream_reader(file) as reader:
-            yield from (decode(line) for line in _whole_lines(reader))
-
-    def _bytes(self, name: str) -> bytes:
-        try:
-            return (self.path / name).read_bytes()
-        except FileNotFoundError:
-            return b""
-
-    def forget_failure(self) -> None:
-        """Let a failed run be started again."""
-        summary = self.summary()
-        if summary is not None and summary.status != "complete":
-            (self.path / "run.json").unlink()
-
-    @contextlib.contextmanager
-    def claim(self) -> Iterator[bool]:
-        """Hold the run for this process; yields whether it could be had. The system frees it on a crash."""
-        self._lock_path.parent.mkdir(parents=True, exist_ok=True)
-        lock = FileLock(self._lock_path, timeout=0)
-        try:
-            lock.acquire()
-        except Timeout:
-            yield False
-            return
-        try:
-            yield True
-        finally:
-            lock.release()
-
-
-def _whole_lines(reader: Any) -> Iterator[bytes]:
-    rest = b""
-    while True:
-        try:
-            chunk = reader.read(1 << 20)
-        except zstandard.ZstdError:
-            return
-        if not chunk:
-            return
-        *lines, rest = (rest + chunk).split(b"\n")
-        yield from lines
-
-
-class RunWriter:
-    """Writes one run's files; `finish` writes `run.json` last."""
-
-    def __init__(self, folder: RunFolder, config_text: str) -> None:
-        self.folder = folder
-        self.counts = Counts()
-        path = folder.path
-        path.mkdir(parents=True, exist_ok=True)
-        (path / "run.json").unlink(missing_ok=True)
-        for kept in ("frames", "images"):
-            shutil.rmtree(path / kept, ignore_errors=True)
-        (path / "episode.jsonl").unlink(missing_ok=True)
-        write_atomically(path / "config.yaml", config_text.encode())
-        self._files: dict[str, io.FileIO] = {}
-        self._hashes: dict[str, hashlib._Hash] = {}
-        for name in ALWAYS_THERE:
-            self._open(name)
-        self._calls_file = (path / "calls.jsonl.zst").open("wb")
-        self._calls = zstandard.ZstdCompressor(level=3).stream_writer(self._calls_file)
-
-    def _open(self, name: str) -> None:
-        self._files[name] = (self.folder.path / f"{name}.jsonl").open("wb", buffering=0)
-        self._hashes[name] = hashlib.sha256()
-
-    def append(self, records: Sequence[Record]) -> None:
-        """Append records to their files, one write a file, so that a crash leaves whole lines."""
-        for name in RECORD_STREAMS:
-            mine = [record for record in records if record.stream == name]
-            if mine:
-                if name not in self._files:
-                    self._open(name)
-                content = b"\n".join(map(_ENCODE, mine)) + b"\n"
-                self._files[name].write(content)
-                self._hashes[name].update(content)
-        for record in records:
-            record.tally(self.counts)
-            if isinstance(record, SeenImage):
-                self._keep(record.path, record.content)
-
-    def append_calls(self, calls: Iterable[Call]) -> None:
-        """Append calls to the compressed log and flush a block."""
-        for call in calls:
-            self._calls.write(_ENCODE(call) + b"\n")
-            self.counts.calls += 1
-            self.counts.cached += call.cached
-            self.counts.retries += 0 if call.cached else len(call.attempts)
-            self.counts.prompt_tokens += call.prompt_tokens or 0
-            self.counts.output_tokens += call.output_tokens or 0
-        self._calls.flush(zstandard.FLUSH_BLOCK)
-        self._calls_file.flush()
-
-    def frame(self, step: int, png: bytes) -> None:
-        """Keep a picture of the state after `step` (0: the initial state)."""
-        self._keep(f"frames/step_{step:04d}.png", png)
-
-    def _keep(self, name: str, content: bytes) -> None:
-        path = self.folder.path / name
-        path.parent.mkdir(exist_ok=True)
-        path.write_bytes(content)
-
-    def digests(self) -> dict[str, str]:
-        """Return the SHA-256 of every record file as written so far."""
-        return {f"{name}.jsonl": state.hexdigest() for name, state in self._hashes.items()}
-
-    def close(self) -> None:
-        """Close the files; what was appended stays."""
-        self._calls.close()  # type: ignore[no-untyped-call]
-        for file in self._files.values():
-            file.close()
-
-
-def write_run_summary(folder: RunFolder, summary: RunSummary) -> None:
-    """Write `run.json` atomically."""
-    folder.path.mkdir(parents=True, exist_ok=True)
-    content = msgspec.json.format(_ENCODE(summary), indent=2)
-    write_atomically(folder.path / "run.json", content + b"\n")
 
 
 class SweepFolder:
@@ -269,9 +81,9 @@ class SweepFolder:
         if not file.is_file():
             raise InputError(_no_sweep(path))
         try:
-            content = yaml.load(file.read_text(encoding="utf-8"), Loader=_Loader)
-            return cls(path, _sweep_from(content), content["settings"], content["models"])
-        except (yaml.YAMLError, KeyError, TypeError, UnicodeDecodeError) as error:
+            content = sweep_content(file.read_text(encoding="utf-8"), file)
+            return cls(path, sweep_from(content), content["settings"], content["models"])
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise RecordError(f"{file} cannot be read: {type(error).__name__}: {error}") from error
 
     @classmethod
@@ -286,12 +98,13 @@ class SweepFolder:
         if (path / "sweep.yaml").exists():
             folder = cls.open(path)
             _check_same(folder, sweep, models)
+            folder.sweep = sweep  # the same runs, built from what was asked now: a recorded file is not trusted
             return folder
         ensure_writable(path)
         if any(entry.name != "multirun.yaml" for entry in path.iterdir()):
             raise InputError(f"output.dir='{path}' holds files that are not a sweep's: name an empty or a new folder.")
         folder = cls(path, sweep, settings, models)
-        write_atomically(path / "sweep.yaml", _sweep_text(folder).encode())
+        write_atomically(path / "sweep.yaml", sweep_text(sweep, settings, models).encode())
         return folder
 
     @property
@@ -299,9 +112,76 @@ class SweepFolder:
         """Where the analysis is written; disposable."""
         return self.path / "analysis"
 
+    @property
+    def labels_file(self) -> Path:
+        """Which messages a model labelled as warnings, and which model it was."""
+        return self.analysis_dir / "labels.json"
+
+    def labels(self) -> Labels | None:
+        """Return the labels of the messages, or None when no model has labelled them.
+
+        Raises:
+            RecordError: the file cannot be read.
+        """
+        try:
+            return msgspec.json.decode(self.labels_file.read_bytes(), type=Labels)
+        except FileNotFoundError:
+            return None
+        except msgspec.DecodeError as error:
+            raise RecordError(f"{self.labels_file} cannot be read: {error}") from error
+
+    def write_labels(self, labels: Labels) -> None:
+        """Keep the labels of the messages."""
+        ensure_writable(self.analysis_dir)
+        write_atomically(self.labels_file, msgspec.json.format(_ENCODE(labels), indent=1) + b"\n")
+
+    @property
+    def report_file(self) -> Path:
+        """Where the report is written unless another file is asked for."""
+        return self.path / "report.html"
+
+    @property
+    def baselines_dir(self) -> Path:
+        """A sweep's folder of its own: the scripted baselines on the same worlds and seeds."""
+        return self.path / "baselines"
+
+    @property
+    def report_path(self) -> Path:
+        """Where the report is, once it is written."""
+        return self.path / "report.html"
+
+    @property
+    def signatures_path(self) -> Path:
+        """Where the signatures of the runs are, once they are measured."""
+        return self.analysis_dir / "signatures.csv"
+
     def runs(self) -> list[RunFolder]:
         """Return every run of the definition, whether started or not."""
-        return [RunFolder(self.path, run, self.sweep) for run in self.sweep.runs]
+        scenes = self.scenes()
+        return [RunFolder(self.path, run, self.sweep, scenes) for run in self.sweep.runs]
+
+    def scenes(self) -> dict[str, str]:
+        """Return the files of the scenes that came with the sweep in a bundle, by the names that it knows them by.
+
+        Raises:
+            RecordError: their list cannot be read, or names files elsewhere.
+        """
+        try:
+            named = msgspec.json.decode((self.path / SCENES_FILE).read_bytes(), type=dict[str, str])
+        except FileNotFoundError:
+            return {}
+        except msgspec.DecodeError as error:
+            raise RecordError(f"{self.path / SCENES_FILE} cannot be read: {error}") from error
+        root = self.path.resolve()
+        files = {name: (root / file).resolve() for name, file in named.items()}
+        outside = [name for name, file in files.items() if not file.is_relative_to(root)]
+        if outside:
+            raise RecordError(f"{self.path / SCENES_FILE} is refused: '{outside[0]}' is not in the sweep's folder.")
+        return {name: str(file) for name, file in files.items()}
+
+    def origin_path(self, run: str, at: int) -> Path:
+        """Return where the calls are kept that forks of a run at a step share with it."""
+        return self.path / "origins" / f"{run}-at{at}.jsonl.zst"
 
     def write_multirun(self, text: str) -> None:
         """Keep Hydra's composed sweep configuration."""
@@ -311,6 +191,11 @@ class SweepFolder:
     def stop_file(self) -> Path:
         """A file whose presence asks every worker of the sweep to stop in order."""
         return self.path / "progress" / "stop"
+
+    @property
+    def stop_asked(self) -> bool:
+        """Whether workers must stop: they were asked to, or the command that they work for has ended its session."""
+        return self.stop_file.exists() or not self.stop_file.parent.is_dir()
 
     def progress_file(self, lane: str) -> Path:
         """Return where a worker reports how far it is."""
@@ -334,6 +219,50 @@ class SweepFolder:
         shutil.rmtree(self.path / "progress", ignore_errors=True)
         if all(run.ended for run in self.runs()):
             shutil.rmtree(self.path / "locks", ignore_errors=True)
+
+
+def runs_at(path: Path) -> tuple[SweepFolder, list[RunFolder]]:
+    """Return the sweep that a path is in, with all its runs, or with the one whose folder it is.
+
+    Raises:
+        InputError: there is no such sweep or run.
+        RecordError: `sweep.yaml` cannot be read.
+    """
+    path = path.absolute() if path.name in ("", "..") else path
+    if path.parent.name != "runs":
+        folder = SweepFolder.open(path)
+        return folder, folder.runs()
+    folder = SweepFolder.open(path.parent.parent)
+    runs = {run.id: run for run in folder.runs()}
+    if path.name not in runs:
+        raise not_found("Run", path.name, runs, f"They are in '{path.parent}'.")
+    return folder, [runs[path.name]]
+
+
+def find_run(path: Path) -> RunFolder:
+    """Return the run that a path names: its own folder, or the folder of a sweep that has no other run.
+
+    Raises:
+        InputError: there is no such run; names the closest.
+    """
+    _, found = runs_at(path)
+    if len(found) != 1:
+        named = ", ".join(run.id for run in found[:5]) + (", ..." if len(found) > 5 else "")
+        raise InputError(f"'{path}' holds {len(found)} runs: name one, such as {found[0].path}. It has {named}.")
+    return found[0]
+
+
+def sweeps_in(path: Path) -> list[Path]:
+    """Return the sweeps of a folder, newest first: itself, those right below it, and their baselines.
+
+    Raises:
+        InputError: there is no such folder, or it holds no sweep.
+    """
+    places = ("", "*/", "baselines/", "*/baselines/")
+    found = {file.parent for place in places for file in path.glob(f"{place}sweep.yaml")}
+    if not found:
+        raise InputError(_no_sweep(path))
+    return sorted(found, key=lambda one: ((one / "sweep.yaml").stat().st_mtime_ns, str(one)), reverse=True)
 
 
 def ensure_writable(path: Path) -> None:
@@ -385,38 +314,3 @@ def check_digests(folder: SweepFolder, models: Sequence[dict[str, Any]]) -> None
                 f"Model '{model['name']}' changed since this sweep began (digest {known[:12]} then, "
                 f"{model['digest'][:12]} now): start a new sweep in another output.dir."
             )
-
-
-def _sweep_text(folder: SweepFolder) -> str:
-    sweep = folder.sweep
-    head = {
-        "asked": list(sweep.asked),
-        "definition": sweep.definition,
-        "models": folder.models,
-        "settings": folder.settings,
-        "conditions": [
-            {
-                "factors": dict(condition.factors),
-                "seeds": list(condition.seeds),
-                "config": dict(condition.config),
-            }
-            for condition in sweep.conditions
-        ],
-    }
-    text = io.StringIO()
-    text.write(to_yaml(head))
-    # One JSON object a line is YAML too, and many times faster to write than nested blocks.
-    text.write("runs:\n")
-    for run in sweep.runs:
-        line = {"id": run.id, "condition": run.condition, "seed": run.seed}
-        text.write(f"- {_ENCODE(line).decode()}\n")
-    return text.getvalue()
-
-
-def _sweep_from(content: dict[str, Any]) -> Sweep:
-    conditions = tuple(
-        Condition(factors=entry["factors"], seeds=tuple(entry["seeds"]), config=entry["config"])
-        for entry in content["conditions"]
-    )
-    runs = tuple(Run(**entry) for entry in content["runs"])
-    return Sweep(asked=tuple(content["asked"]), conditions=conditions, runs=runs)

@@ -6,7 +6,7 @@ import base64
 import hashlib
 import json
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,7 +15,7 @@ from foundry.errors import InputError
 SEED_KEYS = ("seed", "sampling_seed")
 """The overrides in which `0-9` is a range."""
 
-IDENTITY_KEYS = ("world", "prompt", "model", "sampling_seed", "seed")
+IDENTITY_KEYS = ("world", "prompt", "model", "sampling_seed", "seed", "fork")
 """The parts of a configuration that decide what a run is; `model.server` says only how a model is reached."""
 
 _RANGE = re.compile(r"(\d+)-(\d+)")
@@ -124,8 +124,30 @@ def identity(config: Mapping[str, Any]) -> dict[str, Any]:
     """Return the part of a configuration that decides what a run is."""
     kept = {key: config[key] for key in IDENTITY_KEYS if key in config}
     if isinstance(kept.get("model"), Mapping):
-        kept["model"] = {key: value for key, value in kept["model"].items() if key != "server"}
+        kept["model"] = _changed(kept["model"], lambda one: {k: v for k, v in one.items() if k != "server"})
+    if "fork" in kept:
+        kept["fork"] = {key: value for key, value in kept["fork"].items() if key != "sweep"}
     return kept
+
+
+def models_in(model: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Return the configurations of the models behind one: its members', else its own."""
+    members = model.get("members")
+    return [member.get("model", {}) for member in members.values()] if isinstance(members, Mapping) else [model]
+
+
+def is_served(model: Mapping[str, Any]) -> bool:
+    """Return whether a server answers for a model, or for one of its members."""
+    return any("server" in one for one in models_in(model))
+
+
+def _changed(model: Mapping[str, Any], change: Callable[[Mapping[str, Any]], dict[str, Any]]) -> dict[str, Any]:
+    """Return a model's configuration, changed, or that of each of its members."""
+    members = model.get("members")
+    if not isinstance(members, Mapping):
+        return change(model)
+    changed = {label: {**member, "model": change(member.get("model", {}))} for label, member in members.items()}
+    return {**model, "members": changed}
 
 
 def model_key(model: Mapping[str, Any]) -> str:
@@ -133,17 +155,20 @@ def model_key(model: Mapping[str, Any]) -> str:
     return json.dumps(model, sort_keys=True, default=str)
 
 
-def with_hosts(sweep: Sweep, hosts: str) -> Sweep:
+def with_hosts(sweep: Sweep, hosts: str, key: str = "hosts") -> Sweep:
     """Return the same sweep with its served models reached at other hosts; no run becomes another one by that."""
-    conditions = tuple(replace(one, config=_rehosted(one.config, hosts)) for one in sweep.conditions)
+    conditions = tuple(replace(one, config=_rehosted(one.config, hosts, key)) for one in sweep.conditions)
     return replace(sweep, conditions=conditions)
 
 
-def _rehosted(config: Mapping[str, Any], hosts: str) -> dict[str, Any]:
-    model = config["model"]
-    if "hosts" not in model.get("server", {}):
-        return dict(config)
-    return {**config, "model": {**model, "server": {**model["server"], "hosts": hosts}}}
+def _rehosted(config: Mapping[str, Any], hosts: str, key: str) -> dict[str, Any]:
+    return {**config, "model": _changed(config["model"], lambda one: _moved(one, hosts, key))}
+
+
+def _moved(model: Mapping[str, Any], hosts: str, key: str) -> dict[str, Any]:
+    if key not in model.get("server", {}):
+        return dict(model)
+    return {**model, "server": {**model["server"], key: hosts}}
 
 
 def _by_model(conditions: Sequence[Condition]) -> list[int]:

@@ -1,6 +1,10 @@
-"""What every text of a model must go through before it is kept."""
+"""What every text of a model must go through before it is kept, or shown on a terminal."""
 
 from __future__ import annotations
+
+import unicodedata
+
+_ASIDE = frozenset("\n\t")
 
 
 def without_surrogates(text: str) -> str:
@@ -8,3 +12,18 @@ def without_surrogates(text: str) -> str:
     if text.isascii():
         return text
     return text.encode("utf-16-le", "surrogatepass").decode("utf-16-le", "replace")
+
+
+def visible(text: str) -> str:
+    """Return the text with characters that command a terminal or turn its writing around written out, as `\\x1b`."""
+    return "".join(_written_out(one) if _commands(one) else one for one in text)
+
+
+def _commands(character: str) -> bool:
+    if character.isascii():
+        return not character.isprintable() and character not in _ASIDE
+    return unicodedata.category(character) in ("Cc", "Cf", "Cs", "Zl", "Zp")
+
+
+def _written_out(character: str) -> str:
+    return character.encode("unicode_escape").decode()

@@ -23,7 +23,7 @@ def run_summary(folder: RunFolder, status: str, digests: dict[str, str]) -> RunS
         git_commit=None,
         model_digest=None,
         server_version=None,
-        counts=Counts(),
+        counts=Counts(calls=12, cached=3, retries=2, prompt_tokens=4000, output_tokens=700, model_s=3.5),
         started="2026-01-01T00:00:00Z",
         ended="2026-01-01T00:00:01Z",
         duration_s=1.0,

@@ -45,7 +45,8 @@ def test_leaves_import_nothing_of_ours(name: str):
 def test_worlds_models_and_prompts_never_import_each_other(layer: str):
     for path in modules(f"foundry/{layer}"):
         foreign = {name for name in ours(path) if name not in BASES and not name.startswith(f"foundry.{layer}")}
-        assert foreign == set(), f"{path} imports {foreign}"
+        allowed = {"foundry.store"} if path.name == "replay.py" else set()  # its answers are a recorded sweep's
+        assert foreign <= allowed, f"{path} imports {foreign}"
 
 
 def test_analysis_reads_records_and_the_store_only():

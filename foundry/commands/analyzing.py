@@ -72,8 +72,10 @@ def run_baselines(path: Path) -> None:
     from foundry.commands.sweeps import run_folder
     from foundry.preflight import check
     from foundry.store import SweepFolder
+    from foundry.targets import check_sweep_targets
 
     opened = SweepFolder.open(path)
+    check_sweep_targets(opened.sweep, opened.settings)
     sweep = baselines_of(opened.sweep)
     if not sweep.runs:
         print(f"{path} compares every baseline itself")

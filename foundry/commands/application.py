@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from foundry import __version__
+from foundry.texts import visible
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -32,18 +33,32 @@ FILE_WIDTH = 200
 OVERRIDES = {"allow_extra_args": True, "ignore_unknown_options": True}
 Folder = Annotated[Path, typer.Argument(help="A sweep's folder.", show_default=False)]
 
+Trusted = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--trust-targets",
+        help="Also build the classes of this package that the record names; else FOUNDRY_TRUST_TARGETS.",
+        show_default=False,
+    ),
+]
+
 
 def fail(error: object, code: int) -> int:
     """Print an error in one line and return its exit code."""
-    print(f"foundry: {error}", file=sys.stderr)
+    print(f"foundry: {visible(str(error))}", file=sys.stderr)
     return code
+
+
+def for_screen(text: str) -> str:
+    """Return a text of unknown origin: to the letter for a file or a pipe, without commands for a terminal."""
+    return visible(text) if sys.stdout.isatty() else text
 
 
 def console() -> Console:
     """Return the console that tables are printed on."""
     from rich.console import Console
 
-    return Console() if sys.stdout.isatty() else Console(width=FILE_WIDTH)
+    return Console(markup=False) if sys.stdout.isatty() else Console(markup=False, width=FILE_WIDTH)
 
 
 def _print_version(value: bool) -> None:

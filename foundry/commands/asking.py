@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from foundry.commands.application import OVERRIDES, app, console
+from foundry.commands.application import OVERRIDES, app, console, for_screen
 from foundry.commands.sweeps import existing_answers, known_models, sweep_of
 
 
@@ -35,7 +35,7 @@ def prompt(
     for message in found.messages:
         if len(found.messages) > 1:
             print(f"[{message.role}]")
-        print(message.content)
+        print(for_screen(message.content))
     if found.assumed_silent:
         print(f"{found.assumed_silent} earlier answers are not in the cache: taken as silence", file=sys.stderr)
 
@@ -64,8 +64,8 @@ async def _pull(name: str, hosts: str) -> None:
     shown = ""
     async for now in pull_model(name, hosts):
         if now.status != shown:
-            print(("\n" if shown else "") + now.status, end="", flush=True)
+            print(("\n" if shown else "") + for_screen(now.status), end="", flush=True)
             shown = now.status
         if now.total and sys.stdout.isatty():
-            print(f"\r{now.status} {now.completed / now.total:4.0%}", end="", flush=True)
+            print(f"\r{for_screen(now.status)} {now.completed / now.total:4.0%}", end="", flush=True)
     print()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from foundry.commands.application import app, console
+from foundry.commands.application import app, console, for_screen
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def replay(
     recordings = [read_recording(run) for run in found]
     for one in recordings:
         if one.note:
-            print(f"{one.id}: {one.note}")
+            print(for_screen(f"{one.id}: {one.note}"))
     chosen = chosen_steps(steps, every, max(one.last for one in recordings))
     if video is not None:
         check_film(video, fps)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from foundry.commands.application import app
+from foundry.commands.application import app, for_screen
 from foundry.errors import not_found
 
 
@@ -45,7 +45,7 @@ def scene(
         raise not_found("Subcommand of scene", what, ("info", "shot"))
     if what == "info":
         for line in describe_scene(path, exclude or []):
-            print(line)
+            print(for_screen(line))
         return
     out.write_bytes(shoot_scene(path, exclude or [], pose))
     print(f"wrote {out}")

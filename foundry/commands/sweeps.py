@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,6 +16,7 @@ from foundry.commands.application import (
     EXIT_OK,
     OVERRIDES,
     Folder,
+    Trusted,
     app,
     console,
     fail,
@@ -23,7 +24,7 @@ from foundry.commands.application import (
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
-    from foundry.compose import Composed
+    from foundry.compose import Composed, Launch
     from foundry.models.answers import Answers
     from foundry.models.base import ModelInfo
     from foundry.store import SweepFolder
@@ -35,7 +36,7 @@ def run_overrides(argv: Sequence[str]) -> int:
     from foundry.compose import compose
 
     composed = compose(argv)
-    return EXIT_OK if composed is None else _run_sweep(composed)
+    return EXIT_OK if composed is None else run_composed(composed)
 
 
 def sweep_of(composed: Composed) -> Sweep:
@@ -45,8 +46,9 @@ def sweep_of(composed: Composed) -> Sweep:
     return expand(composed.asked, composed.conditions)
 
 
-def _run_sweep(composed: Composed) -> int:
-    """Check everything, then run what is asked for in its folder."""
+def run_composed(composed: Composed, prepare: Callable[[SweepFolder], None] = lambda folder: None) -> int:
+    """Check everything, then run what is asked for in its folder, once that is prepared."""
+    from foundry.models.answers import settled
     from foundry.preflight import check
     from foundry.store import SweepFolder, ensure_writable, fresh_folder
 
@@ -57,35 +59,44 @@ def _run_sweep(composed: Composed) -> int:
     path = Path(asked) if asked else fresh_folder(Path("outputs"))
     settings = {
         **composed.settings,
-        "cache": {"path": str(Path(composed.settings["cache"]["path"]).absolute())},
+        "cache": {"path": settled(composed.settings["cache"]["path"])},
     }
-    folder = SweepFolder.create(path, sweep, settings, [model_line(info) for info in infos.values()])
+    folder = SweepFolder.create(path, sweep, settings, model_lines(infos))
     folder.write_multirun(composed.multirun)
-    return run_folder(folder, settings, infos)
+    prepare(folder)
+    return run_folder(folder, settings, infos, composed.launch)
 
 
-def model_line(info: ModelInfo) -> dict[str, Any]:
-    """Return what a sweep remembers of a model."""
-    return {"name": info.name, "digest": info.digest, "server_version": info.server_version}
+def model_lines(infos: Mapping[str, ModelInfo]) -> list[dict[str, Any]]:
+    """Return what a sweep remembers of its models, the members of populations among them."""
+    return [
+        {"name": one.name, "digest": one.digest, "server_version": one.server_version}
+        for info in infos.values()
+        for one in (info, *info.members)
+    ]
 
 
-def run_folder(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo]) -> int:
+def run_folder(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], launch: Launch | None = None) -> int:
     """Run what has not ended, then say how it went; the exit code says it too."""
     from foundry.build import build
     from foundry.display import ProgressDisplay
+    from foundry.models.answers import check_reachable
     from foundry.runner import SweepInterrupted, SweepJob, SweepStopped
+    from foundry.runner_launcher import LauncherRunner
 
+    check_reachable(settings["cache"]["path"])
     job = SweepJob(
         folder=folder,
         infos=infos,
-        cache_path=Path(settings["cache"]["path"]),
+        cache=settings["cache"]["path"],
         frame_every=_frame_every(settings["record"]["frames"]),
     )
+    runner = build(settings["runner"]) if launch is None else LauncherRunner(launch)
     screen = console()
     print(f"{len(folder.runs())} runs in {folder.path}")
     try:
         with ProgressDisplay(folder, screen):
-            build(settings["runner"]).run(job)
+            runner.run(job)
     except SweepInterrupted:
         _report_end(folder)
         return fail(f"interrupted; go on with: foundry resume {folder.path}", EXIT_INTERRUPTED)
@@ -150,10 +161,9 @@ def plan(
 
 def existing_answers(composed: Composed) -> Answers | None:
     """Return the answer cache, or None when there is none yet."""
-    from foundry.models.answers import Answers
+    from foundry.models import answers
 
-    path = Path(composed.settings["cache"]["path"])
-    return Answers(path) if path.exists() else None
+    return answers.existing_answers(composed.settings["cache"]["path"])
 
 
 def known_models(sweep: Sweep) -> tuple[dict[str, ModelInfo], str]:
@@ -167,20 +177,23 @@ def known_models(sweep: Sweep) -> tuple[dict[str, ModelInfo], str]:
 
 
 @app.command()
-def resume(folder: Folder) -> None:
+def resume(folder: Folder, trust_targets: Trusted = None) -> None:
     """Go on with a sweep: complete runs are skipped, answered calls are not asked again.
 
-    OLLAMA_HOST, where it is set, replaces the hosts that the sweep began with.
+    OLLAMA_HOST and OPENAI_BASE_URL, where they are set, replace the servers that the sweep began with.
     """
     from foundry.preflight import check
     from foundry.store import SweepFolder, check_digests
     from foundry.sweep import with_hosts
+    from foundry.targets import check_sweep_targets
 
     opened = SweepFolder.open(folder)
-    if "OLLAMA_HOST" in os.environ:
-        opened.sweep = with_hosts(opened.sweep, os.environ["OLLAMA_HOST"])
+    check_sweep_targets(opened.sweep, opened.settings, trust_targets or ())
+    for variable, key in (("OLLAMA_HOST", "hosts"), ("OPENAI_BASE_URL", "base_url")):
+        if variable in os.environ:
+            opened.sweep = with_hosts(opened.sweep, os.environ[variable], key)
     infos = check(opened.sweep)
-    check_digests(opened, [model_line(info) for info in infos.values()])
+    check_digests(opened, model_lines(infos))
     raise typer.Exit(run_folder(opened, opened.settings, infos))
 
 

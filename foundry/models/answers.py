@@ -7,13 +7,16 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TypeAlias
+from urllib.parse import parse_qs, urlsplit
 
 import msgspec
 
+from foundry.errors import InputError
 from foundry.models.base import Reply
 
 Row: TypeAlias = tuple[str, str, bytes, int]
 """Key, name of the model, encoded reply, checksum."""
+_SECRETS = frozenset(("password", "sslpassword"))
 
 
 class Answers(ABC):
@@ -86,5 +89,40 @@ def is_database(where: str | Path) -> bool:
 
 
 def settled(where: str) -> str:
-    """Return where the cache is in a form that holds in any working directory."""
-    return where if is_database(where) else str(Path(where).absolute())
+    """Return where the cache is in a form that holds in any working directory and may be written down.
+
+    Raises:
+        InputError: it is an address of an unknown kind, or holds a password.
+    """
+    if not is_database(where):
+        return str(Path(where).absolute())
+    check_address(where)
+    return where
+
+
+def check_address(url: str) -> None:
+    """Refuse the address of a database that is none, or that would give its password away.
+
+    Raises:
+        InputError: it is one of these.
+    """
+    parts = urlsplit(url)
+    if parts.scheme not in ("postgresql", "postgres"):
+        raise InputError(
+            f"cache='{parts.scheme}://...' is no kind of cache: name a file, or postgresql://HOST/DATABASE."
+        )
+    if parts.password is not None or not _SECRETS.isdisjoint(parse_qs(parts.query, keep_blank_values=True)):
+        raise InputError(
+            f"cache={parts.scheme}://... holds a password, which would be written into the sweep: "
+            "put it into PGPASSWORD or the password file instead."
+        )
+
+
+def check_reachable(where: str) -> None:
+    """Open a database once, so that a wrong address is told before a sweep starts; files are told of by themselves.
+
+    Raises:
+        InputError: it cannot be used.
+    """
+    if is_database(where):
+        open_answers(where).close()

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
-from urllib.parse import urlsplit
 
-from foundry.errors import InputError
-from foundry.models.answers import Answers
+from tenacity import Retrying, retry_if_exception_type, stop_after_delay, wait_exponential
+
+from foundry.errors import InputError, StorageError
+from foundry.models.answers import Answers, check_address
 from foundry.models.base import Reply
 
 _SCHEMA = """CREATE TABLE IF NOT EXISTS answers (
@@ -19,12 +20,14 @@ _GET = "SELECT key, reply, crc FROM answers WHERE key = ANY(%s)"
 _PUT = """INSERT INTO answers VALUES (%s, %s, %s, %s)
 ON CONFLICT (key) DO UPDATE SET model = EXCLUDED.model, reply = EXCLUDED.reply, crc = EXCLUDED.crc"""
 _INSTALL = "pip install 'foundry[postgres]'"
+_RESTART_S = 60
+"""How long a server may be away, as for its restart, before the sweep ends."""
 
 
 class PostgresAnswers(Answers):
     """Replies in a table `answers`. The password comes from PGPASSWORD or from the password file, never from the URL.
 
-    A connection that the server closed is opened anew, once for each request.
+    A connection that the server closed is opened anew.
     """
 
     def __init__(self, url: str) -> None:
@@ -34,7 +37,7 @@ class PostgresAnswers(Answers):
             InputError: the URL holds a password, the driver is missing, or the database cannot be used.
         """
         super().__init__()
-        _check(url)
+        check_address(url)
         try:
             import psycopg
         except ImportError as error:
@@ -65,13 +68,26 @@ class PostgresAnswers(Answers):
         self._again(lambda connection: _insert(connection, rows))
 
     def _again(self, work: Any) -> Any:
-        """Do the work, once more over a new connection if the old one is gone: all of it can be repeated."""
+        """Do the work, again over a new connection if the old one is gone: all of it can be repeated.
+
+        Raises:
+            StorageError: the server cannot be reached, or refuses the work.
+        """
+        trying = Retrying(
+            retry=retry_if_exception_type(self._driver.OperationalError),
+            stop=stop_after_delay(_RESTART_S),
+            wait=wait_exponential(multiplier=0.1, max=2),
+            reraise=True,
+        )
         try:
-            return work(self._connection)
-        except self._driver.OperationalError:
-            if not self._connection.closed:
-                raise
-        self._connection = self._connect()
+            return trying(self._once, work)
+        except self._driver.Error as error:
+            cause = " ".join(str(error).split())
+            raise StorageError(f"The answer cache '{self.url}' cannot be used any more ({cause}).") from error
+
+    def _once(self, work: Any) -> Any:
+        if self._connection.closed:
+            self._connection = self._connect()
         return work(self._connection)
 
     def close(self) -> None:
@@ -82,16 +98,3 @@ class PostgresAnswers(Answers):
 def _insert(connection: Any, rows: Sequence[tuple[Any, ...]]) -> None:
     with connection.transaction(), connection.cursor() as cursor:
         cursor.executemany(_PUT, rows)
-
-
-def _check(url: str) -> None:
-    parts = urlsplit(url)
-    if parts.scheme not in ("postgresql", "postgres"):
-        raise InputError(
-            f"cache='{parts.scheme}://...' is no kind of cache: name a file, or postgresql://HOST/DATABASE."
-        )
-    if parts.password is not None:
-        raise InputError(
-            f"cache={parts.scheme}://...@{parts.hostname} holds a password, which would be written into the sweep: "
-            "put it into PGPASSWORD or the password file instead."
-        )

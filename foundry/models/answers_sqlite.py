@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
-from foundry.errors import InputError
+from foundry.errors import InputError, StorageError
 from foundry.models.answers import Answers
 from foundry.models.base import Reply
 
@@ -18,7 +20,7 @@ _LOCK_WAIT_S = 60.0
 
 
 class SqliteAnswers(Answers):
-    """Replies in a file, which may be opened by many processes at once."""
+    """Replies in a file, which may be opened by many processes at once; raises StorageError when it cannot be used."""
 
     def __init__(self, path: Path) -> None:
         """Open or create the file.
@@ -44,27 +46,39 @@ class SqliteAnswers(Answers):
         """Return the replies that are there, by key; damaged rows are left out."""
         found: dict[str, Reply] = {}
         for start in range(0, len(keys), _CHUNK):
-            chunk = keys[start : start + _CHUNK]
-            marks = ",".join("?" * len(chunk))
-            rows = self._database.execute(
-                f"SELECT key, CAST(reply AS BLOB), crc FROM answers WHERE key IN ({marks})", chunk
-            )
-            for key, blob, crc in rows:
+            for key, blob, crc in self._rows_of(keys[start : start + _CHUNK]):
                 reply = self._read(blob, crc)
                 if reply is not None:
                     found[key] = reply
         return found
 
+    def _rows_of(self, keys: Sequence[str]) -> list[Any]:
+        marks = ",".join("?" * len(keys))
+        query = f"SELECT key, CAST(reply AS BLOB), crc FROM answers WHERE key IN ({marks})"
+        with self._using():
+            return self._database.execute(query, keys).fetchall()
+
     def put(self, replies: Mapping[str, Reply], model: str) -> None:
         """Store replies in one transaction."""
         rows = list(self._rows(replies, model))
-        self._database.execute("BEGIN IMMEDIATE")
+        with self._using():
+            try:
+                self._database.execute("BEGIN IMMEDIATE")
+                self._database.executemany("INSERT OR REPLACE INTO answers VALUES (?, ?, ?, ?)", rows)
+                self._database.execute("COMMIT")
+            finally:
+                if self._database.in_transaction:
+                    self._database.execute("ROLLBACK")
+
+    @contextmanager
+    def _using(self) -> Iterator[None]:
         try:
-            self._database.executemany("INSERT OR REPLACE INTO answers VALUES (?, ?, ?, ?)", rows)
-        except sqlite3.Error:
-            self._database.execute("ROLLBACK")
-            raise
-        self._database.execute("COMMIT")
+            yield
+        except sqlite3.Error as error:
+            raise StorageError(
+                f"The answer cache '{self.path}' cannot be used ({error}): make room if the disk is full, move the "
+                "file away if it is damaged, then go on with foundry resume."
+            ) from error
 
     def close(self) -> None:
         """Close the file."""

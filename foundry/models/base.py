@@ -223,6 +223,14 @@ class Model(ABC):
         """
         return ModelInfo(name=self.name)
 
+    async def confirm(self) -> None:
+        """Check that the server still has the model that it had when the sweep began.
+
+        Raises:
+            ServerError: it has another one under the same name.
+            TransientError: it does not say.
+        """
+
     async def warm_up(self) -> None:
         """Load the model, with a long time-out, before calls fan out."""
 

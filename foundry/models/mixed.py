@@ -110,6 +110,11 @@ class MixedModel(Model):
         undeclared = tuple(sorted({name for info in infos for name in info.undeclared}))
         return ModelInfo(name=self.name, capabilities=common, undeclared=undeclared, members=tuple(infos))
 
+    async def confirm(self) -> None:
+        """Have the members' servers confirm them."""
+        for model in self._models.values():
+            await model.confirm()
+
     async def warm_up(self) -> None:
         """Load every member."""
         for model in self._models.values():

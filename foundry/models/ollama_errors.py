@@ -15,7 +15,7 @@ WAYS_ON = (
 )
 
 BUSY = frozenset({429, 502, 503})
-TRANSIENT = frozenset({408, 504})
+TRANSIENT = frozenset({408, 499, 504})
 HOPELESS: Mapping[int, str] = {
     401: "It wants a key that foundry does not send; name another host.",
     403: "Call it by an address it allows (OLLAMA_HOST), or set OLLAMA_ORIGINS on the server.",

@@ -9,7 +9,7 @@ from foundry.errors import BackendError, RequestError, ServerError, TransientErr
 from foundry.models.transport import Origin, error_text
 
 BUSY = frozenset({429, 502, 503, 529})
-TRANSIENT = frozenset({408, 409, 425, 504})
+TRANSIENT = frozenset({408, 409, 425, 499, 504})
 HOPELESS: Mapping[int, str] = {
     401: "Put the key into {key_env}, or name its variable with model.server.api_key_env.",
     402: "The account has no means left.",

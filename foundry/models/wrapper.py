@@ -32,6 +32,10 @@ class Wrapper(Model):
         """Ask the wrapped model's server about it."""
         return await self.inner.inspect()
 
+    async def confirm(self) -> None:
+        """Have the wrapped model's server confirm it."""
+        await self.inner.confirm()
+
     async def warm_up(self) -> None:
         """Load the wrapped model."""
         await self.inner.warm_up()

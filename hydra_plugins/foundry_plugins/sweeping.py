@@ -1,4 +1,7 @@
-"""Seed ranges in sweeps, and a launcher that composes each condition once and leaves the running to foundry."""
+"""Seed ranges in sweeps, and a launcher that composes each condition once and leaves the running to foundry.
+
+Another launcher is kept for later: foundry makes the sweep's folder first, then has it start a job for each run.
+"""
 
 from __future__ import annotations
 
@@ -19,6 +22,11 @@ from foundry.sweep import expand_ranges
 class FoundrySweeper(BasicSweeper):
     """Hydra's grid sweeper, with ranges of seeds, and without composing every job twice."""
 
+    def setup(self, *, hydra_context: HydraContext, task_function: TaskFunction, config: DictConfig) -> None:
+        """Keep what another launcher needs."""
+        super().setup(hydra_context=hydra_context, task_function=task_function, config=config)
+        self.task_function = task_function
+
     def sweep(self, arguments: list[str]) -> Any:
         """Expand the sweep and hand all its jobs to the launcher at once."""
         assert self.hydra_context is not None and self.launcher is not None
@@ -26,7 +34,23 @@ class FoundrySweeper(BasicSweeper):
         parser = OverridesParser.create(config_loader=self.hydra_context.config_loader)
         batches = self.split_arguments(parser.parse_overrides(asked), self.max_batch_size)
         jobs = [job for batch in batches for job in batch]
-        return [self.launcher.launch(jobs, initial_job_idx=0)]
+        return [self._composing().launch(jobs, initial_job_idx=0)]
+
+    def _composing(self) -> FoundryLauncher:
+        """Return the launcher that composes; another one, asked for instead, is kept for when the runs are known."""
+        if isinstance(self.launcher, FoundryLauncher):
+            return self.launcher
+        assert self.hydra_context is not None and self.config is not None
+        self.task_function.keep_launch(self._launch)  # type: ignore[attr-defined]
+        composing = FoundryLauncher()
+        composing.setup(hydra_context=self.hydra_context, task_function=self.task_function, config=self.config)
+        return composing
+
+    def _launch(self, task: TaskFunction, jobs: Sequence[Sequence[str]]) -> Sequence[JobReturn]:
+        """Have the launcher that was asked for call a function in a job for each list of overrides."""
+        assert self.hydra_context is not None and self.launcher is not None and self.config is not None
+        self.launcher.setup(hydra_context=self.hydra_context, task_function=task, config=self.config)
+        return self.launcher.launch(jobs, initial_job_idx=0)
 
 
 class FoundryLauncher(Launcher):

@@ -1,0 +1,165 @@
+"""Commands that verify, compare, continue and hand on what was recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from foundry.commands.application import EXIT_FAILED, EXIT_OK, OVERRIDES, Trusted, app, console, for_screen
+
+if TYPE_CHECKING:
+    from foundry.store import RunFolder, SweepFolder
+    from foundry.trust.differing import Drift
+    from foundry.trust.verifying import Verified
+
+
+@app.command()
+def verify(
+    path: Annotated[Path, typer.Argument(help="A sweep's folder, or a run's.", show_default=False)],
+    frames: Annotated[bool, typer.Option("--frames", help="Draw kept frames again and compare them, too.")] = False,
+    workers: Annotated[int | None, typer.Option(help="Processes; else one a core.", min=1)] = None,
+    trust_targets: Trusted = None,
+) -> None:
+    """Play every run again from its recorded answers and compare every record, byte by byte; needs no server.
+
+    The exit code is 3 when something differs.
+    """
+    from foundry.store import runs_at
+    from foundry.targets import check_sweep_targets
+    from foundry.trust.verifying import Verdict
+
+    folder, runs = runs_at(path)
+    check_sweep_targets(folder.sweep, folder.settings, trust_targets or ())
+    results = list(_shown(_verified(folder, runs, frames, workers), len(runs)))
+    for one in sorted(results, key=lambda one: one.run):
+        if one.difference is not None:
+            print(for_screen(f"{one.run} differs: {one.difference.line()}"))
+        elif one.note:
+            print(for_screen(f"{one.run} {one.note}"))
+    counts = {verdict: sum(one.verdict == verdict for one in results) for verdict in Verdict}
+    said = [f"{count} {verdict}" for verdict, count in counts.items() if count]
+    lines, calls = sum(one.lines for one in results), sum(one.calls for one in results)
+    print(f"{len(results)} runs: {', '.join(said)}; {lines:,} lines and {calls:,} questions compared")
+    if counts[Verdict.DIFFERS]:
+        raise typer.Exit(EXIT_FAILED)
+
+
+def _verified(folder: SweepFolder, runs: Sequence[RunFolder], frames: bool, workers: int | None) -> Iterator[Verified]:
+    import joblib
+
+    from foundry.trust.verifying import verify as verify_runs
+
+    return verify_runs(folder, runs, workers=min(workers or joblib.cpu_count(), len(runs)), frames=frames)
+
+
+def _shown(results: Iterator[Verified], total: int) -> Iterator[Verified]:
+    """Pass results on under a bar that counts them."""
+    from rich.progress import track
+
+    screen = console()
+    return iter(
+        track(results, "verifying", total=total, console=screen, transient=True, disable=not screen.is_terminal)
+    )
+
+
+_ROWS = 20
+"""Steps that the table of a comparison shows."""
+
+
+@app.command()
+def diff(
+    one: Annotated[Path, typer.Argument(help="A run's folder.", show_default=False)],
+    other: Annotated[Path, typer.Argument(help="Another run's folder.", show_default=False)],
+    as_json: Annotated[bool, typer.Option("--json", help="Print everything as one JSON object.")] = False,
+) -> None:
+    """Show where two runs part - question, answer, state - and how far they drift from each other after that."""
+    import msgspec
+
+    from foundry.store import find_run
+    from foundry.trust.differing import compare
+
+    left, right = find_run(one), find_run(other)
+    parting = compare(left, right)
+    if as_json:
+        found = msgspec.json.encode({"runs": [left.id, right.id], **vars(parting)})
+        print(found.decode())
+        return
+    for what, difference in (("question", parting.question), ("answer", parting.answer), ("state", parting.state)):
+        said = "none" if difference is None else difference.line().replace(": recorded ", ": ").replace(", now ", " | ")
+        print(for_screen(f"first other {what}: {said}"))
+    _print_drift(parting.drift)
+
+
+def _print_drift(drift: Sequence[Drift]) -> None:
+    """Print the steps from the first that differs on, at most so many, evenly over them and the last one included."""
+    from rich.table import Table
+
+    rows = [row for row in drift if row.elsewhere or row.acted] and list(drift)
+    if not rows:
+        print(f"no drift in {len(drift)} steps")
+        return
+    first = next(number for number, row in enumerate(rows) if row.elsewhere or row.acted)
+    rows = rows[first:]
+    stride = -(-len(rows) // _ROWS)
+    table = Table("step", "agents", "acted otherwise", "elsewhere", "mean distance", "mean turn")
+    for row in rows[len(rows) % stride - 1 if len(rows) % stride else stride - 1 :: stride]:
+        shares = (f"{row.acted:.0%}", f"{row.elsewhere:.0%}", f"{row.distance:.2f}")
+        table.add_row(str(row.step), str(row.agents), *shares, "" if row.turned != row.turned else f"{row.turned:.1f}")
+    console().print(table)
+
+
+@app.command()
+def bundle(
+    folder: Annotated[Path, typer.Argument(help="A sweep's folder.", show_default=False)],
+    out: Annotated[Path, typer.Argument(help="The file to write, such as pilot.tar.zst.", show_default=False)],
+) -> None:
+    """Write everything that a reviewer needs into one file: records, answers, images, scenes, digests.
+
+    The same sweep gives the same bytes. Servers, home folders and paths of this machine are left out.
+    """
+    from foundry.trust.bundling import write_bundle
+
+    manifest = write_bundle(folder, out)
+    size = sum(file.size for file in manifest.files)
+    print(f"{manifest.runs} runs, {len(manifest.files)} files, {size:,} bytes, {out.stat().st_size:,} packed: {out}")
+
+
+@app.command()
+def unbundle(
+    file: Annotated[Path, typer.Argument(help="A bundle.", show_default=False)],
+    folder: Annotated[
+        Path | None, typer.Argument(help="A new folder; else named as the bundle is.", show_default=False)
+    ] = None,
+    limit: Annotated[float, typer.Option(help="GiB that it may have unpacked.", min=0.0)] = 16.0,
+) -> None:
+    """Unpack a bundle, checking every name, size and digest; then foundry verify and foundry analyze work on it."""
+    from foundry.trust.unbundling import GIB, unpack_bundle
+
+    target = folder or Path(file.name.removesuffix(".zst").removesuffix(".tar"))
+    manifest = unpack_bundle(file, target, limit=int(limit * GIB))
+    print(f"{manifest.runs} runs, {len(manifest.files)} files in {target}; check them with: foundry verify {target}")
+
+
+@app.command(context_settings=OVERRIDES)
+def fork(
+    context: typer.Context,
+    run: Annotated[Path, typer.Argument(help="A run's folder.", show_default=False)],
+    at: Annotated[int, typer.Option(help="The first step that is played anew, from 2.", show_default=False)],
+    trust_targets: Trusted = None,
+) -> None:
+    """Continue a recorded run from a step on, with another model, prompt or world; what was before is shared.
+
+    foundry fork outputs/pilot/runs/<run> --at 20 -m model=qwen3:4b,llama3.2 sampling_seed=0-4
+    """
+    from foundry.commands.sweeps import run_composed
+    from foundry.store import find_run, runs_at
+    from foundry.targets import check_sweep_targets
+    from foundry.trust.forking import compose_fork, keep_origin
+
+    origin, (folder, _) = find_run(run), runs_at(run)
+    check_sweep_targets(folder.sweep, folder.settings, trust_targets or ())
+    composed = compose_fork(origin, folder.path.resolve().name, at, context.args)
+    raise typer.Exit(EXIT_OK if composed is None else run_composed(composed, lambda new: keep_origin(new, origin, at)))

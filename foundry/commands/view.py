@@ -1,0 +1,67 @@
+"""The command that shows recorded runs in a browser."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from foundry.commands.application import app
+from foundry.errors import InputError
+
+
+@app.command()
+def view(
+    folder: Annotated[
+        Path | None,
+        typer.Argument(
+            help="A sweep's folder, or a folder of sweeps; by default the newest sweep in outputs/.", show_default=False
+        ),
+    ] = None,
+    export: Annotated[Path | None, typer.Option(help="Write the page as files into this folder instead.")] = None,
+    host: Annotated[
+        str, typer.Option(help="Address to listen on; others than this machine's let others in.")
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0 takes a free one.")] = 0,
+    browser: Annotated[bool, typer.Option(help="Open the browser.")] = True,
+) -> None:
+    """Look at what happened: runs step by step, prompts and replies, runs side by side."""
+    root = folder if folder is not None else _newest()
+    if export is not None:
+        _export(root, export)
+    else:
+        _serve(root, host=host, port=port, browser=browser)
+
+
+def _newest() -> Path:
+    from foundry.store import sweeps_in
+
+    outputs = Path("outputs")
+    if not outputs.is_dir():
+        raise InputError("There is no folder outputs/ here: name a sweep's folder, as in foundry view outputs/<sweep>.")
+    return sweeps_in(outputs)[0]
+
+
+def _export(root: Path, out: Path) -> None:
+    from viewer.export import export
+
+    exported = export(root, out)
+    print(f"{exported.runs} runs in {exported.files} files, {exported.size / 1e6:,.1f} MB: open {exported.page}")
+
+
+def _serve(root: Path, *, host: str, port: int, browser: bool) -> None:
+    from viewer.server import ViewServer, is_loopback, open_in_browser
+
+    server = ViewServer(root, host=host, port=port)
+    if not is_loopback(host):
+        print(f"Warning: whoever reaches {host} can read every prompt and reply in '{root}'.")
+    print(f"{root} is shown at {server.url} (Ctrl-C ends)", flush=True)
+    if browser:
+        open_in_browser(server.url)
+    try:
+        server.serve_forever()
+    except KeyboardInterrupt:
+        print("ended")
+    finally:
+        server.server_close()

@@ -1,0 +1,113 @@
+"""A Dask cluster that exists already: the connection, what its workers are, joblib's way to give them work."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import socket
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from joblib._dask import DaskDistributedBackend
+
+from foundry import provenance
+from foundry.errors import FoundryError, InputError
+
+CONNECT_S = 10
+_INSTALL = "pip install 'foundry[dask]'"
+
+
+class WorkersLost(FoundryError):
+    """A task ended without a result, since the workers that had it died, or the scheduler did."""
+
+
+@dataclass(frozen=True)
+class Site:
+    """What a worker of the cluster says of itself.
+
+    Attributes:
+        versions: of foundry, Python and the packages that can change a record.
+        host: the machine.
+        sees: whether it sees the file that it was asked about.
+    """
+
+    versions: Mapping[str, str]
+    host: str
+    sees: bool
+
+
+class DaskBackend(DaskDistributedBackend):  # type: ignore[misc]
+    """Joblib's backend, which would wait forever for a task that has no result."""
+
+    async def _collect(self) -> None:
+        while self._continue:
+            async for future, result in self.waiting_futures:
+                waiting, callback = self._results.pop(future), self._callbacks.pop(future)
+                if future.status != "finished":
+                    cause = result[1] if isinstance(result, tuple) else result
+                    result = WorkersLost(" ".join(str(cause).split()) or future.status)
+                waiting.set_result(result)
+                callback(result)
+            await asyncio.sleep(0.01)
+
+    def retrieve_result_callback(self, out: Any) -> Any:
+        """Return a task's result.
+
+        Raises:
+            WorkersLost: it has none.
+        """
+        if isinstance(out, WorkersLost):
+            raise out
+        return super().retrieve_result_callback(out)
+
+
+@contextlib.contextmanager
+def connected(address: str) -> Iterator[Any]:
+    """Connect to a scheduler; yields the `distributed.Client`.
+
+    Raises:
+        InputError: the extra is not installed, or no scheduler answers.
+    """
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise InputError(f"runner=dask needs a package that is not installed: {_INSTALL}") from error
+    try:
+        client = Client(address, timeout=CONNECT_S, set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise InputError(
+            f"No Dask scheduler answers at runner.address={address}: start one with 'dask scheduler', "
+            "and workers with 'dask worker ADDRESS'."
+        ) from error
+    with client:
+        yield client
+
+
+def survey(client: Any, address: str, file: Path) -> dict[str, Site]:
+    """Ask every worker what it is and whether it sees a file; returns the answers by the workers' addresses.
+
+    Raises:
+        InputError: there is no worker, or one cannot do foundry's work or has other versions than this process.
+    """
+    sites: dict[str, Any] = client.run(site, str(file), on_error="return")
+    if not sites:
+        raise InputError(f"The Dask scheduler at {address} has no workers: start some with 'dask worker {address}'.")
+    for worker, found in sorted(sites.items()):
+        if not isinstance(found, Site):
+            raise InputError(f"Worker {worker} cannot run this foundry ({found}): {_same_versions()}")
+        for name, version in provenance.versions().items():
+            if found.versions.get(name) != version:
+                other = found.versions.get(name, "none")
+                raise InputError(f"Worker {worker} has {name} {other}, this process has {version}: {_same_versions()}")
+    return sites
+
+
+def _same_versions() -> str:
+    return "install the same versions on both, since they decide what is recorded."
+
+
+def site(file: str) -> Site:
+    """Return what this process is; called on the workers."""
+    return Site(provenance.versions(), socket.gethostname(), Path(file).exists())

@@ -1,0 +1,232 @@
+"""The files of one run; the part of `foundry.store` that deals with a run's folder, and offered there."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import threading
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import zstandard
+from filelock import FileLock, Timeout
+
+from foundry.errors import RecordError, StorageError
+from foundry.records import Call, RunSummary
+from foundry.sweep import Run, Sweep, calls_seed
+
+RECORD_STREAMS = ("steps", "messages", "episode")
+ALWAYS_THERE = ("steps", "messages")
+"""The record files that every run has, if only empty ones."""
+_ENCODE = msgspec.json.Encoder().encode
+
+
+def write_atomically(path: Path, content: bytes) -> None:
+    """Write a file so that a reader or a crash sees either all of it or none."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}.tmp")
+    try:
+        temporary.write_bytes(content)
+        temporary.replace(path)
+    except OSError:
+        temporary.unlink(missing_ok=True)  # what is left of it would fill a full disk further
+        raise
+
+
+def cannot_write(path: Path, error: OSError) -> StorageError:
+    """Return what the system said against writing as an error that ends the sweep."""
+    cause = errno.errorcode.get(error.errno or 0, "error")
+    return StorageError(
+        f"'{path}' cannot be written ({cause}: {error.strerror}): make room or mend it, then go on with foundry resume."
+    )
+
+
+@contextlib.contextmanager
+def storing(path: Path) -> Iterator[None]:
+    """Write at this path.
+
+    Raises:
+        StorageError: the system does not let us.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise cannot_write(path, error) from error
+
+
+class RunFolder:
+    """Where one run's files are; reads them.
+
+    Attributes:
+        id: the run's id.
+        path: its folder; exists once the run was started.
+        run: the run.
+        factors: the swept overrides and their values for this run's condition.
+        replay_dir: where pictures that are made again from the records go; disposable.
+    """
+
+    def __init__(self, sweep_path: Path, run: Run, sweep: Sweep, scenes: Mapping[str, str] | None = None) -> None:
+        self.id = run.id
+        self.run = run
+        self.path = sweep_path / "runs" / run.id
+        self.factors = dict(sweep.conditions[run.condition].factors)
+        self._sweep = sweep
+        self._scenes = scenes or {}
+        self._lock_path = sweep_path / "locks" / f"{run.id}.lock"
+        self.replay_dir = sweep_path / "analysis" / "replay" / run.id
+
+    def config(self) -> dict[str, Any]:
+        """Return the effective configuration; a scene that came with the sweep is named by its file here."""
+        config = self._sweep.config(self.run)
+        scene = config["world"].get("scene") if isinstance(config.get("world"), Mapping) else None
+        if not self._scenes or not isinstance(scene, Mapping) or scene.get("asset") not in self._scenes:
+            return config
+        return {**config, "world": {**config["world"], "scene": {**scene, "asset": self._scenes[scene["asset"]]}}}
+
+    def pictures(self) -> list[str]:
+        """Return the names of the kept frames and images, relative to the run's folder."""
+        found = [file for kept in ("frames", "images") for file in sorted((self.path / kept).glob("*"))]
+        return [file.relative_to(self.path).as_posix() for file in found if file.is_file() and not file.is_symlink()]
+
+    @property
+    def calls_seed(self) -> int:
+        """The seed that the sampling seeds of its calls are derived from."""
+        return calls_seed(self.config())
+
+    @property
+    def ended(self) -> bool:
+        """Whether `run.json` is there, so that the run is complete or failed."""
+        return (self.path / "run.json").exists()
+
+    def summary(self) -> RunSummary | None:
+        """Return how the run ended, or None when it has not.
+
+        Raises:
+            RecordError: `run.json` cannot be read.
+        """
+        try:
+            content = (self.path / "run.json").read_bytes()
+        except FileNotFoundError:
+            return None
+        try:
+            return msgspec.json.decode(content, type=RunSummary)
+        except msgspec.DecodeError as error:
+            raise RecordError(f"{self.path / 'run.json'} cannot be read: {error}") from error
+
+    def stream_path(self, name: str) -> Path:
+        """Return the file of a stream, whether it is there or not; `calls` is the compressed log."""
+        return self.path / ("calls.jsonl.zst" if name == "calls" else f"{name}.jsonl")
+
+    @property
+    def beginning(self) -> str:
+        """A text that changes when the run is started anew, from its first step; empty before the first start."""
+        try:
+            found = (self.path / "config.yaml").stat()
+        except FileNotFoundError:
+            return ""
+        return f"{found.st_mtime_ns:x}-{found.st_ino:x}"
+
+    def steps_bytes(self) -> bytes:
+        """Return the raw lines of `steps.jsonl`; empty when there are none yet."""
+        return self._bytes("steps.jsonl")
+
+    def messages_bytes(self) -> bytes:
+        """Return the raw lines of `messages.jsonl`; empty when there are none yet."""
+        return self._bytes("messages.jsonl")
+
+    def episode_bytes(self) -> bytes:
+        """Return the raw line of `episode.jsonl`; empty when the world writes none."""
+        return self._bytes("episode.jsonl")
+
+    def calls(self) -> Iterator[Call]:
+        """Yield the logged calls; a log cut by a crash yields the calls that are whole."""
+        yield from read_calls(self.path / "calls.jsonl.zst")
+
+    def _bytes(self, name: str) -> bytes:
+        try:
+            return (self.path / name).read_bytes()
+        except FileNotFoundError:
+            return b""
+
+    def stamp(self) -> str:
+        """Return a text that changes whenever a file of the run does."""
+        found = []
+        for name in ("run.json", *(f"{stream}.jsonl" for stream in RECORD_STREAMS), "calls.jsonl.zst"):
+            with contextlib.suppress(FileNotFoundError):
+                status = (self.path / name).stat()
+                found.append(f"{name} {status.st_size} {status.st_mtime_ns}")
+        return "\n".join(found)
+
+    def files(self) -> list[Path]:
+        """Return its files, `run.json` last."""
+        found = sorted(file for file in self.path.rglob("*") if file.is_file())
+        return sorted(found, key=lambda file: file.name == "run.json")
+
+    def scene_path(self, key: str) -> Path:
+        """Return where the viewer keeps the exported scene of this and other runs of the sweep; disposable."""
+        return self.path.parent.parent / "viewer" / f"{key}.glb"
+
+    def forget_failure(self) -> None:
+        """Let a failed run be started again."""
+        summary = self.summary()
+        if summary is not None and summary.status != "complete":
+            (self.path / "run.json").unlink()
+
+    @contextlib.contextmanager
+    def claim(self) -> Iterator[bool]:
+        """Hold the run for this process; yields whether it could be had. The system frees it on a crash."""
+        lock = FileLock(self._lock_path, timeout=0)
+        try:
+            self._lock_path.parent.mkdir(parents=True, exist_ok=True)
+            lock.acquire()
+        except Timeout:
+            yield False
+            return
+        except OSError as error:
+            raise cannot_write(self._lock_path, error) from error
+        try:
+            yield True
+        finally:
+            lock.release()
+
+
+def read_calls(path: Path) -> Iterator[Call]:
+    """Yield the calls of a log; none if it is not there, and those that are whole if it was cut."""
+    if not path.exists():
+        return
+    decode = msgspec.json.Decoder(Call).decode
+    with path.open("rb") as file, zstandard.ZstdDecompressor().stream_reader(file) as reader:
+        yield from (decode(line) for line in _whole_lines(reader))
+
+
+def calls_bytes(calls: Iterable[Call]) -> bytes:
+    """Return a log of calls as it is kept."""
+    return zstandard.ZstdCompressor(level=3).compress(b"".join(_ENCODE(call) + b"\n" for call in calls))
+
+
+def _whole_lines(reader: Any) -> Iterator[bytes]:
+    rest = b""
+    while True:
+        try:
+            chunk = reader.read(1 << 20)
+        except zstandard.ZstdError:
+            return
+        if not chunk:
+            return
+        *lines, rest = (rest + chunk).split(b"\n")
+        yield from lines
+
+
+def frame_name(step: int) -> str:
+    """Return the path of the picture after a step in its run's folder (0: the initial state)."""
+    return f"frames/step_{step:04d}.png"
+
+
+def kept_file(run: Path, name: str) -> bytes | None:
+    """Return a picture in the folder of a run by the name that its records say, or None when it was not kept."""
+    try:
+        return (run / name).read_bytes()
+    except FileNotFoundError:
+        return None

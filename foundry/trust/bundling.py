@@ -1,0 +1,209 @@
+"""One file that holds all that a reviewer needs: records, answers, images, scenes; the same bytes every time."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import tarfile
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import IO
+
+import msgspec
+import zstandard
+
+from foundry import provenance
+from foundry.errors import InputError
+from foundry.records import Attempt, Call
+from foundry.store import RECORD_STREAMS, SCENES_FILE, RunFolder, SweepFolder, calls_bytes, kept_file, read_calls
+from foundry.sweep import Sweep
+from foundry.sweep_file import sweep_text, to_yaml
+from foundry.trust.manifest import FORMAT, NAME, BundledFile, Manifest, check_names
+from foundry.trust.privacy import Scrubber
+from foundry.trust.scenes import BundledScene, scenes_of
+
+LEVEL = 10
+CITATION = "CITATION.cff"
+NEUTRAL = {
+    "output": {"dir": None},
+    "cache": {"path": "outputs/answers.sqlite"},
+    "runner": {"_target_": "foundry.runner.JoblibRunner", "workers": None, "open_runs": 16},
+}
+"""Where and how a bundled sweep is run: as anywhere, not as it was here."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A file that goes into a bundle: its path there, and what gives its content, the same whenever it is called."""
+
+    name: str
+    read: Callable[[], bytes]
+
+
+def write_bundle(path: Path, out: Path) -> Manifest:
+    """Write the bundle of a sweep.
+
+    Raises:
+        InputError: it is no sweep, a scene is not found, the file exists, or a text holds a secret.
+    """
+    if out.exists():
+        raise InputError(f"'{out}' exists: name another file, or remove it.")
+    folder, scrubber = SweepFolder.open(path), Scrubber()
+    entries = sorted(_entries(folder, scrubber, ""), key=lambda entry: entry.name)
+    try:
+        check_names(entry.name for entry in entries)
+    except InputError as error:
+        raise InputError(f"'{path}' cannot be bundled: {error}") from error
+    manifest = Manifest(
+        format=FORMAT,
+        sweep=path.resolve().name,
+        runs=len(folder.sweep.runs),
+        versions=provenance.versions(),
+        git_commit=provenance.git_commit(),
+        files=tuple(_described(entry) for entry in entries),
+    )
+    partial_file = out.with_name(f".{out.name}.part")
+    try:
+        with partial_file.open("wb") as file:
+            _write(file, manifest, entries)
+        partial_file.replace(out)
+    finally:
+        partial_file.unlink(missing_ok=True)
+    return manifest
+
+
+def _described(entry: Entry) -> BundledFile:
+    content = entry.read()
+    return BundledFile(path=entry.name, size=len(content), sha256=hashlib.sha256(content).hexdigest())
+
+
+def _write(file: IO[bytes], manifest: Manifest, entries: Sequence[Entry]) -> None:
+    first = msgspec.json.format(msgspec.json.encode(manifest), indent=1) + b"\n"
+    compressor = zstandard.ZstdCompressor(level=LEVEL, write_checksum=True)
+    with compressor.stream_writer(file, closefd=False) as stream:
+        _write_member(stream, NAME, first)
+        for entry, described in zip(entries, manifest.files, strict=True):
+            content = entry.read()
+            if len(content) != described.size:
+                raise InputError(f"'{entry.name}' changed while it was bundled: wait until the sweep has ended.")
+            _write_member(stream, entry.name, content)
+        stream.write(b"\0" * (2 * tarfile.BLOCKSIZE))
+
+
+def _write_member(stream: IO[bytes], name: str, content: bytes) -> None:
+    info = tarfile.TarInfo(name)
+    info.size, info.mode, info.mtime = len(content), 0o644, 0
+    try:
+        stream.write(info.tobuf(tarfile.USTAR_FORMAT, "utf-8", "strict"))
+    except ValueError as error:
+        raise InputError(f"'{name}' cannot be bundled: its name or the file is too long ({error}).") from error
+    stream.write(content + b"\0" * (-len(content) % tarfile.BLOCKSIZE))
+
+
+def _entries(folder: SweepFolder, scrubber: Scrubber, prefix: str) -> Iterator[Entry]:
+    """Yield the files of a sweep and of its baselines."""
+    scenes = scenes_of(folder)
+    sweep, named = _scrubbed(folder.sweep, scenes, scrubber)
+    settings = scrubber.config({**folder.settings, **NEUTRAL})
+    models = [scrubber.value(model) for model in folder.models]
+    yield _text(f"{prefix}sweep.yaml", partial(sweep_text, sweep, settings, models), scrubber)
+    for run in folder.runs():
+        yield from _run_entries(run, sweep, scrubber, f"{prefix}runs/{run.id}/")
+    for file in sorted((folder.path / "origins").glob("*.jsonl.zst")):
+        yield Entry(f"{prefix}origins/{file.name}", partial(_calls, partial(read_calls, file), file.name, scrubber))
+    if scenes:
+        content = msgspec.json.encode(dict(sorted(named.items())))
+        yield _text(f"{prefix}{SCENES_FILE}", content.decode, scrubber)
+    yield from (Entry(prefix + name, file.read_bytes) for scene in scenes for name, file in scene.files.items())
+    if folder.labels_file.exists():
+        yield _text(f"{prefix}analysis/{folder.labels_file.name}", folder.labels_file.read_text, scrubber)
+    if not prefix:
+        yield _text(CITATION, partial(_citation, folder.path.resolve().name), scrubber)
+        if (folder.baselines_dir / "sweep.yaml").exists():
+            yield from _entries(SweepFolder.open(folder.baselines_dir), scrubber, "baselines/")
+
+
+def _scrubbed(sweep: Sweep, scenes: Sequence[BundledScene], scrubber: Scrubber) -> tuple[Sweep, dict[str, str]]:
+    """Return the sweep without what belongs to this machine, and the files of its scenes by their names in it."""
+    conditions = tuple(
+        replace(one, config=scrubber.config(one.config), factors=scrubber.value(dict(one.factors)))
+        for one in sweep.conditions
+    )
+    named = {scrubber.text(scene.asset): scene.main for scene in scenes}
+    return Sweep(scrubber.asked(sweep.asked), conditions, sweep.runs), named
+
+
+def _run_entries(run: RunFolder, sweep: Sweep, scrubber: Scrubber, prefix: str) -> Iterator[Entry]:
+    if not run.path.exists():
+        return
+    yield _text(f"{prefix}config.yaml", lambda: to_yaml(sweep.config(run.run)), scrubber)
+    if run.ended:
+        yield _text(f"{prefix}run.json", partial(_summary, run, scrubber), scrubber)
+    for stream in RECORD_STREAMS:
+        if run.stream_path(stream).exists():
+            yield Entry(f"{prefix}{stream}.jsonl", partial(_checked, run.stream_path(stream), scrubber))
+    yield Entry(f"{prefix}calls.jsonl.zst", partial(_calls, run.calls, f"{run.id}/calls.jsonl.zst", scrubber))
+    yield from (Entry(f"{prefix}{name}", partial(_picture, run.path, name)) for name in run.pictures())
+
+
+def _text(name: str, read: Callable[[], str], scrubber: Scrubber) -> Entry:
+    def content() -> bytes:
+        text = read().encode()
+        scrubber.check(name, text)
+        return text
+
+    return Entry(name, content)
+
+
+def _checked(path: Path, scrubber: Scrubber) -> bytes:
+    content = path.read_bytes()
+    scrubber.check(path.name, content)
+    return content
+
+
+def _picture(run: Path, name: str) -> bytes:
+    content = kept_file(run, name)
+    if content is None:
+        raise InputError(f"'{name}' went away while it was bundled: wait until the sweep has ended.")
+    return content
+
+
+def _summary(run: RunFolder, scrubber: Scrubber) -> str:
+    summary = scrubber.value(msgspec.to_builtins(run.summary()))
+    return msgspec.json.format(msgspec.json.encode(summary), indent=2).decode() + "\n"
+
+
+def _calls(read: Callable[[], Iterator[Call]], name: str, scrubber: Scrubber) -> bytes:
+    """Return a log of calls without the names of servers; what was said stays to the letter."""
+    calls = [_anonymous(call, scrubber) for call in read()]
+    scrubber.check(name, b"\n".join(map(msgspec.json.encode, calls)))
+    return calls_bytes(calls)
+
+
+def _anonymous(call: Call, scrubber: Scrubber) -> Call:
+    attempts = tuple(
+        Attempt(
+            error=scrubber.text(one.error).replace(call.host or "\0", "the server"),
+            elapsed_s=one.elapsed_s,
+            busy=one.busy,
+        )
+        for one in call.attempts
+    )
+    return msgspec.structs.replace(call, host=None, attempts=attempts)
+
+
+def _citation(name: str) -> str:
+    text = io.StringIO()
+    text.write("cff-version: 1.2.0\nmessage: Cite this data set and the software that made it.\ntype: dataset\n")
+    text.write(to_yaml({"title": f"Recorded sweep {name}", "authors": [{"name": "The authors of this data set"}]}))
+    software = {
+        "type": "software",
+        "title": "foundry",
+        "version": provenance.versions()["foundry"],
+        "authors": [{"name": "The foundry developers"}],
+        "license": "Apache-2.0",
+    }
+    text.write(to_yaml({"references": [software]}))
+    return text.getvalue()

@@ -1,0 +1,174 @@
+"""From a recorded run and overrides to a sweep that continues it; what would change the past is refused."""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import re
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from foundry import paths
+from foundry.build import build
+from foundry.compose import Composed, compose
+from foundry.episode import play
+from foundry.errors import InputError
+from foundry.plain_yaml import load_plain
+from foundry.records import Call
+from foundry.store import RECORD_STREAMS, RunFolder, SweepFolder, calls_bytes, write_atomically
+from foundry.sweep import Condition, calls_seed, model_key
+from foundry.sweep_file import to_yaml
+from foundry.trust.recorded import Departed, NotRecorded, RecordedAsker, past_wordings
+from foundry.trust.verifying import Comparer
+
+_INTERPOLATION = re.compile(r"(\\*)\$\{")
+GROUPS = ("world", "model", "prompt")
+AS_RECORDED = "as_recorded"
+"""The option of each group that is the run's own configuration."""
+
+
+def compose_fork(run: RunFolder, sweep: str, at: int, overrides: Sequence[str]) -> Composed | None:
+    """Compose a run's own configuration with overrides, as continuing it from a step on.
+
+    Args:
+        run: the recorded run.
+        sweep: name of its sweep's folder.
+        at: the first step that is played anew.
+        overrides: as `foundry` takes them.
+
+    Returns:
+        What is to be run, or None when Hydra answered a flag of its own.
+
+    Raises:
+        InputError: there is no such step, an override cannot be read, or one would change the past.
+    """
+    _check_step(run, at)
+    config = run.config()
+    composed = _compose(config, overrides)
+    if composed is None:
+        return None
+    fork = _fork_block(run, config, sweep, at)
+    conditions = tuple(replace(one, config={**one.config, "fork": fork}) for one in composed.conditions)
+    for condition in {model_key(one.config["world"]): one for one in conditions}.values():
+        _check_past(run, condition, at)
+    return replace(composed, asked=("fork", f"{sweep}/{run.id}", f"at={at}", *overrides), conditions=conditions)
+
+
+def keep_origin(folder: SweepFolder, run: RunFolder, at: int) -> None:
+    """Keep the calls that are shared in the fork's own folder, so that it needs its origin no more."""
+    path = folder.origin_path(run.id, at)
+    if not path.exists():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(path, calls_bytes(_calls_before(run, at)))
+
+
+def _calls_before(run: RunFolder, at: int) -> list[Call]:
+    return [call for call in run.calls() if call.step < at]
+
+
+def _check_step(run: RunFolder, at: int) -> None:
+    steps = _steps_of(run.steps_bytes())
+    if not steps:
+        raise InputError(f"Run '{run.id}' has recorded no step yet: there is nothing to continue.")
+    whole = steps.count(steps[-1]) == steps.count(steps[0])
+    last = steps[-1] if whole else steps[-1] - 1
+    if not 2 <= at <= last + 1:
+        raise InputError(f"--at {at}: run '{run.id}' has {last} steps, so give a step from 2 to {last + 1}.")
+
+
+class _StepOf(msgspec.Struct):
+    step: int
+
+
+def _steps_of(content: bytes) -> list[int]:
+    whole = content[: content.rfind(b"\n") + 1]
+    return [line.step for line in msgspec.json.Decoder(_StepOf).decode_lines(whole)]
+
+
+def _compose(config: Mapping[str, Any], overrides: Sequence[str]) -> Composed | None:
+    """Compose the overrides over the run's own configuration."""
+    given = {override.lstrip("+~").partition("=")[0] for override in overrides}
+    if "seed" in given:
+        raise InputError("A fork keeps the seed of its run, which the past depends on: vary sampling_seed instead.")
+    shipped = load_plain((paths.conf_dir() / "config.yaml").read_text(encoding="utf-8"), "config.yaml")
+    with tempfile.TemporaryDirectory() as name:
+        for group in GROUPS:
+            path = Path(name) / group / f"{AS_RECORDED}.yaml"
+            path.parent.mkdir()
+            path.write_text(to_yaml(_literal(config[group])), encoding="utf-8")
+        sources = [f"file://{name}", *shipped["hydra"]["searchpath"]]
+        own = [f"{group}={AS_RECORDED}" for group in GROUPS if group not in given]
+        if "sampling_seed" not in given:
+            own.append(f"sampling_seed={'null' if config['sampling_seed'] is None else config['sampling_seed']}")
+        if "record.frames" not in given:
+            own.append(f"record.frames={str(config['record']['frames']).lower()}")
+        quoted = ",".join(f'"{source}"' for source in sources)
+        return compose([*overrides, *own, f"seed={config['seed']}", f"hydra.searchpath=[{quoted}]"])
+
+
+def _literal(value: Any) -> Any:
+    """Return settings in which `${` stands for itself: they are resolved already, or recorded by someone else."""
+    if isinstance(value, str):
+        return _INTERPOLATION.sub(lambda found: 2 * found[1] + r"\${", value)
+    if isinstance(value, Mapping):
+        return {key: _literal(inner) for key, inner in value.items()}
+    return [_literal(inner) for inner in value] if isinstance(value, list | tuple) else value
+
+
+def _fork_block(run: RunFolder, config: Mapping[str, Any], sweep: str, at: int) -> dict[str, Any]:
+    """Return what a fork's configuration says of its past."""
+    whole = {"before": None, "prompt": config["prompt"], "seed": calls_seed(config)}
+    past: list[dict[str, Any]] = []
+    for part in [*config.get("fork", {}).get("past", []), whole]:
+        if part["before"] is not None and part["before"] < at:
+            past.append(part)
+        else:
+            past.append({**part, "before": at})
+            break
+    return {"sweep": sweep, "run": run.id, "at": at, "records_sha256": _shared_digests(run, at), "past": past}
+
+
+def _shared_digests(run: RunFolder, at: int) -> dict[str, str]:
+    """Return the SHA-256 of the lines before a step, by the name of their file."""
+    return {
+        f"{stream}.jsonl": hashlib.sha256(_shared(run, stream, at)).hexdigest()
+        for stream in RECORD_STREAMS
+        if run.stream_path(stream).exists()
+    }
+
+
+def _shared(run: RunFolder, stream: str, at: int) -> bytes:
+    lines = run.stream_path(stream).read_bytes().splitlines(keepends=True)
+    return b"".join(line for line in lines if msgspec.json.decode(line).get("step", 0) < at)
+
+
+def _check_past(run: RunFolder, condition: Condition, at: int) -> None:
+    """Play the past in the world of the fork, and refuse it where it would have been another.
+
+    Raises:
+        InputError: it would.
+    """
+    config = {**condition.config, "seed": run.run.seed}
+    world = build(config["world"]).start(config["seed"])
+    asker = RecordedAsker(_calls_before(run, at), past_wordings(config))
+    comparer = Comparer(run, ended=False)
+    try:
+        asyncio.run(play(world, asker, comparer))
+    except NotRecorded as end:
+        if end.place[0] == at:
+            return
+        raise _refusal(f"at step {end.place[0]} other questions would be asked") from end
+    except Departed as departed:
+        place = departed.difference.place
+        when = f"at step {place[0]}" if place else "at the start"
+        raise _refusal(f"{when} it would be another: {departed.difference.line()}") from departed
+    raise InputError(f"--at {at}: the episode ends after {world.step} steps: raise world.steps, or fork it earlier.")
+
+
+def _refusal(why: str) -> InputError:
+    return InputError(f"These overrides change the past, {why}. Change only what matters from the fork on.")

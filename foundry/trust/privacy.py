@@ -1,0 +1,88 @@
+"""What a bundle must not say: where and by whom it was made, and anything secret."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from foundry.errors import InputError
+
+LOCAL_URL = "http://127.0.0.1"
+"""Stands for every server: how a model was reached decides no answer."""
+_HOMES = re.compile(r"(?:/home|/Users)/[^/\s'\":,]+|[A-Za-z]:(?:\\{1,2}|/)Users(?:\\{1,2}|/)[^\\/\s'\":,]+")
+_SECRET_NAME = re.compile(r"KEY|TOKEN|SECRET|PASSWORD|PASSWD|CREDENTIAL", re.IGNORECASE)
+_SHORTEST_SECRET = 8
+_MACHINE_KEYS = ("output", "cache", "hydra")
+"""Overrides that say only where a sweep was run."""
+
+
+class Scrubber:
+    """Takes out of texts what belongs to this machine and its user."""
+
+    def __init__(self, environment: Mapping[str, str] | None = None) -> None:
+        found = os.environ if environment is None else environment
+        homes = {str(Path.home()), str(Path.home().resolve())} - {"/", ""}
+        self._homes = sorted(homes, key=len, reverse=True)
+        self._here = f"{Path.cwd()}{os.sep}"
+        self._secrets = {
+            name: value for name, value in found.items() if _SECRET_NAME.search(name) and len(value) >= _SHORTEST_SECRET
+        }
+
+    def text(self, text: str) -> str:
+        """Return a text without the working directory and home folders."""
+        text = text.replace(self._here, "") if len(self._here) > 1 else text
+        for home in self._homes:
+            text = re.sub(rf"{re.escape(home)}(?=[/\\]|\b)", "~", text)
+        return _HOMES.sub("~", text)
+
+    def value(self, value: Any) -> Any:
+        """Return a plain value with all its texts scrubbed."""
+        if isinstance(value, str):
+            return self.text(value)
+        if isinstance(value, Mapping):
+            return {key: self.value(inner) for key, inner in value.items()}
+        return [self.value(inner) for inner in value] if isinstance(value, list | tuple) else value
+
+    def config(self, config: Mapping[str, Any]) -> dict[str, Any]:
+        """Return a run's configuration without the servers of its models."""
+        scrubbed: dict[str, Any] = self.value(_without_servers(config))
+        return scrubbed
+
+    def asked(self, overrides: tuple[str, ...]) -> tuple[str, ...]:
+        """Return a command line without what says only where it was run."""
+        kept = [one for one in overrides if not _is_of_machine(one)]
+        return tuple(self.text(one) for one in kept)
+
+    def check(self, name: str, content: bytes) -> None:
+        """Refuse a content that still holds a home folder or the value of a secret of the environment.
+
+        Raises:
+            InputError: it does; the secret itself is not said.
+        """
+        text = content.decode("utf-8", "replace")
+        for variable, value in self._secrets.items():
+            if value in text:
+                raise InputError(f"'{name}' holds the value of {variable}: nothing was bundled.")
+        if any(f"{home}{os.sep}" in text for home in self._homes):
+            raise InputError(f"'{name}' holds the path of a home folder, in a prompt or a reply: nothing was bundled.")
+
+
+def _is_of_machine(override: str) -> bool:
+    key = override.lstrip("+~").partition("=")[0]
+    return key.split(".")[0] in _MACHINE_KEYS or ".server." in key or override.startswith("--config")
+
+
+def _without_servers(value: Any) -> Any:
+    if not isinstance(value, Mapping):
+        return value
+    return {key: _anonymous(inner) if key == "server" else _without_servers(inner) for key, inner in value.items()}
+
+
+def _anonymous(server: Any) -> Any:
+    """Return the settings of a server with every address in them replaced."""
+    if not isinstance(server, Mapping):
+        return server
+    return {key: LOCAL_URL if key in ("hosts", "base_url") else value for key, value in server.items()}

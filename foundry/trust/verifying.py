@@ -1,0 +1,266 @@
+"""Plays recorded runs again from their own answers and compares every byte; needs no server."""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from foundry.build import build
+from foundry.episode import play
+from foundry.errors import RecordError
+from foundry.records import Call, Record, RunSummary, SeenImage
+from foundry.store import RECORD_STREAMS, RunFolder, SweepFolder, frame_name, kept_file
+from foundry.sweep import model_key
+from foundry.trust.difference import CALLS, NOTHING, Difference, first_difference
+from foundry.trust.recorded import Departed, NotRecorded, RecordedAsker, wordings
+
+_ENCODE = msgspec.json.Encoder().encode
+_CHUNKS = 8
+"""Portions of the runs that each worker gets one after the other."""
+
+
+class Verdict(StrEnum):
+    """What became of the verification of a run."""
+
+    IDENTICAL = "identical"
+    DIFFERS = "differs"
+    NOT_STARTED = "not started"
+
+
+@dataclass(frozen=True)
+class Verified:
+    """What was found of one run.
+
+    Attributes:
+        run: its id.
+        verdict: whether its records are what its answers give.
+        lines: lines of its records that were compared and are identical.
+        calls: questions that were put again and are identical.
+        difference: where it first differs.
+        note: what there is to say of a run that is not complete, or "".
+    """
+
+    run: str
+    verdict: Verdict
+    lines: int = 0
+    calls: int = 0
+    difference: Difference | None = None
+    note: str = ""
+
+
+class EndOfRecords(RecordError):
+    """The records of a run that has not ended go no further."""
+
+
+class Comparer:
+    """Takes an episode's records and holds each against the next line of the recorded file."""
+
+    def __init__(self, run: RunFolder, *, ended: bool) -> None:
+        """Read the files.
+
+        Args:
+            run: the recorded run.
+            ended: whether its files are whole; else a torn last line is left out and further ones may be missing.
+        """
+        self._run = run
+        self._ended = ended
+        self._lines = {name: _lines(run.stream_path(name), whole_only=not ended) for name in RECORD_STREAMS}
+        self._next = dict.fromkeys(RECORD_STREAMS, 0)
+
+    @property
+    def compared(self) -> int:
+        """How many lines were compared."""
+        return sum(self._next.values())
+
+    def append(self, records: Sequence[Record]) -> None:
+        """Compare records with the next lines of their files."""
+        for record in records:
+            if isinstance(record, SeenImage):
+                self._compare_file(record.path, record.content)
+            elif record.stream in self._lines:
+                self._compare_line(record.stream, _ENCODE(record))
+
+    def append_calls(self, calls: Sequence[Call]) -> None:
+        """Leave the calls to the asker, which put the questions."""
+
+    def frame(self, step: int, png: bytes) -> None:
+        """Compare a picture of the state."""
+        self._compare_file(frame_name(step), png)
+
+    def check_end(self) -> None:
+        """Check that nothing more was recorded.
+
+        Raises:
+            Departed: there are further lines.
+        """
+        for name, lines in self._lines.items():
+            at = self._next[name]
+            if at < len(lines):
+                raise Departed(Difference(f"{name}.jsonl", at + 1, "", lines[at].decode("utf-8", "replace"), NOTHING))
+
+    def _compare_line(self, stream: str, now: bytes) -> None:
+        at, lines = self._next[stream], self._lines[stream]
+        recorded = lines[at] if at < len(lines) else None
+        if recorded is None and not self._ended:
+            raise EndOfRecords(f"{stream}.jsonl has {at} lines")
+        if recorded != now:
+            raise Departed(_line_difference(f"{stream}.jsonl", at + 1, recorded, now))
+        self._next[stream] = at + 1
+
+    def _compare_file(self, name: str, now: bytes) -> None:
+        recorded = kept_file(self._run.path, name)
+        if recorded != now:
+            then = NOTHING if recorded is None else _sha256(recorded)
+            raise Departed(Difference(name, None, "SHA-256", then, _sha256(now)))
+
+
+def verify(folder: SweepFolder, runs: Sequence[RunFolder], *, workers: int, frames: bool = False) -> Iterator[Verified]:
+    """Yield what is found of each run, in the order in which that is known.
+
+    Args:
+        folder: the sweep.
+        runs: those of its runs to verify.
+        workers: processes to use; 1 works in this very process.
+        frames: whether kept pictures of the state are drawn again and compared, too.
+
+    Raises:
+        InputError: a world or a prompt cannot be built.
+    """
+    if workers == 1:
+        yield from _verify_all(runs, frames)
+        return
+    from joblib import Parallel, delayed
+
+    ids = [run.id for run in runs]
+    size = max(1, len(ids) // (workers * _CHUNKS))
+    portions = [ids[start : start + size] for start in range(0, len(ids), size)]
+    jobs = (delayed(_verify_portion)(folder.path, portion, frames) for portion in portions)
+    for results in Parallel(n_jobs=workers, return_as="generator_unordered")(jobs):
+        yield from results
+
+
+def _verify_portion(path: Path, ids: Sequence[str], frames: bool) -> list[Verified]:
+    # As for a worker that plays: one core a process for what draws in software.
+    os.environ.setdefault("LP_NUM_THREADS", "0")
+    wanted = set(ids)
+    return list(_verify_all([run for run in SweepFolder.open(path).runs() if run.id in wanted], frames))
+
+
+def _verify_all(runs: Sequence[RunFolder], frames: bool) -> Iterator[Verified]:
+    scenarios: dict[str, Any] = {}
+    for run in runs:
+        config = run.config()
+        key = model_key(config["world"])
+        if run.path.exists() and key not in scenarios:
+            scenarios[key] = build(config["world"])
+        yield _verify_run(run, config, scenarios.get(key), frames)
+
+
+def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames: bool) -> Verified:
+    if not run.path.exists():
+        return Verified(run.id, Verdict.NOT_STARTED)
+    summary = run.summary()
+    comparer = Comparer(run, ended=summary is not None)
+    try:
+        asker = RecordedAsker(run.calls(), wordings(config))
+    except msgspec.DecodeError as error:
+        return Verified(run.id, Verdict.DIFFERS, difference=Difference(CALLS, None, "", f"damaged: {error}", "a call"))
+    every = int(config["record"]["frames"]) if frames else 0
+    try:
+        note = _replay(scenario.start(config["seed"]), asker, comparer, summary, every)
+        _check_digests(run, summary)
+    except Departed as departed:
+        return Verified(run.id, Verdict.DIFFERS, comparer.compared, asker.used, departed.difference)
+    return Verified(run.id, Verdict.IDENTICAL, comparer.compared, asker.used, note=note)
+
+
+def _replay(world: Any, asker: RecordedAsker, comparer: Comparer, summary: RunSummary | None, every: int) -> str:
+    """Play the episode and return what there is to say of one that did not reach its end.
+
+    Raises:
+        Departed: it is not the recorded one.
+    """
+    complete = summary is not None and summary.status == "complete"
+    try:
+        asyncio.run(play(world, asker, comparer, frame_every=every))
+        comparer.check_end()
+    except EndOfRecords:
+        return _note(world, summary)
+    except NotRecorded as end:
+        if complete:
+            raise Departed(Difference(CALLS, None, "", NOTHING, "a question", place=end.place)) from end
+        comparer.check_end()
+    except Departed:
+        raise
+    except Exception as error:  # noqa: BLE001 - the boundary: a run that failed here is to fail here again
+        _check_failure(error, summary)
+        comparer.check_end()
+    if complete and asker.used < asker.recorded:
+        raise Departed(Difference(CALLS, None, "number of calls", asker.recorded, asker.used))
+    return _note(world, summary)
+
+
+def _check_failure(error: Exception, summary: RunSummary | None) -> None:
+    """Check that an error is the one that ended the run."""
+    now = (type(error).__name__, str(error) or type(error).__name__)
+    then = (summary.error_type, summary.error) if summary is not None else (None, None)
+    if now != then:
+        recorded = NOTHING if then[0] is None else f"{then[0]}: {then[1]}"
+        raise Departed(Difference("run.json", None, "error", recorded, f"{now[0]}: {now[1]}")) from error
+
+
+def _note(world: Any, summary: RunSummary | None) -> str:
+    if summary is None:
+        return f"has not ended: as far as its records go, {world.step} steps"
+    if summary.status != "complete":
+        return f"failed after {world.step} steps: {summary.error}"
+    return ""
+
+
+def _check_digests(run: RunFolder, summary: RunSummary | None) -> None:
+    """Check that the files are those whose digests the run ended with."""
+    if summary is None:
+        return
+    for stream in RECORD_STREAMS:
+        name, path = f"{stream}.jsonl", run.stream_path(stream)
+        now = _sha256(path.read_bytes()) if path.exists() else NOTHING
+        recorded = summary.records_sha256.get(name, NOTHING)
+        # A worker that died could not say what it had written.
+        if recorded != now and summary.records_sha256:
+            raise Departed(Difference("run.json", None, f"records_sha256.{name}", recorded, now))
+
+
+def _lines(path: Path, *, whole_only: bool) -> list[bytes]:
+    content = path.read_bytes() if path.exists() else b""
+    if whole_only:
+        content = content[: content.rfind(b"\n") + 1]
+    lines = content.split(b"\n")
+    return lines[:-1] if not lines[-1] else lines
+
+
+def _line_difference(file: str, number: int, recorded: bytes | None, now: bytes) -> Difference:
+    """Return which key of a line differs; the whole line where it is missing or no JSON."""
+    fresh = msgspec.json.decode(now)
+    place = (fresh["step"], fresh["agent"], "record") if "agent" in fresh else None
+    if recorded is None:
+        return Difference(file, number, "", NOTHING, now.decode(), place)
+    try:
+        then = msgspec.json.decode(recorded)
+    except msgspec.DecodeError:
+        return Difference(file, number, "", recorded.decode("utf-8", "replace"), now.decode(), place)
+    found = first_difference(then, fresh)
+    if found is None:
+        return Difference(file, number, "", recorded.decode("utf-8", "replace"), now.decode(), place)
+    return Difference(file, number, *found, place=place)
+
+
+def _sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()

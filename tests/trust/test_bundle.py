@@ -1,0 +1,114 @@
+"""A bundle holds all that is needed, says nothing of the machine, and has the same bytes every time."""
+
+from __future__ import annotations
+
+import io
+import shutil
+import tarfile
+from pathlib import Path
+
+import msgspec
+import pytest
+import zstandard
+
+from analysis import analyze
+from commands import foundry
+from foundry.store import SweepFolder, calls_bytes
+from foundry.trust.bundling import write_bundle
+from foundry.trust.manifest import Manifest
+from foundry.trust.unbundling import unpack_bundle
+from trust.conftest import run_of, runs
+
+
+def members(bundle: Path) -> dict[str, bytes]:
+    """Return the files of a bundle as the standard library reads them."""
+    content = zstandard.ZstdDecompressor().decompressobj().decompress(bundle.read_bytes())
+    with tarfile.open(fileobj=io.BytesIO(content)) as archive:
+        return {one.name: archive.extractfile(one).read() for one in archive.getmembers()}  # type: ignore[union-attr]
+
+
+@pytest.fixture(scope="module")
+def bundled(grid_sweep: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("bundled") / "grid.tar.zst"
+    write_bundle(grid_sweep, path)
+    return path
+
+
+def test_the_same_sweep_gives_the_same_bytes(grid_sweep: Path, bundled: Path, tmp_path: Path):
+    moved = shutil.copytree(grid_sweep, tmp_path / "elsewhere" / grid_sweep.name)
+    write_bundle(Path(moved), tmp_path / "again.tar.zst")
+    assert (tmp_path / "again.tar.zst").read_bytes() == bundled.read_bytes()
+
+
+def test_from_a_bundle_runs_verify_and_the_tables_come_out_the_same(grid_sweep: Path, bundled: Path, tmp_path: Path):
+    done = foundry("unbundle", str(bundled), "anew", cwd=tmp_path)
+    assert done.returncode == 0 and "4 runs" in done.stdout, done.stderr
+    done = foundry("verify", "anew", "--workers", "1", cwd=tmp_path)
+    assert done.returncode == 0 and "4 identical" in done.stdout
+    here = Path(shutil.copytree(grid_sweep, tmp_path / "here"))
+    for sweep in (here, tmp_path / "anew"):
+        analyze([sweep], plots=False)
+    tables = sorted(file.name for file in (here / "analysis").glob("*.csv"))
+    assert "signatures.csv" in tables
+    for name in tables:
+        assert (here / "analysis" / name).read_bytes() == (tmp_path / "anew" / "analysis" / name).read_bytes(), name
+
+
+def test_a_bundle_says_nothing_of_the_machine(bundled: Path, grid_sweep: Path):
+    found = members(bundled)
+    for name, content in found.items():
+        text = zstandard.ZstdDecompressor().decompressobj().decompress(content) if name.endswith(".zst") else content
+        for private in (str(grid_sweep.parent), str(Path.home()) + "/", "127.0.0.1:"):
+            assert private.encode() not in text, name
+    manifest = msgspec.json.decode(found.pop("manifest.json"), type=Manifest)
+    assert [file.path for file in manifest.files] == sorted(found)
+    assert "CITATION.cff" in found and "sweep.yaml" in found
+
+
+def test_a_secret_of_the_environment_is_never_bundled(copied: Path, tmp_path: Path):
+    run = run_of(copied, "qwen3:4b")
+    first, *others = run.calls()
+    leaking = msgspec.structs.replace(first, text="my key is sk-abcdef123456")
+    (run.path / "calls.jsonl.zst").write_bytes(calls_bytes([leaking, *others]))
+    done = foundry("bundle", str(copied), "out.tar.zst", cwd=tmp_path, SOME_API_KEY="sk-abcdef123456")
+    assert done.returncode == 2 and "holds the value of SOME_API_KEY" in done.stderr
+    assert "sk-abcdef" not in done.stderr and list(tmp_path.glob("*.zst*")) == []
+
+
+def test_a_3d_bundle_brings_its_scene(camera_sweep: Path, tmp_path: Path):
+    there = Path(shutil.copytree(camera_sweep.parent, tmp_path / "there"))
+    write_bundle(there / "out", tmp_path / "room.tar.zst")
+    manifest = unpack_bundle(tmp_path / "room.tar.zst", tmp_path / "anew")
+    shutil.rmtree(there)
+    scenes = [Path(file.path).name for file in manifest.files if file.path.startswith("scenes/")]
+    assert sorted(scenes) == ["scene.usda", "wall.png", "wall.usda"]
+    assert Path(runs(tmp_path / "anew")[0].config()["world"]["scene"]["asset"]).is_relative_to(tmp_path / "anew")
+    for line in runs(tmp_path / "anew")[0].episode_bytes().splitlines():
+        assert msgspec.json.decode(line)["scene"] == "scene"
+    done = foundry("verify", "anew", "--frames", "--workers", "1", cwd=tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
+    write_bundle(tmp_path / "anew", tmp_path / "second.tar.zst")
+    unpack_bundle(tmp_path / "second.tar.zst", tmp_path / "third")
+    assert foundry("verify", "third", "--workers", "1", cwd=tmp_path).returncode == 0
+
+
+def test_a_bundled_sweep_with_forks_and_baselines_is_whole(grid_sweep: Path, tmp_path: Path):
+    origin = run_of(grid_sweep, "qwen3:4b")
+    options = ("--at", "3", "model=scripted/stay", "analyze=false", "output.dir=fork", "runner.workers=1")
+    assert foundry("fork", str(origin.path), *options, cwd=tmp_path).returncode == 0
+    fork = SweepFolder.open(tmp_path / "fork")
+    shutil.copytree(grid_sweep, fork.baselines_dir)
+    write_bundle(fork.path, tmp_path / "fork.tar.zst")
+    unpack_bundle(tmp_path / "fork.tar.zst", tmp_path / "anew")
+    for sweep in ("anew", "anew/baselines"):
+        assert foundry("verify", sweep, "--workers", "1", cwd=tmp_path).returncode == 0
+    (run,) = runs(tmp_path / "anew")
+    shutil.rmtree(run.path)
+    assert foundry("resume", "anew", cwd=tmp_path).returncode == 0
+    assert run.steps_bytes() == runs(fork.path)[0].steps_bytes()
+
+
+def test_a_file_that_exists_is_not_written_over(grid_sweep: Path, tmp_path: Path):
+    (tmp_path / "x.tar.zst").write_bytes(b"mine")
+    done = foundry("bundle", str(grid_sweep), "x.tar.zst", cwd=tmp_path)
+    assert done.returncode == 2 and "exists" in done.stderr and (tmp_path / "x.tar.zst").read_bytes() == b"mine"

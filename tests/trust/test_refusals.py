@@ -1,0 +1,113 @@
+"""Recorded configurations may come from anyone: what they name is built only if it is foundry's own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from commands import foundry
+from foundry.build import build
+from foundry.errors import InputError, RecordError
+from foundry.plain_yaml import load_plain
+from foundry.store import SweepFolder
+from foundry.targets import check_targets
+
+
+class Echo:
+    """Keeps what it is built with."""
+
+    def __init__(self, **settings: Any) -> None:
+        self.settings = settings
+
+
+@pytest.mark.parametrize(
+    "target",
+    ["os.system", "foundry.paths.os.system", "foundry.cli.run", "foundry.models.answers.Answers", "builtins.eval",
+     "foundry.models.base.asyncio.run", "foundry.worlds.base.ABC", "foundry.models.nothing.X", "subprocess.Popen",
+     "foundry.models.base.Path", "foundry.store.write_atomically", ["os", "system"], None, "foundry", ""],
+)  # fmt: skip
+def test_a_target_that_is_not_a_part_of_foundry_is_refused(target: Any):
+    for config in ({"model": {"_target_": target}}, {"world": {"deep": [{"down": {"_target_": target}}]}}):
+        with pytest.raises(InputError, match="is refused"):
+            check_targets(config, (), "here")
+
+
+def test_a_part_in_the_wrong_place_is_refused():
+    with pytest.raises(InputError, match="it is no Scenario"):
+        check_targets({"world": {"_target_": "foundry.prompts.Prompt"}}, (), "here")
+
+
+@pytest.mark.parametrize("key", ["_partial_", "_args_", "_recursive_", "_convert_"])
+def test_what_else_instantiation_would_do_is_refused(key: str):
+    config = {"model": {"_target_": "foundry.models.scripted.stay.Stay", "inner": {key: True}}}
+    with pytest.raises(InputError, match=f"may not use {key}"):
+        check_targets(config, (), "here")
+
+
+def test_every_command_that_builds_refuses_and_a_trusted_package_passes(copied: Path, tmp_path: Path):
+    text = (copied / "sweep.yaml").read_text()
+    (copied / "sweep.yaml").write_text(text.replace("foundry.worlds.grid.GridScenario", "antigravity.GridScenario"))
+    run = str(SweepFolder.open(copied).runs()[0].path)
+    for command in (("verify", str(copied)), ("resume", str(copied)), ("fork", run, "--at", "2")):
+        done = foundry(*command, cwd=tmp_path)
+        assert done.returncode == 2 and "--trust-targets antigravity" in done.stderr, done.stderr
+        assert done.stderr.count("\n") == 1
+    trusting = foundry("verify", str(copied), "--workers", "1", "--trust-targets", "antigravitx", cwd=tmp_path)
+    assert "is refused" in trusting.stderr
+
+
+@given(st.text(alphabet="\\${}:a.ocenvHOME ", max_size=24))
+def test_texts_are_built_as_they_are_recorded(text: str):
+    target = f"{Echo.__module__}.{Echo.__qualname__}"
+    made = build({"_target_": target, "text": text, "list": [text], "inner": {"text": text}})
+    assert made.settings == {"text": text, "list": [text], "inner": {"text": text}}
+
+
+BOMB = "a: &a [1,1,1,1,1,1,1,1,1,1]\n" + "".join(
+    f"{chr(98 + n)}: &{chr(98 + n)} [{','.join(['*' + chr(97 + n)] * 10)}]\n" for n in range(9)
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (BOMB, "with its aliases expanded"),
+        ("a: &a [*a]", "holds itself"),
+        ("[" * 200_000, "nests deeper"),
+        ("- " * 200_000, "nests deeper"),
+        ("? " * 200_000, "nests deeper"),
+        ('["]",' * 100_000, "nests deeper"),
+        ("a: !!python/object/apply:os.system [ls]", "cannot be read"),
+        ("a: [", "cannot be read"),
+        ("runs: 1\n---\nruns: 2", "cannot be read"),
+    ],
+)
+def test_yaml_that_grows_or_nests_without_bound_is_refused(text: str, expected: str, tmp_path: Path):
+    (tmp_path / "sweep.yaml").write_text(text)
+    with pytest.raises(RecordError, match=expected):
+        SweepFolder.open(tmp_path)
+    done = foundry("status", str(tmp_path), cwd=tmp_path)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("text", ["", "1", "a: b", "conditions: 3\nruns: []", "conditions: [1]\nruns: []\nasked: []"])
+def test_yaml_that_describes_no_sweep_is_refused(text: str, tmp_path: Path):
+    (tmp_path / "sweep.yaml").write_text(text)
+    with pytest.raises(RecordError):
+        SweepFolder.open(tmp_path)
+
+
+def test_shared_parts_are_read_as_before():
+    assert load_plain("a: &a {b: 1}\nc: *a", "here") == {"a": {"b": 1}, "c": {"b": 1}}
+
+
+def test_only_runners_of_this_machine_are_taken_from_a_record():
+    check_targets({"runner": {"_target_": "foundry.runner.JoblibRunner"}}, (), "here")
+    far = {"runner": {"_target_": "foundry.runner_dask.DaskRunner", "address": "tcp://elsewhere:1"}}
+    with pytest.raises(InputError, match="--trust-targets foundry.runner_dask"):
+        check_targets(far, (), "here")
+    check_targets(far, ("foundry.runner_dask",), "here")

@@ -1,0 +1,207 @@
+"""Bundles of unknown origin: whatever they hold, nothing is written but what is declared, below one folder."""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+import tarfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import msgspec
+import pytest
+import zstandard
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from foundry.errors import InputError
+from foundry.trust.manifest import FORMAT, check_names
+from foundry.trust.unbundling import unpack_bundle
+
+Member = tuple[str, bytes]
+END = b"\0" * 1024
+
+
+def header(name: str, size: int, kind: bytes = tarfile.REGTYPE, link: str = "") -> bytes:
+    info = tarfile.TarInfo(name)
+    info.size, info.type, info.linkname = size, kind, link
+    return info.tobuf(tarfile.USTAR_FORMAT, "utf-8", "surrogateescape")
+
+
+def padded(content: bytes) -> bytes:
+    return content + b"\0" * (-len(content) % 512)
+
+
+def manifest(declared: Sequence[Member], **changes: object) -> bytes:
+    listed = [{"path": name, "size": len(c), "sha256": hashlib.sha256(c).hexdigest()} for name, c in declared]
+    said = {"format": FORMAT, "sweep": "x", "runs": 0, "versions": {}, "git_commit": None, "files": listed}
+    return msgspec.json.encode(said | changes)
+
+
+def archive(said: bytes, files: Sequence[Member], end: bytes = END) -> bytes:
+    members = [("manifest.json", said), *files]
+    return b"".join(header(name, len(content)) + padded(content) for name, content in members) + end
+
+
+def written(path: Path, content: bytes) -> Path:
+    path.write_bytes(zstandard.ZstdCompressor().compress(content))
+    return path
+
+
+def refused(tmp_path: Path, content: bytes, limit: int = 1 << 30) -> str:
+    """Unpack a bundle that must be refused; nothing may be left of it anywhere."""
+    place = tmp_path / "place"
+    place.mkdir(exist_ok=True)
+    bundle = written(tmp_path / "bundle.tar.zst", content)
+    with pytest.raises(InputError) as caught:
+        unpack_bundle(bundle, place / "target", limit=limit)
+    assert list(place.iterdir()) == []
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["bundle.tar.zst", "place"]
+    return str(caught.value)
+
+
+def test_what_is_declared_is_unpacked(tmp_path: Path):
+    files = [("runs/a/steps.jsonl", b"{}\n"), ("sweep.yaml", b"x" * 1000)]
+    unpack_bundle(written(tmp_path / "b", archive(manifest(files), files)), tmp_path / "out")
+    found = {p.relative_to(tmp_path / "out").as_posix() for p in (tmp_path / "out").rglob("*") if p.is_file()}
+    assert found == {"runs/a/steps.jsonl", "sweep.yaml", "manifest.json"}
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["../x", "/etc/x", "a/../../x", "a//b", "./a", "a/.", "", "C:x", "c\\x", "nul", "a/CON.txt", "a.", "b ", "x\0y",
+     "a\nb", "MANIFEST.json", "x" * 300, "a\u202eb", "com1", "a/" + "y" * 210],
+)  # fmt: skip
+def test_a_name_that_leads_elsewhere_is_refused(name: str, tmp_path: Path):
+    assert "refused" in refused(tmp_path, archive(manifest([(name, b"x")]), []))
+
+
+@pytest.mark.parametrize("names", [("a", "a"), ("a", "A"), ("é", "e\u0301"), ("a", "a/b"), ("a/b", "A"), ("ß", "SS")])
+def test_names_that_meet_in_one_file_are_refused(names: tuple[str, str], tmp_path: Path):
+    files = [(name, b"") for name in names]
+    assert "refused" in refused(tmp_path, archive(manifest(files), []))
+
+
+@pytest.mark.parametrize(
+    "kind", [tarfile.SYMTYPE, tarfile.LNKTYPE, tarfile.CHRTYPE, tarfile.FIFOTYPE, tarfile.DIRTYPE, tarfile.XHDTYPE,
+             tarfile.GNUTYPE_LONGNAME, tarfile.GNUTYPE_SPARSE, tarfile.CONTTYPE, b"Z"],
+)  # fmt: skip
+def test_anything_but_a_plain_file_is_refused(kind: bytes, tmp_path: Path):
+    said = manifest([("a", b"")])
+    content = header("manifest.json", len(said)) + padded(said) + header("a", 0, kind, link="/etc/passwd") + END
+    assert "no plain file" in refused(tmp_path, content)
+
+
+def changed_content(files: list[Member]) -> bytes:
+    return archive(manifest(files), [("a", b"2"), files[1]])
+
+
+def larger(files: list[Member]) -> bytes:
+    return archive(manifest(files), [("a", b"1" * 600), files[1]])
+
+
+def swapped(files: list[Member]) -> bytes:
+    return archive(manifest(files), files[::-1])
+
+
+def missing(files: list[Member]) -> bytes:
+    return archive(manifest(files), files[:1])
+
+
+def further(files: list[Member]) -> bytes:
+    return archive(manifest(files), [*files, ("c", b"")])
+
+
+def cut(files: list[Member]) -> bytes:
+    return archive(manifest(files), files)[:-1500]
+
+
+def followed(files: list[Member]) -> bytes:
+    return archive(manifest(files), files, END + b"more")
+
+
+def no_manifest(files: list[Member]) -> bytes:
+    return header("a", 1) + padded(b"1") + END
+
+
+def other_format(files: list[Member]) -> bytes:
+    return archive(manifest(files, format="another"), files)
+
+
+def odd_digest(files: list[Member]) -> bytes:
+    return archive(manifest(files, files=[{"path": "a", "size": -1, "sha256": "z"}]), files)
+
+
+def deep_manifest(files: list[Member]) -> bytes:
+    return archive(b'{"versions":' + b"[" * 100_000, files)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "expected"),
+    [(changed_content, "damaged"), (larger, "declared are 1"), (swapped, "where 'a' should be"), (missing, "its end"),
+     (further, "not in its manifest"), (cut, "ends too early"), (followed, "something follows"),
+     (no_manifest, "not manifest.json"), (other_format, "format is 'another'"), (odd_digest, "no such thing"),
+     (deep_manifest, "cannot be read")],
+)  # fmt: skip
+def test_a_bundle_that_is_not_what_it_says_is_refused(
+    spoil: Callable[[list[Member]], bytes], expected: str, tmp_path: Path
+):
+    assert expected in refused(tmp_path, spoil([("a", b"1"), ("b", b"2")]))
+
+
+def test_a_bomb_is_refused_before_it_is_unpacked(tmp_path: Path):
+    bomb = manifest([], files=[{"path": "a", "size": 1 << 40, "sha256": "0" * 64}])
+    assert "1024.00 GiB" in refused(tmp_path, archive(bomb, []))
+    assert "manifest has" in refused(tmp_path, header("manifest.json", 1 << 32) + END)
+    said = manifest([("a", b"")])
+    hidden = header("manifest.json", len(said)) + padded(said) + header("a", 1 << 32) + b"\0" * (1 << 20)
+    assert "declared are 0" in refused(tmp_path, hidden)
+    compressor = zstandard.ZstdCompressor(
+        compression_params=zstandard.ZstdCompressionParameters.from_level(1, window_log=30)
+    )
+    (tmp_path / "bundle.tar.zst").write_bytes(compressor.compressobj().compress(b"x" * 5_000_000))
+    with pytest.raises(InputError, match="refused"):
+        unpack_bundle(tmp_path / "bundle.tar.zst", tmp_path / "place" / "target")
+
+
+def test_a_folder_in_use_is_left_alone(tmp_path: Path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "mine").write_text("x")
+    with pytest.raises(InputError, match="is in use"):
+        unpack_bundle(written(tmp_path / "b", archive(manifest([]), [])), tmp_path / "out")
+
+
+parts = st.sampled_from(
+    ["a", "B", "..", ".", "", "nul", "c:", "\\", "é", "e\u0301", "x.", " ", "\u202e", "\ud800", "~"]
+)
+hostile = st.one_of(st.lists(parts, min_size=1, max_size=4).map("/".join), st.text(max_size=12))
+
+
+@given(st.lists(hostile, min_size=1, max_size=5))
+def test_names_that_pass_stay_below_the_folder_and_apart(names: list[str]):
+    try:
+        check_names(names)
+    except InputError:
+        return
+    root = Path("/sweep")
+    resolved = [Path(f"/sweep/{name}") for name in names]
+    assert all(".." not in path.parts and path.is_relative_to(root) and path != root for path in resolved)
+    assert len({str(path).casefold() for path in resolved}) == len(names)
+    assert not any(one in other.parents for one in resolved for other in resolved)
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=25)
+@given(noise=st.binary(max_size=400), at=st.integers(0, 4000))
+def test_no_noise_in_a_bundle_gets_anything_written(noise: bytes, at: int, tmp_path: Path):
+    files = [("a", b"1"), ("b/c", b"2" * 700)]
+    good = archive(manifest(files), files)
+    spoilt = good[: at % len(good)] + noise + good[at % len(good) + len(noise) :]
+    target = tmp_path / "out"
+    try:
+        unpack_bundle(written(tmp_path / "bundle", spoilt), target)
+    except InputError:
+        assert not target.exists()
+        return
+    found = {path.relative_to(target).as_posix(): path.read_bytes() for path in target.rglob("*") if path.is_file()}
+    shutil.rmtree(target)
+    assert found.pop("manifest.json") and found == dict(files)

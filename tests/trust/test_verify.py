@@ -1,0 +1,119 @@
+"""Verification finds every change, says where it is, and needs no server."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from commands import foundry
+from foundry.store import RunFolder, calls_bytes
+from trust.conftest import MIX, play, run_of, runs
+
+
+def edited(path: Path, pattern: str, replacement: str) -> None:
+    text = path.read_text(encoding="utf-8")
+    changed = re.sub(pattern, replacement, text, count=1)
+    assert changed != text
+    path.write_text(changed, encoding="utf-8")
+
+
+def spoil_step(run: RunFolder) -> None:
+    edited(run.path / "steps.jsonl", r'"y":(-?\d+)', '"y":99')
+
+
+def spoil_answer(run: RunFolder) -> None:
+    calls = [msgspec.structs.replace(call, text="no") if call.step == 2 else call for call in run.calls()]
+    (run.path / "calls.jsonl.zst").write_bytes(calls_bytes(calls))
+
+
+def spoil_prompt(run: RunFolder) -> None:
+    calls = list(run.calls())
+    calls[5].messages[0]["content"] += "!"
+    (run.path / "calls.jsonl.zst").write_bytes(calls_bytes(calls))
+
+
+def spoil_key(run: RunFolder) -> None:
+    first, *others = run.calls()
+    forged = msgspec.structs.replace(first, digest="another")
+    (run.path / "calls.jsonl.zst").write_bytes(calls_bytes([forged, *others]))
+
+
+def drop_call(run: RunFolder) -> None:
+    (run.path / "calls.jsonl.zst").write_bytes(calls_bytes(list(run.calls())[:-1]))
+
+
+def add_line(run: RunFolder) -> None:
+    path = run.path / "steps.jsonl"
+    path.write_bytes(path.read_bytes() + path.read_bytes().splitlines(keepends=True)[-1])
+
+
+def forge_digest(run: RunFolder) -> None:
+    edited(run.path / "run.json", r'"messages.jsonl": "....', '"messages.jsonl": "0000')
+
+
+def test_untouched_records_are_identical_whatever_process_looks(grid_sweep: Path):
+    done = foundry("verify", str(grid_sweep), "--workers", "2", cwd=grid_sweep)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "4 runs: 4 identical" in done.stdout and "128 questions compared" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("spoil", "expected"),
+    [
+        (spoil_step, "steps.jsonl line 1 (step 1, agent 0, record): y: recorded 99"),
+        (spoil_answer, "(step 2, agent "),
+        (spoil_prompt, "line 6 (step 1, agent 1, action): messages[0].content"),
+        (spoil_key, "line 1 (step 1, agent 0, message): key"),
+        (drop_call, "(step 4, agent 3, action): recorded 'nothing'"),
+        (add_line, "steps.jsonl line 17"),
+        (forge_digest, "run.json: records_sha256.messages.jsonl"),
+    ],
+)
+def test_a_change_is_found_where_it_is(spoil: Callable[[RunFolder], None], expected: str, copied: Path):
+    run = run_of(copied, MIX)
+    spoil(run)
+    done = foundry("verify", str(run.path), cwd=copied)
+    assert done.returncode == 3
+    assert f"{run.id} differs: " in done.stdout and expected in done.stdout, done.stdout
+
+
+def test_a_run_that_failed_or_was_killed_is_verified_as_far_as_it_goes(copied: Path):
+    failed, killed, *_ = runs(copied)
+    calls = [call for call in failed.calls() if call.step < 3]
+    (failed.path / "calls.jsonl.zst").write_bytes(calls_bytes(calls))
+    steps = failed.steps_bytes().splitlines(keepends=True)
+    (failed.path / "steps.jsonl").write_bytes(b"".join(steps[:8]))
+    (failed.path / "messages.jsonl").write_bytes(b"")
+    edited(failed.path / "run.json", r'"records_sha256": \{[^}]*\}', '"records_sha256": {}')
+    edited(failed.path / "run.json", '"status": "complete"', '"status": "failed"')
+    (killed.path / "run.json").unlink()
+    with (killed.path / "steps.jsonl").open("ab") as file:
+        file.truncate(len(killed.steps_bytes()) - 5)
+    done = foundry("verify", str(copied), "--workers", "1", cwd=copied)
+    assert "failed after 2 steps" in done.stdout, done.stdout
+    assert "has not ended: as far as its records go" in done.stdout, done.stdout
+    assert done.returncode == 0
+
+
+def test_a_3d_run_with_its_images_and_frames_is_verified(camera_sweep: Path, tmp_path: Path):
+    done = foundry("verify", str(camera_sweep), "--frames", "--workers", "1", cwd=tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
+    copy = Path(shutil.copytree(camera_sweep, tmp_path / "copy"))
+    image = runs(copy)[0].path / "images" / "step_0002.png"
+    image.write_bytes(image.read_bytes() + b"\0")
+    done = foundry("verify", str(copy), "--workers", "1", cwd=tmp_path)
+    assert done.returncode == 3 and "images/step_0002.png: SHA-256" in done.stdout
+
+
+def test_an_error_that_ended_a_run_is_expected_again(tmp_path: Path):
+    sweep = play(tmp_path, "model=scripted/random", "world.agents=2", "world.steps=1", "analyze=false")
+    (run,) = runs(sweep)
+    edited(run.path / "run.json", '"status": "complete"', '"status": "failed"')
+    edited(run.path / "run.json", '"error": null', '"error": "out of luck"')
+    done = foundry("verify", str(sweep), cwd=tmp_path)
+    assert done.returncode == 0 and "failed after 1 steps: out of luck" in done.stdout
