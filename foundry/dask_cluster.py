@@ -14,6 +14,7 @@ from joblib._dask import DaskDistributedBackend
 
 from foundry import provenance
 from foundry.errors import FoundryError, InputError
+from foundry.models.answers import is_database
 
 CONNECT_S = 10
 _INSTALL = "pip install 'foundry[dask]'"
@@ -111,3 +112,31 @@ def _same_versions() -> str:
 def site(file: str) -> Site:
     """Return what this process is; called on the workers."""
     return Site(provenance.versions(), socket.gethostname(), Path(file).exists())
+
+
+def check_cache(sites: Mapping[str, Site], cache: str) -> None:
+    """Refuse a cache in a file where several machines would write to it.
+
+    Raises:
+        InputError: it is one.
+    """
+    hosts = {site.host for site in sites.values()} | {socket.gethostname()}
+    if len(hosts) > 1 and not is_database(cache):
+        raise InputError(
+            f"The answer cache '{cache}' is a file, which {len(hosts)} machines cannot share: "
+            "set cache=postgresql://HOST/DATABASE."
+        )
+
+
+def check_folder(sites: Mapping[str, Site], folder: Path) -> None:
+    """Refuse a sweep's folder that not all workers see.
+
+    Raises:
+        InputError: one does not.
+    """
+    blind = sorted(worker for worker, site in sites.items() if not site.sees)
+    if blind:
+        raise InputError(
+            f"Worker {blind[0]} does not see '{folder}': put output.dir where all workers see it, "
+            "or send the runs to a URL with runner.remote=URL."
+        )

@@ -78,12 +78,13 @@ class RunFolder:
         self.replay_dir = sweep_path / "analysis" / "replay" / run.id
 
     def config(self) -> dict[str, Any]:
-        """Return the effective configuration; a scene that came with the sweep is named by its file here."""
+        """Return the effective configuration; a scene that came with the sweep is read from its folder."""
         config = self._sweep.config(self.run)
         scene = config["world"].get("scene") if isinstance(config.get("world"), Mapping) else None
         if not self._scenes or not isinstance(scene, Mapping) or scene.get("asset") not in self._scenes:
             return config
-        return {**config, "world": {**config["world"], "scene": {**scene, "asset": self._scenes[scene["asset"]]}}}
+        here = {"asset": self._scenes[scene["asset"]], "root": str(self.path.parent.parent)}
+        return {**config, "world": {**config["world"], "scene": {**scene, **here}}}
 
     def pictures(self) -> list[str]:
         """Return the names of the kept frames and images, relative to the run's folder."""

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import socket
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
 import joblib
 
-from foundry.dask_cluster import DaskBackend, Site, WorkersLost, connected, survey
-from foundry.errors import InputError
+from foundry.dask_cluster import DaskBackend, WorkersLost, check_cache, check_folder, connected, survey
 from foundry.lane import LaneSpec
 from foundry.lane_process import LaneProcess
 from foundry.lanes import Lanes
-from foundry.models.answers import is_database
 from foundry.remote import RemoteSweep
 from foundry.remote_runs import RemoteRuns, play_chunk
 from foundry.runner import PlayPhase, Runner, SweepJob, SweepStopped, raise_if_stopped, workers_for
@@ -51,9 +48,10 @@ class DaskRunner(Runner):
         remote = RemoteSweep.open(self._remote) if self._remote else None
         with connected(self._address) as client:
             sites = survey(client, self._address, job.folder.path / SWEEP_FILE)
-            _check_cache(sites, job)
+            if any(is_served(condition.config["model"]) for condition in folder.sweep.conditions):
+                check_cache(sites, job.cache)
             if remote is None:
-                _check_shared(sites, job)
+                check_folder(sites, job.folder.path)
                 yield functools.partial(self._play, client, job)
             else:
                 runs = RemoteRuns(job.folder, remote)
@@ -118,23 +116,3 @@ def _parallel(client: Any, tasks: Iterable[Any], at_once: int | str) -> Iterator
 
 def _first(causes: Iterable[str | None]) -> str | None:
     return next(filter(None, list(causes)), None)
-
-
-def _check_cache(sites: Mapping[str, Site], job: SweepJob) -> None:
-    """Refuse a cache in a file where several machines would write to it."""
-    served = any(is_served(condition.config["model"]) for condition in job.folder.sweep.conditions)
-    hosts = {site.host for site in sites.values()} | {socket.gethostname()}
-    if served and len(hosts) > 1 and not is_database(job.cache):
-        raise InputError(
-            f"The answer cache '{job.cache}' is a file, which {len(hosts)} machines cannot share: "
-            "set cache=postgresql://HOST/DATABASE."
-        )
-
-
-def _check_shared(sites: Mapping[str, Site], job: SweepJob) -> None:
-    blind = sorted(worker for worker, site in sites.items() if not site.sees)
-    if blind:
-        raise InputError(
-            f"Worker {blind[0]} does not see '{job.folder.path}': put output.dir where all workers see it, "
-            "or send the runs to a URL with runner.remote=URL."
-        )

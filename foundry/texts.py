@@ -15,7 +15,7 @@ def without_surrogates(text: str) -> str:
 
 
 def visible(text: str) -> str:
-    """Return the text with characters that command a terminal or turn its writing around written out, as `\\x1b`."""
+    r"""Return the text with characters that command a terminal or turn its writing around written out, as `\\x1b`."""
     return "".join(_written_out(one) if _commands(one) else one for one in text)
 
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from foundry.errors import not_found
+from foundry.errors import RecordError, not_found
 from foundry.records import RunSummary
 from foundry.store import RunFolder, SweepFolder, sweeps_in
-from foundry.sweep import slug
 from viewer.lines import StepLines
 from viewer.run_view import UNDECIDED
 from viewer.standing import RUNNING, standing
@@ -163,18 +163,35 @@ class Catalog:
         self._kept: dict[Path, CatalogedSweep] = {}
         self.sweeps()
 
+    @property
+    def unreadable(self) -> list[str]:
+        """Why sweeps that are there cannot be shown, one line each."""
+        return list(self._unreadable.values())
+
     def sweeps(self) -> list[CatalogedSweep]:
         """Return the sweeps that are there now.
 
         Raises:
             InputError: there is none.
-            RecordError: a sweep cannot be read.
+            RecordError: none of them can be read.
         """
         paths = sweeps_in(self.root)
+        self._unreadable: dict[Path, str] = {}
         for path in paths:
             if path not in self._kept:
-                self._kept[path] = CatalogedSweep(self._free_id(path), self._name(path), SweepFolder.open(path))
-        return [self._kept[path] for path in paths]
+                self._open(path)
+        readable = [self._kept[path] for path in paths if path in self._kept]
+        if not readable:
+            raise RecordError(self.unreadable[0])
+        return readable
+
+    def _open(self, path: Path) -> None:
+        try:
+            folder = SweepFolder.open(path)
+        except RecordError as error:
+            self._unreadable[path] = str(error)
+        else:
+            self._kept[path] = CatalogedSweep(self._free_id(path), self._name(path), folder)
 
     def sweep(self, name: str) -> CatalogedSweep:
         """Return a sweep by its id, or raise InputError."""
@@ -195,9 +212,14 @@ class Catalog:
         return path.resolve().relative_to(root.parent if path == self.root else root).as_posix()
 
     def _free_id(self, path: Path) -> str:
-        base, taken = slug(self._name(path), 60), {one.id for one in self._kept.values()}
+        base, taken = _address(self._name(path)), {one.id for one in self._kept.values()}
         names = (base, *(f"{base}-{number}" for number in range(2, len(taken) + 3)))
         return next(name for name in names if name not in taken)
+
+
+def _address(name: str) -> str:
+    """Return a name that needs no escaping in an address and is no longer than a file's name may be."""
+    return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[-80:].strip("-") or "sweep"
 
 
 def _first_of_each_signature(measures: list[str]) -> list[str]:

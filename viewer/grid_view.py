@@ -61,14 +61,20 @@ class GridView(RunView):
             "last": last,
             "x": [row.x for row in rows] + [row.x_next for row in final],
             "y": [row.y for row in rows] + [row.y_next for row in final],
-            "action": [_DIRECTION_CODES[row.direction] for row in rows],
+            "action": [self._code(_DIRECTION_CODES, row.direction, row) for row in rows],
             "outcome": [_OUTCOME_CODES[row.outcome] for row in rows],
             "message_outcome": [_OUTCOME_CODES[row.message_outcome] for row in rows],
             "flags": [_flags(row) for row in rows],
-            "place": [-1 if row.place is None else self._places[row.place] for row in rows],
+            "place": [-1 if row.place is None else self._code(self._places, row.place, row) for row in rows],
             "links": links,
             "deliveries": self._deliveries(first, last),
         }
+
+    def _code(self, codes: Mapping[Any, int], name: str | None, row: GridStep) -> int:
+        if name not in codes:
+            known = ", ".join(str(one) for one in codes)
+            raise RecordError(f"{self.steps.path}: step {row.step}, agent {row.agent}: '{name}' is none of {known}.")
+        return codes[name]
 
     def marks(self, first: int, last: int) -> dict[str, list[int]]:
         """Return, by step, how many decisions were undecided or repaired, how many spoke and how many moved."""

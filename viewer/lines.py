@@ -57,23 +57,26 @@ class StepLines:
 
     def counts(self, first: int, last: int) -> dict[int, int]:
         """Return how many lines there are of each step from `first` to `last`, of those that have any."""
-        a, b = bisect_left(self._steps, first), bisect_right(self._steps, last)
-        return dict(zip(self._steps[a:b], self._counts[a:b], strict=True))
+        with self._lock:
+            a, b = bisect_left(self._steps, first), bisect_right(self._steps, last)
+            return dict(zip(self._steps[a:b], self._counts[a:b], strict=True))
 
     @property
     def last(self) -> tuple[int, int]:
         """The last step that has a line, and how many it has; (0, 0) when there is none."""
-        return (self._steps[-1], self._counts[-1]) if self._steps else (0, 0)
+        with self._lock:
+            return (self._steps[-1], self._counts[-1]) if self._steps else (0, 0)
 
     def read(self, first: int, last: int) -> bytes:
         """Return the lines of the steps from `first` to `last`, as they are."""
-        a, b = bisect_left(self._steps, first), bisect_right(self._steps, last)
-        if a == b:
-            return b""
-        end = self._starts[b] if b < len(self._starts) else self._end
+        with self._lock:
+            a, b = bisect_left(self._steps, first), bisect_right(self._steps, last)
+            if a == b:
+                return b""
+            start, end = self._starts[a], self._starts[b] if b < len(self._starts) else self._end
         with self.path.open("rb") as file:
-            file.seek(self._starts[a])
-            return file.read(end - self._starts[a])
+            file.seek(start)
+            return file.read(end - start)
 
     def _index(self, block: bytes) -> None:
         """Add a block of whole lines; the first line of each step is found by bisection."""

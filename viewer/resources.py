@@ -78,7 +78,8 @@ class Resources:
         kind, *rest = address.split("/")
         if kind == "sweeps" and not rest:
             with self._lock:
-                return Resource(_ENCODE({"sweeps": self.catalog.overview()}))
+                sweeps = self.catalog.overview()
+                return Resource(_ENCODE({"sweeps": sweeps, "unreadable": self.catalog.unreadable}))
         if kind == "sweep" and rest:
             with self._lock:
                 return Resource(_ENCODE(self._of_sweep(self.catalog.sweep(rest[0]), rest[1:])))
@@ -123,8 +124,11 @@ class Resources:
         """Return the scene of a run as GLB; None when its world has none. Two pages must not make it at once."""
         from viewer.scene_export import kept_scene_glb
 
-        with self._scene_lock:
-            return kept_scene_glb(view.folder)
+        try:
+            with self._scene_lock:
+                return kept_scene_glb(view.folder)
+        except OSError as error:
+            raise InputError(f"The scene cannot be kept in the sweep's folder: {error}") from error
 
 
 def _numbers(texts: list[str]) -> list[int]:

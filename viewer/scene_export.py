@@ -90,7 +90,7 @@ def scene_glb(run_config: Mapping[str, Any], *, sha256: str | None = None) -> by
     from foundry.worlds.usd.locating import find_asset
     from foundry.worlds.usd.stage import load_scene
 
-    scene = load_scene(find_asset(str(asset["asset"])), exclude=tuple(asset["exclude"]))
+    scene = load_scene(find_asset(str(asset["asset"])), exclude=tuple(asset["exclude"]), root=asset.get("root"))
     if sha256 is not None and scene.sha256 != sha256:
         raise InputError(
             f"Scene '{scene.source}' is not the one of the run (SHA-256 {scene.sha256[:12]}, in the records "

@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote, urlsplit
 
 import msgspec
@@ -48,6 +49,7 @@ class ViewServer(ThreadingHTTPServer):
     """
 
     daemon_threads = True
+    request_queue_size = 64
 
     def __init__(self, root: Path, *, host: str = LOOPBACK, port: int = 0) -> None:
         self.resources = Resources(root)
@@ -70,6 +72,11 @@ class ViewServer(ThreadingHTTPServer):
         """Stop listening."""
         super().server_close()
         self.resources.close()
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say nothing of a page that was closed while it was answered."""
+        if not isinstance(sys.exception(), ConnectionError):
+            super().handle_error(request, client_address)
 
     def knows(self, host: str) -> bool:
         """Return whether a Host header names this server; other names are a foreign page's (DNS rebinding)."""
@@ -100,6 +107,8 @@ class _Handler(BaseHTTPRequestHandler):
     server_version = "foundry"
     sys_version = ""
     timeout = 60
+    wbufsize = -1  # a head and its body in one packet: two would each wait for the browser to confirm the first
+    disable_nagle_algorithm = True
 
     def do_GET(self) -> None:
         self._answer()

@@ -80,7 +80,7 @@ def run_baselines(path: Path) -> None:
     if not sweep.runs:
         print(f"{path} compares every baseline itself")
         return
-    settings = {**opened.settings, "analyze": False, "record": {"frames": 0}}
+    settings = {**opened.settings, "analyze": False, "view": None, "record": {"frames": 0}}
     run_folder(SweepFolder.create(opened.baselines_dir, sweep, settings, []), settings, check(sweep))
 
 

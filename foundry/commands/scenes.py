@@ -33,6 +33,7 @@ def scene(
     path: Annotated[Path, typer.Argument(help="A USD file.", show_default=False)],
     out: Annotated[Path, typer.Option(help="The picture's file.")] = Path("shot.png"),
     exclude: Annotated[list[str] | None, typer.Option(help="Leave out prims: a pattern such as /World/Earth*.")] = None,
+    root: Annotated[Path | None, typer.Option(help="Let the scene read all below this folder, not its own.")] = None,
     pose: Annotated[
         str | None, typer.Option(help="x,y,z,yaw,pitch of the eye, metres and degrees; else an overview.")
     ] = None,
@@ -44,8 +45,8 @@ def scene(
     if what not in ("info", "shot"):
         raise not_found("Subcommand of scene", what, ("info", "shot"))
     if what == "info":
-        for line in describe_scene(path, exclude or []):
+        for line in describe_scene(path, exclude or [], root):
             print(for_screen(line))
         return
-    out.write_bytes(shoot_scene(path, exclude or [], pose))
+    out.write_bytes(shoot_scene(path, exclude or [], pose, root))
     print(f"wrote {out}")

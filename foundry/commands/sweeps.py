@@ -21,6 +21,7 @@ from foundry.commands.application import (
     console,
     fail,
 )
+from foundry.commands.view import check_view, watched
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
@@ -52,6 +53,7 @@ def run_composed(composed: Composed, prepare: Callable[[SweepFolder], None] = la
     from foundry.preflight import check
     from foundry.store import SweepFolder, ensure_writable, fresh_folder
 
+    check_view(composed.settings["view"])
     sweep = sweep_of(composed)
     infos = check(sweep)
     asked = composed.settings["output"]["dir"]
@@ -95,7 +97,7 @@ def run_folder(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], 
     screen = console()
     print(f"{len(folder.runs())} runs in {folder.path}")
     try:
-        with ProgressDisplay(folder, screen):
+        with watched(folder.path, settings.get("view")), ProgressDisplay(folder, screen):
             runner.run(job)
     except SweepInterrupted:
         _report_end(folder)

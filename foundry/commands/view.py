@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -32,6 +34,31 @@ def view(
         _export(root, export)
     else:
         _serve(root, host=host, port=port, browser=browser)
+
+
+def check_view(asked: object) -> None:
+    """Refuse a setting `view` that is not known, before anything is written.
+
+    Raises:
+        InputError: it is neither null nor live.
+    """
+    if asked not in (None, "live"):
+        raise InputError(f"view={asked} is neither null nor live: add view=live to watch, or look with: foundry view.")
+
+
+@contextmanager
+def watched(folder: Path, asked: object) -> Iterator[None]:
+    """Serve the page of a sweep while it runs, if asked."""
+    if asked is None:
+        yield
+        return
+    from viewer.live import serve_live
+    from viewer.server import open_in_browser
+
+    with serve_live(folder) as url:
+        print(f"watch at {url}", flush=True)
+        open_in_browser(url)
+        yield
 
 
 def _newest() -> Path:

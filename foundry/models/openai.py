@@ -126,7 +126,8 @@ class OpenAIModel(ServedModel):
     def longest_reply(self) -> int | None:
         """The option `max_completion_tokens` or `max_tokens`."""
         options = self.settings.options
-        return options.get("max_completion_tokens", options.get("max_tokens"))
+        limit = options.get("max_completion_tokens", options.get("max_tokens"))
+        return None if limit is None else int(limit)
 
     @property
     def context_length(self) -> int | None:

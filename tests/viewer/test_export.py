@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -19,38 +18,43 @@ def exported(made_up: SweepFolder, tmp_path_factory: pytest.TempPathFactory) -> 
     return export(made_up.path, tmp_path_factory.mktemp("export") / "page")
 
 
-@contextmanager
-def opened(exported: Exported, address: str, **options: Any) -> Iterator[Any]:
-    with browser_page(**options) as page:
-        page.set_default_timeout(8000)
-        page.goto(f"{exported.page.as_uri()}#/{address}")
-        yield page
+@pytest.fixture(scope="module")
+def page() -> Iterator[Any]:
+    with browser_page() as shared:
+        shared.set_default_timeout(8000)
+        yield shared
 
 
-def test_the_exported_page_works_without_a_server(exported: Exported, made_up: SweepFolder):
-    with opened(exported, "") as page:
-        page.wait_for_selector("[data-sort='idle_rate.share']")
-        page.click(f"text={made_up.runs()[0].id}")
-        page.wait_for_function("() => document.querySelector('.where')?.textContent.startsWith('step 1 of')")
-        page.wait_for_function("() => Foundry.page.data.marked === 6")
-        page.keyboard.press("x")
-        page.keyboard.press("x")
-        page.keyboard.press("]")
-        page.wait_for_selector("details[data-kind=action] .prompt")
-        assert page.text_content(".where") == f"step 4 of {STEPS}"
-        assert "You are Agent 0 (female) at step 4" in page.text_content("details[data-kind=action] .prompt")
+def go(page: Any, exported: Exported, address: str) -> None:
+    page.goto("about:blank")
+    page.goto(f"{exported.page.as_uri()}#/{address}")
 
 
-def test_the_exported_page_never_runs_what_a_model_wrote(exported: Exported, made_up: SweepFolder):
-    with opened(exported, f"run/made-up/{made_up.runs()[1].id}?step=2&agent=1") as page:
-        page.wait_for_selector("details[data-kind=action] .reply", state="attached")
-        assert "<script>window.hacked" in page.text_content("details[data-kind=action] .reply")
-        assert page.evaluate("() => window.hacked") is None
+def test_the_exported_page_works_without_a_server(page: Any, exported: Exported, made_up: SweepFolder):
+    go(page, exported, "")
+    page.wait_for_selector("[data-sort='idle_rate.share']")
+    page.click(f"text={made_up.runs()[0].id}")
+    page.wait_for_function("() => document.querySelector('.where')?.textContent.startsWith('step 1 of')")
+    page.wait_for_function("() => Foundry.page.data.marked === 6")
+    page.keyboard.press("x")
+    page.keyboard.press("x")
+    page.keyboard.press("]")
+    page.wait_for_selector("details[data-kind=action] .prompt")
+    assert page.text_content(".where") == f"step 4 of {STEPS}"
+    assert "You are Agent 0 (female) at step 4" in page.text_content("details[data-kind=action] .prompt")
+
+
+def test_the_exported_page_never_runs_what_a_model_wrote(page: Any, exported: Exported, made_up: SweepFolder):
+    go(page, exported, f"run/made-up/{made_up.runs()[1].id}?step=2&agent=1")
+    page.wait_for_selector("details[data-kind=action] .reply", state="attached")
+    assert "<script>window.hacked" in page.text_content("details[data-kind=action] .reply")
+    assert page.evaluate("() => window.hacked") is None
 
 
 def test_the_exported_page_forbids_inline_and_foreign_scripts(exported: Exported):
     refused = ("violates the following Content Security Policy", "ERR_", "Failed to load", "Refused to")
-    with opened(exported, "", allowed_errors=refused) as page:
+    with browser_page(allowed_errors=refused) as page:
+        go(page, exported, "")
         page.wait_for_selector("tbody tr")
         page.evaluate(
             """() => {
@@ -69,11 +73,11 @@ def test_the_exported_page_forbids_inline_and_foreign_scripts(exported: Exported
         assert page.evaluate("() => window.hacked") is None
 
 
-def test_runs_are_compared_without_a_server(exported: Exported, made_up: SweepFolder):
+def test_runs_are_compared_without_a_server(page: Any, exported: Exported, made_up: SweepFolder):
     runs = made_up.runs()
-    with opened(exported, f"compare/made-up/{runs[0].id}/{runs[2].id}") as page:
-        page.wait_for_selector(".verdict .go")
-        assert "First message that differs: step 4" in page.text_content(".verdict")
+    go(page, exported, f"compare/made-up/{runs[0].id}/{runs[2].id}")
+    page.wait_for_selector(".verdict .go")
+    assert "First message that differs: step 4" in page.text_content(".verdict")
 
 
 def test_an_export_says_what_it_wrote(exported: Exported):

@@ -16,13 +16,26 @@ from viewer.server import ViewServer
 PLAYER_READY = "() => window.Foundry && Foundry.page && Foundry.page.clock && Foundry.page.clock.steps > 0"
 
 
+@pytest.fixture(scope="module")
+def page() -> Iterator[Any]:
+    """One page for all tests that need no other size or tones: a new one costs more than most tests."""
+    with browser_page() as shared:
+        shared.set_default_timeout(8000)
+        yield shared
+
+
+def go(page: Any, server: ViewServer, address: str) -> None:
+    page.goto("about:blank")
+    page.goto(f"{server.url}#/{address}")
+    if address.startswith(("run", "compare")):
+        page.wait_for_function(PLAYER_READY)
+
+
 @contextmanager
 def opened(server: ViewServer, address: str, **options: Any) -> Iterator[Any]:
     with browser_page(**options) as page:
         page.set_default_timeout(8000)
-        page.goto(f"{server.url}#/{address}")
-        if address.startswith(("run", "compare")):
-            page.wait_for_function(PLAYER_READY)
+        go(page, server, address)
         yield page
 
 
@@ -38,38 +51,38 @@ def wait_where(page: Any, text: str) -> None:
     page.wait_for_function("text => document.querySelector('.where').textContent === text", arg=text)
 
 
-def test_the_overview_lists_sorts_and_filters_the_runs(server: ViewServer, made_up: SweepFolder):
-    with opened(server, "") as page:
-        page.wait_for_selector("[data-sort='idle_rate.share']")
-        rows = page.locator("tbody tr")
-        assert rows.count() == 4
-        page.click("[data-sort='idle_rate.share']")
-        assert rows.first.get_attribute("data-run") == made_up.runs()[1].id
-        page.click("[data-sort='idle_rate.share']")
-        assert rows.first.get_attribute("data-run") == made_up.runs()[0].id
-        assert page.locator("th[aria-sort=descending]").count() == 1
-        page.fill("[aria-label='Filter runs']", "first")
-        assert rows.count() == 2
-        page.fill("[aria-label='Filter runs']", "")
-        page.select_option("[data-filter=status]", "failed")
-        assert rows.count() == 1
-        assert "the server is gone <b>for good</b>" in page.text_content(".failures")
-        assert page.locator(".report a").get_attribute("href") == "files/made-up/report.html"
+def test_the_overview_lists_sorts_and_filters_the_runs(page: Any, server: ViewServer, made_up: SweepFolder):
+    go(page, server, "")
+    page.wait_for_selector("[data-sort='idle_rate.share']")
+    rows = page.locator("tbody tr")
+    assert rows.count() == 4
+    page.click("[data-sort='idle_rate.share']")
+    assert rows.first.get_attribute("data-run") == made_up.runs()[1].id
+    page.click("[data-sort='idle_rate.share']")
+    assert rows.first.get_attribute("data-run") == made_up.runs()[0].id
+    assert page.locator("th[aria-sort=descending]").count() == 1
+    page.fill("[aria-label='Filter runs']", "first")
+    assert rows.count() == 2
+    page.fill("[aria-label='Filter runs']", "")
+    page.select_option("[data-filter=status]", "failed")
+    assert rows.count() == 1
+    assert "the server is gone <b>for good</b>" in page.text_content(".failures")
+    assert page.locator(".report a").get_attribute("href") == "files/made-up/report.html"
 
 
-def test_a_run_is_played_paused_stepped_and_scrubbed(server: ViewServer, made_up: SweepFolder):
-    with opened(server, run_address(made_up)) as page:
-        assert where(page) == f"step 1 of {STEPS}"
-        page.select_option("[aria-label^=Speed]", "30")
-        page.click("[data-do=play]")
-        wait_where(page, f"after step {STEPS} of {STEPS}")
-        page.click("[aria-label='First step']")
-        page.click("[aria-label='Step on']")
-        assert where(page) == f"step 2 of {STEPS}"
-        page.locator(".scrub").fill("5")
-        assert where(page) == f"step 5 of {STEPS}"
-        page.mouse.click(*middle_of(page, ".marks"))
-        assert where(page) == f"step 4 of {STEPS}"
+def test_a_run_is_played_paused_stepped_and_scrubbed(page: Any, server: ViewServer, made_up: SweepFolder):
+    go(page, server, run_address(made_up))
+    assert where(page) == f"step 1 of {STEPS}"
+    page.select_option("[aria-label^=Speed]", "30")
+    page.click("[data-do=play]")
+    wait_where(page, f"after step {STEPS} of {STEPS}")
+    page.click("[aria-label='First step']")
+    page.click("[aria-label='Step on']")
+    assert where(page) == f"step 2 of {STEPS}"
+    page.locator(".scrub").fill("5")
+    assert where(page) == f"step 5 of {STEPS}"
+    page.mouse.click(*middle_of(page, ".marks"))
+    assert where(page) == f"step 4 of {STEPS}"
 
 
 def middle_of(page: Any, selector: str) -> tuple[float, float]:
@@ -77,57 +90,55 @@ def middle_of(page: Any, selector: str) -> tuple[float, float]:
     return box["x"] + box["width"] / 2 + 2, box["y"] + box["height"] / 2
 
 
-def test_the_keyboard_moves_in_time_and_between_agents(server: ViewServer, made_up: SweepFolder):
-    with opened(server, run_address(made_up)) as page:
-        page.wait_for_function("() => Foundry.page.data.marked === 6")
-        for key, step in [
-            ("x", 3),
-            ("x", 4),
-            ("Shift+X", 3),
-            ("m", 4),
-            ("f", 5),
-            ("Home", 1),
-            ("ArrowRight", 2),
-            ("ArrowLeft", 1),
-        ]:
-            page.keyboard.press(key)
-            assert where(page) == f"step {step} of {STEPS}", key
-        page.keyboard.press("End")
-        assert where(page) == f"after step {STEPS} of {STEPS}"
-        page.keyboard.press(" ")
-        page.wait_for_function("() => Foundry.page.clock.playing")
-        page.keyboard.press(" ")
-        page.keyboard.press("]")
-        page.keyboard.press("]")
-        assert page.input_value("[aria-label=Agent]") == "1"
-        page.keyboard.press("Escape")
-        assert page.input_value("[aria-label=Agent]") == ""
+def test_the_keyboard_moves_in_time_and_between_agents(page: Any, server: ViewServer, made_up: SweepFolder):
+    go(page, server, run_address(made_up))
+    page.wait_for_function("() => Foundry.page.data.marked === 6")
+    for key, step in [
+        ("x", 3),
+        ("x", 4),
+        ("Shift+X", 3),
+        ("m", 4),
+        ("f", 5),
+        ("Home", 1),
+        ("ArrowRight", 2),
+        ("ArrowLeft", 1),
+    ]:
+        page.keyboard.press(key)
+        assert where(page) == f"step {step} of {STEPS}", key
+    page.keyboard.press("End")
+    assert where(page) == f"after step {STEPS} of {STEPS}"
+    page.keyboard.press(" ")
+    page.wait_for_function("() => Foundry.page.clock.playing")
+    page.keyboard.press(" ")
+    page.keyboard.press("]")
+    page.keyboard.press("]")
+    assert page.input_value("[aria-label=Agent]") == "1"
+    page.keyboard.press("Escape")
+    assert page.input_value("[aria-label=Agent]") == ""
 
 
-def test_a_clicked_agent_shows_its_prompts_replies_and_outcome(server: ViewServer, made_up: SweepFolder):
-    with opened(server, run_address(made_up, rest="?step=4")) as page:
-        page.wait_for_function("() => Foundry.page.grid.spots")
-        box = page.locator("canvas.grid").bounding_box()
-        x, y = page.evaluate("() => Foundry.page.grid.spots[0]")
-        page.mouse.click(box["x"] + x, box["y"] + y)
-        page.wait_for_selector(".inspector .is-unreadable")
-        assert "gender: female" in page.text_content(".persona")
-        call = page.locator("details[data-kind=action]")
-        assert call.get_attribute("open") is not None, "the call that failed is open"
-        assert "You are Agent 0 (female) at step 4" in call.locator(".prompt").text_content()
-        assert call.locator(".reply").text_content() == 'action: {"action": "move"}'
-        assert page.locator("details[data-kind=message]").get_attribute("open") is None
-        page.wait_for_function("() => location.hash.endsWith('?step=4&agent=0')")
+def test_a_clicked_agent_shows_its_prompts_replies_and_outcome(page: Any, server: ViewServer, made_up: SweepFolder):
+    go(page, server, run_address(made_up, rest="?step=4"))
+    page.wait_for_function("() => Foundry.page.grid.spots")
+    box = page.locator("canvas.grid").bounding_box()
+    x, y = page.evaluate("() => Foundry.page.grid.spots[0]")
+    page.mouse.click(box["x"] + x, box["y"] + y)
+    page.wait_for_selector(".inspector .is-unreadable")
+    assert "gender: female" in page.text_content(".persona")
+    call = page.locator("details[data-kind=action]")
+    assert call.get_attribute("open") is not None, "the call that failed is open"
+    assert "You are Agent 0 (female) at step 4" in call.locator(".prompt").text_content()
+    assert call.locator(".reply").text_content() == 'action: {"action": "move"}'
+    assert page.locator("details[data-kind=message]").get_attribute("open") is None
+    page.wait_for_function("() => location.hash.endsWith('?step=4&agent=0')")
 
 
-def test_the_grid_is_described_in_words(server: ViewServer, made_up: SweepFolder):
-    with opened(server, run_address(made_up, rest="?step=2")) as page:
-        page.wait_for_function(
-            "() => document.querySelector('canvas.grid').ariaLabel?.includes('2 in cafe (capacity 1)')"
-        )
-        assert "1 messages delivered. No fire." in page.get_attribute("canvas.grid", "aria-label")
-        page.keyboard.press("f")
-        page.wait_for_function("() => document.querySelector('#announcer').textContent.includes('Burning: fire1')")
+def test_the_grid_is_described_in_words(page: Any, server: ViewServer, made_up: SweepFolder):
+    go(page, server, run_address(made_up, rest="?step=2"))
+    page.wait_for_function("() => document.querySelector('canvas.grid').ariaLabel?.includes('2 in cafe (capacity 1)')")
+    assert "1 messages delivered. No fire." in page.get_attribute("canvas.grid", "aria-label")
+    page.keyboard.press("f")
+    page.wait_for_function("() => document.querySelector('#announcer').textContent.includes('Burning: fire1')")
 
 
 def test_texts_of_a_model_are_shown_and_never_run(server: ViewServer, made_up: SweepFolder):
@@ -136,7 +147,8 @@ def test_texts_of_a_model_are_shown_and_never_run(server: ViewServer, made_up: S
         page.click("details[data-kind=action] summary")
         shown = page.text_content("details[data-kind=action] .reply")
         assert "<script>window.hacked = 1</script><img src=x onerror=" in shown
-        assert "nul:\u2400:" in shown
+        assert "[U+202E]gnirts desrever" in shown
+        assert "nul:[U+0000]:" in shown
         page.fill("[aria-label='Search in messages']", "onerror")
         page.keyboard.press("Enter")
         page.wait_for_selector(".found li")
@@ -145,47 +157,47 @@ def test_texts_of_a_model_are_shown_and_never_run(server: ViewServer, made_up: S
         assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth"), "no text widens the page"
 
 
-def test_messages_are_found_and_gone_to(server: ViewServer, made_up: SweepFolder):
-    with opened(server, run_address(made_up)) as page:
-        page.keyboard.press("/")
-        page.keyboard.type("HELLO from step 4")
-        page.keyboard.press("Enter")
-        page.click(".found button")
-        assert where(page) == f"step 4 of {STEPS}"
-        assert page.input_value("[aria-label=Agent]") == "1"
-        assert "1 found" in page.text_content(".search [role=status]")
+def test_messages_are_found_and_gone_to(page: Any, server: ViewServer, made_up: SweepFolder):
+    go(page, server, run_address(made_up))
+    page.keyboard.press("/")
+    page.keyboard.type("HELLO from step 4")
+    page.keyboard.press("Enter")
+    page.click(".found button")
+    assert where(page) == f"step 4 of {STEPS}"
+    assert page.input_value("[aria-label=Agent]") == "1"
+    assert "1 found" in page.text_content(".search [role=status]")
 
 
-def test_runs_side_by_side_show_where_they_part(server: ViewServer, made_up: SweepFolder):
+def test_runs_side_by_side_show_where_they_part(page: Any, server: ViewServer, made_up: SweepFolder):
     runs = made_up.runs()
-    with opened(server, f"compare/made-up/{runs[0].id}/{runs[2].id}") as page:
-        page.wait_for_selector(".verdict .go")
-        assert "First action or position that differs: step 3 (agent 2, 3)" in page.text_content(".verdict")
-        assert "First message that differs: step 4 (agent 1)" in page.text_content(".verdict")
-        page.click(".verdict .go >> nth=0")
-        page.click(".now >> text='3'")
-        page.wait_for_function("() => document.querySelector('.columns').textContent.includes('step 3 · agent 3')")
-        assert [
-            "move right" in page.locator(".column").nth(0).text_content(),
-            "move up" in page.locator(".column").nth(1).text_content(),
-        ] == [True, True]
-        page.keyboard.press("ArrowRight")
-        page.wait_for_function("() => document.querySelector('.now').textContent.startsWith('At step 4')")
-        assert page.locator(".panel").count() == 2
+    go(page, server, f"compare/made-up/{runs[0].id}/{runs[2].id}")
+    page.wait_for_selector(".verdict .go")
+    assert "First action or position that differs: step 3 (agent 2, 3)" in page.text_content(".verdict")
+    assert "First message that differs: step 4 (agent 1)" in page.text_content(".verdict")
+    page.click(".verdict .go >> nth=0")
+    page.click(".now >> text='3'")
+    page.wait_for_function("() => document.querySelector('.columns').textContent.includes('step 3 · agent 3')")
+    assert [
+        "move right" in page.locator(".column").nth(0).text_content(),
+        "move up" in page.locator(".column").nth(1).text_content(),
+    ] == [True, True]
+    page.keyboard.press("ArrowRight")
+    page.wait_for_function("() => document.querySelector('.now').textContent.startsWith('At step 4')")
+    assert page.locator(".panel").count() == 2
 
 
-def test_models_are_compared_on_a_seed_from_the_overview(server: ViewServer, made_up: SweepFolder):
+def test_models_are_compared_on_a_seed_from_the_overview(page: Any, server: ViewServer, made_up: SweepFolder):
     runs = made_up.runs()
-    with opened(server, "sweep/made-up") as page:
-        page.click("text=Compare the models on a seed")
-        page.wait_for_function(PLAYER_READY)
-        assert f"#/compare/made-up/{runs[0].id}/{runs[2].id}" in page.url
-        page.go_back()
-        for run in runs[:2]:
-            page.check(f"[aria-label='Compare {run.id}']")
-        page.click("a.button")
-        page.wait_for_function(PLAYER_READY)
-        assert "not the same seed" in page.text_content(".warning")
+    go(page, server, "sweep/made-up")
+    page.click("text=Compare the models on a seed")
+    page.wait_for_function(PLAYER_READY)
+    assert f"#/compare/made-up/{runs[0].id}/{runs[2].id}" in page.url
+    page.go_back()
+    for run in runs[:2]:
+        page.check(f"[aria-label='Compare {run.id}']")
+    page.click("a.button")
+    page.wait_for_function(PLAYER_READY)
+    assert "not the same seed" in page.text_content(".warning")
 
 
 def test_what_is_not_there_is_said_on_the_page(server: ViewServer):
@@ -196,10 +208,10 @@ def test_what_is_not_there_is_said_on_the_page(server: ViewServer):
         assert "Run 'nothing' not found" in page.text_content("[role=alert]")
 
 
-def test_a_failed_run_says_why(server: ViewServer, made_up: SweepFolder):
-    with opened(server, run_address(made_up, 3)) as page:
-        assert where(page) == "step 1 of 2"
-        assert "BackendError: the server is gone <b>for good</b>" in page.text_content(".heading .warning")
+def test_a_failed_run_says_why(page: Any, server: ViewServer, made_up: SweepFolder):
+    go(page, server, run_address(made_up, 3))
+    assert where(page) == "step 1 of 2"
+    assert "BackendError: the server is gone <b>for good</b>" in page.text_content(".heading .warning")
 
 
 @pytest.mark.parametrize("dark", [False, True])
@@ -230,17 +242,17 @@ CONTRASTS = """() => {
 }"""
 
 
-def test_the_jumps_are_about_the_chosen_agent(server: ViewServer, made_up: SweepFolder):
-    with opened(server, run_address(made_up, rest="?step=1")) as page:
-        page.wait_for_function("() => Foundry.page.data.marked === 6")
-        page.keyboard.press("x")
-        page.click("text=Step 3: repaired (1) >> xpath=following-sibling::p >> button")
-        page.wait_for_function("() => Foundry.page.ownMarks")
-        assert page.input_value("[aria-label=Agent]") == "2"
-        assert "of agent 2 alone" in page.text_content(".legend")
-        page.keyboard.press("x")
-        assert where(page) == f"step 3 of {STEPS}", "agent 2 has no later failure"
-        page.select_option("[aria-label=Agent]", "0")
-        page.wait_for_function("() => Foundry.page.ownMarks?.undecided[3] === 1")
-        page.click("[data-jump=failure]")
-        assert where(page) == f"step 4 of {STEPS}"
+def test_the_jumps_are_about_the_chosen_agent(page: Any, server: ViewServer, made_up: SweepFolder):
+    go(page, server, run_address(made_up, rest="?step=1"))
+    page.wait_for_function("() => Foundry.page.data.marked === 6")
+    page.keyboard.press("x")
+    page.click("text=Step 3: repaired (1) >> xpath=following-sibling::p >> button")
+    page.wait_for_function("() => Foundry.page.ownMarks")
+    assert page.input_value("[aria-label=Agent]") == "2"
+    assert "of agent 2 alone" in page.text_content(".legend")
+    page.keyboard.press("x")
+    assert where(page) == f"step 3 of {STEPS}", "agent 2 has no later failure"
+    page.select_option("[aria-label=Agent]", "0")
+    page.wait_for_function("() => Foundry.page.ownMarks?.undecided[3] === 1")
+    page.click("[data-jump=failure]")
+    assert where(page) == f"step 4 of {STEPS}"

@@ -39,6 +39,17 @@ def test_a_folder_of_sweeps_lists_them_newest_first_with_their_baselines(tmp_pat
     ]
 
 
+def test_a_sweep_that_cannot_be_read_hides_no_other(tmp_path: Path):
+    sweep(tmp_path / "good")
+    (tmp_path / "bad").mkdir()
+    (tmp_path / "bad" / "sweep.yaml").write_text("asked: [", encoding="utf-8")
+    found = ask(Resources(tmp_path), "sweeps")
+    assert [one["name"] for one in found["sweeps"]] == ["good"]
+    assert "bad" in found["unreadable"][0]
+    with pytest.raises(RecordError):
+        Resources(tmp_path / "bad")
+
+
 def test_sweeps_whose_names_become_alike_keep_addresses_of_their_own(tmp_path: Path):
     sweep(tmp_path / "a b")
     sweep(tmp_path / "a-b")

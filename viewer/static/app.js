@@ -52,10 +52,10 @@
   }
 
   async function sweepPage([wanted]) {
-    const {sweeps} = await foundry.source.json("sweeps");
+    const {sweeps, unreadable} = await foundry.source.json("sweeps");
     const sweep = sweeps.find((one) => one.id === wanted) || sweeps[0];
     crumbs([[sweep.name, null]]);
-    return new foundry.Overview(sweeps, sweep).open();
+    return new foundry.Overview(sweeps, sweep, unreadable).open();
   }
 
   async function show() {

@@ -4,6 +4,7 @@
   const {h, fill, badge, quote, number} = foundry.dom;
 
   const AGAIN_MS = 500;
+  const LISTED = 8;
 
   /** Load a script of this page's own folder once. */
   const loaded = new Map();
@@ -117,17 +118,18 @@
   }
 
   function decisionView(record) {
-    const seen = Object.entries(record.visible_px).sort((a, b) => b[1] - a[1]);
+    const seen = Object.entries(record.visible_px).sort((a, b) => b[1] - a[1]), more = seen.length - LISTED;
     return [
+      foundry.parts.facts([["outcome", badge(record.outcome)], ["command", command(record.command)], ["boundary", record.boundary || "none"]]),
+      h("h4", {}, "Reply"), quote(record.reply, "reply"),
+      record.notes.length ? [h("h4", {}, "Notes of the reading"), h("ul", {class: "told"}, record.notes.map((note) => h("li", {}, h("bdi", {}, note))))] : null,
       foundry.parts.facts([
-        ["outcome", badge(record.outcome)], ["command", command(record.command)], ["boundary", record.boundary || "none"],
         ["travelled", metres(record.travelled)], ["to the goal", `${metres(record.distance_before)} → ${metres(record.distance_to_goal)}`],
         ["target in view", `${number(record.target_visible_px)} px${record.line_of_sight ? ", line of sight" : ""}`],
         ["reached", record.success ? "yes" : "no"], ["model took", `${number(record.inference_s)} s`],
-        ["pose", pose(record.pose)], ["pose after", pose(record.pose_next)], ["in view", seen.map(([label, pixels]) => `${label} ${number(pixels)} px`).join(", ")],
+        ["pose", pose(record.pose)], ["pose after", pose(record.pose_next)],
+        ["in view", seen.slice(0, LISTED).map(([label, pixels]) => `${label} ${number(pixels)} px`).join(", ") + (more > 0 ? ` and ${more} more` : "")],
       ]),
-      h("h4", {}, "Reply"), quote(record.reply, "reply"),
-      record.notes.length ? [h("h4", {}, "Notes of the reading"), h("ul", {class: "told"}, record.notes.map((note) => h("li", {}, h("bdi", {}, note))))] : null,
     ];
   }
 
@@ -139,7 +141,7 @@
       this.body = h("div", {class: "decision"});
       this.asked = h("div", {class: "decision"});
       this.opened = new Set();
-      this.player = new foundry.Player({marks: () => data.marks, fires: [], kinds: ["failure", "boundary"],
+      this.player = new foundry.Player({marks: () => data.marks, fires: [], kinds: ["failure", "boundary"], signs: ["success"],
         summary: () => this.summary(), onKey: (key) => key === "/" && (this.search.focus(), true)});
       this.clock = this.player.clock;
       this.search = new foundry.Search(data, "Search in replies", (step) => { this.clock.pause(); this.clock.seek(step); });
@@ -156,7 +158,8 @@
 
     goal() {
       const {episode} = this.data.about;
-      return episode ? h("p", {class: "goal"}, "Find ", h("b", {}, h("bdi", {}, episode.target)), ` in ${episode.scene}; within ${number(episode.radius)} m counts as reached. Shortest way: ${metres(episode.shortest_m)}.`) : null;
+      return episode ? h("p", {class: "goal"}, "Find ", h("b", {}, h("bdi", {}, episode.target)),
+        ` in ${episode.scene}; within ${number(episode.radius)} m counts as reached. Shortest way: ${metres(episode.shortest_m)}.`) : null;
     }
 
     summary() {

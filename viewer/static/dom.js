@@ -3,12 +3,11 @@
 window.Foundry = window.Foundry || {};
 
 (function (foundry) {
-  const CONTROL = /[\u0000-\u0008\u000b\u000c\u000e-\u001f\u007f]/g;
+  const UNSEEN = /[\u0000-\u0008\u000b\u000c\u000e-\u001f\u007f-\u009f\u200e\u200f\u202a-\u202e\u2066-\u2069]/g;
 
-  /** Return text with control characters as visible signs; they are evidence, and must not vanish. */
+  /** Return text with control characters spelt out: they are evidence, and those that turn texts around can deceive. */
   function visible(text) {
-    return String(text).replace(CONTROL, (sign) =>
-      sign === "\u007f" ? "\u2421" : String.fromCharCode(0x2400 + sign.charCodeAt(0)));
+    return String(text).replace(UNSEEN, (sign) => `[U+${sign.charCodeAt(0).toString(16).toUpperCase().padStart(4, "0")}]`);
   }
 
   function setAttribute(element, name, value) {

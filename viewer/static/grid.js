@@ -67,12 +67,11 @@
     toX(x) { return this.width / 2 + (x - this.centre[0]) * this.cell; }
     toY(y) { return this.height / 2 - (y - this.centre[1]) * this.cell; }
 
-    /** Draw a step; `share` of it has gone by. Returns whether its records are there. */
+    /** Draw a step; `share` of it has gone by. Returns whether its records are there; until they are, the last picture stays, pale. */
     draw(step, share) {
-      this.step = step;
-      this.share = share;
       const chunk = step ? this.data.chunkAt(step) : null;
-      if (chunk) this.chunk = chunk;
+      this.element.classList.toggle("waits", step > 0 && chunk === null);
+      if (chunk || !this.chunk) Object.assign(this, {step, share, chunk});
       this.redraw();
       this.data.prefetch(step);
       return chunk !== null;
@@ -108,8 +107,10 @@
       const at = this.place(chunk, base);
       this.drawLinks(pen, chunk.links[step - chunk.first], at);
       this.drawTrack(pen);
+      const deliveries = this.share < FLIGHT ? chunk.deliveries[step - chunk.first] : [];
+      if (this.share === 0) this.drawDelivered(pen, deliveries, at);
       this.drawAgents(pen, chunk, base, at);
-      this.drawMessages(pen, chunk.deliveries[step - chunk.first], at);
+      if (this.share > 0) this.drawFlying(pen, deliveries, at, this.still.matches ? 0.5 : this.share / FLIGHT);
     }
 
     drawField(pen) {
@@ -316,22 +317,29 @@
       pen.textBaseline = "alphabetic";
     }
 
-    drawMessages(pen, deliveries, at) {
-      if (!deliveries.length || this.share >= FLIGHT) return;
-      const way = this.share / FLIGHT, {tones} = this;
+    /** Draw who told whom, before anything flies. */
+    drawDelivered(pen, deliveries, at) {
+      pen.beginPath();
+      for (let index = 0; index < deliveries.length; index += 2) {
+        pen.moveTo(...at[deliveries[index]]);
+        pen.lineTo(...at[deliveries[index + 1]]);
+      }
+      pen.strokeStyle = this.tones.talk;
+      pen.lineWidth = 1.5;
+      pen.globalAlpha = deliveries.length > 4000 ? 0.35 : 0.9;
+      pen.stroke();
+      pen.globalAlpha = 1;
+    }
+
+    /** Draw the messages after a share of their way. */
+    drawFlying(pen, deliveries, at, way) {
       pen.beginPath();
       for (let index = 0; index < deliveries.length; index += 2) {
         const a = at[deliveries[index]], b = at[deliveries[index + 1]];
-        if (way === 0 || this.still.matches) { pen.moveTo(a[0], a[1]); pen.lineTo(b[0], b[1]); continue; }
-        const x = a[0] + (b[0] - a[0]) * way, y = a[1] + (b[1] - a[1]) * way;
-        pen.rect(x - 3, y - 2, 6, 4);
+        pen.rect(a[0] + (b[0] - a[0]) * way - 3, a[1] + (b[1] - a[1]) * way - 2, 6, 4);
       }
-      pen.strokeStyle = tones.talk;
-      pen.fillStyle = tones.talk;
-      pen.lineWidth = 1.5;
-      pen.globalAlpha = deliveries.length > 4000 ? 0.35 : 0.9;
-      if (way === 0) pen.stroke(); else pen.fill();
-      pen.globalAlpha = 1;
+      pen.fillStyle = this.tones.talk;
+      pen.fill();
     }
 
     /** Return [what, agents] of the decisions of this step that are worth a look. */

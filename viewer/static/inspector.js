@@ -23,7 +23,8 @@
       call.thinking ? [h("h4", {}, "Thinking"), quote(call.thinking)] : null,
       attempts.length ? [h("h4", {}, "Tries that failed"), h("ul", {}, attempts.map((one) => h("li", {}, `${number(one.elapsed_s)} s: ${one.error}`)))] : null,
       h("h4", {}, "Prompt"), (call.messages || []).map((message) => [
-        h("p", {class: "role"}, message.role, message.images_sha256 ? ` · ${message.images_sha256.length} image(s) ${message.images_sha256.map((one) => one.slice(0, 12)).join(", ")}` : null),
+        h("p", {class: "role"}, message.role,
+          message.images_sha256 ? ` · ${message.images_sha256.length} image(s) ${message.images_sha256.map((one) => one.slice(0, 12)).join(", ")}` : null),
         quote(message.content, "prompt")]),
       facts([["model", call.model], ["host", call.host], ["sampling seed", String(call.seed)], ["times", seconds(call.timings)],
         ["tokens", `${number(call.prompt_tokens)} in, ${number(call.output_tokens)} out`],

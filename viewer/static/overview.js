@@ -6,7 +6,7 @@
   const OPEN = ["running", "unfinished", "waiting"];
 
   class Overview {
-    constructor(sweeps, sweep) {
+    constructor(sweeps, sweep, unreadable) {
       this.sweeps = sweeps;
       this.sweep = sweep;
       this.values = new Map();
@@ -16,7 +16,9 @@
       this.links = h("div", {class: "links"});
       this.compare = h("a", {class: "button", hidden: true}, "Compare");
       this.controls = h("div", {class: "controls"});
-      this.element = h("div", {class: "overview"}, this.heading(), this.state, this.links, this.failures, this.controls, this.table.element, this.table.pager);
+      this.element = h("div", {class: "overview"}, this.heading(),
+        unreadable.map((why) => h("p", {class: "warning"}, `Not shown: ${why}`)),
+        this.state, this.links, this.failures, this.controls, this.table.element, this.table.pager);
     }
 
     dispose() { this.disposed = true; }

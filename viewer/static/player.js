@@ -55,10 +55,11 @@
 
     legend() {
       const signs = {
-        message: ["talk", "▮", "messages"], fire: ["fire", "▏", "fire begins"], boundary: ["mended", "▮", "stopped or clamped"],
+        message: ["talk", "▮", "messages"], fire: ["fire", "▏", "fire begins"], boundary: ["mended", "▬", "stopped or clamped"],
+        success: ["good", "▬", "goal reached"],
         failure: ["bad", "▼", "no decision could be read, or the backend gave up"],
       };
-      const shown = [...this.options.kinds.map((kind) => signs[kind]), ["mended", "◆", "repaired"]];
+      const shown = [...this.options.kinds, ...(this.options.signs || [])].map((kind) => signs[kind]).concat([["mended", "◆", "repaired"]]);
       this.whose = h("b");
       return h("p", {class: "legend"}, this.whose, shown.map(([tone, sign, text]) =>
         h("span", {}, h("i", {class: `tone-${tone}`, "aria-hidden": "true"}, sign), ` ${text}`)));

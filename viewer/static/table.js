@@ -72,7 +72,8 @@
 
     header(column) {
       const sorted = this.sortBy === column.key ? (this.down ? "descending" : "ascending") : "none";
-      return h("th", {scope: "col", "aria-sort": sorted}, h("button", {type: "button", "data-sort": column.key, onclick: () => this.sort(column.key)},
+      return h("th", {scope: "col", "aria-sort": sorted},
+        h("button", {type: "button", "data-sort": column.key, onclick: () => this.sort(column.key)},
         column.label, h("span", {"aria-hidden": "true"}, {ascending: " ▲", descending: " ▼", none: ""}[sorted])));
     }
 

@@ -22,10 +22,11 @@ IMAGE_FORMATS = ("png", "jpeg")
 
 
 class SceneSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Which file, and which of its prims are left out."""
+    """Which file, which of its prims are left out, and the folder that it may read from; None for its own."""
 
     asset: str
     exclude: list[str] = []
+    root: str | None = None
 
 
 class BodySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

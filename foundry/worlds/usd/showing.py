@@ -19,13 +19,13 @@ WIDTH, HEIGHT, FOV_DEG = 960, 720, 70.0
 MOST_LABELS = 40
 
 
-def describe_scene(path: Path, exclude: Sequence[str]) -> Iterator[str]:
+def describe_scene(path: Path, exclude: Sequence[str], root: Path | None = None) -> Iterator[str]:
     """Yield lines that say what is in a USD file.
 
     Raises:
         InputError: there is no such file, or it is no USD file.
     """
-    scene = load_scene(find_asset(str(path)), exclude=tuple(exclude))
+    scene = load_scene(find_asset(str(path)), exclude=tuple(exclude), root=root)
     low, high = scene.bounds
     yield f"{scene.source}"
     yield f"prims       {scene.prims:,} ({len(scene.meshes):,} drawn as meshes, {scene.triangles:,} triangles)"
@@ -51,13 +51,13 @@ def _labels(scene: Scene) -> Iterator[str]:
         yield f"            and {len(named) - MOST_LABELS} more labels"
 
 
-def shoot_scene(path: Path, exclude: Sequence[str], pose: str | None) -> bytes:
+def shoot_scene(path: Path, exclude: Sequence[str], pose: str | None, root: Path | None = None) -> bytes:
     """Return a PNG of a scene: from a pose "x,y,z,yaw,pitch" of the eye, or from outside.
 
     Raises:
         InputError: there is no such file, or the pose cannot be read.
     """
-    scene = load_scene(find_asset(str(path)), exclude=tuple(exclude))
+    scene = load_scene(find_asset(str(path)), exclude=tuple(exclude), root=root)
     renderer = renderer_for(scene, width=WIDTH, height=HEIGHT, fov_deg=FOV_DEG)
     if pose is None:
         centre = scene.bounds.mean(axis=0)

@@ -12,6 +12,7 @@ import numpy as np
 from pxr import Tf, Usd, UsdGeom, UsdUtils
 
 from foundry.errors import InputError, not_found
+from foundry.worlds.usd.confinement import check_used, open_layers
 from foundry.worlds.usd.findings import Findings
 from foundry.worlds.usd.gprims import GprimReader
 from foundry.worlds.usd.materials import Materials
@@ -22,13 +23,17 @@ from foundry.worlds.usd.walking import Walker, stage_frame
 ENDINGS = (".usd", ".usda", ".usdc", ".usdz")
 
 
-def load_scene(path: Path, *, exclude: Sequence[str] = ()) -> Scene:
+def load_scene(path: Path, *, exclude: Sequence[str] = (), root: Path | str | None = None) -> Scene:
     """Return what the stage shows, Z up and in metres; the same object when asked again for the same file.
 
     Args:
         path: the root layer.
         exclude: patterns of prim paths (`*` and `?` as in a shell, `*` also across `/`) that are left out with all
             that is below them.
+        root: folder below which the scene may read files; None for that of its root layer.
+
+    Raises:
+        InputError: it cannot be opened, shows nothing, or is made of layers elsewhere.
     """
     if path.suffix.lower() not in ENDINGS:
         raise InputError(f"'{path}' is no USD scene: its name must end in {', '.join(ENDINGS)}.")
@@ -36,27 +41,28 @@ def load_scene(path: Path, *, exclude: Sequence[str] = ()) -> Scene:
         siblings = path.parent.iterdir() if path.parent.is_dir() else ()
         scenes = [str(one) for one in siblings if one.suffix.lower() in ENDINGS]
         raise not_found("Scene", str(path), scenes, "Give the path of a USD file.")
-    return _load(path.resolve(), path.stat().st_mtime_ns, tuple(exclude))
+    confines = path.resolve().parent if root is None else Path(root).expanduser().resolve()
+    return _load(path.resolve(), path.stat().st_mtime_ns, tuple(exclude), confines)
 
 
 @lru_cache(maxsize=8)
-def _load(path: Path, _modified_ns: int, exclude: tuple[str, ...]) -> Scene:
+def _load(path: Path, _modified_ns: int, exclude: tuple[str, ...], root: Path) -> Scene:
     findings = Findings()
     # USD prints its diagnostics on its own; while the delegate lives it keeps them instead.
     delegate = UsdUtils.CoalescingDiagnosticDelegate()
     try:
-        scene = _read(path, exclude, findings)
+        scene = _read(path, exclude, findings, root)
     finally:
         delegate.TakeUncoalescedDiagnostics()
     return scene
 
 
-def _read(path: Path, exclude: tuple[str, ...], findings: Findings) -> Scene:
-    stage = _open(path)
+def _read(path: Path, exclude: tuple[str, ...], findings: Findings, root: Path) -> Scene:
+    stage = _open(path, root)
     time = _first_time(stage)
     for error in stage.GetCompositionErrors():
         findings.add("Could not be composed", str(error).splitlines()[0])
-    textures = Textures(findings)
+    textures = Textures(findings, root)
     walker = Walker(GprimReader(Materials(textures, findings, time), findings, time), findings, exclude, time)
     up_axis, unit = _conventions(stage, findings)
     meshes = tuple(walker.meshes(stage, stage_frame(up_axis, unit)))
@@ -78,9 +84,13 @@ def _read(path: Path, exclude: tuple[str, ...], findings: Findings) -> Scene:
     )
 
 
-def _open(path: Path) -> Any:
+def _open(path: Path, root: Path) -> Any:
     try:
-        return Usd.Stage.Open(str(path))
+        layers = open_layers(path, root)
+        stage = Usd.Stage.Open(str(path))
+        del layers  # the stage keeps those that it uses
+        check_used(path, stage, root)
+        return stage
     except Tf.ErrorException as error:
         reason = str(error).strip().splitlines()[-1].strip()
         raise InputError(f"'{path}' cannot be opened as a USD stage: {reason}") from error

@@ -83,7 +83,9 @@ class Surroundings:
 
     def __init__(self, settings: UsdSettings) -> None:
         self.settings = settings
-        self.scene = load_scene(find_asset(settings.scene.asset), exclude=tuple(settings.scene.exclude))
+        self.scene = load_scene(
+            find_asset(settings.scene.asset), exclude=tuple(settings.scene.exclude), root=settings.scene.root
+        )
         if not self.scene.meshes:
             raise InputError(f"Scene '{settings.scene.asset}' shows nothing: {'; '.join(self.scene.warnings[:3])}.")
         body = settings.body

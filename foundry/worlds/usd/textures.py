@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import io
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from PIL import Image, UnidentifiedImageError
 from pxr import Ar, UsdShade
 
+from foundry.worlds.usd.confinement import is_within
 from foundry.worlds.usd.findings import Findings
 from foundry.worlds.usd.scene import FloatArray, UInt8Array
 
@@ -37,9 +39,15 @@ class Textures:
         digests: SHA-256 of the bytes of each file that was read, by its resolved path.
     """
 
-    def __init__(self, findings: Findings) -> None:
+    def __init__(self, findings: Findings, root: Path) -> None:
+        """Begin with none.
+
+        Args:
+            findings: takes what cannot be drawn.
+            root: folder below which pictures may be read.
+        """
         self.digests: dict[str, str] = {}
-        self._findings = findings
+        self._findings, self._root = findings, root
         self._decoded: dict[str, UInt8Array | None] = {}
         self._shared: dict[tuple[tuple[int, ...], bytes], UInt8Array] = {}
 
@@ -54,6 +62,9 @@ class Textures:
             resolved = _first_tile(asset.path, attribute, time)
         if not resolved:
             self._findings.add("Texture not found", f"'{asset.path}' of {owner}")
+            return None
+        if not is_within(resolved, self._root):
+            self._findings.add("Texture outside the scene's folder is not read", f"'{asset.path}' of {owner}")
             return None
         if resolved not in self._decoded:
             self._decoded[resolved] = self._decode(resolved, owner)
@@ -74,7 +85,7 @@ class Textures:
         try:
             with Image.open(io.BytesIO(content)) as picture:
                 return _pixels(picture)
-        except (UnidentifiedImageError, OSError):
+        except (UnidentifiedImageError, OSError, SyntaxError, ValueError, Image.DecompressionBombError):
             self._findings.add("Texture of a kind that cannot be read (PNG, JPEG, TGA and the like can)", resolved)
             return None
 

@@ -1,0 +1,132 @@
+"""Writes the records of large sweeps without playing them: the right shape and size, made-up contents."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from scipy.spatial import cKDTree
+
+from foundry.records import Call, Counts, GridStep, Message, Outcome, RunSummary
+from foundry.run_writer import RunWriter, write_run_summary
+from foundry.store import RunFolder, SweepFolder
+from foundry.sweep import Condition, expand
+
+DIRECTIONS = {1: "up", 2: "down", 3: "left", 4: "right"}
+OFFSETS = np.array([(0, 0), (0, 1), (0, -1), (-1, 0), (1, 0)])
+SHARE_OF_SPEAKERS = 0.3
+PROMPT = (
+    "You are Agent %d in a 2D world with multiple places. "
+    + 40 * "Each line of a prompt is about as long as this one. "
+)
+OUTCOMES = [Outcome.CHOSEN] * 97 + [Outcome.REPAIRED, Outcome.UNREADABLE, Outcome.TRUNCATED]
+
+
+def sweep(path: Path, *, agents: int, steps: int, models: int = 1, seeds: int = 1) -> SweepFolder:
+    """Create a sweep that has not begun, with as much room per agent as the shipped world has."""
+    half_size = max(25, round(np.sqrt(130 * agents) / 2))
+    places = [
+        {"name": name, "type": name, "center": [sign * half_size // 2, 0], "extent": [5, 5], "capacity": 12}
+        for name, sign in (("cafe", -1), ("library", 1))
+    ]
+    fires = [{"name": "fire1", "start": 3, "position": [15, 10], "intensity": 0.8, "radius": 15}]
+    conditions = []
+    for number in range(models):
+        world = {
+            "name": "synthetic", "half_size": half_size, "agents": agents, "steps": steps, "places": places,
+            "fires": fires, "personas": {}, "communication_distance": 8,
+        }  # fmt: skip
+        config = {
+            "world": world,
+            "model": {"name": f"model-{number}"},
+            "prompt": {"name": "paper"},
+            "sampling_seed": None,
+        }
+        conditions.append(Condition(factors={"model": f"model-{number}"}, config=config, seeds=tuple(range(seeds))))
+    return SweepFolder.create(path, expand(["-m", f"seed=0-{seeds - 1}"], conditions), {}, [])
+
+
+def write_run(folder: RunFolder) -> None:
+    """Write a complete run of agents that walk at random."""
+    world = folder.config()["world"]
+    agents, half = world["agents"], world["half_size"]
+    rng = np.random.default_rng(folder.run.seed)
+    cells = rng.integers(-half, half, size=(agents, 2), endpoint=True)
+    writer = RunWriter(folder, msgspec.json.encode(folder.config()).decode())
+    for step in range(1, world["steps"] + 1):
+        choice = rng.integers(0, 5, size=agents)
+        after = np.clip(cells + OFFSETS[choice], -half, half)
+        records = _records(step, cells, after, choice, rng)
+        _write_calls(writer, records)
+        writer.append(_deliveries(records))
+        writer.append(records)
+        cells = after
+    writer.close()
+    write_run_summary(folder, summary(folder, writer.counts))
+
+
+def _records(step: int, cells: Any, after: Any, choice: Any, rng: np.random.Generator) -> list[GridStep]:
+    neighbours: list[list[int]] = [[] for _ in cells]
+    for one, other in sorted(cKDTree(cells).query_pairs(8.0)):
+        neighbours[one].append(other)
+        neighbours[other].append(one)
+    speaks, luck = rng.random(len(cells)) < SHARE_OF_SPEAKERS, rng.integers(0, len(OUTCOMES), size=(len(cells), 2))
+    return [
+        GridStep(
+            step=step, agent=agent, x=x, y=y, x_next=x_next, y_next=y_next, place=None, fires=(),
+            neighbours=tuple(sorted(neighbours[agent])),
+            message=f"I am agent {agent}, at ({x}, {y}) in step {step}, and I say so." if speaks[agent] else None,
+            action="move" if choice[agent] else "stay", direction=DIRECTIONS.get(int(choice[agent])),
+            moved=(x, y) != (x_next, y_next), memory=f"At step {step} I was at ({x}, {y}).",
+            reasoning="It seemed better to go there than to stay where everybody else already is.",
+            message_reasoning="", outcome=OUTCOMES[luck[agent, 0]], message_outcome=OUTCOMES[luck[agent, 1]],
+        )
+        for agent, ((x, y), (x_next, y_next)) in enumerate(zip(cells.tolist(), after.tolist(), strict=True))
+    ]  # fmt: skip
+
+
+def _deliveries(records: list[GridStep]) -> list[Message]:
+    return [
+        Message(step=one.step, sender=one.agent, recipient=other, text=one.message)
+        for one in records
+        if one.message is not None
+        for other in one.neighbours
+    ]
+
+
+def _write_calls(writer: RunWriter, records: list[GridStep]) -> None:
+    for kind in ("message", "action"):
+        writer.append_calls(
+            Call(
+                step=one.step, agent=one.agent, kind=kind, model="model-0", digest=None,
+                key=f"{one.step}-{one.agent}-{kind}", seed=one.step * 7919 + one.agent,
+                messages=[{"role": "user", "content": PROMPT % one.agent}],
+                parameters={"temperature": 0.7}, text=f'{{"message": "{one.message}", "x": {one.x}}}', thinking=None,
+                ending="stop", prompt_tokens=500, output_tokens=60, timings={"total": 1.0}, attempts=(), host=None,
+                cached=False,
+            )
+            for one in records
+        )  # fmt: skip
+
+
+def summary(folder: RunFolder, counts: Counts) -> RunSummary:
+    """Return the summary of a complete run."""
+    config = folder.config()
+    return RunSummary(
+        run=folder.id, status="complete", world=config["world"]["name"], model=config["model"]["name"], prompt="paper",
+        seed=config["seed"], sampling_seed=None, foundry_version="0", python_version="3", packages={}, git_commit=None,
+        model_digest=None, server_version=None, counts=counts, started="", ended="", duration_s=1.0, error=None,
+        error_type=None, traceback=None, records_sha256={},
+    )  # fmt: skip
+
+
+def write_signatures(folder: SweepFolder, measures: int) -> None:
+    """Write a table of signatures as wide as the analysis does."""
+    rng = np.random.default_rng(0)
+    names = [f"signature_{number // 10}.measure_{number % 10}" for number in range(measures)]
+    lines = [",".join(["run", *names])]
+    lines += [",".join([run.id, *(f"{value:.6f}" for value in rng.random(measures))]) for run in folder.runs()]
+    folder.analysis_dir.mkdir(exist_ok=True)
+    folder.signatures_path.write_text("\n".join(lines) + "\n", encoding="utf-8")
