@@ -1,7 +1,8 @@
 """The words by which `analysis.warning_rule` reads a text: what stands for a fire, and what takes the warning back.
 
-Every table is by language: alternatives of whole words, and, in the tables whose names end in `UNSPACED`, of patterns that
-match anywhere, for scripts without blanks to go by. All is lower case. The tables of all languages are read together.
+Every table is by language: alternatives of whole words, and, in the tables whose names end in `UNSPACED`, of patterns
+that match anywhere, for scripts without blanks to go by. All is lower case. The tables of all languages are read
+together.
 """
 
 from __future__ import annotations
@@ -16,14 +17,17 @@ FIRE: dict[str, str] = {
     "|evacu[a-zéó]*",
     "Portuguese": "fogos?|incêndios?|fumaça|fumo|(?:as|em) chamas|ardendo|queima|queimando|evacu[a-zçãõ]*",
     "Italian": "fuoco|fuochi|incendio?|fumo|fiamme|brucia|bruciano|bruciando|evacua[a-z]*",
-    "Russian": "пожар[а-я]*|огонь|огня|огн[её]м|пламя|пламени|горит|горят|дым|дыма|дымом|эвакуац[а-я]*|эвакуир[а-я]*",
-    "Dutch": "vuur|vlammen|rook|brandt|(?:er is|is er|de|een) (?:[a-z]+ )?brand|brand (?:bij|in|op|naast|uitgebroken)"
+    "Russian": "пожар[а-я]*|огонь|огн[яюе]|огн[её]м|пламя|пламени|горит|горят|дым(?:а|у|ом|е)?|эвакуац[а-я]*"
+    "|эвакуир[а-я]*",
+    "Dutch": "vuur|vlammen|rook|brandt|(?:er is|is er|de|een) (?!geen )(?:[a-z]+ )?brand|(?<=geen )brand|brand (?:bij"
+    "|in|op|naast|uitgebroken)"
     "|evacu[a-zë]*",
     "Polish": "pożar[a-zóą]*|ogień|ognia|ogniem|dym|dymu|dymem|płonie|płoną|płomieni[a-z]*|pal[ią] się|ewaku[a-zęąć]*",
 }
 FIRE_UNSPACED: dict[str, str] = {
-    "Japanese": "火事|火災|火の手|火元|火の粉|(?<!噴)出火|発火|延焼|消火|燃え|燃焼|焦げ臭|炎上|(?<![肺脳胃腸])炎(?![症天])"
-    "|煙(?!草)|避難|(?<![花聖灯])火(?=[がはも]|を[見確発感]|から|に近)",
+    "Japanese": "火事|火災|火の手|火元|火の粉|(?<!噴)出火|発火|延焼|消火|燃え|燃焼|焦げ臭|炎上"
+    "|(?<![肺脳胃腸])炎(?![症天])"
+    "|(?<![禁喫])煙(?!草)|避難|(?<![花聖灯])火(?=[がはも]|を[見確発感]|から|に近)",
     "Chinese": "火灾|火災|起火|着火|失火|火情|火光|火焰|火势|火警|燃烧|燃燒|烟雾|浓烟|冒烟|疏散|撤离|撤離|避难"
     "|[大有的见到是]火(?![锅车腿鸡箭星柴山爆热花])|火(?=还|在|正|越|已|很)|[见到有]烟(?!花)",
     "Korean": "화재|불이야|(?<![가-힣])불(?:이(?!익|행|해)|을|은|도(?!저))|불길|화염|연기|대피",
@@ -51,7 +55,8 @@ OTHER_SENSE: dict[str, str] = {
     "Dutch": "in vuur en vlam|kampvuur|vuurwerk",
 }
 OTHER_SENSE_UNSPACED: dict[str, str] = {
-    "Japanese": "消火器|火を通|火にかけ|火の車|火がつく|やる気に燃え|情熱に燃え|燃え(?:る想い|尽き症候群|ないゴミ|るゴミ)"
+    "Japanese": "消火器|火を通|火にかけ|火の車|火がつく|やる気に燃え|情熱に燃え|燃え(?:る想い|尽き症候群|ないゴミ"
+    "|るゴミ)"
     "|(?:避難|消火|防火)訓練|タバコの(?:火|煙)|避難(?:経路|場所)の?(?:確認|図)",
     "Chinese": "灭火器|火车|大火锅|疏散演习|消防演习|很火(?=的|爆|热|，|,|。|$)",
     "Korean": "불을 (?:켜|끄)|대피 ?훈련|화재 ?훈련|소화기",
@@ -59,7 +64,8 @@ OTHER_SENSE_UNSPACED: dict[str, str] = {
 """Expressions in which those words mean something else."""
 
 NOT: dict[str, str] = {
-    "English": r"no(?! (?:doubt|time|matter))|not(?! (?:only|just|far|sure))|[a-z]+n't(?! (?:know|only|just))|cannot"
+    "English": r"no(?! (?:doubt|time|matter|café|norte|sul|leste|oeste|momento|caminho))|not(?! (?:only|just|far"
+    "|sure))|[a-z]+n't(?! (?:know|only|just))|cannot"
     "|cant|dont|never|without|neither|nor|none|nobody|nothing|free of|free from|absence of",
     "German": "kein[a-zäöü]*|nicht(?! (?:nur|weit|sicher))|nirgends|nirgendwo|ohne|nie|niemand|weder|nichts",
     "French": "pas(?! (?:loin|seulement))|aucune?|sans|jamais|ni|nulle part|rien",
@@ -71,7 +77,8 @@ NOT: dict[str, str] = {
     "Polish": "nie(?! (?:tylko|daleko))|nigdzie|bez|ani|żaden|żadn[a-zeą]*|nikt|nic",
 }
 NOT_UNSPACED: dict[str, str] = {
-    "Japanese": "ません|(?<!危)(?<!違い)(?<!か)ない(?![でかほ方よ])|なかった|なく(?!て)|無い|なし|(?:見え|確認でき|起き)ず"
+    "Japanese": "ません|(?<!危)(?<!違い)(?<!か)ない(?![でかほ方よ])|なかった|なく(?!て)|無い|なし|(?:見え|確認でき"
+    "|起き)ず"
     "|異常なし",
     "Chinese": "没有|沒有|没|沒|未|无|無|不是|并非",
     "Korean": "없|않|못|아니|(?<![가-힣])안 ",
@@ -83,13 +90,15 @@ GO: dict[str, str] = {
     "|use|cross|pass|touch|ignore|forget|underestimate|escape|reach|breathe|be (?:near|close)|want to be"
     "|put|control|stop|extinguish|safe",
     "German": "hin|hingehen|gehen|geht|näher[a-z]*|zurück[a-z]*|betreten|bleiben|sicher|in die nähe",
-    "French": "approch[a-zé]*|all[a-zé]*|va|vas|pass[a-zé]*|rest[a-zé]*|retourn[a-zé]*|entr[a-zé]*|ven[a-zé]*|reven[a-zé]*",
-    "Spanish": "vay[a-zá]*|acer[a-zéqu]*|entr[a-zéó]*|pas[a-zéó]*|vuelv[a-z]*|volv[a-záé]*|qued[a-zé]*|regres[a-zé]*|ir",
+    "French": "approch[a-zé]*|all(?:ez|er|ons|é|és)|va|vas|pass[a-zé]*|rest[a-zé]*|retourn[a-zé]*|entr[a-zé]*"
+    "|ven[a-zé]*|reven[a-zé]*",
+    "Spanish": "vay[a-zá]*|acer[a-zéqu]*|entr[a-zéó]*|pas[a-zéó]*|vuelv[a-z]*|volv[a-záé]*|qued[a-zé]*|regres[a-zé]*"
+    "|ir",
     "Portuguese": "vá|vão|ir|aproxim[a-z]*|entr[a-z]*|pass[a-z]*|volt[a-z]*|fiqu[a-z]*|ficar",
-    "Italian": "and[a-z]*|avvicin[a-z]*|entr[a-z]*|pass[a-z]*|torn[a-z]*|rest[a-z]*|veni[a-z]*",
+    "Italian": "and(?:at|ar|iam)[a-z]*|avvicin[a-z]*|entr[a-z]*|pass[a-z]*|torn[a-z]*|rest[a-z]*|veni[a-z]*",
     "Russian": "подход[а-я]*|ход[а-я]*|ид[а-я]*|приближ[а-я]*|возвращ[а-я]*|вход[а-я]*|остав[а-я]*|стой[а-я]*",
     "Dutch": "heen|gaan|naar|dichter[a-z]*|dichtbij|blijven|terug[a-z]*|veilig",
-    "Polish": "id[a-zźę]*|podchod[a-zź]*|zbliż[a-z]*|wchod[a-zź]*|wraca[a-zć]*",
+    "Polish": "id(?:ź|źcie|ę|ą|zie|ziemy)|podchod[a-zź]*|zbliż[a-z]*|wchod[a-zź]*|wraca[a-zć]*",
 }
 """What one is told not to do, or cannot, where there is a fire: denied, it takes no warning back."""
 
@@ -144,10 +153,12 @@ UNTIL_UNSPACED: dict[str, str] = {"Japanese": "まだ", "Chinese": "还没|還�
 """What makes the end one that is still to come."""
 
 PAST: dict[str, str] = {
-    "English": "yesterday|last (?:night|week|month|year|summer|winter)|(?:days|weeks|months|years) ago|used to|once upon"
+    "English": "yesterday|last (?:night|week|month|year|summer|winter)|(?:days|weeks|months|years) ago|used to"
+    "|once upon"
     "|(?:was|were) (?:fighting|rebuilt)",
     "German": "gestern|letzte[nrs]? (?:nacht|woche|monat|jahr)|früher|damals",
-    "French": "hier|(?:semaine|année|nuit) dernière|(?:mois|an) dernier|autrefois",
+    "French": "hier (?:soir|matin|il|le|on|j'ai|nous)|(?:éteint|incendie|feu|était) hier|(?:semaine|année"
+    "|nuit) dernière|(?:mois|an) dernier|autrefois",
     "Spanish": "ayer|anoche|(?:semana|noche) pasada|(?:mes|año) pasado|hace (?:años|meses|semanas|días)",
     "Portuguese": "ontem|(?:semana|noite) passada|(?:mês|ano) passado|há (?:anos|meses|semanas|dias)",
     "Italian": "ieri|(?:settimana|notte) scorsa|(?:mese|anno) scorso|tempo fa",
@@ -163,7 +174,8 @@ PAST_UNSPACED: dict[str, str] = {
 """What says that it was at another time."""
 
 SUPPOSED: dict[str, str] = {
-    "English": "if(?! you (?:are|want|can))|whether|in case|in the event|unless|imagine|suppose|books?|novel|films?|movie"
+    "English": "if(?! you (?:are|want|can))|whether|in case|in the event|unless|imagine|suppose|books?|novel|films?"
+    "|movie"
     "|story|stories|history|documentary|museum|dream(?:ed|t)?|poem|great fire of|(?:any|some) news|reports? of any",
     "German": "wenn|falls|ob|buch|roman|film|geschichte|traum|übung",
     "French": "si (?:tu|vous|on|jamais|un|une|quelqu'un)|s'il y a|au cas où|livre|roman|film|histoire|exercice",
@@ -191,8 +203,10 @@ ASKED_UNSPACED = "(?<!ません)(?<!ない)(?<!でしょ)か$|(?<!ない)でし�
 """What makes a clause a question without its mark."""
 
 LINKS = (
-    "but|and|so|because|since|while|although|though|however|as|then|due to|und|aber|doch|denn|weil|sondern|et|mais|car"
-    "|parce que|donc|y|pero|porque|así que|mas|então|ma|perché|quindi|и|но|а|потому что|maar|want|en|ale|więc"
+    "but|and|so|because|since|while|although|though|however|as(?! chamas)|then|due to|und|aber|doch|denn|weil|sondern"
+    "|et|(?<!há )mais|car"
+    "|parce que|donc|y|pero|porque|así que|mas|então|(?<!nie )ma|perché|quindi|и|но|а|потому что|maar|want (?:er|het"
+    "|de|ik)|en (?:ik|er|het|de|we|ga|kom|blijf)|ale|więc"
 )
 LINKS_UNSPACED = "(?<=[すただい])(?:が|けれども?|けど|ので|から|ため|し)|但是|但|所以|因此|而且|지만|니까|(?<=[다요]) "
 """What begins another clause."""

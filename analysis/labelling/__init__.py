@@ -1,9 +1,9 @@
 """Who says which messages are warnings: the rule, or a model; and how well each agrees with people.
 
 The rule is `analysis.warning_rule`. A model's labels are those that `foundry label` keeps in a sweep's folder. Both are
-held against `hand_labelled.jsonl`: texts of several languages that were labelled by hand after the definition in
-`question.txt`, more than half of them chosen to be hard, such as "no fire here" and "is there a fire?". So the
-agreement with them is lower than that with the messages of a sweep.
+held against the held-out texts of `hand_labelled.jsonl`, labelled by hand after the definition in `question.txt`: long
+messages as agents write them, in several languages. Its other texts, short and hard ("is there a fire?"), are those
+that the rule was tuned on; agreement with them says nothing of other texts.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib.resources import files
+from typing import Literal
 
 import msgspec
 import numpy as np
@@ -30,9 +31,14 @@ FIRES = ("fire1",)
 """Names of fires in the texts that were labelled by hand."""
 
 
-class HandLabelled(msgspec.Struct, frozen=True):
-    """A text that was labelled by hand, and the code of its language."""
+TextSet = Literal["tuning", "held_out"]
+"""What a text that was labelled by hand is for."""
 
+
+class HandLabelled(msgspec.Struct, frozen=True):
+    """A text that was labelled by hand, what it is for, and the code of its language."""
+
+    set: TextSet
     language: str
     text: str
     warning: bool
@@ -84,15 +90,15 @@ class Labelling:
         missing = f" ({found.unlabelled} without a label)" if found.unlabelled else ""
         return (
             f"warnings by {self.labeller}: accuracy {found.accuracy:.2f}, Cohen's kappa {found.kappa:.2f} on "
-            f"{found.texts} hand-labelled texts{missing}, chosen to be hard"
+            f"{found.texts} held-out texts labelled by hand{missing}"
         )
 
 
-@lru_cache(maxsize=1)
-def hand_labelled() -> tuple[HandLabelled, ...]:
-    """Return the texts that were labelled by hand."""
+@lru_cache(maxsize=2)
+def hand_labelled(which: TextSet = "held_out") -> tuple[HandLabelled, ...]:
+    """Return the texts of a set that were labelled by hand; agreement is that on the held-out ones."""
     content = files(__name__).joinpath("hand_labelled.jsonl").read_bytes()
-    return tuple(msgspec.json.Decoder(HandLabelled).decode_lines(content))
+    return tuple(one for one in msgspec.json.Decoder(HandLabelled).decode_lines(content) if one.set == which)
 
 
 def question() -> str:
@@ -130,13 +136,13 @@ def model_labelling(sweep: SweepFolder) -> Labelling:
 
 
 def agreement(labels: Sequence[bool | None]) -> Agreement:
-    """Return how well labels of the hand-labelled texts, in their order, agree with people; None is no label."""
+    """Return how well labels of the held-out texts, in their order, agree with people; None is no label."""
     pairs = [(label, one.warning) for label, one in zip(labels, hand_labelled(), strict=True) if label is not None]
     given, truth = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
     return Agreement(len(labels), len(labels) - len(pairs), mean(given == truth), cohen_kappa(given, truth))
 
 
 def _in_order(labelled: Sequence[Labelled]) -> list[bool | None]:
-    """Return the labels of the hand-labelled texts as they are now; one that was added since has none."""
+    """Return the labels of the held-out texts as they are now; one that was added since has none."""
     by_text = {one.text: one.warning for one in labelled}
     return [by_text.get(one.text) for one in hand_labelled()]

@@ -29,26 +29,36 @@ def truth() -> dict[str, bool | None]:
     return {one.text: one.warning for one in hand_labelled()}
 
 
-def test_the_hand_labelled_texts_are_of_many_languages_and_both_kinds():
-    texts = hand_labelled()
+@pytest.mark.parametrize("which", ["tuning", "held_out"])
+def test_the_hand_labelled_texts_are_of_many_languages_and_both_kinds(which):
+    texts = hand_labelled(which)
     assert len(texts) == len({one.text for one in texts}) >= 120
     assert len({one.language for one in texts}) >= 8
     assert 0.3 < sum(one.warning for one in texts) / len(texts) < 0.7
 
 
 @pytest.mark.parametrize("text", ["The cafe is warm.", "No fire here.", "Is there a fire?"])
-def test_hard_texts_that_warn_of_nothing_are_among_them(text):
-    assert truth()[text] is False
+def test_hard_texts_that_warn_of_nothing_are_among_those_for_tuning(text):
+    assert {one.text: one.warning for one in hand_labelled("tuning")}[text] is False
 
 
-def test_the_rule_misses_no_warning_in_its_languages_and_takes_words_for_meaning():
-    languages = {"en", "de", "fr", "es", "pt", "it", "ru", "ja", "zh", "ko"}
-    texts = [one for one in hand_labelled() if one.language in languages]
-    assert all(is_warning(one.text, FIRES) for one in texts if one.warning)
+def test_no_text_is_both_for_tuning_and_held_out():
+    assert not {one.text for one in hand_labelled("tuning")} & set(truth())
+
+
+def test_the_rule_labels_every_text_it_was_tuned_on_as_people_do():
+    assert [one.text for one in hand_labelled("tuning") if is_warning(one.text, FIRES) != one.warning] == []
+
+
+def test_the_agreement_of_the_rule_is_that_on_held_out_texts():
     found = rule_labelling().agreement
-    assert (found.texts, found.unlabelled) == (len(hand_labelled()), 0)
-    assert 0.6 < found.accuracy < 0.9
-    assert 0.3 < found.kappa < 0.8
+    missed = sum(one.warning and not is_warning(one.text, FIRES) for one in hand_labelled())
+    false = sum(not one.warning and is_warning(one.text, FIRES) for one in hand_labelled())
+    assert (found.texts, found.unlabelled, missed, false) == (121, 0, 2, 3)
+    assert found.accuracy == pytest.approx(116 / 121)
+    # By hand: 61 warnings by people, 62 by the rule; chance agreement is (61 * 62 + 60 * 59) / 121**2.
+    chance = (61 * 62 + 60 * 59) / 121**2
+    assert found.kappa == pytest.approx((116 / 121 - chance) / (1 - chance))
 
 
 def test_agreement_is_over_what_has_a_label():
@@ -88,7 +98,10 @@ def test_an_analysis_takes_the_labels_of_the_model_and_says_whose_they_are(make_
     assert found.runs["idle_rate.chosen"].tolist() == by_rule.runs["idle_rate.chosen"].tolist()
     expected = "warnings by judge:1b (abababababab), question cdcdcdcd: accuracy 1.00, Cohen's kappa 1.00"
     assert any(note.startswith(expected) for note in found.notes)
-    assert any(note.startswith("warnings by rule 1: accuracy 0.") for note in by_rule.notes)
+    assert any(
+        note.startswith("warnings by rule 2: accuracy 0.96, Cohen's kappa 0.92 on 121 held-out")
+        for note in by_rule.notes
+    )
 
 
 def test_messages_without_a_label_are_counted_and_named(make_sweep, make_condition, small_world):
