@@ -92,7 +92,7 @@ def test() -> None:
 
 def test_all() -> None:
     """Run every test, the slow ones too."""
-    call("python", "-m", "pytest", "-n", "2", "-m", "not real_server and not soak")
+    call("python", "-m", "pytest", "-n", "2", "-m", "not real_server and not soak and not cluster and not local_models")
 
 
 def soak() -> None:
@@ -100,9 +100,19 @@ def soak() -> None:
     call("python", "-m", "pytest", "-m", "soak", "-s", "-n", "0")
 
 
+def cluster() -> None:
+    """Install Dask, PostgreSQL and Hydra's launchers, and run the tests of clusters."""
+    if not shutil.which("initdb") and not list(Path("/usr/lib/postgresql").glob("*/bin")):
+        install_packages("postgresql")
+    launchers = ("hydra-submitit-launcher", "hydra-joblib-launcher")
+    call("python", "-m", "pip", "install", "--quiet", "--editable", ".[dev,dask,postgres,remote]", *launchers)
+    call("python", "-m", "pytest", "-n", "0", "-m", "cluster")
+
+
 def local_models() -> None:
-    """Install what the tests of local models need, which are skipped without it; PyTorch is large."""
+    """Install PyTorch and transformers, which are large, and run the tests of local models."""
     call("python", "-m", "pip", "install", "--quiet", *LOCAL_MODELS)
+    call("python", "-m", "pytest", "-m", "local_models")
 
 
 def check() -> None:
@@ -124,6 +134,7 @@ COMMANDS: dict[str, Callable[[], None]] = {
     "test": test,
     "test-all": test_all,
     "soak": soak,
+    "cluster": cluster,
     "local-models": local_models,
     "check": check,
     "bench": bench,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -48,7 +49,37 @@ class CameraRecords:
         poses = [self.episode.start, *(row.pose_next for row in self.steps)]
         if poses[:-1] != [row.pose for row in self.steps]:
             raise RecordError(f"{file} does not fit: a decision does not start where the one before it ended.")
-        return _camera_run(folder.id, self, poses, cost_of(folder.summary()))
+        try:
+            return _camera_run(folder.id, self, poses, cost_of(folder.summary()))
+        except OverflowError as error:
+            raise RecordError(f"{file} holds a number that no array does: {error}") from error
+
+
+class _Translate(msgspec.Struct):
+    bearing: float
+    distance: float
+
+
+class _Command(msgspec.Struct):
+    """What `CameraStep.command` holds."""
+
+    translate: _Translate | None
+    turn: float | None
+    gaze: float | None
+    stay: bool
+
+
+def check_commands(file: Path, steps: Iterable[CameraStep]) -> None:
+    """Check the part of the decisions that their type leaves open.
+
+    Raises:
+        RecordError: a command is none.
+    """
+    for step in steps:
+        try:
+            msgspec.convert(step.command, _Command)
+        except msgspec.ValidationError as error:
+            raise RecordError(f"{file} cannot be read: the command of decision {step.step}: {error}") from error
 
 
 def flat(step: CameraStep) -> dict[str, Any]:

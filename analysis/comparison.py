@@ -2,30 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import asdict, dataclass
 
 import numpy as np
 import pandas as pd
 
-from analysis.groups import group_label
 from analysis.run import IntArray
-from analysis.signatures import describe, discover
+from analysis.signatures import describe
 from analysis.stats.intervals import Estimate, Estimates, estimates
 from analysis.stats.paired import are_outcomes
 from analysis.stats.values import Group, SeedValues, seed_values
 from analysis.table import SignatureTable
-
-_MOST_COLUMNS = 5
-"""Groups that stand side by side in the short table; more stand below one another."""
-
-
-@dataclass(frozen=True)
-class Headline:
-    """A short table for the terminal, all texts."""
-
-    columns: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -97,29 +84,3 @@ def _of_group(values: SeedValues, index: int) -> pd.DataFrame:
     asked = values.asked[index]
     seeds = pd.Index([seed for seed, mine in zip(values.seeds, asked, strict=True) if mine], name="seed")
     return pd.DataFrame(values.values[index, asked], index=seeds, columns=list(values.measures))
-
-
-def headline(comparison: Comparison) -> Headline:
-    """Return the headline measures: mean and interval, one column a group while they fit, else one row."""
-    present = list(dict.fromkeys(measure for measure, _ in comparison.estimates))
-    measures = [column for signature in discover() for column in signature.headline_columns(present)]
-    seeds = {group: len(values) for group, values in comparison.values.items()}
-    cells = {key: _cell(found, seeds[key[1]]) for key, found in comparison.estimates.items()}
-    groups = comparison.groups
-    if len(groups) > _MOST_COLUMNS:
-        long = [
-            (measure, group_label(group), cells[measure, group])
-            for measure in measures
-            for group in groups
-            if (measure, group) in cells
-        ]
-        return Headline(("measure", "group", "mean [95 % interval]"), tuple(long))
-    rows = [(measure, *(cells.get((measure, group), "") for group in groups)) for measure in measures]
-    return Headline(("measure", *map(group_label, groups)), tuple(rows))
-
-
-def _cell(found: Estimate, seeds: int) -> str:
-    if math.isnan(found.mean):
-        return "-"
-    interval = "" if math.isnan(found.low) else f" [{found.low:.3g}, {found.high:.3g}]"
-    return f"{found.mean:.3g}{interval}" + (f" n={found.n}" if found.n < seeds else "")

@@ -48,7 +48,7 @@ class GridRecords:
             raise RecordError(f"{file} does not hold one line per step and agent, in this order.")
         try:
             return _grid_run(folder.id, world, self, shape, cost=cost_of(folder.summary()))
-        except (KeyError, ValueError) as error:
+        except (KeyError, ValueError, OverflowError) as error:
             raise RecordError(f"{file} does not fit the run's world: {error}") from error
 
 

@@ -9,7 +9,7 @@ from typing import TypeVar
 import msgspec
 
 from foundry.errors import RecordError
-from foundry.records import Record, RunSummary
+from foundry.records import NOT_JSON, Record, RunSummary
 from foundry.store import RunFolder
 
 COMPLETE, FAILED, UNFINISHED, NOT_STARTED = "complete", "failed", "unfinished", "not started"
@@ -36,7 +36,7 @@ def read_lines(
         _check_digest(file, content, summary)
     try:
         return msgspec.json.Decoder(kind).decode_lines(content)
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+    except NOT_JSON as error:
         raise RecordError(f"{file} cannot be read: {error}") from error
 
 

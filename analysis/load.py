@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import msgspec
 import pandas as pd
 
-from analysis.camera_records import CameraRecords
+from analysis.camera_records import CameraRecords, check_commands
 from analysis.camera_run import CameraRun
 from analysis.grid_records import GridRecords, is_grid, settings
 from analysis.lines import EPISODE, MESSAGES, NOT_STARTED, STEPS, UNFINISHED, read_lines
@@ -110,6 +110,7 @@ def read_records(folder: RunFolder, summary: RunSummary | None) -> Records:
         episode = read_lines(folder, EPISODE, folder.episode_bytes(), summary, CameraEpisode)
         if episode:
             steps = read_lines(folder, STEPS, folder.steps_bytes(), summary, CameraStep)
+            check_commands(folder.path / STEPS, steps)
             return CameraRecords(episode[0], steps, _messages(folder, summary))
     if folder.steps_bytes():
         settings(folder)

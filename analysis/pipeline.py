@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pandas as pd
 
+from analysis import terminal
 from analysis.camera_records import CameraRecords
-from analysis.comparison import Comparison, Headline, compare, headline
+from analysis.comparison import Comparison, compare
 from analysis.grid_records import GridRecords, is_grid
 from analysis.groups import group_columns, group_label
 from analysis.labelling import model_labelling, rule_labelling
@@ -19,11 +20,12 @@ from analysis.load import Records, has_episode
 from analysis.retest import retest
 from analysis.signatures import FAILURE_RATE
 from analysis.stats.contrasts import contrasts
+from analysis.stats.family import primary_measures
 from analysis.stats.fingerprint import Fingerprint, fingerprint
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS
 from analysis.stats.variance import variance_split
 from analysis.table import RunResult, SignatureTable, Source, build_table, measure_runs
-from analysis.tables import Table, contrast_table, write_tables
+from analysis.tables import Table, write_tables
 from foundry.errors import InputError
 from foundry.store import RunFolder, SweepFolder, ensure_writable
 
@@ -49,6 +51,7 @@ class Analysis:
         variance: how much of the variation goes with what, as in `variance.csv`.
         fingerprint: the groups as a whole; its energy tests are in `fingerprint.csv`.
         retest: test-retest consistency, as in `retest.csv`; no rows where nothing was sampled again.
+        declared: the measures that claims rest on.
     """
 
     path: Path
@@ -63,11 +66,17 @@ class Analysis:
     variance: pd.DataFrame
     fingerprint: Fingerprint
     retest: pd.DataFrame
+    declared: tuple[str, ...]
 
-    def headlines(self) -> list[Headline | Table]:
-        """Return the short tables for the terminal: means of groups, then the declared differences."""
-        differences = contrast_table(self.contrasts)
-        return [headline(self.compared), *([differences] if differences.rows else [])]
+    def headlines(self, width: int, *, brief: bool = False) -> list[Table]:
+        """Return the short tables for a terminal: means of groups, then the declared differences.
+
+        Args:
+            width: columns of the terminal.
+            brief: whether to show the declared measures alone, and fewer columns.
+        """
+        means = terminal.means(self.compared, self.declared, width, brief=brief)
+        return [*means, *terminal.differences(self.contrasts, width, brief=brief)]
 
 
 def analyze(
@@ -113,7 +122,9 @@ def analyze(
         runs=table.frame,
         comparison=compared.frame,
         compared=compared,
-        notes=tuple([*_notes(table, compared), *_reach(differences), *_labelled(sources, table), *_unmeasured(results)]),
+        notes=tuple(
+            [*_notes(table, compared), *_reach(differences), *_labelled(sources, table), *_unmeasured(results)]
+        ),
         written=(folder / "steps.parquet",),
         table=table,
         groups=groups,
@@ -121,6 +132,7 @@ def analyze(
         variance=variance_split(table, groups),
         fingerprint=fingerprint(table, groups),
         retest=retest([source.path for source in sources if not source.baseline]),
+        declared=tuple(family or primary_measures(table.measures)),
     )
     written = [*found.written, *_write_tables(found), *(_plot(folder, compared) if plots else ())]
     return replace(found, written=tuple(written))
@@ -207,7 +219,7 @@ def _plot(folder: Path, compared: Comparison) -> list[Path]:
 
 
 def _notes(table: SignatureTable, compared: Comparison) -> list[str]:
-    notes = ["mean [95 % interval] over seeds; n where only some have a value; every difference is in contrasts.csv"]
+    notes = []
     by_status = Counter(table.frame["status"])
     if by_status[COMPLETE] < len(table.frame):
         others = ", ".join(f"{count} {status}" for status, count in by_status.items() if status != COMPLETE)
@@ -226,9 +238,12 @@ def _notes(table: SignatureTable, compared: Comparison) -> list[str]:
 
 def _reach(differences: pd.DataFrame) -> list[str]:
     """Say where there are too few seeds for so many tests."""
-    declared = differences[differences["headline"].astype(bool)]
-    notes = declared["note"].astype(str).str.extract(r"(no p can reach [^;]*)")[0].dropna()
-    return [f"{notes.iloc[0]}: run more seeds, or declare fewer measures with --family"] if len(notes) else []
+    tested = differences[differences["headline"].astype(bool) & differences["p"].notna()]
+    notes = tested["note"].astype(str).str.extract(r"(no p can reach [^;]*)")[0].dropna()
+    if notes.empty:
+        return []
+    which = "" if len(notes) == len(tested) else f"in {len(notes)} of {len(tested)} tests "
+    return [f"{which}{notes.iloc[0]}: run more seeds, or declare fewer measures with --family"]
 
 
 def _labelled(sources: Sequence[Source], table: SignatureTable) -> list[str]:

@@ -17,7 +17,6 @@ from analysis.load import further_factors, identity, is_measurable, read_records
 from analysis.measured import Measured, Memory, key_of
 from analysis.signatures import FAILURE_RATE
 from foundry.store import RunFolder, SweepFolder
-from foundry.sweep import Run
 
 if TYPE_CHECKING:
     import pyarrow as pa  # type: ignore[import-untyped]
@@ -106,7 +105,7 @@ def measure_runs(sources: Sequence[Source], memory: Memory) -> Iterator[RunResul
         sweep = SweepFolder.open(source.path)
         folders = sweep.runs()
         keys = [key_of(folder, source.labelling.version) for folder in folders]
-        fresh = [folder.run for folder, key in zip(folders, keys, strict=True) if key not in memory]
+        fresh = [folder for folder, key in zip(folders, keys, strict=True) if key not in memory]
         measured = _measure_fresh(source, sweep, fresh)
         for folder, key in zip(folders, keys, strict=True):
             seen.add(key)
@@ -117,31 +116,22 @@ def measure_runs(sources: Sequence[Source], memory: Memory) -> Iterator[RunResul
     memory.forget_others(seen)
 
 
-def _measure_fresh(source: Source, sweep: SweepFolder, fresh: Sequence[Run]) -> Iterator[Measured]:
+def _measure_fresh(source: Source, sweep: SweepFolder, fresh: Sequence[RunFolder]) -> Iterator[Measured]:
     """Measure these runs of a sweep, by several processes where that is faster."""
     if len(fresh) < PARALLEL_FROM:
-        yield from _measure_part(source, _part(sweep, fresh))
+        yield from (_measured(folder, source) for folder in fresh)
         return
     import joblib
 
     size = 16  # few enough for an even load and little memory, many enough to pay for the way to another process
-    parts = [_part(sweep, fresh[start : start + size]) for start in range(0, len(fresh), size)]
+    parts = [sweep.part(fresh[start : start + size]) for start in range(0, len(fresh), size)]
     work = joblib.Parallel(n_jobs=-1, return_as="generator")
-    for results in work(joblib.delayed(_measure_list)(source, part) for part in parts):
+    for results in work(joblib.delayed(_measure_part)(source, part) for part in parts):
         yield from results
 
 
-def _part(sweep: SweepFolder, runs: Sequence[Run]) -> SweepFolder:
-    """Return the sweep with some of its runs, so that no process reads the list of them all again."""
-    return SweepFolder(sweep.path, replace(sweep.sweep, runs=tuple(runs)), sweep.settings, sweep.models)
-
-
-def _measure_list(source: Source, part: SweepFolder) -> list[Measured]:
-    return list(_measure_part(source, part))
-
-
-def _measure_part(source: Source, part: SweepFolder) -> Iterator[Measured]:
-    return (_measured(folder, source) for folder in part.runs())
+def _measure_part(source: Source, part: SweepFolder) -> list[Measured]:
+    return [_measured(folder, source) for folder in part.runs()]
 
 
 def measure_run(folder: RunFolder, source: Source) -> RunResult:

@@ -6,7 +6,7 @@ import csv
 import io
 import math
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -51,11 +51,16 @@ class Table:
     labels: int = 1
 
 
-def comparison_table(comparison: Comparison) -> Table:
-    """Return the headline measures by group: mean and 95 % interval, and n where seeds have no value."""
-    groups = comparison.groups
+def shown_measures(comparison: Comparison) -> list[str]:
+    """Return the headline measures that any group has, cost among them."""
     present = list(dict.fromkeys(measure for measure, _ in comparison.estimates))
-    measures = [column for signature in discover() for column in signature.headline_columns(present)]
+    return [column for signature in discover() for column in signature.headline_columns(present)]
+
+
+def comparison_table(comparison: Comparison, measures: Sequence[str] | None = None) -> Table:
+    """Return measures by group: mean and 95 % interval, and n where seeds have no value; by default the headlines."""
+    groups = comparison.groups
+    measures = shown_measures(comparison) if measures is None else measures
     seeds = {group: len(values) for group, values in comparison.values.items()}
     rows = [
         (measure, *(mean_cell(comparison.estimates.get((measure, group)), seeds[group]) for group in groups))
@@ -144,10 +149,10 @@ def p_value(p: float) -> str:
 def to_text(table: Table) -> str:
     """Return the table for a terminal: columns aligned, wide letters counted as two."""
     every = [table.columns, *table.rows]
-    widths = [max(_width(row[index]) for row in every) for index in range(len(table.columns))]
+    widths = [max(text_width(row[index]) for row in every) for index in range(len(table.columns))]
     lines = (
         "  ".join(
-            text + " " * (width - _width(text)) if index < table.labels else " " * (width - _width(text)) + text
+            text + " " * (width - text_width(text)) if index < table.labels else " " * (width - text_width(text)) + text
             for index, (text, width) in enumerate(zip(row, widths, strict=True))
         )
         for row in every
@@ -215,5 +220,6 @@ def _markdown(text: str) -> str:
     return "".join(f"\\{letter}" if letter in _MARKDOWN else letter for letter in plain)
 
 
-def _width(text: str) -> int:
+def text_width(text: str) -> int:
+    """Return the columns of a terminal that a line takes; wide letters take two."""
     return sum(2 if unicodedata.east_asian_width(letter) in "WF" else 1 for letter in text)

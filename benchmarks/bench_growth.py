@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import argparse
 import math
+import resource
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -49,10 +51,11 @@ def runs(count: int) -> list[str]:
     return ["world.agents=2", "world.steps=1", f"seed=0-{count - 1}"]
 
 
+RUNS = (10, 100, 1_000, 10_000)
 AXES = (
     Axis("agents, one step", "call", (10, 100, 1_000, 10_000), agents, lambda swept: swept.calls),
     Axis("steps, 20 agents", "call", (10, 50, 250), steps, lambda swept: swept.calls),
-    Axis("runs of 2 agents and one step", "run", (10, 100, 1_000), runs, lambda swept: len(swept.folder.runs())),
+    Axis("runs of 2 agents and one step", "run", RUNS, runs, lambda swept: len(swept.folder.runs())),
 )
 
 
@@ -117,6 +120,16 @@ def target_rows(axis: Axis, points: Sequence[Point]) -> list[list[str]]:
     ]
 
 
+def print_memory() -> None:
+    """Play a few runs, then many, in this process; print its most memory after each."""
+    rows = []
+    for count in (100, 1_000):
+        with scratch() as folder:
+            run_sweep(folder / "sweep", *SCRIPTED, *runs(count))
+        rows.append([f"{count:,}", f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:,.0f}"])
+    print_table(["runs of 2 agents and one step", "most memory of the worker so far, MB"], rows)
+
+
 def print_workers() -> None:
     """Run the same sweep with one worker and with two."""
     overrides = ("model=scripted/random", "world.agents=20", "world.steps=50", "seed=0-29")
@@ -136,6 +149,9 @@ def print_workers() -> None:
 
 
 def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--most", type=int, default=1_000, help="runs of the largest sweep (default 1,000)")
+    most = parser.parse_args().most
     print_title(
         "Growth",
         "Scripted model, one worker, all in from composing to the last record, inside the process. Least user CPU of",
@@ -144,10 +160,11 @@ def main() -> None:
         "'Each further' is what a unit costs that the size above does not have, so without fixed costs.",
     )
     repeated(*SCRIPTED, *steps(1))  # what is imported on first use is start-up
+    print_memory()
     rows: list[list[str]] = []
     targets: list[list[str]] = []
     for axis in AXES:
-        points = [point(axis, size) for size in axis.sizes]
+        points = [point(axis, size) for size in axis.sizes if axis.sizes is not RUNS or size <= most]
         rows += rows_of(axis, points)
         targets += target_rows(axis, points)
     columns = [

@@ -122,15 +122,23 @@ def fastest(costs: Sequence[Cost]) -> Cost:
     return min(costs, key=lambda cost: cost.wall_s)
 
 
-def run_sweep(folder: Path, *overrides: str) -> Swept:
-    """Run a sweep as the command does, in this process and without its display."""
+def run_sweep(folder: Path, *overrides: str, cache: str | None = None) -> Swept:
+    """Run a sweep as the command does, without its display, its cache beside its folder unless another is named."""
+    return run_together(folder, overrides, cache=cache)
+
+
+def run_together(folder: Path, *parts: Sequence[str], cache: str | None = None) -> Swept:
+    """Run several sweeps as one; each is given by its overrides, and how all are run by those of the first."""
     watch = Stopwatch()
-    composed = compose(["-m", *overrides, f"output.dir={folder}", f"cache.path={folder.parent / 'answers.sqlite'}"])
+    kept = cache or str(folder.parent / "answers.sqlite")
+    found = [compose(["-m", *overrides, f"output.dir={folder}", f"cache.path='{kept}'"]) for overrides in parts]
+    conditions = [condition for one in found if one is not None for condition in one.conditions]
+    composed = found[0]
     assert composed is not None
-    sweep = expand(composed.asked, composed.conditions)
+    sweep = expand(composed.asked, conditions)
     infos = check(sweep)
     opened = SweepFolder.create(folder, sweep, dict(composed.settings), [])
-    job = SweepJob(opened, infos, Path(composed.settings["cache"]["path"]), frame_every=0)
+    job = SweepJob(opened, infos, composed.settings["cache"]["path"], frame_every=0)
     runner = build(composed.settings["runner"])
     running = cost_of(lambda: runner.run(job))
     whole = watch.cost()
@@ -148,7 +156,21 @@ def _summaries(folder: SweepFolder) -> tuple[RunSummary, ...]:
 @contextlib.contextmanager
 def server(latency_s: float) -> Iterator[Server]:
     """Start the test server; it answers every call after `latency_s`."""
-    command = [sys.executable, str(ROOT / "tests" / "ollama_server.py"), "--port", "0", "--latency", f"{latency_s}"]
+    with _printing_url(ROOT / "tests" / "ollama_server.py", "--port", "0", "--latency", f"{latency_s}") as to:
+        yield to
+
+
+@contextlib.contextmanager
+def serving(script: str, *arguments: str) -> Iterator[Server]:
+    """Start a server of this folder, in a process of its own."""
+    with _printing_url(Path(__file__).with_name(script), *arguments) as to:
+        yield to
+
+
+@contextlib.contextmanager
+def _printing_url(script: Path, *arguments: str) -> Iterator[Server]:
+    """Start a script that prints the URL it serves, and end it afterwards."""
+    command = [sys.executable, str(script), *arguments]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         try:
             assert process.stdout is not None

@@ -8,10 +8,12 @@ import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, TypeAlias
 
 from foundry import paths
 from foundry.errors import FoundryError, InputError, not_found
+from foundry.plain_yaml import check_configs
 from foundry.sweep import Condition, has_range
 
 CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record")
@@ -19,6 +21,7 @@ CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record")
 
 _SWEPT_ONLY = ("world", "model", "prompt", "layout", "scene", "task", "sampling_seed")
 _MULTIRUN = ("-m", "--multirun")
+_CONFIG_DIR = ("-cd", "--config-dir")
 
 
 Launch: TypeAlias = Callable[[Callable[[Any], Any], Sequence[Sequence[str]]], Sequence[Any]]
@@ -71,6 +74,8 @@ def compose(argv: Sequence[str]) -> Composed | None:
         InputError: the command line asks for something that does not exist or cannot be read.
     """
     _check_ranges(argv)
+    for folder in _config_dirs(argv):
+        check_configs(folder)
     from hydra.errors import HydraException
     from omegaconf.errors import OmegaConfBaseException
 
@@ -88,6 +93,15 @@ def _check_ranges(argv: Sequence[str]) -> None:
     ranges = [arg for arg in argv if has_range(arg)]
     if ranges and not is_sweep:
         raise InputError(f"'{ranges[0]}' asks for several runs: add -m, as in foundry -m {' '.join(argv)}")
+
+
+def _config_dirs(argv: Sequence[str]) -> Iterator[Path]:
+    """Yield the user's own folders of configurations, in the forms that Hydra takes."""
+    for flag, value in zip(argv, (*argv[1:], ""), strict=True):
+        if flag in _CONFIG_DIR:
+            yield Path(value)
+        elif flag.startswith("--config-dir="):
+            yield Path(flag.partition("=")[2])
 
 
 def _run_hydra(argv: Sequence[str]) -> _Collected:
@@ -251,6 +265,8 @@ def _unknown_config(file: str, options: Sequence[str]) -> InputError:
     group, _, name = file.rpartition("/")
     if "/" not in group:
         return not_found(group.capitalize() or "Config", name, options)
+    if group == "hydra/launcher":
+        return not_found("Launcher", name, options, "More come as packages: pip install hydra-submitit-launcher")
     kind, _, folder = group.partition("/")
     shipped = [f"{folder}/{path.stem}" for path in (paths.conf_dir() / group).glob("*.yaml")]
     return not_found(kind.capitalize(), f"{folder}/{name}", shipped)

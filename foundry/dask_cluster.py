@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 import socket
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -16,7 +17,9 @@ from foundry import provenance
 from foundry.errors import FoundryError, InputError
 from foundry.models.answers import is_database
 
-CONNECT_S = 10
+CONNECT_S = 5
+_CHATTY = ("distributed", "distributed.client", "distributed.core", "distributed.comm")
+"""What these log of lost connections, with tracebacks, is told in one line here."""
 _INSTALL = "pip install 'foundry[dask]'"
 
 
@@ -41,6 +44,10 @@ class Site:
 
 class DaskBackend(DaskDistributedBackend):  # type: ignore[misc]
     """Joblib's backend, which would wait forever for a task that has no result."""
+
+    def effective_n_jobs(self, n_jobs: int) -> int:
+        """Return how many tasks the cluster works on at once; never 1, for which joblib would not ask the cluster."""
+        return max(2, int(super().effective_n_jobs(n_jobs)))
 
     async def _collect(self) -> None:
         while self._continue:
@@ -75,6 +82,8 @@ def connected(address: str) -> Iterator[Any]:
         from distributed import Client
     except ImportError as error:
         raise InputError(f"runner=dask needs a package that is not installed: {_INSTALL}") from error
+    for name in _CHATTY:
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
         client = Client(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:

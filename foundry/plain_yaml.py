@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any
 
 import yaml
@@ -15,18 +16,35 @@ DEEPEST = 100
 """Levels of nesting; the parser would fail at some tens of thousands, and take the process with it."""
 MOST_VALUES = 20_000_000
 """Values after all aliases are expanded."""
+MOST_SETTINGS = 100_000
+"""The same in a configuration file, all of which is built as objects."""
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _RUN_LINE = re.compile(r'^- \{"id":"[\w-]+","condition":\d+,"seed":\d+\}$', re.MULTILINE)
 """A run of a sweep, which opens and closes what it opens; there may be very many of them."""
 
 
-def load_plain(text: str, where: object) -> Any:
+def check_configs(folder: Path) -> None:
+    """Check the configuration files of a folder, before they are read by what knows no bounds.
+
+    Raises:
+        RecordError: one is no YAML of plain values, or grows or nests without bound.
+    """
+    for file in sorted(folder.rglob("*.yaml")):
+        try:
+            text = file.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise RecordError(f"{file} cannot be read: {error}") from error
+        load_plain(text, file, most=MOST_SETTINGS)
+
+
+def load_plain(text: str, where: object, *, most: int = MOST_VALUES) -> Any:
     """Return the value of a YAML text.
 
     Args:
         text: the text.
         where: what an error calls it.
+        most: values that it may have.
 
     Raises:
         RecordError: it is no YAML of plain values, or too large, too deep, or too much once aliases are expanded.
@@ -39,7 +57,7 @@ def load_plain(text: str, where: object) -> Any:
         value = yaml.load(text, Loader=_Loader)
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise RecordError(f"{where} cannot be read: {type(error).__name__}: {' '.join(str(error).split())}") from error
-    _check_expanded(value, where)
+    _check_expanded(value, where, most)
     return value
 
 
@@ -60,7 +78,7 @@ def _depth(text: str, where: object) -> int:
     return deepest
 
 
-def _check_expanded(value: Any, where: object) -> None:
+def _check_expanded(value: Any, where: object, most: int) -> None:
     """Count the values with every alias expanded, each shared part once."""
     counts: dict[int, int] = {}
     open_parts: set[int] = set()
@@ -77,5 +95,5 @@ def _check_expanded(value: Any, where: object) -> None:
             open_parts.remove(id(part))
         return counts[id(part)]
 
-    if count(value) > MOST_VALUES:
-        raise RecordError(f"{where} is refused: with its aliases expanded it has more than {MOST_VALUES:,} values.")
+    if count(value) > most:
+        raise RecordError(f"{where} is refused: with its aliases expanded it has more than {most:,} values.")

@@ -8,9 +8,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from foundry.asking import asker_of
+from foundry.asking import asker_of, in_run
 from foundry.build import build
 from foundry.episode import Interrupted, play
+from foundry.errors import InputError
 from foundry.models.answers import Answers
 from foundry.models.base import Model, ModelInfo, Reply, Request
 from foundry.models.wrapper import Wrapper
@@ -32,9 +33,9 @@ class PlannedRun:
         prompt: name of the prompt variant.
         world: name of the world.
         calls: calls of a whole episode, at most.
+        served: those of them that a server answers.
         cached: calls whose answers are there, as far as the episode can be followed; None where unknown.
         complete: whether the run is complete in the sweep's folder.
-        remote: whether its calls are sent to a server.
     """
 
     run: Run
@@ -42,14 +43,14 @@ class PlannedRun:
     prompt: str
     world: str
     calls: int
+    served: int
     cached: int | None
     complete: bool
-    remote: bool
 
     @property
     def to_send(self) -> int:
         """Calls that would be sent, at most."""
-        return 0 if self.complete or not self.remote else self.calls - (self.cached or 0)
+        return 0 if self.complete else self.served - (self.cached or 0)
 
 
 class _Silent:
@@ -138,10 +139,20 @@ def _planned(
         prompt=config["prompt"]["name"],
         world=parts.scenario.name,
         calls=parts.scenario.count_calls(),
+        served=_served(config, parts),
         cached=cached,
         complete=complete,
-        remote=model.remote,
     )
+
+
+def _served(config: Mapping[str, Any], parts: _Parts) -> int:
+    """Return how many calls of a run go to a server; all agents are asked equally often."""
+    calls, agents = parts.scenario.count_calls(), len(parts.scenario.personas(config["seed"]))
+    try:
+        placed = in_run(parts.model, config, parts.scenario, ModelInfo(parts.model.name))
+    except InputError:  # told beside the plan, as what keeps the sweep from starting
+        return calls if parts.model.remote else 0
+    return calls * sum(map(placed.is_served, range(agents))) // agents
 
 
 async def _count_hits(config: Mapping[str, Any], parts: _Parts, info: ModelInfo, answers: Answers) -> int:

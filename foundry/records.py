@@ -10,6 +10,9 @@ from typing import Any, ClassVar
 
 import msgspec
 
+NOT_JSON = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
+"""What decoding raises for content that is damaged, or that someone nested too deep."""
+
 
 class Outcome(StrEnum):
     """What became of one model call. The last four leave the agent where it is."""

@@ -15,7 +15,7 @@ import zstandard
 from filelock import FileLock, Timeout
 
 from foundry.errors import RecordError, StorageError
-from foundry.records import Call, RunSummary
+from foundry.records import NOT_JSON, Call, RunSummary
 from foundry.sweep import Run, Sweep, calls_seed
 
 RECORD_STREAMS = ("steps", "messages", "episode")
@@ -56,6 +56,21 @@ def storing(path: Path) -> Iterator[None]:
         raise cannot_write(path, error) from error
 
 
+def scene_here(config: Mapping[str, Any], scenes: Mapping[str, str], sweep: Path) -> dict[str, Any]:
+    """Return a configuration with its scene read from the sweep's folder, if it came with it.
+
+    Args:
+        config: of a run or a condition.
+        scenes: the files of the scenes that came with the sweep, by the names that it knows them by.
+        sweep: the sweep's folder.
+    """
+    scene = config["world"].get("scene") if isinstance(config.get("world"), Mapping) else None
+    if not scenes or not isinstance(scene, Mapping) or scene.get("asset") not in scenes:
+        return dict(config)
+    here = {"asset": scenes[scene["asset"]], "root": str(sweep)}
+    return {**config, "world": {**config["world"], "scene": {**scene, **here}}}
+
+
 class RunFolder:
     """Where one run's files are; reads them.
 
@@ -79,12 +94,11 @@ class RunFolder:
 
     def config(self) -> dict[str, Any]:
         """Return the effective configuration; a scene that came with the sweep is read from its folder."""
-        config = self._sweep.config(self.run)
-        scene = config["world"].get("scene") if isinstance(config.get("world"), Mapping) else None
-        if not self._scenes or not isinstance(scene, Mapping) or scene.get("asset") not in self._scenes:
-            return config
-        here = {"asset": self._scenes[scene["asset"]], "root": str(self.path.parent.parent)}
-        return {**config, "world": {**config["world"], "scene": {**scene, **here}}}
+        return scene_here(self.recorded_config(), self._scenes, self.path.parent.parent)
+
+    def recorded_config(self) -> dict[str, Any]:
+        """Return the effective configuration as the sweep's definition has it."""
+        return self._sweep.config(self.run)
 
     def pictures(self) -> list[str]:
         """Return the names of the kept frames and images, relative to the run's folder."""
@@ -113,7 +127,7 @@ class RunFolder:
             return None
         try:
             return msgspec.json.decode(content, type=RunSummary)
-        except msgspec.DecodeError as error:
+        except NOT_JSON as error:
             raise RecordError(f"{self.path / 'run.json'} cannot be read: {error}") from error
 
     def stream_path(self, name: str) -> Path:
@@ -199,7 +213,10 @@ def read_calls(path: Path) -> Iterator[Call]:
         return
     decode = msgspec.json.Decoder(Call).decode
     with path.open("rb") as file, zstandard.ZstdDecompressor().stream_reader(file) as reader:
-        yield from (decode(line) for line in _whole_lines(reader))
+        try:
+            yield from (decode(line) for line in _whole_lines(reader))
+        except NOT_JSON as error:
+            raise RecordError(f"{path} cannot be read: {error}") from error
 
 
 def calls_bytes(calls: Iterable[Call]) -> bytes:
@@ -226,8 +243,19 @@ def frame_name(step: int) -> str:
 
 
 def kept_file(run: Path, name: str) -> bytes | None:
-    """Return a picture in the folder of a run by the name that its records say, or None when it was not kept."""
+    """Return a picture in the folder of a run by the name that its records say, or None when it was not kept.
+
+    Raises:
+        RecordError: the name leads out of the folder.
+    """
     try:
-        return (run / name).read_bytes()
+        file = (run / name).resolve(strict=True)
+        inside = file.is_relative_to(run.resolve())
+        content = file.read_bytes() if inside else b""
     except FileNotFoundError:
         return None
+    except (OSError, ValueError) as error:
+        raise RecordError(f"The picture {name!r} of {run.name} cannot be read: {error}") from error
+    if not inside:
+        raise RecordError(f"The picture {name!r} of {run.name} is refused: it is not in the run's folder.")
+    return content

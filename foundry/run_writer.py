@@ -12,6 +12,7 @@ from pathlib import Path
 import msgspec
 import zstandard
 
+from foundry.errors import StorageError
 from foundry.records import Call, Counts, Member, Record, RunSummary, SeenImage
 from foundry.store import ALWAYS_THERE, RECORD_STREAMS, RunFolder, frame_name, storing, write_atomically
 
@@ -42,6 +43,8 @@ class RunWriter:
 
     def _begin(self, path: Path, config_text: str) -> None:
         path.mkdir(parents=True, exist_ok=True)
+        if path.is_symlink() or path.parent.is_symlink():  # what is there is not the sweep's, and would be removed
+            raise StorageError(f"'{path}' is refused: it is a link to another place, not a run's folder.")
         (path / "run.json").unlink(missing_ok=True)
         for kept in ("frames", "images"):
             shutil.rmtree(path / kept, ignore_errors=True)
@@ -49,11 +52,11 @@ class RunWriter:
         write_atomically(path / "config.yaml", config_text.encode())
         for name in ALWAYS_THERE:
             self._open(name)
-        self._calls_file = (path / "calls.jsonl.zst").open("wb")
+        self._calls_file = _fresh(path / "calls.jsonl.zst").open("wb")
         self._calls = zstandard.ZstdCompressor(level=3).stream_writer(self._calls_file)
 
     def _open(self, name: str) -> None:
-        self._files[name] = (self.folder.path / f"{name}.jsonl").open("wb", buffering=0)
+        self._files[name] = _fresh(self.folder.path / f"{name}.jsonl").open("wb", buffering=0)
         self._hashes[name] = hashlib.sha256()
 
     def append(self, records: Sequence[Record]) -> None:
@@ -118,6 +121,12 @@ class RunWriter:
     def _close_files(self) -> None:
         for file in self._files.values():
             file.close()
+
+
+def _fresh(path: Path) -> Path:
+    """Return the path with nothing there, since a link there would be followed."""
+    path.unlink(missing_ok=True)
+    return path
 
 
 def write_run_summary(folder: RunFolder, summary: RunSummary) -> None:

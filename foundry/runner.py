@@ -153,11 +153,22 @@ def _play_phases(job: SweepJob, play: PlayPhase) -> None:
 def _phases(job: SweepJob) -> Iterator[list[RunFolder]]:
     """Yield the runs that have not ended: those of one served model after those of another, the rest at once.
 
-    A server then loads each model once.
+    A server then loads each model once. In each part the longest runs come first, since what is left at the end is too
+    little to keep all busy, and short runs are over soon.
     """
     pending = [run for run in job.folder.runs() if not run.ended]
     for _, runs in itertools.groupby(pending, key=lambda run: _remote(run) and model_key(run.config()["model"])):
-        yield list(runs)
+        yield _longest_first(job.folder, list(runs))
+
+
+def _longest_first(folder: SweepFolder, runs: list[RunFolder]) -> list[RunFolder]:
+    """Return the runs by the calls that they take at most, equal ones in their order."""
+    worlds = {run.run.condition: folder.sweep.conditions[run.run.condition].config["world"] for run in runs}
+    keys = {condition: model_key(world) for condition, world in worlds.items()}
+    if len(set(keys.values())) == 1:
+        return runs
+    calls = {keys[condition]: build(world).count_calls() for condition, world in worlds.items()}
+    return sorted(runs, key=lambda run: -calls[keys[run.run.condition]])
 
 
 def _free_server(folder: SweepFolder, run: RunFolder) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 import joblib
 
 from foundry.dask_cluster import DaskBackend, WorkersLost, check_cache, check_folder, connected, survey
+from foundry.errors import InputError
 from foundry.lane import LaneSpec
 from foundry.lane_process import LaneProcess
 from foundry.lanes import Lanes
@@ -34,8 +35,13 @@ class DaskRunner(Runner):
             workers: how many work at once; None for one a thread of the cluster's workers.
             open_runs: runs that one worker plays at once where a server answers the calls.
             remote: fsspec URL that the runs are sent to; None where all machines share the sweep's folder.
+
+        Raises:
+            InputError: the address has no scheme.
         """
         super().__init__(open_runs)
+        if "://" not in address:
+            raise InputError(f"runner.address={address} does not say how it is reached: write tcp://{address}.")
         self._address = address
         self._workers = workers
         self._remote = remote

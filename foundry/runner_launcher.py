@@ -4,28 +4,36 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from foundry.compose import Launch
 from foundry.errors import FoundryError
-from foundry.lane import LaneSpec, run_lane
+from foundry.lane import Lane, LaneSpec, run_lane
 from foundry.runner import PlayPhase, Runner, SweepJob, SweepStopped, raise_if_stopped
 from foundry.store import RunFolder, SweepFolder
 
 
 @dataclass(frozen=True)
 class OneRun:
-    """What a job does: it plays the run that has the job's number."""
+    """What a job does: it plays the run that has the job's number.
+
+    Attributes:
+        spec: what every job is given.
+        command: process of the command, which keeps its Ctrl-C where a launcher runs jobs in that process.
+    """
 
     spec: LaneSpec
+    command: int
 
     def __call__(self, config: object) -> str | None:
         """Play the run; the configuration that Hydra composed for the job is the sweep's, and known."""
         from hydra.core.hydra_config import HydraConfig
 
         number = int(HydraConfig.get().job.num)
-        return run_lane(replace(self.spec, name=f"{self.spec.name}-{number}", runs=(self.spec.runs[number],)))
+        spec = replace(self.spec, name=f"{self.spec.name}-{number}", runs=(self.spec.runs[number],))
+        return Lane(spec).run() if os.getpid() == self.command else run_lane(spec)
 
 
 class LauncherRunner(Runner):
@@ -46,7 +54,7 @@ class LauncherRunner(Runner):
         jobs = [[f"seed={run.run.seed}"] for run in runs]
         fatal: str | None = None
         try:
-            for done in self._launch(OneRun(self.spec(job, runs, number)), jobs):
+            for done in self._launch(OneRun(self.spec(job, runs, number), os.getpid()), jobs):
                 fatal = fatal or done.return_value
         except FoundryError:
             raise

@@ -13,13 +13,14 @@ import errno
 import os
 import shutil
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from foundry.errors import InputError, RecordError, not_found
-from foundry.records import Labels
+from foundry.records import NOT_JSON, Labels
 from foundry.run_files import ALWAYS_THERE as ALWAYS_THERE
 from foundry.run_files import RECORD_STREAMS as RECORD_STREAMS
 from foundry.run_files import RunFolder as RunFolder
@@ -28,6 +29,7 @@ from foundry.run_files import cannot_write as cannot_write
 from foundry.run_files import frame_name as frame_name
 from foundry.run_files import kept_file as kept_file
 from foundry.run_files import read_calls as read_calls
+from foundry.run_files import scene_here
 from foundry.run_files import storing as storing
 from foundry.run_files import write_atomically as write_atomically
 from foundry.sweep import Sweep
@@ -127,7 +129,7 @@ class SweepFolder:
             return msgspec.json.decode(self.labels_file.read_bytes(), type=Labels)
         except FileNotFoundError:
             return None
-        except msgspec.DecodeError as error:
+        except NOT_JSON as error:
             raise RecordError(f"{self.labels_file} cannot be read: {error}") from error
 
     def write_labels(self, labels: Labels) -> None:
@@ -137,18 +139,13 @@ class SweepFolder:
 
     @property
     def report_file(self) -> Path:
-        """Where the report is written unless another file is asked for."""
+        """Where the report is written unless another file is asked for; there once it is written."""
         return self.path / "report.html"
 
     @property
     def baselines_dir(self) -> Path:
         """A sweep's folder of its own: the scripted baselines on the same worlds and seeds."""
         return self.path / "baselines"
-
-    @property
-    def report_path(self) -> Path:
-        """Where the report is, once it is written."""
-        return self.path / "report.html"
 
     @property
     def signatures_path(self) -> Path:
@@ -160,6 +157,11 @@ class SweepFolder:
         scenes = self.scenes()
         return [RunFolder(self.path, run, self.sweep, scenes) for run in self.sweep.runs]
 
+    def part(self, runs: Sequence[RunFolder]) -> SweepFolder:
+        """Return the sweep with some of its runs alone, as small as they are; for processes that work on them."""
+        sweep = replace(self.sweep, runs=tuple(run.run for run in runs))
+        return SweepFolder(self.path, sweep, self.settings, self.models)
+
     def scenes(self) -> dict[str, str]:
         """Return the files of the scenes that came with the sweep in a bundle, by the names that it knows them by.
 
@@ -170,7 +172,7 @@ class SweepFolder:
             named = msgspec.json.decode((self.path / SCENES_FILE).read_bytes(), type=dict[str, str])
         except FileNotFoundError:
             return {}
-        except msgspec.DecodeError as error:
+        except NOT_JSON as error:
             raise RecordError(f"{self.path / SCENES_FILE} cannot be read: {error}") from error
         root = self.path.resolve()
         files = {name: (root / file).resolve() for name, file in named.items()}
@@ -178,6 +180,16 @@ class SweepFolder:
         if outside:
             raise RecordError(f"{self.path / SCENES_FILE} is refused: '{outside[0]}' is not in the sweep's folder.")
         return {name: str(file) for name, file in files.items()}
+
+    def sweep_here(self) -> Sweep:
+        """Return the sweep with the scenes that came with it read from its folder.
+
+        Raises:
+            RecordError: their list cannot be read, or names files elsewhere.
+        """
+        scenes = self.scenes()
+        placed = (replace(one, config=scene_here(one.config, scenes, self.path)) for one in self.sweep.conditions)
+        return replace(self.sweep, conditions=tuple(placed))
 
     def origin_path(self, run: str, at: int) -> Path:
         """Return where the calls are kept that forks of a run at a step share with it."""
@@ -276,6 +288,8 @@ def ensure_writable(path: Path) -> None:
         probe = path / f".probe.{os.getpid()}"
         probe.write_bytes(b"")
         probe.unlink()
+    except ValueError as error:  # a null character
+        raise InputError(f"'{path}' cannot be the name of a folder ({error}): choose another.") from error
     except OSError as error:
         cause = errno.errorcode.get(error.errno or 0, "error")
         raise InputError(

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from foundry.errors import InputError
+from foundry.texts import visible
 
 SEED_KEYS = ("seed", "sampling_seed")
 """The overrides in which `0-9` is a range."""
@@ -20,6 +21,8 @@ IDENTITY_KEYS = ("world", "prompt", "model", "sampling_seed", "seed", "fork")
 
 _RANGE = re.compile(r"(\d+)-(\d+)")
 _MAX_RANGE = 1_000_000
+LONGEST_NAME, LONGEST_SHOWN = 240, 40
+"""Characters of the name of a world, model or prompt, and of one in an error."""
 
 
 @dataclass(frozen=True)
@@ -103,8 +106,13 @@ def _expand_item(key: str, item: str) -> list[str]:
 
 
 def expand(asked: Sequence[str], conditions: Iterable[Condition]) -> Sweep:
-    """Return the sweep over these conditions, each run once, runs of one model next to each other."""
+    """Return the sweep over these conditions, each run once, runs of one model next to each other.
+
+    Raises:
+        InputError: a world, model or prompt has a name that no table can show.
+    """
     kept = tuple(conditions)
+    check_names(kept)
     runs: dict[str, Run] = {}
     for index in _by_model(kept):
         digest = _digest(identity(kept[index].config))
@@ -112,6 +120,22 @@ def expand(asked: Sequence[str], conditions: Iterable[Condition]) -> Sweep:
             run = Run(id=_run_id(kept[index].config, digest, seed), condition=index, seed=seed)
             runs.setdefault(run.id, run)
     return Sweep(asked=tuple(asked), conditions=kept, runs=tuple(runs.values()))
+
+
+def check_names(conditions: Iterable[Condition]) -> None:
+    """Refuse names of parts that are too long to show, or that hold commands to a terminal.
+
+    Raises:
+        InputError: there is one.
+    """
+    named = {(role, str(one.config[role]["name"])) for one in conditions for role in ("world", "model", "prompt")}
+    for role, name in sorted(named):
+        if len(name) > LONGEST_NAME or visible(name) != name or "\n" in name or "\t" in name:
+            shown = name if len(name) <= LONGEST_SHOWN else name[:LONGEST_SHOWN] + "..."
+            raise InputError(
+                f"{role}.name={shown!r} is no name: give up to {LONGEST_NAME} characters, none of which is a control "
+                "character."
+            )
 
 
 def calls_seed(config: Mapping[str, Any]) -> int:

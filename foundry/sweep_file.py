@@ -11,10 +11,11 @@ import msgspec
 import yaml
 
 from foundry.plain_yaml import load_plain
-from foundry.sweep import Condition, Run, Sweep
+from foundry.sweep import Condition, Run, Sweep, check_names
 
 _ENCODE = msgspec.json.Encoder().encode
 _RUNS = "\nruns:\n"
+_RUN_ID = re.compile(r"[a-z0-9][a-z0-9-]{0,99}")
 _RUN_LINES = re.compile(r'(?:- \{"id":"[\w-]+","condition":\d+,"seed":\d+\}\n)*')
 _Dumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
@@ -68,10 +69,23 @@ def sweep_content(text: str, where: object) -> Any:
 
 
 def sweep_from(content: Mapping[str, Any]) -> Sweep:
-    """Return the sweep that `sweep.yaml` describes."""
+    """Return the sweep that `sweep.yaml` describes.
+
+    Raises:
+        InputError: a part has a name that no table can show.
+        ValueError: a run has a name that is no run's, which might lead elsewhere, or no condition.
+    """
     conditions = tuple(
         Condition(factors=entry["factors"], seeds=tuple(entry["seeds"]), config=entry["config"])
         for entry in content["conditions"]
     )
     runs = tuple(Run(**entry) for entry in content["runs"])
+    check_names(conditions)
+    if not runs:
+        raise ValueError("it has no runs")
+    for run in runs:
+        if not _RUN_ID.fullmatch(run.id):
+            raise ValueError(f"{run.id!r} is no id of a run")
+        if type(run.seed) is not int or run.condition not in range(len(conditions)):
+            raise ValueError(f"run {run.id} has no seed or no condition")
     return Sweep(asked=tuple(content["asked"]), conditions=conditions, runs=runs)

@@ -11,15 +11,16 @@ from typing import Any
 from foundry.errors import InputError
 from foundry.models.base import Model
 from foundry.prompts import Prompt
+from foundry.runner import Runner
 from foundry.sweep import Sweep
 from foundry.worlds.base import Scenario
 
 VARIABLE = "FOUNDRY_TRUST_TARGETS"
 """Further packages that are trusted, separated by commas."""
-ROLES: Mapping[str, type] = {"world": Scenario, "model": Model, "prompt": Prompt}
+ROLES: Mapping[str, type] = {"world": Scenario, "model": Model, "prompt": Prompt, "runner": Runner}
 """What the parts of a configuration build."""
-PACKAGES = ("foundry.worlds", "foundry.models", "foundry.prompts", "foundry.runner")
-"""Where the classes that belong to foundry are."""
+PACKAGES = ("foundry.worlds", "foundry.models", "foundry.prompts", "foundry.runner", "foundry.runner_dask")
+"""Where the classes are that a configuration may name."""
 HYDRAS_OWN = ("_partial_", "_args_", "_recursive_", "_convert_")
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 
 from foundry.errors import RecordError
-from foundry.records import CameraEpisode, CameraStep
+from foundry.records import NOT_JSON, CameraEpisode, CameraStep
 from viewer.run_view import OUTCOMES, UNDECIDED, RunView
 
 _OUTCOME_CODES = {name: code for code, name in enumerate(OUTCOMES)}
@@ -47,7 +47,7 @@ class CameraView(RunView):
             return None
         try:
             return msgspec.json.decode(lines[0], type=CameraEpisode)
-        except msgspec.DecodeError as error:
+        except NOT_JSON as error:
             raise RecordError(f"{self.folder.stream_path('episode')} cannot be read: {error}") from error
 
     def frames(self, first: int, last: int) -> dict[str, Any]:

@@ -141,7 +141,7 @@ class CatalogedSweep:
 
     def _links(self) -> Iterator[dict[str, str]]:
         """Yield the report, the plots and the tables that are there, by their path in the sweep's folder."""
-        found = [self.folder.report_path, *sorted(self.folder.analysis_dir.rglob("*"))]
+        found = [self.folder.report_file, *sorted(self.folder.analysis_dir.rglob("*"))]
         for path in found:
             if path.is_file() and path.suffix in (".html", ".png", ".svg", ".csv", ".md"):
                 yield {

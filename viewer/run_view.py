@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from foundry.errors import RecordError
-from foundry.records import Outcome, Record
+from foundry.records import NOT_JSON, Outcome, Record
 from foundry.store import RunFolder
 from viewer.calls import CallLog
 from viewer.lines import StepLines, by_agent, lines_of_agent
@@ -164,7 +164,7 @@ class RunView(ABC):
         """
         try:
             return msgspec.json.Decoder(kind).decode_lines(self.steps.read(first, last))
-        except msgspec.DecodeError as error:
+        except NOT_JSON as error:
             raise RecordError(f"{self.steps.path} cannot be read: {error}") from error
 
 

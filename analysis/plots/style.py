@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+import contextlib
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.font_manager import FontManager
 
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Okabe and Ito, without the yellow that is lost on white."""
@@ -74,7 +79,32 @@ def marker(index: int, *, baseline: bool = False) -> str:
 
 def settings() -> Any:
     """Return RC with the fonts that this machine has."""
+    return RC | {"font.family": ["DejaVu Sans", *_own_fallback_fonts()]}
+
+
+@lru_cache(maxsize=1)
+def _own_fallback_fonts() -> tuple[str, ...]:
     from matplotlib.font_manager import fontManager
 
-    installed = {font.name for font in fontManager.ttflist}
-    return RC | {"font.family": ["DejaVu Sans", *(name for name in FALLBACK_FONTS if name in installed)]}
+    return fallback_fonts(fontManager)
+
+
+def fallback_fonts(manager: FontManager) -> tuple[str, ...]:
+    """Return the fallback fonts that are installed.
+
+    matplotlib keeps a list of fonts from its first use on. Where no fallback is in it, fonts that were installed since
+    are added to this manager alone; the list that is kept on the disk stays as it is.
+    """
+    from matplotlib.font_manager import findSystemFonts
+
+    if not _known_fallbacks(manager):
+        known = {font.fname for font in manager.ttflist}
+        for path in sorted(set(findSystemFonts()) - known):
+            with contextlib.suppress(OSError, RuntimeError, NotImplementedError):  # no font that it can draw with
+                manager.addfont(path)
+    return _known_fallbacks(manager)
+
+
+def _known_fallbacks(manager: FontManager) -> tuple[str, ...]:
+    names = {font.name for font in manager.ttflist}
+    return tuple(name for name in FALLBACK_FONTS if name in names)

@@ -192,9 +192,8 @@ def _of_tests(found: Material) -> list[str]:
     said = []
     weak = int(rows["note"].astype(str).str.contains("no p can reach").sum())
     if weak:
-        said.append(
-            f"In {weak} of {len(rows)} tests of the family no result could have been significant: too few seeds."
-        )
+        tests = int(rows["p"].notna().sum())
+        said.append(f"In {weak} of {tests} tests of the family no result could have been significant: too few seeds.")
     undefined = _undefined(rows)
     if undefined:
         said.append(f"Undefined in every pair, so not compared: {joined(undefined)}.")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from analysis.stats.family import is_denominator, primary_measures
+from analysis.stats.family import is_denominator, primary_measures, unknown_measure
 from analysis.stats.intervals import (
     FEWEST_FOR_CLAIMS,
     NO_VARIATION,
@@ -23,7 +24,7 @@ from analysis.stats.pairing import Paired, bounds, mean_where, pair_up, row_fram
 from analysis.stats.sign_flip import least_p, sign_flip_p
 from analysis.stats.values import BoolArray, seed_values
 from analysis.table import SignatureTable
-from foundry.errors import InputError, not_found
+from foundry.errors import InputError
 
 ALPHA = 0.05
 SIGN_FLIP, MCNEMAR = "sign-flip", "mcnemar"
@@ -80,14 +81,14 @@ COLUMNS = (
 def _known(names: Sequence[str], measures: Sequence[str]) -> tuple[str, ...]:
     for name in names:
         if name not in measures:
-            raise not_found("Measure", name, measures)
+            raise unknown_measure(name, measures)
     return tuple(names)
 
 
 def _checked(margins: Mapping[str, float], measures: Sequence[str]) -> Mapping[str, float]:
     _known(list(margins), measures)
     for name, margin in margins.items():
-        if not margin > 0:
+        if not 0 < margin < math.inf:
             raise InputError(f"The margin of {name} is {margin:g}: give one above 0, in the unit of the measure.")
     return margins
 
@@ -115,8 +116,9 @@ def _tests(paired: Paired, found: Estimates, baseline: BoolArray) -> dict[str, A
     for rows, kept in by_count(paired.difference):
         test[rows] = _FEW_PAIRS
         if kept.shape[1] >= FEWEST_FOR_CLAIMS:
-            vary = varies(kept)
-            test[rows] = np.where(vary, np.where(paired.outcome[rows], MCNEMAR, SIGN_FLIP), _FLAT)
+            # Success of one against failure of the other in every seed varies no more than equal outcomes do.
+            mcnemar = paired.outcome[rows] & kept.any(axis=1)
+            test[rows] = np.where(mcnemar, MCNEMAR, np.where(varies(kept), SIGN_FLIP, _FLAT))
             for name, p_of in ((MCNEMAR, mcnemar_p), (SIGN_FLIP, sign_flip_p)):
                 own = test[rows] == name
                 p[rows[own]] = p_of(kept[own])

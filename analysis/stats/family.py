@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Sequence
 
-from analysis.signatures import discover
+from analysis.signatures import discover, is_readable_only
+from foundry.errors import InputError, not_found
 
 NO_BEHAVIOUR = frozenset({"cost"})
 """Signatures that say what a run took, and not what the agents did."""
@@ -28,3 +30,14 @@ def headline_measures(measures: Sequence[str]) -> tuple[str, ...]:
     """Return the signatures' headlines over all decisions, without denominators and cost."""
     shown = [one.headline_columns(measures) for one in discover() if one.name not in NO_BEHAVIOUR]
     return tuple(dict.fromkeys(name for columns in shown for name in columns if not is_denominator(name)))
+
+
+def unknown_measure(asked: str, measures: Sequence[str]) -> InputError:
+    """Return the error for a measure that does not exist, with those of the signature that is meant, or the headlines.
+
+    There are hundreds of measures, too many for one line.
+    """
+    signatures = dict.fromkeys(name.partition(".")[0] for name in measures)
+    meant = difflib.get_close_matches(asked.partition(".")[0], list(signatures), n=1)
+    own = [name for name in measures if name.partition(".")[0] in meant and not is_readable_only(name)]
+    return not_found("Measure", asked, own or headline_measures(measures), "All are columns of signatures.csv.")

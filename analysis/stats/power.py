@@ -8,13 +8,13 @@ import pandas as pd
 
 from analysis.run import FloatArray, IntArray
 from analysis.stats.contrasts import ALPHA
-from analysis.stats.family import headline_measures, primary_measures
+from analysis.stats.family import headline_measures, primary_measures, unknown_measure
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS, estimates
 from analysis.stats.pairing import pair_up, row_frame
 from analysis.stats.sign_flip import fewest_pairs
 from analysis.stats.values import seed_values
 from analysis.table import SignatureTable
-from foundry.errors import InputError, not_found
+from foundry.errors import InputError
 
 MOST_SEEDS = 100_000
 CAUTION = 0.8
@@ -129,7 +129,7 @@ def paired_power(effect: FloatArray, n: IntArray, level: FloatArray) -> FloatArr
 
 def _check(table: SignatureTable, measure: str | None, difference: float | None, target: float) -> None:
     if measure is not None and measure not in table.measures:
-        raise not_found("Measure", measure, table.measures)
+        raise unknown_measure(measure, table.measures)
     if difference is not None and not difference > 0:
         raise InputError(f"The difference is {difference:g}: give one above 0, in the unit of the measure.")
     if not 0 < target < 1:

@@ -20,6 +20,8 @@ CONFOUNDED = "cannot be told from the other components"
 NEGATIVE = "estimate below 0, shown as 0"
 _RANK = 1e-9
 """Part of the largest eigenvalue below which one is 0."""
+_DIGITS = 9
+"""Digits of a measure's total variance that do not depend on the machine's linear algebra, gaps included."""
 
 
 @dataclass(frozen=True)
@@ -65,9 +67,19 @@ def variance_split(table: SignatureTable, groups: pd.DataFrame | None = None) ->
             "measure": np.repeat(np.array(values.measures, dtype=object), len(names)),
             "component": names * len(values.measures),
             "variance": variance.ravel(),
-            "share": share.ravel(),
+            "share": share.ravel().round(_DIGITS),
             "note": note.ravel(),
         }
+    )
+
+
+def _settled(variance: FloatArray) -> FloatArray:
+    """Return the components (K, components) rounded, so that every machine writes the same table; none is -0.0."""
+    total = np.nansum(np.abs(variance), axis=1, keepdims=True)
+    places = _DIGITS - np.floor(np.log10(total, out=np.zeros_like(total), where=total > 0))
+    scale = 10.0 ** np.abs(places)
+    return np.asarray(
+        np.where(places >= 0, np.round(variance * scale) / scale, np.round(variance / scale) * scale) + 0.0
     )
 
 
@@ -105,6 +117,7 @@ def _components(cells: _Cells) -> tuple[FloatArray, npt.NDArray[np.object_]]:
         variance[:, -1] = residual
         for index, name in enumerate(names):
             variance[:, index] = _component(cells, full, name, residual)
+    variance = _settled(variance)
     note[np.isnan(variance)] = CONFOUNDED
     note[variance < 0] = NEGATIVE
     variance = np.where(variance < 0, 0.0, variance)

@@ -52,11 +52,13 @@ def margins_of(texts: Sequence[str]) -> dict[str, float]:
     """Return the margins of equivalence by measure.
 
     Raises:
-        InputError: one does not have the form MEASURE=SIZE.
+        InputError: one does not have the form MEASURE=SIZE, or a measure has two.
     """
     margins = {}
     for text in texts:
-        measure, _, size = text.partition("=")
+        measure, _, size = text.rpartition("=")
+        if measure in margins:
+            raise InputError(f"--margin {measure} is given twice: give each measure one margin.")
         try:
             margins[measure] = float(size)
         except ValueError:
@@ -84,15 +86,18 @@ def run_baselines(path: Path) -> None:
     run_folder(SweepFolder.create(opened.baselines_dir, sweep, settings, []), settings, check(sweep))
 
 
-def analyze_and_show(folders: Sequence[Path], **options: Any) -> None:
-    """Analyse sweeps with these options of `analysis.analyze` and print the short tables."""
+def analyze_and_show(folders: Sequence[Path], *, brief: bool = False, **options: Any) -> None:
+    """Analyse sweeps with these options of `analysis.analyze` and print the short tables, or the shortest."""
     from analysis import analyze as analyze_folders
     from foundry.display import frame_table
 
     with _watched() as watch:
         analysis = analyze_folders(folders, watch=watch, **options)
-    for table in analysis.headlines():
-        console().print(frame_table(table.rows, table.columns))
+    screen = console()
+    for table in analysis.headlines(screen.width, brief=brief):
+        screen.print(frame_table(table.rows, table.columns))
+        if table.caption:
+            screen.print(f"{table.caption}\n", style="dim", highlight=False, markup=False)
     for note in analysis.notes:
         print(note)
     print(f"tables and plots in {analysis.path}")

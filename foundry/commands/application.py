@@ -41,6 +41,9 @@ Trusted = Annotated[
         show_default=False,
     ),
 ]
+TrustedServers = Annotated[
+    bool, typer.Option("--trust-servers", help="Also send keys to the servers that the record names, use its cluster.")
+]
 
 
 def fail(error: object, code: int) -> int:

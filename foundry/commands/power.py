@@ -49,6 +49,8 @@ def _plan(folder: Folder, difference: float | None, target: float, measure: str 
     source = Source(folder, folder.name)
     results = [measure_run(run, source).without_steps() for run in SweepFolder.open(folder).runs()]
     table = build_table(results)
+    if not table.frame["status"].eq("complete").any():
+        raise InputError(f"{folder} has no complete run to judge by: foundry resume {folder} goes on with it.")
     return plan(table, group_columns(results, table), measure=measure, difference=difference, target=target)
 
 

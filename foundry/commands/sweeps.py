@@ -17,6 +17,7 @@ from foundry.commands.application import (
     OVERRIDES,
     Folder,
     Trusted,
+    TrustedServers,
     app,
     console,
     fail,
@@ -107,7 +108,7 @@ def run_folder(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], 
         return fail(f"the sweep was stopped: {error}", EXIT_FAILED)
     code = _report_end(folder)
     if settings["analyze"]:
-        analyze_and_show([folder.path])
+        analyze_and_show([folder.path], brief=True)
     return code
 
 
@@ -179,11 +180,12 @@ def known_models(sweep: Sweep) -> tuple[dict[str, ModelInfo], str]:
 
 
 @app.command()
-def resume(folder: Folder, trust_targets: Trusted = None) -> None:
+def resume(folder: Folder, trust_targets: Trusted = None, trust_servers: TrustedServers = False) -> None:
     """Go on with a sweep: complete runs are skipped, answered calls are not asked again.
 
     OLLAMA_HOST and OPENAI_BASE_URL, where they are set, replace the servers that the sweep began with.
     """
+    from foundry import reaching
     from foundry.preflight import check
     from foundry.store import SweepFolder, check_digests
     from foundry.sweep import with_hosts
@@ -194,7 +196,10 @@ def resume(folder: Folder, trust_targets: Trusted = None) -> None:
     for variable, key in (("OLLAMA_HOST", "hosts"), ("OPENAI_BASE_URL", "base_url")):
         if variable in os.environ:
             opened.sweep = with_hosts(opened.sweep, os.environ[variable], key)
-    infos = check(opened.sweep)
+    if not trust_servers:
+        reaching.check_models(condition.config["model"] for condition in opened.sweep.conditions)
+        reaching.check_settings(opened.settings)
+    infos = check(opened.sweep_here())
     check_digests(opened, model_lines(infos))
     raise typer.Exit(run_folder(opened, opened.settings, infos))
 

@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from foundry.commands.application import EXIT_FAILED, EXIT_OK, OVERRIDES, Trusted, app, console, for_screen
+from foundry.commands.application import (
+    EXIT_FAILED,
+    EXIT_OK,
+    OVERRIDES,
+    Trusted,
+    TrustedServers,
+    app,
+    console,
+    for_screen,
+)
 
 if TYPE_CHECKING:
     from foundry.store import RunFolder, SweepFolder
@@ -149,11 +158,13 @@ def fork(
     run: Annotated[Path, typer.Argument(help="A run's folder.", show_default=False)],
     at: Annotated[int, typer.Option(help="The first step that is played anew, from 2.", show_default=False)],
     trust_targets: Trusted = None,
+    trust_servers: TrustedServers = False,
 ) -> None:
     """Continue a recorded run from a step on, with another model, prompt or world; what was before is shared.
 
     foundry fork outputs/pilot/runs/<run> --at 20 -m model=qwen3:4b,llama3.2 sampling_seed=0-4
     """
+    from foundry import reaching
     from foundry.commands.sweeps import run_composed
     from foundry.store import find_run, runs_at
     from foundry.targets import check_sweep_targets
@@ -162,4 +173,7 @@ def fork(
     origin, (folder, _) = find_run(run), runs_at(run)
     check_sweep_targets(folder.sweep, folder.settings, trust_targets or ())
     composed = compose_fork(origin, folder.path.resolve().name, at, context.args)
+    if composed is not None and not trust_servers:
+        models = [condition.config["model"] for condition in composed.conditions]
+        reaching.check_models(models, typed=context.args, recorded=origin.config()["model"])
     raise typer.Exit(EXIT_OK if composed is None else run_composed(composed, lambda new: keep_origin(new, origin, at)))

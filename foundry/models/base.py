@@ -201,6 +201,10 @@ class Model(ABC):
         """Return the model wrapped; one that routes to others has each of these wrapped instead."""
         return wrap(self)
 
+    def is_served(self, agent: int) -> bool:
+        """Return whether asking for this agent costs something."""
+        return self.remote
+
     def roster(self) -> tuple[Member, ...]:
         """Return which of several models answers for which agents; nothing where one answers for all."""
         return ()
@@ -222,6 +226,11 @@ class Model(ABC):
             InputError: the server cannot be reached or does not have the model.
         """
         return ModelInfo(name=self.name)
+
+    @property
+    def connections(self) -> int:
+        """How many connections to its server were opened so far; a server that was started anew needs new ones."""
+        return 0
 
     async def confirm(self) -> None:
         """Check that the server still has the model that it had when the sweep began.

@@ -13,17 +13,17 @@ CONFIRM_EVERY_S = 60.0
 
 
 class ConfirmedModel(Wrapper):
-    """Compares the model's digest after the first reply, after the first one that follows a failure, and every minute.
+    """Compares the model's digest after a reply that follows a new connection or a failure, and every minute.
 
-    A server that was started anew, perhaps with other weights under the same name, broke the calls in flight; so a
-    reply that follows a failure is handed on only once the server was asked.
+    A server that was started anew, perhaps with other weights under the same name, is reached by new connections
+    alone; so a reply that follows one is handed on only once the server was asked.
     """
 
     def __init__(self, inner: Model, digest: str) -> None:
         """Wrap a model whose digest was this when the sweep was checked."""
         super().__init__(inner)
         self._digest = digest
-        self._doubts, self._settled = 1, 0
+        self._failures, self._settled = 1, 0
         self._unconfirmed = 0
         self._confirmed_at = time.monotonic()
         self._confirming = asyncio.Lock()
@@ -39,7 +39,7 @@ class ConfirmedModel(Wrapper):
         except UnusableReply:
             raise
         except TransientError as error:
-            self._doubts += not error.busy
+            self._failures += not error.busy
             raise
         self._unconfirmed += 1
         if self._in_doubt:
@@ -52,6 +52,10 @@ class ConfirmedModel(Wrapper):
         """Ask the server once more, unless nothing was answered since it was asked last."""
         if self._unconfirmed:
             await self._confirm()
+
+    @property
+    def _doubts(self) -> int:
+        return self._failures + self.inner.connections
 
     @property
     def _in_doubt(self) -> bool:

@@ -149,6 +149,10 @@ class Population(Model):
         """Return the parameters of every member."""
         return {label: {"model": model.name, **self._parameters[label]} for label, model in self._models.items()}
 
+    def is_served(self, agent: int) -> bool:
+        """Return whether asking the agent's member costs something."""
+        return self._models[self._labels[agent]].remote
+
     def roster(self) -> tuple[Member, ...]:
         """Return which member answers for which agents."""
         return tuple(

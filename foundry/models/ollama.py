@@ -103,6 +103,11 @@ class OllamaModel(ServedModel):
         """The option `num_ctx`."""
         return self.settings.options.get("num_ctx")
 
+    @property
+    def connections(self) -> int:
+        """How many connections were opened so far."""
+        return self._transport.opened
+
     def parameters(self) -> dict[str, Any]:
         """Return everything that is sent beside messages, seed and keep_alive; schemas by kind."""
         return ollama_wire.chat_parameters(self.settings)

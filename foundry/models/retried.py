@@ -18,6 +18,8 @@ from foundry.records import Attempt
 
 T = TypeVar("T")
 Sleep = Callable[[float], Awaitable[Any]]
+LONGEST_ASKED_S = 3600.0
+"""The longest wait that a server is granted, seconds: a date in another clock's time may be years away."""
 
 
 class RetriedModel(Wrapper):
@@ -103,7 +105,7 @@ class RetriedModel(Wrapper):
         """Return the wait in seconds: at random between half of the back-off and all of it."""
         backoff = min(self._wait_max_s, self._wait_initial_s * 2.0 ** (state.attempt_number - 1))
         jittered = backoff * float(self._jitter.uniform(0.5, 1.0))
-        return max(jittered, _error_of(state).retry_after_s or 0.0)
+        return max(jittered, min(_error_of(state).retry_after_s or 0.0, LONGEST_ASKED_S))
 
 
 def _error_of(state: RetryCallState) -> TransientError:

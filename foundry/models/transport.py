@@ -43,6 +43,23 @@ class Origin:
         return f"{self.server} at {self.host}, model '{self.model}'"
 
 
+class _Counting(AiohttpTransport):
+    """Counts the connections that are opened."""
+
+    opened = 0
+
+    def get_client(self) -> aiohttp.ClientSession:
+        session = super().get_client()
+        trace = aiohttp.TraceConfig()
+        trace.on_connection_create_end.append(self._note)
+        trace.freeze()
+        session.trace_configs.append(trace)
+        return session
+
+    async def _note(self, session: object, context: object, parameters: object) -> None:
+        self.opened += 1
+
+
 class Transport:
     """Sends calls to one or more servers, one connection a call.
 
@@ -62,6 +79,7 @@ class Transport:
         self._ways_on = ways_on
         self._headers = {"content-type": "application/json", **(headers or {})}
         self._client: httpx.AsyncClient | None = None
+        self._counting: _Counting | None = None
 
     async def send(
         self, origin: Origin, method: str, path: str, *, read_timeout_s: float, content: bytes | None = None
@@ -80,6 +98,11 @@ class Transport:
             cause = error.__cause__ or error
             raise TransientError(f"{origin}: {_cause_line(cause)}. {self._ways_on}") from error
 
+    @property
+    def opened(self) -> int:
+        """How many connections were opened so far by the present client."""
+        return 0 if self._counting is None else self._counting.opened
+
     async def close(self) -> None:
         """Free connections; a later call opens new ones, in another event loop if need be."""
         client, self._client = self._client, None
@@ -90,8 +113,9 @@ class Transport:
         if self._client is None:
             # One connection a call: calls beyond the limit wait where their order and number are known.
             limits = httpx.Limits(max_connections=self._serving.in_flight.max + 1, keepalive_expiry=60.0)
+            self._counting = _Counting(limits=limits, trust_env=False)
             self._client = httpx.AsyncClient(
-                transport=AiohttpTransport(limits=limits, trust_env=False),
+                transport=self._counting,
                 headers=self._headers,
                 trust_env=False,
                 follow_redirects=False,

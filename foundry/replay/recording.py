@@ -11,6 +11,7 @@ import msgspec
 
 from foundry.errors import InputError, RecordError
 from foundry.preflight import scenario_of
+from foundry.records import NOT_JSON
 from foundry.store import RunFolder, kept_file
 from foundry.targets import check_targets
 from foundry.worlds.base import Recorded, Redrawing
@@ -57,7 +58,7 @@ def read_recording(run: RunFolder) -> Recording:
     steps = _whole_lines(run.steps_bytes())
     try:
         numbers = [line.step for line in msgspec.json.Decoder(_StepOf).decode_lines(steps)]
-    except msgspec.DecodeError as error:
+    except NOT_JSON as error:
         raise RecordError(f"The steps of '{run.path}' cannot be read: {error}") from error
     last = _last_whole(numbers)
     config = run.config()

@@ -17,7 +17,16 @@ import zstandard
 from foundry import provenance
 from foundry.errors import InputError
 from foundry.records import Attempt, Call
-from foundry.store import RECORD_STREAMS, SCENES_FILE, RunFolder, SweepFolder, calls_bytes, kept_file, read_calls
+from foundry.store import (
+    RECORD_STREAMS,
+    SCENES_FILE,
+    RunFolder,
+    SweepFolder,
+    calls_bytes,
+    ensure_writable,
+    kept_file,
+    read_calls,
+)
 from foundry.sweep import Sweep
 from foundry.sweep_file import sweep_text, to_yaml
 from foundry.trust.manifest import FORMAT, NAME, BundledFile, Manifest, check_names
@@ -46,7 +55,8 @@ def write_bundle(path: Path, out: Path) -> Manifest:
     """Write the bundle of a sweep.
 
     Raises:
-        InputError: it is no sweep, a scene is not found, the file exists, or a text holds a secret.
+        InputError: it is no sweep, a scene is not found, the file exists or cannot be written, or a text holds a
+            secret.
     """
     if out.exists():
         raise InputError(f"'{out}' exists: name another file, or remove it.")
@@ -64,6 +74,7 @@ def write_bundle(path: Path, out: Path) -> Manifest:
         git_commit=provenance.git_commit(),
         files=tuple(_described(entry) for entry in entries),
     )
+    ensure_writable(out.parent)
     partial_file = out.with_name(f".{out.name}.part")
     try:
         with partial_file.open("wb") as file:

@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 
 from foundry.errors import InputError, RecordError
-from foundry.records import Call
+from foundry.records import NOT_JSON, Call
 from foundry.store import RunFolder
 from foundry.trust.difference import CALLS, NOTHING, Difference, first_difference
 from foundry.trust.recorded import Place, place_of
@@ -86,14 +86,14 @@ def _steps(run: RunFolder) -> Sequence[Line]:
         raise InputError(f"Run '{run.id}' has recorded no step yet: there is nothing to compare.")
     try:
         return msgspec.json.Decoder(dict[str, Any]).decode_lines(content)
-    except msgspec.DecodeError as error:
+    except NOT_JSON as error:
         raise RecordError(f"The steps of '{run.path}' cannot be read: {error}") from error
 
 
 def _calls(run: RunFolder) -> dict[Place, tuple[int, Call]]:
     try:
         return {place_of(call): (number, call) for number, call in enumerate(run.calls(), start=1)}
-    except msgspec.DecodeError as error:
+    except NOT_JSON as error:
         raise RecordError(f"The calls of '{run.path}' cannot be read: {error}") from error
 
 

@@ -24,7 +24,7 @@ from foundry.store import RECORD_STREAMS, RunFolder, SweepFolder, calls_bytes, w
 from foundry.sweep import Condition, calls_seed, model_key
 from foundry.sweep_file import to_yaml
 from foundry.trust.recorded import Departed, NotRecorded, RecordedAsker, past_wordings
-from foundry.trust.verifying import Comparer
+from foundry.trust.verifying import Comparer, EndOfRecords
 
 _INTERPOLATION = re.compile(r"(\\*)\$\{")
 GROUPS = ("world", "model", "prompt")
@@ -167,6 +167,8 @@ def _check_past(run: RunFolder, condition: Condition, at: int) -> None:
         place = departed.difference.place
         when = f"at step {place[0]}" if place else "at the start"
         raise _refusal(f"{when} it would be another: {departed.difference.line()}") from departed
+    except EndOfRecords as end:
+        raise _refusal(f"at step {max(1, world.step)} it would hold more than was recorded: {end}") from end
     raise InputError(f"--at {at}: the episode ends after {world.step} steps: raise world.steps, or fork it earlier.")
 
 

@@ -71,7 +71,12 @@ def wordings(config: Mapping[str, Any]) -> list[Wording]:
 
 
 class RecordedAsker:
-    """Puts questions as the run did, and answers from its log; what it would put otherwise is a difference."""
+    """Puts questions as the run did, and answers from its log; what it would put otherwise is a difference.
+
+    Attributes:
+        calls: the log.
+        used: how many of its answers were asked for.
+    """
 
     def __init__(self, calls: Iterable[Call], asked: Sequence[Wording]) -> None:
         """Index the log.
@@ -80,7 +85,8 @@ class RecordedAsker:
             calls: the logged calls, in their order.
             asked: how questions are put, by step.
         """
-        self._calls = {place_of(call): (number, call) for number, call in enumerate(calls, start=1)}
+        self.calls = list(calls)
+        self._calls = {place_of(call): (number, call) for number, call in enumerate(self.calls, start=1)}
         self._asked = asked
         self._keys: list[tuple[Source, RequestKeys]] = []
         self.used = 0
@@ -88,7 +94,7 @@ class RecordedAsker:
     @property
     def recorded(self) -> int:
         """How many calls there are."""
-        return len(self._calls)
+        return len(self.calls)
 
     def request(self, question: Question) -> Request:
         """Return the request as it was sent.

@@ -14,6 +14,7 @@ from typing import IO
 import zstandard
 
 from foundry.errors import InputError
+from foundry.store import ensure_writable
 from foundry.trust.manifest import LARGEST_BYTES, NAME, BundledFile, Manifest, read_manifest
 
 GIB = 1 << 30
@@ -81,7 +82,7 @@ def unpack_bundle(bundle: Path, target: Path, *, limit: int = 16 * GIB) -> Manif
         raise InputError(f"Bundle '{bundle}' does not exist.")
     if target.exists() and (not target.is_dir() or any(target.iterdir())):
         raise InputError(f"'{target}' is in use: name a new or an empty folder.")
-    target.parent.mkdir(parents=True, exist_ok=True)
+    ensure_writable(target.parent)
     with tempfile.TemporaryDirectory(prefix=".unbundle-", dir=target.parent) as name:
         fresh = Path(name) / "sweep"
         fresh.mkdir()

@@ -16,11 +16,12 @@ import msgspec
 from foundry.build import build
 from foundry.episode import play
 from foundry.errors import RecordError
-from foundry.records import Call, Record, RunSummary, SeenImage
+from foundry.records import NOT_JSON, Call, Counts, Record, RunSummary, SeenImage
 from foundry.store import RECORD_STREAMS, RunFolder, SweepFolder, frame_name, kept_file
 from foundry.sweep import model_key
 from foundry.trust.difference import CALLS, NOTHING, Difference, first_difference
 from foundry.trust.recorded import Departed, NotRecorded, RecordedAsker, wordings
+from foundry.trust.summaries import COMPLETE, check_config, check_digests, check_summary
 
 _ENCODE = msgspec.json.Encoder().encode
 _CHUNKS = 8
@@ -74,6 +75,7 @@ class Comparer:
         self._ended = ended
         self._lines = {name: _lines(run.stream_path(name), whole_only=not ended) for name in RECORD_STREAMS}
         self._next = dict.fromkeys(RECORD_STREAMS, 0)
+        self.counts = Counts()
 
     @property
     def compared(self) -> int:
@@ -83,13 +85,18 @@ class Comparer:
     def append(self, records: Sequence[Record]) -> None:
         """Compare records with the next lines of their files."""
         for record in records:
+            record.tally(self.counts)
             if isinstance(record, SeenImage):
                 self._compare_file(record.path, record.content)
             elif record.stream in self._lines:
                 self._compare_line(record.stream, _ENCODE(record))
 
     def append_calls(self, calls: Sequence[Call]) -> None:
-        """Leave the calls to the asker, which put the questions."""
+        """Count the calls; the asker, which put the questions, has compared them."""
+        for call in calls:
+            self.counts.calls += 1
+            self.counts.prompt_tokens += call.prompt_tokens or 0
+            self.counts.output_tokens += call.output_tokens or 0
 
     def frame(self, step: int, png: bytes) -> None:
         """Compare a picture of the state."""
@@ -167,16 +174,22 @@ def _verify_all(runs: Sequence[RunFolder], frames: bool) -> Iterator[Verified]:
 def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames: bool) -> Verified:
     if not run.path.exists():
         return Verified(run.id, Verdict.NOT_STARTED)
-    summary = run.summary()
+    try:
+        summary = run.summary()
+    except RecordError as error:
+        damage = f"damaged: {error.__cause__ or error}"
+        return Verified(run.id, Verdict.DIFFERS, difference=Difference("run.json", None, "", damage, "a summary"))
     comparer = Comparer(run, ended=summary is not None)
     try:
         asker = RecordedAsker(run.calls(), wordings(config))
-    except msgspec.DecodeError as error:
+    except NOT_JSON as error:
         return Verified(run.id, Verdict.DIFFERS, difference=Difference(CALLS, None, "", f"damaged: {error}", "a call"))
     every = int(config["record"]["frames"]) if frames else 0
     try:
         note = _replay(scenario.start(config["seed"]), asker, comparer, summary, every)
-        _check_digests(run, summary)
+        check_digests(run, summary)
+        check_summary(config, summary, comparer.counts, asker.calls)
+        check_config(run, run.recorded_config(), summary)
     except Departed as departed:
         return Verified(run.id, Verdict.DIFFERS, comparer.compared, asker.used, departed.difference)
     return Verified(run.id, Verdict.IDENTICAL, comparer.compared, asker.used, note=note)
@@ -188,10 +201,11 @@ def _replay(world: Any, asker: RecordedAsker, comparer: Comparer, summary: RunSu
     Raises:
         Departed: it is not the recorded one.
     """
-    complete = summary is not None and summary.status == "complete"
+    complete = summary is not None and summary.status == COMPLETE
     try:
         asyncio.run(play(world, asker, comparer, frame_every=every))
         comparer.check_end()
+        _check_status(summary)
     except EndOfRecords:
         return _note(world, summary)
     except NotRecorded as end:
@@ -208,6 +222,13 @@ def _replay(world: Any, asker: RecordedAsker, comparer: Comparer, summary: RunSu
     return _note(world, summary)
 
 
+def _check_status(summary: RunSummary | None) -> None:
+    """Check that an episode that reaches its end is not recorded as one that failed."""
+    # A worker that died may have died at the very end; it could not say what it had written.
+    if summary is not None and summary.status != COMPLETE and summary.records_sha256:
+        raise Departed(Difference("run.json", None, "status", summary.status, COMPLETE))
+
+
 def _check_failure(error: Exception, summary: RunSummary | None) -> None:
     """Check that an error is the one that ended the run."""
     now = (type(error).__name__, str(error) or type(error).__name__)
@@ -220,22 +241,9 @@ def _check_failure(error: Exception, summary: RunSummary | None) -> None:
 def _note(world: Any, summary: RunSummary | None) -> str:
     if summary is None:
         return f"has not ended: as far as its records go, {world.step} steps"
-    if summary.status != "complete":
+    if summary.status != COMPLETE:
         return f"failed after {world.step} steps: {summary.error}"
     return ""
-
-
-def _check_digests(run: RunFolder, summary: RunSummary | None) -> None:
-    """Check that the files are those whose digests the run ended with."""
-    if summary is None:
-        return
-    for stream in RECORD_STREAMS:
-        name, path = f"{stream}.jsonl", run.stream_path(stream)
-        now = _sha256(path.read_bytes()) if path.exists() else NOTHING
-        recorded = summary.records_sha256.get(name, NOTHING)
-        # A worker that died could not say what it had written.
-        if recorded != now and summary.records_sha256:
-            raise Departed(Difference("run.json", None, f"records_sha256.{name}", recorded, now))
 
 
 def _lines(path: Path, *, whole_only: bool) -> list[bytes]:
@@ -254,7 +262,7 @@ def _line_difference(file: str, number: int, recorded: bytes | None, now: bytes)
         return Difference(file, number, "", NOTHING, now.decode(), place)
     try:
         then = msgspec.json.decode(recorded)
-    except msgspec.DecodeError:
+    except NOT_JSON:
         return Difference(file, number, "", recorded.decode("utf-8", "replace"), now.decode(), place)
     found = first_difference(then, fresh)
     if found is None:

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from analysis.comparison import compare, headline
+from analysis.comparison import compare
 from analysis.stats.intervals import estimate
 from signature_tables import runs, table
 
@@ -79,17 +79,3 @@ def test_baselines_are_described_and_marked():
 def test_rates_of_outcomes_have_wilsons_interval():
     made = compared([*runs("a", [1] * 8 + [0] * 2, "path_efficiency.success")])
     assert (made.frame["low"][0], made.frame["interval"][0]) == (pytest.approx(0.490162, abs=1e-6), "wilson")
-
-
-def test_the_headline_has_a_column_per_group():
-    found = headline(compared([*runs("a", [0.1, 0.2]), *runs("b", [0.5, 0.5])]))
-    assert found.columns == ("measure", "a", "b")
-    assert found.rows == (("idle_rate.chosen", "0.15 [0, 0.785]", "0.5"),)
-
-
-def test_many_groups_stand_below_one_another():
-    rows = [run for model in "abcdef" for run in runs(model, [math.nan])]
-    found = headline(compared(rows))
-    assert found.columns == ("measure", "group", "mean [95 % interval]")
-    assert found.rows[0] == ("idle_rate.chosen", "a", "-")
-    assert len(found.rows) == 6

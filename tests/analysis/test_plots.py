@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import re
 import struct
 from xml.etree import ElementTree
 
+import matplotlib
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontManager, fontManager
 
 from analysis import analyze, signatures
 from analysis.figures.grid import GridGroup, cascade_tree, not_warned, occupancy
@@ -311,6 +314,13 @@ def test_letters_are_as_large_as_print_needs(plots):
         float(size) for path in plots.glob("*.svg") for size in re.findall(r"font-size:([\d.]+)px", path.read_text())
     }
     assert sizes and min(sizes) >= 7
+
+
+def test_fonts_are_found_that_were_installed_since_matplotlib_last_looked():
+    manager = copy.copy(fontManager)
+    manager.ttflist = [font for font in fontManager.ttflist if font.fname.startswith(matplotlib.get_data_path())]
+    expected = [name for name in style.FALLBACK_FONTS if name in {font.name for font in FontManager().ttflist}]
+    assert list(style.fallback_fonts(manager)) == expected
 
 
 def test_names_in_any_script_can_be_drawn(make_sweep, make_condition, small_world):

@@ -72,7 +72,7 @@ def test_a_sweep_of_which_nothing_is_complete_can_be_analysed(make_sweep, make_c
     rewrite_run(folder.runs()[0], "failed")
     found = analyze([folder.path])
     assert found.runs["status"].tolist() == ["failed"]
-    assert found.headline().rows == ()
+    assert found.headlines(200) == []
 
 
 def test_swept_settings_become_columns_and_groups(make_sweep, make_condition, small_world):
@@ -194,5 +194,5 @@ def test_runs_of_other_worlds_are_listed_without_signatures(make_sweep, make_con
     (folder.path / "sweep.yaml").write_text(content.replace("half_size: 5", "scene: kibo.usd"), encoding="utf-8")
     found = analyze([folder.path])
     assert found.runs["failure.rate"].tolist() == [0]
-    assert found.headline().rows == ()
+    assert found.headlines(200) == []
     assert any("is neither a 2D nor a 3D one" in note for note in found.notes)

@@ -11,6 +11,7 @@ import pytest
 import yaml
 
 import ollama_cases as cases
+from databases import PostgresStore, SqliteStore, Store
 from foundry.models.base import ChatMessage, Model, Reply, Request
 from foundry.models.ollama import OllamaModel
 from foundry.models.openai import OpenAIModel
@@ -49,6 +50,14 @@ class Scripted(Model):
     def parameters(self) -> dict[str, Any]:
         """Return nothing."""
         return {}
+
+
+@pytest.fixture(params=["sqlite", pytest.param("postgres", marks=pytest.mark.cluster)])
+def store(request: pytest.FixtureRequest, tmp_path: Path) -> Store:
+    """An empty cache of answers of either kind."""
+    if request.param == "sqlite":
+        return SqliteStore(tmp_path)
+    return PostgresStore(request.getfixturevalue("postgres").database())
 
 
 @pytest.fixture

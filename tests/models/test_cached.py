@@ -1,12 +1,13 @@
+"""A model whose answers are kept, over both kinds of cache."""
+
 import asyncio
-import sqlite3
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-from foundry.errors import InputError, TransientError
-from foundry.models.answers_sqlite import SqliteAnswers
+from databases import Store
+from foundry.errors import TransientError
+from foundry.models.answers import Answers
 from foundry.models.base import ChatMessage, Model, Reply, Request, RequestKeys
 from foundry.models.cached import CachedModel
 
@@ -45,18 +46,18 @@ def opened(inner: Counting) -> Counting:
     return inner
 
 
-async def ask(path: Path, inner: Counting, *requests: Request) -> list[Reply]:
-    answers = SqliteAnswers(path)
+async def ask(store: Store, inner: Counting, *requests: Request) -> list[Reply]:
+    answers = store.open()
     try:
         return await CachedModel(inner, answers).ask_all(requests)
     finally:
         answers.close()
 
 
-def test_what_was_answered_once_is_never_asked_again(tmp_path: Path):
+def test_what_was_answered_once_is_never_asked_again(store: Store):
     first, second = opened(Counting()), opened(Counting())
-    (paid,) = asyncio.run(ask(tmp_path / "a.sqlite", first, request()))
-    (free,) = asyncio.run(ask(tmp_path / "a.sqlite", second, request()))
+    (paid,) = asyncio.run(ask(store, first, request()))
+    (free,) = asyncio.run(ask(store, second, request()))
     assert second.asked == []
     assert (free.text, free.prompt_tokens, free.timings) == (paid.text, 5, {"latency": 0.5})
     assert (paid.cached, free.cached) == (False, True)
@@ -71,9 +72,9 @@ def test_what_was_answered_once_is_never_asked_again(tmp_path: Path):
         request(model=Counting({"temperature": 1})),
     ],
 )
-def test_anything_that_decides_an_answer_makes_another_key(tmp_path: Path, other: Request):
+def test_anything_that_decides_an_answer_makes_another_key(store: Store, other: Request):
     inner = opened(Counting())
-    asyncio.run(ask(tmp_path / "a.sqlite", inner, request(), other))
+    asyncio.run(ask(store, inner, request(), other))
     assert len(inner.asked) == 2
 
 
@@ -82,30 +83,32 @@ def test_images_decide_an_answer():
     assert keys.key((ChatMessage("user", "", (b"a",)),), 1) != keys.key((ChatMessage("user", "", (b"b",)),), 1)
 
 
-def test_equal_requests_in_flight_cost_one_call(tmp_path: Path):
-    async def both() -> tuple[Counting, list[Reply]]:
+def test_equal_requests_in_flight_cost_one_call(store: Store):
+    async def both(answers: Answers) -> tuple[Counting, list[Reply]]:
         inner = Counting()
-        model = CachedModel(inner, SqliteAnswers(tmp_path / "a.sqlite"))
+        model = CachedModel(inner, answers)
         tasks = [asyncio.create_task(model.ask(request())) for _ in range(3)]
         while not inner.asked:
             await asyncio.sleep(0)
         inner.gate.set()
         return inner, await asyncio.gather(*tasks)
 
-    inner, replies = asyncio.run(both())
+    answers = store.open()
+    inner, replies = asyncio.run(both(answers))
+    answers.close()
     assert len(inner.asked) == 1
     assert {reply.text for reply in replies} == {"answer 1"}
     assert sorted(reply.cached for reply in replies) == [False, True, True]
 
 
-def test_the_same_request_twice_in_one_batch_costs_one_call(tmp_path: Path):
+def test_the_same_request_twice_in_one_batch_costs_one_call(store: Store):
     inner = opened(Counting())
-    replies = asyncio.run(ask(tmp_path / "a.sqlite", inner, request(), request()))
+    replies = asyncio.run(ask(store, inner, request(), request()))
     assert len(inner.asked) == 1
     assert [reply.text for reply in replies] == ["answer 1"] * 2
 
 
-def test_a_failed_call_is_not_kept_and_the_other_answers_of_its_batch_are(tmp_path: Path):
+def test_a_failed_call_is_not_kept_and_the_other_answers_of_its_batch_are(store: Store):
     class Picky(Counting):
         async def ask(self, request: Request) -> Reply:
             if request.seed == 2:
@@ -113,57 +116,32 @@ def test_a_failed_call_is_not_kept_and_the_other_answers_of_its_batch_are(tmp_pa
             return await super().ask(request)
 
     with pytest.raises(TransientError, match="no luck"):
-        asyncio.run(ask(tmp_path / "a.sqlite", opened(Picky()), request(seed=1), request(seed=2)))
+        asyncio.run(ask(store, opened(Picky()), request(seed=1), request(seed=2)))
     again = opened(Counting())
-    asyncio.run(ask(tmp_path / "a.sqlite", again, request(seed=1), request(seed=2)))
+    asyncio.run(ask(store, again, request(seed=1), request(seed=2)))
     assert [asked.seed for asked in again.asked] == [2]
 
 
-def test_followers_of_a_failed_call_see_its_failure(tmp_path: Path):
-    async def both() -> list[Any]:
+def test_followers_of_a_failed_call_see_its_failure(store: Store):
+    async def both(answers: Answers) -> list[Any]:
         inner = Counting()
         inner.failing = True
-        model = CachedModel(inner, SqliteAnswers(tmp_path / "a.sqlite"))
+        model = CachedModel(inner, answers)
         tasks = [asyncio.create_task(model.ask(request())) for _ in range(2)]
         while not inner.asked:
             await asyncio.sleep(0)
         inner.gate.set()
         return await asyncio.gather(*tasks, return_exceptions=True)
 
-    assert [type(result) for result in asyncio.run(both())] == [TransientError, TransientError]
-
-
-def test_a_damaged_row_is_asked_again_and_replaced(tmp_path: Path):
-    path = tmp_path / "a.sqlite"
-    asyncio.run(ask(path, opened(Counting()), request()))
-    with sqlite3.connect(path) as database:
-        database.execute("UPDATE answers SET reply = substr(reply, 1, length(reply) - 1) || x'00'")
-    database.close()
-    again, third = opened(Counting()), opened(Counting())
-    asyncio.run(ask(path, again, request()))
-    asyncio.run(ask(path, third, request()))
-    assert (len(again.asked), len(third.asked)) == (1, 0)
-
-
-def test_a_file_that_is_no_cache_is_named_with_what_to_do(tmp_path: Path):
-    path = tmp_path / "a.sqlite"
-    path.write_bytes(b"not a database, but long enough to have a header of its own" * 20)
-    with pytest.raises(InputError, match=r"a\.sqlite.*move it away"):
-        SqliteAnswers(path)
-
-
-def test_many_keys_are_looked_up_at_once(tmp_path: Path):
-    answers = SqliteAnswers(tmp_path / "a.sqlite")
-    answers.put({str(number): Reply(text=str(number)) for number in range(1200)}, "m")
-    found = answers.get([str(number) for number in range(0, 1300)])
-    assert len(found) == 1200
-    assert found["1199"].text == "1199"
+    answers = store.open()
+    assert [type(result) for result in asyncio.run(both(answers))] == [TransientError, TransientError]
     answers.close()
 
 
-def test_two_processes_share_one_file(tmp_path: Path):
-    one, two = SqliteAnswers(tmp_path / "a.sqlite"), SqliteAnswers(tmp_path / "a.sqlite")
-    one.put({"k": Reply(text="from one")}, "m")
-    assert two.get(["k"])["k"].text == "from one"
-    one.close()
-    two.close()
+def test_a_damaged_row_is_asked_again_and_replaced(store: Store):
+    asyncio.run(ask(store, opened(Counting()), request()))
+    store.damage()
+    again, third = opened(Counting()), opened(Counting())
+    asyncio.run(ask(store, again, request()))
+    asyncio.run(ask(store, third, request()))
+    assert (len(again.asked), len(third.asked)) == (1, 0)

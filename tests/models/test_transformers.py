@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,10 @@ import pytest
 from PIL import Image
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # several threads only wait for each other over models so small
-pytest.importorskip("torch")
-pytest.importorskip("transformers")
+pytestmark = [
+    pytest.mark.local_models,
+    pytest.mark.skipif(find_spec("torch") is None or find_spec("transformers") is None, reason="needs foundry[hf]"),
+]
 
 from commands import foundry, statuses
 from foundry.errors import InputError, RequestError, ServerError

@@ -13,6 +13,7 @@ import zstandard
 
 from analysis import analyze
 from commands import foundry
+from foundry.errors import InputError
 from foundry.store import SweepFolder, calls_bytes
 from foundry.trust.bundling import write_bundle
 from foundry.trust.manifest import Manifest
@@ -87,6 +88,9 @@ def test_a_3d_bundle_brings_its_scene(camera_sweep: Path, tmp_path: Path):
         assert msgspec.json.decode(line)["scene"] == "scene"
     done = foundry("verify", "anew", "--frames", "--workers", "1", cwd=tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
+    shutil.rmtree(runs(tmp_path / "anew")[0].path)
+    done = foundry("resume", "anew", cwd=tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
     write_bundle(tmp_path / "anew", tmp_path / "second.tar.zst")
     unpack_bundle(tmp_path / "second.tar.zst", tmp_path / "third")
     assert foundry("verify", "third", "--workers", "1", cwd=tmp_path).returncode == 0
@@ -106,6 +110,15 @@ def test_a_bundled_sweep_with_forks_and_baselines_is_whole(grid_sweep: Path, tmp
     shutil.rmtree(run.path)
     assert foundry("resume", "anew", cwd=tmp_path).returncode == 0
     assert run.steps_bytes() == runs(fork.path)[0].steps_bytes()
+
+
+def test_the_folder_of_a_bundle_is_made_and_one_that_cannot_be_is_named(grid_sweep: Path, tmp_path: Path):
+    write_bundle(grid_sweep, tmp_path / "new" / "out.tar.zst")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot be written to"):
+        write_bundle(grid_sweep, tmp_path / "file" / "out.tar.zst")
+    with pytest.raises(InputError, match="cannot be written to"):
+        unpack_bundle(tmp_path / "new" / "out.tar.zst", tmp_path / "file" / "deep" / "anew")
 
 
 def test_a_file_that_exists_is_not_written_over(grid_sweep: Path, tmp_path: Path):

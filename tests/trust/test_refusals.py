@@ -105,9 +105,9 @@ def test_shared_parts_are_read_as_before():
     assert load_plain("a: &a {b: 1}\nc: *a", "here") == {"a": {"b": 1}, "c": {"b": 1}}
 
 
-def test_only_runners_of_this_machine_are_taken_from_a_record():
+def test_every_runner_of_foundry_is_taken_from_a_record_and_nothing_else_in_its_place():
     check_targets({"runner": {"_target_": "foundry.runner.JoblibRunner"}}, (), "here")
-    far = {"runner": {"_target_": "foundry.runner_dask.DaskRunner", "address": "tcp://elsewhere:1"}}
-    with pytest.raises(InputError, match="--trust-targets foundry.runner_dask"):
-        check_targets(far, (), "here")
-    check_targets(far, ("foundry.runner_dask",), "here")
+    check_targets({"runner": {"_target_": "foundry.runner_dask.DaskRunner", "address": "tcp://x:1"}}, (), "here")
+    for target in ("foundry.runner_launcher.LauncherRunner", "foundry.runner_dask.SweepJob", "foundry.prompts.Prompt"):
+        with pytest.raises(InputError, match="is refused"):
+            check_targets({"runner": {"_target_": target}}, (), "here")

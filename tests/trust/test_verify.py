@@ -56,6 +56,39 @@ def forge_digest(run: RunFolder) -> None:
     edited(run.path / "run.json", r'"messages.jsonl": "....', '"messages.jsonl": "0000')
 
 
+def double_call(run: RunFolder) -> None:
+    first, *others = run.calls()
+    (run.path / "calls.jsonl.zst").write_bytes(calls_bytes([msgspec.structs.replace(first, text="no"), first, *others]))
+
+
+def forge_seed(run: RunFolder) -> None:
+    edited(run.path / "run.json", r'"seed": 0', '"seed": 7')
+
+
+def forge_totals(run: RunFolder) -> None:
+    edited(run.path / "run.json", r'"prompt_tokens": (\d)', r'"prompt_tokens": 1\1')
+
+
+def forge_status(run: RunFolder) -> None:
+    edited(run.path / "run.json", '"status": "complete"', '"status": "failed"')
+
+
+def forge_member(run: RunFolder) -> None:
+    edited(run.path / "run.json", '"model": "qwen3:4b"', '"model": "scripted/herd"')
+
+
+def drop_digests(run: RunFolder) -> None:
+    edited(run.path / "run.json", r'"records_sha256": \{[^}]*\}', '"records_sha256": {}')
+
+
+def damage_summary(run: RunFolder) -> None:
+    (run.path / "run.json").write_text("{")
+
+
+def forge_config(run: RunFolder) -> None:
+    edited(run.path / "config.yaml", "agents: 4", "agents: 5")
+
+
 def test_untouched_records_are_identical_whatever_process_looks(grid_sweep: Path):
     done = foundry("verify", str(grid_sweep), "--workers", "2", cwd=grid_sweep)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -72,13 +105,21 @@ def test_untouched_records_are_identical_whatever_process_looks(grid_sweep: Path
         (drop_call, "(step 4, agent 3, action): recorded 'nothing'"),
         (add_line, "steps.jsonl line 17"),
         (forge_digest, "run.json: records_sha256.messages.jsonl"),
+        (double_call, "number of calls: recorded 33, now 32"),
+        (forge_seed, "run.json: seed: recorded 7, now 0"),
+        (forge_totals, "run.json: counts.prompt_tokens: recorded 1"),
+        (forge_status, "run.json: status: recorded 'failed', now 'complete'"),
+        (forge_member, "run.json: members[0]: recorded 'scripted/herd', now 'qwen3:4b'"),
+        (drop_digests, "run.json: records_sha256.steps.jsonl: recorded 'nothing'"),
+        (damage_summary, "run.json: recorded 'damaged"),
+        (forge_config, "config.yaml: world.agents: recorded 5, now 4"),
     ],
 )
 def test_a_change_is_found_where_it_is(spoil: Callable[[RunFolder], None], expected: str, copied: Path):
     run = run_of(copied, MIX)
     spoil(run)
-    done = foundry("verify", str(run.path), cwd=copied)
-    assert done.returncode == 3
+    done = foundry("verify", str(run.path), "--workers", "1", cwd=copied)
+    assert done.returncode == 3, done.stderr
     assert f"{run.id} differs: " in done.stdout and expected in done.stdout, done.stdout
 
 
@@ -110,10 +151,11 @@ def test_a_3d_run_with_its_images_and_frames_is_verified(camera_sweep: Path, tmp
     assert done.returncode == 3 and "images/step_0002.png: SHA-256" in done.stdout
 
 
-def test_an_error_that_ended_a_run_is_expected_again(tmp_path: Path):
+def test_a_worker_that_died_at_the_very_end_left_a_run_that_failed(tmp_path: Path):
     sweep = play(tmp_path, "model=scripted/random", "world.agents=2", "world.steps=1", "analyze=false")
     (run,) = runs(sweep)
-    edited(run.path / "run.json", '"status": "complete"', '"status": "failed"')
+    forge_status(run)
+    drop_digests(run)
     edited(run.path / "run.json", '"error": null', '"error": "out of luck"')
     done = foundry("verify", str(sweep), cwd=tmp_path)
     assert done.returncode == 0 and "failed after 1 steps: out of luck" in done.stdout

@@ -19,7 +19,7 @@ def made_up(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
     made.analysis_dir.mkdir()
     rows = [f"{run.id},{value}" for run, value in zip(made.runs(), ("0.25", "1e-3", "", "nan"), strict=True)]
     made.signatures_path.write_text("run,idle_rate.share\n" + "\n".join(rows) + "\n", encoding="utf-8")
-    made.report_path.write_text("<!doctype html><title>report</title>", encoding="utf-8")
+    made.report_file.write_text("<!doctype html><title>report</title>", encoding="utf-8")
     return made
 
 

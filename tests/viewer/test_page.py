@@ -172,7 +172,7 @@ def test_runs_side_by_side_show_where_they_part(page: Any, server: ViewServer, m
     runs = made_up.runs()
     go(page, server, f"compare/made-up/{runs[0].id}/{runs[2].id}")
     page.wait_for_selector(".verdict .go")
-    assert "First action or position that differs: step 3 (agent 2, 3)" in page.text_content(".verdict")
+    assert "First action or position that differs: step 3 (agents 2, 3)" in page.text_content(".verdict")
     assert "First message that differs: step 4 (agent 1)" in page.text_content(".verdict")
     page.click(".verdict .go >> nth=0")
     page.click(".now >> text='3'")

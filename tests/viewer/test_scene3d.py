@@ -32,7 +32,8 @@ POLICY = (
 )
 PAGE = b"""<!doctype html><meta charset="utf-8"><link rel="icon" href="icon.svg"><link rel="stylesheet" href="page.css">
 <div id="box"></div><script src="scene3d.js"></script><script src="page.js"></script>"""
-STYLE = b"body { margin: 0 } #box { width: 640px; height: 480px }"
+STYLE = b"body { margin: 0 } #box { width: 400px; height: 300px }"
+SIZE = (400, 300)
 SCRIPT = b"""
 window.mountScene = async (withScene) => {
   const { episode, steps } = await (await fetch("records.json")).json();
@@ -75,7 +76,7 @@ def opened(*, scene: bool = True, webgl: bool = True) -> Iterator[Page]:
     server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
-        with browser_page(width=640, height=480) as page:
+        with browser_page(width=SIZE[0], height=SIZE[1]) as page:
             if not webgl:
                 page.add_init_script("HTMLCanvasElement.prototype.getContext = () => null")
             page.goto(f"http://127.0.0.1:{server.server_port}/page.html")
@@ -84,6 +85,21 @@ def opened(*, scene: bool = True, webgl: bool = True) -> Iterator[Page]:
     finally:
         server.shutdown()
         server.server_close()
+
+
+@pytest.fixture(scope="module")
+def mounted() -> Iterator[Page]:
+    """A page with the scene, for all tests that need no other: drawing it without a graphics card takes long."""
+    with opened() as page:
+        yield page
+
+
+@pytest.fixture
+def page(mounted: Page) -> Page:
+    """The page as it was when the scene was mounted."""
+    mounted.evaluate("window.view.dispose()")
+    mounted.evaluate("mountScene(true)")
+    return mounted
 
 
 def shot(page: Page) -> Any:
@@ -101,25 +117,24 @@ def reddish(image: Any) -> int:
     return int(((red > 80) & (red > 2 * green) & (red > 2 * blue)).sum())
 
 
-def test_seeking_and_new_records_show_the_way_so_far_and_nothing_of_the_page_is_forbidden():
+def test_seeking_and_new_records_show_the_way_so_far_and_nothing_of_the_page_is_forbidden(page: Page):
     last = len(played().steps)
-    with opened() as page:
-        trails = []
-        for step in (0, last // 2, last):
-            page.evaluate(f"view.seek({step})")
-            trails.append(near(shot(page), (242, 115, 0)))
-        assert trails[0] < trails[1] < trails[2]
-        image = shot(page)
-        red, green, blue = np.moveaxis(image, 2, 0)
-        assert ((green > red + 60) & (green > blue + 25)).sum() > 20  # the target's box and pin
-        assert (image.max(axis=2) < 200).sum() > 20_000  # the scene itself
-        page.evaluate(
-            "fetch('records.json').then((r) => r.json()).then(({ steps }) => {"
-            " view.update(steps.slice(0, 2)); view.seek(99) })"
-        )
-        assert trails[0] < near(shot(page), (242, 115, 0)) < trails[2]
-        page.evaluate("view.dispose()")
-        assert page.locator("canvas").count() == 0 and page.locator(".scene3d-controls").count() == 0
+    trails = []
+    for step in (0, last // 2, last):
+        page.evaluate(f"view.seek({step})")
+        trails.append(near(shot(page), (242, 115, 0)))
+    assert trails[0] < trails[1] < trails[2]
+    image = shot(page)
+    red, green, blue = np.moveaxis(image, 2, 0)
+    assert ((green > red + 60) & (green > blue + 25)).sum() > 10  # the target's box and pin
+    assert (image.max(axis=2) < 200).sum() > 8_000  # the scene itself
+    page.evaluate(
+        "fetch('records.json').then((r) => r.json()).then(({ steps }) => {"
+        " view.update(steps.slice(0, 2)); view.seek(99) })"
+    )
+    assert trails[0] < near(shot(page), (242, 115, 0)) < trails[2]
+    page.evaluate("view.dispose()")
+    assert page.locator("canvas").count() == 0 and page.locator(".scene3d-controls").count() == 0
 
 
 def cut_nowhere(page: Page) -> tuple[int, int]:
@@ -131,47 +146,45 @@ def cut_nowhere(page: Page) -> tuple[int, int]:
     return whole, reddish(shot(page))
 
 
-def test_through_the_agents_eyes_the_scene_is_what_the_model_was_shown():
+def test_through_the_agents_eyes_the_scene_is_what_the_model_was_shown(page: Page):
     step = 2
     kept = Image.open(io.BytesIO(played().images[step].content)).convert("RGB")
-    with opened() as page:
-        page.evaluate(f"view.seek({step})")
-        page.check(".scene3d-eye")
-        seen = Image.fromarray(shot(page).astype(np.uint8)).resize(kept.size, Image.Resampling.BOX)
-    below_the_controls = slice(40, None)
+    page.evaluate(f"view.seek({step})")
+    page.check(".scene3d-eye")
+    seen = Image.fromarray(shot(page).astype(np.uint8)).resize(kept.size, Image.Resampling.BOX)
+    below_the_controls = slice(100, None)
     difference = np.abs(np.asarray(kept, int) - np.asarray(seen, int))[below_the_controls]
     assert difference.mean() < 6 and np.percentile(difference, 90) < 20
 
 
-def test_seeing_through_shows_the_agent_and_pointer_wheel_and_keys_move_the_camera():
-    with opened() as page:
-        whole, faded = cut_nowhere(page)
-        assert 3 * whole < faded
-        page.click(".scene3d-reset")
-        first = shot(page)
-        page.mouse.move(500, 400)
-        page.mouse.down()
-        page.mouse.move(620, 420)
-        page.mouse.up()
-        dragged = shot(page)
-        page.mouse.wheel(0, -400)
-        wheeled = shot(page)
-        page.focus("canvas")
-        page.keyboard.press("ArrowLeft")
-        page.keyboard.press("+")
-        pressed = shot(page)
-        for before, after in ((first, dragged), (dragged, wheeled), (wheeled, pressed)):
-            assert (before != after).any(axis=2).mean() > 0.05
-        page.keyboard.press("Home")
-        inside = (slice(60, -10), slice(10, -10))  # neither the controls nor the ring around what has the focus
-        assert np.abs(shot(page)[inside] - first[inside]).mean() < 0.5
+def test_seeing_through_shows_the_agent_and_pointer_wheel_and_keys_move_the_camera(page: Page):
+    whole, faded = cut_nowhere(page)
+    assert 3 * whole < faded
+    page.click(".scene3d-reset")
+    first = shot(page)
+    page.mouse.move(300, 240)
+    page.mouse.down()
+    page.mouse.move(380, 260)
+    page.mouse.up()
+    dragged = shot(page)
+    page.mouse.wheel(0, -400)
+    wheeled = shot(page)
+    page.focus("canvas")
+    page.keyboard.press("ArrowLeft")
+    page.keyboard.press("+")
+    pressed = shot(page)
+    for before, after in ((first, dragged), (dragged, wheeled), (wheeled, pressed)):
+        assert (before != after).any(axis=2).mean() > 0.05
+    page.keyboard.press("Home")
+    inside = (slice(60, -10), slice(10, -10))  # neither the controls nor the ring around what has the focus
+    assert np.abs(shot(page)[inside] - first[inside]).mean() < 0.5
 
 
 def test_without_a_scene_the_way_is_shown_alone():
     with opened(scene=False) as page:
         page.evaluate("view.seek(3)")
         image = shot(page)
-        assert near(image, (242, 115, 0)) > 100
+        assert near(image, (242, 115, 0)) > 40
         assert page.locator(".scene3d-cut").count() == 0
 
 

@@ -18,12 +18,12 @@
 
   /** Say how a run stands, and whether there is news of it. */
   foundry.showState = (element, data) => fill(element, badge(data.progress.status),
-    data.lost ? h("span", {class: "note"}, " no news from the server; what was loaded stays") : null);
+    data.lost ? h("span", {class: "note"}, " no news from the server; what was loaded stays") : null,
+    data.progress.error ? h("span", {class: "warning"}, `${data.progress.error_type || "Error"}: ${data.progress.error}`) : null);
 
   foundry.runHeading = (data, state) => {
-    const {about, progress} = data;
+    const {about} = data;
     return h("header", {class: "heading"}, h("h1", {}, about.model, h("small", {}, ` ${about.prompt} · ${about.world} · seed ${about.seed}`)), state,
-      progress.error ? h("p", {class: "warning"}, `${progress.error_type || "Error"}: ${progress.error}`) : null,
       h("details", {class: "config"}, h("summary", {}, "configuration"), quote(JSON.stringify(about.config, null, 2), "small")));
   };
 
@@ -77,6 +77,10 @@
     }
   }
 
+  document.querySelector(".skip").addEventListener("click", (event) => {
+    event.preventDefault(); // its address is not one of a page
+    document.getElementById("main").focus();
+  });
   window.addEventListener("hashchange", show);
   show();
 })(window.Foundry);

@@ -141,6 +141,7 @@
       this.body = h("div", {class: "decision"});
       this.asked = h("div", {class: "decision"});
       this.opened = new Set();
+      foundry.parts.keepOpen(this.asked, this.opened);
       this.player = new foundry.Player({marks: () => data.marks, fires: [], kinds: ["failure", "boundary"], signs: ["success"],
         summary: () => this.summary(), onKey: (key) => key === "/" && (this.search.focus(), true)});
       this.clock = this.player.clock;

@@ -21,6 +21,7 @@
 
     get end() { return this.steps + 1; }
     get step() { return Math.max(1, Math.min(Math.floor(this.position), this.steps)); }
+    get where() { return `${this.steps > 0 && this.position >= this.end ? "after step" : "step"} ${this.step}`; }
     get share() { return Math.min(1, this.position - this.step); }
 
     onChange(listener) { this.listeners.push(listener); }

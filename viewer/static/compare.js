@@ -12,6 +12,7 @@
       this.panels = runs.map((run) => this.panel(run));
       this.player = new foundry.Player({
         marks: () => this.marks(), fires: runs[0].about.fires || [], kinds: this.isGrid ? ["message", "fire", "failure"] : ["failure", "boundary"],
+        signs: this.isGrid ? [] : ["success"],
         onKey: (key) => this.key(key), summary: () => "",
       });
       this.clock = this.player.clock;
@@ -75,9 +76,9 @@
       const done = await foundry.difference.firstDifference(this.runs, stopped);
       const said = await foundry.difference.firstText(this.runs, stopped);
       if (stopped()) return;
-      this.found = done;
+      this.found = done && said;
       const line = (what, hit) => h("p", {}, h("b", {}, what), hit ? [" step ", h("button", {type: "button", class: "go", onclick: () => this.go(hit)}, String(hit.step)),
-        ` (${this.isGrid ? `agent ${this.list(hit.agents)}` : "the decision"})`] : " none in the steps that all of them have");
+        ` (${this.isGrid ? `${hit.agents.length > 1 ? "agents" : "agent"} ${this.list(hit.agents)}` : "the decision"})`] : " none in the steps that all of them have");
       fill(this.verdict, line("First action or position that differs:", done), line(`First ${this.isGrid ? "message" : "reply"} that differs:`, said));
     }
 
@@ -123,9 +124,9 @@
     async showDifferences(step, wanted) {
       const agents = await foundry.difference.differingAgents(this.runs, step);
       if (this.shown !== wanted) return;
-      const pick = (agent) => h("button", {type: "button", class: "go", onclick: () => this.select(agent)}, String(agent));
+      const pick = (agent) => h("button", {type: "button", class: "go", "aria-label": `Agent ${agent}`, onclick: () => this.select(agent)}, String(agent));
       fill(this.now, h("b", {}, `At step ${step}: `), agents.length === 0 ? "all do the same." : this.isGrid
-        ? [`${agents.length} agent(s) differ: `, agents.slice(0, LISTED).map(pick), agents.length > LISTED ? " …" : null] : "the decisions differ.");
+        ? [agents.length > 1 ? `${agents.length} agents differ: ` : "one agent differs: ", agents.slice(0, LISTED).map(pick), agents.length > LISTED ? " …" : null] : "the decisions differ.");
     }
 
     async showDecisions(step, wanted) {
@@ -141,7 +142,7 @@
       const details = !record ? h("p", {class: "note"}, "No record of this step.") : run.about.kind === "grid"
         ? foundry.parts.gridRecord(record, decision.received) : foundry.camera.decisionView(record);
       return h("section", {class: "column"}, h("h3", {}, `${run.about.model} · step ${step}${this.isGrid ? ` · agent ${agent}` : ""}`), details,
-        h("h4", {}, "Raw replies"), decision.calls.map((call) => [h("p", {class: "role"}, call.kind), quote(call.text, "reply")]));
+        decision.calls.length ? h("h4", {}, "Raw replies") : null, decision.calls.map((call) => [h("p", {class: "role"}, call.kind), quote(call.text, "reply")]));
     }
 
     key(key) {

@@ -32,10 +32,19 @@ window.Foundry = window.Foundry || {};
     return element;
   }
 
+  /** Replace what an element holds. The keyboard's focus stays on what has the same name afterwards. */
   function fill(element, ...children) {
+    const focused = document.activeElement, lost = focused !== element && element.contains(focused);
     element.replaceChildren();
     append(element, children);
+    if (lost) refocus(element, focused);
     return element;
+  }
+
+  function refocus(element, before) {
+    const name = (one) => one.getAttribute("aria-label") || one.dataset.sort || one.textContent;
+    const same = [...element.querySelectorAll(before.tagName)].find((one) => name(one) === name(before) && !one.disabled);
+    if (same) same.focus({preventScroll: true});
   }
 
   /** Say something to those who listen to the page instead of looking at it. */

@@ -240,7 +240,7 @@
     drawTrack(pen) {
       if (!this.track || this.selected === null) return;
       const {x, y} = this.track;
-      const upTo = Math.min(this.step - 1, x.length - 1);
+      const upTo = Math.min(this.share < 1 ? this.step - 1 : this.step, x.length - 1);
       for (const [from, to, alpha] of [[0, x.length - 1, 0.25], [0, upTo, 0.9]]) {
         pen.beginPath();
         for (let index = from; index <= to; index += 1) pen.lineTo(this.toX(x[index]), this.toY(y[index]));

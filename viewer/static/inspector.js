@@ -41,7 +41,7 @@
       facts([
         ["cell", `(${record.x}, ${record.y})${record.place ? ` in ${record.place}` : ""}`],
         ["action", h("span", {}, badge(record.outcome), ` ${motion(record)}`)],
-        ["message", h("span", {}, badge(record.message_outcome), record.message === null ? " silent" : ` to ${record.neighbours.length} agent(s)`)],
+        ["message", h("span", {}, badge(record.message_outcome), record.message === null ? " silent" : ` to ${record.neighbours.length || "nobody"}${{0: "", 1: " agent"}[record.neighbours.length] ?? " agents"}`)],
         ["can talk to", record.neighbours.join(", ") || "nobody"], ["fires perceived", record.fires.join(", ") || "none"],
       ]),
       record.message === null ? null : [h("h4", {}, "Message"), quote(record.message)],
@@ -57,6 +57,15 @@
     if (!kept.length) return null;
     return h("details", {class: "call"}, h("summary", {}, "Memory before this step"),
       h("ul", {class: "told"}, kept.map((one) => h("li", {}, h("b", {}, `step ${one.step}: `), h("bdi", {}, one.memory)))));
+  }
+
+  /** Keep in `opened` which calls somebody opened, so that they stay open from step to step. */
+  function keepOpen(element, opened) {
+    element.addEventListener("click", (event) => {
+      const call = event.target.closest("summary")?.parentElement, kind = call?.dataset.kind;
+      if (!kind) return;
+      if (call.open) opened.delete(kind); else opened.add(kind);
+    });
   }
 
   /** Return the calls with the one that failed first open; nothing is hidden about a failed decision. */
@@ -79,14 +88,7 @@
       this.persona = h("p", {class: "persona"});
       this.body = h("div", {class: "decision"});
       this.element = h("section", {class: "inspector", "aria-label": "What the agent did"}, h("div", {class: "row"}, h("h2", {}, "Agent"), this.choice), this.persona, this.body);
-      this.body.addEventListener("click", (event) => this.remember(event.target.closest("summary")));
-    }
-
-    /** Keep a call open from step to step once somebody opened it. */
-    remember(summary) {
-      const kind = summary && summary.parentElement.dataset.kind;
-      if (!kind) return;
-      if (summary.parentElement.open) this.opened.delete(kind); else this.opened.add(kind);
+      keepOpen(this.body, this.opened);
     }
 
     select(agent, track) {
@@ -119,7 +121,7 @@
     /** Return buttons for the agents of a step whose decisions are worth a look. */
     whose(step, remarkable) {
       return remarkable.map(([what, agents]) => [h("h4", {}, `Step ${step}: ${what} (${agents.length})`),
-        h("p", {}, agents.slice(0, LISTED).map((agent) => h("button", {type: "button", class: "go", onclick: () => this.onSelect(agent)}, String(agent))),
+        h("p", {}, agents.slice(0, LISTED).map((agent) => h("button", {type: "button", class: "go", "aria-label": `Agent ${agent}`, onclick: () => { this.onSelect(agent); this.choice.focus({preventScroll: true}); }}, String(agent))),
           agents.length > LISTED ? " \u2026" : null)]);
     }
 
@@ -132,5 +134,5 @@
   }
 
   foundry.Inspector = Inspector;
-  foundry.parts = {facts, callView, calls, gridRecord, motion};
+  foundry.parts = {facts, callView, calls, keepOpen, gridRecord, motion};
 })(window.Foundry);

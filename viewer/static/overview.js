@@ -3,6 +3,8 @@
 (function (foundry) {
   const {h, fill, badge} = foundry.dom;
   const POLL_MS = 1500;
+  const IDLE_MS = 5000;
+  const FILTERS = ["status", "model", "prompt"];
   const OPEN = ["running", "unfinished", "waiting"];
 
   class Overview {
@@ -10,6 +12,7 @@
       this.sweeps = sweeps;
       this.sweep = sweep;
       this.values = new Map();
+      this.seen = new Map();
       this.table = new foundry.RunTable(sweep.id, {onPick: (runs) => this.picked(runs)});
       this.state = h("div", {class: "progress"});
       this.failures = h("div");
@@ -32,34 +35,40 @@
 
     async open() {
       await this.load();
-      this.drawControls();
       if (foundry.source.live) this.later();
       return this;
     }
 
+    /** Look again by and by: runs go on, and when all have ended, an analysis or a report may be written. */
     later() {
-      if (this.disposed || !this.rows.some((row) => OPEN.includes(row.status))) return;
+      if (this.disposed) return;
       setTimeout(async () => {
         if (this.disposed) return;
         try {
           await this.load();
         } catch (error) {
+          if (!this.isOpen()) return;
           fill(this.state, h("p", {class: "warning"}, `No news from the server: ${error.message}`));
         }
         this.later();
-      }, POLL_MS);
+      }, this.isOpen() ? POLL_MS : IDLE_MS);
     }
+
+    isOpen() { return this.rows.some((row) => OPEN.includes(row.status)); }
 
     async load() {
       const address = `sweep/${this.sweep.id}`;
+      const before = this.head;
       this.head = await foundry.source.json(address);
       const rows = [];
-      for (let page = 0; page * this.head.rows_per_page < this.head.runs; page += 1) {
+      if (before && !this.isOpen() && JSON.stringify(before.counts) === JSON.stringify(this.head.counts)) rows.push(...this.rows);
+      for (let page = 0; rows.length < this.head.runs; page += 1) {
         rows.push(...(await foundry.source.json(`${address}/rows/${page}`)).rows);
         if (!this.rows) this.show(rows);
       }
       this.show(rows);
-      if (!this.chosen) this.chosen = this.head.shown;
+      if (!this.chosen || !this.chosen.length) this.chosen = this.head.shown;
+      if (this.isNews("controls", [this.head.measures, FILTERS.map((key) => this.choices(key))])) this.drawControls();
       await this.loadMeasures();
     }
 
@@ -70,9 +79,16 @@
       });
       this.rows = rows;
       this.drawState();
-      this.drawFailures();
-      this.drawLinks();
-      this.table.setRows(rows);
+      if (this.isNews("failures", rows.map((row) => row.error))) this.drawFailures();
+      if (this.isNews("links", this.head.links)) this.drawLinks();
+      if (this.isNews("rows", rows)) this.table.setRows(rows);
+    }
+
+    /** Return whether something is not as it was: what is as it was is not drawn again, so that nobody loses their place. */
+    isNews(name, content) {
+      const text = JSON.stringify(content), before = this.seen.get(name);
+      this.seen.set(name, text);
+      return text !== before;
     }
 
     async loadMeasures() {
@@ -82,7 +98,7 @@
           this.values.set(name, (await foundry.source.json(`sweep/${this.sweep.id}/measure/${index}`)).values);
         }
       }
-      this.table.setColumns(this.columns());
+      if (this.isNews("columns", [this.chosen, this.head.factors, this.head.measures])) this.table.setColumns(this.columns());
     }
 
     columns() {
@@ -117,12 +133,14 @@
         others.length ? h("details", {}, h("summary", {}, `plots and tables (${others.length})`), h("ul", {}, others.map((one) => h("li", {}, link(one))))) : null);
     }
 
+    choices(key) { return [...new Set(this.rows.map((row) => row[key]))].sort(); }
+
     drawControls() {
-      const choices = (key) => [...new Set(this.rows.map((row) => row[key]))].sort();
+      const {filters} = this.table;
       const select = (key) => h("select", {"aria-label": `Only this ${key}`, "data-filter": key, onchange: (event) => this.table.filter({[key]: event.target.value})},
-        h("option", {value: ""}, `every ${key}`), choices(key).map((value) => h("option", {value}, value)));
-      const search = h("input", {type: "search", placeholder: "Filter runs", "aria-label": "Filter runs", oninput: () => this.table.filter({text: search.value})});
-      fill(this.controls, search, select("status"), select("model"), select("prompt"), this.measureChoice(), this.compare,
+        h("option", {value: ""}, `every ${key}`), this.choices(key).map((value) => h("option", {value, selected: value === filters[key]}, value)));
+      const search = h("input", {type: "search", placeholder: "Filter runs", "aria-label": "Filter runs", value: filters.text, oninput: () => this.table.filter({text: search.value})});
+      fill(this.controls, search, FILTERS.map(select), this.measureChoice(), this.compare,
         h("button", {type: "button", onclick: () => this.compareSeed()}, "Compare the models on a seed"));
     }
 

@@ -5,9 +5,11 @@
 
   const KEYS = [
     ["Space", "play or pause"], ["← →", "a step back or on"], ["Shift ← →", "ten steps"], ["Home End", "start or end"],
-    ["+ −", "faster or slower"], ["M", "next message"], ["F", "next fire"], ["X", "next failed or repaired decision"],
-    ["Shift M F X", "the previous one"], ["[ ]", "previous or next agent"], ["Esc", "no agent"], ["/", "search"],
+    ["+ −", "faster or slower"], ["M", "next message", "message"], ["F", "next fire", "fire"], ["X", "next failed or repaired decision"],
+    ["B", "next boundary", "boundary"], ["Shift and these", "the one before"], ["[ ]", "previous or next agent", "message"],
+    ["Esc", "no agent", "message"], ["/", "search"],
   ];
+  const SLIDING = ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "Home", "End", "PageUp", "PageDown"];
 
   class Player {
     /**
@@ -20,7 +22,7 @@
       this.options = options;
       this.clock = new foundry.Clock();
       this.timeline = new foundry.Timeline(this.clock, options);
-      this.label = h("output", {class: "where"});
+      this.label = h("span", {class: "where"});
       this.playButton = this.button("▶", "Play", () => this.clock.toggle(), "play");
       this.speed = h("select", {"aria-label": "Speed, steps per second", onchange: () => this.setSpeed()},
         foundry.SPEEDS.map((speed) => h("option", {value: String(speed)}, `${speed} steps/s`)));
@@ -50,7 +52,7 @@
         this.playButton, this.button("→", "Step on", () => clock.move(1)), this.button("⇥", "Last step", () => clock.seek(clock.end)),
         this.label, this.speed, h("span", {class: "jumps"}, jumps), this.followLabel,
         h("details", {class: "keys"}, h("summary", {}, "keys"),
-          h("dl", {}, KEYS.map(([key, what]) => [h("dt", {}, h("kbd", {}, key)), h("dd", {}, what)]))));
+          h("dl", {}, KEYS.filter(([, , kind]) => !kind || this.options.kinds.includes(kind)).map(([key, what]) => [h("dt", {}, h("kbd", {}, key)), h("dd", {}, what)]))));
     }
 
     legend() {
@@ -72,8 +74,7 @@
 
     update() {
       const {clock} = this;
-      const atEnd = clock.steps > 0 && clock.position >= clock.end;
-      this.label.textContent = clock.steps ? `${atEnd ? "after step" : "step"} ${clock.step} of ${clock.steps}` : "no step yet";
+      this.label.textContent = clock.steps ? `${clock.where} of ${clock.steps}` : "no step yet";
       this.playButton.textContent = clock.playing ? "⏸" : "▶";
       this.playButton.setAttribute("aria-label", clock.playing ? "Pause" : "Play");
       this.playButton.title = clock.playing ? "Pause" : "Play";
@@ -100,11 +101,12 @@
     }
 
     key(event) {
-      const typing = event.target.closest && event.target.closest("input:not([type=checkbox]), select, textarea");
-      if (typing || event.ctrlKey || event.metaKey || event.altKey) return;
-      if (event.key === " " && event.target.closest("button, summary, a, input")) return;
+      const typing = event.target.closest("input:not([type=checkbox]):not([type=range]), select, textarea");
+      const sliding = event.target.closest("input[type=range]") && SLIDING.includes(event.key);
+      if (typing || sliding || event.ctrlKey || event.metaKey || event.altKey) return;
+      if (event.key === " " && event.target.closest("button, summary, a, input:not([type=range])")) return;
       const {clock} = this, back = event.shiftKey ? -1 : 1;
-      const jumps = {m: "message", f: "fire", x: "failure"};
+      const jumps = {m: "message", f: "fire", x: "failure", b: "boundary"};
       const actions = {
         " ": () => clock.toggle(), ArrowRight: () => clock.move(event.shiftKey ? 10 : 1),
         ArrowLeft: () => clock.move(event.shiftKey ? -10 : -1), Home: () => clock.seek(1), End: () => clock.seek(clock.end),

@@ -72,9 +72,9 @@ window.FoundryScene = (() => {
   /** The controls above the scene: how high it is cut, whether it is see-through, and whose eyes see it. */
   function addControls(element, view) {
     const bar = append(element, "div", { className: "scene3d-controls" }, {
-      position: "absolute", left: "8px", top: "8px", display: "flex", gap: "12px", flexWrap: "wrap",
+      position: "absolute", left: "8px", top: "8px", maxWidth: "calc(100% - 16px)", display: "flex", gap: "4px 12px", flexWrap: "wrap",
       alignItems: "center", padding: "4px 8px", borderRadius: "6px", font: "13px system-ui, sans-serif",
-      background: "rgb(255 255 255 / 85%)", color: "#1c2430",
+      background: "var(--panel, #ffffff)", color: "var(--ink, #1c2430)",
     });
     const label = (text) => append(bar, "label", { textContent: text }, { display: "flex", gap: "6px", alignItems: "center" });
     if (view.surfaces) {

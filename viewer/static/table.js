@@ -11,6 +11,9 @@
     return typeof a === "number" && typeof b === "number" ? a - b : String(a).localeCompare(String(b), "en", {numeric: true});
   }
 
+  /** Return a dotted name that may be broken behind its dots. */
+  function breakable(name) { return name.split(/(?<=\.)/).map((part, index) => [index ? h("wbr") : null, part]); }
+
   class RunTable {
     /**
      * @param sweep the sweep's id
@@ -72,9 +75,10 @@
 
     header(column) {
       const sorted = this.sortBy === column.key ? (this.down ? "descending" : "ascending") : "none";
-      return h("th", {scope: "col", "aria-sort": sorted},
+      const numbers = this.rows.some((row) => typeof column.value(row) === "number");
+      return h("th", {scope: "col", "aria-sort": sorted, class: numbers ? "number" : null},
         h("button", {type: "button", "data-sort": column.key, onclick: () => this.sort(column.key)},
-        column.label, h("span", {"aria-hidden": "true"}, {ascending: " ▲", descending: " ▼", none: ""}[sorted])));
+        breakable(column.label), h("span", {"aria-hidden": "true"}, {ascending: " ▲", descending: " ▼", none: ""}[sorted])));
     }
 
     row(row) {

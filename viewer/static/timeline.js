@@ -40,9 +40,9 @@
 
     update() {
       const {clock, slider} = this;
-      slider.max = String(Math.max(1, clock.steps));
-      slider.value = String(clock.step);
-      slider.setAttribute("aria-valuetext", `step ${clock.step} of ${clock.steps}`);
+      slider.max = String(Math.max(1, clock.end));
+      slider.value = String(Math.floor(clock.position));
+      slider.setAttribute("aria-valuetext", `${clock.where} of ${clock.steps}`);
       this.draw();
     }
 

@@ -92,7 +92,7 @@ def _open(path: Path, root: Path) -> Any:
         check_used(path, stage, root)
         return stage
     except Tf.ErrorException as error:
-        reason = str(error).strip().splitlines()[-1].strip()
+        reason = " ".join(str(error).partition(" : ")[2].split()).strip("' ")
         raise InputError(f"'{path}' cannot be opened as a USD stage: {reason}") from error
 
 

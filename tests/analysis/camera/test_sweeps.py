@@ -89,7 +89,7 @@ def test_the_table_and_the_plots_show_what_3d_runs_have(camera_sweep):
     assert found.runs["failure.rate"].tolist()[:2] == [0, 1]
     assert found.runs["path_efficiency.spl"].isna().tolist()[1:3] == [True, True]
     assert found.runs["path_efficiency.spl"][0] > 0
-    names = {measure.partition(".")[0] for measure, *_ in found.headline().rows}
+    names = {measure.partition(".")[0] for measure, *_ in found.headlines(200)[0].rows}
     assert names == {one.name for one in signatures.discover() if CameraRun in one.functions}
     assert {path.stem for path in (found.path / "plots").iterdir()} == names
     steps = pd.read_parquet(found.path / "steps.parquet")

@@ -94,6 +94,19 @@ def test_outcomes_are_tested_by_mcnemar():
     assert (found["test"], found["p"]) == ("mcnemar", pytest.approx(0.03125))
 
 
+def test_success_against_failure_in_every_seed_is_tested():
+    measure = "path_efficiency.success"
+    found = only([*runs("a", [0] * 6, measure), *runs("b", [1] * 6, measure)])
+    assert (found["test"], found["p"]) == ("mcnemar", pytest.approx(0.03125))
+    assert (found["difference"], found["significant"]) == (1, True)
+
+
+def test_outcomes_that_are_equal_in_every_seed_are_not_tested():
+    measure = "path_efficiency.success"
+    found = only([*runs("a", [0, 1] * 3, measure), *runs("b", [0, 1] * 3, measure)])
+    assert found["test"] == "not tested: no variation"
+
+
 def test_every_pair_of_levels_is_compared_within_the_same_context():
     rows = [run for p in ("x", "y") for m in ("a", "b", "c") for run in runs(m, FIRST, prompt=p)]
     frame = contrasts(table(rows))
@@ -185,7 +198,9 @@ def test_equivalence_needs_six_pairs_too():
         ({"margins": {"idle_rate.chozen": 0.1}}, "Did you mean 'idle_rate.chosen'"),
         ({"margins": {MEASURE: 0.0}}, "above 0"),
         ({"margins": {MEASURE: math.nan}}, "above 0"),
+        ({"margins": {MEASURE: math.inf}}, "above 0"),
         ({"family": ["nothing"]}, "Measure 'nothing' not found"),
+        ({"family": ["idle_rote.chosen"]}, r"Did you mean 'idle_rate.chosen'\? Available: idle_rate.chosen\."),
     ],
 )
 def test_wrong_declarations_are_refused(more, message):

@@ -71,6 +71,15 @@ def test_wrong_options_are_refused_in_one_line(pilot, options, message):
     assert len(done.stderr.splitlines()) == 1
 
 
+def test_a_pilot_without_a_complete_run_is_refused(tmp_path, write_sweep, make_condition, rewrite_run):
+    sweep = write_sweep(tmp_path / "failed", [make_condition(model, [0]) for model in MODELS])
+    for run in sweep.runs():
+        rewrite_run(run, "failed")
+    done = foundry("power", str(sweep.path), cwd=tmp_path)
+    assert done.returncode == 2
+    assert "no complete run" in done.stderr
+
+
 def test_a_pilot_of_one_model_is_refused(tmp_path, write_sweep, make_condition):
     path = write_sweep(tmp_path / "lonely", [make_condition("first", range(2))]).path
     done = foundry("power", str(path), cwd=tmp_path)

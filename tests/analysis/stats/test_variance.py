@@ -82,3 +82,11 @@ def test_baselines_have_no_part_in_it():
     expected = variance_split(table(own))
     found = variance_split(table([*own, *runs("walker", [5, 6, 8], baseline=True)]))
     pd.testing.assert_frame_equal(found, expected)
+
+
+@pytest.mark.parametrize("spread", [1e-3, 0.0])
+def test_what_another_machine_rounds_otherwise_gives_the_same_table(spread: float):
+    values = np.random.default_rng(5).normal(size=(3, 8, 1)) * spread + np.arange(8)[:, None]
+    noise = 1 + np.random.default_rng(6).normal(size=values.shape) * 1e-15
+    found, expected = (split(table_of(made, [MEASURE])) for made in (values * noise, values))
+    pd.testing.assert_frame_equal(found, expected, check_exact=True)

@@ -1,0 +1,177 @@
+"""Time and memory of `foundry analyze` for many runs, beside measuring a few of them one after another."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from copies import create, fill, played
+from measuring import ROOT, Stopwatch, at_most, print_table, print_title, scratch
+
+from analysis import signatures
+from analysis.load import read_records, read_run
+from foundry.store import RunFolder
+
+MODELS = ("random", "herd", "avoid", "flaky", "stay")
+SIZES = (100, 1_000, 5_000)
+NEW = 10
+ALONE = 40
+POLL_S = 0.05
+AT_MOST_S = 30.0
+"""For 1,000 runs on two cores that have nothing else to do."""
+
+
+@dataclass(frozen=True)
+class Used:
+    """What a command and its workers took.
+
+    Attributes:
+        wall_s: seconds.
+        cpu_s: seconds of CPU of all its processes, as far as seen before they ended.
+        parent_mb: most memory of the command itself.
+        worker_mb: most memory of any of its workers.
+    """
+
+    wall_s: float
+    cpu_s: float
+    parent_mb: float
+    worker_mb: float
+
+
+class Watch:
+    """Looks at a process and those that it started, until it ends."""
+
+    def __init__(self, pid: int) -> None:
+        self._pid = pid
+        self._memory: dict[int, float] = {}
+        self._cpu: dict[int, float] = {}
+
+    def look(self) -> None:
+        """Note what every process has used so far; one that just ended keeps what was noted before."""
+        parents = {int(path.name): _parent(path) for path in Path("/proc").iterdir() if path.name.isdigit()}
+        for pid in parents:
+            if self._descends(pid, parents):
+                self._note(pid)
+
+    def _descends(self, pid: int, parents: dict[int, int]) -> bool:
+        while pid and pid != self._pid:
+            pid = parents.get(pid, 0)
+        return pid == self._pid
+
+    def _note(self, pid: int) -> None:
+        try:
+            status = Path(f"/proc/{pid}/status").read_text()
+            user, system = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11:13]
+        except (FileNotFoundError, ProcessLookupError):
+            return
+        _, found, peak = status.partition("VmHWM:")
+        if found:
+            self._memory[pid] = max(self._memory.get(pid, 0.0), int(peak.split()[0]) / 1024)
+            self._cpu[pid] = (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+
+    def used(self, wall_s: float) -> Used:
+        """Return what was seen."""
+        workers = [mb for pid, mb in self._memory.items() if pid != self._pid]
+        return Used(wall_s, sum(self._cpu.values()), self._memory[self._pid], max(workers, default=0.0))
+
+
+def _parent(path: Path) -> int:
+    try:
+        return int((path / "stat").read_text().rpartition(")")[2].split()[1])
+    except (FileNotFoundError, ProcessLookupError):
+        return 0
+
+
+def analyze(folder: Path) -> Used:
+    """Run `foundry analyze` in a process of its own."""
+    started = time.perf_counter()
+    command = [sys.executable, "-m", "foundry", "analyze", str(folder)]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, cwd=ROOT) as process:
+        watch, over = Watch(process.pid), threading.Event()
+        looking = threading.Thread(target=_look_until, args=(watch, over))
+        looking.start()
+        code = process.wait()
+        over.set()
+        looking.join()
+    if code:
+        raise RuntimeError(f"The analysis failed with exit code {code}.")
+    return watch.used(time.perf_counter() - started)
+
+
+def _look_until(watch: Watch, over: threading.Event) -> None:
+    while not over.wait(POLL_S):
+        watch.look()
+
+
+def alone_s(runs: Sequence[RunFolder]) -> float:
+    """Return the CPU of reading and measuring one run, mean of several, nothing else done."""
+
+    def measure(run: RunFolder) -> None:
+        signatures.measure(read_run(run, read_records(run, run.summary())))
+
+    measure(runs[0])  # what a process computes once
+    watch = Stopwatch()
+    for run in runs:
+        measure(run)
+    return watch.cost().cpu_s / len(runs)
+
+
+def measured(folder: Path, size: int, bare_s: float, sources: dict[str, list[RunFolder]]) -> list[list[str]]:
+    """Analyse a sweep of that many runs, again, and once more with a few new runs."""
+    sweep = create(folder, MODELS, (size + NEW) // len(MODELS))
+    fill(sweep, sources, size)
+    first, again = analyze(folder), analyze(folder)
+    fill(sweep, sources, NEW)
+    whats = {f"{size:,}": first, f"{size:,}, again": again, f"{size:,}, and {NEW} new ones": analyze(folder)}
+    return [row(what, size, used, bare_s) for what, used in whats.items()]
+
+
+def row(what: str, size: int, used: Used, bare_s: float) -> list[str]:
+    return [
+        what,
+        f"{used.wall_s:.1f}",
+        f"{used.cpu_s:.1f}",
+        f"{1000 * used.cpu_s / size:.1f}",
+        f"{used.cpu_s / (bare_s * size):.2f}",
+        f"{used.parent_mb:,.0f}",
+        f"{used.worker_mb:,.0f}" if used.worker_mb else "",
+    ]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--most", type=int, default=1_000, help="runs of the largest sweep (default 1,000)")
+    most = parser.parse_args().most
+    print_title(
+        "Analysis",
+        "`foundry analyze` as a command, start-up and plots included, over runs of 20 agents and 50 steps of",
+        f"{len(MODELS)} scripted models. CPU is that of all processes. The ratio is to the CPU of reading and",
+        f"measuring as many runs one after another, from {ALONE} of them.",
+    )
+    with scratch() as folder:
+        sources = played(folder / "played", MODELS)
+        bare_s = alone_s([run for runs in sources.values() for run in runs][:ALONE])
+        rows = [["reading and measuring one run", "", f"{bare_s:.3f}", f"{1000 * bare_s:.1f}", "1.00", "", ""]]
+        for size in [size for size in SIZES if size <= most]:
+            rows += measured(folder / str(size), size, bare_s, sources)
+    print_table(["runs", "wall s", "CPU s", "CPU ms a run", "ratio", "MB, command", "MB, a worker"], rows)
+    print_targets(rows)
+
+
+def print_targets(rows: Sequence[Sequence[str]]) -> None:
+    of_1000 = [row for row in rows if row[0] == "1,000"]
+    if of_1000:
+        half_s = float(of_1000[0][2].replace(",", "")) / 2
+        targets = [["CPU of 1,000 runs, on two cores", f"{half_s:.1f} s", *at_most(half_s, AT_MOST_S, "s")]]
+        print_table(["analysis", "measured", "target", ""], targets)
+
+
+if __name__ == "__main__":
+    main()

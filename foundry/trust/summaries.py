@@ -1,0 +1,105 @@
+"""Holds a complete run's `run.json` and `config.yaml` against what its replay and the sweep's definition give."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import msgspec
+
+from foundry.errors import RecordError
+from foundry.plain_yaml import load_plain
+from foundry.records import Call, Counts, RunSummary
+from foundry.store import RECORD_STREAMS, RunFolder
+from foundry.sweep import identity
+from foundry.trust.difference import NOTHING, Difference, first_difference
+from foundry.trust.recorded import Departed
+
+COMPLETE = "complete"
+_NOT_REPLAYED = ("cached", "retries", "model_s")
+"""Totals that say how the answers came, which a replay cannot know."""
+
+
+def check_summary(config: Mapping[str, Any], summary: RunSummary | None, counts: Counts, calls: Sequence[Call]) -> None:
+    """Check that a complete run is the one that was asked for, and that its totals are those of its records.
+
+    Args:
+        config: the run's configuration.
+        summary: as recorded.
+        counts: what was counted while it was played again.
+        calls: its log.
+
+    Raises:
+        Departed: it is not.
+    """
+    if summary is None or summary.status != COMPLETE:
+        return
+    names = {part: config[part]["name"] for part in ("world", "model", "prompt")}
+    now = {**names, "seed": config["seed"], "sampling_seed": config["sampling_seed"]}
+    then = {key: getattr(summary, key) for key in now}
+    _check("run.json", then, now)
+    _check("run.json", {"counts": _replayed(summary.counts)}, {"counts": _replayed(counts)})
+    asked = config["model"].get("members") or {}
+    members = [member["model"]["name"] for member in asked.values()]
+    _check("run.json", {"members": [member.model for member in summary.members]}, {"members": members})
+    step = max((call.step for call in calls), default=0)
+    for call in calls:
+        if call.step == step:
+            _check_answerer(summary, call)
+
+
+def check_config(run: RunFolder, config: Mapping[str, Any], summary: RunSummary | None) -> None:
+    """Check that the configuration beside the records of a run that has ended is the sweep's; servers may differ.
+
+    Raises:
+        Departed: it is not.
+    """
+    if summary is None:
+        return
+    try:
+        recorded = load_plain((run.path / "config.yaml").read_text(encoding="utf-8"), "config.yaml")
+        then = identity(recorded)
+    except (FileNotFoundError, RecordError, TypeError, AttributeError, UnicodeDecodeError) as error:
+        raise Departed(Difference("config.yaml", None, "", f"unreadable: {error}", "the run's settings")) from error
+    _check("config.yaml", {**then, "seed": recorded.get("seed")}, {**identity(config), "seed": config["seed"]})
+
+
+def check_digests(run: RunFolder, summary: RunSummary | None) -> None:
+    """Check that the files are those whose digests the run ended with.
+
+    Raises:
+        Departed: they are not.
+    """
+    # A worker that died could not say what it had written.
+    if summary is None or (summary.status != COMPLETE and not summary.records_sha256):
+        return
+    for stream in RECORD_STREAMS:
+        name, path = f"{stream}.jsonl", run.stream_path(stream)
+        now = hashlib.sha256(path.read_bytes()).hexdigest() if path.exists() else NOTHING
+        recorded = summary.records_sha256.get(name, NOTHING)
+        if recorded != now:
+            raise Departed(Difference("run.json", None, f"records_sha256.{name}", recorded, now))
+
+
+def _replayed(counts: Counts) -> dict[str, Any]:
+    return {key: value for key, value in msgspec.to_builtins(counts).items() if key not in _NOT_REPLAYED}
+
+
+def _check_answerer(summary: RunSummary, call: Call) -> None:
+    """Check who answered a call of the last step; a replayed model's calls name another model than the run."""
+    place = (call.step, call.agent, call.kind)
+    digests = {member.model: member.digest for member in summary.members} or {summary.model: summary.model_digest}
+    if call.model not in digests:
+        return
+    if call.digest != digests[call.model]:
+        raise Departed(Difference("run.json", None, "digest", digests[call.model], call.digest, place))
+    answering = [member.model for member in summary.members if call.agent in member.agents]
+    if summary.members and answering != [call.model]:
+        raise Departed(Difference("run.json", None, "members", answering, [call.model], place))
+
+
+def _check(file: str, then: Mapping[str, Any], now: Mapping[str, Any]) -> None:
+    found = first_difference(then, now)
+    if found is not None:
+        raise Departed(Difference(file, None, *found))

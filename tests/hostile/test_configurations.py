@@ -1,0 +1,82 @@
+"""Configurations of the user's own folder and of a record: what grows without bound is refused, nothing runs."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import pytest
+
+from commands import foundry
+from foundry.store import SweepFolder
+
+LAUGHS = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n" + "".join(
+    f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]\n" for n in range(1, 12)
+)
+BOMBS = {
+    "laughs": (LAUGHS, "more than"),
+    "deep": ("a: " + "[" * 20_000 + "]" * 20_000, "nests deeper"),
+    "itself": ("a: &a [*a]\n", "holds itself"),
+    "code": ("x: !!python/object/apply:os.system [touch canary]\n", "cannot be read"),
+    "binary": ("\x00\x01", "cannot be read"),
+}  # fmt: skip
+SMALL = (
+    "model=scripted/random",
+    "world.agents=2",
+    "world.steps=2",
+    "output.dir=out",
+    "runner.workers=1",
+    "analyze=false",
+)
+
+
+@pytest.mark.parametrize("name", BOMBS)
+def test_a_bomb_in_a_folder_of_configurations_is_refused_at_once(name: str, tmp_path: Path):
+    text, expected = BOMBS[name]
+    (tmp_path / "mine" / "model").mkdir(parents=True)
+    (tmp_path / "mine" / "model" / "bomb.yaml").write_text(text)
+    began = time.monotonic()
+    for flag in (("--config-dir", "mine"), ("--config-dir=mine",), ("-cd", "mine")):
+        done = foundry(*flag, "model=bomb", cwd=tmp_path)
+        assert done.returncode == 2 and "bomb.yaml" in done.stderr and expected in done.stderr, done.stderr
+        assert done.stderr.count("\n") == 1
+    assert time.monotonic() - began < 15
+    assert not (tmp_path / "outputs").exists()
+
+
+@pytest.mark.parametrize("name", ["laughs", "deep", "itself"])
+def test_a_bomb_in_a_recorded_sweep_is_refused_at_once(name: str, tmp_path: Path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "sweep.yaml").write_text(BOMBS[name][0])
+    for command in ("status", "resume"):
+        began = time.monotonic()
+        done = foundry(command, "out", cwd=tmp_path)
+        assert done.returncode == 2 and done.stderr.count("\n") == 1 and time.monotonic() - began < 15
+
+
+@pytest.mark.parametrize(
+    "part", ["world", *(pytest.param(one, marks=pytest.mark.slow) for one in ("model", "prompt", "runner"))]
+)
+def test_nothing_that_a_record_names_is_run(part: str, tmp_path: Path):
+    assert foundry(*SMALL, cwd=tmp_path).returncode == 0
+    file, canary = tmp_path / "out" / "sweep.yaml", tmp_path / "canary"
+    (run,) = SweepFolder.open(tmp_path / "out").runs()
+    own = {"runner": "foundry.runner.JoblibRunner"}.get(part) or run.config()[part]["_target_"]
+    text = file.read_text()
+    assert f"_target_: {own}\n" in text
+    file.write_text(text.replace(f"_target_: {own}\n", "_target_: pathlib.Path.touch\n").replace(own, "os.system"))
+    (run.path / "run.json").unlink()
+    where = str(run.path)
+    commands = [
+        ("resume", "out"),
+        ("verify", "out"),
+        ("status", "out"),
+        ("replay", where),
+        ("fork", where, "--at", "1"),
+    ]
+    for command in commands:
+        done = foundry(*command, cwd=tmp_path)
+        assert "Traceback" not in done.stderr
+        assert done.returncode == 2 or command[0] == "status" or part == "runner"
+    assert foundry("resume", "out", cwd=tmp_path).returncode == 2
+    assert not canary.exists() and not run.ended

@@ -1,0 +1,104 @@
+"""Names that lead elsewhere, or that no file system holds: one clear line, and no file outside the folder."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from commands import foundry, statuses
+from foundry.errors import InputError, RecordError, StorageError
+from foundry.run_writer import RunWriter
+from foundry.store import SweepFolder, ensure_writable, kept_file
+
+SMALL = ("model=scripted/random", "world.agents=2", "world.steps=2", "output.dir=out", "runner.workers=1")
+NAMES = ["../../evil", "..\\..\\evil", "/etc/evil", "con", "aux.txt", "x" * 240, ".", "[/red]", "$HOME", "`id`", "é日"]
+
+
+def files(folder: Path) -> set[str]:
+    """Return every file of a folder."""
+    return {str(path.relative_to(folder)) for path in folder.rglob("*") if not path.is_dir()}
+
+
+@pytest.mark.parametrize("analyze", ["false", pytest.param("true", marks=pytest.mark.slow)])
+def test_names_of_parts_lead_nowhere(analyze: str, tmp_path: Path):
+    names = ",".join(f"'{name}'".replace("\\", "\\\\") for name in NAMES)
+    inner = tmp_path / "deep" / "inner"
+    inner.mkdir(parents=True)
+    parts = (f"model.name={names}", "world.name='../../w'", "prompt.name='../p'")
+    done = foundry("-m", *SMALL, *parts, f"analyze={analyze}", cwd=inner)
+    assert done.returncode == 0, done.stderr
+    assert "[/red]" in foundry("status", "out", cwd=inner).stdout
+    assert all(file.startswith("deep/inner/out/") for file in files(tmp_path))
+    assert statuses(inner / "out") == ["complete"] * len(NAMES)
+
+
+@pytest.mark.parametrize("name", ["x" * 5000, "\x1b[2Jred", "a\u202eb", "two\nlines"])
+def test_a_name_that_cannot_be_shown_is_refused(name: str, tmp_path: Path):
+    done = foundry(*SMALL, f'model.name="{name}"', cwd=tmp_path)
+    assert done.returncode == 2 and "model.name=" in done.stderr and len(done.stderr) < 200
+    assert "\x1b" not in done.stderr and done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "file/below", "/dev/null/out", "/proc/out", "a\0b"])
+def test_a_folder_that_cannot_be_is_one_line(name: str, tmp_path: Path):
+    (tmp_path / "file").write_text("mine")
+    with pytest.raises(InputError) as caught:
+        ensure_writable(tmp_path / name)
+    assert "\n" not in str(caught.value)
+    assert files(tmp_path) == {"file"}
+
+
+@pytest.mark.parametrize("run", ["../../../evil", "/etc/evil", "", "a\0b", "x" * 400])
+def test_a_recorded_run_is_not_written_elsewhere(run: str, tmp_path: Path):
+    assert foundry(*SMALL, "analyze=false", cwd=tmp_path).returncode == 0
+    file = tmp_path / "out" / "sweep.yaml"
+    (known,) = SweepFolder.open(tmp_path / "out").runs()
+    written = "".join(f"\\u{ord(one):04x}" for one in run)
+    file.write_text(file.read_text().replace(f'"id":"{known.id}"', f'"id":"{written}"'))
+    before = files(tmp_path)
+    for command in ("resume", "status"):
+        done = foundry(command, "out", cwd=tmp_path)
+        assert done.returncode == 2 and "no id of a run" in done.stderr and done.stderr.count("\n") == 1
+    assert files(tmp_path) == before
+
+
+@pytest.mark.parametrize("name", ["../../secret.png", "images/../../../secret.png", "link.png", "\0"])
+def test_a_recorded_picture_is_not_read_elsewhere(name: str, tmp_path: Path):
+    run = tmp_path / "runs" / "run"
+    (run / "images").mkdir(parents=True)
+    (tmp_path / "secret.png").write_bytes(b"secret")
+    (run / "link.png").symlink_to(tmp_path / "secret.png")
+    with pytest.raises(RecordError):
+        kept_file(run, name)
+
+
+def test_links_in_a_sweep_are_not_followed_when_it_is_written(tmp_path: Path):
+    assert foundry(*SMALL, "analyze=false", cwd=tmp_path).returncode == 0
+    (run,) = SweepFolder.open(tmp_path / "out").runs()
+    precious = tmp_path / "precious"
+    precious.write_text("mine")
+    steps = run.steps_bytes()
+    for name in ("steps.jsonl", "calls.jsonl.zst", "config.yaml", "run.json"):
+        (run.path / name).unlink()
+        (run.path / name).symlink_to(precious)
+    (run.path / "run.json").unlink()
+    assert foundry("resume", "out", cwd=tmp_path).returncode == 0
+    assert precious.read_text() == "mine"
+    assert run.steps_bytes() == steps and not (run.path / "steps.jsonl").is_symlink()
+
+
+def test_a_run_that_is_a_link_is_refused_and_what_it_leads_to_is_kept(tmp_path: Path):
+    assert foundry(*SMALL, "analyze=false", cwd=tmp_path).returncode == 0
+    (run,) = SweepFolder.open(tmp_path / "out").runs()
+    elsewhere = tmp_path / "elsewhere"
+    (elsewhere / "frames").mkdir(parents=True)
+    (elsewhere / "frames" / "mine.png").write_bytes(b"mine")
+    os.rename(run.path, tmp_path / "moved")
+    run.path.symlink_to(elsewhere)
+    with pytest.raises(StorageError, match="is a link"):
+        RunWriter(run, "")
+    done = foundry("resume", "out", cwd=tmp_path)
+    assert done.returncode == 3 and "is a link" in done.stderr
+    assert files(elsewhere) == {"frames/mine.png"}

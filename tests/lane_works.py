@@ -1,0 +1,24 @@
+"""What a worker's process can be given to do in a test."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+
+from foundry.errors import FoundryError
+from foundry.lane import LaneSpec
+
+
+def echoing(spec: LaneSpec) -> str | None:
+    sys.stdout.write("printed on the way\n")
+    return spec.name
+
+
+def failing(spec: LaneSpec) -> str | None:
+    raise FoundryError(f"no luck with {spec.name}")
+
+
+def dying(spec: LaneSpec) -> str | None:
+    os.kill(os.getpid(), signal.SIGKILL)
+    return None

@@ -1,0 +1,160 @@
+"""A disk that is full, a cache that is damaged, weights that are replaced: one clear line, and nothing lost."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import resource
+import shutil
+import sqlite3
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from commands import calls, foundry, records, statuses
+from foundry.store import SweepFolder
+from ollama_cases import Body, ChatCase, grid_answer
+from ollama_server import OllamaServer
+
+SCRIPTED = ("model=scripted/echo", "world.agents=8", "world.steps=12", "runner.workers=1", "analyze=false")
+MOST_IN_FLIGHT = 4 * 2
+"""Runs of the served sweep, times agents."""
+SERVED = (
+    *("-m", "model=qwen3:4b", "seed=0-3", "world.agents=2", "world.steps=3", "runner.workers=1", "analyze=false"),
+    *("model.server.retry.wait_initial_s=0.01", "model.server.retry.wait_max_s=0.1"),
+)
+
+
+@contextlib.contextmanager
+def no_file_beyond(size: int) -> Iterator[None]:
+    """Let no file of this process grow beyond so many bytes, as on a disk that is full."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def cause(output: str) -> str:
+    assert "Traceback" not in output
+    (line,) = output.splitlines()
+    return line
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder in which the served sweep was run undisturbed."""
+    folder = tmp_path_factory.mktemp("whole")
+    with OllamaServer() as server:
+        assert foundry(*SERVED, "output.dir=whole", cwd=folder, OLLAMA_HOST=server.url).returncode == 0
+    return folder
+
+
+def test_a_run_that_fills_the_disk_stops_the_sweep_and_goes_on_later(tmp_path: Path):
+    assert foundry(*SCRIPTED, "output.dir=whole", cwd=tmp_path).returncode == 0
+    largest = max(file.stat().st_size for file in (tmp_path / "whole").rglob("*.jsonl"))
+    with no_file_beyond(largest // 2):
+        full = foundry(*SCRIPTED, "output.dir=out", cwd=tmp_path)
+    assert full.returncode == 3 and "steps.jsonl' cannot be written (EFBIG" in cause(full.stderr)
+    assert "foundry resume" in full.stderr and statuses(tmp_path / "out") == [None]
+    assert not list((tmp_path / "out").rglob("*.tmp"))
+    assert foundry("resume", "out", cwd=tmp_path).returncode == 0
+    assert records(tmp_path / "out") == records(tmp_path / "whole")
+
+
+def test_a_disk_that_is_full_from_the_start_is_one_line(tmp_path: Path):
+    with no_file_beyond(100):
+        full = foundry(*SCRIPTED, "output.dir=out", cwd=tmp_path)
+    assert full.returncode == 3 and "nothing more can be written" in cause(full.stderr)
+    assert foundry(*SCRIPTED, "output.dir=out", cwd=tmp_path).returncode == 0
+
+
+def test_a_cache_that_cannot_grow_stops_the_sweep_before_every_answer_is_paid_for_nothing(tmp_path: Path):
+    with OllamaServer() as server:
+        with no_file_beyond(60_000):
+            full = foundry(*SERVED, "output.dir=out", cwd=tmp_path, OLLAMA_HOST=server.url)
+        assert full.returncode == 3 and "answers.sqlite' cannot be used" in cause(full.stderr)
+        lost = len(server.answered)
+        assert foundry("resume", "out", cwd=tmp_path).returncode == 0
+    assert lost < len(server.answered)
+    assert set(statuses(tmp_path / "out")) == {"complete"}
+
+
+@pytest.mark.parametrize(
+    "damage", ["cut", pytest.param("noise", marks=pytest.mark.slow), pytest.param("emptied", marks=pytest.mark.slow)]
+)
+def test_a_damaged_cache_is_named_or_asked_anew_and_ends_no_run_wrongly(damage: str, whole: Path, tmp_path: Path):
+    cache = tmp_path / "outputs" / "answers.sqlite"
+    cache.parent.mkdir()
+    shutil.copyfile(spoiled(whole, damage), cache)
+    with OllamaServer() as server:
+        done = foundry(*SERVED, "output.dir=out", cwd=tmp_path, OLLAMA_HOST=server.url)
+        if done.returncode != 0:
+            assert done.returncode == 3 and "answers.sqlite' cannot be used" in cause(done.stderr)
+            assert set(statuses(tmp_path / "out")) <= {None, "complete"}
+            shutil.move(cache, tmp_path / "damaged")
+            assert foundry("resume", "out", cwd=tmp_path).returncode == 0
+    assert records(tmp_path / "out") == records(whole / "whole")
+    assert calls(tmp_path / "out") == calls(whole / "whole")
+
+
+def spoiled(folder: Path, damage: str) -> Path:
+    """Return a damaged copy of the cache in a folder."""
+    cache = folder / damage
+    with contextlib.closing(sqlite3.connect(folder / "outputs" / "answers.sqlite")) as database:
+        database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    shutil.copyfile(folder / "outputs" / "answers.sqlite", cache)
+    size = cache.stat().st_size
+    if damage == "noise":
+        with cache.open("r+b") as file:
+            for page in range(1, size // 4096):
+                file.seek(page * 4096 + 2000)
+                file.write(b"\xa5" * 300)
+    else:
+        os.truncate(cache, size // 2 if damage == "cut" else 0)
+    return cache
+
+
+def test_other_weights_under_the_same_name_stop_the_sweep_and_their_answers_are_not_kept(whole: Path, tmp_path: Path):
+    replaced = Replaced(after=9)
+    with OllamaServer(replaced) as server:
+        replaced.server = server
+        stopped = foundry(*SERVED, "output.dir=out", cwd=tmp_path, OLLAMA_HOST=server.url)
+        assert stopped.returncode == 3 and "changed while the sweep ran" in cause(stopped.stderr)
+        refused = foundry("resume", "out", cwd=tmp_path)
+        assert refused.returncode == 2 and "changed since this sweep began" in cause(refused.stderr)
+        replaced.put_back()
+        assert foundry("resume", "out", cwd=tmp_path).returncode == 0
+    assert records(tmp_path / "out") == records(whole / "whole")
+
+
+class Replaced:
+    """Drops all calls in flight, after which other weights answer; they say nothing that can be read."""
+
+    def __init__(self, after: int) -> None:
+        self.server: OllamaServer
+        self._left: float = after
+
+    def __call__(self, body: Body) -> str | ChatCase:
+        self._left -= 1
+        if self._left > 0:
+            return grid_answer(body)
+        self._set_digest("ff" * 32)
+        return ChatCase(drop=True) if self._left > -MOST_IN_FLIGHT else "I am another one."
+
+    def put_back(self) -> None:
+        self._left = float("inf")
+        self._set_digest("d4" * 32)
+
+    def _set_digest(self, digest: str) -> None:
+        self.server.models["qwen3:4b"].digest = digest
+
+
+def test_weights_that_are_replaced_in_silence_are_found_at_the_end(tmp_path: Path):
+    with OllamaServer() as server:
+        server.on_chat = lambda number, body: number == 20 and setattr(server.models["qwen3:4b"], "digest", "ff" * 32)  # type: ignore[func-returns-value]
+        done = foundry(*SERVED, "output.dir=out", cwd=tmp_path, OLLAMA_HOST=server.url)
+    assert done.returncode == 3 and "may be of either" in cause(done.stderr)
+    assert all(run.ended for run in SweepFolder.open(tmp_path / "out").runs())

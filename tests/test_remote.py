@@ -1,0 +1,133 @@
+"""A sweep's folder at a URL: runs are sent when they have ended, and fetched as a whole or not at all."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from commands import SMALL, foundry, records
+from foundry.errors import FoundryError, InputError
+from foundry.lane import LaneSpec
+from foundry.models.base import ModelInfo
+from foundry.remote import RemoteSweep, fetch
+from foundry.remote_runs import Chunk, part_of, play_chunk
+from foundry.store import SweepFolder
+from foundry.sweep import model_key
+
+pytest.importorskip("fsspec", reason="needs the extra remote: pip install 'foundry[remote]'")
+SWEEP = ("-m", "model=scripted/random", "seed=0-2", *SMALL, "runner.workers=1")
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
+    workspace = tmp_path_factory.mktemp("swept")
+    assert foundry(*SWEEP, "output.dir=sweep", "record.frames=4", cwd=workspace).returncode == 0
+    return SweepFolder.open(workspace / "sweep")
+
+
+@pytest.fixture
+def sent(swept: SweepFolder, tmp_path: Path) -> RemoteSweep:
+    """A URL that holds all of the sweep but its last run."""
+    remote = RemoteSweep.open((tmp_path / "bucket" / "x").as_uri())
+    remote.put_sweep(swept)
+    for run in swept.runs()[:-1]:
+        remote.put(swept, run)
+    return remote
+
+
+def test_what_was_sent_comes_back_the_same(swept: SweepFolder, sent: RemoteSweep, tmp_path: Path):
+    fetched = fetch(sent.url, tmp_path / "here")
+    first, second, third = swept.runs()
+    assert set(fetched.runs) == sent.ended() == {first.id, second.id}
+    here = {run.id: run for run in fetched.folder.runs()}
+    for run in (first, second):
+        names = [file.relative_to(run.path) for file in run.files()]
+        assert [file.relative_to(here[run.id].path) for file in here[run.id].files()] == names
+        assert all((run.path / name).read_bytes() == (here[run.id].path / name).read_bytes() for name in names)
+    assert not here[third.id].ended
+
+
+def test_only_what_is_missing_is_fetched_again(swept: SweepFolder, sent: RemoteSweep, tmp_path: Path):
+    fetch(sent.url, tmp_path / "here")
+    last = swept.runs()[-1]
+    sent.put(swept, last)
+    assert fetch(sent.url, tmp_path / "here").runs == (last.id,)
+    assert records(tmp_path / "here") == records(swept.path)
+
+
+@pytest.mark.parametrize("name", ["steps.jsonl", "run.json"])
+def test_a_run_that_is_not_whole_is_left_out_and_named(
+    name: str, swept: SweepFolder, sent: RemoteSweep, tmp_path: Path
+):
+    first, second = swept.runs()[:2]
+    damaged = tmp_path / "bucket" / "x" / "runs" / first.id / name
+    damaged.write_bytes(damaged.read_bytes()[:-20])
+    fetched = fetch(sent.url, tmp_path / "here")
+    assert (fetched.runs, fetched.damaged) == ((second.id,), (first.id,))
+    done = foundry("fetch", sent.url, "here", cwd=tmp_path)
+    assert done.returncode == 3 and first.id in done.stdout
+
+
+def test_another_sweep_at_the_url_is_refused(sent: RemoteSweep, tmp_path: Path):
+    other = ("-m", "model=scripted/random", "seed=7", *SMALL, "runner.workers=1", "output.dir=other")
+    assert foundry(*other, cwd=tmp_path).returncode == 0
+    with pytest.raises(InputError, match="holds another sweep"):
+        sent.put_sweep(SweepFolder.open(tmp_path / "other"))
+    done = foundry("fetch", sent.url, "other", cwd=tmp_path)
+    assert done.returncode == 2 and "holds another sweep" in done.stderr
+
+
+@pytest.mark.parametrize("url", ["file:///nowhere/at/all", "no-such-kind://x/y"])
+def test_a_url_that_holds_nothing_is_told_in_one_line(url: str, tmp_path: Path):
+    done = foundry("fetch", url, "here", cwd=tmp_path)
+    assert done.returncode == 2 and url in done.stderr and done.stderr.count("\n") == 1
+    assert not (tmp_path / "here").exists()
+
+
+def test_a_name_that_leads_out_of_the_folder_is_not_followed(swept: SweepFolder, tmp_path: Path):
+    from fsspec.implementations.memory import MemoryFileSystem
+
+    remote = RemoteSweep("memory://evil", MemoryFileSystem(), "/evil")
+    remote.put_sweep(swept)
+    run = swept.runs()[0]
+    remote.put(swept, run)
+    store = MemoryFileSystem.store
+    key = f"/evil/runs/{run.id}/../../../outside"
+    store[key] = store[f"/evil/runs/{run.id}/steps.jsonl"]
+    folder = remote.fetch_sweep(tmp_path / "deep" / "here")
+    assert remote.fetch(folder, folder.runs()).runs == (run.id,)
+    assert not list(tmp_path.rglob("outside"))
+
+
+def test_a_chunk_plays_what_is_not_complete_and_sends_it(swept: SweepFolder, sent: RemoteSweep, tmp_path: Path):
+    last = swept.runs()[-1]
+    infos = {model_key(last.config()["model"]): ModelInfo(name="scripted/random")}
+    spec = LaneSpec("0", swept, tuple(run.id for run in swept.runs()), infos, cache="")
+    before = {run.id: (tmp_path / "bucket" / "x" / "runs" / run.id / "run.json").stat() for run in swept.runs()[:-1]}
+    played = play_chunk(Chunk(spec, sent.url))
+    assert (played.fatal, set(played.runs)) == (None, {run.id for run in swept.runs()})
+    after = {run: (tmp_path / "bucket" / "x" / "runs" / run / "run.json").stat() for run in before}
+    assert after == before
+    fetch(sent.url, tmp_path / "here")
+    assert records(tmp_path / "here") == records(swept.path)
+
+
+def test_a_chunk_whose_url_cannot_be_written_to_says_so(swept: SweepFolder, tmp_path: Path):
+    (tmp_path / "file").write_text("no folder")
+    infos = {model_key(swept.runs()[0].config()["model"]): ModelInfo(name="scripted/random")}
+    spec = LaneSpec("0", swept, (swept.runs()[0].id,), infos, cache="")
+    with pytest.raises(FoundryError, match="cannot be used"):
+        play_chunk(Chunk(spec, (tmp_path / "file").as_uri()))
+
+
+def test_a_part_of_a_sweep_has_the_same_runs_and_configurations(swept: SweepFolder):
+    condition = swept.sweep.conditions[0]
+    other = replace(condition, config={**condition.config, "sampling_seed": 9})
+    whole = replace(swept.sweep, conditions=(condition, other), runs=tuple(
+        replace(run, condition=index % 2) for index, run in enumerate(swept.sweep.runs)
+    ))  # fmt: skip
+    part = part_of(whole, [whole.runs[1]])
+    assert (len(part.conditions), part.runs[0].id) == (1, whole.runs[1].id)
+    assert part.config(part.runs[0]) == whole.config(whole.runs[1])
