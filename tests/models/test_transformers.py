@@ -17,18 +17,18 @@ from typing import Any
 import pytest
 from PIL import Image
 
-os.environ.setdefault("OMP_NUM_THREADS", "1")  # several threads only wait for each other over models so small
-pytestmark = [
-    pytest.mark.local_models,
-    pytest.mark.skipif(find_spec("torch") is None or find_spec("transformers") is None, reason="needs foundry[hf]"),
-]
-
 from commands import foundry, statuses
 from foundry.errors import InputError, RequestError, ServerError
 from foundry.models import transformers_weights
 from foundry.models.base import ChatMessage, Request
 from foundry.models.transformers_model import TransformersModel
 from foundry.store import SweepFolder
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # several threads only wait for each other over models so small
+pytestmark = [
+    pytest.mark.local_models,
+    pytest.mark.skipif(find_spec("torch") is None or find_spec("transformers") is None, reason="needs foundry[hf]"),
+]
 
 OPTIONS = {"temperature": 0.9, "top_k": 0, "top_p": 0.95, "min_p": 0.0, "max_new_tokens": 8}
 SERVER = {

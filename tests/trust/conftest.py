@@ -52,7 +52,14 @@ def camera_sweep(tmp_path_factory: pytest.TempPathFactory) -> Path:
     picture(folder / "parts" / "wall.png", np.arange(48).reshape(4, 4, 3) * 5)
     write_stage(folder / "parts" / "wall.usda", build_wall)
     scene = write_stage(folder / "room" / "scene.usda", build_room)
-    overrides = (f"scene={scene}", f"world.scene.root={folder}", "task=Look", "world.steps=3", "model=scripted/wander", "record.frames=3")
+    overrides = (
+        f"scene={scene}",
+        f"world.scene.root={folder}",
+        "task=Look",
+        "world.steps=3",
+        "model=scripted/wander",
+        "record.frames=3",
+    )
     return play(folder, "world=usd", *overrides, "analyze=false", "runner.workers=1")
 
 
