@@ -56,7 +56,7 @@ def _started() -> _Started:
 
 
 @contextlib.contextmanager
-def _running(loop: asyncio.AbstractEventLoop) -> Iterator[None]:
+def _running(loop: asyncio.AbstractEventLoop | None) -> Iterator[None]:
     """Let the browser's loop be the running one; afterwards none is, so that other tests can run theirs.
 
     Pages may be opened while another is: then it stays the running one.
@@ -67,6 +67,16 @@ def _running(loop: asyncio.AbstractEventLoop) -> Iterator[None]:
         yield
     finally:
         asyncio._set_running_loop(before)
+
+
+def put_aside() -> contextlib.AbstractContextManager[None]:
+    """While a page stays open for later, let other tests run event loops of their own."""
+    return _running(None)
+
+
+def taken_up() -> contextlib.AbstractContextManager[None]:
+    """Use a page that was put aside."""
+    return _running(_started().loop)
 
 
 @contextlib.contextmanager

@@ -21,23 +21,29 @@ class Labeller(StrEnum):
     MODEL = "model"
 
 
+Folders = Annotated[list[Path], typer.Argument(help="Sweep folders.", show_default=False)]
+WhoLabels = Annotated[
+    Labeller, typer.Option(help="Who says which messages are warnings: the rule, or the model of foundry label.")
+]
+Family = Annotated[
+    list[str] | None,
+    typer.Option(help="A measure that claims rest on, declared beforehand; may be given several times."),
+]
+Margins = Annotated[
+    list[str] | None,
+    typer.Option(help="MEASURE=SIZE: the difference below which models count as the same; declared beforehand."),
+]
+
+
 @app.command()
 def analyze(
-    folders: Annotated[list[Path], typer.Argument(help="Sweep folders.", show_default=False)],
+    folders: Folders,
     baselines: Annotated[
         bool, typer.Option("--baselines", help="First run the scripted baselines on the same worlds and seeds.")
     ] = False,
-    labeller: Annotated[
-        Labeller, typer.Option(help="Who says which messages are warnings: the rule, or the model of foundry label.")
-    ] = Labeller.RULE,
-    family: Annotated[
-        list[str] | None,
-        typer.Option(help="A measure that claims rest on, declared beforehand; may be given several times."),
-    ] = None,
-    margin: Annotated[
-        list[str] | None,
-        typer.Option(help="MEASURE=SIZE: the difference below which models count as the same; declared beforehand."),
-    ] = None,
+    labeller: WhoLabels = Labeller.RULE,
+    family: Family = None,
+    margin: Margins = None,
 ) -> None:
     """Compute the signatures of every run, compare the models, draw the plots."""
     margins = margins_of(margin or [])
@@ -77,12 +83,13 @@ def run_baselines(path: Path) -> None:
     from foundry.targets import check_sweep_targets
 
     opened = SweepFolder.open(path)
-    check_sweep_targets(opened.sweep, opened.settings)
+    check_sweep_targets(opened.sweep, {})
     sweep = baselines_of(opened.sweep)
     if not sweep.runs:
         print(f"{path} compares every baseline itself")
         return
-    settings = {**opened.settings, "analyze": False, "view": None, "record": {"frames": 0}}
+    local = {"_target_": "foundry.runner.JoblibRunner"}
+    settings = {"runner": local, "cache": {"path": ""}, "analyze": False, "view": None, "record": {"frames": 0}}
     run_folder(SweepFolder.create(opened.baselines_dir, sweep, settings, []), settings, check(sweep))
 
 

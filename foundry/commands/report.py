@@ -7,27 +7,19 @@ from typing import Annotated
 
 import typer
 
-from foundry.commands.analyzing import Labeller, margins_of
+from foundry.commands.analyzing import Family, Folders, Labeller, Margins, WhoLabels, margins_of
 from foundry.commands.application import app
 
 
 @app.command()
 def report(
-    folders: Annotated[list[Path], typer.Argument(help="Sweep folders.", show_default=False)],
+    folders: Folders,
     out: Annotated[
         Path | None, typer.Option(help="The page; by default report.html in the first sweep's folder.")
     ] = None,
-    labeller: Annotated[
-        Labeller, typer.Option(help="Who says which messages are warnings: the rule, or the model of foundry label.")
-    ] = Labeller.RULE,
-    family: Annotated[
-        list[str] | None,
-        typer.Option(help="A measure that claims rest on, declared beforehand; may be given several times."),
-    ] = None,
-    margin: Annotated[
-        list[str] | None,
-        typer.Option(help="MEASURE=SIZE: the difference below which models count as the same; declared beforehand."),
-    ] = None,
+    labeller: WhoLabels = Labeller.RULE,
+    family: Family = None,
+    margin: Margins = None,
 ) -> None:
     """Write one page with everything about the sweeps, for a browser without a network."""
     from analysis.report import write_report

@@ -1,9 +1,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
+from browser import browser_page, put_aside, taken_up
 from foundry.store import SweepFolder
 from made_up_runs import Playing, whole_sweep
 from viewer.server import ViewServer, serving
@@ -27,3 +29,20 @@ def made_up(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
 def server(made_up: SweepFolder) -> Iterator[ViewServer]:
     with serving(made_up.path) as running:
         yield running
+
+
+@pytest.fixture(scope="session")
+def shared_page() -> Iterator[Any]:
+    with browser_page() as page:
+        page.set_default_timeout(8000)
+        with put_aside():
+            yield page
+
+
+@pytest.fixture
+def page(shared_page: Any) -> Iterator[Any]:
+    """One page for all tests that need no console of their own: a new one costs more than most tests."""
+    with taken_up():
+        yield shared_page
+        shared_page.set_viewport_size({"width": 1280, "height": 900})
+        shared_page.emulate_media(color_scheme="light")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -12,7 +10,6 @@ import msgspec
 import pytest
 from PIL import Image
 
-from browser import browser_page
 from foundry.records import CameraEpisode, CameraStep, Outcome, Pose, SeenImage
 from foundry.run_writer import RunWriter, write_run_summary
 from foundry.store import RunFolder, SweepFolder
@@ -20,6 +17,7 @@ from foundry.sweep import Condition, expand
 from made_up_runs import HOSTILE, summary
 from viewer.export import export
 from viewer.server import serving
+from viewer_pages import go
 
 WORLD = {"name": "hall", "steps": 3, "scene": None, "camera": {}, "body": {}, "targets": []}
 
@@ -84,18 +82,10 @@ def whole(folder: RunFolder, **changes: Any) -> None:
     write_run_summary(folder, summary(folder, writer.counts, None))
 
 
-@contextmanager
-def opened(address: str) -> Iterator[Any]:
-    with browser_page() as page:
-        page.set_default_timeout(8000)
-        page.goto(address)
-        page.wait_for_function("() => window.Foundry?.page?.clock?.steps > 0")
-        yield page
-
-
-def test_a_decision_is_shown_beside_the_image_that_the_model_saw(hall: SweepFolder):
+def test_a_decision_is_shown_beside_the_image_that_the_model_saw(page: Any, hall: SweepFolder):
     whole(hall.runs()[0], outcome=Outcome.UNREADABLE, reply=HOSTILE)
-    with serving(hall.path) as server, opened(f"{server.url}#/run/hall/{hall.runs()[0].id}") as page:
+    with serving(hall.path) as server:
+        go(page, server.url, f"run/hall/{hall.runs()[0].id}")
         page.wait_for_function("() => document.querySelector('.seen').naturalWidth === 8")
         page.wait_for_function("() => document.querySelector('.scene').childElementCount > 0")
         assert "Find door <b> in hall" in page.text_content(".goal")
@@ -110,10 +100,11 @@ def test_a_decision_is_shown_beside_the_image_that_the_model_saw(hall: SweepFold
         assert page.evaluate("() => window.hacked") is None
 
 
-def test_a_page_follows_a_3d_run_while_it_is_written(hall: SweepFolder):
+def test_a_page_follows_a_3d_run_while_it_is_written(page: Any, hall: SweepFolder):
     writer = begin(hall.runs()[0])
     play(writer, 1)
-    with serving(hall.path) as server, opened(f"{server.url}#/run/hall/{hall.runs()[0].id}") as page:
+    with serving(hall.path) as server:
+        go(page, server.url, f"run/hall/{hall.runs()[0].id}")
         play(writer, 2)
         page.wait_for_function("() => document.querySelector('.where').textContent === 'step 1 of 2'")
         page.keyboard.press("ArrowRight")
@@ -121,14 +112,14 @@ def test_a_page_follows_a_3d_run_while_it_is_written(hall: SweepFolder):
         writer.close()
 
 
-def test_3d_runs_are_compared_and_exported(hall: SweepFolder, tmp_path: Path):
+def test_3d_runs_are_compared_and_exported(page: Any, hall: SweepFolder, tmp_path: Path):
     whole(hall.runs()[0])
     whole(hall.runs()[1], command={"translate": None, "turn": 30.0, "gaze": None, "stay": False}, reply="I turn.")
     exported = export(hall.path, tmp_path / "page")
     runs = "/".join(run.id for run in hall.runs())
-    with opened(f"{exported.page.as_uri()}#/compare/hall/{runs}") as page:
-        page.wait_for_selector(".verdict .go")
-        assert "First action or position that differs: step 2" in page.text_content(".verdict")
-        page.click(".verdict .go >> nth=0")
-        page.wait_for_function("() => document.querySelectorAll('.column')[1]?.textContent.includes('turn 30°')")
-        page.wait_for_function("() => [...document.querySelectorAll('.seen')].every((one) => one.naturalWidth === 8)")
+    go(page, exported.page.as_uri(), f"compare/hall/{runs}")
+    page.wait_for_selector(".verdict .go")
+    assert "First action or position that differs: step 2" in page.text_content(".verdict")
+    page.click(".verdict .go >> nth=0")
+    page.wait_for_function("() => document.querySelectorAll('.column')[1]?.textContent.includes('turn 30°')")
+    page.wait_for_function("() => [...document.querySelectorAll('.seen')].every((one) => one.naturalWidth === 8)")

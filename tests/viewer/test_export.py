@@ -1,11 +1,11 @@
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+import viewer_pages
 from browser import browser_page
 from foundry.errors import InputError
 from foundry.store import SweepFolder
@@ -18,16 +18,8 @@ def exported(made_up: SweepFolder, tmp_path_factory: pytest.TempPathFactory) -> 
     return export(made_up.path, tmp_path_factory.mktemp("export") / "page")
 
 
-@pytest.fixture(scope="module")
-def page() -> Iterator[Any]:
-    with browser_page() as shared:
-        shared.set_default_timeout(8000)
-        yield shared
-
-
 def go(page: Any, exported: Exported, address: str) -> None:
-    page.goto("about:blank")
-    page.goto(f"{exported.page.as_uri()}#/{address}")
+    viewer_pages.go(page, exported.page.as_uri(), address)
 
 
 def test_the_exported_page_works_without_a_server(page: Any, exported: Exported, made_up: SweepFolder):

@@ -8,10 +8,10 @@ import subprocess
 import sys
 import urllib.request
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from browser import browser_page
 from commands import wait_until
 from made_up_runs import Playing, mishaps, sweep
 from viewer.live import serve_live
@@ -35,46 +35,41 @@ def answers(url: str) -> bool:
         return False
 
 
-def test_a_page_follows_a_run_while_it_is_written(tmp_path: Path):
+def test_a_page_that_was_opened_before_its_run_began_follows_it(page: Any, tmp_path: Path):
     made = sweep(tmp_path / "grows")
-    playing = Playing(made.runs()[0], mishaps)
-    playing.play(1, 2)
-    with serving(made.path) as server, browser_page() as page:
+    with serving(made.path) as server:
         page.goto(f"{server.url}#/run/grows/{made.runs()[0].id}")
-        page.wait_for_function("() => document.querySelector('.where')?.textContent === 'step 1 of 2'")
+        page.wait_for_function("() => document.querySelector('.where')?.textContent === 'no step yet'")
         page.check(".follow input")
-        playing.play(3, 4)
+        playing = Playing(made.runs()[0], mishaps)
+        playing.play(1, 4)
         page.wait_for_function("() => document.querySelector('.where').textContent === 'after step 4 of 4'")
         page.wait_for_function("() => Foundry.page.data.marks.undecided[3] === 1")
         playing.play(5, 6)
         playing.end("the server is gone")
         page.wait_for_selector(".state .is-failed")
+        assert "the server is gone" in page.text_content(".heading .warning")
         assert page.text_content(".where") == "after step 6 of 6"
         assert page.is_hidden(".follow")
 
 
-def test_a_run_that_was_opened_before_it_began_appears(tmp_path: Path):
-    made = sweep(tmp_path / "begins")
-    folder = made.runs()[0]
-    with serving(made.path) as server, browser_page() as page:
-        page.goto(f"{server.url}#/run/begins/{folder.id}")
-        page.wait_for_function("() => document.querySelector('.where')?.textContent === 'no step yet'")
-        playing = Playing(folder)
-        playing.play(1, 1)
-        page.wait_for_function("() => document.querySelector('.where').textContent === 'step 1 of 1'")
-        playing.writer.close()
-
-
-def test_the_overview_follows_a_sweep(tmp_path: Path):
+def test_the_overview_follows_a_sweep_until_it_is_analysed(page: Any, tmp_path: Path):
     made = sweep(tmp_path / "goes on", models=("first",), seeds=(0,))
-    with serving(made.path) as server, browser_page() as page:
+    with serving(made.path) as server:
         page.goto(server.url)
         page.wait_for_selector(".is-waiting")
+        page.focus("tbody a")
         playing = Playing(made.runs()[0])
         playing.play(1, 6)
+        made.analysis_dir.mkdir()
+        rows = f"run,idle_rate.share\n{made.runs()[0].id},0.25\n"
+        made.signatures_path.write_text(rows, encoding="utf-8")
         playing.end()
         page.wait_for_selector("tbody .is-complete")
+        page.wait_for_selector("[data-sort='idle_rate.share']")
         assert "1 of 1 runs ended" in page.text_content(".progress")
+        assert page.locator("[data-filter=status] option[value=complete]").count() == 1
+        assert page.evaluate("() => document.activeElement.closest('tbody') !== null"), "the keyboard keeps its place"
 
 
 def test_a_sweep_is_served_from_a_process_of_its_own_as_long_as_asked(tmp_path: Path):

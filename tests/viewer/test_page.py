@@ -2,41 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import pytest
 
+import viewer_pages
 from browser import browser_page
 from foundry.store import SweepFolder
 from made_up_runs import STEPS
 from viewer.server import ViewServer
-
-PLAYER_READY = "() => window.Foundry && Foundry.page && Foundry.page.clock && Foundry.page.clock.steps > 0"
-
-
-@pytest.fixture(scope="module")
-def page() -> Iterator[Any]:
-    """One page for all tests that need no other size or tones: a new one costs more than most tests."""
-    with browser_page() as shared:
-        shared.set_default_timeout(8000)
-        yield shared
+from viewer_pages import PLAYER_READY
 
 
 def go(page: Any, server: ViewServer, address: str) -> None:
-    page.goto("about:blank")
-    page.goto(f"{server.url}#/{address}")
-    if address.startswith(("run", "compare")):
-        page.wait_for_function(PLAYER_READY)
-
-
-@contextmanager
-def opened(server: ViewServer, address: str, **options: Any) -> Iterator[Any]:
-    with browser_page(**options) as page:
-        page.set_default_timeout(8000)
-        go(page, server, address)
-        yield page
+    viewer_pages.go(page, server.url, address)
 
 
 def run_address(made_up: SweepFolder, index: int = 0, rest: str = "") -> str:
@@ -141,20 +120,21 @@ def test_the_grid_is_described_in_words(page: Any, server: ViewServer, made_up: 
     page.wait_for_function("() => document.querySelector('#announcer').textContent.includes('Burning: fire1')")
 
 
-def test_texts_of_a_model_are_shown_and_never_run(server: ViewServer, made_up: SweepFolder):
-    with opened(server, run_address(made_up, 1, "?step=2&agent=1"), width=900) as page:
-        page.wait_for_selector("details[data-kind=action]")
-        page.click("details[data-kind=action] summary")
-        shown = page.text_content("details[data-kind=action] .reply")
-        assert "<script>window.hacked = 1</script><img src=x onerror=" in shown
-        assert "[U+202E]gnirts desrever" in shown
-        assert "nul:[U+0000]:" in shown
-        page.fill("[aria-label='Search in messages']", "onerror")
-        page.keyboard.press("Enter")
-        page.wait_for_selector(".found li")
-        assert page.locator("main script, main img").count() == 0
-        assert page.evaluate("() => window.hacked") is None
-        assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth"), "no text widens the page"
+def test_texts_of_a_model_are_shown_and_never_run(page: Any, server: ViewServer, made_up: SweepFolder):
+    page.set_viewport_size({"width": 900, "height": 900})
+    go(page, server, run_address(made_up, 1, "?step=2&agent=1"))
+    page.wait_for_selector("details[data-kind=action]")
+    page.click("details[data-kind=action] summary")
+    shown = page.text_content("details[data-kind=action] .reply")
+    assert "<script>window.hacked = 1</script><img src=x onerror=" in shown
+    assert "[U+202E]gnirts desrever" in shown
+    assert "nul:[U+0000]:" in shown
+    page.fill("[aria-label='Search in messages']", "onerror")
+    page.keyboard.press("Enter")
+    page.wait_for_selector(".found li")
+    assert page.locator("main script, main img").count() == 0
+    assert page.evaluate("() => window.hacked") is None
+    assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth"), "no text widens the page"
 
 
 def test_messages_are_found_and_gone_to(page: Any, server: ViewServer, made_up: SweepFolder):
@@ -200,8 +180,35 @@ def test_models_are_compared_on_a_seed_from_the_overview(page: Any, server: View
     assert "not the same seed" in page.text_content(".warning")
 
 
+def test_the_keyboard_keeps_its_place(page: Any, server: ViewServer, made_up: SweepFolder):
+    go(page, server, "")
+    page.focus("[data-sort=undecided]")
+    page.keyboard.press("Enter")
+    assert page.evaluate("() => document.activeElement.dataset.sort") == "undecided"
+    go(page, server, run_address(made_up))
+    page.focus(".scrub")
+    page.wait_for_function("() => Foundry.page.data.marked === 6")
+    for key, step in [("ArrowRight", "step 2"), ("x", "step 3"), ("End", f"after step {STEPS}"), ("Home", "step 1")]:
+        page.keyboard.press(key)
+        assert where(page) == f"{step} of {STEPS}", key
+    page.focus(".skip")
+    page.keyboard.press("Enter")
+    assert page.evaluate("() => document.activeElement.id") == "main"
+    assert where(page) == f"step 1 of {STEPS}", "the page is still that of the run"
+
+
+@pytest.mark.parametrize("address", ["", "run", "compare"])
+def test_a_telephone_needs_no_sideways_scrolling(page: Any, server: ViewServer, made_up: SweepFolder, address: str):
+    page.set_viewport_size({"width": 390, "height": 844})
+    runs = "/".join(run.id for run in made_up.runs()[:2])
+    go(page, server, {"": "", "run": run_address(made_up), "compare": f"compare/made-up/{runs}"}[address])
+    page.wait_for_selector("tbody tr, .player")
+    assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
+
+
 def test_what_is_not_there_is_said_on_the_page(server: ViewServer):
-    with opened(server, "", allowed_errors=("404",)) as page:
+    with browser_page(allowed_errors=("404",)) as page:
+        go(page, server, "")
         page.wait_for_selector("tbody tr")
         page.evaluate("() => { location.hash = '#/run/made-up/nothing' }")
         page.wait_for_selector("[role=alert]")
@@ -214,11 +221,11 @@ def test_a_failed_run_says_why(page: Any, server: ViewServer, made_up: SweepFold
     assert "BackendError: the server is gone <b>for good</b>" in page.text_content(".heading .warning")
 
 
-@pytest.mark.parametrize("dark", [False, True])
-def test_texts_can_be_read_on_their_ground(server: ViewServer, made_up: SweepFolder, dark: bool):
-    with opened(server, run_address(made_up, rest="?step=4&agent=0"), dark=dark) as page:
-        page.wait_for_selector(".inspector .is-unreadable")
-        ratios = page.evaluate(CONTRASTS)
+@pytest.mark.parametrize("tones", ["light", "dark"])
+def test_texts_can_be_read_on_their_ground(page: Any, server: ViewServer, tones: str):
+    page.emulate_media(color_scheme=tones)
+    go(page, server, "")
+    ratios = page.evaluate(CONTRASTS)
     assert {name: ratio for name, ratio in ratios.items() if ratio < 4.5} == {}
 
 

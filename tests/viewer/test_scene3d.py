@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import json
 import threading
 from collections.abc import Iterator
 from functools import lru_cache
@@ -17,7 +16,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from browser import browser_page
+from browser import browser_page, put_aside, taken_up
 from episodes import Kept, composed, episode
 from foundry.paths import PACKAGE
 from viewer.scene_export import scene_glb
@@ -72,7 +71,7 @@ class Handler(BaseHTTPRequestHandler):
 
 
 @contextlib.contextmanager
-def opened(*, scene: bool = True, webgl: bool = True) -> Iterator[Page]:
+def opened(*, webgl: bool = True) -> Iterator[Page]:
     server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
@@ -80,7 +79,7 @@ def opened(*, scene: bool = True, webgl: bool = True) -> Iterator[Page]:
             if not webgl:
                 page.add_init_script("HTMLCanvasElement.prototype.getContext = () => null")
             page.goto(f"http://127.0.0.1:{server.server_port}/page.html")
-            page.evaluate(f"mountScene({json.dumps(scene)})")
+            page.evaluate("mountScene(true)")
             yield page
     finally:
         server.shutdown()
@@ -90,16 +89,18 @@ def opened(*, scene: bool = True, webgl: bool = True) -> Iterator[Page]:
 @pytest.fixture(scope="module")
 def mounted() -> Iterator[Page]:
     """A page with the scene, for all tests that need no other: drawing it without a graphics card takes long."""
-    with opened() as page:
+    files()
+    with opened() as page, put_aside():
         yield page
 
 
 @pytest.fixture
-def page(mounted: Page) -> Page:
+def page(mounted: Page) -> Iterator[Page]:
     """The page as it was when the scene was mounted."""
-    mounted.evaluate("window.view.dispose()")
-    mounted.evaluate("mountScene(true)")
-    return mounted
+    with taken_up():
+        mounted.evaluate("window.view.dispose()")
+        mounted.evaluate("mountScene(true)")
+        yield mounted
 
 
 def shot(page: Page) -> Any:
@@ -180,12 +181,12 @@ def test_seeing_through_shows_the_agent_and_pointer_wheel_and_keys_move_the_came
     assert np.abs(shot(page)[inside] - first[inside]).mean() < 0.5
 
 
-def test_without_a_scene_the_way_is_shown_alone():
-    with opened(scene=False) as page:
-        page.evaluate("view.seek(3)")
-        image = shot(page)
-        assert near(image, (242, 115, 0)) > 40
-        assert page.locator(".scene3d-cut").count() == 0
+def test_without_a_scene_the_way_is_shown_alone(page: Page):
+    page.evaluate("view.dispose()")
+    page.evaluate("mountScene(false)")
+    page.evaluate("view.seek(3)")
+    assert near(shot(page), (242, 115, 0)) > 40
+    assert page.locator(".scene3d-cut").count() == 0
 
 
 def test_a_browser_without_webgl_gets_a_plain_message():

@@ -1,0 +1,54 @@
+"""The scripted baselines: on the same worlds and seeds, where they can act, and never twice."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from commands import statuses
+from foundry.baselines import baselines_of
+from foundry.cli import run
+from foundry.compose import compose
+from foundry.store import SweepFolder
+from foundry.sweep import Sweep, expand
+
+SHORT = ("world.agents=3", "world.steps=3", "analyze=false")
+
+
+def sweep(*argv: str) -> Sweep:
+    composed = compose(["-m", *SHORT[:2], *argv])
+    assert composed is not None
+    return expand(composed.asked, composed.conditions)
+
+
+def models(found: Sweep) -> list[str]:
+    return [condition.config["model"]["name"] for condition in found.conditions]
+
+
+def test_each_world_is_run_once_whatever_the_prompts_and_models():
+    found = baselines_of(sweep("model=scripted/avoid,scripted/herd", "prompt=paper,japanese", "seed=0-2"))
+    assert models(found) == ["scripted/random", "scripted/stay", "scripted/oracle"]
+    assert [condition.seeds for condition in found.conditions] == [(0, 1, 2)] * 3
+
+
+def test_a_swept_setting_of_the_world_is_one_of_the_baselines_too():
+    found = baselines_of(sweep("model=scripted/avoid", "world.steps=5,8", "seed=0"))
+    assert [dict(condition.factors)["world.steps"] for condition in found.conditions] == [5] * 3 + [8] * 3
+
+
+def test_a_policy_that_the_sweep_compares_itself_is_left_out():
+    assert models(baselines_of(sweep("model=scripted/random,scripted/oracle", "seed=0"))) == ["scripted/stay"]
+
+
+def test_they_are_run_beside_the_sweep_and_stand_in_its_tables(workspace: Path, capsys: pytest.CaptureFixture[str]):
+    assert run(["-m", "model=scripted/avoid,scripted/herd", "seed=0-1", *SHORT, "output.dir=s"]) == 0
+    assert run(["analyze", "s", "--baselines"]) == 0
+    beside = SweepFolder.open(SweepFolder.open("s").baselines_dir)
+    assert statuses(beside.path) == ["complete"] * 6
+    table = pd.read_csv("s/analysis/signatures.csv")
+    assert table["baseline"].tolist() == [False] * 4 + [True] * 6
+    written = [(run_folder.path / "run.json").stat().st_mtime_ns for run_folder in beside.runs()]
+    assert run(["analyze", "s", "--baselines"]) == 0
+    assert written == [(run_folder.path / "run.json").stat().st_mtime_ns for run_folder in beside.runs()]

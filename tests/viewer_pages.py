@@ -1,0 +1,24 @@
+"""Goes from page to page of the viewer in one browser page: loading all of it anew costs more than most tests."""
+
+from __future__ import annotations
+
+from typing import Any
+
+PLAYER_READY = "() => window.Foundry && Foundry.page && Foundry.page.clock && Foundry.page.clock.steps > 0"
+LEAVE = """address => {
+  delete Foundry.page;
+  document.getElementById('main').replaceChildren();
+  history.replaceState(null, '', '#/nowhere');
+  location.hash = `#/${address}`;
+}"""
+
+
+def go(page: Any, url: str, address: str = "") -> None:
+    """Show an address of the viewer at `url`, and wait until the clock of a run is there."""
+    if page.url.startswith(f"{url}#"):
+        page.evaluate(LEAVE, address)
+    else:
+        page.goto("about:blank")
+        page.goto(f"{url}#/{address}")
+    if address.startswith(("run", "compare")):
+        page.wait_for_function(PLAYER_READY)
