@@ -97,7 +97,7 @@ def _check_ranges(argv: Sequence[str]) -> None:
 
 def _config_dirs(argv: Sequence[str]) -> Iterator[Path]:
     """Yield the user's own folders of configurations, in the forms that Hydra takes."""
-    for flag, value in zip(argv, (*argv[1:], ""), strict=True):
+    for flag, value in zip(argv, [*argv[1:], ""], strict=False):
         if flag in _CONFIG_DIR:
             yield Path(value)
         elif flag.startswith("--config-dir="):

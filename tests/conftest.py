@@ -25,6 +25,7 @@ def clean_environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
             continue
         if name.startswith(PREFIXES) or name.lower().endswith("_proxy"):
             monkeypatch.delenv(name)
+    monkeypatch.setenv("FOUNDRY_WORKERS", "1")  # starting processes takes longer than most sweeps of tests
     yield
 
 

@@ -250,6 +250,7 @@ def test_the_script_makes_the_shipped_scene(scene: str, rebuilt: Path) -> None:
             assert np.abs(before - after).mean() < 2, name
 
 
+@pytest.mark.slow
 def test_the_script_writes_the_same_bytes_again(rebuilt: Path, tmp_path: Path) -> None:
     script = assets_dir() / "make_scenes.py"
     subprocess.run([sys.executable, "-B", str(script), "--out", str(tmp_path), "kibo"], check=True, timeout=60)

@@ -1,4 +1,4 @@
-"""The scripted baselines: on the same worlds and seeds, where they can act, and never twice."""
+"""The scripted baselines: on the same worlds and seeds, where they can act."""
 
 from __future__ import annotations
 
@@ -49,6 +49,3 @@ def test_they_are_run_beside_the_sweep_and_stand_in_its_tables(workspace: Path, 
     assert statuses(beside.path) == ["complete"] * 6
     table = pd.read_csv("s/analysis/signatures.csv")
     assert table["baseline"].tolist() == [False] * 4 + [True] * 6
-    written = [(run_folder.path / "run.json").stat().st_mtime_ns for run_folder in beside.runs()]
-    assert run(["analyze", "s", "--baselines"]) == 0
-    assert written == [(run_folder.path / "run.json").stat().st_mtime_ns for run_folder in beside.runs()]

@@ -330,7 +330,7 @@ def test_models_fetches_one_that_is_missing(workspace: Path):
 
 
 def test_the_shell_completes_commands():
-    ask = {"_FOUNDRY_COMPLETE": "complete_bash", "COMP_WORDS": "foundry re", "COMP_CWORD": "1"}
+    ask = {"_FOUNDRY_COMPLETE": "complete_bash", "COMP_WORDS": "foundry res", "COMP_CWORD": "1"}
     command = [sys.executable, "-m", "foundry"]
     done = subprocess.run(command, env={**os.environ, **ask}, capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["resume"]

@@ -64,6 +64,7 @@ def test_a_2d_policy_is_refused_in_a_3d_world_and_the_other_way_round(
     assert "the world also asks message, action" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_one_worker_and_two_workers_write_the_same_records(workspace: Path):
     for workers in (1, 2):
         argv = ["-m", "world=kibo", "model=scripted/wander", "seed=0-1", *SHORT[:2], f"output.dir=w{workers}"]

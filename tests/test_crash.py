@@ -55,7 +55,7 @@ def assert_nothing_lost_or_paid_twice(server: OllamaServer, folder: Path, undist
     assert calls(folder) == calls(undisturbed)
 
 
-@pytest.mark.parametrize(("workers", "answers"), [(1, 1), (1, 150), (2, 37)])
+@pytest.mark.parametrize(("workers", "answers"), [pytest.param(1, 1, marks=pytest.mark.slow), (1, 150), (2, 37)])
 def test_a_sweep_that_was_killed_goes_on_where_it_was(workers: int, answers: int, tmp_path: Path, undisturbed: Path):
     holding = Holding(answers)
     arguments = (*SWEEP, "output.dir=sweep", f"runner.workers={workers}")
@@ -106,7 +106,7 @@ def test_ctrl_c_stops_in_order_and_says_how_to_go_on(tmp_path: Path, undisturbed
         assert_nothing_lost_or_paid_twice(server, tmp_path / "sweep", undisturbed)
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_a_second_ctrl_c_stops_at_once(workers: int, tmp_path: Path):
     holding = Holding(10)
     with OllamaServer(holding) as server:

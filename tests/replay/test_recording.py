@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
 import shutil
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from foundry.errors import InputError, RecordError
 from foundry.replay.choosing import chosen_steps
 from foundry.replay.pictures import pictures
-from foundry.replay.recording import read_recording
+from foundry.replay.recording import Recording, read_recording
 from foundry.replay.tiling import captions
 from foundry.store import RunFolder, find_run
 
@@ -90,6 +92,19 @@ def test_a_run_in_a_scene_that_changed_is_refused(camera_runs: list[RunFolder]):
     changed = type(recording)(**values, episode=recording.episode.replace(digest, b"0" * 64))
     with pytest.raises(InputError, match="is not the one of the run"):
         list(pictures([changed], [0], workers=1))
+
+
+def retargeted(recording: Recording, part: str, target: str) -> Recording:
+    config = msgspec.json.decode(recording.config)
+    config[part]["_target_"] = target
+    return dataclasses.replace(recording, config=msgspec.json.encode(config))
+
+
+def test_only_the_world_of_a_record_is_built(grid_runs: list[RunFolder]):
+    recording = read_recording(grid_runs[0])
+    assert list(pictures([retargeted(recording, "model", "elsewhere.Model")], [0], workers=1))
+    with pytest.raises(InputError, match="world: the recorded target 'os.system' is refused"):
+        list(pictures([retargeted(recording, "world", "os.system")], [0], workers=1))
 
 
 def test_captions_say_the_model_the_seed_and_what_differs(grid_runs: list[RunFolder]):

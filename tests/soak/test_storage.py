@@ -71,6 +71,7 @@ def test_a_disk_that_is_full_from_the_start_is_one_line(tmp_path: Path):
     assert foundry(*SCRIPTED, "output.dir=out", cwd=tmp_path).returncode == 0
 
 
+@pytest.mark.slow
 def test_a_cache_that_cannot_grow_stops_the_sweep_before_every_answer_is_paid_for_nothing(tmp_path: Path):
     with OllamaServer() as server:
         with no_file_beyond(60_000):

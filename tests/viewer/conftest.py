@@ -44,5 +44,6 @@ def page(shared_page: Any) -> Iterator[Any]:
     """One page for all tests that need no console of their own: a new one costs more than most tests."""
     with taken_up():
         yield shared_page
+        shared_page.evaluate("() => window.Foundry?.page?.dispose?.()")
         shared_page.set_viewport_size({"width": 1280, "height": 900})
         shared_page.emulate_media(color_scheme="light")

@@ -110,6 +110,7 @@ def test_a_page_follows_a_3d_run_while_it_is_written(page: Any, hall: SweepFolde
         page.keyboard.press("ArrowRight")
         page.wait_for_function("() => document.querySelector('.seen').src.endsWith('step_0002.png')")
         writer.close()
+        page.goto("about:blank")
 
 
 def test_3d_runs_are_compared_and_exported(page: Any, hall: SweepFolder, tmp_path: Path):

@@ -44,13 +44,14 @@ def test_a_page_that_was_opened_before_its_run_began_follows_it(page: Any, tmp_p
         playing = Playing(made.runs()[0], mishaps)
         playing.play(1, 4)
         page.wait_for_function("() => document.querySelector('.where').textContent === 'after step 4 of 4'")
-        page.wait_for_function("() => Foundry.page.data.marks.undecided[3] === 1")
+        page.wait_for_function("() => Foundry.page.data.marks.undecided?.[3] === 1")
         playing.play(5, 6)
         playing.end("the server is gone")
         page.wait_for_selector(".state .is-failed")
         assert "the server is gone" in page.text_content(".heading .warning")
         assert page.text_content(".where") == "after step 6 of 6"
         assert page.is_hidden(".follow")
+        page.goto("about:blank")
 
 
 def test_the_overview_follows_a_sweep_until_it_is_analysed(page: Any, tmp_path: Path):
@@ -70,6 +71,7 @@ def test_the_overview_follows_a_sweep_until_it_is_analysed(page: Any, tmp_path: 
         assert "1 of 1 runs ended" in page.text_content(".progress")
         assert page.locator("[data-filter=status] option[value=complete]").count() == 1
         assert page.evaluate("() => document.activeElement.closest('tbody') !== null"), "the keyboard keeps its place"
+        page.goto("about:blank")
 
 
 def test_a_sweep_is_served_from_a_process_of_its_own_as_long_as_asked(tmp_path: Path):

@@ -18,16 +18,17 @@ from foundry.worlds.base import Answer
 from foundry.worlds.usd.rendering import png
 
 WORLDS = ("kibo", "office", "gallery")
+KIBO_FIRST = ("kibo", *(pytest.param(name, marks=pytest.mark.slow) for name in WORLDS[1:]))
 
 
-@pytest.mark.parametrize("policy", ("oracle", "wander", "mumbler"))
+@pytest.mark.parametrize("policy", ("oracle", "mumbler"))
 def test_two_copies_of_an_episode_are_equal_to_the_byte(policy: str):
     first, second = (episode("kibo", policy, seed=3, steps=4) for _ in range(2))
     assert first.lines() == second.lines()
     assert [image.content for image in first.images] == [image.content for image in second.images]
 
 
-@pytest.mark.parametrize("world", WORLDS)
+@pytest.mark.parametrize("world", KIBO_FIRST)
 def test_another_seed_starts_elsewhere_and_the_same_seed_starts_alike_for_every_model(world: str):
     starts = {
         (policy, seed): episode(world, policy, seed=seed, steps=1).opening.start
@@ -41,16 +42,16 @@ def test_the_seed_draws_the_target_where_there_are_several():
     assert len({episode("gallery", "stay", seed=seed, steps=1).opening.target for seed in range(4)}) > 1
 
 
-@pytest.mark.parametrize(("world", "seed"), [("kibo", 0), ("office", 19), ("gallery", 7)])
-def test_the_oracle_finds_the_target_by_nearly_the_shortest_way(world: str, seed: int):
-    played = episode(world, "oracle", seed=seed)
+@pytest.mark.parametrize("world", KIBO_FIRST)
+def test_the_oracle_finds_the_target_by_nearly_the_shortest_way(world: str):
+    played = episode(world, "oracle", seed=7)
     last = played.steps[-1]
     assert last.success and last.command["stay"]
     assert played.opening.shortest_m is not None
     assert sum(step.travelled for step in played.steps) <= played.opening.shortest_m / 0.9
 
 
-@pytest.mark.parametrize("world", WORLDS)
+@pytest.mark.parametrize("world", KIBO_FIRST)
 def test_who_stays_never_arrives(world: str):
     assert not any(step.success for step in episode(world, "stay", seed=0, steps=3).steps)
 
