@@ -21,6 +21,8 @@ ROLES: Mapping[str, type] = {"world": Scenario, "model": Model, "prompt": Prompt
 """What the parts of a configuration build."""
 PACKAGES = ("foundry.worlds", "foundry.models", "foundry.prompts", "foundry.runner", "foundry.runner_dask")
 """Where the classes are that a configuration may name."""
+SCRIPTED = "foundry.models.scripted"
+"""Policies and their parts, such as faults: they take numbers and other policies, and touch nothing."""
 HYDRAS_OWN = ("_partial_", "_args_", "_recursive_", "_convert_")
 
 
@@ -80,7 +82,8 @@ def _check_target(target: Any, trusted: Sequence[str], where: str) -> None:
     if _is_trusted(target, trusted):
         return
     found = _own_class(target, where)
-    if found.__module__.startswith("foundry.models") and not issubclass(found, Model):
+    is_of_models = _is_within(found.__module__, ("foundry.models",))
+    if is_of_models and not issubclass(found, Model) and not _is_within(found.__module__, (SCRIPTED,)):
         raise _refusal(target, where, "it is no model")
 
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pandas as pd
-import pytest
-
+from analysis import analyze
 from commands import statuses
 from foundry.baselines import baselines_of
 from foundry.cli import run
+from foundry.commands.analyzing import run_baselines
 from foundry.compose import compose
 from foundry.store import SweepFolder
 from foundry.sweep import Sweep, expand
@@ -42,10 +41,9 @@ def test_a_policy_that_the_sweep_compares_itself_is_left_out():
     assert models(baselines_of(sweep("model=scripted/random,scripted/oracle", "seed=0"))) == ["scripted/stay"]
 
 
-def test_they_are_run_beside_the_sweep_and_stand_in_its_tables(workspace: Path, capsys: pytest.CaptureFixture[str]):
+def test_they_are_run_beside_the_sweep_and_stand_in_its_tables(workspace: Path):
     assert run(["-m", "model=scripted/avoid,scripted/herd", "seed=0-1", *SHORT, "output.dir=s"]) == 0
-    assert run(["analyze", "s", "--baselines"]) == 0
+    run_baselines(Path("s"))
     beside = SweepFolder.open(SweepFolder.open("s").baselines_dir)
     assert statuses(beside.path) == ["complete"] * 6
-    table = pd.read_csv("s/analysis/signatures.csv")
-    assert table["baseline"].tolist() == [False] * 4 + [True] * 6
+    assert analyze([Path("s")], plots=False).runs["baseline"].tolist() == [False] * 4 + [True] * 6

@@ -55,7 +55,10 @@ def assert_nothing_lost_or_paid_twice(server: OllamaServer, folder: Path, undist
     assert calls(folder) == calls(undisturbed)
 
 
-@pytest.mark.parametrize(("workers", "answers"), [pytest.param(1, 1, marks=pytest.mark.slow), (1, 150), (2, 37)])
+@pytest.mark.parametrize(
+    ("workers", "answers"),
+    [pytest.param(1, 1, marks=pytest.mark.slow), pytest.param(1, 150, marks=pytest.mark.slow), (2, 37)],
+)
 def test_a_sweep_that_was_killed_goes_on_where_it_was(workers: int, answers: int, tmp_path: Path, undisturbed: Path):
     holding = Holding(answers)
     arguments = (*SWEEP, "output.dir=sweep", f"runner.workers={workers}")

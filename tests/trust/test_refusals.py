@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from commands import foundry
 from foundry.build import build
 from foundry.errors import InputError, RecordError
+from foundry.paths import conf_dir
 from foundry.plain_yaml import load_plain
 from foundry.store import SweepFolder
 from foundry.targets import check_targets
@@ -111,3 +112,8 @@ def test_every_runner_of_foundry_is_taken_from_a_record_and_nothing_else_in_its_
     for target in ("foundry.runner_launcher.LauncherRunner", "foundry.runner_dask.SweepJob", "foundry.prompts.Prompt"):
         with pytest.raises(InputError, match="is refused"):
             check_targets({"runner": {"_target_": target}}, (), "here")
+
+
+@pytest.mark.parametrize("path", sorted((conf_dir() / "model" / "scripted").glob("*.yaml")), ids=lambda path: path.stem)
+def test_every_scripted_model_is_taken_from_a_record(path: Path):
+    check_targets({"model": load_plain(path.read_text(encoding="utf-8"), path)}, (), "recorded")

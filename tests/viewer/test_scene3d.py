@@ -147,6 +147,7 @@ def cut_nowhere(page: Page) -> tuple[int, int]:
     return whole, reddish(shot(page))
 
 
+@pytest.mark.slow
 def test_through_the_agents_eyes_the_scene_is_what_the_model_was_shown(page: Page):
     step = 2
     kept = Image.open(io.BytesIO(played().images[step].content)).convert("RGB")
@@ -158,6 +159,7 @@ def test_through_the_agents_eyes_the_scene_is_what_the_model_was_shown(page: Pag
     assert difference.mean() < 6 and np.percentile(difference, 90) < 20
 
 
+@pytest.mark.slow
 def test_seeing_through_shows_the_agent_and_pointer_wheel_and_keys_move_the_camera(page: Page):
     whole, faded = cut_nowhere(page)
     assert 3 * whole < faded

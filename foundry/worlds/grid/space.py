@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from typing import Annotated, TypeAlias
 
@@ -22,6 +23,9 @@ Size: TypeAlias = Annotated[int, msgspec.Meta(ge=0)]
 
 OFFSETS: dict[str, Cell] = {"up": (0, 1), "down": (0, -1), "left": (-1, 0), "right": (1, 0)}
 """Change of (x, y) by direction; y grows upwards."""
+
+FEW = 100
+"""Agents up to which looking at all pairs is faster than a tree, whose library takes a third of a second to load."""
 
 OUTSIDE = -1
 """The area of the cells that belong to no place."""
@@ -124,6 +128,22 @@ def distances(cells: IntArray, target: IntArray) -> NDArray[np.float64]:
     return np.asarray(np.sqrt((offsets * offsets).sum(axis=-1)), dtype=np.float64)
 
 
+@lru_cache(maxsize=8)
+def _all_pairs(count: int) -> tuple[IntArray, IntArray]:
+    """Return every pair of agents; each result (n (n - 1) / 2,)."""
+    left, right = np.triu_indices(count, 1)
+    return left.astype(np.int64), right.astype(np.int64)
+
+
+def _near_pairs(cells: IntArray, reach: float) -> tuple[IntArray, IntArray]:
+    """Return at least the pairs of agents within `reach`."""
+    from scipy.spatial import cKDTree
+
+    # A hair more than asked, so that the tree's own rounding never decides.
+    pairs = cKDTree(cells).query_pairs(reach * (1 + 1e-9), output_type="ndarray").astype(np.int64)
+    return pairs[:, 0], pairs[:, 1]
+
+
 def neighbours(cells: IntArray, areas: IntArray, reach: float) -> Sequence[tuple[int, ...]]:
     """Return for each agent the ids, ascending, of those within `reach` in the same area.
 
@@ -132,12 +152,8 @@ def neighbours(cells: IntArray, areas: IntArray, reach: float) -> Sequence[tuple
         areas: area of each agent, (n,).
         reach: largest Euclidean distance, cells.
     """
-    from scipy.spatial import cKDTree
-
     count = len(cells)
-    # A hair more than asked, so that the tree's own rounding never decides.
-    pairs = cKDTree(cells).query_pairs(reach * (1 + 1e-9), output_type="ndarray").astype(np.int64)
-    left, right = pairs[:, 0], pairs[:, 1]
+    left, right = _all_pairs(count) if count <= FEW else _near_pairs(cells, reach)
     near = (areas[left] == areas[right]) & (distances(cells[left], cells[right]) <= reach)
     left, right = left[near], right[near]
     ordered = np.sort(np.concatenate([left * count + right, right * count + left]))

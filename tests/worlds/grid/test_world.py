@@ -16,6 +16,7 @@ from foundry.records import GridStep, Message, Outcome, Record
 from foundry.worlds.base import Answer, World
 from foundry.worlds.grid import GridScenario
 from foundry.worlds.grid.drawing import draw
+from foundry.worlds.grid.space import FEW, distances, neighbours
 
 SILENT = Answer('{"message": null, "reasoning": "r"}')
 STAY = Answer('{"action": "stay", "memory": "", "reasoning": ""}')
@@ -282,3 +283,15 @@ def test_a_clustered_layout_stays_outside_and_near_its_centres(make):
 def test_ten_thousand_agents_are_asked_without_comparing_all_pairs(make):
     world = make(agents=10_000, half_size=250).start(0)
     assert len(world.pending()) == 10_000
+
+
+@pytest.mark.parametrize("agents", [FEW, FEW + 1])
+def test_few_and_many_agents_have_the_neighbours_that_distances_give(agents: int):
+    rng = np.random.default_rng(0)
+    cells, areas = rng.integers(-15, 16, size=(agents, 2)), rng.integers(-1, 2, size=agents)
+    near = distances(cells[:, None], cells) <= 5
+    expected = [
+        tuple(other for other in range(agents) if other != one and near[one, other] and areas[one] == areas[other])
+        for one in range(agents)
+    ]
+    assert list(neighbours(cells, areas, 5)) == expected
