@@ -90,6 +90,11 @@ def test() -> None:
     call("python", "-m", "pytest", "-n", "2")
 
 
+def pages() -> None:
+    """Run the tests that open pages in a browser."""
+    call("python", "-m", "pytest", "-n", "2", "-m", "browser and not slow")
+
+
 def test_all() -> None:
     """Run every test, the slow ones too."""
     call("python", "-m", "pytest", "-n", "2", "-m", "not real_server and not soak and not cluster and not local_models")
@@ -132,6 +137,7 @@ COMMANDS: dict[str, Callable[[], None]] = {
     "setup": setup,
     "smoke": smoke,
     "test": test,
+    "pages": pages,
     "test-all": test_all,
     "soak": soak,
     "cluster": cluster,

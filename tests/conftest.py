@@ -12,7 +12,7 @@ from hypothesis import settings
 from postgres_server import PostgresServer, postgres_server, programs
 
 os.environ.setdefault("LP_NUM_THREADS", "0")  # two test processes draw faster with a core each
-settings.register_profile("foundry", deadline=None, max_examples=30, derandomize=True)
+settings.register_profile("foundry", deadline=None, max_examples=20, derandomize=True)
 settings.load_profile("foundry")
 
 PREFIXES = ("OLLAMA_", "OPENAI_", "HF_", "FOUNDRY_", "HYDRA_", "_FOUNDRY")

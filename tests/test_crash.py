@@ -14,8 +14,8 @@ from foundry.store import SweepFolder
 from ollama_cases import Body, ChatCase, grid_answer
 from ollama_server import OllamaServer
 
-SWEEP = ("-m", "model=qwen3:4b,llama3.2", "seed=0-2", *SMALL)
-CALLS = 2 * 3 * 4 * 4 * 2
+SWEEP = ("-m", "model=qwen3:4b", "seed=0-5", *SMALL)
+CALLS = 6 * 4 * 4 * 2
 IMPATIENT = ("model.server.retry.wait_initial_s=0.05",)
 
 

@@ -316,6 +316,7 @@ def test_letters_are_as_large_as_print_needs(plots):
     assert sizes and min(sizes) >= 7
 
 
+@pytest.mark.slow
 def test_fonts_are_found_that_were_installed_since_matplotlib_last_looked():
     manager = copy.copy(fontManager)
     manager.ttflist = [font for font in fontManager.ttflist if font.fname.startswith(matplotlib.get_data_path())]

@@ -99,6 +99,7 @@ def test_a_server_that_ignores_seeds_is_a_warning(tmp_path: Path):
     assert found["seeds"]["status"] == "warning" and "0% equal under load" in found["seeds"]["found"]
 
 
+@pytest.mark.slow
 def test_a_blind_model_in_a_world_of_images_is_a_problem(tmp_path: Path):
     with OllamaServer() as server:
         done = foundry(

@@ -69,6 +69,7 @@ def check_large_replies(folder: Path) -> None:
     assert b"\x1b" not in run.steps_bytes() and b"\0" not in run.steps_bytes()
 
 
+@pytest.mark.slow
 def test_replies_of_ten_megabytes_of_ollama_are_kept_to_the_letter(tmp_path: Path):
     case = ChatCase(text=STRANGE, output_tokens=1, prompt_tokens=1)
     with OllamaServer(lambda body: case, keep_bodies=False) as server:

@@ -90,6 +90,7 @@ def test_what_cannot_be_continued_is_refused(
     assert not (tmp_path / "outputs").exists()
 
 
+@pytest.mark.slow
 def test_a_3d_run_is_continued_by_another_model(camera_sweep: Path, tmp_path: Path):
     (origin,) = runs(camera_sweep)
     done = foundry("fork", str(origin.path), "--at", "2", "model=scripted/spin", *QUIET, cwd=tmp_path)

@@ -19,6 +19,8 @@ from viewer.export import export
 from viewer.server import serving
 from viewer_pages import go
 
+pytestmark = pytest.mark.browser
+
 WORLD = {"name": "hall", "steps": 3, "scene": None, "camera": {}, "body": {}, "targets": []}
 
 

@@ -12,6 +12,8 @@ from foundry.store import SweepFolder
 from made_up_runs import STEPS, sweep
 from viewer.export import Exported, export
 
+pytestmark = pytest.mark.browser
+
 
 @pytest.fixture(scope="module")
 def exported(made_up: SweepFolder, tmp_path_factory: pytest.TempPathFactory) -> Exported:

@@ -17,6 +17,8 @@ from made_up_runs import Playing, mishaps, sweep
 from viewer.live import serve_live
 from viewer.server import serving
 
+pytestmark = pytest.mark.browser
+
 CODE = """
 import sys, time
 from pathlib import Path

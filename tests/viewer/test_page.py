@@ -13,6 +13,8 @@ from made_up_runs import STEPS
 from viewer.server import ViewServer
 from viewer_pages import PLAYER_READY
 
+pytestmark = pytest.mark.browser
+
 
 def go(page: Any, server: ViewServer, address: str) -> None:
     viewer_pages.go(page, server.url, address)

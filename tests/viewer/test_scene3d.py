@@ -21,6 +21,8 @@ from episodes import Kept, composed, episode
 from foundry.paths import PACKAGE
 from viewer.scene_export import scene_glb
 
+pytestmark = pytest.mark.browser
+
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 

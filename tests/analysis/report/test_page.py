@@ -5,7 +5,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import pytest
+
 from browser import browser_page
+
+pytestmark = pytest.mark.browser
 
 
 def column(page, caption: str, index: int) -> list[str]:

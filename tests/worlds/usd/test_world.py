@@ -39,7 +39,7 @@ def test_another_seed_starts_elsewhere_and_the_same_seed_starts_alike_for_every_
 
 
 def test_the_seed_draws_the_target_where_there_are_several():
-    assert len({episode("gallery", "stay", seed=seed, steps=1).opening.target for seed in range(4)}) > 1
+    assert len({episode("gallery", "stay", seed=seed, steps=1).opening.target for seed in range(3)}) > 1
 
 
 @pytest.mark.parametrize("world", KIBO_FIRST)
