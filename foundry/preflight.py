@@ -42,7 +42,7 @@ def check(sweep: Sweep) -> dict[str, ModelInfo]:
     for condition in sweep.conditions:
         _check_in_runs(condition, models, infos, scenarios)
     for key, world in seeing.items():
-        _check_sight(infos[key], world)
+        check_sight(infos[key], world)
     return infos
 
 
@@ -61,7 +61,12 @@ def _check_in_runs(
             return
 
 
-def _check_sight(info: ModelInfo, world: str) -> None:
+def check_sight(info: ModelInfo, world: str) -> None:
+    """Refuse a model that does not see in a world that shows images.
+
+    Raises:
+        InputError: it does not, or its server does not say.
+    """
     if "vision" in info.undeclared:
         raise InputError(
             f"World '{world}' shows images, and the server of '{info.name}' does not say whether the model sees: "

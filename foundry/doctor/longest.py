@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from foundry.models.base import ChatMessage
 from foundry.prompts import Prompt
 from foundry.worlds.base import Answer, Question, Scenario
 
@@ -14,24 +13,19 @@ CHARACTERS_PER_TOKEN = 5
 
 @dataclass(frozen=True)
 class LongestPrompt:
-    """A prompt, and where in an episode it was met.
+    """The question with the longest prompt.
 
     Attributes:
-        messages: the prompt.
-        question: what it puts.
+        question: as it was met in an episode.
+        characters: length of its prompt without images.
     """
 
-    messages: tuple[ChatMessage, ...]
     question: Question
-
-    @property
-    def characters(self) -> int:
-        """Its length without images."""
-        return _length(self.messages)
+    characters: int
 
 
 def longest_prompt(scenario: Scenario, prompt: Prompt, *, seed: int, reply_tokens: int) -> LongestPrompt:
-    """Play an episode in which everyone says as much as a reply may hold, and return its longest prompt.
+    """Play an episode in which everyone says as much as a reply may hold, and return where its prompt is longest.
 
     Args:
         scenario: the world.
@@ -44,14 +38,10 @@ def longest_prompt(scenario: Scenario, prompt: Prompt, *, seed: int, reply_token
     while not world.finished:
         questions = world.pending()
         for question in questions:
-            found = LongestPrompt(prompt.render(question), question)
-            if longest is None or found.characters > longest.characters:
-                longest = found
+            characters = sum(len(message.content) for message in prompt.render(question))
+            if longest is None or characters > longest.characters:
+                longest = LongestPrompt(question, characters)
         room = reply_tokens * CHARACTERS_PER_TOKEN
         world.advance([Answer(scenario.wordy_answer(question, room)) for question in questions])
     assert longest is not None, "a world asks at least one question"
     return longest
-
-
-def _length(messages: tuple[ChatMessage, ...]) -> int:
-    return sum(len(message.content) for message in messages)

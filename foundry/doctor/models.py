@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
 
-from foundry import seeding
 from foundry.doctor.finding import Finding, Status
 from foundry.doctor.load import LoadResult, measure_load
 from foundry.doctor.longest import LongestPrompt, longest_prompt
+from foundry.episode import Asker
 from foundry.errors import FoundryError, InputError, RequestError
 from foundry.models.base import Model, ModelInfo, Request
-from foundry.preflight import first_questions
+from foundry.preflight import check_sight, first_questions
 from foundry.prompts import Prompt
 from foundry.worlds.base import Question, Scenario
 
@@ -75,11 +75,11 @@ def _identity(info: ModelInfo) -> Finding:
 
 
 def _sight(info: ModelInfo, world: str) -> Finding:
-    if "vision" in info.capabilities:
-        return Finding("vision", info.name, Status.OK, f"sees the images of world '{world}'")
-    return Finding(
-        "vision", info.name, Status.PROBLEM, f"cannot see the images of world '{world}'", "Choose a vision model."
-    )
+    try:
+        check_sight(info, world)
+    except InputError as error:
+        return Finding("vision", info.name, Status.PROBLEM, str(error), "A sweep would not start.")
+    return Finding("vision", info.name, Status.OK, f"sees the images of world '{world}'")
 
 
 async def _context(use: Use, info: ModelInfo) -> Finding:
@@ -87,7 +87,7 @@ async def _context(use: Use, info: ModelInfo) -> Finding:
     limit = use.model.longest_reply or UNLIMITED_REPLY
     longest = longest_prompt(use.scenario, use.prompt, seed=use.seed, reply_tokens=limit)
     try:
-        reply = await use.model.ask(_request(longest.question, use, longest))
+        reply = await use.model.ask(_request(use, longest.question))
     except RequestError as error:
         return await _refused(use, longest, limit, error)
     return _fit(use, info, longest, reply.prompt_tokens, limit)
@@ -98,7 +98,7 @@ async def _refused(use: Use, longest: LongestPrompt, limit: int, error: RequestE
     name, found = use.model.name, f"the longest prompt, {longest.characters:,} characters, is refused: {error}"
     common = longest_prompt(use.scenario, use.prompt, seed=use.seed, reply_tokens=limit // COMMON_REPLY)
     try:
-        await use.model.ask(_request(common.question, use, common))
+        await use.model.ask(_request(use, common.question))
     except RequestError:
         return Finding("context", name, Status.PROBLEM, found, "Raise the context, or shorten the history.")
     found = f"{common.characters:,} characters fit, as common replies give; {found}"
@@ -141,10 +141,8 @@ def _under_load(name: str, measured: LoadResult) -> list[Finding]:
 
 
 def _short_request(use: Use) -> Request:
-    question = next(iter(first_questions(use.scenario, use.seed)))
-    return _request(question, use, LongestPrompt(use.prompt.render(question), question))
+    return _request(use, next(first_questions(use.scenario, use.seed)))
 
 
-def _request(question: Question, use: Use, prompt: LongestPrompt) -> Request:
-    seed = seeding.sampling_seed(use.seed, step=question.step, agent=question.agent, kind=question.kind)
-    return Request(prompt.messages, seed, question.kind, question.observation, question.step, question.agent)
+def _request(use: Use, question: Question) -> Request:
+    return Asker.create(use.model, use.prompt, digest=None, seed=use.seed).request(question)

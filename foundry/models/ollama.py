@@ -13,10 +13,11 @@ from foundry.errors import InputError, not_found
 from foundry.models import ollama_wire
 from foundry.models.base import ModelInfo, Reply, Request
 from foundry.models.hosts import HostPool, agreed
+from foundry.models.http_model import HttpModel, check_format, schemas_of
 from foundry.models.ollama_errors import WAYS_ON, refusal
 from foundry.models.ollama_hosts import parse_hosts
 from foundry.models.ollama_wire import ChatSettings
-from foundry.models.serving import HttpServing, Seconds, ServedModel, read_settings
+from foundry.models.serving import HttpServing, Seconds, read_settings
 from foundry.models.transport import OK, Origin, Transport
 
 LOAD_OPTIONS = frozenset({"num_ctx", "num_batch", "num_gpu", "main_gpu", "use_mmap", "num_thread", "draft_num_predict"})
@@ -27,7 +28,6 @@ SAMPLER_OPTIONS = frozenset(
     }
 )
 THINK_LEVELS = (False, True, "low", "medium", "high", "max")
-FORMATS = (None, "schema")
 
 
 class OllamaServing(HttpServing, frozen=True, kw_only=True):
@@ -44,7 +44,7 @@ class OllamaServing(HttpServing, frozen=True, kw_only=True):
     keep_alive: str | float
 
 
-class OllamaModel(ServedModel):
+class OllamaModel(HttpModel):
     """Asks `/api/chat` of one or more equal Ollama servers."""
 
     def __init__(
@@ -68,29 +68,18 @@ class OllamaModel(ServedModel):
             schemas: JSON Schema of the reply by kind of question.
         """
         _check_settings(name, think, format, options)
-        if format == "schema" and not schemas:
-            raise InputError("format=schema needs a JSON Schema per kind of question under `schemas`.")
+        self._schemas = schemas_of(format, schemas)
         self.name = name
         self.server: OllamaServing = read_settings(server, OllamaServing)
         self.settings = ChatSettings(
             model=name,
             think=think,
             options={key: value for key, value in options.items() if value is not None},
-            schemas=schemas if format == "schema" else None,
+            schemas=self._schemas,
         )
         self._pool = HostPool(parse_hosts(self.server.hosts))
         self._versions: dict[str, str] = {}
         self._transport = Transport(self.server, WAYS_ON)
-
-    @property
-    def hosts(self) -> tuple[str, ...]:
-        """Base URLs of the servers."""
-        return self._pool.hosts
-
-    @property
-    def kinds(self) -> tuple[str, ...] | None:
-        """The kinds of question there is a schema for; None, for any, without schemas."""
-        return None if self.settings.schemas is None else tuple(self.settings.schemas)
 
     @property
     def longest_reply(self) -> int | None:
@@ -146,10 +135,6 @@ class OllamaModel(ServedModel):
         body = ollama_wire.unload_body(self.name)
         await asyncio.gather(*(self._chat(host, body, self.server.read_timeout_s) for host in self.hosts))
 
-    async def close(self) -> None:
-        """Free connections; a later call opens new ones, in another event loop if need be."""
-        await self._transport.close()
-
     async def _load(self, host: str) -> None:
         body = ollama_wire.load_body(self.settings, self.server.keep_alive)
         content = await self._chat(host, body, self.server.warm_up_timeout_s)
@@ -181,8 +166,7 @@ def _check_settings(name: str, think: bool | str, format: str | None, options: M
         raise InputError(f"Model '{name}' runs in Ollama's cloud, not on the host. Name a local model.")
     if think not in THINK_LEVELS:
         raise not_found("model.think", str(think), [str(level).lower() for level in THINK_LEVELS])
-    if format not in FORMATS:
-        raise not_found("model.format", str(format), ["null", "schema"])
+    check_format(format)
     if "seed" in options:
         raise InputError("model.options.seed is set per call; use seed= or sampling_seed=.")
     for option in options:

@@ -13,12 +13,13 @@ from foundry.errors import BackendError, InputError, RequestError, not_found
 from foundry.models import openai_wire
 from foundry.models.base import ModelInfo, Reply, Request
 from foundry.models.hosts import HostPool, agreed, parse_url
+from foundry.models.http_model import HttpModel, check_format, schemas_of
 from foundry.models.openai_errors import refusal
 from foundry.models.openai_info import listed_info
 from foundry.models.openai_limits import Pause, wait_asked
 from foundry.models.openai_secret import Secret
 from foundry.models.openai_wire import ChatSettings
-from foundry.models.serving import HttpServing, Seconds, ServedModel, read_settings
+from foundry.models.serving import HttpServing, Seconds, read_settings
 from foundry.models.transport import OK, Origin, Transport
 
 OPTIONS = frozenset(
@@ -29,7 +30,6 @@ OPTIONS = frozenset(
 )
 RESERVED = OPTIONS | {"model", "messages", "stream", "response_format", "n", "seed"}
 """What `extra` may not hold: it has a setting of its own, or is set per call."""
-FORMATS = (None, "schema")
 DETAILS = (None, "low", "high", "auto")
 WAYS_ON = (
     "Start the server, set model.server.base_url or OPENAI_BASE_URL to its address with /v1, "
@@ -53,7 +53,7 @@ class OpenAIServing(HttpServing, frozen=True, kw_only=True):
     longest_pause_s: Seconds
 
 
-class OpenAIModel(ServedModel):
+class OpenAIModel(HttpModel):
     """Asks `/chat/completions` of one or more equal servers."""
 
     def __init__(
@@ -92,8 +92,7 @@ class OpenAIModel(ServedModel):
         """
         extra = extra or {}
         _check_settings(served, options, extra, format=format, image_detail=image_detail, seed_field=seed_field)
-        if format == "schema" and not schemas:
-            raise InputError("format=schema needs a JSON Schema per kind of question under `schemas`.")
+        self._schemas = schemas_of(format, schemas)
         self.name = name
         self.server: OpenAIServing = read_settings(server, OpenAIServing)
         self.settings = ChatSettings(
@@ -101,7 +100,7 @@ class OpenAIModel(ServedModel):
             options={key: value for key, value in {**options, **extra}.items() if value is not None},
             seed_field=seed_field,
             image_detail=image_detail,
-            schemas=schemas if format == "schema" else None,
+            schemas=self._schemas,
             schema_strict=schema_strict,
             context_length=context_length,
             revision=revision,
@@ -111,16 +110,6 @@ class OpenAIModel(ServedModel):
         self._pool = HostPool(_base_urls(self.server.base_url))
         self._pauses = {host: Pause(self.server.longest_pause_s) for host in self._pool.hosts}
         self._transport = Transport(self.server, WAYS_ON, self._secret.headers)
-
-    @property
-    def hosts(self) -> tuple[str, ...]:
-        """Base URLs of the servers."""
-        return self._pool.hosts
-
-    @property
-    def kinds(self) -> tuple[str, ...] | None:
-        """The kinds of question there is a schema for; None, for any, without schemas."""
-        return None if self.settings.schemas is None else tuple(self.settings.schemas)
 
     @property
     def longest_reply(self) -> int | None:
@@ -157,10 +146,6 @@ class OpenAIModel(ServedModel):
         """
         infos = {host: await self._inspect_on(host) for host in self.hosts}
         return agreed(infos, "Name one server, or servers that are the same.")
-
-    async def close(self) -> None:
-        """Free connections; a later call opens new ones, in another event loop if need be."""
-        await self._transport.close()
 
     async def _inspect_on(self, host: str) -> ModelInfo:
         listing = None
@@ -213,8 +198,7 @@ def _check_settings(
 ) -> None:
     if not served.strip():
         raise InputError("model.served is empty: write model=openai/<name on the server>.")
-    if format not in FORMATS:
-        raise not_found("model.format", str(format), ["null", "schema"])
+    check_format(format)
     if image_detail not in DETAILS:
         raise not_found("model.image_detail", str(image_detail), ["null", "low", "high", "auto"])
     for option in options:
