@@ -40,8 +40,6 @@ class Analysis:
 
     Attributes:
         path: the folder of tables and plots.
-        runs: one row per run, as in `signatures.csv`.
-        comparison: one row per measure and group, as in `comparison.csv`.
         compared: the comparison with its groups.
         notes: what a reader of the tables must know, one line each.
         written: the files.
@@ -55,8 +53,6 @@ class Analysis:
     """
 
     path: Path
-    runs: pd.DataFrame
-    comparison: pd.DataFrame
     compared: Comparison
     notes: tuple[str, ...]
     written: tuple[Path, ...]
@@ -67,6 +63,16 @@ class Analysis:
     fingerprint: Fingerprint
     retest: pd.DataFrame
     declared: tuple[str, ...]
+
+    @property
+    def runs(self) -> pd.DataFrame:
+        """One row per run, as in `signatures.csv`."""
+        return self.table.frame
+
+    @property
+    def comparison(self) -> pd.DataFrame:
+        """One row per measure and group, as in `comparison.csv`."""
+        return self.compared.frame
 
     def headlines(self, width: int, *, brief: bool = False) -> list[Table]:
         """Return the short tables for a terminal: means of groups, then the declared differences.
@@ -119,8 +125,6 @@ def analyze(
     differences = contrasts(table, groups, family=family, margins=margins)
     found = Analysis(
         path=folder,
-        runs=table.frame,
-        comparison=compared.frame,
         compared=compared,
         notes=tuple(
             [*_notes(table, compared), *_reach(differences), *_labelled(sources, table), *_unmeasured(results)]
