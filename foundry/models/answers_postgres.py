@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from tenacity import Retrying, retry_if_exception_type, stop_after_delay, wait_exponential
-
 from foundry.errors import InputError, StorageError
 from foundry.models.answers import Answers, check_address
 from foundry.models.base import Reply
@@ -40,10 +38,17 @@ class PostgresAnswers(Answers):
         check_address(url)
         try:
             import psycopg
+            import tenacity
         except ImportError as error:
             raise InputError(f"cache='{url}' needs a driver that is not installed: {_INSTALL}") from error
         self.url = url
         self._driver = psycopg
+        self._until_back = tenacity.Retrying(
+            retry=tenacity.retry_if_exception_type(psycopg.OperationalError),
+            stop=tenacity.stop_after_delay(_RESTART_S),
+            wait=tenacity.wait_exponential(multiplier=0.1, max=2),
+            reraise=True,
+        )
         try:
             self._connection = self._connect()
             with self._connection.transaction():
@@ -73,14 +78,8 @@ class PostgresAnswers(Answers):
         Raises:
             StorageError: the server cannot be reached, or refuses the work.
         """
-        trying = Retrying(
-            retry=retry_if_exception_type(self._driver.OperationalError),
-            stop=stop_after_delay(_RESTART_S),
-            wait=wait_exponential(multiplier=0.1, max=2),
-            reraise=True,
-        )
         try:
-            return trying(self._once, work)
+            return self._until_back(self._once, work)
         except self._driver.Error as error:
             cause = " ".join(str(error).split())
             raise StorageError(f"The answer cache '{self.url}' cannot be used any more ({cause}).") from error

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,6 +18,7 @@ _SCHEMA = """CREATE TABLE IF NOT EXISTS answers (
 ) WITHOUT ROWID"""
 _CHUNK = 500
 _LOCK_WAIT_S = 60.0
+_LOCK_RETRY_S = 0.01
 
 
 class SqliteAnswers(Answers):
@@ -33,7 +35,7 @@ class SqliteAnswers(Answers):
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._database = sqlite3.connect(path, timeout=_LOCK_WAIT_S, isolation_level=None)
-            self._database.execute("PRAGMA journal_mode=WAL")
+            self._switch_to_wal()
             self._database.execute("PRAGMA synchronous=NORMAL")
             self._database.execute(_SCHEMA)
             self._database.execute("SELECT key, crc FROM answers LIMIT 1").fetchone()
@@ -41,6 +43,19 @@ class SqliteAnswers(Answers):
             raise InputError(
                 f"The answer cache '{path}' cannot be used ({error}): move it away, or name another with cache.path=..."
             ) from error
+
+    def _switch_to_wal(self) -> None:
+        """Wait for other processes that open the file at the same moment, which the connection's time-out leaves out."""
+        given_up = time.monotonic() + _LOCK_WAIT_S
+        while True:
+            try:
+                self._database.execute("PRAGMA journal_mode=WAL")
+                return
+            except sqlite3.OperationalError as error:
+                busy = error.sqlite_errorcode & 0xFF == sqlite3.SQLITE_BUSY
+                if not busy or time.monotonic() > given_up:
+                    raise
+            time.sleep(_LOCK_RETRY_S)
 
     def get(self, keys: Sequence[str]) -> dict[str, Reply]:
         """Return the replies that are there, by key; damaged rows are left out."""

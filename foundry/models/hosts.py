@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from urllib.parse import urlsplit
 
-import httpx
+from yarl import URL
 
 from foundry.errors import InputError, TransientError
 from foundry.models.base import ModelInfo
@@ -47,15 +47,15 @@ def parse_url(host: str, *, what: str, port: int, forms: str) -> str:
     if parts.username is not None or parts.query or parts.fragment:
         raise refusal("it may hold no user, query or fragment")
     name = ANY_ADDRESS.get(parts.hostname or "", parts.hostname or "")
-    if any(character.isspace() for character in name):
-        raise refusal("its name holds a space")
+    if any(character.isspace() or not character.isprintable() for character in f"{name}{parts.path}"):
+        raise refusal("it holds a space or a control character")
     if found is None:
         found = SCHEME_PORTS[scheme] if separator else port
     address = f"[{name}]" if ":" in name else name
     url = f"{scheme}://{address}:{found}{parts.path.rstrip('/')}"
     try:
-        httpx.URL(url)
-    except httpx.InvalidURL as error:
+        URL(url)
+    except ValueError as error:
         raise refusal(str(error)) from None
     return url
 

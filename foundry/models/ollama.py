@@ -9,13 +9,14 @@ from typing import Any
 
 import msgspec
 
-from foundry.errors import InputError, not_found
+from foundry.errors import BackendError, InputError, not_found
 from foundry.models import ollama_wire
 from foundry.models.base import ModelInfo, Reply, Request
 from foundry.models.hosts import HostPool, agreed
 from foundry.models.http_model import HttpModel, check_format, schemas_of
 from foundry.models.ollama_errors import WAYS_ON, refusal
 from foundry.models.ollama_hosts import parse_hosts
+from foundry.models.ollama_inspect import described, installed_row
 from foundry.models.ollama_wire import ChatSettings
 from foundry.models.serving import HttpServing, Seconds, read_settings
 from foundry.models.transport import OK, Origin, Transport
@@ -27,6 +28,8 @@ SAMPLER_OPTIONS = frozenset(
         *("repeat_penalty", "repeat_last_n", "presence_penalty", "frequency_penalty"),
     }
 )
+LOOK_UP_S = 30.0
+"""Limit for what a server looks up without asking a model, seconds."""
 THINK_LEVELS = (False, True, "low", "medium", "high", "max")
 
 
@@ -117,10 +120,7 @@ class OllamaModel(HttpModel):
             InputError: a server cannot be reached, does not have the model or has another one under its
                 name, or the model cannot do what the settings ask.
         """
-        # The client takes 0.1 s to import, and workers never inspect.
-        from foundry.models import ollama_info
-
-        infos = await ollama_info.inspect_model(self.name, self.hosts)
+        infos = dict(zip(self.hosts, await asyncio.gather(*map(self._inspect_on, self.hosts)), strict=True))
         info = agreed(infos, f"Run `ollama pull {self.name}` on each, or name one host.")
         self._versions = {host: each.server_version or "" for host, each in infos.items()}
         _check_abilities(self.settings, info)
@@ -135,12 +135,28 @@ class OllamaModel(HttpModel):
         body = ollama_wire.unload_body(self.name)
         await asyncio.gather(*(self._chat(host, body, self.server.read_timeout_s) for host in self.hosts))
 
+    async def _inspect_on(self, host: str) -> ModelInfo:
+        try:
+            row = installed_row(await self._object(host, "GET", "/api/tags"), self.name, host)
+            shown = await self._object(host, "POST", "/api/show", {"model": row["model"]})
+            version = await self._version(host)
+        except BackendError as error:
+            raise InputError(str(error)) from error
+        return described(self.name, row, shown, version)
+
     async def _load(self, host: str) -> None:
         body = ollama_wire.load_body(self.settings, self.server.keep_alive)
         content = await self._chat(host, body, self.server.warm_up_timeout_s)
         ollama_wire.read_object(content, self._origin(host))
-        content = await self._send(host, "GET", "/api/version", self.server.read_timeout_s)
-        self._versions[host] = str(ollama_wire.read_object(content, self._origin(host)).get("version"))
+        self._versions[host] = await self._version(host)
+
+    async def _version(self, host: str) -> str:
+        return str((await self._object(host, "GET", "/api/version")).get("version"))
+
+    async def _object(self, host: str, method: str, path: str, body: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """Return what the server says about itself or a model; that waits for nothing."""
+        content = None if body is None else msgspec.json.encode(body)
+        return ollama_wire.read_object(await self._send(host, method, path, LOOK_UP_S, content), self._origin(host))
 
     async def _chat(self, host: str, body: Mapping[str, Any], read_timeout_s: float) -> bytes:
         return await self._send(host, "POST", "/api/chat", read_timeout_s, msgspec.json.encode(body))
@@ -151,8 +167,8 @@ class OllamaModel(HttpModel):
         """Return the body that comes with status 200, or raise what any other status stands for."""
         origin = self._origin(host)
         response = await self._transport.send(origin, method, path, read_timeout_s=read_timeout_s, content=content)
-        if response.status_code != OK:
-            raise refusal(origin, response.status_code, response.content, response.headers.get("retry-after"))
+        if response.status != OK:
+            raise refusal(origin, response.status, response.content, response.headers.get("retry-after"))
         return response.content
 
     def _origin(self, host: str) -> Origin:

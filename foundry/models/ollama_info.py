@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Iterable, Iterator, Mapping
+from collections.abc import AsyncIterator, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -11,10 +11,10 @@ from typing import Any
 import httpx
 from ollama import AsyncClient, ResponseError
 
-from foundry.errors import InputError, not_found
-from foundry.models.base import ModelInfo
+from foundry.errors import InputError
 from foundry.models.ollama_errors import WAYS_ON
 from foundry.models.ollama_hosts import parse_hosts
+from foundry.models.ollama_inspect import context_length
 from foundry.models.transport import error_text
 
 TIMEOUT = httpx.Timeout(30.0, connect=5.0)
@@ -57,16 +57,6 @@ async def list_models(hosts: str | Iterable[str]) -> list[InstalledModel]:
     return [model for models in found for model in models]
 
 
-async def inspect_model(name: str, hosts: Iterable[str]) -> dict[str, ModelInfo]:
-    """Return what each server says about a model, by base URL.
-
-    Raises:
-        InputError: a server cannot be reached, or does not have the model.
-    """
-    urls = tuple(hosts)
-    return dict(zip(urls, await asyncio.gather(*(_inspect_on(url, name) for url in urls)), strict=True))
-
-
 @dataclass(frozen=True, slots=True)
 class PullProgress:
     """How far a download is: what the server does now, and bytes of the layer it fetches, where it says so."""
@@ -89,37 +79,6 @@ async def pull_model(name: str, hosts: str | Iterable[str]) -> AsyncIterator[Pul
                     yield PullProgress(part.status or "", part.completed or 0, part.total or 0)
 
 
-async def server_version(host: str) -> str:
-    """Return the version of the server at this base URL."""
-    with _reading(host):
-        async with httpx.AsyncClient(trust_env=False, timeout=TIMEOUT) as client:
-            response = await client.get(f"{host}/api/version")
-            version = response.raise_for_status().json()
-    return str(version.get("version")) if isinstance(version, dict) else "unknown"
-
-
-def full_tag(name: str) -> str:
-    """Return the name with its tag; without one Ollama takes `latest`."""
-    return name if ":" in name.rsplit("/", 1)[-1] else f"{name}:latest"
-
-
-async def _inspect_on(host: str, name: str) -> ModelInfo:
-    with _reading(host):
-        async with _client(host) as client:
-            rows = {str(row.model): row for row in (await client.list()).models}
-            tag = next((tag for tag in rows if tag.casefold() == full_tag(name).casefold()), None)
-            if tag is None:
-                raise not_found("Model", name, rows, f"Get it on {host} with: ollama pull {name}")
-            shown = await client.show(tag)
-    return ModelInfo(
-        name=name,
-        digest=rows[tag].digest,
-        server_version=await server_version(host),
-        capabilities=tuple(shown.capabilities or ()),
-        context_length=_context_length(shown.modelinfo or {}),
-    )
-
-
 async def _installed(host: str) -> list[InstalledModel]:
     with _reading(host):
         async with _client(host) as client:
@@ -134,7 +93,7 @@ async def _installed(host: str) -> list[InstalledModel]:
             size=int(row.size or 0),
             parameter_size=(row.details and row.details.parameter_size) or "",
             quantization=(row.details and row.details.quantization_level) or "",
-            context_length=_context_length(show.modelinfo or {}),
+            context_length=context_length(show.modelinfo or {}),
             capabilities=tuple(show.capabilities or ()),
             loaded=row.digest in running,
         )
@@ -144,7 +103,9 @@ async def _installed(host: str) -> list[InstalledModel]:
 
 def _client(host: str, timeout: Any = TIMEOUT) -> AsyncClient:
     """Return a client that ignores proxies, redirects and any key in the environment."""
-    return AsyncClient(host, timeout=timeout, follow_redirects=False, trust_env=False, auth=_without_key)
+    # Reading all certificates takes longer than the calls, and without redirects http stays http.
+    verify = host.startswith("https:")
+    return AsyncClient(host, timeout=timeout, follow_redirects=False, trust_env=False, auth=_without_key, verify=verify)
 
 
 def _without_key(request: httpx.Request) -> httpx.Request:
@@ -162,11 +123,5 @@ def _reading(host: str) -> Iterator[None]:
     except ResponseError as error:
         said = error_text(error.error.encode())
         raise InputError(f"Ollama at {host} answered {error.status_code}: {said}. {WAYS_ON}") from error
-    except (httpx.HTTPStatusError, ValueError) as error:
+    except ValueError as error:
         raise InputError(f"What answers at {host} is not an Ollama server. {WAYS_ON}") from error
-
-
-def _context_length(info: Mapping[str, Any]) -> int | None:
-    architecture = info.get("general.architecture")
-    length = info.get(f"{architecture}.context_length")
-    return length if isinstance(length, int) else None

@@ -6,7 +6,6 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-import httpx
 import msgspec
 
 from foundry.errors import BackendError, InputError, RequestError, not_found
@@ -161,16 +160,14 @@ class OpenAIModel(HttpModel):
     async def _send(self, origin: Origin, method: str, path: str, content: bytes | None = None) -> bytes:
         """Return the body that comes with status 200, without the key; raise what any other status stands for."""
         read_timeout_s = self.server.read_timeout_s
-        response: httpx.Response = await self._transport.send(
-            origin, method, path, read_timeout_s=read_timeout_s, content=content
-        )
+        response = await self._transport.send(origin, method, path, read_timeout_s=read_timeout_s, content=content)
         pause = self._pauses[origin.host]
         wait_s = wait_asked(response.headers)
         pause.note(wait_s)
-        if response.status_code == OK:
+        if response.status == OK:
             return self._secret.removed_from_reply(response.content)
         refused = self._secret.removed(response.content)
-        error = refusal(origin, response.status_code, refused, wait_s, key_env=self.server.api_key_env)
+        error = refusal(origin, response.status, refused, wait_s, key_env=self.server.api_key_env)
         raise pause.judged(error, origin)
 
     def _origin(self, host: str) -> Origin:

@@ -9,7 +9,6 @@ from typing import Any, TypeVar
 
 import msgspec
 import numpy as np
-from tenacity import AsyncRetrying, RetryCallState, retry_if_exception_type
 
 from foundry.errors import TransientError
 from foundry.models.base import Model, Reply, Request, UnusableReply
@@ -76,9 +75,7 @@ class RetriedModel(Wrapper):
 
     async def _tried(self, call: Callable[[], Awaitable[T]], failures: list[Attempt]) -> T:
         unusable = 0
-
-        async def attempt() -> T:
-            nonlocal unusable
+        while True:
             started = time.perf_counter()
             try:
                 return await call()
@@ -86,38 +83,21 @@ class RetriedModel(Wrapper):
                 elapsed = time.perf_counter() - started
                 failures.append(Attempt(error=str(error), elapsed_s=elapsed, busy=error.busy))
                 unusable += isinstance(error, UnusableReply)
-                raise
+                if len(failures) >= self._attempts or unusable >= self._unusable_attempts:
+                    raise _given_up(error, len(failures)) from error.__cause__
+                wait_s = self._wait_s(error, len(failures))
+            await self._sleep(wait_s)
 
-        def used_up(state: RetryCallState) -> bool:
-            return len(failures) >= self._attempts or unusable >= self._unusable_attempts
-
-        retrying = AsyncRetrying(
-            sleep=self._sleep,
-            stop=used_up,
-            wait=self._wait,
-            retry=retry_if_exception_type(TransientError),
-            retry_error_callback=_give_up,
-        )
-        result: T = await retrying(attempt)
-        return result
-
-    def _wait(self, state: RetryCallState) -> float:
-        """Return the wait in seconds: at random between half of the back-off and all of it."""
-        backoff = min(self._wait_max_s, self._wait_initial_s * 2.0 ** (state.attempt_number - 1))
+    def _wait_s(self, error: TransientError, tries: int) -> float:
+        """Return the wait in seconds: at random between half of the back-off and all of it, but as long as asked."""
+        backoff = min(self._wait_max_s, self._wait_initial_s * 2.0 ** (tries - 1))
         jittered = backoff * float(self._jitter.uniform(0.5, 1.0))
-        return max(jittered, min(_error_of(state).retry_after_s or 0.0, LONGEST_ASKED_S))
+        return max(jittered, min(error.retry_after_s or 0.0, LONGEST_ASKED_S))
 
 
-def _error_of(state: RetryCallState) -> TransientError:
-    error = state.outcome.exception() if state.outcome is not None else None
-    assert isinstance(error, TransientError)
-    return error
-
-
-def _give_up(state: RetryCallState) -> None:
-    """Raise the last failure; its message says how often the call was tried."""
-    error = _error_of(state)
-    if isinstance(error, UnusableReply) or state.attempt_number == 1:
-        raise error
-    tries = f"{error} Given up after {state.attempt_number} tries."
-    raise TransientError(tries, busy=error.busy, retry_after_s=error.retry_after_s) from error
+def _given_up(error: TransientError, tries: int) -> TransientError:
+    """Return the last failure; its message says how often the call was tried."""
+    if isinstance(error, UnusableReply) or tries == 1:
+        return error
+    said = f"{str(error).rstrip('.')}. Given up after {tries} tries."
+    return TransientError(said, busy=error.busy, retry_after_s=error.retry_after_s)

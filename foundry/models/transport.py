@@ -11,8 +11,6 @@ from email.utils import parsedate_to_datetime
 from typing import Any
 
 import aiohttp
-import httpx
-from httpx_aiohttp import AiohttpTransport
 
 from foundry.errors import TransientError
 from foundry.models.base import Reply
@@ -43,21 +41,19 @@ class Origin:
         return f"{self.server} at {self.host}, model '{self.model}'"
 
 
-class _Counting(AiohttpTransport):
-    """Counts the connections that are opened."""
+@dataclass(frozen=True, slots=True)
+class Response:
+    """What a server sent back.
 
-    opened = 0
+    Attributes:
+        status: the HTTP status.
+        headers: its headers, whose names have no case.
+        content: the body, decompressed.
+    """
 
-    def get_client(self) -> aiohttp.ClientSession:
-        session = super().get_client()
-        trace = aiohttp.TraceConfig()
-        trace.on_connection_create_end.append(self._note)
-        trace.freeze()
-        session.trace_configs.append(trace)
-        return session
-
-    async def _note(self, session: object, context: object, parameters: object) -> None:
-        self.opened += 1
+    status: int
+    headers: Mapping[str, str]
+    content: bytes
 
 
 class Transport:
@@ -78,49 +74,56 @@ class Transport:
         self._serving = serving
         self._ways_on = ways_on
         self._headers = {"content-type": "application/json", **(headers or {})}
-        self._client: httpx.AsyncClient | None = None
-        self._counting: _Counting | None = None
+        self._session: aiohttp.ClientSession | None = None
+        self._opened = 0
 
     async def send(
         self, origin: Origin, method: str, path: str, *, read_timeout_s: float, content: bytes | None = None
-    ) -> httpx.Response:
+    ) -> Response:
         """Return the response of the server, whatever its status.
 
         Raises:
             TransientError: no server answers, not in time, or not in HTTP.
         """
-        timeout = httpx.Timeout(read_timeout_s, connect=self._serving.connect_timeout_s, pool=None)
+        timeout = aiohttp.ClientTimeout(sock_connect=self._serving.connect_timeout_s, sock_read=read_timeout_s)
+        session, url = self._open_session(), f"{origin.host}{path}"
         try:
-            return await self._open_client().request(method, f"{origin.host}{path}", content=content, timeout=timeout)
-        except httpx.ReadTimeout as error:
+            async with session.request(method, url, data=content, timeout=timeout, allow_redirects=False) as response:
+                return Response(response.status, response.headers, await response.read())
+        except aiohttp.SocketTimeoutError as error:
             raise TransientError(f"{origin}: no reply within {read_timeout_s:g} s.") from error
-        except (httpx.RequestError, aiohttp.ClientError) as error:
-            cause = error.__cause__ or error
-            raise TransientError(f"{origin}: {_cause_line(cause)}. {self._ways_on}") from error
+        except aiohttp.ClientConnectorError as error:
+            raise TransientError(f"{origin}: no connection ({error.os_error}). {self._ways_on}") from error
+        except (aiohttp.ClientError, OSError) as error:
+            raise TransientError(f"{origin}: {_cause_line(error)}. {self._ways_on}") from error
 
     @property
     def opened(self) -> int:
-        """How many connections were opened so far by the present client."""
-        return 0 if self._counting is None else self._counting.opened
+        """How many connections were opened so far."""
+        return self._opened
 
     async def close(self) -> None:
         """Free connections; a later call opens new ones, in another event loop if need be."""
-        client, self._client = self._client, None
-        if client is not None:
-            await client.aclose()
+        session, self._session = self._session, None
+        if session is not None:
+            await session.close()
 
-    def _open_client(self) -> httpx.AsyncClient:
-        if self._client is None:
+    def _open_session(self) -> aiohttp.ClientSession:
+        if self._session is None:
+            trace = aiohttp.TraceConfig()
+            trace.on_connection_create_end.append(self._note_opened)
             # One connection a call: calls beyond the limit wait where their order and number are known.
-            limits = httpx.Limits(max_connections=self._serving.in_flight.max + 1, keepalive_expiry=60.0)
-            self._counting = _Counting(limits=limits, trust_env=False)
-            self._client = httpx.AsyncClient(
-                transport=self._counting,
+            self._session = aiohttp.ClientSession(
+                connector=aiohttp.TCPConnector(limit=self._serving.in_flight.max + 1, keepalive_timeout=60.0),
+                cookie_jar=aiohttp.DummyCookieJar(),
                 headers=self._headers,
+                trace_configs=[trace],
                 trust_env=False,
-                follow_redirects=False,
             )
-        return self._client
+        return self._session
+
+    async def _note_opened(self, session: object, context: object, parameters: object) -> None:
+        self._opened += 1
 
 
 def _cause_line(error: BaseException) -> str:

@@ -91,6 +91,17 @@ def test_a_cache_may_be_created_by_many_at_once(store: Store):
     assert store.rows() == 0
 
 
+def test_a_file_that_others_create_at_the_same_moment_is_waited_for(tmp_path: Path):
+    for number in range(50):
+        together = threading.Barrier(4)
+
+        def opened(path: str = str(tmp_path / f"{number}.sqlite"), together: threading.Barrier = together) -> None:
+            together.wait()
+            open_answers(path).close()
+
+        assert in_threads(*[opened] * 4) == []
+
+
 def in_threads(*works) -> list[BaseException]:
     """Do all works at once; returns what they raised."""
     errors: list[BaseException] = []

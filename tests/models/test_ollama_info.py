@@ -5,7 +5,8 @@ import asyncio
 import pytest
 
 from foundry.errors import InputError
-from foundry.models.ollama_info import full_tag, list_models
+from foundry.models.ollama_info import list_models
+from foundry.models.ollama_inspect import full_tag
 from ollama_cases import FakeModel
 from ollama_server import OllamaServer
 
@@ -47,7 +48,7 @@ def test_no_server_is_an_error_that_says_how_to_go_on(make_model, run):
 
 
 def test_another_service_on_the_port_is_no_ollama_server(make_model, run):
-    with OllamaServer() as server, pytest.raises(InputError, match="answered 404"):
+    with OllamaServer() as server, pytest.raises(InputError, match="404 .* if it is not an Ollama server"):
         inspect(make_model, run, f"{server.url}/elsewhere")
 
 

@@ -1,0 +1,55 @@
+"""What an Ollama server says about one model, read from its replies; nothing here opens a connection."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from foundry.errors import InputError, not_found
+from foundry.models.base import ModelInfo
+from foundry.models.ollama_errors import WAYS_ON
+
+
+def full_tag(name: str) -> str:
+    """Return the name with its tag; without one Ollama takes `latest`."""
+    return name if ":" in name.rsplit("/", 1)[-1] else f"{name}:latest"
+
+
+def installed_row(listing: Mapping[str, Any], name: str, host: str) -> Mapping[str, Any]:
+    """Return the row of a model in the object that `GET /api/tags` gave.
+
+    Raises:
+        InputError: this is no list of models, or the model is not in it.
+    """
+    models = listing.get("models")
+    if not isinstance(models, list):
+        raise InputError(f"What answers at {host} is not an Ollama server. {WAYS_ON}")
+    rows = {str(row.get("model")): row for row in models if isinstance(row, dict)}
+    tag = next((tag for tag in rows if tag.casefold() == full_tag(name).casefold()), None)
+    if tag is None:
+        raise not_found("Model", name, rows, f"Get it on {host} with: ollama pull {name}")
+    return rows[tag]
+
+
+def described(name: str, row: Mapping[str, Any], shown: Mapping[str, Any], version: str) -> ModelInfo:
+    """Return what is known of a model.
+
+    Args:
+        name: what the model is called here.
+        row: its row in the list of models.
+        shown: the object that `POST /api/show` gave.
+        version: version of the server.
+    """
+    return ModelInfo(
+        name=name,
+        digest=row.get("digest"),
+        server_version=version,
+        capabilities=tuple(shown.get("capabilities") or ()),
+        context_length=context_length(shown.get("model_info") or {}),
+    )
+
+
+def context_length(info: Mapping[str, Any]) -> int | None:
+    """Return the longest context in tokens, which stands under the name of the model's architecture."""
+    length = info.get(f"{info.get('general.architecture')}.context_length")
+    return length if isinstance(length, int) else None
