@@ -56,7 +56,7 @@ class Load:
 
 
 BUSY = Load(latency_ms=0, in_flight=1, runs=1, steps=20, httpx_calls=800, aiohttp_calls=800, repeats=2)
-ONE = Load(latency_ms=50, in_flight=1, runs=1, steps=4, httpx_calls=60, aiohttp_calls=60, repeats=1)
+ONE = Load(latency_ms=50, in_flight=1, runs=1, steps=12, httpx_calls=60, aiohttp_calls=60, repeats=1)
 SOME = Load(latency_ms=50, in_flight=32, runs=4, steps=10, httpx_calls=640, aiohttp_calls=1600, repeats=2)
 MANY = Load(latency_ms=50, in_flight=256, runs=30, steps=4, httpx_calls=512, aiohttp_calls=4800, repeats=2)
 WARM_UP = Load(latency_ms=0, in_flight=32, runs=1, steps=1, httpx_calls=0, aiohttp_calls=0, repeats=1)

@@ -121,9 +121,8 @@ class RunFolder:
         Raises:
             RecordError: `run.json` cannot be read.
         """
-        try:
-            content = (self.path / "run.json").read_bytes()
-        except FileNotFoundError:
+        content = _content(self.path / "run.json")
+        if content is None:
             return None
         try:
             return msgspec.json.decode(content, type=RunSummary)
@@ -160,16 +159,13 @@ class RunFolder:
         yield from read_calls(self.path / "calls.jsonl.zst")
 
     def _bytes(self, name: str) -> bytes:
-        try:
-            return (self.path / name).read_bytes()
-        except FileNotFoundError:
-            return b""
+        return _content(self.path / name) or b""
 
     def stamp(self) -> str:
         """Return a text that changes whenever a file of the run does."""
         found = []
         for name in ("run.json", *(f"{stream}.jsonl" for stream in RECORD_STREAMS), "calls.jsonl.zst"):
-            with contextlib.suppress(FileNotFoundError):
+            with contextlib.suppress(FileNotFoundError, NotADirectoryError):
                 status = (self.path / name).stat()
                 found.append(f"{name} {status.st_size} {status.st_mtime_ns}")
         return "\n".join(found)
@@ -205,6 +201,16 @@ class RunFolder:
             yield True
         finally:
             lock.release()
+
+
+def _content(path: Path) -> bytes | None:
+    """Return what a file holds; None when it is not there."""
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise RecordError(f"{path} cannot be read: {error}") from error
 
 
 def read_calls(path: Path) -> Iterator[Call]:

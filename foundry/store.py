@@ -85,8 +85,10 @@ class SweepFolder:
         try:
             content = sweep_content(file.read_text(encoding="utf-8"), file)
             return cls(path, sweep_from(content), content["settings"], content["models"])
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
-            raise RecordError(f"{file} cannot be read: {type(error).__name__}: {error}") from error
+        except KeyError as error:
+            raise RecordError(f"{file} cannot be read: it lacks {error}, so it is no whole sweep's.") from error
+        except (TypeError, ValueError, AttributeError) as error:
+            raise RecordError(f"{file} cannot be read: it does not describe a sweep ({error}).") from error
 
     @classmethod
     def create(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 from analysis import analyze
@@ -43,7 +44,18 @@ def test_a_policy_that_the_sweep_compares_itself_is_left_out():
 
 def test_they_are_run_beside_the_sweep_and_stand_in_its_tables(workspace: Path):
     assert run(["-m", "model=scripted/avoid,scripted/herd", "seed=0-1", *SHORT, "output.dir=s"]) == 0
-    run_baselines(Path("s"))
+    assert run_baselines(Path("s")) == 0
     beside = SweepFolder.open(SweepFolder.open("s").baselines_dir)
     assert statuses(beside.path) == ["complete"] * 6
     assert analyze([Path("s")], plots=False).runs["baseline"].tolist() == [False] * 4 + [True] * 6
+
+
+def test_baselines_that_could_not_be_run_show_in_the_exit_code_of_the_analysis(workspace: Path):
+    assert run(["-m", "model=scripted/avoid,scripted/herd", "seed=0", *SHORT, "output.dir=s"]) == 0
+    baselines = SweepFolder.open("s").baselines_dir
+    assert run(["analyze", "--baselines", "s"]) == 0
+    lost = SweepFolder.open(baselines).runs()[0].path
+    (lost / "run.json").unlink()
+    (lost / "steps.jsonl").unlink()
+    (lost / "steps.jsonl").mkdir()
+    assert run(["analyze", "--baselines", "s"]) == 3

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import os
 import resource
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -356,13 +357,22 @@ def test_hydras_own_flags_still_work(workspace: Path, capsys: pytest.CaptureFixt
     assert list(workspace.iterdir()) == []
 
 
+def test_a_file_where_a_run_should_be_is_named(workspace: Path, capsys: pytest.CaptureFixture[str]):
+    assert run(["model=scripted/avoid", *TINY, "output.dir=s"]) == 0
+    lost = SweepFolder.open("s").runs()[0].path
+    shutil.rmtree(lost)
+    lost.write_text("in the way", encoding="utf-8")
+    for command in ("analyze", "resume", "status"):
+        assert f"{lost}" in complain(capsys, command, "s")
+
+
 def test_help_and_version_cost_little(workspace: Path):
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     done = subprocess.run([sys.executable, "-m", "foundry", "--help"], capture_output=True, text=True, check=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     assert all(name in done.stdout for name in ("plan", "resume", "status", "analyze", "prompt", "models"))
     modules = subprocess.run([sys.executable, "-c", LOADED_BY_HELP], capture_output=True, text=True, check=True).stdout
-    heavy = {"numpy", "hydra", "pandas", "matplotlib", "httpx", "scipy"}
+    heavy = {"numpy", "hydra", "pandas", "matplotlib", "aiohttp", "httpx", "scipy"}
     assert heavy & set(ast.literal_eval(modules)) == set()
     assert after.ru_utime - before.ru_utime < 5
 

@@ -14,7 +14,7 @@ from analysis.run import FloatArray
 from analysis.stats.family import headline_measures
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS, NO_VARIATION, varies
 from analysis.stats.multiplicity import holm
-from analysis.stats.sign_flip import assignments, share_as_extreme
+from analysis.stats.sign_flip import share_as_extreme, sign_blocks
 from analysis.stats.values import seed_values, select
 from analysis.table import SignatureTable
 from foundry.seeding import stream
@@ -174,12 +174,13 @@ def swap_p(first: FloatArray, second: FloatArray) -> float:
     # With labels s of all 2n points, +1 and -1, the distance is -s'Ds / n^2, and a swap changes the sign of a pair.
     across = _distances(first, second)
     kernel = across + across.T - _distances(first, first) - _distances(second, second)
-    signs = assignments(len(first))
-    null = ((signs @ kernel) * signs).sum(axis=1)
+    null = (((signs @ kernel) * signs).sum(axis=1)[None, :] for signs in sign_blocks(len(first)))
     tolerance = np.array([_TIES * np.abs(kernel).sum()])
-    return float(share_as_extreme(null[None, :], np.array([kernel.sum()]), tolerance, len(first))[0])
+    return float(share_as_extreme(null, np.array([kernel.sum()]), tolerance, len(first))[0])
 
 
 def _distances(first: FloatArray, second: FloatArray) -> FloatArray:
     """Return the Euclidean distances (n, m) of points (n, K) and (m, K)."""
-    return np.asarray(np.sqrt(((first[:, None, :] - second[None, :, :]) ** 2).sum(axis=2)), dtype=np.float64)
+    from scipy.spatial.distance import cdist
+
+    return np.asarray(cdist(first, second), dtype=np.float64)

@@ -24,6 +24,8 @@ RESAMPLES = 1_999
 STUDENT, BOOTSTRAP_T, WILSON, NO_INTERVAL = "t", "bootstrap-t", "wilson", ""
 NO_VALUE, ONE_VALUE, NO_VARIATION = "no value", "one value", "no variation"
 FEW = f"descriptive (n < {FEWEST_FOR_CLAIMS})"
+_ROWS_AT_ONCE = 256
+"""Rows whose resamples are in memory at once."""
 _ROUNDING = 1e-12
 """Part of the largest value below which variation is the rounding of numbers."""
 
@@ -145,9 +147,18 @@ def bootstrap_t(values: FloatArray, level: float = LEVEL) -> tuple[FloatArray, F
     without any variation reach beyond the quantile.
     """
     n = values.shape[1]
-    weights = _resamples(n)
     mean, sd = values.mean(axis=1, keepdims=True), values.std(axis=1, ddof=1, keepdims=True)
     scaled = (values - mean) / sd
+    parts = [scaled[start : start + _ROWS_AT_ONCE] for start in range(0, len(scaled), _ROWS_AT_ONCE)]
+    ends = np.concatenate([_ends_of_t(part, level) for part in parts] or [np.zeros((0, 2))])
+    half = (sd / math.sqrt(n))[:, 0]
+    return mean[:, 0] - ends[:, 1] * half, mean[:, 0] - ends[:, 0] * half
+
+
+def _ends_of_t(scaled: FloatArray, level: float) -> FloatArray:
+    """Return the lower and the upper quantile (rows, 2) of t over resamples of standardised values (rows, n)."""
+    n = scaled.shape[1]
+    weights = _resamples(n)
     means = scaled @ weights.T / n
     variances = (scaled**2 @ weights.T / n - means**2) * n / (n - 1)
     # A resample of equal values has no t: it stands for the most extreme one.
@@ -156,13 +167,11 @@ def bootstrap_t(values: FloatArray, level: float = LEVEL) -> tuple[FloatArray, F
     t = np.where(flat, np.copysign(np.inf, means), t)
     # Order statistics, since an infinite t cannot be interpolated.
     last = int((1 - level) / 2 * (RESAMPLES + 1))
-    ordered = np.sort(t, axis=1)
-    low_t, high_t = ordered[:, last - 1], ordered[:, RESAMPLES - last]
-    half = (sd / math.sqrt(n))[:, 0]
-    return mean[:, 0] - high_t * half, mean[:, 0] - low_t * half
+    ends = [last - 1, RESAMPLES - last]
+    return np.asarray(np.partition(t, ends, axis=1)[:, ends])
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=4)
 def _resamples(n: int) -> FloatArray:
     """Return how often each of n values is drawn in each resample (RESAMPLES, n)."""
     drawn = stream(n, "bootstrap-t").integers(0, n, size=(RESAMPLES, n))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 
 from analysis.run import FloatArray
 from foundry.seeding import stream
@@ -13,31 +15,46 @@ EXACT_UP_TO = 16
 """Pairs up to which all 2^n assignments of signs are counted."""
 DRAWS = 9_999
 """Random assignments above."""
-_ROWS_AT_ONCE = 64
+_AT_ONCE = 1_024
+"""Assignments whose statistics are in memory at once."""
 _TIES = 1e-10
 """Part of the sum of absolute differences within which two sums are equal."""
 
 
-@lru_cache(maxsize=32)
-def assignments(n: int) -> FloatArray:
+@lru_cache(maxsize=8)
+def assignments(n: int) -> npt.NDArray[np.int8]:
     """Return signs +1 and -1 (draws, n).
 
     To n = EXACT_UP_TO all those whose first sign is +1, since the others mirror them; above, DRAWS seeded ones.
     """
     if n <= EXACT_UP_TO:
         bits = np.arange(2 ** (n - 1))[:, None] >> np.arange(n - 1)[None, :] & 1
-        signs = np.hstack([np.ones((len(bits), 1)), 1.0 - 2.0 * bits])
+        signs = np.hstack([np.ones((len(bits), 1)), 1 - 2 * bits]).astype(np.int8)
     else:
-        signs = 1.0 - 2.0 * stream(n, "sign-flip").integers(0, 2, size=(DRAWS, n))
+        drawn, signs = stream(n, "sign-flip"), np.empty((DRAWS, n), dtype=np.int8)
+        for part in np.split(signs, range(_AT_ONCE, DRAWS, _AT_ONCE)):
+            part[:] = 1 - 2 * drawn.integers(0, 2, size=part.shape)
     signs.flags.writeable = False
     return signs
 
 
-def share_as_extreme(null: FloatArray, observed: FloatArray, tolerance: FloatArray, n: int) -> FloatArray:
-    """Return p of statistics (rows,) under those of the assignments (rows, draws); a drawn p counts the data itself."""
-    itself = 0.0 if n <= EXACT_UP_TO else 1.0
-    extreme = np.asarray((null >= (observed - tolerance)[:, None]).sum(axis=1), dtype=np.float64)
-    return np.asarray((extreme + itself) / (null.shape[1] + itself))
+def sign_blocks(n: int) -> Iterator[FloatArray]:
+    """Yield all assignments of n signs, a block of them (draws, n) at a time."""
+    signs = assignments(n)
+    return (signs[start : start + _AT_ONCE].astype(np.float64) for start in range(0, len(signs), _AT_ONCE))
+
+
+def share_as_extreme(blocks: Iterable[FloatArray], observed: FloatArray, tolerance: FloatArray, n: int) -> FloatArray:
+    """Return p of statistics (rows,) under those of all assignments, in blocks (rows, draws).
+
+    A drawn p counts the data itself.
+    """
+    itself = 0 if n <= EXACT_UP_TO else 1
+    extreme, draws = np.full(len(observed), itself, dtype=np.int64), itself
+    for null in blocks:
+        extreme += (null >= (observed - tolerance)[:, None]).sum(axis=1)
+        draws += null.shape[1]
+    return np.asarray(extreme / draws, dtype=np.float64)
 
 
 def sign_flip_p(differences: FloatArray) -> FloatArray:
@@ -51,19 +68,9 @@ def sign_flip_p(differences: FloatArray) -> FloatArray:
     """
     if np.isnan(differences).any():
         raise ValueError("A paired difference is NaN: leave incomplete pairs out.")
-    signs = assignments(differences.shape[1])
-    found = [_p_of(part, signs) for part in _parts(differences)]
-    return np.concatenate(found) if found else np.zeros(0)
-
-
-def _parts(rows: FloatArray) -> list[FloatArray]:
-    """Split rows so that the statistics of all assignments fit into memory."""
-    return [rows[start : start + _ROWS_AT_ONCE] for start in range(0, len(rows), _ROWS_AT_ONCE)]
-
-
-def _p_of(rows: FloatArray, signs: FloatArray) -> FloatArray:
-    null = np.abs(rows @ signs.T)
-    return share_as_extreme(null, np.abs(rows.sum(axis=1)), _TIES * np.abs(rows).sum(axis=1), rows.shape[1])
+    n = differences.shape[1]
+    sums = (np.abs(differences @ block.T) for block in sign_blocks(n))
+    return share_as_extreme(sums, np.abs(differences.sum(axis=1)), _TIES * np.abs(differences).sum(axis=1), n)
 
 
 def least_p(n: int) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -24,18 +25,21 @@ _DIGITS = 9
 """Digits of a measure's total variance that do not depend on the machine's linear algebra, gaps included."""
 
 
+Levels: TypeAlias = npt.NDArray[np.intp]
+
+
 @dataclass(frozen=True)
 class _Cells:
     """The cells of K measures that are defined in the same ones.
 
     Attributes:
         measures: their indices (K,).
-        indicators: by component, which of its levels each cell has (N, levels).
+        levels: by component, which of its levels each cell has (N,), counted from 0 without a gap.
         values: centred values (N, K).
     """
 
     measures: npt.NDArray[np.intp]
-    indicators: dict[str, FloatArray]
+    levels: dict[str, Levels]
     values: FloatArray
 
 
@@ -95,18 +99,13 @@ def _by_pattern(values: SeedValues, components: Sequence[str]) -> Iterator[_Cell
         if pattern.any():
             measures = np.flatnonzero(which == index)
             kept = found[pattern][:, measures]
-            indicators = {name: _indicators(labels[name][pattern]) for name in components}
-            yield _Cells(measures, indicators, kept - kept.mean(axis=0))
-
-
-def _indicators(labels: npt.NDArray[np.generic]) -> FloatArray:
-    _, codes = np.unique(labels, return_inverse=True)
-    return np.eye(int(codes.max()) + 1)[codes]
+            levels = {name: np.unique(labels[name][pattern], return_inverse=True)[1] for name in components}
+            yield _Cells(measures, levels, kept - kept.mean(axis=0))
 
 
 def _components(cells: _Cells) -> tuple[FloatArray, npt.NDArray[np.object_]]:
     """Return the variance of each component and the residual (K, components + 1), and what is to be said of it."""
-    names = list(cells.indicators)
+    names = list(cells.levels)
     full = _Fit.of(cells, names)
     freedom = len(cells.values) - full.rank
     total = (cells.values**2).sum(axis=0)
@@ -129,35 +128,67 @@ def _components(cells: _Cells) -> tuple[FloatArray, npt.NDArray[np.object_]]:
 
 def _component(cells: _Cells, full: _Fit, name: str, residual: FloatArray) -> FloatArray:
     """Return the estimated variance of one component (K,); NaN where the others explain all that it could."""
-    rest = _Fit.of(cells, [other for other in cells.indicators if other != name])
+    rest = _Fit.of(cells, [other for other in cells.levels if other != name])
     freedom = full.rank - rest.rank
-    indicator = cells.indicators[name]
-    # E[SS] = sigma2_component * trace(Z' (P_full - P_rest) Z) + sigma2_residual * freedom
-    trace = full.explained_of(indicator) - rest.explained_of(indicator)
-    if freedom < 1 or trace < _RANK * len(indicator):
+    # E[SS] = sigma2_component * trace(Z' (P_full - P_rest) Z) + sigma2_residual * freedom, and P_full Z = Z
+    trace = len(cells.values) - rest.explained_of(cells.levels[name])
+    if freedom < 1 or trace < _RANK * len(cells.values):
         return np.full(len(residual), np.nan)
     return np.asarray((full.explained - rest.explained - freedom * residual) / trace)
 
 
 @dataclass(frozen=True)
 class _Fit:
-    """A least-squares fit of effects that add up: rank, sum of squares explained (K,), design and inverse."""
+    """A least-squares fit of effects that add up.
+
+    The component with the most levels, such as the seed, is absorbed: its effects are the means of its levels, and
+    what the others explain besides is what they explain of the deviations from these. So nothing is as large as the
+    number of its levels squared.
+
+    Attributes:
+        rank: of the design.
+        explained: sum of squares that the fit explains (K,).
+        absorbed: levels of the absorbed component (N,).
+        counts: cells of each of them (L,).
+        others: indicators of the other components' levels, as deviations from their means within those (N, q).
+        inverse: generalised inverse of their products (q, q).
+    """
 
     rank: int
     explained: FloatArray
-    design: FloatArray
+    absorbed: Levels
+    counts: FloatArray
+    others: FloatArray
     inverse: FloatArray
 
     @classmethod
     def of(cls, cells: _Cells, names: Sequence[str]) -> _Fit:
-        design = np.hstack([np.ones((len(cells.values), 1)), *(cells.indicators[name] for name in names)])
+        size = len(cells.values)
+        absorbed, *others = [
+            *sorted((cells.levels[name] for name in names), key=lambda levels: -int(levels.max())),
+            np.zeros(size, dtype=np.intp),  # the constant
+        ]
+        counts = np.bincount(absorbed).astype(np.float64)
+        design = np.hstack([np.zeros((size, 0)), *(np.eye(int(levels.max()) + 1)[levels] for levels in others)])
+        design = design - (_sums(design, absorbed, len(counts)) / counts[:, None])[absorbed]
         weights, vectors = np.linalg.eigh(design.T @ design)
-        kept = weights > _RANK * weights.max()
+        kept = weights > _RANK * size
         inverse = (vectors[:, kept] / weights[kept]) @ vectors[:, kept].T
         moments = design.T @ cells.values
-        return cls(int(kept.sum()), ((inverse @ moments) * moments).sum(axis=0), design, inverse)
+        explained = (_sums(cells.values, absorbed, len(counts)) ** 2 / counts[:, None]).sum(axis=0)
+        explained += ((inverse @ moments) * moments).sum(axis=0)
+        return cls(len(counts) + int(kept.sum()), explained, absorbed, counts, design, inverse)
 
-    def explained_of(self, indicator: FloatArray) -> float:
-        """Return trace(Z' P Z), P the projection of this fit."""
-        moments = self.design.T @ indicator
-        return float(((self.inverse @ moments) * moments).sum())
+    def explained_of(self, levels: Levels) -> float:
+        """Return trace(Z' P Z), Z the indicators of a component's levels, P the projection of this fit."""
+        count = int(levels.max()) + 1
+        cells = np.bincount(self.absorbed * count + levels, minlength=len(self.counts) * count)
+        within = (cells.reshape(len(self.counts), count) ** 2 / self.counts[:, None]).sum()
+        moments = _sums(self.others, levels, count).T
+        return float(within + ((self.inverse @ moments) * moments).sum())
+
+
+def _sums(values: FloatArray, levels: Levels, count: int) -> FloatArray:
+    """Return the sums of values (N, K) over each level (count, K)."""
+    columns = [np.bincount(levels, weights=column, minlength=count) for column in values.T]
+    return np.array(columns, dtype=np.float64).reshape(values.shape[1], count).T

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
-from foundry.commands.application import app, console
+from foundry.commands.application import EXIT_INTERRUPTED, EXIT_OK, app, console
 from foundry.errors import InputError
 
 
@@ -47,11 +47,10 @@ def analyze(
 ) -> None:
     """Compute the signatures of every run, compare the models, draw the plots."""
     margins = margins_of(margin or [])
-    if baselines:
-        for folder in folders:
-            run_baselines(folder)
+    codes = [run_baselines(folder) for folder in folders] if baselines else []
     by_model = labeller is Labeller.MODEL
     analyze_and_show(folders, labelled_by_model=by_model, family=family, margins=margins)
+    raise typer.Exit(max(codes, default=EXIT_OK))
 
 
 def margins_of(texts: Sequence[str]) -> dict[str, float]:
@@ -74,8 +73,15 @@ def margins_of(texts: Sequence[str]) -> dict[str, float]:
     return margins
 
 
-def run_baselines(path: Path) -> None:
-    """Run the scripted baselines of a sweep into the folder beside its runs; those that are there stay."""
+def run_baselines(path: Path) -> int:
+    """Run the scripted baselines of a sweep into the folder beside its runs; those that are there stay.
+
+    Returns:
+        The exit code: that of a sweep in which a run failed, or which was stopped, where that happened.
+
+    Raises:
+        typer.Exit: the user interrupted them.
+    """
     from foundry.baselines import baselines_of
     from foundry.commands.sweeps import run_folder
     from foundry.preflight import check
@@ -87,10 +93,13 @@ def run_baselines(path: Path) -> None:
     sweep = baselines_of(opened.sweep)
     if not sweep.runs:
         print(f"{path} compares every baseline itself")
-        return
+        return EXIT_OK
     local = {"_target_": "foundry.runner.JoblibRunner"}
     settings = {"runner": local, "cache": {"path": ""}, "analyze": False, "view": None, "record": {"frames": 0}}
-    run_folder(SweepFolder.create(opened.baselines_dir, sweep, settings, []), settings, check(sweep))
+    code = run_folder(SweepFolder.create(opened.baselines_dir, sweep, settings, []), settings, check(sweep))
+    if code == EXIT_INTERRUPTED:
+        raise typer.Exit(code)
+    return code
 
 
 def analyze_and_show(folders: Sequence[Path], *, brief: bool = False, **options: Any) -> None:
