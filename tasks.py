@@ -107,11 +107,16 @@ def soak() -> None:
 
 def cluster() -> None:
     """Install Dask, PostgreSQL and Hydra's launchers, and run the tests of clusters."""
+    install_cluster()
+    call("python", "-m", "pytest", "-n", "0", "-m", "cluster")
+
+
+def install_cluster() -> None:
+    """Install what sweeps on several machines need."""
     if not shutil.which("initdb") and not list(Path("/usr/lib/postgresql").glob("*/bin")):
         install_packages("postgresql")
     launchers = ("hydra-submitit-launcher", "hydra-joblib-launcher")
     call("python", "-m", "pip", "install", "--quiet", "--editable", ".[dev,dask,postgres,remote]", *launchers)
-    call("python", "-m", "pytest", "-n", "0", "-m", "cluster")
 
 
 def local_models() -> None:
@@ -128,7 +133,8 @@ def check() -> None:
 
 
 def bench() -> None:
-    """Print the measured figures of the README."""
+    """Print the measured figures of the README; takes twelve minutes."""
+    install_cluster()
     for script in sorted((ROOT / "benchmarks").glob("bench_*.py")):
         call("python", str(script.relative_to(ROOT)))
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pandas as pd
 
 from analysis import signatures
@@ -15,6 +16,8 @@ from analysis.labelling import Labelling, rule_labelling
 from analysis.lines import COMPLETE, FAILED
 from analysis.load import further_factors, identity, is_measurable, read_records, read_run, status
 from analysis.measured import Measured, Memory, key_of
+from analysis.measures import Measures
+from analysis.run import FloatArray
 from analysis.signatures import FAILURE_RATE
 from foundry.store import RunFolder, SweepFolder
 
@@ -67,7 +70,7 @@ class RunResult:
     factors: dict[str, Any]
     config: dict[str, Any]
     baseline: bool
-    measures: dict[str, float]
+    measures: Measures
     steps: pa.Table | None
 
     def without_steps(self) -> RunResult:
@@ -164,7 +167,7 @@ def _described(folder: RunFolder, source: Source, found: Measured) -> RunResult:
         factors=further_factors(folder),
         config=folder.config(),
         baseline=source.baseline,
-        measures=found.measures,
+        measures=Measures(found.measures),
         steps=found.steps,
     )
 
@@ -187,16 +190,26 @@ def build_table(results: Sequence[RunResult]) -> SignatureTable:
         for result in results
     ]
     head = [*(["sweep"] if by_sweep else []), *KEYS, *(["baseline"] if by_baseline else [])]
-    values = {name: [result.measures.get(name, math.nan) for result in results] for name in measures}
-    frame = pd.concat([pd.DataFrame(rows, columns=[*head, *factors]), pd.DataFrame(values)], axis=1)
-    kinds: dict[frozenset[str], frozenset[str]] = {}  # there are few, and every run would keep its own copy
-    present = tuple(kinds.setdefault(names, names) for names in (frozenset(result.measures) for result in results))
+    kinds = {names: frozenset(names) for names in dict.fromkeys(result.measures.names for result in results)}
+    present = tuple(kinds[result.measures.names] for result in results)
+    values = pd.DataFrame(_values(results, measures), columns=measures)
+    frame = pd.concat([pd.DataFrame(rows, columns=[*head, *factors]), values], axis=1)
     return SignatureTable(frame, tuple(factors), tuple(measures), present)
+
+
+def _values(results: Sequence[RunResult], measures: Sequence[str]) -> FloatArray:
+    """Return the values of all runs (N, M); NaN where a run does not have the measure."""
+    column = {name: index for index, name in enumerate(measures)}
+    found = np.full((len(results), len(measures)), np.nan)
+    for row, result in zip(found, results, strict=True):
+        row[[column[name] for name in result.measures.names]] = result.measures.array
+    return found
 
 
 def _measure_columns(results: Sequence[RunResult]) -> list[str]:
     """Return the measures by signature, within one in the order of their first appearance."""
-    found = list(dict.fromkeys(name for result in results for name in result.measures))
+    kinds = dict.fromkeys(result.measures.names for result in results)
+    found = list(dict.fromkeys(name for names in kinds for name in names))
     order = {name: index for index, name in enumerate(dict.fromkeys(name.partition(".")[0] for name in found))}
     return sorted(found, key=lambda name: order[name.partition(".")[0]])
 

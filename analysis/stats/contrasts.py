@@ -22,7 +22,7 @@ from analysis.stats.multiplicity import benjamini_hochberg, holm
 from analysis.stats.paired import equivalence_p, hedges_g_z, mcnemar_p, superiority
 from analysis.stats.pairing import Paired, bounds, mean_where, pair_up, row_frame
 from analysis.stats.sign_flip import least_p, sign_flip_p
-from analysis.stats.values import BoolArray, seed_values
+from analysis.stats.values import BoolArray, SeedValues, seed_values
 from analysis.table import SignatureTable
 from foundry.errors import InputError
 
@@ -59,12 +59,10 @@ def contrasts(
     """
     values = seed_values(table, groups)
     declared = primary_measures(values.measures) if family is None else _known(family, values.measures)
-    paired = pair_up(values)
-    frame = row_frame(values, paired, declared)
-    found = estimates(paired.difference, paired.low - paired.high, paired.high - paired.low)
-    frame = frame.assign(**_sizes(paired, found))
-    frame = frame.assign(**_tests(paired, found, frame["baseline"].to_numpy(dtype=bool)))
-    frame = frame.assign(**_over_families(frame, alpha), **_effects(paired, found), **_extremes(paired))
+    blocks = [_row_by_row(values, paired, declared) for paired in pair_up(values)]
+    frame = pd.concat([rows for rows, _ in blocks], ignore_index=True)
+    found = Estimates.joined([estimated for _, estimated in blocks])
+    frame = frame.assign(**_over_families(frame, alpha))
     frame = frame.assign(**_equivalence(frame, found, _checked(margins or {}, values.measures), alpha))
     return frame.assign(note=_notes(frame, found, alpha))[list(COLUMNS)]
 
@@ -91,6 +89,14 @@ def _checked(margins: Mapping[str, float], measures: Sequence[str]) -> Mapping[s
         if not 0 < margin < math.inf:
             raise InputError(f"The margin of {name} is {margin:g}: give one above 0, in the unit of the measure.")
     return margins
+
+
+def _row_by_row(values: SeedValues, paired: Paired, declared: Sequence[str]) -> tuple[pd.DataFrame, Estimates]:
+    """Return the columns of some rows that no other row changes, and the estimates behind them."""
+    found = estimates(paired.difference, paired.low - paired.high, paired.high - paired.low)
+    frame = row_frame(values, paired, declared).assign(**_sizes(paired, found))
+    frame = frame.assign(**_tests(paired, found, frame["baseline"].to_numpy(dtype=bool)))
+    return frame.assign(**_effects(paired, found), **_extremes(paired)), found
 
 
 def _sizes(paired: Paired, found: Estimates) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from functools import lru_cache
 
@@ -64,6 +64,11 @@ class Estimates:
     high: FloatArray
     interval: npt.NDArray[np.object_]
     note: npt.NDArray[np.object_]
+
+    @classmethod
+    def joined(cls, parts: Sequence[Estimates]) -> Estimates:
+        """Return the rows of several, one after the other; at least one is given."""
+        return cls(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)))
 
     def row(self, index: int) -> Estimate:
         """Return one of them."""

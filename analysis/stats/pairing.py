@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,8 @@ from analysis.signatures import describe, is_readable_only
 from analysis.stats.factors import Pair, pairs
 from analysis.stats.paired import are_outcomes
 from analysis.stats.values import BoolArray, SeedValues, select
+
+_VALUES_AT_ONCE = 2**18
 
 
 @dataclass(frozen=True)
@@ -48,29 +50,43 @@ class Paired:
         return self.level - self.reference
 
 
-def pair_up(values: SeedValues) -> Paired:
-    """Return a row for every pair of groups and every measure that both have."""
+def pair_up(values: SeedValues) -> Iterator[Paired]:
+    """Yield a row for every pair of groups and every measure that both have, in blocks of rows that fit into memory.
+
+    There is one block at least, if one without rows.
+    """
     found = pairs(values)
-    level = np.array([one.level for one in found], dtype=np.intp)
-    reference = np.array([one.reference for one in found], dtype=np.intp)
-    pair, measure = np.nonzero(values.present[level] & values.present[reference])
-    level, reference = level[pair], reference[pair]
-    first, second = values.values[level, :, measure], values.values[reference, :, measure]
-    complete = values.complete[level], values.complete[reference]
-    undefined = (np.isnan(first) & complete[0]) | (np.isnan(second) & complete[1])
-    lacking = np.isnan(first) | np.isnan(second)
+    sides = np.array([(one.level, one.reference) for one in found], dtype=np.intp).reshape(-1, 2).T
+    pair, measure = np.nonzero(values.present[sides[0]] & values.present[sides[1]])
     described = [describe(name) for name in values.measures]
-    return Paired(
-        pair=tuple(found[index] for index in pair),
-        measure=measure,
-        level=first,
-        reference=second,
-        missing=(values.asked[level] | values.asked[reference]) & lacking & ~undefined,
-        undefined=undefined,
-        low=np.array([one.low for one in described])[measure],
-        high=np.array([one.high for one in described])[measure],
-        outcome=are_outcomes(values.values[~values.baseline])[measure],
-    )
+    low, high = (np.array([getattr(one, end) for one in described]) for end in ("low", "high"))
+    outcome = are_outcomes(values.values[~values.baseline])
+    size = max(1, _VALUES_AT_ONCE // len(values.seeds))
+    for start in range(0, max(len(pair), 1), size):
+        own, of = pair[start : start + size], measure[start : start + size]
+        (level, reference), missing, undefined = _sides(values, sides[:, own], of)
+        yield Paired(
+            pair=tuple(found[index] for index in own),
+            measure=of,
+            level=level,
+            reference=reference,
+            missing=missing,
+            undefined=undefined,
+            low=low[of],
+            high=high[of],
+            outcome=outcome[of],
+        )
+
+
+def _sides(
+    values: SeedValues, groups: npt.NDArray[np.intp], measure: npt.NDArray[np.intp]
+) -> tuple[tuple[FloatArray, FloatArray], BoolArray, BoolArray]:
+    """Return the values of both groups (2, R), where they are missing and where undefined."""
+    first, second = (values.values[group, :, measure] for group in groups)
+    lacking = np.isnan(first), np.isnan(second)
+    complete, asked = values.complete[groups], values.asked[groups]
+    undefined = (lacking[0] & complete[0]) | (lacking[1] & complete[1])
+    return (first, second), (asked[0] | asked[1]) & (lacking[0] | lacking[1]) & ~undefined, undefined
 
 
 def row_frame(values: SeedValues, paired: Paired, declared: Sequence[str]) -> pd.DataFrame:

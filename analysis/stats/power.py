@@ -10,9 +10,9 @@ from analysis.run import FloatArray, IntArray
 from analysis.stats.contrasts import ALPHA
 from analysis.stats.family import headline_measures, primary_measures, unknown_measure
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS, estimates
-from analysis.stats.pairing import pair_up, row_frame
+from analysis.stats.pairing import Paired, pair_up, row_frame
 from analysis.stats.sign_flip import fewest_pairs
-from analysis.stats.values import seed_values
+from analysis.stats.values import SeedValues, seed_values
 from analysis.table import SignatureTable
 from foundry.errors import InputError
 
@@ -139,16 +139,18 @@ def _check(table: SignatureTable, measure: str | None, difference: float | None,
 def _pilot(table: SignatureTable, groups: pd.DataFrame | None, measure: str | None) -> pd.DataFrame:
     """Return the wanted rows of the pilot: what they are, pairs, mean and spread of the differences, family."""
     values = seed_values(table, groups)
-    paired = pair_up(values)
+    frame = pd.concat([_pilot_rows(values, paired) for paired in pair_up(values)], ignore_index=True)
+    tested = frame["headline"] & (frame["sd"] > 0)
+    frame.insert(7, "family", tested.groupby(frame["factor"]).transform("sum").clip(lower=1))
+    wanted = headline_measures(values.measures) if measure is None else (measure,)
+    return frame[frame["measure"].isin(wanted) & ~frame["baseline"]].reset_index(drop=True)
+
+
+def _pilot_rows(values: SeedValues, paired: Paired) -> pd.DataFrame:
     found = estimates(paired.difference, paired.low - paired.high, paired.high - paired.low)
     frame = row_frame(values, paired, primary_measures(values.measures))
     frame = frame[["measure", "headline", "baseline", "factor", "level", "reference", "context"]]
-    sd = np.where(found.n > 1, found.sd, np.nan)
-    tested = frame["headline"] & (sd > 0)
-    sizes = tested.groupby(frame["factor"]).transform("sum").clip(lower=1)
-    frame = frame.assign(family=sizes, n_pairs=found.n, observed=found.mean, sd=sd)
-    wanted = headline_measures(values.measures) if measure is None else (measure,)
-    return frame[frame["measure"].isin(wanted) & ~frame["baseline"]].reset_index(drop=True)
+    return frame.assign(n_pairs=found.n, observed=found.mean, sd=np.where(found.n > 1, found.sd, np.nan))
 
 
 def _effect(difference: FloatArray, sd: FloatArray) -> FloatArray:
