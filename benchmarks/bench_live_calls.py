@@ -56,7 +56,7 @@ class Load:
 
 
 BUSY = Load(latency_ms=0, in_flight=1, runs=1, steps=20, httpx_calls=800, aiohttp_calls=800, repeats=2)
-ONE = Load(latency_ms=50, in_flight=1, runs=1, steps=12, httpx_calls=60, aiohttp_calls=60, repeats=1)
+ONE = Load(latency_ms=50, in_flight=1, runs=1, steps=12, httpx_calls=60, aiohttp_calls=60, repeats=2)
 SOME = Load(latency_ms=50, in_flight=32, runs=4, steps=10, httpx_calls=640, aiohttp_calls=1600, repeats=2)
 MANY = Load(latency_ms=50, in_flight=256, runs=30, steps=4, httpx_calls=512, aiohttp_calls=4800, repeats=2)
 WARM_UP = Load(latency_ms=0, in_flight=32, runs=1, steps=1, httpx_calls=0, aiohttp_calls=0, repeats=1)
@@ -221,7 +221,7 @@ def main() -> None:
         "Live calls",
         "A local server in a process of its own answers after the latency given. It shares the cores: its columns",
         "say how much it used. The bare clients post the bodies that foundry posted and do nothing else. Ratios are",
-        "to bare httpx. Best of two, but one where the latency alone takes long (1 in flight, and bare httpx). At 1 in",
+        "to bare httpx. Best of two, but one of bare httpx. At 1 in",
         "flight every client sleeps between calls, which makes each call dearer; the rows without latency show by how",
         "much. The start of the sweep, about 50 ms, is in foundry's CPU.",
     )

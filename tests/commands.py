@@ -68,6 +68,21 @@ def wait_until(condition: Callable[[], bool], what: str) -> None:
     raise AssertionError(f"waited {PATIENCE_S} s in vain: {what}")
 
 
+def kill(pid: int) -> None:
+    """Kill a process; returns once the system has closed its connections, where it says so."""
+    os.kill(pid, signal.SIGKILL)
+    wait_until(lambda: not _runs(pid), f"process {pid} is dead")
+
+
+def _runs(pid: int) -> bool:
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+    state, threads = fields[0], int(fields[17])
+    return state not in "ZX" or threads > 1
+
+
 def cached_answers(path: Path) -> int:
     """Return how many answers a cache holds, as another process sees it."""
     if not path.exists():

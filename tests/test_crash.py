@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from commands import SMALL, cached_answers, calls, foundry, records, started, statuses, wait_until
+from commands import SMALL, cached_answers, calls, foundry, kill, records, started, statuses, wait_until
 from foundry.store import SweepFolder
 from ollama_cases import Body, ChatCase, grid_answer
 from ollama_server import OllamaServer
@@ -67,7 +67,7 @@ def test_a_sweep_that_was_killed_goes_on_where_it_was(workers: int, answers: int
             wait_until(lambda: holding.held, "the calls are held back")
             cache = tmp_path / "outputs" / "answers.sqlite"
             wait_until(lambda: cached_answers(cache) == answers, "every answer given is in the cache")
-            os.kill(process.pid, signal.SIGKILL)
+            kill(process.pid)
         holding.free()
         done = foundry("resume", "sweep", cwd=tmp_path)
         assert done.returncode == 0, done.stdout + done.stderr
@@ -83,7 +83,7 @@ def test_a_worker_that_is_killed_costs_only_its_unfinished_runs(tmp_path: Path, 
             wait_until(lambda: cached_answers(tmp_path / "outputs" / "answers.sqlite") == 60, "all is in the cache")
             reports = SweepFolder.open(tmp_path / "sweep").progress()
             victim = next(report["pid"] for report in reports.values() if report["open"])
-            os.kill(victim, signal.SIGKILL)
+            kill(victim)
             holding.free()
             server.drop_hanging()
             output, _ = process.communicate(timeout=60)

@@ -163,7 +163,7 @@ PIECES = st.lists(
 
 
 @given(st.text() | PIECES | JSON.map(json.dumps) | st.dictionaries(NAMES, WORDS | JSON).map(json.dumps))
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=200, deadline=None)
 def test_any_text_is_read_without_raising_and_no_direction_is_made_up(text):
     said = read_message(Answer(text))
     assert said.text is None or said.outcome in (CHOSEN, REPAIRED)

@@ -49,7 +49,7 @@ def parts(command: Command) -> tuple[object, ...]:
 
 
 @given(TALK | st.text())
-@settings(max_examples=200)
+@settings(max_examples=100)
 def test_any_text_is_read_within_the_limits_without_raising(text):
     for interpreter in INTERPRETERS:
         command = interpreter.read(text, LIMITS)
@@ -66,7 +66,7 @@ def test_any_text_is_read_within_the_limits_without_raising(text):
 
 
 @given(MOVEMENTS)
-@settings(max_examples=150)
+@settings(max_examples=80)
 def test_a_command_in_words_is_read_back_as_that_command(command):
     read = interpret(render_command(command))
     assert parts(read) == parts(command)
@@ -74,7 +74,7 @@ def test_a_command_in_words_is_read_back_as_that_command(command):
 
 
 @given(TALK)
-@settings(max_examples=150)
+@settings(max_examples=80)
 def test_whatever_was_read_is_read_from_its_rendering_again(text):
     command = interpret(text, LIMITS)
     assert parts(interpret(render_command(command), LIMITS)) == parts(command)

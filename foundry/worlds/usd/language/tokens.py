@@ -86,9 +86,8 @@ def _alternatives(names: Iterable[str]) -> str:
     other: dict[str, list[str]] = {}
     for name in sorted(names, key=lambda name: (-len(name), name)):
         is_latin = bool(re.fullmatch(_LETTER, name[0]))
-        rest = re.escape(name[1:]) + (rf"(?!{_LETTER})" if is_latin else "")
-        (latin if is_latin else other).setdefault(name[0], []).append(rest)
-    return rf"(?=[{''.join(latin)}])(?<!{_LETTER})(?:{_branches(latin)})|{_branches(other)}"
+        (latin if is_latin else other).setdefault(name[0], []).append(re.escape(name[1:]))
+    return rf"(?=[{''.join(latin)}])(?<!{_LETTER})(?:{_branches(latin)})(?!{_LETTER})|{_branches(other)}"
 
 
 def _branches(by_first: dict[str, list[str]]) -> str:
