@@ -63,7 +63,7 @@ def repeated(*overrides: str) -> list[Swept]:
     """Run a sweep in fresh folders several times, fewer where the budget of seconds is used up before."""
     done: list[Swept] = []
     while len(done) < REPEATS and sum(one.whole.wall_s for one in done) < BUDGET_S:
-        with scratch() as folder:
+        with scratch(in_memory=True) as folder:
             done.append(run_sweep(folder / "sweep", *overrides))
     return done
 
@@ -124,7 +124,7 @@ def print_memory() -> None:
     """Play a few runs, then many, in this process; print its most memory after each."""
     rows = []
     for count in (100, 1_000):
-        with scratch() as folder:
+        with scratch(in_memory=True) as folder:
             run_sweep(folder / "sweep", *SCRIPTED, *runs(count))
         rows.append([f"{count:,}", f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:,.0f}"])
     print_table(["runs of 2 agents and one step", "most memory of the worker so far, MB"], rows)
@@ -155,9 +155,9 @@ def main() -> None:
     print_title(
         "Growth",
         "Scripted model, one worker, all in from composing to the last record, inside the process. Least user CPU of",
-        f"{REPEATS}, or of fewer where they take over {BUDGET_S:g} s. The kernel's part is the making of files, whose",
-        "speed is the disk's. The field grows with the agents, at equal density. Ratios are to the smallest size.",
-        "'Each further' is what a unit costs that the size above does not have, so without fixed costs.",
+        f"{REPEATS}, or of fewer where they take over {BUDGET_S:g} s. The kernel's part is the making of files, here",
+        "in memory where the system has a place for them, since a disk's speed is its own. The field",
+        "grows with the agents, at equal density. Ratios are to the smallest size. 'Each further' is what a unit costs that the size above does not have, so without fixed costs.",
     )
     repeated(*SCRIPTED, *steps(1))  # what is imported on first use is start-up
     print_memory()

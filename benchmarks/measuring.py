@@ -24,6 +24,7 @@ from foundry.store import SweepFolder
 from foundry.sweep import expand
 
 ROOT = Path(__file__).resolve().parent.parent
+MEMORY = Path("/dev/shm")
 
 
 @dataclass(frozen=True)
@@ -183,9 +184,10 @@ def _printing_url(script: Path, *arguments: str) -> Iterator[Server]:
 
 
 @contextlib.contextmanager
-def scratch() -> Iterator[Path]:
-    """Make a folder that is gone afterwards."""
-    with tempfile.TemporaryDirectory(prefix="foundry-bench-") as folder:
+def scratch(*, in_memory: bool = False) -> Iterator[Path]:
+    """Make a folder that is gone afterwards; in memory, where the system has such a place, instead of on the disk."""
+    place = MEMORY if in_memory and MEMORY.is_dir() else None
+    with tempfile.TemporaryDirectory(prefix="foundry-bench-", dir=place) as folder:
         yield Path(folder)
 
 
