@@ -156,8 +156,9 @@ def main() -> None:
         "Growth",
         "Scripted model, one worker, all in from composing to the last record, inside the process. Least user CPU of",
         f"{REPEATS}, or of fewer where they take over {BUDGET_S:g} s. The kernel's part is the making of files, here",
-        "in memory where the system has a place for them, since a disk's speed is its own. The field",
-        "grows with the agents, at equal density. Ratios are to the smallest size. 'Each further' is what a unit costs that the size above does not have, so without fixed costs.",
+        "in memory where the system has a place for them, since a disk's speed is its own. The field grows with the",
+        "agents, at equal density. Ratios are to the smallest size. 'Each further' is what a unit costs that the size",
+        "above does not have, so without fixed costs.",
     )
     repeated(*SCRIPTED, *steps(1))  # what is imported on first use is start-up
     print_memory()

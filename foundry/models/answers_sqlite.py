@@ -45,7 +45,7 @@ class SqliteAnswers(Answers):
             ) from error
 
     def _switch_to_wal(self) -> None:
-        """Wait for other processes that open the file at the same moment, which the connection's time-out leaves out."""
+        """Wait for other processes that open the file at this moment, which the connection's time-out leaves out."""
         given_up = time.monotonic() + _LOCK_WAIT_S
         while True:
             try:
