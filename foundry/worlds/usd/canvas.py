@@ -48,6 +48,7 @@ class Canvas:
         self._window: Any = vtkRenderWindow()
         self._window.SetOffScreenRendering(1)
         self._window.SetMultiSamples(samples)
+        self._window.SwapBuffersOff()  # pictures are read from where they are drawn, so no copy is made for a screen
         self._window.SetSize(width, height)
         self.renderer: Any = vtkRenderer()
         self.renderer.SetBackground(*background)
