@@ -55,6 +55,14 @@ def assert_nothing_lost_or_paid_twice(server: OllamaServer, folder: Path, undist
     assert calls(folder) == calls(undisturbed)
 
 
+def wait_until_all_report(folder: SweepFolder) -> None:
+    def reported() -> dict[str, int]:
+        return {name: folder.progress_file(name).stat().st_mtime_ns for name in folder.progress()}
+
+    before = reported()
+    wait_until(lambda: all(reported()[name] > then for name, then in before.items()), "every worker reports")
+
+
 @pytest.mark.parametrize(
     ("workers", "answers"),
     [pytest.param(1, 1, marks=pytest.mark.slow), pytest.param(1, 150, marks=pytest.mark.slow), (2, 37)],
@@ -98,6 +106,10 @@ def test_ctrl_c_stops_in_order_and_says_how_to_go_on(tmp_path: Path, undisturbed
         with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
             wait_until(lambda: holding.held, "the calls are held back")
             os.killpg(process.pid, signal.SIGINT)
+            folder = SweepFolder.open(tmp_path / "sweep")
+            wait_until(folder.stop_file.exists, "it was understood")
+            for _ in range(2):  # a worker looks whether to stop before it reports
+                wait_until_all_report(folder)
             holding.free()
             server.drop_hanging()
             output, _ = process.communicate(timeout=60)
