@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,11 +12,17 @@ from hypothesis import settings
 
 from postgres_server import PostgresServer, postgres_server, programs
 
+gc.set_threshold(20_000, 20, 20)  # hundreds of thousands of objects live here, most of them from imports
 os.environ.setdefault("LP_NUM_THREADS", "0")  # two test processes draw faster with a core each
 settings.register_profile("foundry", deadline=None, max_examples=20, derandomize=True)
 settings.load_profile("foundry")
 
 PREFIXES = ("OLLAMA_", "OPENAI_", "HF_", "FOUNDRY_", "HYDRA_", "_FOUNDRY")
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Leave what was imported and collected out of every later look for garbage."""
+    gc.freeze()
 
 
 @pytest.fixture(autouse=True)

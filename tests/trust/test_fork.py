@@ -79,7 +79,9 @@ def test_a_fire_that_begins_later_leaves_the_past_valid(grid_sweep: Path, tmp_pa
         (("--at", "3", "world.agents=5"), "at step 1 other questions would be asked"),
         (("--at", "3", "world.half_size=20"), "change the past, at step 1"),
         (("--at", "3", "modl=x"), "Did you mean 'model'"),
-        (("--at", "3", "world=gallery"), "These overrides change the past, at step 1"),
+        pytest.param(
+            ("--at", "3", "world=gallery"), "These overrides change the past, at step 1", marks=pytest.mark.slow
+        ),
     ],
 )
 def test_what_cannot_be_continued_is_refused(

@@ -129,7 +129,7 @@ def brute_force(cells: list[tuple[int, int]], scenario: GridScenario, agent: int
     reach=st.sampled_from([0, 1, 2**0.5, 5, 7.5, 100]),
     seed=st.integers(0, 2**32),
 )
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_the_rules_hold_wherever_agents_stand(at, cells, reach, seed):
     scenario = at(*cells, communication_distance=reach)
     records = play(scenario.start(0), 2, seed)

@@ -58,7 +58,7 @@ def open_places(world: Collider, body: Body) -> list[np.ndarray]:
 
 
 @given(obstacles(), moves, st.integers(0, 1000))
-@settings(max_examples=6)
+@settings(max_examples=4)
 def test_a_walk_among_random_obstacles_keeps_the_body_clear_of_them(things, walk, start):
     world = Collider(enclosed(*things))
     spots = open_places(world, BODY)
@@ -75,7 +75,7 @@ def test_a_walk_among_random_obstacles_keeps_the_body_clear_of_them(things, walk
 
 
 @given(obstacles(), moves, st.integers(0, 1000))
-@settings(max_examples=6)
+@settings(max_examples=4)
 def test_a_sliding_body_comes_no_less_far_than_one_that_stops(things, walk, start):
     world = Collider(enclosed(*things))
     spots = open_places(world, BODY)

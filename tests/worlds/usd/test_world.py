@@ -21,7 +21,7 @@ WORLDS = ("kibo", "office", "gallery")
 KIBO_FIRST = ("kibo", *(pytest.param(name, marks=pytest.mark.slow) for name in WORLDS[1:]))
 
 
-@pytest.mark.parametrize("policy", ("oracle", "mumbler"))
+@pytest.mark.parametrize("policy", (pytest.param("oracle", marks=pytest.mark.slow), "mumbler"))
 def test_two_copies_of_an_episode_are_equal_to_the_byte(policy: str):
     first, second = (episode("kibo", policy, seed=3, steps=4) for _ in range(2))
     assert first.lines() == second.lines()
