@@ -101,6 +101,7 @@ class Lane:
 
     def run(self) -> str | None:
         """Work until no run is left; returns the cause that must end the sweep, or None."""
+        self.stopping = self.spec.folder.stop_asked
         stop_reporting = threading.Event()
         reporter = threading.Thread(target=self._report_until, args=(stop_reporting,), daemon=True)
         reporter.start()
