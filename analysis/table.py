@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -175,7 +175,8 @@ def _described(folder: RunFolder, source: Source, found: Measured) -> RunResult:
 def build_table(results: Sequence[RunResult]) -> SignatureTable:
     """Return the table of these runs."""
     factors = list(dict.fromkeys(key for result in results for key in result.factors))
-    measures = _measure_columns(results)
+    kinds = {names: frozenset(names) for names in dict.fromkeys(result.measures.names for result in results)}
+    measures = _measure_columns(kinds)
     by_sweep = len({result.sweep for result in results}) > 1
     by_baseline = any(result.baseline for result in results)
     prompts = {result.keys["prompt"] for result in results if not result.baseline}
@@ -190,25 +191,24 @@ def build_table(results: Sequence[RunResult]) -> SignatureTable:
         for result in results
     ]
     head = [*(["sweep"] if by_sweep else []), *KEYS, *(["baseline"] if by_baseline else [])]
-    kinds = {names: frozenset(names) for names in dict.fromkeys(result.measures.names for result in results)}
     present = tuple(kinds[result.measures.names] for result in results)
-    values = pd.DataFrame(_values(results, measures), columns=measures)
+    values = pd.DataFrame(_values(results, kinds, measures), columns=measures)
     frame = pd.concat([pd.DataFrame(rows, columns=[*head, *factors]), values], axis=1)
     return SignatureTable(frame, tuple(factors), tuple(measures), present)
 
 
-def _values(results: Sequence[RunResult], measures: Sequence[str]) -> FloatArray:
+def _values(results: Sequence[RunResult], kinds: Iterable[tuple[str, ...]], measures: Sequence[str]) -> FloatArray:
     """Return the values of all runs (N, M); NaN where a run does not have the measure."""
     column = {name: index for index, name in enumerate(measures)}
+    columns = {names: [column[name] for name in names] for names in kinds}
     found = np.full((len(results), len(measures)), np.nan)
     for row, result in zip(found, results, strict=True):
-        row[[column[name] for name in result.measures.names]] = result.measures.array
+        row[columns[result.measures.names]] = result.measures.array
     return found
 
 
-def _measure_columns(results: Sequence[RunResult]) -> list[str]:
+def _measure_columns(kinds: Iterable[tuple[str, ...]]) -> list[str]:
     """Return the measures by signature, within one in the order of their first appearance."""
-    kinds = dict.fromkeys(result.measures.names for result in results)
     found = list(dict.fromkeys(name for names in kinds for name in names))
     order = {name: index for index, name in enumerate(dict.fromkeys(name.partition(".")[0] for name in found))}
     return sorted(found, key=lambda name: order[name.partition(".")[0]])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import subprocess
 import sys
@@ -13,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from copies import create, fill, played
-from measuring import ROOT, Stopwatch, at_most, print_table, print_title, scratch
+from measuring import ROOT, Stopwatch, at_most, most_runs, print_table, print_title, scratch
 
 from analysis import signatures
 from analysis.load import read_records, read_run
@@ -146,9 +145,7 @@ def row(what: str, size: int, used: Used, bare_s: float) -> list[str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--most", type=int, default=1_000, help="runs of the largest sweep (default 1,000)")
-    most = parser.parse_args().most
+    most = most_runs(__doc__)
     print_title(
         "Analysis",
         "`foundry analyze` as a command, start-up and plots included, over runs of 20 agents and 50 steps of",

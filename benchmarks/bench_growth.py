@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 import resource
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from measuring import Cost, Swept, at_least, at_most, print_table, print_title, run_sweep, scratch
+from measuring import Cost, Swept, at_least, at_most, most_runs, print_table, print_title, run_sweep, scratch
 
 SCRIPTED = ("model=scripted/random", "runner.workers=1")
 CELLS_PER_AGENT = 130
@@ -149,9 +148,7 @@ def print_workers() -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--most", type=int, default=1_000, help="runs of the largest sweep (default 1,000)")
-    most = parser.parse_args().most
+    most = most_runs(__doc__)
     print_title(
         "Growth",
         "Scripted model, one worker, all in from composing to the last record, inside the process. Least user CPU of",

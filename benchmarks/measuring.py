@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import datetime
 import os
@@ -189,6 +190,13 @@ def scratch(*, in_memory: bool = False) -> Iterator[Path]:
     place = MEMORY if in_memory and MEMORY.is_dir() else None
     with tempfile.TemporaryDirectory(prefix="foundry-bench-", dir=place) as folder:
         yield Path(folder)
+
+
+def most_runs(description: str | None) -> int:
+    """Return what the command line says is the largest sweep to measure."""
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--most", type=int, default=1_000, help="runs of the largest sweep (default 1,000)")
+    return int(parser.parse_args().most)
 
 
 def at_most(value: float, target: float, unit: str) -> tuple[str, str]:

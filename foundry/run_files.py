@@ -8,7 +8,7 @@ import os
 import threading
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import msgspec
 import zstandard
@@ -22,6 +22,7 @@ RECORD_STREAMS = ("steps", "messages", "episode")
 ALWAYS_THERE = ("steps", "messages")
 """The record files that every run has, if only empty ones."""
 _ENCODE = msgspec.json.Encoder().encode
+T = TypeVar("T")
 
 
 def write_atomically(path: Path, content: bytes) -> None:
@@ -121,13 +122,7 @@ class RunFolder:
         Raises:
             RecordError: `run.json` cannot be read.
         """
-        content = _content(self.path / "run.json")
-        if content is None:
-            return None
-        try:
-            return msgspec.json.decode(content, type=RunSummary)
-        except NOT_JSON as error:
-            raise RecordError(f"{self.path / 'run.json'} cannot be read: {error}") from error
+        return json_file(self.path / "run.json", RunSummary)
 
     def stream_path(self, name: str) -> Path:
         """Return the file of a stream, whether it is there or not; `calls` is the compressed log."""
@@ -210,6 +205,21 @@ def _content(path: Path) -> bytes | None:
     except FileNotFoundError:
         return None
     except OSError as error:
+        raise RecordError(f"{path} cannot be read: {error}") from error
+
+
+def json_file(path: Path, kind: type[T]) -> T | None:
+    """Return what a JSON file holds; None when it is not there.
+
+    Raises:
+        RecordError: it cannot be read.
+    """
+    content = _content(path)
+    if content is None:
+        return None
+    try:
+        return msgspec.json.decode(content, type=kind)
+    except NOT_JSON as error:
         raise RecordError(f"{path} cannot be read: {error}") from error
 
 

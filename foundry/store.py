@@ -20,16 +20,16 @@ from typing import Any
 import msgspec
 
 from foundry.errors import InputError, RecordError, not_found
-from foundry.records import NOT_JSON, Labels
+from foundry.records import Labels
 from foundry.run_files import ALWAYS_THERE as ALWAYS_THERE
 from foundry.run_files import RECORD_STREAMS as RECORD_STREAMS
 from foundry.run_files import RunFolder as RunFolder
 from foundry.run_files import calls_bytes as calls_bytes
 from foundry.run_files import cannot_write as cannot_write
 from foundry.run_files import frame_name as frame_name
+from foundry.run_files import json_file, scene_here
 from foundry.run_files import kept_file as kept_file
 from foundry.run_files import read_calls as read_calls
-from foundry.run_files import scene_here
 from foundry.run_files import storing as storing
 from foundry.run_files import write_atomically as write_atomically
 from foundry.sweep import Sweep
@@ -127,12 +127,7 @@ class SweepFolder:
         Raises:
             RecordError: the file cannot be read.
         """
-        try:
-            return msgspec.json.decode(self.labels_file.read_bytes(), type=Labels)
-        except FileNotFoundError:
-            return None
-        except NOT_JSON as error:
-            raise RecordError(f"{self.labels_file} cannot be read: {error}") from error
+        return json_file(self.labels_file, Labels)
 
     def write_labels(self, labels: Labels) -> None:
         """Keep the labels of the messages."""
@@ -170,12 +165,7 @@ class SweepFolder:
         Raises:
             RecordError: their list cannot be read, or names files elsewhere.
         """
-        try:
-            named = msgspec.json.decode((self.path / SCENES_FILE).read_bytes(), type=dict[str, str])
-        except FileNotFoundError:
-            return {}
-        except NOT_JSON as error:
-            raise RecordError(f"{self.path / SCENES_FILE} cannot be read: {error}") from error
+        named = json_file(self.path / SCENES_FILE, dict[str, str]) or {}
         root = self.path.resolve()
         files = {name: (root / file).resolve() for name, file in named.items()}
         outside = [name for name, file in files.items() if not file.is_relative_to(root)]

@@ -71,16 +71,17 @@ def wait_until(condition: Callable[[], bool], what: str) -> None:
 def kill(pid: int) -> None:
     """Kill a process; returns once the system has closed its connections, where it says so."""
     os.kill(pid, signal.SIGKILL)
-    wait_until(lambda: not _runs(pid), f"process {pid} is dead")
+    wait_until(lambda: is_dead(pid), f"process {pid} is dead")
 
 
-def _runs(pid: int) -> bool:
+def is_dead(pid: int) -> bool:
+    """Return whether a process and all its threads ended, if its parent has not asked for its exit code yet."""
     try:
         fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
     except (FileNotFoundError, ProcessLookupError):
-        return False
+        return True
     state, threads = fields[0], int(fields[17])
-    return state not in "ZX" or threads > 1
+    return state in "ZX" and threads <= 1
 
 
 def cached_answers(path: Path) -> int:

@@ -9,32 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from commands import SMALL, cached_answers, calls, foundry, kill, records, started, statuses, wait_until
+from commands import cached_answers, foundry, kill, started, statuses, wait_until
 from foundry.store import SweepFolder
-from ollama_cases import Body, ChatCase, grid_answer
+from holding import CALLS, SWEEP, Holding, assert_nothing_lost_or_paid_twice
 from ollama_server import OllamaServer
 
-SWEEP = ("-m", "model=qwen3:4b", "seed=0-5", *SMALL)
-CALLS = 6 * 4 * 4 * 2
 IMPATIENT = ("model.server.retry.wait_initial_s=0.05",)
-
-
-class Holding:
-    """Answers the first `count` calls and holds every later one back, until `free`."""
-
-    def __init__(self, count: int) -> None:
-        self.left = count
-        self.held = False
-
-    def __call__(self, body: Body) -> str | ChatCase:
-        if self.left > 0:
-            self.left -= 1
-            return grid_answer(body)
-        self.held = True
-        return ChatCase(hang=True)
-
-    def free(self) -> None:
-        self.left = 10**9
 
 
 @pytest.fixture(scope="module")
@@ -45,14 +25,6 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     assert done.returncode == 0, done.stdout + done.stderr
     assert sum(server.answered.values()) == CALLS
     yield workspace / "sweep"
-
-
-def assert_nothing_lost_or_paid_twice(server: OllamaServer, folder: Path, undisturbed: Path) -> None:
-    assert set(statuses(folder)) == {"complete"}
-    assert set(server.answered.values()) == {1}
-    assert len(server.answered) == CALLS
-    assert records(folder) == records(undisturbed)
-    assert calls(folder) == calls(undisturbed)
 
 
 def wait_until_all_report(folder: SweepFolder) -> None:

@@ -15,7 +15,6 @@ from analysis.stats.intervals import (
     NO_VARIATION,
     Estimates,
     by_count,
-    estimates,
     varies,
 )
 from analysis.stats.multiplicity import benjamini_hochberg, holm
@@ -93,7 +92,7 @@ def _checked(margins: Mapping[str, float], measures: Sequence[str]) -> Mapping[s
 
 def _row_by_row(values: SeedValues, paired: Paired, declared: Sequence[str]) -> tuple[pd.DataFrame, Estimates]:
     """Return the columns of some rows that no other row changes, and the estimates behind them."""
-    found = estimates(paired.difference, paired.low - paired.high, paired.high - paired.low)
+    found = paired.estimates()
     frame = row_frame(values, paired, declared).assign(**_sizes(paired, found))
     frame = frame.assign(**_tests(paired, found, frame["baseline"].to_numpy(dtype=bool)))
     return frame.assign(**_effects(paired, found), **_extremes(paired)), found

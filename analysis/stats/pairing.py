@@ -12,10 +12,12 @@ import pandas as pd
 from analysis.run import FloatArray
 from analysis.signatures import describe, is_readable_only
 from analysis.stats.factors import Pair, pairs
+from analysis.stats.intervals import Estimates, estimates
 from analysis.stats.paired import are_outcomes
 from analysis.stats.values import BoolArray, SeedValues, select
 
 _VALUES_AT_ONCE = 2**18
+"""Values of one side of the pairs that are in memory at once."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,10 @@ class Paired:
     def difference(self) -> FloatArray:
         """Differences of the complete pairs (R, S); NaN elsewhere."""
         return self.level - self.reference
+
+    def estimates(self) -> Estimates:
+        """Return the mean difference of each row and its interval, clipped to what a difference can be."""
+        return estimates(self.difference, self.low - self.high, self.high - self.low)
 
 
 def pair_up(values: SeedValues) -> Iterator[Paired]:

@@ -9,7 +9,7 @@ import pandas as pd
 from analysis.run import FloatArray, IntArray
 from analysis.stats.contrasts import ALPHA
 from analysis.stats.family import headline_measures, primary_measures, unknown_measure
-from analysis.stats.intervals import FEWEST_FOR_CLAIMS, estimates
+from analysis.stats.intervals import FEWEST_FOR_CLAIMS
 from analysis.stats.pairing import Paired, pair_up, row_frame
 from analysis.stats.sign_flip import fewest_pairs
 from analysis.stats.values import SeedValues, seed_values
@@ -147,7 +147,7 @@ def _pilot(table: SignatureTable, groups: pd.DataFrame | None, measure: str | No
 
 
 def _pilot_rows(values: SeedValues, paired: Paired) -> pd.DataFrame:
-    found = estimates(paired.difference, paired.low - paired.high, paired.high - paired.low)
+    found = paired.estimates()
     frame = row_frame(values, paired, primary_measures(values.measures))
     frame = frame[["measure", "headline", "baseline", "factor", "level", "reference", "context"]]
     return frame.assign(n_pairs=found.n, observed=found.mean, sd=np.where(found.n > 1, found.sd, np.nan))

@@ -9,63 +9,26 @@ from pathlib import Path
 
 import pytest
 
-from commands import SMALL, calls, foundry, records, started, statuses, wait_until
+from commands import SMALL, calls, foundry, is_dead, records, started, statuses, wait_until
 from dask_servers import Cluster
 from databases import PostgresStore
 from foundry import paths
 from foundry.store import SweepFolder
-from ollama_cases import Body, ChatCase, grid_answer
+from holding import SWEEP, Holding, assert_nothing_lost_or_paid_twice
 from ollama_server import OllamaServer
 from postgres_server import free_port
 
 pytestmark = pytest.mark.cluster
-SWEEP = ("-m", "model=qwen3:4b", "seed=0-5", *SMALL)
 FREE = ("-m", "model=scripted/random", "seed=0-5", *SMALL)
-CALLS = 6 * 4 * 4 * 2
 IMPATIENT = ("model.server.retry.wait_initial_s=0.05", "runner.open_runs=1")
-
-
-class Holding:
-    """Answers the first `count` calls and holds every later one back, until `free`."""
-
-    def __init__(self, count: int) -> None:
-        self.left = count
-        self.held = 0
-
-    def __call__(self, body: Body) -> str | ChatCase:
-        if self.left > 0:
-            self.left -= 1
-            return grid_answer(body)
-        self.held += 1
-        return ChatCase(hang=True)
-
-    def free(self) -> None:
-        self.left = 10**9
 
 
 def on(cluster: Cluster, *more: str) -> tuple[str, ...]:
     return ("runner=dask", f"runner.address={cluster.address}", *more)
 
 
-def assert_like(folder: Path, undisturbed: Path, server: OllamaServer) -> None:
-    """Assert that nothing was lost, paid twice or changed."""
-    assert set(statuses(folder)) == {"complete"}
-    assert set(server.answered.values()) == {1}
-    assert len(server.answered) == CALLS
-    assert records(folder) == records(undisturbed)
-    assert calls(folder) == calls(undisturbed)
-
-
 def parent_of(pid: int) -> int:
     return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
-
-
-def is_gone(pid: int) -> bool:
-    """Return whether a process ended; what is left of it until someone asks for its exit code does nothing."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
-    except FileNotFoundError:
-        return True
 
 
 @pytest.mark.parametrize("place", ["shared", "remote"])
@@ -76,7 +39,7 @@ def test_a_sweep_on_a_cluster_has_the_records_of_the_local_one(
     with OllamaServer() as server:
         done = foundry(*SWEEP, *on(cluster, *more), cache, "output.dir=sweep", cwd=tmp_path, OLLAMA_HOST=server.url)
         assert done.returncode == 0, done.stdout + done.stderr
-        assert_like(tmp_path / "sweep", undisturbed, server)
+        assert_nothing_lost_or_paid_twice(server, tmp_path / "sweep", undisturbed)
     if place == "remote":
         assert foundry("fetch", more[0].partition("=")[2], "fetched", cwd=tmp_path).returncode == 0
         assert records(tmp_path / "fetched") == records(undisturbed)
@@ -90,7 +53,7 @@ def test_a_worker_that_is_killed_in_the_middle_loses_nothing(
     arguments = (*SWEEP, *on(mortal, *IMPATIENT), cache, "output.dir=sweep")
     with OllamaServer(holding) as server:
         with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
-            wait_until(lambda: holding.held > 0, "the calls are held back")
+            wait_until(lambda: holding.held, "the calls are held back")
             wait_until(
                 lambda: PostgresStore(cache.partition("=")[2]).rows() == 40, "every answer given is in the cache"
             )
@@ -104,12 +67,12 @@ def test_a_worker_that_is_killed_in_the_middle_loses_nothing(
             wait_until(lambda: bool(at_work()), "a worker without a nanny has a run open")
             lane = at_work()[0]
             mortal.kill(parent_of(lane))
-            wait_until(lambda: is_gone(lane), "its child goes with it")
+            wait_until(lambda: is_dead(lane), "its child goes with it")
             holding.free()
             server.drop_hanging()
             output, _ = process.communicate(timeout=90)
         assert process.returncode == 0, output
-        assert_like(tmp_path / "sweep", undisturbed, server)
+        assert_nothing_lost_or_paid_twice(server, tmp_path / "sweep", undisturbed)
 
 
 def test_a_worker_that_is_killed_without_a_shared_folder_loses_nothing(
@@ -120,7 +83,7 @@ def test_a_worker_that_is_killed_without_a_shared_folder_loses_nothing(
     arguments = (*SWEEP, *on(mortal, remote, *IMPATIENT), cache, "output.dir=sweep")
     with OllamaServer(holding) as server:
         with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
-            wait_until(lambda: holding.held > 0, "the calls are held back")
+            wait_until(lambda: holding.held, "the calls are held back")
             wait_until(
                 lambda: PostgresStore(cache.partition("=")[2]).rows() == 40, "every answer given is in the cache"
             )
@@ -130,7 +93,7 @@ def test_a_worker_that_is_killed_without_a_shared_folder_loses_nothing(
             server.drop_hanging()
             output, _ = process.communicate(timeout=90)
         assert process.returncode == 0, output
-        assert_like(tmp_path / "sweep", undisturbed, server)
+        assert_nothing_lost_or_paid_twice(server, tmp_path / "sweep", undisturbed)
 
 
 def test_a_stopped_sweep_goes_on_where_it_was(cluster: Cluster, cache: str, undisturbed: Path, tmp_path: Path):
@@ -138,7 +101,7 @@ def test_a_stopped_sweep_goes_on_where_it_was(cluster: Cluster, cache: str, undi
     arguments = (*SWEEP, *on(cluster, *IMPATIENT), cache, "output.dir=sweep")
     with OllamaServer(holding) as server:
         with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
-            wait_until(lambda: holding.held > 0, "the calls are held back")
+            wait_until(lambda: holding.held, "the calls are held back")
             os.killpg(process.pid, signal.SIGINT)
             wait_until(SweepFolder.open(tmp_path / "sweep").stop_file.exists, "it was understood")
             holding.free()
@@ -148,7 +111,7 @@ def test_a_stopped_sweep_goes_on_where_it_was(cluster: Cluster, cache: str, undi
         assert None in statuses(tmp_path / "sweep")
         done = foundry("resume", "sweep", cwd=tmp_path)
         assert done.returncode == 0, done.stdout + done.stderr
-        assert_like(tmp_path / "sweep", undisturbed, server)
+        assert_nothing_lost_or_paid_twice(server, tmp_path / "sweep", undisturbed)
 
 
 def test_a_run_that_kills_its_process_is_given_up_and_no_worker_of_the_cluster_dies(cluster: Cluster, tmp_path: Path):
@@ -205,7 +168,7 @@ def test_a_scheduler_that_dies_ends_the_sweep_with_a_clear_line(scheduler: Clust
     arguments = (*SWEEP, *on(scheduler, *IMPATIENT), cache, "output.dir=sweep")
     with OllamaServer(holding) as server:
         with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
-            wait_until(lambda: holding.held > 0, "the calls are held back")
+            wait_until(lambda: holding.held, "the calls are held back")
             scheduler.close()
             output, _ = process.communicate(timeout=90)
         assert process.returncode == 3, output

@@ -21,20 +21,21 @@ FILES = ("steps.jsonl", "messages.jsonl", "run.json", "calls.jsonl.zst", "sweep.
 SMALL = ("analyze=false", "output.dir=out", "runner.workers=1")
 
 
-@pytest.fixture(scope="module")
-def grid(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("grid")
-    done = foundry("model=scripted/echo", "world.agents=4", "world.steps=3", *SMALL, cwd=folder)
+def played(folder: Path, *overrides: str) -> Path:
+    """Run three steps; returns the sweep."""
+    done = foundry(*overrides, "world.steps=3", *SMALL, cwd=folder)
     assert done.returncode == 0, done.stderr
     return folder / "out"
+
+
+@pytest.fixture(scope="module")
+def grid(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return played(tmp_path_factory.mktemp("grid"), "model=scripted/echo", "world.agents=4")
 
 
 @pytest.fixture(scope="module")
 def camera(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("camera")
-    done = foundry("world=office", "model=scripted/wander", "world.steps=3", *SMALL, cwd=folder)
-    assert done.returncode == 0, done.stderr
-    return folder / "out"
+    return played(tmp_path_factory.mktemp("camera"), "world=office", "model=scripted/wander")
 
 
 def fuzz(sweep: Path, copy: Path, number: int) -> tuple[int, int]:
