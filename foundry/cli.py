@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from foundry import commands
 from foundry.commands.application import EXIT_FAILED, EXIT_INPUT, EXIT_INTERRUPTED, EXIT_OK, app, fail
 from foundry.commands.sweeps import run_overrides
+from foundry.compose import CONFIG_DIR
 from foundry.errors import FoundryError, InputError, RecordError, not_found
 
 DISK_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
@@ -32,6 +33,7 @@ def main() -> None:
 def run(argv: Sequence[str]) -> int:
     """Run a command line and return the exit code: 0 complete, 2 bad input, 3 runs failed, 130 interrupted."""
     try:
+        argv = _folder_last(argv)
         if _is_typer(argv):
             return _run_typer(argv)
         return run_overrides(argv)
@@ -45,6 +47,16 @@ def run(argv: Sequence[str]) -> int:
         return fail(f"nothing more can be written ({error}): make room, then say it again.", EXIT_FAILED)
     except KeyboardInterrupt:
         return fail("interrupted", EXIT_INTERRUPTED)
+
+
+def _folder_last(argv: Sequence[str]) -> list[str]:
+    """Return the command line with the user's folder of configurations behind what it is given before."""
+    rest = list(argv)
+    flags: list[str] = []
+    while rest and rest[0].partition("=")[0] in CONFIG_DIR:
+        taken = 1 if "=" in rest[0] else 2
+        flags, rest = [*flags, *rest[:taken]], rest[taken:]
+    return [*rest, *flags]
 
 
 def _is_typer(argv: Sequence[str]) -> bool:

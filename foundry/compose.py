@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 from foundry import paths
 from foundry.errors import FoundryError, InputError, not_found
 from foundry.plain_yaml import check_configs
+from foundry.settings import check_parts, checked_settings
 from foundry.sweep import Condition, has_range
 
 CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record")
@@ -21,7 +22,8 @@ CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record")
 
 _SWEPT_ONLY = ("world", "model", "prompt", "layout", "scene", "task", "sampling_seed")
 _MULTIRUN = ("-m", "--multirun")
-_CONFIG_DIR = ("-cd", "--config-dir")
+CONFIG_DIR = ("-cd", "--config-dir")
+"""How a user's own folder of configurations is named."""
 
 
 Launch: TypeAlias = Callable[[Callable[[Any], Any], Sequence[Sequence[str]]], Sequence[Any]]
@@ -80,6 +82,7 @@ def compose(argv: Sequence[str]) -> Composed | None:
     from omegaconf.errors import OmegaConfBaseException
 
     try:
+        _check_groups(argv)
         collected = _run_hydra(argv)
         return _composed(argv, collected) if collected.configs else None
     except FoundryError:
@@ -98,10 +101,29 @@ def _check_ranges(argv: Sequence[str]) -> None:
 def _config_dirs(argv: Sequence[str]) -> Iterator[Path]:
     """Yield the user's own folders of configurations, in the forms that Hydra takes."""
     for flag, value in zip(argv, [*argv[1:], ""], strict=False):
-        if flag in _CONFIG_DIR:
+        if flag in CONFIG_DIR:
             yield Path(value)
         elif flag.startswith("--config-dir="):
             yield Path(flag.partition("=")[2])
+
+
+def _check_groups(argv: Sequence[str]) -> None:
+    """Refuse a choice in a group of configurations that is no name; Hydra would end in a traceback."""
+    from hydra.core.override_parser.overrides_parser import OverridesParser
+    from hydra.core.override_parser.types import Override, QuotedString, Transformer
+
+    def names(override: Override) -> list[Any]:
+        value = override.value()
+        swept = override.sweep_iterator(Transformer.identity) if override.is_sweep_override() else [value]
+        return [name for chosen in swept for name in (chosen if isinstance(chosen, list) else [chosen])]
+
+    groups = {folder.name for folder in paths.conf_dir().iterdir() if folder.is_dir()}
+    chosen = [arg for arg in argv if "=" in arg and arg.lstrip("+").partition("=")[0] in groups]
+    for override in OverridesParser.create().parse_overrides(chosen):
+        if not all(isinstance(name, str | QuotedString) for name in names(override)):
+            group = str(override.key_or_group)
+            options = (file.stem for file in (paths.conf_dir() / group).glob("*.yaml"))
+            raise not_found(group.capitalize(), override.get_value_string(), options)
 
 
 def _run_hydra(argv: Sequence[str]) -> _Collected:
@@ -148,12 +170,10 @@ def _composed(argv: Sequence[str], collected: _Collected) -> Composed:
     ]
     settings = {key: value for key, value in plain[0].items() if key not in (*CONDITION_KEYS, "seed")}
     settings["record"] = plain[0]["record"]
-    if isinstance(settings["cache"], str):  # cache=postgresql://... is short for cache.path=...
-        settings["cache"] = {"path": settings["cache"]}
     return Composed(
         asked=tuple(argv),
         conditions=tuple(conditions),
-        settings=settings,
+        settings=checked_settings(settings),
         multirun=OmegaConf.to_yaml(collected.configs[0], resolve=False),
         launch=collected.launch,
     )
@@ -177,6 +197,7 @@ def _conditions(
     source: Any, config: dict[str, Any], keys: Sequence[str], asked_seeds: Sequence[Any]
 ) -> list[Condition]:
     """Return the condition with all its seeds, or one a seed where the configuration refers to the seed."""
+    check_parts(config)
     seeds = tuple(_seed("seed", seed) for seed in (asked_seeds or [config["seed"]]))
     config["sampling_seed"] = _sampling_seed(config["sampling_seed"])
     probe = _plain(source, seed=seeds[0] + 1)

@@ -19,7 +19,7 @@ from typing import Any, TypeAlias
 import joblib
 
 from foundry.build import build
-from foundry.errors import BackendError, FoundryError
+from foundry.errors import BackendError, FoundryError, InputError
 from foundry.lane import Lane, LaneSpec
 from foundry.lanes import Lanes
 from foundry.models.base import Model, ModelInfo
@@ -60,7 +60,15 @@ class Runner(ABC):
     """Runs a sweep, phase after phase, wherever its workers are."""
 
     def __init__(self, open_runs: int) -> None:
-        self._open_runs = open_runs
+        """Set the size.
+
+        Args:
+            open_runs: runs that one worker plays at once where a server answers the calls.
+
+        Raises:
+            InputError: it is no number of runs.
+        """
+        self._open_runs = _count("runner.open_runs", open_runs)
 
     def run(self, job: SweepJob) -> None:
         """Run everything that has not ended; returns when all has, or raises.
@@ -106,9 +114,12 @@ class JoblibRunner(Runner):
         Args:
             workers: worker processes; None for one a core. One works in this very process.
             open_runs: runs that one worker plays at once where a server answers the calls.
+
+        Raises:
+            InputError: one is no number of workers or runs.
         """
         super().__init__(open_runs)
-        self._workers = workers or joblib.cpu_count()
+        self._workers = worker_count(workers) or joblib.cpu_count()
 
     @contextlib.contextmanager
     def at_work(self, job: SweepJob) -> Iterator[PlayPhase]:
@@ -121,6 +132,21 @@ class JoblibRunner(Runner):
         alone = workers == 1
         fatal = Lane(replace(spec, name=f"{number}-0")).run() if alone else Lanes(spec, workers).run()
         raise_if_stopped(fatal, job.folder)
+
+
+def worker_count(workers: object) -> int | None:
+    """Return the setting `runner.workers`: a number from 1, or None, which leaves it to the runner.
+
+    Raises:
+        InputError: it is something else.
+    """
+    return None if workers is None else _count("runner.workers", workers)
+
+
+def _count(key: str, value: object) -> int:
+    if not isinstance(value, int) or isinstance(value, bool) or value < 1:
+        raise InputError(f"{key}={value} is no number of them: give a whole number from 1.")
+    return value
 
 
 def workers_for(runs: Sequence[RunFolder], available: int) -> int:

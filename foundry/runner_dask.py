@@ -17,7 +17,7 @@ from foundry.lane_process import LaneProcess
 from foundry.lanes import Lanes
 from foundry.remote import RemoteSweep
 from foundry.remote_runs import RemoteRuns, play_chunk
-from foundry.runner import PlayPhase, Runner, SweepJob, SweepStopped, raise_if_stopped, workers_for
+from foundry.runner import PlayPhase, Runner, SweepJob, SweepStopped, raise_if_stopped, worker_count, workers_for
 from foundry.store import SWEEP_FILE, RunFolder, SweepFolder
 from foundry.sweep import is_served
 
@@ -37,13 +37,13 @@ class DaskRunner(Runner):
             remote: fsspec URL that the runs are sent to; None where all machines share the sweep's folder.
 
         Raises:
-            InputError: the address has no scheme.
+            InputError: the address has no scheme, or one is no number of workers or runs.
         """
         super().__init__(open_runs)
         if "://" not in address:
             raise InputError(f"runner.address={address} does not say how it is reached: write tcp://{address}.")
         self._address = address
-        self._workers = workers
+        self._workers = worker_count(workers)
         self._remote = remote
 
     @contextlib.contextmanager

@@ -83,7 +83,7 @@ def run_baselines(path: Path) -> int:
         typer.Exit: the user interrupted them.
     """
     from foundry.baselines import baselines_of
-    from foundry.commands.sweeps import run_folder
+    from foundry.commands.sweeps import run_folder, runner_of
     from foundry.preflight import check
     from foundry.store import SweepFolder
     from foundry.targets import check_sweep_targets
@@ -96,7 +96,8 @@ def run_baselines(path: Path) -> int:
         return EXIT_OK
     local = {"_target_": "foundry.runner.JoblibRunner"}
     settings = {"runner": local, "cache": {"path": ""}, "analyze": False, "view": None, "record": {"frames": 0}}
-    code = run_folder(SweepFolder.create(opened.baselines_dir, sweep, settings, []), settings, check(sweep))
+    folder = SweepFolder.create(opened.baselines_dir, sweep, settings, [])
+    code = run_folder(folder, settings, check(sweep), runner_of(settings))
     if code == EXIT_INTERRUPTED:
         raise typer.Exit(code)
     return code

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from foundry.compose import Composed, Launch
     from foundry.models.answers import Answers
     from foundry.models.base import ModelInfo
+    from foundry.runner import Runner
     from foundry.store import SweepFolder
     from foundry.sweep import Sweep
 
@@ -56,6 +57,7 @@ def run_composed(composed: Composed, prepare: Callable[[SweepFolder], None] = la
 
     check_view(composed.settings["view"])
     sweep = sweep_of(composed)
+    runner = runner_of(composed.settings, composed.launch)
     infos = check(sweep)
     asked = composed.settings["output"]["dir"]
     ensure_writable(Path(asked) if asked else Path("outputs"))
@@ -67,7 +69,7 @@ def run_composed(composed: Composed, prepare: Callable[[SweepFolder], None] = la
     folder = SweepFolder.create(path, sweep, settings, model_lines(infos))
     folder.write_multirun(composed.multirun)
     prepare(folder)
-    return run_folder(folder, settings, infos, composed.launch)
+    return run_folder(folder, settings, infos, runner)
 
 
 def model_lines(infos: Mapping[str, ModelInfo]) -> list[dict[str, Any]]:
@@ -79,22 +81,32 @@ def model_lines(infos: Mapping[str, ModelInfo]) -> list[dict[str, Any]]:
     ]
 
 
-def run_folder(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], launch: Launch | None = None) -> int:
-    """Run what has not ended, then say how it went; the exit code says it too."""
+def runner_of(settings: Mapping[str, Any], launch: Launch | None = None) -> Runner:
+    """Return what runs a sweep, or one of Hydra's own launchers where that was asked for.
+
+    Raises:
+        InputError: it cannot be built from its settings.
+    """
     from foundry.build import build
+    from foundry.runner_launcher import LauncherRunner
+
+    runner: Runner = build(settings["runner"]) if launch is None else LauncherRunner(launch)
+    return runner
+
+
+def run_folder(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], runner: Runner) -> int:
+    """Run what has not ended, then say how it went; the exit code says it too."""
     from foundry.display import ProgressDisplay
     from foundry.models.answers import check_reachable
     from foundry.runner import SweepInterrupted, SweepJob, SweepStopped
-    from foundry.runner_launcher import LauncherRunner
 
     check_reachable(settings["cache"]["path"])
     job = SweepJob(
         folder=folder,
         infos=infos,
         cache=settings["cache"]["path"],
-        frame_every=_frame_every(settings["record"]["frames"]),
+        frame_every=settings["record"]["frames"],
     )
-    runner = build(settings["runner"]) if launch is None else LauncherRunner(launch)
     screen = console()
     print(f"{len(folder.runs())} runs in {folder.path}")
     try:
@@ -110,12 +122,6 @@ def run_folder(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], 
     if settings["analyze"]:
         analyze_and_show([folder.path], brief=True)
     return code
-
-
-def _frame_every(frames: object) -> int:
-    if isinstance(frames, int) and frames >= 0:
-        return int(frames)
-    raise InputError(f"record.frames={frames} is neither true, false nor a number of steps.")
 
 
 def _report_end(folder: SweepFolder) -> int:
@@ -187,6 +193,7 @@ def resume(folder: Folder, trust_targets: Trusted = None, trust_servers: Trusted
     """
     from foundry import reaching
     from foundry.preflight import check
+    from foundry.settings import checked_settings
     from foundry.store import SweepFolder, check_digests
     from foundry.sweep import with_hosts
     from foundry.targets import check_sweep_targets
@@ -199,9 +206,11 @@ def resume(folder: Folder, trust_targets: Trusted = None, trust_servers: Trusted
     if not trust_servers:
         reaching.check_models(condition.config["model"] for condition in opened.sweep.conditions)
         reaching.check_settings(opened.settings)
+    settings = checked_settings(opened.settings)
+    runner = runner_of(settings)
     infos = check(opened.sweep_here())
     check_digests(opened, model_lines(infos))
-    raise typer.Exit(run_folder(opened, opened.settings, infos))
+    raise typer.Exit(run_folder(opened, settings, infos, runner))
 
 
 @app.command()

@@ -16,6 +16,10 @@ from foundry.worlds.grid.space import Count, Field, Name, Place, Size
 from foundry.worlds.validation import as_list, read_settings, refuse_repeated_names
 
 
+MOST_AGENTS = 20_000
+"""Agents of a world; who is near whom is asked of all pairs, and no server answers as many."""
+
+
 class History(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """How much an agent keeps, newest last; 0 keeps nothing.
 
@@ -76,6 +80,8 @@ def read_grid_settings(values: Mapping[str, Any]) -> GridSettings:
 
 
 def _check(settings: GridSettings) -> None:
+    if settings.agents > MOST_AGENTS:
+        raise InputError(f"world.agents={settings.agents} is too many: give at most {MOST_AGENTS:,}.")
     refuse_repeated_names((place.name for place in settings.places), "world.places")
     refuse_repeated_names((fire.name for fire in settings.fires), "world.fires")
     settings.field.check()

@@ -1,0 +1,71 @@
+"""What a composed command line must hold: the parts of a condition, and the settings that say where and how it runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from foundry.errors import InputError
+
+PARTS = ("world", "model", "prompt")
+"""What a condition is made of: each a mapping with a name and the class that it builds."""
+
+
+def checked_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return composed settings as they are used: a file or folder named by a number has that number as its name.
+
+    Raises:
+        InputError: one is missing or has the wrong type.
+    """
+    cache = settings.get("cache")  # cache=postgresql://... is short for cache.path=...
+    folder = _entry(settings, "output", "dir")
+    if not isinstance(analyze := settings.get("analyze"), bool):
+        raise InputError(f"analyze={analyze} is neither true nor false.")
+    _check_part("runner", settings.get("runner"))
+    return {
+        **settings,
+        "cache": {"path": _path("cache.path", cache if isinstance(cache, str) else _entry(settings, "cache", "path"))},
+        "output": {"dir": None if folder is None else _path("output.dir", folder)},
+        "record": {"frames": _frames(_entry(settings, "record", "frames"))},
+    }
+
+
+def check_parts(config: Mapping[str, Any]) -> None:
+    """Refuse a condition whose world, model or prompt is missing or can be no part of a run.
+
+    Raises:
+        InputError: there is one.
+    """
+    for role in PARTS:
+        _check_part(role, config.get(role))
+        if not isinstance(config[role].get("name"), str):
+            raise InputError(f"The chosen {role} has no name: its file needs a line 'name: ...' with a text.")
+
+
+def _check_part(role: str, part: object) -> None:
+    if part is None:
+        raise InputError(f"No {role} is chosen: name one with {role}=...")
+    if not isinstance(part, Mapping) or not isinstance(part.get("_target_"), str):
+        raise InputError(
+            f"The chosen {role} builds nothing: the file of a {role} holds keys with values, one of them "
+            "'_target_: ...' with the class to build."
+        )
+
+
+def _entry(settings: Mapping[str, Any], key: str, name: str) -> Any:
+    part = settings.get(key)
+    if not isinstance(part, Mapping) or name not in part:
+        raise InputError(f"{key}={part} says nothing of '{name}': set {key}.{name}=... instead.")
+    return part[name]
+
+
+def _path(key: str, value: object) -> str:
+    if isinstance(value, str) or type(value) is int:
+        return str(value)
+    raise InputError(f"{key}={value} names no file: give a path.")
+
+
+def _frames(value: object) -> bool | int:
+    if isinstance(value, int) and value >= 0:
+        return value
+    raise InputError(f"record.frames={value} is neither true, false nor a number of steps.")

@@ -1,0 +1,102 @@
+"""What a command line may set: everything else is one line, before anything is made."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from commands import foundry
+from foundry.store import SweepFolder
+
+TINY = ("model=scripted/random", "world.agents=2", "world.steps=2", "analyze=false")
+REFUSED = {
+    "runner.open_runs=0": "runner.open_runs=0",
+    "runner.open_runs=null": "runner.open_runs=None",
+    "runner.workers=abc": "runner.workers=abc",
+    "runner.workers=-1": "whole number from 1",
+    "runner.workers=0": "whole number from 1",
+    "runner.workers=true": "whole number from 1",
+    "runner=null": "Available: dask, joblib",
+    "record.frames=abc": "record.frames=abc",
+    "record.frames=-1": "record.frames=-1",
+    "record=5": "record.frames=",
+    "cache.path=null": "cache.path=None names no file",
+    "cache=null": "cache.path=",
+    "output=null": "output.dir=",
+    "output.dir=[1]": "output.dir=[1] names no file",
+    "analyze=maybe": "neither true nor false",
+    "view=always": "neither null nor live",
+    "world.agents=1000000": "at most 20,000",
+    "model=null": "Model 'null' not found",
+    "model=5": "Model '5' not found",
+    "prompt=null": "Prompt 'null' not found",
+    "world=7": "World '7' not found",
+    "world=[1]": "Available: cafe_library",
+    "~model": "No model is chosen",
+    "~prompt": "No prompt is chosen",
+    "~runner": "No runner is chosen",
+}
+CONFIGS = {
+    "list": ("[1, 2]", "builds nothing"),
+    "text": ("just text", "builds nothing"),
+    "empty": ("", "builds nothing"),
+    "aimless": ("name: x", "_target_: ..."),
+    "numbered": ("{name: x, _target_: 7}", "_target_: ..."),
+    "nameless": ("_target_: foundry.worlds.grid.world.GridScenario", "needs a line 'name: ...'"),
+}
+
+
+def refused(*arguments: str, cwd: Path) -> str:
+    """Run a command line that must change nothing; return its one line."""
+    before = sorted(cwd.rglob("*"))
+    done = foundry(*arguments, cwd=cwd)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
+    assert sorted(cwd.rglob("*")) == before
+    return done.stderr
+
+
+@pytest.mark.parametrize("override", REFUSED)
+def test_a_setting_that_cannot_be_is_refused_before_anything_is_made(override: str, tmp_path: Path):
+    # Hydra takes no override of a part that is deleted beside it.
+    others = [one for one in TINY if not override.startswith("~") or not one.startswith(override[1:])]
+    assert REFUSED[override] in refused(*others, override, cwd=tmp_path)
+
+
+def test_a_model_that_is_no_name_is_refused_in_a_sweep_too(tmp_path: Path):
+    line = refused("-m", *TINY[1:], "model=scripted/random,null", cwd=tmp_path)
+    assert "Model 'scripted/random,null' not found" in line
+
+
+@pytest.mark.parametrize("name", CONFIGS)
+def test_a_file_of_settings_that_builds_nothing_is_refused_with_what_it_lacks(name: str, tmp_path: Path):
+    text, expected = CONFIGS[name]
+    (tmp_path / "mine" / "world").mkdir(parents=True)
+    (tmp_path / "mine" / "world" / "odd.yaml").write_text(text)
+    line = refused("--config-dir", "mine", "world=odd", "model=scripted/random", cwd=tmp_path)
+    assert expected in line and "world" in line
+
+
+def test_a_folder_named_by_a_number_has_that_name(tmp_path: Path):
+    assert foundry(*TINY, "output.dir=2026", "cache.path=7", cwd=tmp_path).returncode == 0
+    assert (tmp_path / "2026" / "sweep.yaml").exists()
+    assert Path(SweepFolder.open(tmp_path / "2026").settings["cache"]["path"]).name == "7"
+
+
+@pytest.mark.parametrize("flag", [("--config-dir", "mine"), ("--config-dir=mine",), ("-cd", "mine")])
+@pytest.mark.parametrize("command", [("plan",), ("prompt",), ("-m",), ()])
+def test_ones_own_folder_may_be_named_before_or_behind_a_command(
+    flag: tuple[str, ...], command: tuple[str, ...], tmp_path: Path
+):
+    (tmp_path / "mine" / "world").mkdir(parents=True)
+    (tmp_path / "mine" / "world" / "own.yaml").write_text("defaults: [cafe_library, _self_]\nagents: 3\nsteps: 1\n")
+    asked = ("world=own", "model=scripted/random")
+    run = () if command in (("plan",), ("prompt",)) else ("analyze=false",)
+    before = foundry(*flag, *command, *asked, *run, "output.dir=a", cwd=tmp_path)
+    behind = foundry(*command, *asked, *run, "output.dir=b", *flag, cwd=tmp_path)
+    assert before.returncode == behind.returncode == 0, before.stderr + behind.stderr
+    assert before.stdout.replace(" in a\n", " in b\n") == behind.stdout != ""
+
+
+def test_a_word_that_is_no_command_is_told_behind_ones_own_folder_too(tmp_path: Path):
+    assert "Did you mean 'plan'" in refused("--config-dir", "mine", "plann", cwd=tmp_path)
