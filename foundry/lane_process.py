@@ -1,57 +1,78 @@
-"""One worker in a process that `multiprocessing` knows nothing of; `python -m foundry.lane_process` is that process."""
+"""One worker in a process of its own; `python -m foundry.lane_process` is that process."""
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pickle
+import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
-
-from joblib.externals.loky.process_executor import BrokenProcessPool
 
 from foundry.lane import LaneSpec
 
 
-class LaneProcess:
-    """A process for one worker, where pools cannot start any: a Dask worker may be a daemon, which may have no child.
+class WorkerDied(Exception):
+    """A worker's process ended before its work."""
 
-    A child apart keeps a run that kills its process from killing the Dask worker, and the two from sharing a GIL.
+
+class LaneProcess:
+    """A process for one worker, whose death is told and harms no other.
+
+    Pools of processes cannot be used everywhere: a Dask worker may be a daemon, which may have no child that
+    `multiprocessing` knows of.
+
+    Attributes:
+        ended: the result of the work, its error, or `WorkerDied`.
     """
 
-    def __init__(self) -> None:
-        self._process: subprocess.Popen[bytes] | None = None
-
-    def submit(self, work: Callable[[LaneSpec], str | None], spec: LaneSpec, /) -> Future[str | None]:
-        """Start the work; the future raises `BrokenProcessPool` when the process died."""
-        command = [sys.executable, "-m", "foundry.lane_process"]
-        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-        future: Future[str | None] = Future()
-        waiting = (self._process, pickle.dumps((work, spec)), future)
+    def __init__(self, work: Callable[[LaneSpec], str | None], spec: LaneSpec) -> None:
+        """Start the work; what this process can import, that one can."""
+        command = [sys.executable, "-P", "-m", "foundry.lane_process"]
+        importable = os.pathsep.join(entry or os.getcwd() for entry in sys.path)
+        with _interrupts_held_back():
+            self._process = subprocess.Popen(
+                command,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                env={**os.environ, "PYTHONPATH": importable},
+                creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
+            )
+        self.ended: Future[str | None] = Future()
+        waiting = (self._process, pickle.dumps((work, spec)), self.ended)
         threading.Thread(target=_await, args=waiting, daemon=True).start()
-        return future
 
-    def shutdown(self, *, wait: bool, kill_workers: bool) -> None:
-        """Free the process; a process that ended by itself is gone already."""
-        assert self._process is not None
-        if kill_workers:
-            self._process.kill()
-        if wait:
-            self._process.wait()
+    def kill(self) -> None:
+        """End the process, unless it ended by itself."""
+        self._process.kill()
 
 
-def _await(process: subprocess.Popen[bytes], task: bytes, future: Future[str | None]) -> None:
+@contextlib.contextmanager
+def _interrupts_held_back() -> Iterator[None]:
+    """Start processes that Ctrl-C does not reach, from their first instruction on: it is this process' to handle."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _await(process: subprocess.Popen[bytes], task: bytes, ended: Future[str | None]) -> None:
     output, _ = process.communicate(task)
     if process.returncode != 0:
-        future.set_exception(BrokenProcessPool(f"The process ended with {process.returncode}."))
+        ended.set_exception(WorkerDied(f"The process ended with {process.returncode}."))
         return
     result = pickle.loads(output)
     if isinstance(result, Exception):
-        future.set_exception(result)
+        ended.set_exception(result)
     else:
-        future.set_result(result)
+        ended.set_result(result)
 
 
 def main() -> None:

@@ -5,16 +5,12 @@ from __future__ import annotations
 import itertools
 import os
 from collections import Counter
-from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import replace
-from typing import Protocol
-
-from joblib.externals.loky import ProcessPoolExecutor
-from joblib.externals.loky.process_executor import BrokenProcessPool
 
 from foundry.errors import FoundryError
 from foundry.lane import LaneSpec, run_lane, summarise
+from foundry.lane_process import LaneProcess, WorkerDied
 from foundry.run_writer import write_run_summary
 from foundry.store import storing
 
@@ -25,38 +21,20 @@ MAX_IDLE_DEATHS = 5
 POLL_S = 0.25
 
 
-class LanePool(Protocol):
-    """A process for one worker."""
-
-    def submit(self, work: Callable[[LaneSpec], str | None], spec: LaneSpec, /) -> Future[str | None]:
-        """Start the work; the future raises `BrokenProcessPool` when the process died."""
-
-    def shutdown(self, *, wait: bool, kill_workers: bool) -> None:
-        """Free the process."""
-
-
-def loky_pool() -> LanePool:
-    """Return a process as joblib starts them."""
-    pool: LanePool = ProcessPoolExecutor(max_workers=1)
-    return pool
-
-
 class Lanes:
     """Worker processes that share a sweep's runs."""
 
-    def __init__(self, spec: LaneSpec, workers: int, pool: Callable[[], LanePool] = loky_pool) -> None:
+    def __init__(self, spec: LaneSpec, workers: int) -> None:
         """Set what is to be run.
 
         Args:
             spec: what every worker is given; their names are numbered.
             workers: how many work at once.
-            pool: makes the process of a worker.
         """
         self._spec = replace(spec, parent=os.getpid())
         self._workers = workers
-        self._pool = pool
         self._numbers = itertools.count()
-        self._pools: dict[Future[str | None], LanePool] = {}
+        self._processes: dict[Future[str | None], LaneProcess] = {}
         self._specs: dict[Future[str | None], LaneSpec] = {}
         self._deaths: Counter[str] = Counter()
         self._idle_deaths = 0
@@ -67,35 +45,33 @@ class Lanes:
         try:
             for _ in range(self._workers):
                 self._start(())
-            while self._pools:
-                done, _ = wait(self._pools, timeout=POLL_S, return_when=FIRST_COMPLETED)
+            while self._processes:
+                done, _ = wait(self._processes, timeout=POLL_S, return_when=FIRST_COMPLETED)
                 for future in done:
                     fatal = self._collect(future) or fatal
                     if fatal:
                         with storing(self._spec.folder.stop_file):
                             self._spec.folder.stop_file.touch()
         finally:
-            for pool in self._pools.values():
-                pool.shutdown(wait=False, kill_workers=True)
+            for process in self._processes.values():
+                process.kill()
         return fatal
 
     def _start(self, suspects: tuple[str, ...]) -> None:
         spec = replace(self._spec, name=f"{self._spec.name}-{next(self._numbers)}", suspects=suspects)
-        pool = self._pool()
-        future = pool.submit(run_lane, spec)
-        self._pools[future], self._specs[future] = pool, spec
+        process = LaneProcess(run_lane, spec)
+        self._processes[process.ended], self._specs[process.ended] = process, spec
 
     def _collect(self, future: Future[str | None]) -> str | None:
         """Take the result of a worker that ended, and replace it if it died."""
-        pool, spec = self._pools.pop(future), self._specs.pop(future)
+        spec = self._specs.pop(future)
+        del self._processes[future]
         try:
             return future.result()
-        except BrokenProcessPool:
+        except WorkerDied:
             if not self._spec.folder.stop_asked:
                 self._start(self._suspects(spec))
             return None
-        finally:
-            pool.shutdown(wait=False, kill_workers=True)
 
     def _suspects(self, spec: LaneSpec) -> tuple[str, ...]:
         """Return the runs that were open when the worker died, without those it died of alone too often."""

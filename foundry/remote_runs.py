@@ -12,7 +12,6 @@ import msgspec
 
 from foundry.errors import InputError
 from foundry.lane import LaneSpec, Tally
-from foundry.lane_process import LaneProcess
 from foundry.lanes import POLL_S, Lanes
 from foundry.remote import RemoteSweep
 from foundry.store import RunFolder, SweepFolder, write_atomically
@@ -117,7 +116,7 @@ def play_chunk(chunk: Chunk) -> Played:
 
 def _play_and_send(spec: LaneSpec, waiting: list[RunFolder], remote: RemoteSweep) -> str | None:
     with ThreadPoolExecutor(1) as pool:
-        playing = pool.submit(Lanes(spec, 1, LaneProcess).run)
+        playing = pool.submit(Lanes(spec, 1).run)
         while waiting:
             is_over = bool(wait([playing], timeout=POLL_S).done)
             for run in [run for run in waiting if run.ended]:

@@ -13,7 +13,6 @@ import joblib
 from foundry.dask_cluster import DaskBackend, WorkersLost, check_cache, check_folder, connected, survey
 from foundry.errors import InputError
 from foundry.lane import LaneSpec
-from foundry.lane_process import LaneProcess
 from foundry.lanes import Lanes
 from foundry.remote import RemoteSweep
 from foundry.remote_runs import RemoteRuns, play_chunk
@@ -110,7 +109,7 @@ class DaskRunner(Runner):
 
 def work(spec: LaneSpec) -> str | None:
     """Be one of the workers, on a machine of the cluster; returns the cause that must end the sweep, or None."""
-    return Lanes(spec, 1, LaneProcess).run()
+    return Lanes(spec, 1).run()
 
 
 def _parallel(client: Any, tasks: Iterable[Any], at_once: int | str) -> Iterator[Any]:

@@ -22,3 +22,12 @@ def failing(spec: LaneSpec) -> str | None:
 def dying(spec: LaneSpec) -> str | None:
     os.kill(os.getpid(), signal.SIGKILL)
     return None
+
+
+def waiting(spec: LaneSpec) -> str | None:
+    signal.pause()
+    return None
+
+
+def blocked(spec: LaneSpec) -> str | None:
+    return "blocked" if signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []) else None

@@ -6,39 +6,48 @@ import signal
 from pathlib import Path
 
 import pytest
-from joblib.externals.loky.process_executor import BrokenProcessPool
 
 from foundry.errors import FoundryError
 from foundry.lane import LaneSpec
-from foundry.lane_process import LaneProcess
+from foundry.lane_process import LaneProcess, WorkerDied
 from foundry.store import SweepFolder
 from foundry.sweep import Sweep
-from lane_works import dying, echoing, failing
+from lane_works import blocked, dying, echoing, failing, waiting
 
 SPEC = LaneSpec("0-0", SweepFolder(Path("sweep"), Sweep((), (), ()), {}, []), (), {}, cache="")
 
 
-@pytest.fixture
-def process():
-    one = LaneProcess()
-    yield one
-    one.shutdown(wait=True, kill_workers=True)
-
-
 @pytest.fixture(autouse=True)
 def found_by_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
 
 
-def test_a_result_comes_back_whatever_is_printed_meanwhile(process: LaneProcess):
-    assert process.submit(echoing, SPEC).result(timeout=60) == "0-0"
+def test_a_result_comes_back_whatever_is_printed_meanwhile():
+    assert LaneProcess(echoing, SPEC).ended.result(timeout=60) == "0-0"
 
 
-def test_an_error_comes_back_as_itself(process: LaneProcess):
+def test_an_error_comes_back_as_itself():
     with pytest.raises(FoundryError, match="no luck with 0-0"):
-        process.submit(failing, SPEC).result(timeout=60)
+        LaneProcess(failing, SPEC).ended.result(timeout=60)
 
 
-def test_a_death_is_told(process: LaneProcess):
-    with pytest.raises(BrokenProcessPool, match=str(-signal.SIGKILL)):
-        process.submit(dying, SPEC).result(timeout=60)
+def test_a_death_is_told():
+    with pytest.raises(WorkerDied, match=str(-signal.SIGKILL)):
+        LaneProcess(dying, SPEC).ended.result(timeout=60)
+
+
+def test_a_killed_process_ends():
+    process = LaneProcess(waiting, SPEC)
+    process.kill()
+    with pytest.raises(WorkerDied, match=str(-signal.SIGKILL)):
+        process.ended.result(timeout=60)
+
+
+def test_ctrl_c_does_not_reach_a_worker_from_its_first_instruction_on():
+    assert LaneProcess(blocked, SPEC).ended.result(timeout=60) == "blocked"
+
+
+def test_a_worker_is_not_led_astray_by_files_where_it_is_started(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    (tmp_path / "asyncio.py").write_text("raise RuntimeError('not that one')")
+    monkeypatch.chdir(tmp_path)
+    assert LaneProcess(echoing, SPEC).ended.result(timeout=60) == "0-0"

@@ -15,7 +15,6 @@ from foundry.worlds.grid.layouts import Layout
 from foundry.worlds.grid.space import Count, Field, Name, Place, Size
 from foundry.worlds.validation import as_list, read_settings, refuse_repeated_names
 
-
 MOST_AGENTS = 20_000
 """Agents of a world; who is near whom is asked of all pairs, and no server answers as many."""
 
