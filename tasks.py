@@ -20,7 +20,6 @@ BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 GL_PACKAGES = ("libegl1", "libgl1-mesa-dri")
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 LOCAL_MODELS = ("torch==2.13.0", "transformers>=5.0")
-STAMP = VENV / "foundry-installed"
 
 
 def call(program: str, *arguments: str) -> None:
@@ -33,26 +32,40 @@ def call(program: str, *arguments: str) -> None:
         sys.exit(done.returncode)
 
 
-def setup() -> None:
-    """Make .venv and install foundry in it, editable, with the extra `dev`; again only after a change."""
+def install(extra: str = "") -> None:
+    """Make .venv and install foundry in it, editable, with an extra; again only after a change."""
     wanted = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
-    if STAMP.exists() and STAMP.read_text(encoding="utf-8") == wanted:
+    stamps = [VENV / f"installed-{kind}" for kind in {extra or "plain", "dev"}]
+    if any(stamp.exists() and stamp.read_text(encoding="utf-8") == wanted for stamp in stamps):
         return
     if not BIN.exists():
         venv.create(VENV, with_pip=True)
-    call("python", "-m", "pip", "install", "--quiet", "--editable", ".[dev]")
+    call("python", "-m", "pip", "install", "--quiet", "--editable", f".[{extra}]" if extra else ".")
+    (VENV / f"installed-{extra or 'plain'}").write_text(wanted, encoding="utf-8")
+
+
+def develop() -> None:
+    """Install what the linter, the type checker and the tests need."""
+    install("dev")
     ensure_rendering()
-    ensure_browser()
-    STAMP.write_text(wanted, encoding="utf-8")
+
+
+def setup() -> None:
+    """Make .venv with foundry in it, and the system's library for drawing 3D scenes where it may be installed."""
+    install()
+    ensure_rendering()
 
 
 def ensure_rendering() -> None:
     """Install the system's drawing library where it is missing and may be installed; else say which it is."""
-    probe = "from foundry.worlds.usd.glcheck import check_rendering; check_rendering()"
-    if draws(probe):
+    stamp = VENV / "draws"
+    if stamp.exists():
         return
-    install_packages(*GL_PACKAGES)
-    if not draws(probe):
+    if not draws():
+        install_packages(*GL_PACKAGES)
+    if draws():
+        stamp.touch()
+    else:
         sys.stdout.write(f"3D worlds need a system library: sudo apt-get install {' '.join(GL_PACKAGES)}\n")
 
 
@@ -72,13 +85,15 @@ def install_packages(*names: str) -> None:
         subprocess.run(["apt-get", "install", "-y", "-qq", *names], check=False)
 
 
-def draws(probe: str) -> bool:
+def draws() -> bool:
     """Return whether this machine can draw a 3D scene."""
+    probe = "from foundry.worlds.usd.glcheck import check_rendering; check_rendering()"
     return subprocess.run([str(BIN / "python"), "-c", probe], capture_output=True, check=False).returncode == 0
 
 
 def smoke() -> None:
     """Run the main job end to end on scripted models: a sweep, its comparison table and its plots."""
+    install()
     folder = tempfile.mkdtemp(prefix="foundry-smoke-")
     call(
         "foundry", "-m", "model=scripted/random,scripted/avoid,scripted/herd", "seed=0-4", f"output.dir={folder}/sweep"
@@ -87,21 +102,27 @@ def smoke() -> None:
 
 def test() -> None:
     """Run the tests."""
+    develop()
     call("python", "-m", "pytest", "-n", "2")
 
 
 def pages() -> None:
     """Run the tests that open pages in a browser."""
+    develop()
+    ensure_browser()
     call("python", "-m", "pytest", "-n", "2", "-m", "browser and not slow")
 
 
 def test_all() -> None:
     """Run every test, the slow ones too."""
+    develop()
+    ensure_browser()
     call("python", "-m", "pytest", "-n", "2", "-m", "not real_server and not soak and not cluster and not local_models")
 
 
 def soak() -> None:
     """Run a large sweep through every fault, kills, a full disk and more; print the figures."""
+    develop()
     call("python", "-m", "pytest", "-m", "soak", "-s", "-n", "0")
 
 
@@ -113,6 +134,7 @@ def cluster() -> None:
 
 def install_cluster() -> None:
     """Install what sweeps on several machines need."""
+    develop()
     if not shutil.which("initdb") and not list(Path("/usr/lib/postgresql").glob("*/bin")):
         install_packages("postgresql")
     launchers = ("hydra-submitit-launcher", "hydra-joblib-launcher")
@@ -121,12 +143,14 @@ def install_cluster() -> None:
 
 def local_models() -> None:
     """Install PyTorch and transformers, which are large, and run the tests of local models."""
+    develop()
     call("python", "-m", "pip", "install", "--quiet", *LOCAL_MODELS)
     call("python", "-m", "pytest", "-m", "local_models")
 
 
 def check() -> None:
     """Run the linter, the formatter's check and the type checker."""
+    install("dev")
     call("ruff", "check", ".")
     call("ruff", "format", "--check", ".")
     call("mypy")
@@ -135,6 +159,7 @@ def check() -> None:
 def bench() -> None:
     """Print the measured figures of the README; takes twelve minutes."""
     install_cluster()
+    ensure_browser()
     for script in sorted((ROOT / "benchmarks").glob("bench_*.py")):
         call("python", str(script.relative_to(ROOT)))
 
@@ -159,7 +184,6 @@ def main(names: list[str]) -> None:
     if not names or unknown:
         lines = [f"  {name:12} {task.__doc__}" for name, task in COMMANDS.items()]
         sys.exit("\n".join(["usage: python tasks.py COMMAND...", *lines]))
-    setup()
     for name in names:
         COMMANDS[name]()
 

@@ -161,7 +161,7 @@ def main() -> None:
         f"{1e3 * LATENCY_S:.0f} ms a call; {AGENTS} agents, {STEPS} steps, {RUNS_PER_WORKER} runs per worker.",
     )
     if missing():
-        print(f"Left out: {', '.join(missing())} not installed: pip install 'foundry[dask,postgres]'\n")
+        print(f"Left out: {', '.join(missing())} not installed: pip install 'foundry-worlds[dask,postgres]'\n")
         return
     with scratch() as folder, ground(folder) as around:
         throughput(around, folder)

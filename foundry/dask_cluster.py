@@ -20,7 +20,7 @@ from foundry.models.answers import is_database
 CONNECT_S = 5
 _CHATTY = ("distributed", "distributed.client", "distributed.core", "distributed.comm")
 """What these log of lost connections, with tracebacks, is told in one line here."""
-_INSTALL = "pip install 'foundry[dask]'"
+_INSTALL = "pip install 'foundry-worlds[dask]'"
 
 
 class WorkersLost(FoundryError):

@@ -17,7 +17,7 @@ from foundry.errors import FoundryError, InputError
 from foundry.records import RunSummary
 from foundry.store import ENDED_RUNS, SWEEP_FILE, RunFolder, SweepFolder, write_atomically
 
-_INSTALL = "pip install 'foundry[remote]'"
+_INSTALL = "pip install 'foundry-worlds[remote]'"
 
 
 @dataclass(frozen=True)

@@ -46,7 +46,7 @@ def workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture(scope="session")
 def postgres() -> Iterator[PostgresServer]:
     """A PostgreSQL server of this session's own."""
-    pytest.importorskip("psycopg", reason="needs the extra postgres: pip install 'foundry[postgres]'")
+    pytest.importorskip("psycopg", reason="needs the extra postgres: pip install 'foundry-worlds[postgres]'")
     installed = programs()
     if installed is None:
         pytest.skip("needs PostgreSQL: apt-get install postgresql")

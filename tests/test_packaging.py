@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import zipfile
@@ -60,3 +61,22 @@ from foundry.cli import run
 assert run(["+sweep=smoke", "seed=0", "world.steps=2", "output.dir=out", "analyze=false"]) == 0
 """
     assert "3 of 3 runs complete in out" in run_installed(installed, tmp_path, code)
+
+
+def test_the_wheel_has_a_name_of_its_own_and_extras_are_asked_of_that_name(installed: Path):
+    (metadata,) = installed.glob("*.dist-info/METADATA")
+    assert "\nName: foundry-worlds\n" in metadata.read_text(encoding="utf-8")
+    told = [path for folder in ("foundry", "docs", "conf") for path in (CLONE / folder).rglob("*.*")]
+    advice = [path.read_text(encoding="utf-8") for path in told if path.suffix in (".py", ".md", ".yaml")]
+    asked = re.findall(r"pip install '?([\w-]+)\[", "".join(advice))
+    assert len(asked) > 5 and set(asked) == {"foundry-worlds"}
+
+
+def test_a_sweep_of_2d_worlds_loads_nothing_that_draws_scenes(tmp_path: Path):
+    code = """
+import sys
+from foundry.cli import run
+assert run(["-m", "model=scripted/random,scripted/stay", "seed=0-1", "world.steps=2", "world.agents=3"]) == 0
+print("loaded", sorted({name.partition(".")[0] for name in sys.modules} & {"pxr", "pyvista", "vtk", "vtkmodules"}))
+"""
+    assert run_installed(CLONE, tmp_path, code).splitlines()[-1] == "loaded []"

@@ -16,7 +16,7 @@ from foundry.remote_runs import Chunk, part_of, play_chunk
 from foundry.store import SweepFolder
 from foundry.sweep import model_key
 
-pytest.importorskip("fsspec", reason="needs the extra remote: pip install 'foundry[remote]'")
+pytest.importorskip("fsspec", reason="needs the extra remote: pip install 'foundry-worlds[remote]'")
 SWEEP = ("-m", "model=scripted/random", "seed=0-2", *SMALL, "runner.workers=1")
 
 

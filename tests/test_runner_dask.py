@@ -64,5 +64,5 @@ def test_a_missing_extra_says_how_to_install_it(
     package: str, extra: str, use: Callable[[], object], monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.setitem(sys.modules, package, None)
-    with pytest.raises(InputError, match=re.escape(f"pip install 'foundry[{extra}]'")):
+    with pytest.raises(InputError, match=re.escape(f"pip install 'foundry-worlds[{extra}]'")):
         use()

@@ -17,7 +17,7 @@ _CREATION_LOCK = 0x666F756E
 _GET = "SELECT key, reply, crc FROM answers WHERE key = ANY(%s)"
 _PUT = """INSERT INTO answers VALUES (%s, %s, %s, %s)
 ON CONFLICT (key) DO UPDATE SET model = EXCLUDED.model, reply = EXCLUDED.reply, crc = EXCLUDED.crc"""
-_INSTALL = "pip install 'foundry[postgres]'"
+_INSTALL = "pip install 'foundry-worlds[postgres]'"
 _RESTART_S = 60
 """How long a server may be away, as for its restart, before the sweep ends."""
 

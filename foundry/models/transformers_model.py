@@ -149,7 +149,7 @@ def _engine_module() -> ModuleType:
         from foundry.models import transformers_engine
     except ImportError as error:
         raise InputError(
-            f"model=hf/... needs the library {error.name}, which is not installed: pip install 'foundry[hf]'"
+            f"model=hf/... needs the library {error.name}, which is not installed: pip install 'foundry-worlds[hf]'"
         ) from error
     return transformers_engine
 

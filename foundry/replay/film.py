@@ -46,7 +46,7 @@ def _ffmpeg() -> Any:
     try:
         import imageio_ffmpeg
     except ImportError as error:
-        raise InputError("An MP4 needs an encoder: pip install 'foundry[video]', or name a .gif.") from error
+        raise InputError("An MP4 needs an encoder: pip install 'foundry-worlds[video]', or name a .gif.") from error
     return imageio_ffmpeg
 
 

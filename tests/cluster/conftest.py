@@ -18,7 +18,7 @@ SWEEP = ("-m", "model=qwen3:4b", "seed=0-5", *SMALL)
 @pytest.fixture
 def scheduler(tmp_path: Path) -> Iterator[Cluster]:
     """A cluster of a test's own, without workers."""
-    pytest.importorskip("distributed", reason="needs the extra dask: pip install 'foundry[dask]'")
+    pytest.importorskip("distributed", reason="needs the extra dask: pip install 'foundry-worlds[dask]'")
     folder = tmp_path / "cluster"
     folder.mkdir()
     with dask_cluster(folder) as running:
@@ -36,7 +36,7 @@ def mortal(scheduler: Cluster) -> Cluster:
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
     """A cluster with three workers, one of them with a nanny, that nobody kills."""
-    pytest.importorskip("distributed", reason="needs the extra dask: pip install 'foundry[dask]'")
+    pytest.importorskip("distributed", reason="needs the extra dask: pip install 'foundry-worlds[dask]'")
     with dask_cluster(tmp_path_factory.mktemp("cluster")) as running:
         running.add(2)
         running.add(1, nanny=True)

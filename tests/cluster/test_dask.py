@@ -154,7 +154,7 @@ def test_workers_with_another_version_or_none_are_refused_in_one_line(scheduler:
 
 
 def test_an_address_where_no_scheduler_answers_is_told_in_one_line(tmp_path: Path):
-    pytest.importorskip("distributed", reason="needs the extra dask: pip install 'foundry[dask]'")
+    pytest.importorskip("distributed", reason="needs the extra dask: pip install 'foundry-worlds[dask]'")
     address = f"tcp://127.0.0.1:{free_port()}"
     done = foundry(*FREE, "runner=dask", f"runner.address={address}", "output.dir=sweep", cwd=tmp_path)
     assert done.returncode == 2, done.stdout + done.stderr

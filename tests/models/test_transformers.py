@@ -27,7 +27,9 @@ from foundry.store import SweepFolder
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # several threads only wait for each other over models so small
 pytestmark = [
     pytest.mark.local_models,
-    pytest.mark.skipif(find_spec("torch") is None or find_spec("transformers") is None, reason="needs foundry[hf]"),
+    pytest.mark.skipif(
+        find_spec("torch") is None or find_spec("transformers") is None, reason="needs foundry-worlds[hf]"
+    ),
 ]
 
 OPTIONS = {"temperature": 0.9, "top_k": 0, "top_p": 0.95, "min_p": 0.0, "max_new_tokens": 8}
@@ -314,4 +316,4 @@ def test_without_the_library_one_line_says_how_to_install_it(workspace: Path):
     code = "import sys; sys.modules['torch'] = None; from foundry.cli import run; sys.exit(run(['model=hf/x']))"
     done = subprocess.run([sys.executable, "-c", code], cwd=workspace, capture_output=True, text=True, check=False)
     assert done.returncode == 2
-    assert "pip install 'foundry[hf]'" in done.stderr and done.stderr.count("\n") == 1
+    assert "pip install 'foundry-worlds[hf]'" in done.stderr and done.stderr.count("\n") == 1
