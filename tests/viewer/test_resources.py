@@ -199,3 +199,21 @@ def test_what_is_read_for_all_agents_at_once_is_what_is_read_for_each(resources:
     assert len(together) == 2 * AGENTS
     for address, resource in together.items():
         assert resource.content == resources.get(f"{run(made_up)}/{address}").content, address
+
+
+def test_a_run_that_was_started_anew_is_shown_anew(tmp_path: Path):
+    made = sweep(tmp_path / "again", models=("first",), seeds=(0,))
+    (folder,) = made.runs()
+    opened, address = Resources(made.path), f"run/again/{folder.id}"
+    before = Playing(folder)
+    before.play(1, 4)
+    first = ask(opened, f"{address}/frames/0"), ask(opened, f"{address}/progress")
+    before.writer.close()
+    after = Playing(folder, change=lambda number, agent: {"x": 5 - number})
+    after.play(1, 2)
+    second = ask(opened, f"{address}/frames/0"), ask(opened, f"{address}/progress")
+    after.writer.close()
+    opened.close()
+    assert (first[0]["last"], second[0]["last"]) == (4, 2)
+    assert (first[0]["x"][0], second[0]["x"][0]) == (-4, 4)
+    assert first[1]["beginning"] != second[1]["beginning"]
