@@ -154,7 +154,9 @@ def test_an_endless_word_is_shown_whole_with_places_to_break_it(page: Any, tmp_p
 LONGEST_PART = """() => {
   const texts = document.createTreeWalker(document.getElementById('main'), NodeFilter.SHOW_TEXT);
   let longest = 0;
-  while (texts.nextNode()) longest = Math.max(longest, ...texts.currentNode.data.split(/\\s/).map((word) => word.length));
+  while (texts.nextNode()) {
+    longest = Math.max(longest, ...texts.currentNode.data.split(/\\s/).map((word) => word.length));
+  }
   return longest;
 }"""
 
@@ -175,7 +177,9 @@ def test_who_perceives_a_fire_and_speaks_has_both_rings(page: Any, tmp_path: Pat
 TONES_BESIDE = """([agent, names]) => {
   const {grid} = Foundry.page, [x, y] = grid.spots[agent], scale = devicePixelRatio;
   const pen = grid.canvas.getContext('2d'), seen = new Set();
-  for (let away = 0; away < 24; away += 0.5) seen.add(pen.getImageData((x + away) * scale, y * scale, 1, 1).data.slice(0, 3).join());
+  for (let away = 0; away < 24; away += 0.5) {
+    seen.add(pen.getImageData((x + away) * scale, y * scale, 1, 1).data.slice(0, 3).join());
+  }
   const probe = document.createElement('canvas').getContext('2d');
   return names.map((name) => {
     probe.fillStyle = Foundry.dom.color(name);

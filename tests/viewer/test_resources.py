@@ -204,16 +204,13 @@ def test_what_is_read_for_all_agents_at_once_is_what_is_read_for_each(resources:
 def test_a_run_that_was_started_anew_is_shown_anew(tmp_path: Path):
     made = sweep(tmp_path / "again", models=("first",), seeds=(0,))
     (folder,) = made.runs()
-    opened, address = Resources(made.path), f"run/again/{folder.id}"
-    before = Playing(folder)
-    before.play(1, 4)
-    first = ask(opened, f"{address}/frames/0"), ask(opened, f"{address}/progress")
-    before.writer.close()
-    after = Playing(folder, change=lambda number, agent: {"x": 5 - number})
-    after.play(1, 2)
-    second = ask(opened, f"{address}/frames/0"), ask(opened, f"{address}/progress")
-    after.writer.close()
+    opened, seen = Resources(made.path), []
+    for last, reply in ((4, "as it was"), (2, "anew")):
+        playing = Playing(folder, change=lambda number, agent, last=last: {"x": last}, reply=reply)
+        playing.play(1, last)
+        playing.writer.close()
+        asked = ("progress", "frames/0", "decisions/0/0")
+        progress, frames, decisions = (ask(opened, f"run/again/{folder.id}/{what}") for what in asked)
+        seen.append((progress["done"], frames["x"][0], decisions["calls"][-1]["step"], decisions["calls"][0]["text"]))
     opened.close()
-    assert (first[0]["last"], second[0]["last"]) == (4, 2)
-    assert (first[0]["x"][0], second[0]["x"][0]) == (-4, 4)
-    assert first[1]["beginning"] != second[1]["beginning"]
+    assert seen == [(4, 4, 4, "message: as it was"), (2, 2, 2, "message: anew")]
