@@ -42,7 +42,7 @@ def test_a_page_that_was_opened_before_its_run_began_follows_it(page: Any, tmp_p
     with serving(made.path) as server:
         page.goto(f"{server.url}#/run/grows/{made.runs()[0].id}")
         page.wait_for_function("() => document.querySelector('.where')?.textContent === 'no step yet'")
-        page.check(".follow input")
+        assert page.is_checked(".follow input")
         playing = Playing(made.runs()[0], mishaps)
         playing.play(1, 4)
         page.wait_for_function("() => document.querySelector('.where').textContent === 'after step 4 of 4'")
@@ -54,6 +54,24 @@ def test_a_page_that_was_opened_before_its_run_began_follows_it(page: Any, tmp_p
         assert page.text_content(".where") == "after step 6 of 6"
         assert page.is_hidden(".follow")
         page.goto("about:blank")
+
+
+def test_a_run_that_is_being_written_is_opened_at_its_end_and_followed(page: Any, tmp_path: Path):
+    made = sweep(tmp_path / "goes on", models=("first",), seeds=(0,))
+    playing = Playing(made.runs()[0])
+    playing.play(1, 3)
+    made.start_progress()
+    made.progress_file("0").write_text(f'{{"pid": 0, "open": ["{made.runs()[0].id}"], "models": {{}}}}')
+    with serving(made.path) as server:
+        page.goto(f"{server.url}#/run/goes-on/{made.runs()[0].id}")
+        page.wait_for_function("() => document.querySelector('.where')?.textContent === 'after step 3 of 3'")
+        assert page.is_checked(".follow input")
+        page.goto("about:blank")
+        page.goto(f"{server.url}#/run/goes-on/{made.runs()[0].id}?step=2")
+        page.wait_for_function("() => document.querySelector('.where')?.textContent === 'step 2 of 3'")
+        assert not page.is_checked(".follow input"), "an address that names a step is that of the step"
+        page.goto("about:blank")
+    playing.end()
 
 
 def test_the_overview_follows_a_sweep_until_it_is_analysed(page: Any, tmp_path: Path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -9,8 +10,8 @@ import pytest
 import viewer_pages
 from browser import browser_page
 from foundry.store import SweepFolder
-from made_up_runs import STEPS
-from viewer.server import ViewServer
+from made_up_runs import STEPS, sweep, whole_run
+from viewer.server import ViewServer, serving
 from viewer_pages import PLAYER_READY
 
 pytestmark = pytest.mark.browser
@@ -139,6 +140,55 @@ def test_texts_of_a_model_are_shown_and_never_run(page: Any, server: ViewServer,
     assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth"), "no text widens the page"
 
 
+def test_an_endless_word_is_shown_whole_with_places_to_break_it(page: Any, tmp_path: Path):
+    made, word = sweep(tmp_path / "endless", models=("first",), seeds=(0,)), "x\u00e9" * 25_000
+    whole_run(made.runs()[0], change=lambda number, agent: {"message": word, "memory": word}, reply=word)
+    with serving(made.path) as server:
+        go(page, server, f"run/endless/{made.runs()[0].id}?step=2&agent=1")
+        page.click("details[data-kind=action] summary")
+        assert page.text_content("details[data-kind=action] .reply") == f"action: {word}"
+        assert page.evaluate(LONGEST_PART) == 256, "finding the breaks of one long part takes seconds"
+        page.goto("about:blank")
+
+
+LONGEST_PART = """() => {
+  const texts = document.createTreeWalker(document.getElementById('main'), NodeFilter.SHOW_TEXT);
+  let longest = 0;
+  while (texts.nextNode()) {
+    longest = Math.max(longest, ...texts.currentNode.data.split(/\\s/).map((word) => word.length));
+  }
+  return longest;
+}"""
+
+
+def test_who_perceives_a_fire_and_speaks_has_both_rings(page: Any, tmp_path: Path):
+    made = sweep(tmp_path / "rings", models=("first",), seeds=(0,))
+    whole_run(
+        made.runs()[0], change=lambda number, agent: {"fires": ("fire1",), "message": "fire!"} if agent == 1 else {}
+    )
+    with serving(made.path) as server:
+        go(page, server, f"run/rings/{made.runs()[0].id}?step=2")
+        page.wait_for_function("() => Foundry.page.grid.spots")
+        assert page.evaluate(TONES_BESIDE, [1, ["fire", "talk"]]) == [True, True]
+        assert page.evaluate(TONES_BESIDE, [3, ["fire", "talk"]]) == [False, False]
+        page.goto("about:blank")
+
+
+TONES_BESIDE = """([agent, names]) => {
+  const {grid} = Foundry.page, [x, y] = grid.spots[agent], scale = devicePixelRatio;
+  const pen = grid.canvas.getContext('2d'), seen = new Set();
+  for (let away = 0; away < 24; away += 0.5) {
+    seen.add(pen.getImageData((x + away) * scale, y * scale, 1, 1).data.slice(0, 3).join());
+  }
+  const probe = document.createElement('canvas').getContext('2d');
+  return names.map((name) => {
+    probe.fillStyle = Foundry.dom.color(name);
+    probe.fillRect(0, 0, 1, 1);
+    return seen.has(probe.getImageData(0, 0, 1, 1).data.slice(0, 3).join());
+  });
+}"""
+
+
 def test_messages_are_found_and_gone_to(page: Any, server: ViewServer, made_up: SweepFolder):
     go(page, server, run_address(made_up))
     page.keyboard.press("/")
@@ -215,6 +265,24 @@ def test_what_is_not_there_is_said_on_the_page(server: ViewServer):
         page.evaluate("() => { location.hash = '#/run/made-up/nothing' }")
         page.wait_for_selector("[role=alert]")
         assert "Run 'nothing' not found" in page.text_content("[role=alert]")
+
+
+@pytest.mark.parametrize(
+    ("address", "said"),
+    [
+        ("run/made-up/%E0%A4%A", "The address cannot be read at '%E0%A4%A'"),
+        ("sweep/other", "There is no sweep 'other'. There are: made-up."),
+        ("sweeps/made-up", "There is no page 'sweeps'"),
+        ("constructor", "There is no page 'constructor'"),
+    ],
+)
+def test_an_address_that_leads_nowhere_is_said_to_do_so(page: Any, server: ViewServer, address: str, said: str):
+    go(page, server, "")
+    page.wait_for_selector("tbody tr")
+    page.evaluate("address => { location.hash = `#/${address}` }", address)
+    page.wait_for_selector("[role=alert]")
+    assert said in page.text_content("[role=alert]")
+    assert page.locator("tbody tr").count() == 0
 
 
 def test_a_failed_run_says_why(page: Any, server: ViewServer, made_up: SweepFolder):

@@ -199,3 +199,18 @@ def test_what_is_read_for_all_agents_at_once_is_what_is_read_for_each(resources:
     assert len(together) == 2 * AGENTS
     for address, resource in together.items():
         assert resource.content == resources.get(f"{run(made_up)}/{address}").content, address
+
+
+def test_a_run_that_was_started_anew_is_shown_anew(tmp_path: Path):
+    made = sweep(tmp_path / "again", models=("first",), seeds=(0,))
+    (folder,) = made.runs()
+    opened, seen = Resources(made.path), []
+    for last, reply in ((4, "as it was"), (2, "anew")):
+        playing = Playing(folder, change=lambda number, agent, last=last: {"x": last}, reply=reply)
+        playing.play(1, last)
+        playing.writer.close()
+        asked = ("progress", "frames/0", "decisions/0/0")
+        progress, frames, decisions = (ask(opened, f"run/again/{folder.id}/{what}") for what in asked)
+        seen.append((progress["done"], frames["x"][0], decisions["calls"][-1]["step"], decisions["calls"][0]["text"]))
+    opened.close()
+    assert seen == [(4, 4, 4, "message: as it was"), (2, 2, 2, "message: anew")]

@@ -106,6 +106,16 @@ def test_head_gives_the_headers_alone(server: ViewServer):
     assert content == b""
 
 
+def test_head_sends_no_body_which_the_next_answer_would_begin_with(server: ViewServer):
+    host = f"Host: 127.0.0.1:{server.server_port}"
+    asked = f"HEAD / HTTP/1.1\r\n{host}\r\n\r\nGET / HTTP/1.1\r\n{host}\r\nConnection: close\r\n\r\n"
+    with socket.create_connection(("127.0.0.1", server.server_port), timeout=10) as connection:
+        connection.sendall(asked.encode())
+        received = b"".join(iter(lambda: connection.recv(1 << 16), b""))
+    head, _, rest = received.partition(b"\r\n\r\n")
+    assert b"Content-Length" in head and rest.startswith(b"HTTP/1.1 200 OK\r\n")
+
+
 def test_long_answers_are_compressed_for_those_who_can_read_that(server: ViewServer, made_up: SweepFolder):
     path = f"/data/run/made-up/{made_up.runs()[0].id}/decisions/0/0"
     plain, packed = ask(server, path), ask(server, path, Accept_Encoding="gzip")

@@ -37,7 +37,7 @@
     crumbs([[sweep, `#/sweep/${sweep}`], [run, null]]);
     const Page = data.about.kind === "grid" ? foundry.GridPage : foundry.CameraPage;
     const agent = query.get("agent");
-    const page = new Page(data, {step: Number(query.get("step")) || 1, agent: agent === null ? null : Number(agent)});
+    const page = new Page(data, {step: Number(query.get("step")) || null, agent: agent === null ? null : Number(agent)});
     data.follow(() => page.disposed);
     return page;
   }
@@ -46,27 +46,43 @@
     const open = await Promise.all(runs.slice(0, 4).map((run) => new foundry.RunData(sweep, run).open()));
     crumbs([[sweep, `#/sweep/${sweep}`], [`${open.length} runs side by side`, null]]);
     const agent = query.get("agent");
-    const page = new foundry.ComparePage(open, {step: Number(query.get("step")) || 1, agent: agent === null ? null : Number(agent)});
+    const page = new foundry.ComparePage(open, {step: Number(query.get("step")) || null, agent: agent === null ? null : Number(agent)});
     open.forEach((data) => data.follow(() => page.disposed));
     return page;
   }
 
   async function sweepPage([wanted]) {
     const {sweeps, unreadable} = await foundry.source.json("sweeps");
-    const sweep = sweeps.find((one) => one.id === wanted) || sweeps[0];
+    const sweep = wanted ? sweeps.find((one) => one.id === wanted) : sweeps[0];
+    if (!sweep) throw new Error(`There is no sweep '${wanted}'. There are: ${sweeps.map((one) => one.id).join(", ")}.`);
     crumbs([[sweep.name, null]]);
     return new foundry.Overview(sweeps, sweep, unreadable).open();
   }
 
-  async function show() {
+  const PAGES = {run: runPage, compare: comparePage, sweep: sweepPage, "": sweepPage};
+
+  /** Return the page that the address asks for. */
+  async function asked() {
     const [path, query] = location.hash.replace(/^#\/?/, "").split("?");
-    const [kind, ...rest] = path.split("/").map(decodeURIComponent);
-    const pages = {run: runPage, compare: comparePage, sweep: sweepPage};
+    const [kind, ...rest] = path.split("/").map(decoded);
+    if (!Object.hasOwn(PAGES, kind)) throw new Error(`There is no page '${kind}'. There are: #/run/..., #/compare/..., #/sweep/...`);
+    return PAGES[kind](rest, new URLSearchParams(query || ""));
+  }
+
+  function decoded(part) {
+    try {
+      return decodeURIComponent(part);
+    } catch {
+      throw new Error(`The address cannot be read at '${part}': a % stands before two hexadecimal digits.`);
+    }
+  }
+
+  async function show() {
     const mine = turn += 1, main = document.getElementById("main");
     if (current && current.dispose) current.dispose();
     current = null;
     try {
-      const page = await (pages[kind] || sweepPage)(rest, new URLSearchParams(query || ""));
+      const page = await asked();
       if (mine !== turn) { if (page.dispose) page.dispose(); return; }
       current = page;
       fill(main, page.element);

@@ -173,7 +173,7 @@
       if (this.data.done && !this.data.about.episode) this.data.about = await foundry.source.json(`${this.data.address}/about`);
       this.clock.setSteps(this.data.done);
       this.player.showGrowing(!this.data.ended && foundry.source.live);
-      if (wanted) this.clock.seek(wanted.step || 1);
+      if (wanted) this.player.begin(wanted.step, this.data.written);
       if (this.data.done) this.scene.show(await this.allSteps());
       await this.data.loadMarks(() => this.player.timeline.draw());
     }

@@ -64,7 +64,7 @@
       this.clock.setSteps(Math.max(...this.runs.map((run) => run.done)));
       this.player.showGrowing(foundry.source.live && this.runs.some((run) => !run.ended));
       if (wanted) {
-        this.clock.seek(wanted.step || 1);
+        this.player.begin(wanted.step, this.runs.some((run) => run.written));
         if (wanted.agent !== null) this.select(wanted.agent);
       }
       this.runs.forEach((run) => run.loadMarks(() => this.player.timeline.draw()));

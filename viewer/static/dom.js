@@ -10,6 +10,17 @@ window.Foundry = window.Foundry || {};
     return String(text).replace(UNSEEN, (sign) => `[U+${sign.charCodeAt(0).toString(16).toUpperCase().padStart(4, "0")}]`);
   }
 
+  const PIECE = 256;
+  const UNBROKEN = new RegExp(`\\S{${PIECE}}`, "g");
+
+  /** Append text; a long word may break at every piece, since finding its breaks takes time with the square of its length. */
+  function appendText(element, text) {
+    text.replace(UNBROKEN, (piece) => `${piece}\u0000`).split("\u0000").forEach((part, index) => {
+      if (index) element.appendChild(document.createElement("wbr"));
+      element.appendChild(document.createTextNode(part));
+    });
+  }
+
   function setAttribute(element, name, value) {
     if (value === null || value === undefined || value === false) return;
     if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
@@ -21,7 +32,7 @@ window.Foundry = window.Foundry || {};
     if (child === null || child === undefined || child === false) return;
     if (Array.isArray(child)) child.forEach((one) => append(element, one));
     else if (child instanceof Node) element.appendChild(child);
-    else element.appendChild(document.createTextNode(visible(child)));
+    else appendText(element, visible(child));
   }
 
   /** Return an element: h("p", {class: "note"}, "text", otherElement). */

@@ -263,8 +263,8 @@
       }
       for (const [tone, agents] of groups) this.drawBodies(pen, agents, at, radius, tones[tone], tone);
       this.ring(pen, at, radius + 2, tones.fire, (agent) => chunk.flags[base + agent] & ALARMED);
-      this.ring(pen, at, radius + 2, tones.talk, (agent) => this.share < FLIGHT && chunk.flags[base + agent] & SAID);
-      if (this.selected !== null && this.selected < about.agents) this.ring(pen, at, radius + 5, tones.select, (agent) => agent === this.selected, 3);
+      this.ring(pen, at, radius + 5, tones.talk, (agent) => this.share < FLIGHT && chunk.flags[base + agent] & SAID);
+      if (this.selected !== null && this.selected < about.agents) this.ring(pen, at, radius + 8, tones.select, (agent) => agent === this.selected, 3);
       if (radius >= 5 && about.agents <= 400) this.drawNumbers(pen, at, radius);
     }
 

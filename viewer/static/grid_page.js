@@ -33,7 +33,7 @@
       this.clock.setSteps(this.data.done);
       this.player.showGrowing(!this.data.ended && foundry.source.live);
       if (wanted) {
-        this.clock.seek(wanted.step || 1);
+        this.player.begin(wanted.step, this.data.written);
         if (wanted.agent !== null) this.select(wanted.agent);
       }
       if (this.agent !== null) this.loadTrack(this.agent);

@@ -26,7 +26,7 @@
       this.playButton = this.button("▶", "Play", () => this.clock.toggle(), "play");
       this.speed = h("select", {"aria-label": "Speed, steps per second", onchange: () => this.setSpeed()},
         foundry.SPEEDS.map((speed) => h("option", {value: String(speed)}, `${speed} steps/s`)));
-      this.follow = h("input", {type: "checkbox", onchange: () => { this.clock.following = this.follow.checked; this.clock.seek(this.clock.end); }});
+      this.follow = h("input", {type: "checkbox", onchange: () => this.followEnd(this.follow.checked)});
       this.followLabel = h("label", {class: "follow", hidden: true}, this.follow, " follow");
       this.element = h("section", {class: "player", "aria-label": "Timeline"}, this.buttons(), this.timeline.element, this.legend());
       this.clock.onChange(() => this.update());
@@ -84,6 +84,17 @@
         clearTimeout(this.saying);
         this.saying = setTimeout(() => announce(`${this.label.textContent}. ${this.options.summary()}`), 150);
       }
+    }
+
+    /** Begin where the address says; what is being written is shown at its end, and followed. */
+    begin(step, written) {
+      if (written && step === null) this.followEnd(true);
+      else this.clock.seek(step || 1);
+    }
+
+    followEnd(following) {
+      this.clock.following = this.follow.checked = following;
+      this.clock.seek(this.clock.end);
     }
 
     /** Show that the run still grows, and stay at its end if asked. */

@@ -50,6 +50,7 @@
 
     get done() { return this.progress.done; }
     get ended() { return this.progress.status === "complete" || this.progress.status === "failed"; }
+    get written() { return foundry.source.live && (this.progress.status === "running" || this.progress.status === "waiting"); }
     get name() { return `${this.about.model} · ${this.about.prompt} · seed ${this.about.seed}`; }
 
     onGrowth(listener) { this.listeners.push(listener); }
