@@ -33,6 +33,8 @@ from foundry.run_files import read_calls as read_calls
 from foundry.run_files import storing as storing
 from foundry.run_files import write_atomically as write_atomically
 from foundry.sweep import Sweep
+from foundry.sweep import is_served as is_served
+from foundry.sweep import without_servers as without_servers
 from foundry.sweep_file import sweep_content, sweep_from, sweep_text
 from foundry.sweep_file import to_yaml as to_yaml
 
