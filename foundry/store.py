@@ -20,8 +20,10 @@ from typing import Any
 import msgspec
 
 from foundry.errors import InputError, RecordError, not_found
+from foundry.plain_files import check_folder, is_there
 from foundry.records import Labels
 from foundry.run_files import ALWAYS_THERE as ALWAYS_THERE
+from foundry.run_files import KEPT as KEPT
 from foundry.run_files import RECORD_STREAMS as RECORD_STREAMS
 from foundry.run_files import RunFolder as RunFolder
 from foundry.run_files import calls_bytes as calls_bytes
@@ -78,12 +80,13 @@ class SweepFolder:
 
         Raises:
             InputError: there is no such folder, or it holds no sweep.
-            RecordError: `sweep.yaml` cannot be read.
+            RecordError: `sweep.yaml` cannot be read, or there is something else than files and folders.
         """
         path = Path(path)
         file = path / "sweep.yaml"
-        if not file.is_file():
+        if not is_there(file) or not file.is_file():
             raise InputError(_no_sweep(path))
+        check_folder(path, shallow="runs", apart="baselines")  # the files of a run are checked as they are read
         try:
             content = sweep_content(file.read_text(encoding="utf-8"), file)
             return cls(path, sweep_from(content), content["settings"], content["models"])
@@ -101,7 +104,7 @@ class SweepFolder:
         Raises:
             InputError: the folder holds another sweep or foreign files, or cannot be written to.
         """
-        if (path / "sweep.yaml").exists():
+        if is_there(path / "sweep.yaml"):
             folder = cls.open(path)
             _check_same(folder, sweep, models)
             folder.sweep = sweep  # the same runs, built from what was asked now: a recorded file is not trusted
@@ -266,6 +269,7 @@ def sweeps_in(path: Path) -> list[Path]:
     """
     places = ("", "*/", "baselines/", "*/baselines/")
     found = {file.parent for place in places for file in path.glob(f"{place}sweep.yaml")}
+    found -= {one for one in found if one.name == "baselines" and one != path and one.is_symlink()}
     if not found:
         raise InputError(_no_sweep(path))
     return sorted(found, key=lambda one: ((one / "sweep.yaml").stat().st_mtime_ns, str(one)), reverse=True)

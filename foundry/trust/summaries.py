@@ -58,7 +58,7 @@ def check_config(run: RunFolder, config: Mapping[str, Any], summary: RunSummary 
     if summary is None:
         return
     try:
-        recorded = load_plain((run.path / "config.yaml").read_text(encoding="utf-8"), "config.yaml")
+        recorded = load_plain(run.config_file.read_text(encoding="utf-8"), "config.yaml")
         then = identity(recorded)
     except (FileNotFoundError, RecordError, TypeError, AttributeError, UnicodeDecodeError) as error:
         raise Departed(Difference("config.yaml", None, "", f"unreadable: {error}", "the run's settings")) from error

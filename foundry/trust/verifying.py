@@ -174,6 +174,7 @@ def _verify_all(runs: Sequence[RunFolder], frames: bool) -> Iterator[Verified]:
 def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames: bool) -> Verified:
     if not run.path.exists():
         return Verified(run.id, Verdict.NOT_STARTED)
+    run.check_plain()
     try:
         summary = run.summary()
     except RecordError as error:
