@@ -69,9 +69,10 @@ def scene_here(config: Mapping[str, Any], scenes: Mapping[str, str], sweep: Path
         sweep: the sweep's folder.
     """
     scene = config["world"].get("scene") if isinstance(config.get("world"), Mapping) else None
-    if not scenes or not isinstance(scene, Mapping) or scene.get("asset") not in scenes:
+    found = scenes.get(str(scene.get("asset"))) if isinstance(scene, Mapping) else None
+    if found is None:
         return dict(config)
-    here = {"asset": scenes[scene["asset"]], "root": str(sweep)}
+    here = {"asset": found, "root": str(sweep)}
     return {**config, "world": {**config["world"], "scene": {**scene, **here}}}
 
 
@@ -231,6 +232,18 @@ def _content(path: Path) -> bytes | None:
         return None
     except OSError as error:
         raise RecordError(f"{path} cannot be read: {error}") from error
+
+
+def lines_of(content: bytes, kind: type[T], where: object) -> list[T]:
+    """Return what lines of JSON hold.
+
+    Raises:
+        RecordError: they cannot be read.
+    """
+    try:
+        return msgspec.json.Decoder(kind).decode_lines(content)
+    except NOT_JSON as error:
+        raise RecordError(f"{where} cannot be read: {error}") from error
 
 
 def json_file(path: Path, kind: type[T]) -> T | None:

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
-from foundry.commands.application import EXIT_INTERRUPTED, EXIT_OK, app, console
+from foundry.commands.application import EXIT_INTERRUPTED, EXIT_OK, Trusted, app, console
 from foundry.errors import InputError
 
 
@@ -44,10 +44,11 @@ def analyze(
     labeller: WhoLabels = Labeller.RULE,
     family: Family = None,
     margin: Margins = None,
+    trust_targets: Trusted = None,
 ) -> None:
     """Compute the signatures of every run, compare the models, draw the plots."""
     margins = margins_of(margin or [])
-    codes = [run_baselines(folder) for folder in folders] if baselines else []
+    codes = [run_baselines(folder, trust_targets or ()) for folder in folders] if baselines else []
     by_model = labeller is Labeller.MODEL
     analyze_and_show(folders, labelled_by_model=by_model, family=family, margins=margins)
     raise typer.Exit(max(codes, default=EXIT_OK))
@@ -73,7 +74,7 @@ def margins_of(texts: Sequence[str]) -> dict[str, float]:
     return margins
 
 
-def run_baselines(path: Path) -> int:
+def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
     """Run the scripted baselines of a sweep into the folder beside its runs; those that are there stay.
 
     Returns:
@@ -89,7 +90,7 @@ def run_baselines(path: Path) -> int:
     from foundry.targets import check_sweep_targets
 
     opened = SweepFolder.open(path)
-    check_sweep_targets(opened.sweep, {})
+    check_sweep_targets(opened.sweep, {}, trusted)
     sweep = baselines_of(opened.sweep)
     if not sweep.runs:
         print(f"{path} compares every baseline itself")

@@ -192,6 +192,7 @@ def resume(folder: Folder, trust_targets: Trusted = None, trust_servers: Trusted
     from foundry.targets import check_sweep_targets
 
     opened = SweepFolder.open(folder)
+    opened.check_runnable()
     check_sweep_targets(opened.sweep, opened.settings, trust_targets or ())
     for variable, key in (("OLLAMA_HOST", "hosts"), ("OPENAI_BASE_URL", "base_url")):
         if variable in os.environ:

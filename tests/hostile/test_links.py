@@ -105,10 +105,18 @@ def test_steps_that_are_a_link_or_a_pipe_are_refused_by_every_command_that_reads
     check_refused(commands(sweep)[command], sweep)
 
 
-FILES = ("steps.jsonl", "messages.jsonl", "calls.jsonl.zst", "config.yaml", "run.json", "frames/step_0001.png", "frames")
+FILES = (
+    "steps.jsonl",
+    "messages.jsonl",
+    "calls.jsonl.zst",
+    "config.yaml",
+    "run.json",
+    "frames/step_0001.png",
+    "frames",
+)
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("name", [*FILES, "frames"])
 @pytest.mark.parametrize("command", ["verify", "bundle"])
 def test_no_file_of_a_run_may_be_a_link(name: str, command: str, sweep: Path):
     put(run_folder(sweep) / name, lambda place: place.symlink_to(sweep.parent / "elsewhere" / "secret"))

@@ -9,11 +9,11 @@ import pytest
 
 from commands import foundry
 from foundry.errors import InputError
-from foundry.reaching import check_models, check_settings
-from openai_server import OpenAIServer
 from foundry.paths import conf_dir
 from foundry.plain_yaml import load_plain
+from foundry.reaching import check_models, check_settings
 from foundry.sweep import Condition, Sweep, expand, models_in, with_hosts
+from openai_server import OpenAIServer
 from trust.conftest import SMALL, play, rewrite, runs
 
 AWAY = "http://192.0.2.1:8000/v1"
