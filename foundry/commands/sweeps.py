@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from foundry.commands.analyzing import analyze_and_show
 from foundry.commands.application import (
     EXIT_FAILED,
     EXIT_INTERRUPTED,
@@ -22,6 +21,7 @@ from foundry.commands.application import (
     console,
     fail,
 )
+from foundry.commands.showing import analyze_and_show
 from foundry.commands.view import check_view, watched
 from foundry.errors import InputError
 
