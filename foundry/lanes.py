@@ -25,6 +25,10 @@ MAX_IDLE_DEATHS = 5
 POLL_S = 0.25
 
 
+class Abandoned(FoundryError):
+    """Nobody waits for the work any more."""
+
+
 class LanePool(Protocol):
     """A process for one worker."""
 
@@ -44,17 +48,25 @@ def loky_pool() -> LanePool:
 class Lanes:
     """Worker processes that share a sweep's runs."""
 
-    def __init__(self, spec: LaneSpec, workers: int, pool: Callable[[], LanePool] = loky_pool) -> None:
+    def __init__(
+        self,
+        spec: LaneSpec,
+        workers: int,
+        pool: Callable[[], LanePool] = loky_pool,
+        abandoned: Callable[[], bool] = lambda: False,
+    ) -> None:
         """Set what is to be run.
 
         Args:
             spec: what every worker is given; their names are numbered.
             workers: how many work at once.
             pool: makes the process of a worker.
+            abandoned: says whether nobody waits for the work any more.
         """
         self._spec = replace(spec, parent=os.getpid())
         self._workers = workers
         self._pool = pool
+        self._abandoned = abandoned
         self._numbers = itertools.count()
         self._pools: dict[Future[str | None], LanePool] = {}
         self._specs: dict[Future[str | None], LaneSpec] = {}
@@ -62,12 +74,18 @@ class Lanes:
         self._idle_deaths = 0
 
     def run(self) -> str | None:
-        """Work until all runs have ended or the sweep stops; returns the cause that must end the sweep, or None."""
+        """Work until all runs have ended or the sweep stops; returns the cause that must end the sweep, or None.
+
+        Raises:
+            Abandoned: nobody waits for the work any more; its processes are killed.
+        """
         fatal: str | None = None
         try:
             for _ in range(self._workers):
                 self._start(())
             while self._pools:
+                if self._abandoned():
+                    raise Abandoned("Nobody waits for these runs any more.")
                 done, _ = wait(self._pools, timeout=POLL_S, return_when=FIRST_COMPLETED)
                 for future in done:
                     fatal = self._collect(future) or fatal
