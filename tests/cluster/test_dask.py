@@ -184,14 +184,13 @@ def test_workers_end_when_their_scheduler_and_the_command_are_gone(
     holding = Holding(2)
     more = () if place == "shared" else (f"runner.remote={(tmp_path / 'bucket').as_uri()}",)
     arguments = (*SWEEP, *on(scheduler, *IMPATIENT, *more), "output.dir=sweep")
-    with OllamaServer(holding) as server:
-        with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
-            wait_until(lambda: holding.held, "the calls are held back")
-            lanes = lanes_below(scheduler.workers[0].pid)
-            assert lanes
-            os.killpg(process.pid, signal.SIGKILL)
-            scheduler.kill_scheduler()
-            wait_until(lambda: all(map(is_dead, lanes)), "the workers end", patience_s=10)
+    with OllamaServer(holding) as server, started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
+        wait_until(lambda: holding.held, "the calls are held back")
+        lanes = lanes_below(scheduler.workers[0].pid)
+        assert lanes
+        os.killpg(process.pid, signal.SIGKILL)
+        scheduler.kill_scheduler()
+        wait_until(lambda: all(map(is_dead, lanes)), "the workers end", patience_s=10)
 
 
 def lanes_below(pid: int) -> list[int]:
