@@ -69,7 +69,9 @@ def scene_here(config: Mapping[str, Any], scenes: Mapping[str, str], sweep: Path
         sweep: the sweep's folder.
     """
     scene = config["world"].get("scene") if isinstance(config.get("world"), Mapping) else None
-    found = scenes.get(str(scene.get("asset"))) if isinstance(scene, Mapping) else None
+    if not isinstance(scene, Mapping):
+        return dict(config)
+    found = scenes.get(str(scene.get("asset")))
     if found is None:
         return dict(config)
     here = {"asset": found, "root": str(sweep)}

@@ -14,7 +14,6 @@ from foundry.run_writer import RunWriter
 from foundry.store import RunFolder
 from made_up_runs import step, sweep
 
-
 resource = pytest.importorskip("resource", reason="sets the limits of a process")
 
 
