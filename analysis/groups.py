@@ -10,6 +10,7 @@ from typing import Any
 import pandas as pd
 
 from analysis.table import RunResult, SignatureTable
+from foundry.store import without_servers
 
 PARTS = ("world", "model", "prompt")
 """The parts of a configuration that have a name."""
@@ -51,7 +52,7 @@ def group_label(group: Sequence[str]) -> str:
 
 def _settings(config: Mapping[str, Any]) -> dict[str, str]:
     """Return the leaves of a configuration by their path, without how a server is reached."""
-    return dict(leaves({key: value for key, value in config.items() if key not in ("server", "name")}))
+    return dict(leaves({key: value for key, value in without_servers(config).items() if key != "name"}))
 
 
 def leaves(value: Any, path: str = "") -> Iterator[tuple[str, str]]:

@@ -27,7 +27,7 @@ from analysis.command_kinds import command_kinds
 from analysis.lines import COMPLETE
 from analysis.load import further_factors, identity, read_records, read_run
 from analysis.run import BoolArray, GridRun, IntArray
-from foundry.store import RunFolder, SweepFolder
+from foundry.store import RunFolder, SweepFolder, without_servers
 
 SILENT, SPOKEN = 0, 1
 """The choices of a message."""
@@ -78,8 +78,7 @@ def retest(paths: Sequence[Path]) -> pd.DataFrame:
 def _group_of(folder: RunFolder) -> str:
     """Return a text that is equal for runs that differ in `sampling_seed` alone."""
     config = folder.config()
-    model = {key: value for key, value in config["model"].items() if key != "server"}
-    parts = {"world": config["world"], "prompt": config["prompt"], "model": model, "seed": config["seed"]}
+    parts = {name: config[name] for name in ("world", "prompt", "seed")} | {"model": without_servers(config["model"])}
     return json.dumps(parts, sort_keys=True, default=str)
 
 

@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import logging
 import socket
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -121,6 +121,17 @@ def _same_versions() -> str:
 def site(file: str) -> Site:
     """Return what this process is; called on the workers."""
     return Site(provenance.versions(), socket.gethostname(), Path(file).exists())
+
+
+def scheduler_lost() -> Callable[[], bool]:
+    """Return what says, on a worker of the cluster, whether it has lost its scheduler and with it the command.
+
+    Such a worker ends, but only once its tasks have; what they play would go on being paid for.
+    """
+    from distributed import Status, get_worker
+
+    worker = get_worker()
+    return lambda: worker.status in (Status.closing, Status.closed, Status.failed)
 
 
 def check_cache(sites: Mapping[str, Site], cache: str) -> None:

@@ -11,10 +11,10 @@ from typing import Any
 
 import msgspec
 
-from foundry.errors import InputError
+from foundry.errors import InputError, RecordError
 from foundry.models.base import ChatMessage, Model, Request, RequestKeys
 from foundry.records import Labelled, Labels
-from foundry.store import RunFolder, SweepFolder
+from foundry.store import RunFolder, SweepFolder, lines_of
 from foundry.worlds.replies import without_thinking
 
 KIND = "label"
@@ -34,6 +34,10 @@ class Text:
     fires: tuple[str, ...]
 
 
+class _Fire(msgspec.Struct):
+    name: str
+
+
 class _Said(msgspec.Struct):
     message: str | None = None
 
@@ -48,13 +52,16 @@ def texts_of(sweep: SweepFolder) -> list[Text]:
 
 
 def _fires(run: RunFolder) -> tuple[str, ...]:
-    return tuple(str(fire["name"]) for fire in run.config()["world"].get("fires", ()))
+    try:
+        return tuple(fire.name for fire in msgspec.convert(run.config()["world"].get("fires", ()), list[_Fire]))
+    except msgspec.ValidationError as error:
+        raise RecordError(f"The fires in the world of run '{run.id}' cannot be read: {error}") from error
 
 
 def _messages(run: RunFolder) -> list[str]:
     """Return what was said in a run, heard or not; the torn last line of one that has not ended is left out."""
     content = run.steps_bytes()
-    lines = msgspec.json.Decoder(_Said).decode_lines(content[: content.rfind(b"\n") + 1])
+    lines = lines_of(content[: content.rfind(b"\n") + 1], _Said, run.stream_path("steps"))
     return [line.message for line in lines if line.message is not None]
 
 

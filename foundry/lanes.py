@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import os
 from collections import Counter
+from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import replace
 
@@ -21,18 +22,24 @@ MAX_IDLE_DEATHS = 5
 POLL_S = 0.25
 
 
+class Abandoned(FoundryError):
+    """Nobody waits for the work any more."""
+
+
 class Lanes:
     """Worker processes that share a sweep's runs."""
 
-    def __init__(self, spec: LaneSpec, workers: int) -> None:
+    def __init__(self, spec: LaneSpec, workers: int, abandoned: Callable[[], bool] = lambda: False) -> None:
         """Set what is to be run.
 
         Args:
             spec: what every worker is given; their names are numbered.
             workers: how many work at once.
+            abandoned: says whether nobody waits for the work any more.
         """
         self._spec = replace(spec, parent=os.getpid())
         self._workers = workers
+        self._abandoned = abandoned
         self._numbers = itertools.count()
         self._processes: dict[Future[str | None], LaneProcess] = {}
         self._specs: dict[Future[str | None], LaneSpec] = {}
@@ -40,12 +47,18 @@ class Lanes:
         self._idle_deaths = 0
 
     def run(self) -> str | None:
-        """Work until all runs have ended or the sweep stops; returns the cause that must end the sweep, or None."""
+        """Work until all runs have ended or the sweep stops; returns the cause that must end the sweep, or None.
+
+        Raises:
+            Abandoned: nobody waits for the work any more; its processes are killed.
+        """
         fatal: str | None = None
         try:
             for _ in range(self._workers):
                 self._start(())
             while self._processes:
+                if self._abandoned():
+                    raise Abandoned("Nobody waits for these runs any more.")
                 done, _ = wait(self._processes, timeout=POLL_S, return_when=FIRST_COMPLETED)
                 for future in done:
                     fatal = self._collect(future) or fatal

@@ -62,9 +62,9 @@ def check_settings(settings: Mapping[str, Any]) -> None:
 
 
 def _keyed(model: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield the variable and the address of every server that would get a key."""
+    """Yield the variable and the address of every server that would get a key, at any depth."""
     for one in models_in(model):
-        server = one.get("server", {})
+        server = one.get("server") or {}
         variable = server.get("api_key_env")
         if isinstance(variable, str) and os.environ.get(variable):
             for url in _urls(server.get("base_url", HOSTED)):

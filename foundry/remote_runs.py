@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -97,8 +97,12 @@ class RemoteRuns:
         write_atomically(self._folder.progress_file(played.name), msgspec.json.encode(report))
 
 
-def play_chunk(chunk: Chunk) -> Played:
+def play_chunk(chunk: Chunk, abandoned: Callable[[], bool] = lambda: False) -> Played:
     """Play a chunk on this machine's disk and send every run as it ends; those that are complete there are left out.
+
+    Args:
+        chunk: what is to be played.
+        abandoned: says whether nobody waits for it any more.
 
     Raises:
         FoundryError: the runs cannot be sent.
@@ -110,13 +114,15 @@ def play_chunk(chunk: Chunk) -> Played:
         folder.start_progress()
         waiting = [run for run in folder.runs() if not remote.complete(folder, run)]
         spec = replace(chunk.spec, folder=folder, runs=tuple(run.id for run in waiting))
-        fatal = _play_and_send(spec, waiting, remote) if waiting else None
+        fatal = _play_and_send(spec, waiting, remote, abandoned) if waiting else None
     return Played(chunk.spec.name, chunk.spec.runs, fatal)
 
 
-def _play_and_send(spec: LaneSpec, waiting: list[RunFolder], remote: RemoteSweep) -> str | None:
+def _play_and_send(
+    spec: LaneSpec, waiting: list[RunFolder], remote: RemoteSweep, abandoned: Callable[[], bool]
+) -> str | None:
     with ThreadPoolExecutor(1) as pool:
-        playing = pool.submit(Lanes(spec, 1).run)
+        playing = pool.submit(Lanes(spec, 1, abandoned).run)
         while waiting:
             is_over = bool(wait([playing], timeout=POLL_S).done)
             for run in [run for run in waiting if run.ended]:

@@ -7,7 +7,7 @@ import errno
 import os
 import threading
 from collections.abc import Iterable, Iterator, Mapping
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any, TypeVar
 
 import msgspec
@@ -15,12 +15,15 @@ import zstandard
 from filelock import FileLock, Timeout
 
 from foundry.errors import RecordError, StorageError
+from foundry.plain_files import check_folder, is_there, plain
 from foundry.records import NOT_JSON, Call, RunSummary
 from foundry.sweep import Run, Sweep, calls_seed
 
 RECORD_STREAMS = ("steps", "messages", "episode")
 ALWAYS_THERE = ("steps", "messages")
 """The record files that every run has, if only empty ones."""
+KEPT = ("frames", "images")
+"""The folders of pictures."""
 _ENCODE = msgspec.json.Encoder().encode
 T = TypeVar("T")
 
@@ -66,9 +69,12 @@ def scene_here(config: Mapping[str, Any], scenes: Mapping[str, str], sweep: Path
         sweep: the sweep's folder.
     """
     scene = config["world"].get("scene") if isinstance(config.get("world"), Mapping) else None
-    if not scenes or not isinstance(scene, Mapping) or scene.get("asset") not in scenes:
+    if not isinstance(scene, Mapping):
         return dict(config)
-    here = {"asset": scenes[scene["asset"]], "root": str(sweep)}
+    found = scenes.get(str(scene.get("asset")))
+    if found is None:
+        return dict(config)
+    here = {"asset": found, "root": str(sweep)}
     return {**config, "world": {**config["world"], "scene": {**scene, **here}}}
 
 
@@ -103,8 +109,8 @@ class RunFolder:
 
     def pictures(self) -> list[str]:
         """Return the names of the kept frames and images, relative to the run's folder."""
-        found = [file for kept in ("frames", "images") for file in sorted((self.path / kept).glob("*"))]
-        return [file.relative_to(self.path).as_posix() for file in found if file.is_file() and not file.is_symlink()]
+        found = [file for kept in KEPT for file in sorted(plain(self.path / kept).glob("*"))]
+        return [file.relative_to(self.path).as_posix() for file in found if plain(file).is_file()]
 
     @property
     def calls_seed(self) -> int:
@@ -114,7 +120,7 @@ class RunFolder:
     @property
     def ended(self) -> bool:
         """Whether `run.json` is there, so that the run is complete or failed."""
-        return (self.path / "run.json").exists()
+        return is_there(self.path / "run.json")
 
     def summary(self) -> RunSummary | None:
         """Return how the run ended, or None when it has not.
@@ -125,14 +131,35 @@ class RunFolder:
         return json_file(self.path / "run.json", RunSummary)
 
     def stream_path(self, name: str) -> Path:
-        """Return the file of a stream, whether it is there or not; `calls` is the compressed log."""
-        return self.path / ("calls.jsonl.zst" if name == "calls" else f"{name}.jsonl")
+        """Return the file of a stream, whether it is there or not; `calls` is the compressed log.
+
+        Raises:
+            RecordError: it is no file.
+        """
+        return plain(self.path / ("calls.jsonl.zst" if name == "calls" else f"{name}.jsonl"))
+
+    @property
+    def config_file(self) -> Path:
+        """Where the effective configuration is written when the run is started.
+
+        Raises:
+            RecordError: it is no file.
+        """
+        return plain(self.path / "config.yaml")
+
+    def check_plain(self) -> None:
+        """Check that its folder holds files and folders alone.
+
+        Raises:
+            RecordError: it does not.
+        """
+        check_folder(self.path)
 
     @property
     def beginning(self) -> str:
         """A text that changes when the run is started anew, from its first step; empty before the first start."""
         try:
-            found = (self.path / "config.yaml").stat()
+            found = self.config_file.stat()
         except FileNotFoundError:
             return ""
         return f"{found.st_mtime_ns:x}-{found.st_ino:x}"
@@ -161,12 +188,13 @@ class RunFolder:
         found = []
         for name in ("run.json", *(f"{stream}.jsonl" for stream in RECORD_STREAMS), "calls.jsonl.zst"):
             with contextlib.suppress(FileNotFoundError, NotADirectoryError):
-                status = (self.path / name).stat()
+                status = plain(self.path / name).stat()
                 found.append(f"{name} {status.st_size} {status.st_mtime_ns}")
         return "\n".join(found)
 
     def files(self) -> list[Path]:
         """Return its files, `run.json` last."""
+        self.check_plain()
         found = sorted(file for file in self.path.rglob("*") if file.is_file())
         return sorted(found, key=lambda file: file.name == "run.json")
 
@@ -201,11 +229,23 @@ class RunFolder:
 def _content(path: Path) -> bytes | None:
     """Return what a file holds; None when it is not there."""
     try:
-        return path.read_bytes()
+        return plain(path).read_bytes()
     except FileNotFoundError:
         return None
     except OSError as error:
         raise RecordError(f"{path} cannot be read: {error}") from error
+
+
+def lines_of(content: bytes, kind: type[T], where: object) -> list[T]:
+    """Return what lines of JSON hold.
+
+    Raises:
+        RecordError: they cannot be read.
+    """
+    try:
+        return msgspec.json.Decoder(kind).decode_lines(content)
+    except NOT_JSON as error:
+        raise RecordError(f"{where} cannot be read: {error}") from error
 
 
 def json_file(path: Path, kind: type[T]) -> T | None:
@@ -225,7 +265,7 @@ def json_file(path: Path, kind: type[T]) -> T | None:
 
 def read_calls(path: Path) -> Iterator[Call]:
     """Yield the calls of a log; none if it is not there, and those that are whole if it was cut."""
-    if not path.exists():
+    if not is_there(path):
         return
     decode = msgspec.json.Decoder(Call).decode
     with path.open("rb") as file, zstandard.ZstdDecompressor().stream_reader(file) as reader:
@@ -265,7 +305,9 @@ def kept_file(run: Path, name: str) -> bytes | None:
         RecordError: the name leads out of the folder.
     """
     try:
-        file = (run / name).resolve(strict=True)
+        for part in list(PurePath(name).parents)[-2::-1]:
+            plain(run / part)
+        file = plain(run / name).resolve(strict=True)
         inside = file.is_relative_to(run.resolve())
         content = file.read_bytes() if inside else b""
     except FileNotFoundError:

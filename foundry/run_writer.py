@@ -14,7 +14,7 @@ import zstandard
 
 from foundry.errors import StorageError
 from foundry.records import Call, Counts, Member, Record, RunSummary, SeenImage
-from foundry.store import ALWAYS_THERE, RECORD_STREAMS, RunFolder, frame_name, storing, write_atomically
+from foundry.store import ALWAYS_THERE, KEPT, RECORD_STREAMS, RunFolder, frame_name, storing, write_atomically
 
 _ENCODE = msgspec.json.Encoder().encode
 
@@ -46,8 +46,8 @@ class RunWriter:
         if path.is_symlink() or path.parent.is_symlink():  # what is there is not the sweep's, and would be removed
             raise StorageError(f"'{path}' is refused: it is a link to another place, not a run's folder.")
         (path / "run.json").unlink(missing_ok=True)
-        for kept in ("frames", "images"):
-            shutil.rmtree(path / kept, ignore_errors=True)
+        for kept in KEPT:
+            _clear(path / kept)
         (path / "episode.jsonl").unlink(missing_ok=True)
         write_atomically(path / "config.yaml", config_text.encode())
         for name in ALWAYS_THERE:
@@ -121,6 +121,14 @@ class RunWriter:
     def _close_files(self) -> None:
         for file in self._files.values():
             file.close()
+
+
+def _clear(folder: Path) -> None:
+    """Remove a folder with all that is in it; of a link, which would be written through, the link alone."""
+    if folder.is_dir() and not folder.is_symlink():
+        shutil.rmtree(folder)
+    else:
+        folder.unlink(missing_ok=True)
 
 
 def _fresh(path: Path) -> Path:

@@ -151,7 +151,8 @@ def _count(key: str, value: object) -> int:
 
 def workers_for(runs: Sequence[RunFolder], available: int) -> int:
     """Return how many workers a phase takes; each would load weights that are not on a server."""
-    limits: list[int | None] = [one.get("server", {}).get("workers") for one in models_in(runs[0].config()["model"])]
+    servers = [one.get("server") or {} for one in models_in(runs[0].config()["model"])]
+    limits: list[int | None] = [server.get("workers") for server in servers]
     return min([available, len(runs), *filter(None, limits)])
 
 

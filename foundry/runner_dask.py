@@ -10,12 +10,12 @@ from typing import Any
 
 import joblib
 
-from foundry.dask_cluster import DaskBackend, WorkersLost, check_cache, check_folder, connected, survey
+from foundry.dask_cluster import DaskBackend, WorkersLost, check_cache, check_folder, connected, scheduler_lost, survey
 from foundry.errors import InputError
 from foundry.lane import LaneSpec
 from foundry.lanes import Lanes
 from foundry.remote import RemoteSweep
-from foundry.remote_runs import RemoteRuns, play_chunk
+from foundry.remote_runs import Chunk, Played, RemoteRuns, play_chunk
 from foundry.runner import PlayPhase, Runner, SweepJob, SweepStopped, raise_if_stopped, worker_count, workers_for
 from foundry.store import SWEEP_FILE, RunFolder, SweepFolder
 from foundry.sweep import is_served
@@ -83,7 +83,7 @@ class DaskRunner(Runner):
 
         def attempt() -> str | None:
             fatal = None
-            tasks = (joblib.delayed(play_chunk)(chunk) for chunk in remote.chunks(spec, workers))
+            tasks = (joblib.delayed(play)(chunk) for chunk in remote.chunks(spec, workers))
             for played in _parallel(client, tasks, at_once=workers):
                 remote.take(played)
                 fatal = fatal or played.fatal
@@ -109,7 +109,12 @@ class DaskRunner(Runner):
 
 def work(spec: LaneSpec) -> str | None:
     """Be one of the workers, on a machine of the cluster; returns the cause that must end the sweep, or None."""
-    return Lanes(spec, 1).run()
+    return Lanes(spec, 1, scheduler_lost()).run()
+
+
+def play(chunk: Chunk) -> Played:
+    """Play a chunk of the runs, on a machine of the cluster."""
+    return play_chunk(chunk, scheduler_lost())
 
 
 def _parallel(client: Any, tasks: Iterable[Any], at_once: int | str) -> Iterator[Any]:

@@ -20,8 +20,10 @@ from typing import Any
 import msgspec
 
 from foundry.errors import InputError, RecordError, not_found
-from foundry.records import Labels
+from foundry.plain_files import check_folder, is_there
+from foundry.records import NOT_JSON, Labels
 from foundry.run_files import ALWAYS_THERE as ALWAYS_THERE
+from foundry.run_files import KEPT as KEPT
 from foundry.run_files import RECORD_STREAMS as RECORD_STREAMS
 from foundry.run_files import RunFolder as RunFolder
 from foundry.run_files import calls_bytes as calls_bytes
@@ -29,10 +31,13 @@ from foundry.run_files import cannot_write as cannot_write
 from foundry.run_files import frame_name as frame_name
 from foundry.run_files import json_file, scene_here
 from foundry.run_files import kept_file as kept_file
+from foundry.run_files import lines_of as lines_of
 from foundry.run_files import read_calls as read_calls
 from foundry.run_files import storing as storing
 from foundry.run_files import write_atomically as write_atomically
 from foundry.sweep import Sweep
+from foundry.sweep import is_served as is_served
+from foundry.sweep import without_servers as without_servers
 from foundry.sweep_file import sweep_content, sweep_from, sweep_text
 from foundry.sweep_file import to_yaml as to_yaml
 
@@ -40,7 +45,16 @@ SWEEP_FILE = "sweep.yaml"
 ENDED_RUNS = "runs/*/run.json"
 """Matches what every run that has ended holds."""
 SCENES_FILE = "scenes.json"
+RUN_WITH = ("cache", "runner", "record", "analyze")
+"""Settings that a sweep is run with."""
 _ENCODE = msgspec.json.Encoder().encode
+
+
+class _Report(msgspec.Struct):
+    """What is read of the report of a worker."""
+
+    open: list[str]
+    models: dict[str, dict[str, float | None]]
 
 
 def fresh_folder(root: Path) -> Path:
@@ -76,18 +90,17 @@ class SweepFolder:
 
         Raises:
             InputError: there is no such folder, or it holds no sweep.
-            RecordError: `sweep.yaml` cannot be read.
+            RecordError: `sweep.yaml` cannot be read, or there is something else than files and folders.
         """
         path = Path(path)
         file = path / "sweep.yaml"
-        if not file.is_file():
+        if not is_there(file) or not file.is_file():
             raise InputError(_no_sweep(path))
+        check_folder(path, shallow="runs", apart="baselines")  # the files of a run are checked as they are read
         try:
             content = sweep_content(file.read_text(encoding="utf-8"), file)
             return cls(path, sweep_from(content), content["settings"], content["models"])
-        except KeyError as error:
-            raise RecordError(f"{file} cannot be read: it lacks {error}, so it is no whole sweep's.") from error
-        except (TypeError, ValueError, AttributeError) as error:
+        except (OSError, ValueError) as error:
             raise RecordError(f"{file} cannot be read: it does not describe a sweep ({error}).") from error
 
     @classmethod
@@ -99,7 +112,7 @@ class SweepFolder:
         Raises:
             InputError: the folder holds another sweep or foreign files, or cannot be written to.
         """
-        if (path / "sweep.yaml").exists():
+        if is_there(path / "sweep.yaml"):
             folder = cls.open(path)
             _check_same(folder, sweep, models)
             folder.sweep = sweep  # the same runs, built from what was asked now: a recorded file is not trusted
@@ -110,6 +123,17 @@ class SweepFolder:
         folder = cls(path, sweep, settings, models)
         write_atomically(path / "sweep.yaml", sweep_text(sweep, settings, models).encode())
         return folder
+
+    def check_runnable(self) -> None:
+        """Check that it says where and how it was run.
+
+        Raises:
+            RecordError: it does not, so nobody can go on with it.
+        """
+        missing = [name for name in RUN_WITH if name not in self.settings]
+        if missing:
+            file = self.path / SWEEP_FILE
+            raise RecordError(f"{file} does not say how to go on: it lacks settings.{missing[0]}.")
 
     @property
     def analysis_dir(self) -> Path:
@@ -209,8 +233,10 @@ class SweepFolder:
         """Return what every worker reported last, by worker."""
         reports = {}
         for file in sorted((self.path / "progress").glob("*.json")):
-            with contextlib.suppress(FileNotFoundError, msgspec.DecodeError):
-                reports[file.stem] = msgspec.json.decode(file.read_bytes())
+            with contextlib.suppress(FileNotFoundError, *NOT_JSON):
+                content = file.read_bytes()
+                msgspec.json.decode(content, type=_Report)
+                reports[file.stem] = msgspec.json.decode(content)
         return reports
 
     def start_progress(self) -> None:
@@ -264,6 +290,7 @@ def sweeps_in(path: Path) -> list[Path]:
     """
     places = ("", "*/", "baselines/", "*/baselines/")
     found = {file.parent for place in places for file in path.glob(f"{place}sweep.yaml")}
+    found -= {one for one in found if one.name == "baselines" and one != path and one.is_symlink()}
     if not found:
         raise InputError(_no_sweep(path))
     return sorted(found, key=lambda one: ((one / "sweep.yaml").stat().st_mtime_ns, str(one)), reverse=True)

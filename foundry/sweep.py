@@ -148,30 +148,44 @@ def identity(config: Mapping[str, Any]) -> dict[str, Any]:
     """Return the part of a configuration that decides what a run is."""
     kept = {key: config[key] for key in IDENTITY_KEYS if key in config}
     if isinstance(kept.get("model"), Mapping):
-        kept["model"] = _changed(kept["model"], lambda one: {k: v for k, v in one.items() if k != "server"})
+        kept["model"] = without_servers(kept["model"])
     if "fork" in kept:
         kept["fork"] = {key: value for key, value in kept["fork"].items() if key != "sweep"}
     return kept
 
 
+def without_servers(part: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a model's configuration without how it and what it is made of are reached."""
+    return _changed(part, lambda one: {key: value for key, value in one.items() if key != "server"})
+
+
 def models_in(model: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """Return the configurations of the models behind one: its members', else its own."""
-    members = model.get("members")
-    return [member.get("model", {}) for member in members.values()] if isinstance(members, Mapping) else [model]
+    """Return the configurations of a model and of all that it is made of, at any depth: all that would be built."""
+    found: list[Mapping[str, Any]] = []
+
+    def noted(one: Mapping[str, Any]) -> dict[str, Any]:
+        found.append(one)
+        return dict(one)
+
+    _changed(model, noted)
+    return found
 
 
 def is_served(model: Mapping[str, Any]) -> bool:
-    """Return whether a server answers for a model, or for one of its members."""
+    """Return whether a server answers for a model, or for one that it is made of."""
     return any("server" in one for one in models_in(model))
 
 
 def _changed(model: Mapping[str, Any], change: Callable[[Mapping[str, Any]], dict[str, Any]]) -> dict[str, Any]:
-    """Return a model's configuration, changed, or that of each of its members."""
-    members = model.get("members")
-    if not isinstance(members, Mapping):
-        return change(model)
-    changed = {label: {**member, "model": change(member.get("model", {}))} for label, member in members.items()}
-    return {**model, "members": changed}
+    """Return a model's configuration, with each part that has a `_target_` changed at any depth, and itself."""
+    return change({key: _changed_within(value, change) for key, value in model.items()})
+
+
+def _changed_within(value: Any, change: Callable[[Mapping[str, Any]], dict[str, Any]]) -> Any:
+    if isinstance(value, Mapping):
+        inner = {key: _changed_within(part, change) for key, part in value.items()}
+        return change(inner) if "_target_" in inner else inner
+    return [_changed_within(part, change) for part in value] if isinstance(value, list | tuple) else value
 
 
 def model_key(model: Mapping[str, Any]) -> str:
@@ -190,9 +204,10 @@ def _rehosted(config: Mapping[str, Any], hosts: str, key: str) -> dict[str, Any]
 
 
 def _moved(model: Mapping[str, Any], hosts: str, key: str) -> dict[str, Any]:
-    if key not in model.get("server", {}):
+    server = model.get("server")
+    if not isinstance(server, Mapping) or key not in server:
         return dict(model)
-    return {**model, "server": {**model["server"], key: hosts}}
+    return {**model, "server": {**server, key: hosts}}
 
 
 def _by_model(conditions: Sequence[Condition]) -> list[int]:

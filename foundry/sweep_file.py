@@ -12,6 +12,7 @@ import yaml
 
 from foundry.plain_yaml import load_plain
 from foundry.sweep import Condition, Run, Sweep, check_names
+from foundry.sweep_shape import check_shape
 
 _ENCODE = msgspec.json.Encoder().encode
 _RUNS = "\nruns:\n"
@@ -73,19 +74,21 @@ def sweep_from(content: Mapping[str, Any]) -> Sweep:
 
     Raises:
         InputError: a part has a name that no table can show.
-        ValueError: a run has a name that is no run's, which might lead elsewhere, or no condition.
+        ValueError: a part has another shape, or a run has a name that is no run's, which might lead elsewhere, or no
+            condition.
     """
+    check_shape(content)
     conditions = tuple(
         Condition(factors=entry["factors"], seeds=tuple(entry["seeds"]), config=entry["config"])
         for entry in content["conditions"]
     )
-    runs = tuple(Run(**entry) for entry in content["runs"])
+    runs = tuple(Run(entry["id"], entry["condition"], entry["seed"]) for entry in content["runs"])
     check_names(conditions)
     if not runs:
         raise ValueError("it has no runs")
     for run in runs:
         if not _RUN_ID.fullmatch(run.id):
             raise ValueError(f"{run.id!r} is no id of a run")
-        if type(run.seed) is not int or run.condition not in range(len(conditions)):
-            raise ValueError(f"run {run.id} has no seed or no condition")
+        if run.condition not in range(len(conditions)):
+            raise ValueError(f"run {run.id} has no condition")
     return Sweep(asked=tuple(content["asked"]), conditions=conditions, runs=runs)

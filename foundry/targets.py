@@ -10,6 +10,7 @@ from typing import Any
 
 from foundry.errors import InputError
 from foundry.models.base import Model
+from foundry.models.wrapper import Wrapper
 from foundry.prompts import Prompt
 from foundry.runner import Runner
 from foundry.sweep import Sweep
@@ -19,8 +20,15 @@ VARIABLE = "FOUNDRY_TRUST_TARGETS"
 """Further packages that are trusted, separated by commas."""
 ROLES: Mapping[str, type] = {"world": Scenario, "model": Model, "prompt": Prompt, "runner": Runner}
 """What the parts of a configuration build."""
-PACKAGES = ("foundry.worlds", "foundry.models", "foundry.prompts", "foundry.runner", "foundry.runner_dask")
-"""Where the classes are that a configuration may name."""
+PLACES: Mapping[str, tuple[str, ...]] = {
+    "world": ("foundry.worlds",),
+    "model": ("foundry.models",),
+    "prompt": ("foundry.prompts",),
+    "fork": ("foundry.prompts",),
+    "runner": ("foundry.runner", "foundry.runner_dask"),
+}
+"""Where the classes are that each part of a configuration may name, at any depth."""
+PACKAGES = tuple(dict.fromkeys(package for packages in PLACES.values() for package in packages))
 SCRIPTED = "foundry.models.scripted"
 """Policies and their parts, such as faults: they take numbers and other policies, and touch nothing."""
 HYDRAS_OWN = ("_partial_", "_args_", "_recursive_", "_convert_")
@@ -57,7 +65,7 @@ def check_targets(config: Mapping[str, Any], trusted: Sequence[str], where: str)
         if key in HYDRAS_OWN and not trusted:
             raise InputError(f"{where}: '{'.'.join(path)}' is refused: a recorded configuration may not use {key}.")
         if key == "_target_":
-            _check_target(value, trusted, f"{where}, {'.'.join(path[:-1])}")
+            _check_target(value, PLACES.get(path[0], ()), trusted, f"{where}, {'.'.join(path[:-1])}")
 
 
 def _entries(value: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], str, Any]]:
@@ -78,13 +86,17 @@ def _check_role(target: Any, kind: type, trusted: Sequence[str], where: str) -> 
         raise _refusal(target, where, f"it is no {kind.__name__}")
 
 
-def _check_target(target: Any, trusted: Sequence[str], where: str) -> None:
+def _check_target(target: Any, packages: Sequence[str], trusted: Sequence[str], where: str) -> None:
     if _is_trusted(target, trusted):
         return
     found = _own_class(target, where)
+    if not _is_within(found.__module__, packages):
+        raise _refusal(target, where, "it has no place there")
     is_of_models = _is_within(found.__module__, ("foundry.models",))
     if is_of_models and not issubclass(found, Model) and not _is_within(found.__module__, (SCRIPTED,)):
         raise _refusal(target, where, "it is no model")
+    if issubclass(found, Wrapper):
+        raise _refusal(target, where, "it wraps other models, which foundry does by itself")
 
 
 def _is_trusted(target: Any, trusted: Iterable[str]) -> bool:

@@ -58,14 +58,14 @@ def started(*arguments: str, cwd: Path, **changes: str) -> Iterator[subprocess.P
         process.communicate()
 
 
-def wait_until(condition: Callable[[], bool], what: str) -> None:
+def wait_until(condition: Callable[[], bool], what: str, *, patience_s: float = PATIENCE_S) -> None:
     """Wait for something that another process does."""
     never = threading.Event()
-    for _ in range(int(PATIENCE_S / 0.01)):
+    for _ in range(int(patience_s / 0.01)):
         if condition():
             return
         never.wait(0.01)
-    raise AssertionError(f"waited {PATIENCE_S} s in vain: {what}")
+    raise AssertionError(f"waited {patience_s} s in vain: {what}")
 
 
 def kill(pid: int) -> None:

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from commands import environment, wait_until
+from foundry import paths
 
 TESTS = Path(__file__).parent
 
@@ -36,7 +37,7 @@ class Cluster:
             scratch = self._folder / name
             scratch.mkdir()
             options = ["--nthreads", "1", "--no-dashboard", "--local-directory", str(scratch), "--name", name]
-            places = os.pathsep.join(map(str, [*path, TESTS]))
+            places = os.pathsep.join(map(str, [*path, TESTS, paths.PACKAGE.parent]))
             command = ["dask_worker", self.address, *options, *([] if nanny else ["--no-nanny"])]
             self.workers.append(self._start(command, name, {"TMPDIR": str(scratch), "PYTHONPATH": places}))
         wait_until(lambda: all("Registered to" in log.read_text() for log in self._logs[1:]), "the workers are there")
@@ -46,6 +47,11 @@ class Cluster:
         worker = next(worker for worker in self.workers if worker.pid == pid)
         worker.kill()
         worker.wait()
+
+    def kill_scheduler(self) -> None:
+        """Kill the scheduler, at once."""
+        self._scheduler.kill()
+        self._scheduler.wait()
 
     def close(self) -> None:
         for process in [*self.workers, self._scheduler]:

@@ -1,6 +1,7 @@
-"""The direction of the imports, read from the source."""
+"""The direction of the imports, read from the source: those inside functions and those for type checkers too."""
 
 import ast
+import graphlib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,67 +11,153 @@ from foundry import paths
 
 ROOT = paths.PACKAGE.parent
 PACKAGES = ("foundry", "analysis", "viewer", "hydra_plugins")
-LEAVES = {"foundry.errors", "foundry.paths", "foundry.seeding", "foundry.records", "foundry.texts"}
-BASES = LEAVES | {"foundry", "foundry.worlds.base", "foundry.models.base"}
+LAYERS = {
+    "leaves": ("errors", "paths", "seeding", "records", "texts"),
+    "parts": ("worlds", "models", "prompts"),
+    "episode": ("episode",),
+    "storing": (
+        *("plain_files", "plain_yaml", "sweep", "sweep_shape", "sweep_file", "run_files", "store", "run_writer"),
+        "provenance",
+    ),
+    "running": (
+        *("build", "asking", "trust.difference", "trust.recorded", "trust.continuing", "lane", "lanes"),
+        *("lane_process", "remote", "remote_runs", "runner", "dask_cluster", "runner_dask"),
+    ),
+    "using": (
+        *("settings", "compose", "preflight", "runner_launcher", "targets", "reaching", "planning", "prompting", "baselines"),
+        *("labelling", "display", "trust", "doctor", "replay"),
+    ),
+    "commands": ("commands", "cli", "__main__"),
+}
+"""Modules and packages of foundry, each of which imports of its own layer or of one further up in this list."""
+BASES = {"foundry.worlds.base", "foundry.models.base"}
+LEAVES = {f"foundry.{name}" for name in LAYERS["leaves"]}
 
 
-def modules(folder: str) -> list[Path]:
+def files(folder: str) -> list[Path]:
     return sorted((ROOT / folder).rglob("*.py"))
 
 
-def imports(path: Path) -> Iterator[str]:
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.ImportFrom):
-            names = [f"{node.module}.{alias.name}" for alias in node.names]
-            is_package = node.module in ("foundry", "foundry.worlds", "foundry.models")
-            yield from names if is_package else [node.module or ""]
-        elif isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+def name_of(path: Path) -> str:
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-def ours(path: Path) -> set[str]:
-    return {name for name in imports(path) if name.split(".")[0] in PACKAGES}
+MODULES = {name_of(path): path for folder in PACKAGES for path in files(folder)}
+
+
+def named(node: ast.AST) -> Iterator[str]:
+    """Yield what a statement imports, a module of ours by its full name."""
+    if isinstance(node, ast.ImportFrom):
+        assert node.level == 0, "imports are written in full, which is what is read here"
+        for alias in node.names:
+            full = f"{node.module}.{alias.name}"
+            yield full if full in MODULES else str(node.module)
+    elif isinstance(node, ast.Import):
+        yield from (alias.name for alias in node.names)
+    elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith(
+        ("import_module", "resolve_name", "__import__")
+    ):
+        yield from (str(arg.value) for arg in node.args if isinstance(arg, ast.Constant))
+
+
+def ours(nodes: Iterator[ast.AST]) -> set[str]:
+    return {name for node in nodes for name in named(node) if name.split(".")[0] in PACKAGES}
+
+
+TREES = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in MODULES.items()}
+IMPORTS = {name: ours(ast.walk(tree)) for name, tree in TREES.items()}
+
+
+def imports_of(package: str) -> dict[str, set[str]]:
+    """Return what each module of a package imports of ours, at its top or anywhere in it."""
+    return {name: found for name, found in IMPORTS.items() if is_in(name, package)}
+
+
+def is_in(name: str, package: str) -> bool:
+    return name == package or name.startswith(f"{package}.")
+
+
+def layer_of(name: str) -> int:
+    """Return the number of a module's layer; the longest name that holds it says."""
+    places = [(len(one), number) for number, names in enumerate(LAYERS.values()) for one in names
+              if is_in(name, f"foundry.{one}")]  # fmt: skip
+    assert places, f"{name} stands in no layer: add it to LAYERS"
+    return max(places)[1]
+
+
+def at_the_top(nodes: list[ast.stmt]) -> Iterator[ast.AST]:
+    """Yield what runs when a module is imported: nothing inside functions, nor what only type checkers see."""
+    for node in nodes:
+        if isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"):
+            yield from at_the_top(node.orelse)
+        elif not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            yield node
+            for inner in ("body", "orelse", "finalbody", "handlers"):
+                yield from at_the_top(getattr(node, inner, []))
+
+
+def test_leaves_import_nothing_of_ours():
+    assert {name: IMPORTS[name] for name in LEAVES if IMPORTS[name]} == {}
+
+
+@pytest.mark.parametrize("layer", LAYERS["parts"])
+def test_worlds_models_and_prompts_import_leaves_and_themselves_and_of_each_other_the_bases(layer: str):
+    for name, found in imports_of(f"foundry.{layer}").items():
+        foreign = {one for one in found if one not in BASES | LEAVES and not is_in(one, f"foundry.{layer}")}
+        allowed = {"foundry.store"} if name == "foundry.models.replay" else set()  # its answers are a recorded sweep's
+        assert foreign <= allowed, f"{name} imports {foreign}"
+
+
+def test_imports_within_foundry_point_down_only():
+    up = {
+        f"{name} imports {one}"
+        for name, found in imports_of("foundry").items()
+        for one in found
+        if is_in(one, "foundry") and one != "foundry" and name not in ("foundry", "foundry.models.replay")
+        if layer_of(one) > layer_of(name)
+    }
+    assert up == set()
+
+
+def test_no_module_imports_itself_by_way_of_others():
+    rooms = tuple(f"foundry.{room}" for room in LAYERS["parts"])  # within these, modules may know each other
+    graph = {
+        name: {one for one in found if one in MODULES and one != name}
+        for name, found in IMPORTS.items()
+        if not any(is_in(name, room) for room in rooms)
+    }
+    graphlib.TopologicalSorter(graph).prepare()
+
+
+def test_analysis_reads_records_and_the_store_only():
+    for name, found in imports_of("analysis").items():
+        foreign = {one for one in found if not is_in(one, "analysis")} - {*LEAVES, "foundry.store"}
+        assert foreign == set(), f"{name} imports {foreign}"
+
+
+def test_the_viewer_reads_records_and_the_store_only():
+    for name, found in imports_of("viewer").items():
+        foreign = {one for one in found if not is_in(one, "viewer")} - {*LEAVES, "foundry.store"}
+        drawing = {one for one in foreign if is_in(one, "foundry.worlds.usd")}
+        allowed = {*drawing, "foundry.worlds.base", "foundry.preflight"} if name == "viewer.scene_export" else set()
+        assert foreign <= allowed, f"{name} imports {foreign}"
+
+
+def test_only_commands_import_analysis_and_the_viewer_and_only_when_they_are_used():
+    for name, found in imports_of("foundry").items():
+        outside = {one for one in found if not is_in(one, "foundry")}
+        assert not outside or is_in(name, "foundry.commands"), f"{name} imports {outside}"
+        at_once = {one for one in ours(at_the_top(TREES[name].body)) if not is_in(one, "foundry")}
+        assert at_once == set(), f"{name} imports {at_once} at its top"
 
 
 def is_command(path: Path) -> bool:
     return path.parent == ROOT / "foundry" / "commands"
 
 
-@pytest.mark.parametrize("name", ["errors", "paths", "seeding", "records", "texts"])
-def test_leaves_import_nothing_of_ours(name: str):
-    assert ours(ROOT / "foundry" / f"{name}.py") == set()
-
-
-@pytest.mark.parametrize("layer", ["worlds", "models", "prompts"])
-def test_worlds_models_and_prompts_never_import_each_other(layer: str):
-    for path in modules(f"foundry/{layer}"):
-        foreign = {name for name in ours(path) if name not in BASES and not name.startswith(f"foundry.{layer}")}
-        allowed = {"foundry.store"} if path.name == "replay.py" else set()  # its answers are a recorded sweep's
-        assert foreign <= allowed, f"{path} imports {foreign}"
-
-
-def test_analysis_reads_records_and_the_store_only():
-    for path in modules("analysis"):
-        foreign = {n for n in ours(path) if n.startswith("foundry") and n not in {*LEAVES, "foundry.store"}}
-        assert foreign == set(), f"{path} imports {foreign}"
-
-
-def test_the_viewer_reads_records_and_the_store_only():
-    for path in modules("viewer"):
-        foreign = {name for name in ours(path) if not name.startswith("viewer")} - {*LEAVES, "foundry.store"}
-        assert foreign == set() or path.name == "scene_export.py", f"{path} imports {foreign}"
-
-
-def test_only_commands_import_analysis_and_the_viewer_and_only_when_they_are_used():
-    for path in modules("foundry"):
-        names = {name for name in ours(path) if name.split(".")[0] in ("analysis", "viewer")}
-        assert not names or is_command(path), f"{path} imports {names}"
-        top = ast.parse(path.read_text(encoding="utf-8")).body
-        assert not any(isinstance(n, ast.ImportFrom) and n.module in ("analysis", "viewer") for n in top)
-
-
 def test_only_commands_print():
-    for path in [path for folder in PACKAGES for path in modules(folder)]:
+    for path in [path for folder in PACKAGES for path in files(folder)]:
         calls = [node for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.Call)]
         printing = [node for node in calls if isinstance(node.func, ast.Name) and node.func.id == "print"]
         assert not printing or is_command(path), f"{path} prints"
@@ -78,5 +165,5 @@ def test_only_commands_print():
 
 @pytest.mark.parametrize("folder", PACKAGES)
 def test_no_file_is_longer_than_500_lines(folder: str):
-    long = {path.name: len(path.read_text(encoding="utf-8").splitlines()) for path in modules(folder)}
+    long = {path.name: len(path.read_text(encoding="utf-8").splitlines()) for path in files(folder)}
     assert {name: lines for name, lines in long.items() if lines > 500} == {}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Annotated, Any
 
 import msgspec
 
@@ -26,6 +26,17 @@ _READ_STEP = msgspec.json.Decoder(GridStep).decode
 _READ_MESSAGES = msgspec.json.Decoder(Message).decode_lines
 
 
+class _Place(msgspec.Struct):
+    name: str
+
+
+class _Grid(msgspec.Struct):
+    """What is read here of a world's settings."""
+
+    agents: Annotated[int, msgspec.Meta(ge=1)]
+    places: list[_Place]
+
+
 class GridView(RunView):
     """See `docs/viewer.md` for the keys of what is returned."""
 
@@ -33,14 +44,18 @@ class GridView(RunView):
 
     def __init__(self, folder: RunFolder, *, decisions_per_chunk: int = 10) -> None:
         super().__init__(folder, decisions_per_chunk=decisions_per_chunk)
+        try:
+            self._grid = msgspec.convert(self.world, _Grid)
+        except msgspec.ValidationError as error:
+            raise RecordError(f"The world of run '{folder.id}' cannot be shown: {error}") from error
         self.steps_per_chunk = max(1, min(50, DECISIONS_PER_CHUNK // self.agents))
         self.messages = StepLines(folder.stream_path("messages"))
-        self._places = {place["name"]: index for index, place in enumerate(self.world["places"])}
+        self._places = {place.name: index for index, place in enumerate(self._grid.places)}
 
     @property
     def agents(self) -> int:
         """Number of agents."""
-        return int(self.world["agents"])
+        return self._grid.agents
 
     def about_world(self) -> dict[str, Any]:
         """Return the grid, its places and fires."""

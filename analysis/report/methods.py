@@ -13,6 +13,7 @@ from analysis.report.material import Material
 from analysis.run import GridRun
 from analysis.stats.contrasts import ALPHA, MCNEMAR, SIGN_FLIP
 from analysis.stats.intervals import BOOTSTRAP_T, FEWEST_FOR_CLAIMS, STUDENT, WILSON
+from foundry.store import is_served
 
 _ENOUGH = 20
 """Seeds from which claims are made."""
@@ -227,7 +228,7 @@ def _without_digest(found: Material) -> list[str]:
     """Return the models that a server answers for and whose weights are not known."""
     known = {one.summary.model for one in found.members if one.summary is not None and one.summary.model_digest}
     served = [member.folder.config()["model"] for member in found.members]
-    names = dict.fromkeys(str(model["name"]) for model in served if "server" in model)
+    names = dict.fromkeys(str(model["name"]) for model in served if is_served(model))
     return [name for name in names if name not in known]
 
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from foundry.commands.application import EXIT_INTERRUPTED, EXIT_OK, app, console
+from foundry.commands.application import EXIT_INTERRUPTED, EXIT_OK, Trusted, app
+from foundry.commands.showing import analyze_and_show
 from foundry.errors import InputError
 
 
@@ -44,10 +44,11 @@ def analyze(
     labeller: WhoLabels = Labeller.RULE,
     family: Family = None,
     margin: Margins = None,
+    trust_targets: Trusted = None,
 ) -> None:
     """Compute the signatures of every run, compare the models, draw the plots."""
     margins = margins_of(margin or [])
-    codes = [run_baselines(folder) for folder in folders] if baselines else []
+    codes = [run_baselines(folder, trust_targets or ()) for folder in folders] if baselines else []
     by_model = labeller is Labeller.MODEL
     analyze_and_show(folders, labelled_by_model=by_model, family=family, margins=margins)
     raise typer.Exit(max(codes, default=EXIT_OK))
@@ -73,7 +74,7 @@ def margins_of(texts: Sequence[str]) -> dict[str, float]:
     return margins
 
 
-def run_baselines(path: Path) -> int:
+def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
     """Run the scripted baselines of a sweep into the folder beside its runs; those that are there stay.
 
     Returns:
@@ -89,7 +90,7 @@ def run_baselines(path: Path) -> int:
     from foundry.targets import check_sweep_targets
 
     opened = SweepFolder.open(path)
-    check_sweep_targets(opened.sweep, {})
+    check_sweep_targets(opened.sweep, {}, trusted)
     sweep = baselines_of(opened.sweep)
     if not sweep.runs:
         print(f"{path} compares every baseline itself")
@@ -101,34 +102,3 @@ def run_baselines(path: Path) -> int:
     if code == EXIT_INTERRUPTED:
         raise typer.Exit(code)
     return code
-
-
-def analyze_and_show(folders: Sequence[Path], *, brief: bool = False, **options: Any) -> None:
-    """Analyse sweeps with these options of `analysis.analyze` and print the short tables, or the shortest."""
-    from analysis import analyze as analyze_folders
-    from foundry.display import frame_table
-
-    with _watched() as watch:
-        analysis = analyze_folders(folders, watch=watch, **options)
-    screen = console()
-    for table in analysis.headlines(screen.width, brief=brief):
-        screen.print(frame_table(table.rows, table.columns))
-        if table.caption:
-            screen.print(f"{table.caption}\n", style="dim", highlight=False, markup=False)
-    for note in analysis.notes:
-        print(note)
-    print(f"tables and plots in {analysis.path}")
-
-
-@contextlib.contextmanager
-def _watched() -> Iterator[Callable[[int, int], None] | None]:
-    """Show on a terminal how many runs are measured; elsewhere nothing."""
-    screen = console()
-    if not screen.is_terminal:
-        yield None
-        return
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
-
-    with Progress("measuring", BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), transient=True) as bars:
-        task = bars.add_task("measuring")
-        yield lambda done, total: bars.update(task, completed=done, total=total)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from foundry.commands.application import OVERRIDES, Folder, app
+from foundry.commands.application import OVERRIDES, Folder, TrustedServers, app
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ def label(
     context: typer.Context,
     folder: Folder,
     model: Annotated[str, typer.Option(help="The model that labels, as in model=...", show_default=False)],
+    trust_servers: TrustedServers = False,
 ) -> None:
     """Have a model say which messages of a sweep are warnings.
 
@@ -32,11 +33,14 @@ def label(
     import asyncio
 
     from analysis.labelling import model_labelling
+    from foundry import reaching
     from foundry.compose import compose
     from foundry.labelling import texts_of
     from foundry.store import SweepFolder
 
     opened = SweepFolder.open(folder)
+    if not trust_servers:
+        reaching.check_settings({"cache": opened.settings.get("cache", {})})
     texts = texts_of(opened)
     if not texts:
         raise InputError(f"No message was said in the runs of '{folder}': there is nothing to label.")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from foundry.commands.application import app, console, for_screen
+from foundry.commands.application import Trusted, app, console, for_screen
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
@@ -35,6 +35,7 @@ def replay(
         bool, typer.Option("--window", help="Show a 3D run in a window; follows one that is going on.")
     ] = False,
     workers: Annotated[int | None, typer.Option(help="Processes that draw; else one a core.", min=1)] = None,
+    trust_targets: Trusted = None,
 ) -> None:
     """Show runs again, from their records alone: pictures, a film, or a window.
 
@@ -50,9 +51,9 @@ def replay(
 
     found = [find_run(path) for path in runs]
     if window:
-        _show(found, unwanted=any(one is not None for one in (steps, every, video, out)))
+        _show(found, trust_targets or (), unwanted=any(one is not None for one in (steps, every, video, out)))
         return
-    recordings = [read_recording(run) for run in found]
+    recordings = [read_recording(run, trust_targets or ()) for run in found]
     for one in recordings:
         if one.note:
             print(for_screen(f"{one.id}: {one.note}"))
@@ -75,7 +76,7 @@ def _folder(runs: Sequence[RunFolder]) -> Path:
     return first if len(runs) == 1 else first.with_name(f"{first.name}_and_{len(runs) - 1}_more")
 
 
-def _show(runs: Sequence[RunFolder], *, unwanted: bool) -> None:
+def _show(runs: Sequence[RunFolder], trusted: Sequence[str], *, unwanted: bool) -> None:
     """Show one run in a window until the user closes it."""
     from foundry.replay.screen import check_display
 
@@ -84,7 +85,7 @@ def _show(runs: Sequence[RunFolder], *, unwanted: bool) -> None:
     check_display()
     from foundry.replay.window import show
 
-    show(runs[0])
+    show(runs[0], trusted)
 
 
 def _with_progress(drawn: Iterator[Picture], total: int) -> Iterator[Picture]:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from foundry.commands.analyzing import analyze_and_show
 from foundry.commands.application import (
     EXIT_FAILED,
     EXIT_INTERRUPTED,
@@ -22,6 +21,7 @@ from foundry.commands.application import (
     console,
     fail,
 )
+from foundry.commands.showing import analyze_and_show
 from foundry.commands.view import check_view, watched
 from foundry.errors import InputError
 
@@ -199,6 +199,7 @@ def resume(folder: Folder, trust_targets: Trusted = None, trust_servers: Trusted
     from foundry.targets import check_sweep_targets
 
     opened = SweepFolder.open(folder)
+    opened.check_runnable()
     check_sweep_targets(opened.sweep, opened.settings, trust_targets or ())
     for variable, key in (("OLLAMA_HOST", "hosts"), ("OPENAI_BASE_URL", "base_url")):
         if variable in os.environ:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from foundry.errors import InputError
 from foundry.replay.recording import read_recording, redrawing_of
 from foundry.store import RunFolder
@@ -20,8 +22,9 @@ class Follower:
         playing: whether the next one comes by itself.
     """
 
-    def __init__(self, run: RunFolder) -> None:
+    def __init__(self, run: RunFolder, trusted: Sequence[str] = ()) -> None:
         self.run = run
+        self._trusted = trusted
         self._stamp = ""
         self._read()
         self.step = 0 if run.ended else self.last
@@ -31,7 +34,7 @@ class Follower:
         stamp = self.run.stamp()
         if stamp == self._stamp:
             return
-        recording = read_recording(self.run)
+        recording = read_recording(self.run, self._trusted)
         if not recording.episode:
             raise InputError(f"Run '{self.run.id}' is not one of a 3D world, or has not begun: --window shows nothing.")
         redrawing = redrawing_of(recording)

@@ -30,6 +30,7 @@ class Recording:
         last: the last step that is whole; 0 when there is none.
         note: what there is to say of a run that is not complete, or "".
         identity: what tells the run from others, by name: model, world, prompt, seed and what was swept.
+        trusted: further packages whose classes the world may be built of.
     """
 
     id: str
@@ -40,14 +41,19 @@ class Recording:
     last: int
     note: str
     identity: tuple[tuple[str, str], ...] = field(repr=False)
+    trusted: tuple[str, ...] = ()
 
 
 class _StepOf(msgspec.Struct):
     step: int
 
 
-def read_recording(run: RunFolder) -> Recording:
+def read_recording(run: RunFolder, trusted: Sequence[str] = ()) -> Recording:
     """Return the records of a run as far as it is.
+
+    Args:
+        run: the run.
+        trusted: further packages whose classes its world may be built of.
 
     Raises:
         InputError: it was never started.
@@ -71,6 +77,7 @@ def read_recording(run: RunFolder) -> Recording:
         last=last,
         note=_note(run, last),
         identity=_identity(run),
+        trusted=tuple(trusted),
     )
 
 
@@ -79,7 +86,7 @@ def redrawing_of(recording: Recording) -> Redrawing:
     """Return the pictures of a run; the same object when asked again for the same records."""
     config = msgspec.json.decode(recording.config)
     # The world alone is built, so that whatever model was asked does not matter.
-    check_targets({"world": config["world"]}, (), f"Run '{recording.id}'")
+    check_targets({"world": config["world"]}, recording.trusted, f"Run '{recording.id}'")
     recorded = Recorded(config["seed"], recording.steps, recording.episode, partial(kept_file, recording.folder))
     return scenario_of(config).redraw(recorded)
 

@@ -6,7 +6,7 @@ Keys: space plays and pauses, left and right go by a step, Home and End to the f
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -32,13 +32,13 @@ _FOREVER = 2**31 - 1
 _MARGIN_PX = 12
 
 
-def show(run: RunFolder) -> None:
-    """Show a run until the user closes the window.
+def show(run: RunFolder, trusted: Sequence[str] = ()) -> None:
+    """Show a run, its world built of foundry's classes and of trusted packages', until the user closes the window.
 
     Raises:
         InputError: the run has no records yet, or its world is not a 3D one.
     """
-    Window(Follower(run)).open()
+    Window(Follower(run, trusted)).open()
 
 
 class Window:

@@ -149,6 +149,7 @@ def _scrubbed(sweep: Sweep, scenes: Sequence[BundledScene], scrubber: Scrubber) 
 def _run_entries(run: RunFolder, sweep: Sweep, scrubber: Scrubber, prefix: str) -> Iterator[Entry]:
     if not run.path.exists():
         return
+    run.check_plain()
     yield _text(f"{prefix}config.yaml", lambda: to_yaml(sweep.config(run.run)), scrubber)
     if run.ended:
         yield _text(f"{prefix}run.json", partial(_summary, run, scrubber), scrubber)

@@ -17,10 +17,10 @@ from foundry import paths
 from foundry.build import build
 from foundry.compose import Composed, compose
 from foundry.episode import play
-from foundry.errors import InputError
+from foundry.errors import InputError, RecordError
 from foundry.plain_yaml import load_plain
 from foundry.records import Call
-from foundry.store import RECORD_STREAMS, RunFolder, SweepFolder, calls_bytes, write_atomically
+from foundry.store import RECORD_STREAMS, RunFolder, SweepFolder, calls_bytes, lines_of, write_atomically
 from foundry.sweep import Condition, calls_seed, model_key
 from foundry.sweep_file import to_yaml
 from foundry.trust.recorded import Departed, NotRecorded, RecordedAsker, past_wordings
@@ -72,7 +72,7 @@ def _calls_before(run: RunFolder, at: int) -> list[Call]:
 
 
 def _check_step(run: RunFolder, at: int) -> None:
-    steps = _steps_of(run.steps_bytes())
+    steps = _steps_of(run)
     if not steps:
         raise InputError(f"Run '{run.id}' has recorded no step yet: there is nothing to continue.")
     whole = steps.count(steps[-1]) == steps.count(steps[0])
@@ -82,12 +82,13 @@ def _check_step(run: RunFolder, at: int) -> None:
 
 
 class _StepOf(msgspec.Struct):
-    step: int
+    step: int = 0
 
 
-def _steps_of(content: bytes) -> list[int]:
+def _steps_of(run: RunFolder) -> list[int]:
+    content = run.steps_bytes()
     whole = content[: content.rfind(b"\n") + 1]
-    return [line.step for line in msgspec.json.Decoder(_StepOf).decode_lines(whole)]
+    return [line.step for line in lines_of(whole, _StepOf, run.stream_path("steps"))]
 
 
 def _compose(config: Mapping[str, Any], overrides: Sequence[str]) -> Composed | None:
@@ -95,6 +96,9 @@ def _compose(config: Mapping[str, Any], overrides: Sequence[str]) -> Composed | 
     given = {override.lstrip("+~").partition("=")[0] for override in overrides}
     if "seed" in given:
         raise InputError("A fork keeps the seed of its run, which the past depends on: vary sampling_seed instead.")
+    for group in GROUPS:
+        if "defaults" in config[group]:  # would be read as names of further files
+            raise RecordError(f"The recorded {group} is refused: no {group} has a setting 'defaults'.")
     shipped = load_plain((paths.conf_dir() / "config.yaml").read_text(encoding="utf-8"), "config.yaml")
     with tempfile.TemporaryDirectory() as name:
         for group in GROUPS:
@@ -106,7 +110,7 @@ def _compose(config: Mapping[str, Any], overrides: Sequence[str]) -> Composed | 
         if "sampling_seed" not in given:
             own.append(f"sampling_seed={'null' if config['sampling_seed'] is None else config['sampling_seed']}")
         if "record.frames" not in given:
-            own.append(f"record.frames={str(config['record']['frames']).lower()}")
+            own.append(f"record.frames={str(config.get('record', {}).get('frames', False)).lower()}")
         quoted = ",".join(f'"{source}"' for source in sources)
         return compose([*overrides, *own, f"seed={config['seed']}", f"hydra.searchpath=[{quoted}]"])
 
@@ -143,8 +147,10 @@ def _shared_digests(run: RunFolder, at: int) -> dict[str, str]:
 
 
 def _shared(run: RunFolder, stream: str, at: int) -> bytes:
-    lines = run.stream_path(stream).read_bytes().splitlines(keepends=True)
-    return b"".join(line for line in lines if msgspec.json.decode(line).get("step", 0) < at)
+    path = run.stream_path(stream)
+    lines = path.read_bytes().splitlines(keepends=True)
+    steps = lines_of(b"".join(lines), _StepOf, path)
+    return b"".join(line for line, one in zip(lines, steps, strict=True) if one.step < at)
 
 
 def _check_past(run: RunFolder, condition: Condition, at: int) -> None:

@@ -40,13 +40,20 @@ def check_summary(config: Mapping[str, Any], summary: RunSummary | None, counts:
     then = {key: getattr(summary, key) for key in now}
     _check("run.json", then, now)
     _check("run.json", {"counts": _replayed(summary.counts)}, {"counts": _replayed(counts)})
-    asked = config["model"].get("members") or {}
-    members = [member["model"]["name"] for member in asked.values()]
+    members = _member_names(config["model"].get("members"))
     _check("run.json", {"members": [member.model for member in summary.members]}, {"members": members})
     step = max((call.step for call in calls), default=0)
     for call in calls:
         if call.step == step:
             _check_answerer(summary, call)
+
+
+def _member_names(members: Any) -> list[Any]:
+    """Return the names of a population's models; none where they are not described as one's."""
+    if not isinstance(members, Mapping):
+        return []
+    models = [one.get("model") for one in members.values() if isinstance(one, Mapping)]
+    return [model.get("name") for model in models if isinstance(model, Mapping)]
 
 
 def check_config(run: RunFolder, config: Mapping[str, Any], summary: RunSummary | None) -> None:
@@ -58,11 +65,11 @@ def check_config(run: RunFolder, config: Mapping[str, Any], summary: RunSummary 
     if summary is None:
         return
     try:
-        recorded = load_plain((run.path / "config.yaml").read_text(encoding="utf-8"), "config.yaml")
-        then = identity(recorded)
+        recorded = load_plain(run.config_file.read_text(encoding="utf-8"), "config.yaml")
+        then = {**identity(recorded), "seed": recorded.get("seed")}
     except (FileNotFoundError, RecordError, TypeError, AttributeError, UnicodeDecodeError) as error:
         raise Departed(Difference("config.yaml", None, "", f"unreadable: {error}", "the run's settings")) from error
-    _check("config.yaml", {**then, "seed": recorded.get("seed")}, {**identity(config), "seed": config["seed"]})
+    _check("config.yaml", then, {**identity(config), "seed": config["seed"]})
 
 
 def check_digests(run: RunFolder, summary: RunSummary | None) -> None:

@@ -174,6 +174,7 @@ def _verify_all(runs: Sequence[RunFolder], frames: bool) -> Iterator[Verified]:
 def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames: bool) -> Verified:
     if not run.path.exists():
         return Verified(run.id, Verdict.NOT_STARTED)
+    run.check_plain()
     try:
         summary = run.summary()
     except RecordError as error:
@@ -184,7 +185,7 @@ def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames
         asker = RecordedAsker(run.calls(), wordings(config))
     except NOT_JSON as error:
         return Verified(run.id, Verdict.DIFFERS, difference=Difference(CALLS, None, "", f"damaged: {error}", "a call"))
-    every = int(config["record"]["frames"]) if frames else 0
+    every = int(config.get("record", {}).get("frames", False)) if frames else 0
     try:
         note = _replay(scenario.start(config["seed"]), asker, comparer, summary, every)
         check_digests(run, summary)

@@ -173,3 +173,30 @@ def test_a_scheduler_that_dies_ends_the_sweep_with_a_clear_line(scheduler: Clust
             output, _ = process.communicate(timeout=90)
         assert process.returncode == 3, output
         assert "lost its workers" in output and "Traceback" not in output
+
+
+@pytest.mark.parametrize("nanny", [False, True])
+@pytest.mark.parametrize("place", ["shared", "remote"])
+def test_workers_end_when_their_scheduler_and_the_command_are_gone(
+    place: str, nanny: bool, scheduler: Cluster, tmp_path: Path
+):
+    scheduler.add(1, nanny=nanny)
+    holding = Holding(2)
+    more = () if place == "shared" else (f"runner.remote={(tmp_path / 'bucket').as_uri()}",)
+    arguments = (*SWEEP, *on(scheduler, *IMPATIENT, *more), "output.dir=sweep")
+    with OllamaServer(holding) as server, started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
+        wait_until(lambda: holding.held, "the calls are held back")
+        lanes = lanes_below(scheduler.workers[0].pid)
+        assert lanes
+        os.killpg(process.pid, signal.SIGKILL)
+        scheduler.kill_scheduler()
+        wait_until(lambda: all(map(is_dead, lanes)), "the workers end", patience_s=10)
+
+
+def lanes_below(pid: int) -> list[int]:
+    """Return the processes that play runs among the children of a process and theirs."""
+    children = [
+        int(one) for task in Path(f"/proc/{pid}/task").iterdir() for one in (task / "children").read_text().split()
+    ]
+    mine = [one for one in children if b"foundry.lane_process" in Path(f"/proc/{one}/cmdline").read_bytes()]
+    return [*mine, *(lane for one in children for lane in lanes_below(one))]

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 from commands import foundry
-from foundry.store import RunFolder, SweepFolder
+from foundry.store import RunFolder, SweepFolder, to_yaml
 from ollama_server import OllamaServer
 from worlds.usd.usd_files import bind, mesh, picture, texture_coordinates, textured, write_stage
 
@@ -28,6 +30,14 @@ def play(folder: Path, *overrides: str, **variables: str) -> Path:
 
 def runs(path: Path) -> list[RunFolder]:
     return SweepFolder.open(path).runs()
+
+
+def rewrite(sweep: Path, change: Callable[[dict[str, Any]], object]) -> None:
+    """Change what a sweep's folder says of itself, as whoever hands it on can."""
+    file = sweep / "sweep.yaml"
+    content = yaml.safe_load(file.read_text(encoding="utf-8"))
+    change(content)
+    file.write_text(to_yaml(content), encoding="utf-8")
 
 
 def run_of(path: Path, model: str, seed: int = 0) -> RunFolder:

@@ -9,11 +9,15 @@ import pytest
 
 from commands import foundry
 from foundry.errors import InputError
+from foundry.paths import conf_dir
+from foundry.plain_yaml import load_plain
 from foundry.reaching import check_models, check_settings
+from foundry.sweep import Condition, Sweep, expand, models_in, with_hosts
 from openai_server import OpenAIServer
-from trust.conftest import SMALL, play, runs
+from trust.conftest import SMALL, play, rewrite, runs
 
 AWAY = "http://192.0.2.1:8000/v1"
+OPENAI, MIXED = "foundry.models.openai.OpenAIModel", "foundry.models.mixed.MixedModel"
 
 
 @pytest.fixture(autouse=True)
@@ -24,7 +28,11 @@ def key(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def served(base_url: str | list[str], variable: str | None = "OPENAI_API_KEY") -> dict[str, Any]:
-    return {"server": {"base_url": base_url, "api_key_env": variable}}
+    return {"_target_": OPENAI, "server": {"base_url": base_url, "api_key_env": variable}}
+
+
+def mixed(model: dict[str, Any]) -> dict[str, Any]:
+    return {"_target_": MIXED, "name": "mix", "members": {"one": {"model": model, "share": 1}}}
 
 
 @pytest.mark.parametrize(
@@ -33,7 +41,8 @@ def served(base_url: str | list[str], variable: str | None = "OPENAI_API_KEY") -
      "http://127.0.0.1.evil.example/v1", "http://127.0.0.1@evil.example/v1"],
 )  # fmt: skip
 def test_a_key_goes_to_no_server_that_only_the_record_names(url: str | list[str]):
-    for model in (served(url), {"members": {"one": {"model": served(url)}}}):
+    wrapped = {"_target_": "foundry.models.warmed.WarmedModel", "inner": mixed(served(url))}
+    for model in (served(url), mixed(served(url)), mixed(mixed(served(url))), wrapped, mixed({"deep": [wrapped]})):
         with pytest.raises(InputError, match="OPENAI_API_KEY sent to .*--trust-servers"):
             check_models([model])
 
@@ -81,3 +90,56 @@ def test_resume_and_fork_ask_before_a_key_leaves(tmp_path: Path):
             assert done.stderr.count("\n") == 1 and "sk-" not in done.stderr
         done = foundry("resume", str(sweep), cwd=tmp_path, FOUNDRY_CACHE=str(tmp_path / "answers.sqlite"), **here)
         assert done.returncode == 0, done.stderr
+
+
+def recorded_openai(base_url: str) -> dict[str, Any]:
+    """Return the configuration of a model behind this server, as a record has it."""
+    shipped = load_plain((conf_dir() / "model" / "openai.yaml").read_text(encoding="utf-8"), "openai.yaml")
+    model = {key: value for key, value in shipped.items() if key != "defaults"}
+    return {**model, "served": "a", "name": "openai/a", "server": {**model["server"], "base_url": base_url}}
+
+
+def wrapped(model: dict[str, Any]) -> dict[str, Any]:
+    return {"_target_": "foundry.models.warmed.WarmedModel", "inner": model}
+
+
+@pytest.mark.parametrize("nest", [lambda one: one, mixed, lambda one: mixed(mixed(one)), wrapped])
+def test_no_server_that_only_a_record_names_receives_a_key(nest: Any, tmp_path: Path):
+    sweep = play(tmp_path, "model=scripted/stay", *SMALL)
+    with OpenAIServer() as server:
+        away = server.base_url.replace("127.0.0.1", "0.0.0.0")  # reaches this machine, and does not say so
+        model = {**nest(recorded_openai(away)), "name": "scripted/stay"}
+        rewrite(sweep, lambda content: content["conditions"][0]["config"].update(model=model))
+        (run,) = runs(sweep)
+        fork = ("fork", str(run.path), "--at", "2", "analyze=false", "runner.workers=1")
+        for command in (fork, ("resume", str(sweep))):
+            (run.path / "run.json").unlink(missing_ok=True)
+            done = foundry(*command, cwd=tmp_path)
+            assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stdout + done.stderr
+        assert server.headers == []
+
+
+def test_a_wrapper_is_not_for_a_record_to_name(tmp_path: Path):
+    sweep = play(tmp_path, "model=scripted/stay", *SMALL)
+    rewrite(sweep, lambda content: content["conditions"][0]["config"]["model"].update(wrapped({})))
+    done = foundry("resume", str(sweep), cwd=tmp_path)
+    assert done.returncode == 2 and "WarmedModel' is refused: it wraps other models" in done.stderr
+
+
+def deep_sweep(base_url: str) -> Sweep:
+    config = {**dict.fromkeys(("world", "prompt"), {"name": "any"}), "sampling_seed": None}
+    return expand([], [Condition({}, {**config, "model": mixed(mixed(served(base_url)))}, (0,))])
+
+
+def test_how_a_model_deep_in_another_is_reached_is_changed_and_decides_no_run():
+    one, other = deep_sweep("http://one/v1"), deep_sweep("http://other/v1")
+    assert [run.id for run in one.runs] == [run.id for run in other.runs]
+    moved = with_hosts(one, "http://new/v1", "base_url").conditions[0].config["model"]
+    assert [part["server"]["base_url"] for part in models_in(moved) if "server" in part] == ["http://new/v1"]
+
+
+def test_the_database_that_only_a_record_names_labels_nothing(tmp_path: Path):
+    sweep = play(tmp_path, "model=scripted/herd", *SMALL)
+    rewrite(sweep, lambda content: content["settings"].update(cache={"path": "postgresql://192.0.2.1/answers"}))
+    done = foundry("label", str(sweep), "--model", "scripted/stay", cwd=tmp_path)
+    assert done.returncode == 2 and "The record would connect to" in done.stderr and "--trust-servers" in done.stderr

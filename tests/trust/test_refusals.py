@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,8 @@ from foundry.paths import conf_dir
 from foundry.plain_yaml import load_plain
 from foundry.store import SweepFolder
 from foundry.targets import check_targets
+from ollama_server import OllamaServer
+from trust.conftest import MIX, rewrite, run_of
 
 
 class Echo:
@@ -59,6 +63,34 @@ def test_every_command_that_builds_refuses_and_a_trusted_package_passes(copied: 
         assert done.stderr.count("\n") == 1
     trusting = foundry("verify", str(copied), "--workers", "1", "--trust-targets", "antigravitx", cwd=tmp_path)
     assert "is refused" in trusting.stderr
+
+
+BUILDING = ("verify", "resume", "fork", "replay", "analyze")
+
+
+@pytest.mark.parametrize("command", BUILDING)
+def test_what_a_refusal_advises_is_an_option_of_the_command_that_refuses(
+    command: str, grid_sweep: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    (tmp_path / "my_worlds.py").write_text("from foundry.worlds.grid import GridScenario\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    sweep = Path(shutil.copytree(grid_sweep, tmp_path / "copy"))
+    for file in (sweep / "sweep.yaml", *(run.config_file for run in SweepFolder.open(sweep).runs())):
+        file.write_text(file.read_text().replace("foundry.worlds.grid.GridScenario", "my_worlds.GridScenario"))
+    run = str(run_of(sweep, MIX).path)
+    asked = {
+        "verify": (str(sweep), "--workers", "1"),
+        "resume": (str(sweep),),
+        "fork": (run, "--at", "2", "model=scripted/stay", "analyze=false"),
+        "replay": (run, "--steps", "1"),
+        "analyze": (str(sweep), "--baselines"),
+    }[command]
+    refused = foundry(command, *asked, cwd=tmp_path)
+    advice = re.search(r"--trust-targets my_worlds", refused.stderr)
+    assert refused.returncode == 2 and advice, refused.stderr
+    with OllamaServer() as server:
+        done = foundry(command, *asked, *advice[0].split(), cwd=tmp_path, OLLAMA_HOST=server.url)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 @given(st.text(alphabet="\\${}:a.ocenvHOME ", max_size=24))
@@ -117,3 +149,40 @@ def test_every_runner_of_foundry_is_taken_from_a_record_and_nothing_else_in_its_
 @pytest.mark.parametrize("path", sorted((conf_dir() / "model" / "scripted").glob("*.yaml")), ids=lambda path: path.stem)
 def test_every_scripted_model_is_taken_from_a_record(path: Path):
     check_targets({"model": load_plain(path.read_text(encoding="utf-8"), path)}, (), "recorded")
+
+
+LEAKS = {"sampling_seed": "${oc.env:LEAK}", "record": {"frames": "${oc.env:LEAK}"}}
+
+
+@pytest.mark.parametrize("key", LEAKS)
+@pytest.mark.parametrize("command", ["fork", "resume", "verify", "replay", "label"])
+def test_nothing_of_a_record_is_looked_up_in_the_environment(key: str, command: str, copied: Path, tmp_path: Path):
+    run = str(run_of(copied, MIX).path)
+    rewrite(copied, lambda content: content["conditions"][1]["config"].update({key: LEAKS[key]}))
+    asked = {
+        "fork": (run, "--at", "2", "model=scripted/stay", "analyze=false"),
+        "replay": (run, "--steps", "1"),
+        "label": (str(copied), "--model", "scripted/stay"),
+    }.get(command, (str(copied),))
+    done = foundry(command, *asked, cwd=tmp_path, LEAK="417")
+    assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stdout + done.stderr
+    assert "does not describe a sweep" in done.stderr and "417" not in done.stderr
+
+
+def test_texts_of_a_record_reach_a_fork_to_the_letter(copied: Path, tmp_path: Path):
+    named = "${oc.env:LEAK} \\${x} ???"
+    rewrite(copied, lambda content: content["conditions"][1]["config"]["world"].update(name=named))
+    fork = ("fork", str(run_of(copied, MIX).path), "--at", "2", "model=scripted/stay", "analyze=false")
+    done = foundry(*fork, "runner.workers=1", "output.dir=forked", cwd=tmp_path, LEAK="417")
+    assert done.returncode == 0, done.stderr
+    (made,) = SweepFolder.open(tmp_path / "forked").runs()
+    assert made.config()["world"]["name"] == named
+
+
+@pytest.mark.parametrize("group", ["world", "model", "prompt"])
+def test_a_record_names_no_further_files_to_compose(group: str, copied: Path, tmp_path: Path):
+    further = {"defaults": ["_self_", {"/model@inner": "${oc.env:LEAK}"}]}
+    rewrite(copied, lambda content: content["conditions"][1]["config"][group].update(further))
+    fork = ("fork", str(run_of(copied, MIX).path), "--at", "2", "analyze=false")
+    done = foundry(*fork, cwd=tmp_path, LEAK="417")
+    assert done.returncode == 2 and "no " + group + " has a setting 'defaults'" in done.stderr, done.stderr

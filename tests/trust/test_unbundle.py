@@ -14,6 +14,7 @@ import zstandard
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from commands import foundry
 from foundry.errors import InputError
 from foundry.trust.manifest import FORMAT, check_names
 from foundry.trust.unbundling import unpack_bundle
@@ -90,6 +91,22 @@ def test_anything_but_a_plain_file_is_refused(kind: bytes, tmp_path: Path):
     said = manifest([("a", b"")])
     content = header("manifest.json", len(said)) + padded(said) + header("a", 0, kind, link="/etc/passwd") + END
     assert "no plain file" in refused(tmp_path, content)
+
+
+def test_a_plain_file_that_names_what_it_links_to_is_refused(tmp_path: Path):
+    said = manifest([("a", b"")])
+    content = header("manifest.json", len(said)) + padded(said) + header("a", 0, link="/etc/passwd") + END
+    assert "no plain file" in refused(tmp_path, content)
+
+
+def test_the_limit_of_the_command_line_is_in_gib_of_what_is_unpacked(tmp_path: Path):
+    files = [("sweep.yaml", bytes(2 << 20))]
+    written(tmp_path / "b.tar.zst", archive(manifest(files), files))
+    done = foundry("unbundle", "b.tar.zst", "--limit", "0.0019", cwd=tmp_path)
+    assert done.returncode == 2 and "0.00 GiB are allowed and free: make room, or raise --limit" in done.stderr
+    assert not (tmp_path / "b").exists()
+    done = foundry("unbundle", "b.tar.zst", "--limit", "0.00196", cwd=tmp_path)
+    assert done.returncode == 0 and (tmp_path / "b" / "sweep.yaml").stat().st_size == 2 << 20, done.stderr
 
 
 def changed_content(files: list[Member]) -> bytes:

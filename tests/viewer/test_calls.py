@@ -70,3 +70,14 @@ def test_a_log_that_is_none_is_said_to_be_damaged(folder: RunFolder):
     log = CallLog(folder.stream_path("calls"))
     assert log.of_agent(0, 1, 1) == []
     assert log.damaged
+
+
+def test_a_call_of_a_step_that_is_over_is_said_and_what_was_before_it_is_shown(folder: RunFolder):
+    playing = Playing(folder)
+    playing.play(1, 2)
+    playing.play(1, 1)
+    playing.play(3, 3)
+    playing.end()
+    log = CallLog(folder.stream_path("calls"))
+    assert found(log, 0, 2, 3) == [(2, 0, "message"), (2, 0, "action")]
+    assert "a step that is due" in log.damaged and '"step":1' in log.damaged

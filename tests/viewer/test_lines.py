@@ -99,3 +99,20 @@ def test_a_line_longer_than_a_block_is_whole(tmp_path: Path):
     content = encoded([(1, 0)], text="x" * (lines.BLOCK + 10)) + encoded([(2, 0)])
     found = grown(tmp_path / "steps.jsonl", content)
     assert found.read(1, 2) == content
+
+
+@pytest.mark.parametrize("steps", [[1, 3, 2], [2, 1]])
+def test_steps_that_go_back_within_what_is_read_at_once_are_an_error(steps: list[int], tmp_path: Path):
+    with pytest.raises(RecordError, match="comes after step"):
+        grown(tmp_path / "steps.jsonl", encoded([(one, 0) for one in steps]))
+
+
+def test_a_step_that_goes_back_later_is_an_error_and_one_that_goes_on_is_counted(tmp_path: Path):
+    path = tmp_path / "steps.jsonl"
+    found = grown(path, encoded([(1, 0), (2, 0)]))
+    path.write_bytes(encoded([(1, 0), (2, 0), (2, 1)]))
+    found.grow()
+    assert found.counts(1, 9) == {1: 1, 2: 2} and found.last == (2, 2)
+    path.write_bytes(encoded([(1, 0), (2, 0), (2, 1), (1, 1)]))
+    with pytest.raises(RecordError, match="step 1 comes after step 2"):
+        found.grow()

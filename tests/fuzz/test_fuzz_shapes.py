@@ -1,0 +1,135 @@
+"""A sweep whose settings have shapes that nothing writes is used, or refused in one line; never a traceback."""
+
+from __future__ import annotations
+
+import copy
+import datetime
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+import yaml
+
+from commands import foundry
+from foundry.store import SweepFolder, to_yaml
+
+FEW, MANY = 40, 6_000
+SMALL = ("world.agents=2", "world.steps=3", "record.frames=2", "analyze=false")
+MIXES = "mix/scripted/herd@50%+scripted/stay@50%"
+ODD: tuple[Any, ...] = (
+    *(None, True, 3, -1, 2**70, 0.5, float("nan"), "", "text", "${oc.env:HOME}", "../x", "???", [], [1], ["a"], [[]]),
+    *({}, {"a": 1}, {1: 2}, {"_target_": "os.system"}, {"name": []}, datetime.date(2026, 1, 1), b"bytes"),
+)  # fmt: skip
+QUICK = ("status", "verify", "resume", "fork", "bundle", "view", "replay", "label", "diff")
+COMMANDS = (*QUICK, "analyze", "report")
+
+
+@pytest.fixture(scope="module")
+def sweep(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Forks with two models, so that every block a sweep can have is there."""
+    folder = tmp_path_factory.mktemp("shapes")
+    done = foundry("model=scripted/herd", *SMALL, "output.dir=origin", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    (run,) = SweepFolder.open(folder / "origin").runs()
+    fork = ("fork", str(run.path), "--at", "2", "-m", f"model=scripted/herd,{MIXES}", "analyze=false")
+    done = foundry(*fork, "output.dir=out", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    return folder / "out"
+
+
+def places(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Yield the path of every part; nothing inside of prompts' texts and schemas, which only models read."""
+    yield path
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            if key not in ("schemas", "template"):
+                yield from places(inner, (*path, key))
+    elif isinstance(value, list):
+        for number, inner in enumerate(value):
+            yield from places(inner, (*path, number))
+
+
+def changed(content: Any, path: tuple[Any, ...], value: Any) -> Any:
+    """Return a copy with a part in another shape."""
+    if not path:
+        return value
+    content = copy.deepcopy(content)
+    parent = content
+    for key in path[:-1]:
+        parent = parent[key]
+    parent[path[-1]] = value
+    return content
+
+
+def commands(out: Path, run: str) -> dict[str, tuple[str, ...]]:
+    where = str(out / "runs" / run)
+    return {
+        "status": ("status", "out"),
+        "verify": ("verify", "out", "--workers", "1", "--frames"),
+        "resume": ("resume", "out"),
+        "analyze": ("analyze", "out"),
+        "fork": ("fork", where, "--at", "3", "analyze=false"),
+        "bundle": ("bundle", "out", "out.tar.zst"),
+        "report": ("report", "out"),
+        "view": ("view", "out", "--export", "page"),
+        "replay": ("replay", where, "--steps", "1"),
+        "label": ("label", "out", "--model", "scripted/stay"),
+        "diff": ("diff", where, where),
+    }
+
+
+def fuzz(sweep: Path, number: int, names: Sequence[str]) -> dict[str, int]:
+    """Change one part after the other and run a command on it; returns how often each was refused."""
+    run = sorted(one.name for one in (sweep / "runs").iterdir())[0]
+    files = {
+        "sweep.yaml": yaml.safe_load((sweep / "sweep.yaml").read_text()),
+        f"runs/{run}/run.json": msgspec.json.decode((sweep / "runs" / run / "run.json").read_bytes()),
+        f"runs/{run}/config.yaml": yaml.safe_load((sweep / "runs" / run / "config.yaml").read_text()),
+    }
+    known = {name: list(places(content)) for name, content in files.items()}
+    rng, refused = np.random.default_rng(int(os.environ.get("FZ", "5"))), dict.fromkeys(names, 0)
+    for turn in range(number):
+        name = "sweep.yaml" if turn % 4 else list(files)[1 + turn // 4 % 2]
+        path, value = known[name][rng.integers(len(known[name]))], ODD[rng.integers(len(ODD))]
+        command = names[rng.integers(len(names))]
+        with tempfile.TemporaryDirectory() as scratch:
+            out = Path(shutil.copytree(sweep, Path(scratch) / "out"))
+            content = changed(files[name], path, value)
+            (out / name).write_text(to_text(name, content), encoding="utf-8")
+            if turn % 3 == 0:
+                (out / "runs" / run / "run.json").unlink()
+            case = f"{command}: {name} {path} = {value!r}"
+            try:
+                done = foundry(*commands(out, run)[command], cwd=Path(scratch))
+            except Exception as error:
+                raise AssertionError(case) from error
+        assert done.returncode in (0, 2, 3), f"{case}: {done.returncode} {done.stderr}"
+        assert "Traceback" not in done.stderr, f"{case}: {done.stderr}"
+        assert done.returncode != 2 or done.stderr.count("\n") == 1, f"{case}: {done.stderr}"
+        refused[command] += done.returncode != 0
+    return refused
+
+
+def to_text(name: str, content: Any) -> str:
+    if name.endswith(".yaml"):
+        return to_yaml(content)
+    return msgspec.json.encode(content, enc_hook=str).decode() if content != 2**70 else str(2**70)
+
+
+def test_settings_of_odd_shapes_are_used_or_refused_in_one_line(sweep: Path):
+    assert sum(fuzz(sweep, FEW, QUICK).values()) > FEW / 4
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(3600)
+def test_settings_of_odd_shapes_are_used_or_refused_in_one_line_at_length(sweep: Path):
+    refused = fuzz(sweep, MANY, COMMANDS)
+    sys.stdout.write(f"\n{MANY:,} odd shapes, {sum(refused.values()):,} refused: {refused}\n")
+    assert all(refused.values())
