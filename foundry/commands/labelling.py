@@ -73,9 +73,12 @@ async def _ask(composed: Composed, cache: str, texts: list[Text]) -> Labels:
         return opened[-1]
 
     config: dict[str, Any] = steady(composed.conditions[0].config["model"])
-    model = model_stack(build(config), answers)
+    built = build(config)
+    model = model_stack(built, answers, await built.inspect())
     try:
-        return await label(model, question(), texts, [Text(one.text, FIRES) for one in hand_labelled()])
+        labels = await label(model, question(), texts, [Text(one.text, FIRES) for one in hand_labelled()])
+        await model.confirm()
+        return labels
     finally:
         await model.close()
         for one in opened:

@@ -10,6 +10,7 @@ from foundry.errors import TransientError
 from foundry.models.answers import Answers
 from foundry.models.base import ChatMessage, Model, Reply, Request, RequestKeys
 from foundry.models.cached import CachedModel
+from foundry.models.unconfirmed import Unconfirmed
 
 
 class Counting(Model):
@@ -49,7 +50,7 @@ def opened(inner: Counting) -> Counting:
 async def ask(store: Store, inner: Counting, *requests: Request) -> list[Reply]:
     answers = store.open()
     try:
-        return await CachedModel(inner, answers).ask_all(requests)
+        return await CachedModel(inner, Unconfirmed(answers)).ask_all(requests)
     finally:
         answers.close()
 
@@ -86,7 +87,7 @@ def test_images_decide_an_answer():
 def test_equal_requests_in_flight_cost_one_call(store: Store):
     async def both(answers: Answers) -> tuple[Counting, list[Reply]]:
         inner = Counting()
-        model = CachedModel(inner, answers)
+        model = CachedModel(inner, Unconfirmed(answers))
         tasks = [asyncio.create_task(model.ask(request())) for _ in range(3)]
         while not inner.asked:
             await asyncio.sleep(0)
@@ -126,7 +127,7 @@ def test_followers_of_a_failed_call_see_its_failure(store: Store):
     async def both(answers: Answers) -> list[Any]:
         inner = Counting()
         inner.failing = True
-        model = CachedModel(inner, answers)
+        model = CachedModel(inner, Unconfirmed(answers))
         tasks = [asyncio.create_task(model.ask(request())) for _ in range(2)]
         while not inner.asked:
             await asyncio.sleep(0)
