@@ -8,6 +8,7 @@ FoundryError
 └── BackendError          a model's server did not give an answer
     ├── TransientError    worth another try; when the tries are used up, it ends the run
     ├── RequestError      the server refused this request; never tried again, ends the run
+    ├── UnconfirmedError  the server does not say whether it still is what the answers of a run came from; ends the run
     └── ServerError       no request to this server can succeed; ends the sweep
         └── ModelChangedError   it has other weights under the same name by now
 """
@@ -58,6 +59,10 @@ class TransientError(BackendError):
 
 class RequestError(BackendError):
     """The server refused this request and would refuse it again; ends the run."""
+
+
+class UnconfirmedError(BackendError):
+    """The server does not say whether it still has the weights that answered a run, which is over; ends the run."""
 
 
 class ServerError(BackendError):

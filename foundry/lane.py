@@ -21,7 +21,7 @@ from foundry import provenance
 from foundry.asking import asker_of
 from foundry.build import build, model_stack
 from foundry.episode import Interrupted, play
-from foundry.errors import FoundryError, InputError, ModelChangedError, ServerError, StorageError, TransientError
+from foundry.errors import FoundryError, InputError, ModelChangedError, ServerError, StorageError, TransientError, UnconfirmedError
 from foundry.models.answers import Answers, open_answers
 from foundry.models.base import Model, ModelInfo
 from foundry.records import Counts, RunSummary
@@ -229,10 +229,12 @@ class Lane:
 
         Raises:
             ModelChangedError: the run used answers that are no longer trusted.
-            TransientError: the server does not say.
+            UnconfirmedError: the server does not say.
         """
         try:
             await model.confirm()
+        except TransientError as error:
+            raise UnconfirmedError(f"The run is over, but {error}") from error
         except ModelChangedError as error:
             self._stop(error)
             if self._is_spoiled(folder, error):

@@ -37,7 +37,7 @@ class Answers(ABC):
     """Replies by the hash of everything that decides them.
 
     Every row carries a checksum; a row that does not match it is as good as absent. Beside the rows stand the marks of
-    those that are not confirmed, numbered in the order of their commits, and the removals of such rows.
+    those that are not confirmed, with numbers that grow from commit to commit, and the removals of such rows.
     """
 
     def __init__(self) -> None:
@@ -60,7 +60,7 @@ class Answers(ABC):
 
     @abstractmethod
     def newest(self) -> int:
-        """Return the number of the newest unconfirmed answer; 0 when there is none."""
+        """Return a number that every answer that comes in from now on exceeds."""
 
     @abstractmethod
     def confirm(self, marks: Collection[str], newest: int) -> None:

@@ -18,13 +18,16 @@ _SCHEMA = (
     key TEXT PRIMARY KEY, model TEXT NOT NULL, reply BLOB NOT NULL, crc INTEGER NOT NULL
 ) WITHOUT ROWID""",
     """CREATE TABLE IF NOT EXISTS unconfirmed (
-    number INTEGER PRIMARY KEY AUTOINCREMENT, key TEXT NOT NULL UNIQUE, mark TEXT NOT NULL
-)""",
+    key TEXT PRIMARY KEY, mark TEXT NOT NULL, number INTEGER NOT NULL
+) WITHOUT ROWID""",
+    "CREATE TABLE IF NOT EXISTS commits (only INTEGER PRIMARY KEY, number INTEGER NOT NULL)",
     "CREATE TABLE IF NOT EXISTS removals (number INTEGER PRIMARY KEY AUTOINCREMENT, mark TEXT NOT NULL)",
 )
-"""A file without the last two gets them when it is opened: its answers count as confirmed."""
+"""A file without the last three gets them when it is opened: its answers count as confirmed."""
 _FIND = """SELECT answers.key, CAST(reply AS BLOB), crc, mark FROM answers
 LEFT JOIN unconfirmed ON unconfirmed.key = answers.key WHERE answers.key IN"""
+_COUNT = """INSERT INTO commits VALUES (1, 1)
+ON CONFLICT (only) DO UPDATE SET number = number + 1 RETURNING number"""
 _CHUNK = 500
 _LOCK_WAIT_S = 60.0
 _LOCK_RETRY_S = 0.01
@@ -80,12 +83,15 @@ class SqliteAnswers(Answers):
         rows, marks = list(self._rows(replies, model)), marks or {}
         with self._changing() as database:
             database.executemany("INSERT OR REPLACE INTO answers VALUES (?, ?, ?, ?)", rows)
-            database.executemany("DELETE FROM unconfirmed WHERE key = ?", [(key,) for key in replies])
-            database.executemany("INSERT INTO unconfirmed (key, mark) VALUES (?, ?)", list(marks.items()))
+            number = database.execute(_COUNT).fetchone()[0]
+            marked = [(key, mark, number) for key, mark in marks.items()]
+            database.executemany("INSERT OR REPLACE INTO unconfirmed VALUES (?, ?, ?)", marked)
+            unmarked = [(key,) for key in replies if key not in marks]
+            database.executemany("DELETE FROM unconfirmed WHERE key = ?", unmarked)
 
     def newest(self) -> int:
-        """Return the number of the newest unconfirmed answer; 0 when there is none."""
-        return int(self._rows_of("SELECT coalesce(max(number), 0) FROM unconfirmed")[0][0])
+        """Return the number of the latest commit."""
+        return int(self._rows_of("SELECT coalesce(max(number), 0) FROM commits")[0][0])
 
     def confirm(self, marks: Collection[str], newest: int) -> None:
         """Take the marks from the answers that have one of these and were there when this number was the newest."""

@@ -241,9 +241,9 @@ class Model(ABC):
         """How many connections to its server were opened so far; a server that was started anew needs new ones."""
         return 0
 
-    def weights_of(self, reply: Reply) -> str | None:
-        """Return what a reply of its own says of the weights that gave it; None where it says nothing."""
-        return None
+    def weights_of(self, reply: Reply) -> Mapping[str, str]:
+        """Return what a reply of its own says of the weights that gave it, by what it is called."""
+        return {}
 
     async def confirm(self) -> None:
         """Check that the server still has the model that it had when the sweep began.

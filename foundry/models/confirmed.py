@@ -72,6 +72,6 @@ class ConfirmedModel(Wrapper):
         except HostsDifferError as error:
             raise self._unconfirmed.change(str(error)) from error
         except InputError as error:
-            raise TransientError(f"Model '{self.name}' could not be confirmed: {error}") from error
+            raise TransientError(f"model '{self.name}' could not be confirmed: {error}") from error
         self._unconfirmed.settle(moment, info)
         self._settled, self._confirmed_at = doubts, time.monotonic()

@@ -140,12 +140,10 @@ class OpenAIModel(HttpModel):
             latency_s = time.perf_counter() - started
             return openai_wire.read_reply(answer, request, self.settings, origin, latency_s=latency_s)
 
-    def weights_of(self, reply: Reply) -> str | None:
+    def weights_of(self, reply: Reply) -> Mapping[str, str]:
         """Return the name and the fingerprint that a reply came with, where they must not change."""
-        if not self.server.one_fingerprint:
-            return None
-        parts = {"model": reply.served_model, "fingerprint": reply.server_version}
-        return ", ".join(f"{what} {said}" for what, said in parts.items() if said) or None
+        told = {"model": reply.served_model, "fingerprint": reply.server_version}
+        return {what: said for what, said in told.items() if said} if self.server.one_fingerprint else {}
 
     async def inspect(self) -> ModelInfo:
         """Ask every server whether it lists the model.

@@ -10,7 +10,7 @@ from foundry.errors import ModelChangedError
 from foundry.models.answers import Answers
 from foundry.models.base import ModelInfo, Reply
 
-Told: TypeAlias = Callable[[Reply], str | None]
+Told: TypeAlias = Callable[[Reply], Mapping[str, str]]
 WAYS_ON = (
     "Answers given since it was confirmed last have left the cache, and the runs that used them failed with this "
     "cause; all others stand. Put the first one back and go on with foundry resume, which asks for what is missing, "
@@ -54,7 +54,7 @@ class Unconfirmed:
         changed: why nothing more may be asked, once the server is another one.
     """
 
-    def __init__(self, answers: Answers, info: ModelInfo | None = None, weights_of: Told = lambda reply: None) -> None:
+    def __init__(self, answers: Answers, info: ModelInfo | None = None, weights_of: Told = lambda reply: {}) -> None:
         """Take the cache and what is known of the model.
 
         Args:
@@ -69,7 +69,7 @@ class Unconfirmed:
         self._known = frozenset(self._marks.values())
         self._used: set[str] = set()
         self._weights_of = weights_of
-        self._told: dict[str | None, str] = {}
+        self._told: dict[tuple[str | None, str], str] = {}
         self._removals = answers.removals(self._known) if self._known else 0
 
     @property
@@ -101,12 +101,12 @@ class Unconfirmed:
         """
         if self.changed is not None:
             raise self.changed
-        told = None if reply is None else self._weights_of(reply)
-        if reply is None or told is None:
+        if reply is None:
             return
-        first = self._told.setdefault(reply.host, told)
-        if told != first:
-            raise self.change(f"its replies said {first} first, and say {told} now")
+        for what, said in self._weights_of(reply).items():
+            first = self._told.setdefault((reply.host, what), said)
+            if said != first:
+                raise self.change(f"its replies said {what} '{first}' first, and say '{said}' now")
 
     def keep(self, replies: Mapping[str, Reply], model: str) -> None:
         """Store replies in one transaction; they are committed when this returns.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from foundry.models.base import Model, ModelInfo, Reply
+from foundry.models.base import Model, ModelInfo
 
 
 class Wrapper(Model):
@@ -31,10 +31,6 @@ class Wrapper(Model):
     async def inspect(self) -> ModelInfo:
         """Ask the wrapped model's server about it."""
         return await self.inner.inspect()
-
-    def weights_of(self, reply: Reply) -> str | None:
-        """Return what the wrapped model reads of its weights in a reply."""
-        return self.inner.weights_of(reply)
 
     async def confirm(self) -> None:
         """Have the wrapped model's server confirm it."""
