@@ -73,12 +73,14 @@ class ModelChangedError(ServerError):
     """A server has other weights under the name of a model than it had when the sweep began.
 
     Attributes:
+        how: what is other than it was.
         keys: keys of the answers that were used and can no longer be trusted.
         removed: how many answers left the cache for it.
     """
 
-    def __init__(self, message: str, keys: Iterable[str] = (), removed: int = 0) -> None:
+    def __init__(self, message: str, how: str, keys: Iterable[str], removed: int) -> None:
         super().__init__(message)
+        self.how = how
         self.keys = frozenset(keys)
         self.removed = removed
 

@@ -21,7 +21,15 @@ from foundry import provenance
 from foundry.asking import asker_of
 from foundry.build import build, model_stack
 from foundry.episode import Interrupted, play
-from foundry.errors import FoundryError, InputError, ModelChangedError, ServerError, StorageError, TransientError, UnconfirmedError
+from foundry.errors import (
+    FoundryError,
+    InputError,
+    ModelChangedError,
+    ServerError,
+    StorageError,
+    TransientError,
+    UnconfirmedError,
+)
 from foundry.models.answers import Answers, open_answers
 from foundry.models.base import Model, ModelInfo
 from foundry.records import Counts, RunSummary

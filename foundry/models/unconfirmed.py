@@ -25,7 +25,7 @@ def marks_of(info: ModelInfo) -> dict[str | None, str]:
     """
     if info.digest is None:
         return {}
-    states: Mapping[str | None, str] = {**info.states} or {None: ""}
+    states: dict[str | None, str] = dict(info.states.items()) or {None: ""}
     return {host: " ".join((info.name, info.digest, host or "", state)) for host, state in states.items()}
 
 
@@ -144,7 +144,7 @@ class Unconfirmed:
         if self.changed is None:
             removed = self._answers.remove(self._known)
             message = f"Model '{self._name}' changed while the sweep ran ({how}). {WAYS_ON}"
-            self.changed = ModelChangedError(message, self._used, removed)
+            self.changed = ModelChangedError(message, how, self._used, removed)
         return self.changed
 
     def _difference(self, info: ModelInfo) -> str:

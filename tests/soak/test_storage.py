@@ -13,7 +13,6 @@ from pathlib import Path
 import pytest
 
 from commands import calls, foundry, records, statuses
-from foundry.store import SweepFolder
 from ollama_cases import Body, ChatCase, grid_answer
 from ollama_server import OllamaServer
 
