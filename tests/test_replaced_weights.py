@@ -100,7 +100,7 @@ def test_no_run_is_complete_with_an_answer_that_was_not_confirmed(tmp_path: Path
     assert kept == there
 
 
-def test_what_verify_status_resume_and_doctor_say_of_a_sweep_whose_weights_changed(tmp_path: Path):
+def test_what_verify_status_and_resume_say_of_a_sweep_whose_weights_changed(tmp_path: Path):
     replaced = Replaced(at=MIDWAY)
     with replaced.serve() as server:
         foundry(*SWEEP, "output.dir=sweep", cwd=tmp_path, OLLAMA_HOST=server.url)
@@ -203,7 +203,7 @@ def other_reply(body) -> str:
 
 
 def test_a_server_whose_list_names_another_model_loses_its_unconfirmed_answers(tmp_path: Path):
-    """Another root of the name, as when an adapter is loaded anew."""
+    """The name has another root, as when an adapter is loaded anew."""
     server = OpenAIServer(models={"a": {"root": "first"}})
 
     def answer(body):
