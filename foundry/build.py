@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pkgutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from foundry.errors import FoundryError, InputError
@@ -13,7 +13,8 @@ from foundry.models.cached import CachedModel
 from foundry.models.confirmed import ConfirmedModel
 from foundry.models.limited import LimitedModel
 from foundry.models.retried import RetriedModel
-from foundry.models.serving import HttpServing, ServedModel
+from foundry.models.serving import serving_of
+from foundry.models.unconfirmed import Unconfirmed
 from foundry.models.warmed import WarmedModel
 
 
@@ -52,26 +53,34 @@ def model_stack(model: Model, answers: Callable[[], Answers], info: ModelInfo | 
         answers: opens the cache, once it is needed.
         info: what its server said when the sweep was checked, which it must go on saying; None to take any.
     """
-    known = () if info is None else (info, *info.members)
-    digests = {one.name: one.digest for one in known}
-    return model.wrapped(lambda one: _stacked(one, answers, digests.get(one.name)))
+    known = iter(() if info is None else _each(info))
+    return model.wrapped(lambda one: _stacked(one, answers, next(known, None)))
 
 
-def _stacked(model: Model, answers: Callable[[], Answers], digest: str | None) -> Model:
-    """Wrap a model that costs something: cache, then one warm-up, then limit, then retry, then its digest."""
-    if not isinstance(model, ServedModel):
+def _each(info: ModelInfo) -> Iterator[ModelInfo]:
+    """Yield what is known of a model, or of its members in their order, in which they are wrapped."""
+    if not info.members:
+        yield info
+    for member in info.members:
+        yield from _each(member)
+
+
+def _stacked(model: Model, answers: Callable[[], Answers], info: ModelInfo | None) -> Model:
+    """Wrap a model that costs something: cache, then one warm-up, then limit, then retry, then its weights."""
+    if not model.remote:
         return model
-    retry, in_flight = model.server.retry, model.server.in_flight
-    confirmed = ConfirmedModel(model, digest) if digest and isinstance(model.server, HttpServing) else model
+    retry, in_flight = serving_of(model).retry, serving_of(model).in_flight
+    may_change = model.replaceable and info is not None and info.digest is not None
+    unconfirmed = Unconfirmed(answers(), info if may_change else None, model.weights_of)
     retried = RetriedModel(
-        confirmed,
+        ConfirmedModel(model, unconfirmed) if may_change else model,
         attempts=retry.attempts,
         unusable_attempts=retry.unusable_attempts,
         wait_initial_s=retry.wait_initial_s,
         wait_max_s=retry.wait_max_s,
     )
     limited = LimitedModel(retried, min=in_flight.min, max=in_flight.max, initial=in_flight.initial)
-    return CachedModel(WarmedModel(limited), answers())
+    return CachedModel(WarmedModel(limited), unconfirmed)
 
 
 def _one_line(error: BaseException) -> str:

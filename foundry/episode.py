@@ -107,6 +107,8 @@ class Asker:
             attempts=reply.attempts,
             host=reply.host,
             cached=reply.cached,
+            server_version=reply.server_version,
+            served_model=reply.served_model,
         )
 
     def _source(self, request: Request) -> Source:

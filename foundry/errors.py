@@ -2,12 +2,15 @@
 
 FoundryError
 ├── InputError            what the user asked for cannot be done; one clear line, exit code 2
+│   └── HostsDifferError      servers that should be equal have different models under the same name
 ├── RecordError           a recorded file is missing, damaged or of another version
 ├── StorageError          a file of a sweep or the answer cache cannot be written or read; ends the sweep
 └── BackendError          a model's server did not give an answer
     ├── TransientError    worth another try; when the tries are used up, it ends the run
     ├── RequestError      the server refused this request; never tried again, ends the run
+    ├── UnconfirmedError  the server does not say whether it still is what the answers of a run came from; ends the run
     └── ServerError       no request to this server can succeed; ends the sweep
+        └── ModelChangedError   it has other weights under the same name by now
 """
 
 from __future__ import annotations
@@ -22,6 +25,10 @@ class FoundryError(Exception):
 
 class InputError(FoundryError):
     """What the user asked for cannot be done; the message says what to do instead."""
+
+
+class HostsDifferError(InputError):
+    """Servers that should be equal have different models under the same name."""
 
 
 class RecordError(FoundryError):
@@ -54,8 +61,28 @@ class RequestError(BackendError):
     """The server refused this request and would refuse it again; ends the run."""
 
 
+class UnconfirmedError(BackendError):
+    """The server does not say whether it still has the weights that answered a run, which is over; ends the run."""
+
+
 class ServerError(BackendError):
     """No request to this server can succeed as things stand; ends the sweep."""
+
+
+class ModelChangedError(ServerError):
+    """A server has other weights under the name of a model than it had when the sweep began.
+
+    Attributes:
+        how: what is other than it was.
+        keys: keys of the answers that were used and can no longer be trusted.
+        removed: how many answers left the cache for it.
+    """
+
+    def __init__(self, message: str, how: str, keys: Iterable[str], removed: int) -> None:
+        super().__init__(message)
+        self.how = how
+        self.keys = frozenset(keys)
+        self.removed = removed
 
 
 def not_found(what: str, asked: str, available: Iterable[str], hint: str = "") -> InputError:

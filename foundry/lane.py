@@ -21,7 +21,15 @@ from foundry import provenance
 from foundry.asking import asker_of
 from foundry.build import build, model_stack
 from foundry.episode import Interrupted, play
-from foundry.errors import FoundryError, InputError, ServerError, StorageError, TransientError
+from foundry.errors import (
+    FoundryError,
+    InputError,
+    ModelChangedError,
+    ServerError,
+    StorageError,
+    TransientError,
+    UnconfirmedError,
+)
 from foundry.models.answers import Answers, open_answers
 from foundry.models.base import Model, ModelInfo
 from foundry.records import Counts, RunSummary
@@ -85,6 +93,23 @@ class Tally:
         self.add(summary.counts)
 
 
+@dataclass(frozen=True)
+class Played:
+    """A run that was begun, and no longer is at work.
+
+    Attributes:
+        folder: the run.
+        writer: what wrote its records.
+        started: ISO time of the start.
+        seconds: wall time.
+    """
+
+    folder: RunFolder
+    writer: RunWriter
+    started: str
+    seconds: float
+
+
 @dataclass
 class Lane:
     """A worker at work."""
@@ -98,6 +123,8 @@ class Lane:
     _models: dict[str, Model] = field(default_factory=dict)
     _texts: dict[int, str] = field(default_factory=dict)
     _answers: Answers | None = None
+    _stopped: list[Played] = field(default_factory=list)
+    _changes: list[ModelChangedError] = field(default_factory=list)
 
     def run(self) -> str | None:
         """Work until no run is left; returns the cause that must end the sweep, or None."""
@@ -121,6 +148,7 @@ class Lane:
             await self._take([folders[run] for run in self.spec.suspects], at_once=1)
             await self._take([folders[run] for run in self.spec.runs], at_once=self.spec.open_runs)
             await self._confirm()
+            self._fail_spoiled()
         finally:
             for model in self._models.values():
                 await model.close()
@@ -134,6 +162,18 @@ class Lane:
                 self._stop(error)
             except TransientError as error:
                 logging.getLogger("foundry").warning("%s", error)
+
+    def _fail_spoiled(self) -> None:
+        """End the runs that were stopped before their end if answers that they used are no longer trusted."""
+        for played in self._stopped:
+            if any(self._is_spoiled(played.folder, change) for change in self._changes):
+                with played.folder.claim() as mine:
+                    if mine and not played.folder.ended:
+                        self._end(played, self._changes[0])
+
+    @staticmethod
+    def _is_spoiled(folder: RunFolder, change: ModelChangedError) -> bool:
+        return any(call.key in change.keys for call in folder.calls())
 
     async def _take(self, folders: Iterable[RunFolder], *, at_once: int) -> None:
         waiting, elsewhere = deque(folders), deque[RunFolder]()
@@ -170,10 +210,12 @@ class Lane:
         self._report()
         started, clock = _now(), time.perf_counter()
         failure: Exception | None = None
+        was_stopped = False
         try:
             await self._episode(folder, config, writer)
+            await self._settle_answers(folder, self._model(config["model"]))
         except Interrupted:
-            return
+            was_stopped = True
         except StorageError:
             raise
         except ServerError as error:
@@ -184,16 +226,40 @@ class Lane:
         finally:
             del self._open[folder.id]
             writer.close()
+        played = Played(folder, writer, started, time.perf_counter() - clock)
+        if was_stopped:
+            self._stopped.append(played)
+        else:
+            self._end(played, failure)
+
+    async def _settle_answers(self, folder: RunFolder, model: Model) -> None:
+        """Have the server confirm the answers of a run that is over: only then is it complete.
+
+        Raises:
+            ModelChangedError: the run used answers that are no longer trusted.
+            UnconfirmedError: the server does not say.
+        """
+        try:
+            await model.confirm()
+        except TransientError as error:
+            raise UnconfirmedError(f"The run is over, but {error}") from error
+        except ModelChangedError as error:
+            self._stop(error)
+            if self._is_spoiled(folder, error):
+                raise
+
+    def _end(self, played: Played, failure: Exception | None) -> None:
+        """Write how a run ended."""
         summary = summarise(
-            folder,
+            played.folder,
             self.spec.infos,
-            writer,
-            started=started,
-            seconds=time.perf_counter() - clock,
+            played.writer,
+            started=played.started,
+            seconds=played.seconds,
             error=failure,
         )
-        write_run_summary(folder, summary)
-        self._tallies.setdefault(name, Tally()).end(summary)
+        write_run_summary(played.folder, summary)
+        self._tallies.setdefault(summary.model, Tally()).end(summary)
 
     async def _episode(self, folder: RunFolder, config: dict[str, Any], writer: RunWriter) -> None:
         scenario = self._shared(config["world"])
@@ -240,6 +306,8 @@ class Lane:
     def _stop(self, error: FoundryError) -> None:
         """Let the open runs come to rest and the sweep end: no further run could escape this error."""
         self.fatal, self.stopping = self.fatal or str(error), True
+        if isinstance(error, ModelChangedError) and error not in self._changes:
+            self._changes.append(error)
 
     def _report_until(self, stop: threading.Event) -> None:
         while not stop.wait(REPORT_EVERY_S):
@@ -258,6 +326,7 @@ class Lane:
             "pid": os.getpid(),
             "open": [run for run, _ in opened],
             "models": {name: vars(tally) for name, tally in models.items()},
+            "removed": sum(change.removed for change in list(self._changes)),
         }
         try:
             write_atomically(self.spec.folder.progress_file(self.spec.name), msgspec.json.encode(report))

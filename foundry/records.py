@@ -270,6 +270,8 @@ class Call(msgspec.Struct, frozen=True, kw_only=True):
         attempts: tries that failed before this answer.
         host: the server that answered, or null.
         cached: whether the answer came from the cache.
+        server_version: version of that server, or its fingerprint where it has none, or null.
+        served_model: name of the model as that server told it, or null.
     """
 
     step: int
@@ -290,6 +292,8 @@ class Call(msgspec.Struct, frozen=True, kw_only=True):
     attempts: tuple[Attempt, ...]
     host: str | None
     cached: bool
+    server_version: str | None = None
+    served_model: str | None = None
 
 
 class Member(msgspec.Struct, frozen=True, kw_only=True):

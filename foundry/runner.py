@@ -19,7 +19,7 @@ from typing import Any, TypeAlias
 import joblib
 
 from foundry.build import build
-from foundry.errors import BackendError, FoundryError, InputError
+from foundry.errors import BackendError, FoundryError, InputError, ModelChangedError
 from foundry.lane import Lane, LaneSpec
 from foundry.lanes import Lanes
 from foundry.models.base import Model, ModelInfo
@@ -164,9 +164,17 @@ def raise_if_stopped(fatal: str | None, folder: SweepFolder) -> None:
         SweepInterrupted: the user asked to stop.
     """
     if fatal is not None:
-        raise SweepStopped(fatal)
+        raise SweepStopped(fatal + _undone(folder))
     if folder.stop_asked:
         raise SweepInterrupted
+
+
+def _undone(folder: SweepFolder) -> str:
+    """Return how much was undone because a model changed; nothing when none did."""
+    removed = sum(report.get("removed", 0) for report in folder.progress().values())
+    summaries = (run.summary() for run in folder.runs())
+    failed = sum(one is not None and one.error_type == ModelChangedError.__name__ for one in summaries)
+    return f" ({removed} answers removed, {failed} runs failed)" if removed or failed else ""
 
 
 def _play_phases(job: SweepJob, play: PlayPhase) -> None:

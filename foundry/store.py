@@ -345,5 +345,6 @@ def check_digests(folder: SweepFolder, models: Sequence[dict[str, Any]]) -> None
         if known is not None and model["digest"] is not None and known != model["digest"]:
             raise InputError(
                 f"Model '{model['name']}' changed since this sweep began (digest {known[:12]} then, "
-                f"{model['digest'][:12]} now): start a new sweep in another output.dir."
+                f"{model['digest'][:12]} now): put the first one back and say it again, or start a new sweep in "
+                "another output.dir."
             )

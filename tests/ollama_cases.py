@@ -61,6 +61,7 @@ class FakeModel:
     size: int = 2_500_000_000
     parameter_size: str = "4.0B"
     quantization: str = "Q4_K_M"
+    modified_at: str = "2026-09-01T12:00:00Z"
 
     @property
     def details(self) -> dict[str, Any]:
@@ -75,7 +76,7 @@ class FakeModel:
     @property
     def row(self) -> dict[str, Any]:
         """Its row in `/api/tags`."""
-        names = {"name": self.name, "model": self.name, "modified_at": "2026-09-01T12:00:00Z"}
+        names = {"name": self.name, "model": self.name, "modified_at": self.modified_at}
         capabilities = list(self.capabilities)
         size = {"size": self.size, "digest": self.digest}
         return {**names, **size, "details": self.details, "capabilities": capabilities}

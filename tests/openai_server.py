@@ -25,6 +25,7 @@ class ChatCase:
         message: further fields of the message, such as `reasoning_content`.
         finish_reason: why the text ends.
         model: what the reply says who answered; None repeats what was asked.
+        fingerprint: what the reply says of the server's build and settings.
         usage: tokens.
         status: HTTP status.
         error: the value of the `error` field; comes instead of a reply.
@@ -37,6 +38,7 @@ class ChatCase:
     message: Mapping[str, Any] = field(default_factory=dict)
     finish_reason: str | None = "stop"
     model: str | None = None
+    fingerprint: str = "fp_44709d6fcb"
     usage: Mapping[str, int] | None = None
     status: int = 200
     error: Any = None
@@ -155,7 +157,7 @@ def _response(case: ChatCase, model: str = "") -> web.Response:
         "model": case.model or model,
         "choices": [{"index": 0, "message": message, "logprobs": None, "finish_reason": case.finish_reason}],
         "usage": case.usage or {"prompt_tokens": 11, "completion_tokens": size, "total_tokens": 11 + size},
-        "system_fingerprint": "fp_44709d6fcb",
+        "system_fingerprint": case.fingerprint,
     }
     return _json(reply, case)
 

@@ -24,7 +24,17 @@ LAYERS = {
         *("lane_process", "remote", "remote_runs", "runner", "dask_cluster", "runner_dask"),
     ),
     "using": (
-        *("settings", "compose", "preflight", "runner_launcher", "targets", "reaching", "planning", "prompting", "baselines"),
+        *(
+            "settings",
+            "compose",
+            "preflight",
+            "runner_launcher",
+            "targets",
+            "reaching",
+            "planning",
+            "prompting",
+            "baselines",
+        ),
         *("labelling", "display", "trust", "doctor", "replay"),
     ),
     "commands": ("commands", "cli", "__main__"),

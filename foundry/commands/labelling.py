@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from foundry.commands.application import OVERRIDES, Folder, TrustedServers, app
-from foundry.errors import InputError
+from foundry.errors import FoundryError, InputError, ModelChangedError
 
 if TYPE_CHECKING:
     from foundry.compose import Composed
@@ -77,10 +77,18 @@ async def _ask(composed: Composed, cache: str, texts: list[Text]) -> Labels:
         return opened[-1]
 
     config: dict[str, Any] = steady(composed.conditions[0].config["model"])
-    model = model_stack(build(config), answers)
+    built = build(config)
     try:
-        return await label(model, question(), texts, [Text(one.text, FIRES) for one in hand_labelled()])
+        model = model_stack(built, answers, await built.inspect())
+        labels = await label(model, question(), texts, [Text(one.text, FIRES) for one in hand_labelled()])
+        await model.confirm()
+        return labels
+    except ModelChangedError as error:
+        raise FoundryError(
+            f"Model '{built.name}' changed while it labelled ({error.how}). Its answers since it was confirmed last "
+            "have left the cache, and no label was written: put the first one back and say it again."
+        ) from error
     finally:
-        await model.close()
+        await built.close()
         for one in opened:
             one.close()

@@ -2,21 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from foundry.errors import InputError, StorageError
-from foundry.models.answers import Answers, check_address
+from foundry.models.answers import Answers, Kept, Row, check_address
 from foundry.models.base import Reply
 
-_SCHEMA = """CREATE TABLE IF NOT EXISTS answers (
+_SCHEMA = (
+    """CREATE TABLE IF NOT EXISTS answers (
     key TEXT PRIMARY KEY, model TEXT NOT NULL, reply BYTEA NOT NULL, crc BIGINT NOT NULL
-)"""
+)""",
+    """CREATE TABLE IF NOT EXISTS unconfirmed (
+    number BIGSERIAL PRIMARY KEY, key TEXT NOT NULL UNIQUE, mark TEXT NOT NULL
+)""",
+    "CREATE TABLE IF NOT EXISTS removals (number BIGSERIAL PRIMARY KEY, mark TEXT NOT NULL)",
+)
+"""A database without the last two gets them when it is opened: its answers count as confirmed."""
 _CREATION_LOCK = 0x666F756E
 """Two sessions that create a table at once may both fail, whatever IF NOT EXISTS says; so they take turns."""
-_GET = "SELECT key, reply, crc FROM answers WHERE key = ANY(%s)"
+_FIND = "SELECT key, reply, crc, mark FROM answers LEFT JOIN unconfirmed USING (key) WHERE key = ANY(%s)"
 _PUT = """INSERT INTO answers VALUES (%s, %s, %s, %s)
 ON CONFLICT (key) DO UPDATE SET model = EXCLUDED.model, reply = EXCLUDED.reply, crc = EXCLUDED.crc"""
+_MARK = """INSERT INTO unconfirmed (key, mark) VALUES (%s, %s)
+ON CONFLICT (key) DO UPDATE SET number = EXCLUDED.number, mark = EXCLUDED.mark"""
+_REMOVE = """WITH gone AS (DELETE FROM unconfirmed WHERE mark = ANY(%s) RETURNING key)
+DELETE FROM answers WHERE key IN (SELECT key FROM gone)"""
 _INSTALL = "pip install 'foundry-worlds[postgres]'"
 _RESTART_S = 60
 """How long a server may be away, as for its restart, before the sweep ends."""
@@ -53,7 +64,8 @@ class PostgresAnswers(Answers):
             self._connection = self._connect()
             with self._connection.transaction():
                 self._connection.execute("SELECT pg_advisory_xact_lock(%s)", (_CREATION_LOCK,))
-                self._connection.execute(_SCHEMA)
+                for table in _SCHEMA:
+                    self._connection.execute(table)
         except psycopg.Error as error:
             cause = " ".join(str(error).split())
             raise InputError(f"The answer cache '{url}' cannot be used ({cause}).") from error
@@ -61,16 +73,39 @@ class PostgresAnswers(Answers):
     def _connect(self) -> Any:
         return self._driver.connect(self.url, autocommit=True, connect_timeout=10)
 
-    def get(self, keys: Sequence[str]) -> dict[str, Reply]:
-        """Return the replies that are there, by key; damaged rows are left out."""
-        rows = self._again(lambda connection: connection.execute(_GET, (list(keys),)).fetchall())
-        read = ((key, self._read(bytes(blob), crc)) for key, blob, crc in rows)
-        return {key: reply for key, reply in read if reply is not None}
+    def find(self, keys: Sequence[str]) -> dict[str, Kept]:
+        """Return the answers that are there, by key; damaged rows are left out."""
+        rows = self._again(lambda connection: connection.execute(_FIND, (list(keys),)).fetchall())
+        return self._intact(keys, ((key, bytes(blob), crc, mark) for key, blob, crc, mark in rows))
 
-    def put(self, replies: Mapping[str, Reply], model: str) -> None:
+    def put(self, replies: Mapping[str, Reply], model: str, marks: Mapping[str, str] | None = None) -> None:
         """Store replies in one transaction, by key, so that two writers cannot block each other."""
-        rows = sorted(self._rows(replies, model))
-        self._again(lambda connection: _insert(connection, rows))
+        rows, marked = sorted(self._rows(replies, model)), sorted((marks or {}).items())
+        self._again(lambda connection: _insert(connection, rows, marked))
+
+    def newest(self) -> int:
+        """Return the number of the newest unconfirmed answer; 0 when there is none.
+
+        One that is numbered and not yet committed was given before this was asked, too.
+        """
+        return self._number("SELECT coalesce(max(number), 0) FROM unconfirmed")
+
+    def confirm(self, marks: Collection[str], newest: int) -> None:
+        """Take the marks from the answers that have one of these and were there when this number was the newest."""
+        delete = "DELETE FROM unconfirmed WHERE mark = ANY(%s) AND number <= %s"
+        self._again(lambda connection: connection.execute(delete, (list(marks), newest)))
+
+    def remove(self, marks: Collection[str]) -> int:
+        """Delete the answers that have one of these marks; returns how many there were."""
+        removed: int = self._again(lambda connection: _delete(connection, list(marks)))
+        return removed
+
+    def removals(self, marks: Collection[str]) -> int:
+        """Return a number that grows whenever answers with one of these marks are removed, by whomever."""
+        return self._number("SELECT coalesce(max(number), 0) FROM removals WHERE mark = ANY(%s)", list(marks))
+
+    def _number(self, query: str, *parameters: Any) -> int:
+        return int(self._again(lambda connection: connection.execute(query, parameters).fetchone()[0]))
 
     def _again(self, work: Any) -> Any:
         """Do the work, again over a new connection if the old one is gone: all of it can be repeated.
@@ -94,6 +129,18 @@ class PostgresAnswers(Answers):
         self._connection.close()
 
 
-def _insert(connection: Any, rows: Sequence[tuple[Any, ...]]) -> None:
+def _insert(connection: Any, rows: Sequence[Row], marked: Sequence[tuple[str, str]]) -> None:
     with connection.transaction(), connection.cursor() as cursor:
         cursor.executemany(_PUT, rows)
+        unmarked = sorted({row[0] for row in rows} - {key for key, _ in marked})
+        if unmarked:
+            cursor.execute("DELETE FROM unconfirmed WHERE key = ANY(%s)", (unmarked,))
+        cursor.executemany(_MARK, marked)
+
+
+def _delete(connection: Any, marks: list[str]) -> int:
+    with connection.transaction():
+        removed = int(connection.execute(_REMOVE, (marks,)).rowcount)
+        if removed:
+            connection.execute("INSERT INTO removals (mark) SELECT unnest(%s::text[])", (marks,))
+    return removed

@@ -6,7 +6,7 @@ import asyncio
 import hashlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import msgspec
@@ -76,7 +76,8 @@ class Reply(msgspec.Struct, frozen=True, kw_only=True):
             `latency` (by the client's).
         attempts: tries that failed before this answer.
         host: base URL of the server that answered, or None.
-        server_version: version of the server, or None.
+        server_version: version of the server, or its fingerprint where it has none, or None.
+        served_model: name of the model as the server told it with this reply, or None.
         cached: whether this came from the cache.
         source: which model gave it; None for the one that was asked.
     """
@@ -90,6 +91,7 @@ class Reply(msgspec.Struct, frozen=True, kw_only=True):
     attempts: tuple[Attempt, ...] = ()
     host: str | None = None
     server_version: str | None = None
+    served_model: str | None = None
     cached: bool = False
     source: Source | None = None
 
@@ -118,6 +120,8 @@ class ModelInfo:
         undeclared: capabilities that its server cannot be asked about; settings of their names say so instead.
         context_length: longest context in tokens, or None where unknown.
         members: the models that it routes to.
+        states: what else changes when its weights are replaced, by base URL of each server: it may be put back, so
+            that the digest alone does not tell.
     """
 
     name: str
@@ -127,6 +131,7 @@ class ModelInfo:
     undeclared: tuple[str, ...] = ()
     context_length: int | None = None
     members: tuple[ModelInfo, ...] = ()
+    states: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,10 +156,14 @@ class Model(ABC):
 
     Attributes:
         name: name of the model in tables and records.
-        remote: whether asking costs something, so that answers are cached, limited and retried.
+        remote: whether asking costs something, so that answers are cached, limited and retried; how is in its
+            attribute `server`, a `serving.Serving`, else as `serving.DEFAULT` says.
+        replaceable: whether other weights may come to stand under its name while it is asked, so that what `inspect`
+            says is compared again and again, where it gives a digest.
     """
 
     remote: bool = False
+    replaceable: bool = True
     name: str
 
     @abstractmethod
@@ -232,11 +241,15 @@ class Model(ABC):
         """How many connections to its server were opened so far; a server that was started anew needs new ones."""
         return 0
 
+    def weights_of(self, reply: Reply) -> Mapping[str, str]:
+        """Return what a reply of its own says of the weights that gave it, by what it is called."""
+        return {}
+
     async def confirm(self) -> None:
         """Check that the server still has the model that it had when the sweep began.
 
         Raises:
-            ServerError: it has another one under the same name.
+            ModelChangedError: it has another one under the same name.
             TransientError: it does not say.
         """
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import msgspec
 
-from foundry.models.answers import Answers
 from foundry.models.base import Model, Reply, Request
+from foundry.models.unconfirmed import Unconfirmed
 from foundry.models.wrapper import Wrapper
 
 
@@ -19,7 +19,7 @@ class CachedModel(Wrapper):
     that were in flight.
     """
 
-    def __init__(self, inner: Model, answers: Answers) -> None:
+    def __init__(self, inner: Model, answers: Unconfirmed) -> None:
         super().__init__(inner)
         self._answers = answers
         self._in_flight: dict[str, asyncio.Future[Reply]] = {}
@@ -32,7 +32,7 @@ class CachedModel(Wrapper):
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
         """Answer several requests; those not in the cache are asked all at once."""
-        hits = self._answers.get([request.key for request in requests])
+        hits = self._answers.find([request.key for request in requests])
         if len(hits) < len(requests):
             missing = {r.key: r for r in requests if r.key not in hits}
             return await self._ask_missing(requests, missing, hits)
@@ -82,7 +82,7 @@ class CachedModel(Wrapper):
         assert saved is not None
         self._unsaved, self._saved = {}, None
         try:
-            self._answers.put(replies, self.name)
+            self._answers.keep(replies, self.name)
         except Exception as error:  # noqa: BLE001 - handed on to everyone who waits for the commit
             saved.set_exception(error)
             return

@@ -5,26 +5,27 @@ from __future__ import annotations
 import asyncio
 import time
 
-from foundry.errors import InputError, ServerError, TransientError
+from foundry.errors import HostsDifferError, InputError, TransientError
 from foundry.models.base import Model, Reply, Request, UnusableReply
+from foundry.models.unconfirmed import Unconfirmed
 from foundry.models.wrapper import Wrapper
 
 CONFIRM_EVERY_S = 60.0
 
 
 class ConfirmedModel(Wrapper):
-    """Compares the model's digest after a reply that follows a new connection or a failure, and every minute.
+    """Compares what the server is after a reply that follows a new connection or a failure, and every minute.
 
     A server that was started anew, perhaps with other weights under the same name, is reached by new connections
-    alone; so a reply that follows one is handed on only once the server was asked.
+    alone; so a reply that follows one is handed on only once the server was asked. What a reply itself says of the
+    weights is compared at once.
     """
 
-    def __init__(self, inner: Model, digest: str) -> None:
-        """Wrap a model whose digest was this when the sweep was checked."""
+    def __init__(self, inner: Model, unconfirmed: Unconfirmed) -> None:
+        """Wrap a model whose answers are kept there."""
         super().__init__(inner)
-        self._digest = digest
+        self._unconfirmed = unconfirmed
         self._failures, self._settled = 1, 0
-        self._unconfirmed = 0
         self._confirmed_at = time.monotonic()
         self._confirming = asyncio.Lock()
 
@@ -32,8 +33,9 @@ class ConfirmedModel(Wrapper):
         """Answer one request.
 
         Raises:
-            ServerError: the server has another model under this name by now.
+            ModelChangedError: the server has another model under this name by now.
         """
+        self._unconfirmed.check()
         try:
             reply = await self.inner.ask(request)
         except UnusableReply:
@@ -41,7 +43,7 @@ class ConfirmedModel(Wrapper):
         except TransientError as error:
             self._failures += not error.busy
             raise
-        self._unconfirmed += 1
+        self._unconfirmed.check(reply)
         if self._in_doubt:
             async with self._confirming:
                 if self._in_doubt:
@@ -49,9 +51,10 @@ class ConfirmedModel(Wrapper):
         return reply
 
     async def confirm(self) -> None:
-        """Ask the server once more, unless nothing was answered since it was asked last."""
-        if self._unconfirmed:
-            await self._confirm()
+        """Ask the server once more, unless every answer that was used is confirmed."""
+        async with self._confirming:
+            if self._unconfirmed.any_used:
+                await self._confirm()
 
     @property
     def _doubts(self) -> int:
@@ -62,17 +65,13 @@ class ConfirmedModel(Wrapper):
         return self._doubts > self._settled or time.monotonic() - self._confirmed_at >= CONFIRM_EVERY_S
 
     async def _confirm(self) -> None:
-        doubts, unconfirmed = self._doubts, self._unconfirmed
+        self._unconfirmed.check()
+        doubts, moment = self._doubts, self._unconfirmed.moment()
         try:
-            digest = (await self.inner.inspect()).digest
+            info = await self.inner.inspect()
+        except HostsDifferError as error:
+            raise self._unconfirmed.change(str(error)) from error
         except InputError as error:
-            raise TransientError(f"Model '{self.name}' could not be confirmed: {error}") from error
-        if digest != self._digest:
-            since = time.monotonic() - self._confirmed_at
-            raise ServerError(
-                f"Model '{self.name}' changed while the sweep ran (digest {self._digest[:12]} when it began, "
-                f"{(digest or 'none')[:12]} now); answers of the last {since:.0f} s may be of either. Put the first "
-                "one back and resume, or begin a new sweep in another output.dir."
-            )
+            raise TransientError(f"model '{self.name}' could not be confirmed: {error}") from error
+        self._unconfirmed.settle(moment, info)
         self._settled, self._confirmed_at = doubts, time.monotonic()
-        self._unconfirmed -= unconfirmed

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from urllib.parse import urlsplit
 
 from yarl import URL
 
-from foundry.errors import InputError, TransientError
+from foundry.errors import HostsDifferError, InputError, TransientError
 from foundry.models.base import ModelInfo
 
 SCHEME_PORTS = {"http": 80, "https": 443}
@@ -64,13 +65,14 @@ def agreed(infos: Mapping[str, ModelInfo], advice: str) -> ModelInfo:
     """Return the one answer of several servers, by base URL.
 
     Raises:
-        InputError: they have different models under the same name; it ends with the advice.
+        HostsDifferError: they have different models under the same name; it ends with the advice.
     """
     first = next(iter(infos.values()))
     if len({info.digest for info in infos.values()}) > 1:
         digests = ", ".join(f"{host} has {(info.digest or 'none')[:12]}" for host, info in infos.items())
-        raise InputError(f"Model '{first.name}' is not the same on all hosts: {digests}. {advice}")
-    return first
+        raise HostsDifferError(f"Model '{first.name}' is not the same on all hosts: {digests}. {advice}")
+    states = {host: state for info in infos.values() for host, state in info.states.items()}
+    return replace(first, states=states)
 
 
 class HostPool:

@@ -142,7 +142,7 @@ class OllamaModel(HttpModel):
             version = await self._version(host)
         except BackendError as error:
             raise InputError(str(error)) from error
-        return described(self.name, row, shown, version)
+        return described(self.name, row, shown, version, host)
 
     async def _load(self, host: str) -> None:
         body = ollama_wire.load_body(self.settings, self.server.keep_alive)

@@ -31,19 +31,23 @@ def installed_row(listing: Mapping[str, Any], name: str, host: str) -> Mapping[s
     return rows[tag]
 
 
-def described(name: str, row: Mapping[str, Any], shown: Mapping[str, Any], version: str) -> ModelInfo:
-    """Return what is known of a model.
+def described(name: str, row: Mapping[str, Any], shown: Mapping[str, Any], version: str, host: str) -> ModelInfo:
+    """Return what is known of a model on one server.
+
+    A tag that is taken away and put back has its digest again, but is written anew.
 
     Args:
         name: what the model is called here.
         row: its row in the list of models.
         shown: the object that `POST /api/show` gave.
         version: version of the server.
+        host: base URL of the server.
     """
     return ModelInfo(
         name=name,
         digest=row.get("digest"),
         server_version=version,
+        states={host: str(row.get("modified_at") or "")},
         capabilities=tuple(shown.get("capabilities") or ()),
         context_length=context_length(shown.get("model_info") or {}),
     )

@@ -129,6 +129,7 @@ def read_reply(content: bytes, request: Request, settings: ChatSettings, origin:
         timings={**_timings(body), "latency": latency_s},
         host=origin.host,
         server_version=origin.version,
+        served_model=_text(body, "model") or None,
     )
     _check_context(reply, request, settings.num_ctx, origin)
     if reply.ending == STOPPED and not text.strip() and not thinking:

@@ -44,12 +44,15 @@ class OpenAIServing(HttpServing, frozen=True, kw_only=True):
         api_key_env: name of the environment variable that holds the key; None sends none.
         lists_models: whether `GET /models` names the model.
         longest_pause_s: longest wait that a rate limit may ask for, seconds.
+        one_fingerprint: whether a sweep ends when a server's replies come with another fingerprint, or with another
+            name of the model, than the first one did.
     """
 
     base_url: str | list[str]
     api_key_env: str | None
     lists_models: bool
     longest_pause_s: Seconds
+    one_fingerprint: bool = True
 
 
 class OpenAIModel(HttpModel):
@@ -136,6 +139,11 @@ class OpenAIModel(HttpModel):
             answer = await self._send(origin, "POST", "/chat/completions", content)
             latency_s = time.perf_counter() - started
             return openai_wire.read_reply(answer, request, self.settings, origin, latency_s=latency_s)
+
+    def weights_of(self, reply: Reply) -> Mapping[str, str]:
+        """Return the name and the fingerprint that a reply came with, where they must not change."""
+        told = {"model": reply.served_model, "fingerprint": reply.server_version}
+        return {what: said for what, said in told.items() if said} if self.server.one_fingerprint else {}
 
     async def inspect(self) -> ModelInfo:
         """Ask every server whether it lists the model.

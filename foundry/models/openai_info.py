@@ -43,6 +43,7 @@ def listed_info(served: str, name: str, listing: bytes | None, origin: Origin, *
         capabilities=("completion", *(("vision",) if sees else ())),
         undeclared=("vision",) if sees is None else (),
         context_length=next((row[key] for key in LENGTHS if isinstance(row.get(key), int)), None),
+        states={origin.host: ""},
     )
 
 

@@ -131,7 +131,8 @@ def read_reply(content: bytes, request: Request, settings: ChatSettings, origin:
         output_tokens=_count(body, "completion_tokens"),
         timings={"latency": latency_s},
         host=origin.host,
-        server_version=_version(body, settings.model),
+        server_version=_text(body.get("system_fingerprint")) or None,
+        served_model=_text(body.get("model")) or None,
     )
     _check_context(reply, settings.context_length, origin)
     if reply.ending == STOPPED and not reply.text.strip() and not reply.thinking:
@@ -166,13 +167,6 @@ def _count(body: Mapping[str, Any], key: str) -> int | None:
     usage = body.get("usage")
     value = usage.get(key) if isinstance(usage, dict) else None
     return value if isinstance(value, int) else None
-
-
-def _version(body: Mapping[str, Any], asked: str) -> str | None:
-    """Return the server's fingerprint, after the model's full name where the server tells another than was asked."""
-    named = body.get("model")
-    parts = [named if named != asked else None, body.get("system_fingerprint")]
-    return " ".join(part for part in parts if isinstance(part, str) and part) or None
 
 
 def _check_context(reply: Reply, context_length: int | None, origin: Origin) -> None:

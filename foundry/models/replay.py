@@ -30,6 +30,8 @@ def reply_of(call: Call) -> Reply:
         timings=call.timings,
         attempts=call.attempts,
         host=call.host,
+        server_version=call.server_version,
+        served_model=call.served_model,
         cached=True,
         source=Source(model=call.model, digest=call.digest, parameters=call.parameters, key=call.key),
     )

@@ -69,6 +69,10 @@ class RetriedModel(Wrapper):
             reply = error.reply
         return msgspec.structs.replace(reply, attempts=tuple(failures)) if failures else reply
 
+    async def confirm(self) -> None:
+        """Have the wrapped model confirmed, again after a failure that another try may cure."""
+        await self._tried(self.inner.confirm, [])
+
     async def warm_up(self) -> None:
         """Load the wrapped model, again after a failure that another try may cure."""
         await self._tried(self.inner.warm_up, [])

@@ -68,6 +68,19 @@ class HttpServing(Serving, frozen=True, kw_only=True):
     read_timeout_s: Seconds
 
 
+DEFAULT = Serving(
+    in_flight=InFlight(min=1, max=64, initial=2),
+    retry=Retry(attempts=6, unusable_attempts=2, wait_initial_s=0.5, wait_max_s=30.0),
+)
+"""How a model is asked that costs something and says nothing else."""
+
+
+def serving_of(model: Model) -> Serving:
+    """Return how a model that costs something is asked."""
+    serving = getattr(model, "server", None)
+    return serving if isinstance(serving, Serving) else DEFAULT
+
+
 class ServedModel(Model):
     """A model whose calls cost something, so that its answers are cached, limited and retried.
 

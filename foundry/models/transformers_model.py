@@ -31,6 +31,8 @@ class TransformersModel(ServedModel):
     another turn, as on any server that works on several calls at once.
     """
 
+    replaceable = False
+
     def __init__(
         self,
         *,

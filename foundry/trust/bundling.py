@@ -203,7 +203,8 @@ def _anonymous(call: Call, scrubber: Scrubber) -> Call:
         )
         for one in call.attempts
     )
-    return msgspec.structs.replace(call, host=None, attempts=attempts)
+    served = None if call.served_model is None else scrubber.text(call.served_model)
+    return msgspec.structs.replace(call, host=None, attempts=attempts, served_model=served)
 
 
 def _citation(name: str) -> str:

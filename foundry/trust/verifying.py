@@ -15,7 +15,7 @@ import msgspec
 
 from foundry.build import build
 from foundry.episode import play
-from foundry.errors import RecordError
+from foundry.errors import ModelChangedError, RecordError, UnconfirmedError
 from foundry.records import NOT_JSON, Call, Counts, Record, RunSummary, SeenImage
 from foundry.store import RECORD_STREAMS, RunFolder, SweepFolder, frame_name, kept_file
 from foundry.sweep import model_key
@@ -24,6 +24,8 @@ from foundry.trust.recorded import Departed, NotRecorded, RecordedAsker, wording
 from foundry.trust.summaries import COMPLETE, check_config, check_digests, check_summary
 
 _ENCODE = msgspec.json.Encoder().encode
+_AFTER_THE_END = frozenset((ModelChangedError.__name__, UnconfirmedError.__name__))
+"""Errors that end a run whose records may be whole: its answers are not known to be of the sweep's weights."""
 _CHUNKS = 8
 """Portions of the runs that each worker gets one after the other."""
 
@@ -224,7 +226,9 @@ def _replay(world: Any, asker: RecordedAsker, comparer: Comparer, summary: RunSu
 
 
 def _check_status(summary: RunSummary | None) -> None:
-    """Check that an episode that reaches its end is not recorded as one that failed."""
+    """Check that an episode that reaches its end is not recorded as one that failed before."""
+    if summary is not None and summary.error_type in _AFTER_THE_END:
+        return
     # A worker that died may have died at the very end; it could not say what it had written.
     if summary is not None and summary.status != COMPLETE and summary.records_sha256:
         raise Departed(Difference("run.json", None, "status", summary.status, COMPLETE))

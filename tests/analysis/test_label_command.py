@@ -6,7 +6,7 @@ import pytest
 
 import analysis
 from analysis.labelling import hand_labelled, question
-from commands import foundry
+from commands import cached_answers, foundry
 from foundry.labelling import read_answer, texts_of
 from ollama_cases import ChatCase
 from ollama_server import OllamaServer
@@ -129,3 +129,22 @@ def test_only_a_bare_yes_or_no_is_an_answer(reply, expected):
 
 def test_the_question_asks_for_one_word():
     assert question().rstrip().endswith("Answer with one word: yes or no.")
+
+
+def test_labels_of_a_model_that_is_replaced_meanwhile_are_not_kept(write_sweep, make_condition, tmp_path):
+    sweep = write_sweep(tmp_path / "sweep", [make_condition("a", range(2))])
+    with OllamaServer(answer) as server:
+        model = server.models["qwen3:4b"]
+
+        def replace(number: int, body: object) -> None:
+            model.digest = "ff" * 32 if number == 9 else model.digest
+
+        server.on_chat = replace
+        done = foundry("label", str(sweep.path), "--model", "qwen3:4b", cwd=tmp_path, OLLAMA_HOST=server.url)
+    assert (
+        done.returncode == 3
+        and "changed while it labelled (digest d4d4d4d4d4d4 when" in done.stderr
+        and "Traceback" not in done.stderr
+    )
+    assert "no label was written" in done.stderr and sweep.labels() is None
+    assert cached_answers(tmp_path / "outputs" / "answers.sqlite") < 9

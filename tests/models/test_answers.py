@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import sqlite3
 import threading
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from databases import PostgresStore, Store
+from databases import PostgresStore, SqliteStore, Store
 from foundry.errors import FoundryError, InputError
 from foundry.models.answers import check_reachable, open_answers, settled
 from foundry.models.base import Reply
@@ -60,6 +62,28 @@ def test_damaged_rows_count_as_absent(store: Store):
     answers.put({"a": Reply(text="one")}, "m")
     assert set(answers.get(["a", "b"])) == {"a"}
     answers.close()
+
+
+def test_a_file_with_flipped_bits_returns_nothing_that_was_not_asked_for(tmp_path: Path):
+    """Bits are flipped in the keys and in the places of rows within their pages."""
+    store, keys = SqliteStore(tmp_path), [f"{number * 7919 % 300:040x}" for number in range(300)]
+    answers = store.open()
+    answers.put({key: Reply(text=key) for key in keys}, "m")
+    answers.close()
+    whole = Path(store.where).read_bytes()
+    for flips in range(60):
+        rng = np.random.default_rng(flips)
+        damaged = bytearray(whole)
+        for place in rng.integers(4096, len(whole), 40):
+            damaged[place] ^= 1 << int(rng.integers(8))
+        path = tmp_path / f"{flips}.sqlite"
+        path.write_bytes(damaged)
+        with contextlib.suppress(FoundryError):
+            answers = open_answers(path)
+            for key in keys[::7]:
+                with contextlib.suppress(FoundryError):
+                    assert {found: reply.text for found, reply in answers.get([key]).items()} in ({}, {key: key})
+            answers.close()
 
 
 def test_all_replies_of_a_transaction_are_kept_or_none(store: Store):

@@ -1,15 +1,19 @@
 """A model whose answers are kept, over both kinds of cache."""
 
 import asyncio
+import contextlib
+import sqlite3
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from databases import Store
-from foundry.errors import TransientError
+from databases import SqliteStore, Store
+from foundry.errors import StorageError, TransientError
 from foundry.models.answers import Answers
 from foundry.models.base import ChatMessage, Model, Reply, Request, RequestKeys
 from foundry.models.cached import CachedModel
+from foundry.models.unconfirmed import Unconfirmed
 
 
 class Counting(Model):
@@ -49,7 +53,7 @@ def opened(inner: Counting) -> Counting:
 async def ask(store: Store, inner: Counting, *requests: Request) -> list[Reply]:
     answers = store.open()
     try:
-        return await CachedModel(inner, answers).ask_all(requests)
+        return await CachedModel(inner, Unconfirmed(answers)).ask_all(requests)
     finally:
         answers.close()
 
@@ -86,7 +90,7 @@ def test_images_decide_an_answer():
 def test_equal_requests_in_flight_cost_one_call(store: Store):
     async def both(answers: Answers) -> tuple[Counting, list[Reply]]:
         inner = Counting()
-        model = CachedModel(inner, answers)
+        model = CachedModel(inner, Unconfirmed(answers))
         tasks = [asyncio.create_task(model.ask(request())) for _ in range(3)]
         while not inner.asked:
             await asyncio.sleep(0)
@@ -126,7 +130,7 @@ def test_followers_of_a_failed_call_see_its_failure(store: Store):
     async def both(answers: Answers) -> list[Any]:
         inner = Counting()
         inner.failing = True
-        model = CachedModel(inner, answers)
+        model = CachedModel(inner, Unconfirmed(answers))
         tasks = [asyncio.create_task(model.ask(request())) for _ in range(2)]
         while not inner.asked:
             await asyncio.sleep(0)
@@ -136,6 +140,27 @@ def test_followers_of_a_failed_call_see_its_failure(store: Store):
     answers = store.open()
     assert [type(result) for result in asyncio.run(both(answers))] == [TransientError, TransientError]
     answers.close()
+
+
+def test_an_answer_that_could_not_be_committed_is_seen_by_nobody(tmp_path: Path):
+    """The table is taken away while the model answers, so that the commit fails."""
+    store = SqliteStore(tmp_path)
+
+    class Spoiling(Counting):
+        async def ask(self, request: Request) -> Reply:
+            with contextlib.closing(sqlite3.connect(store.where)) as database:
+                database.execute("DROP TABLE answers")
+            return await super().ask(request)
+
+    async def both() -> list[Any]:
+        answers = store.open()
+        model = CachedModel(opened(Spoiling()), Unconfirmed(answers))
+        leader, follower = asyncio.create_task(model.ask(request())), asyncio.create_task(model.ask(request()))
+        results = await asyncio.gather(leader, follower, return_exceptions=True)
+        answers.close()
+        return results
+
+    assert [type(result) for result in asyncio.run(both())] == [StorageError, StorageError]
 
 
 def test_a_damaged_row_is_asked_again_and_replaced(store: Store):

@@ -35,7 +35,7 @@ def test_tokens_host_fingerprint_and_the_models_full_name_are_kept(ask_openai):
     case = ChatCase("Left.", model="a-2026-01-01", usage={"prompt_tokens": 90, "completion_tokens": 3})
     reply, _ = ask_openai(case)
     assert (reply.prompt_tokens, reply.output_tokens) == (90, 3)
-    assert reply.server_version == "a-2026-01-01 fp_44709d6fcb"
+    assert (reply.server_version, reply.served_model) == ("fp_44709d6fcb", "a-2026-01-01")
     assert reply.host is not None and reply.host.endswith("/v1")
     assert reply.timings["latency"] > 0
 

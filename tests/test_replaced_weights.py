@@ -1,0 +1,249 @@
+"""Weights that are replaced while a sweep runs: none of their answers stays, and nothing confirmed is paid again."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import sqlite3
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from commands import cached_answers, calls, foundry, kill, records, started, statuses, wait_until
+from foundry.store import SweepFolder
+from ollama_server import OllamaServer
+from openai_server import ChatCase, OpenAIServer, grid_reply
+from replaced import MODEL, Replaced
+
+SHAPE = ("seed=0-5", "world.agents=2", "world.steps=3", "analyze=false")
+SWEEP = (
+    *("-m", f"model={MODEL}", *SHAPE, "runner.open_runs=2"),
+    *("model.server.retry.wait_initial_s=0.01", "model.server.retry.wait_max_s=0.1"),
+)
+CALLS_OF_A_RUN = 2 * 3 * 2
+CALLS = 6 * CALLS_OF_A_RUN
+MIDWAY = 30
+"""A call at which some runs are complete."""
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The sweep as the first weights alone play it."""
+    folder = tmp_path_factory.mktemp("undisturbed")
+    with OllamaServer() as server:
+        assert foundry(*SWEEP, "output.dir=sweep", cwd=folder, OLLAMA_HOST=server.url).returncode == 0
+    return folder / "sweep"
+
+
+def one_line(done: subprocess.CompletedProcess[str]) -> str:
+    assert "Traceback" not in done.stderr
+    (line,) = done.stderr.splitlines()
+    return line
+
+
+def errors(folder: Path) -> list[str]:
+    summaries = [run.summary() for run in SweepFolder.open(folder).runs()]
+    return [one.error for one in summaries if one is not None and one.error is not None]
+
+
+def assert_mended(workspace: Path, replaced: Replaced, undisturbed: Path) -> None:
+    """Put the weights back; the sweep, and another one over the same cache, are as if nothing had been."""
+    replaced.put_back()
+    resumed = foundry("resume", "sweep", cwd=workspace)
+    assert resumed.returncode == 0, resumed.stdout + resumed.stderr
+    replaced.answered.clear()
+    fresh = foundry(*SWEEP, "output.dir=fresh", cwd=workspace, OLLAMA_HOST=replaced.server.url)
+    assert fresh.returncode == 0 and not replaced.answered
+    for name in ("sweep", "fresh"):
+        assert records(workspace / name) == records(undisturbed)
+        assert calls(workspace / name) == calls(undisturbed)
+        verified = foundry("verify", name, "--workers=1", cwd=workspace)
+        assert verified.returncode == 0 and "6 runs: 6 identical" in verified.stdout
+
+
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_answers_of_replaced_weights_leave_the_cache_and_the_runs_that_used_them_fail(
+    workers: int, tmp_path: Path, undisturbed: Path
+):
+    replaced = Replaced(at=MIDWAY)
+    with replaced.serve() as server:
+        stopped = foundry(*SWEEP, "output.dir=sweep", f"runner.workers={workers}", cwd=tmp_path, OLLAMA_HOST=server.url)
+        line, said = one_line(stopped), errors(tmp_path / "sweep")
+        failed = statuses(tmp_path / "sweep").count("failed")
+        assert stopped.returncode == 3 and replaced.second
+        assert f"Model '{MODEL}' changed while the sweep ran (digest d4d4d4d4d4d4 when" in line
+        assert "Put the first one back and go on with foundry resume" in line
+        kept = cached_answers(tmp_path / "outputs" / "answers.sqlite")
+        given = sum(replaced.answered.values()) + len(replaced.second)
+        counted = re.search(r"\((\d+) answers removed, (\d+) runs failed\)", line)
+        assert counted and int(counted[2]) == failed
+        assert 0 < int(counted[1]) <= given - kept  # some were not kept at all, since they came later
+        assert failed == len(said) >= 1 and all("changed while the sweep ran" in one for one in said)
+        assert statuses(tmp_path / "sweep").count("complete") >= 1 or workers > 1
+        confirmed = kept
+        assert_mended(tmp_path, replaced, undisturbed)
+        assert len(server.bodies) == given + CALLS - confirmed
+
+
+def test_no_run_is_complete_with_an_answer_that_was_not_confirmed(tmp_path: Path):
+    replaced = Replaced(at=MIDWAY)
+    with replaced.serve() as server:
+        foundry(*SWEEP, "output.dir=sweep", cwd=tmp_path, OLLAMA_HOST=server.url)
+        assert replaced.second
+    folder = SweepFolder.open(tmp_path / "sweep")
+    complete = [run for run in folder.runs() if (one := run.summary()) and one.status == "complete"]
+    kept = {call.key for run in complete for call in run.calls()}
+    with contextlib.closing(sqlite3.connect(tmp_path / "outputs" / "answers.sqlite")) as database:
+        there = {key for (key,) in database.execute("SELECT key FROM answers")}
+        assert database.execute("SELECT count(*) FROM unconfirmed").fetchone() == (0,)
+    assert kept == there
+
+
+def test_what_verify_status_and_resume_say_of_a_sweep_whose_weights_changed(tmp_path: Path):
+    replaced = Replaced(at=MIDWAY)
+    with replaced.serve() as server:
+        foundry(*SWEEP, "output.dir=sweep", cwd=tmp_path, OLLAMA_HOST=server.url)
+        refused = foundry("resume", "sweep", cwd=tmp_path)
+        assert refused.returncode == 2
+        assert one_line(refused).endswith(
+            "changed since this sweep began (digest d4d4d4d4d4d4 then, ffffffffffff now): put the first one back and "
+            "say it again, or start a new sweep in another output.dir."
+        )
+        verified = foundry("verify", "sweep", "--workers=1", cwd=tmp_path)
+        assert "steps: Model 'qwen3:4b' changed while the sweep ran" in verified.stdout
+        assert "failed" in foundry("status", "sweep", cwd=tmp_path).stdout
+        new = foundry(*SWEEP, "output.dir=new", cwd=tmp_path, OLLAMA_HOST=server.url)
+        assert new.returncode == 0 and statuses(tmp_path / "new") == ["complete"] * 6
+
+
+def test_what_a_killed_worker_left_unconfirmed_is_asked_again_when_the_weights_were_written_anew(
+    tmp_path: Path, undisturbed: Path
+):
+    replaced = Replaced(at=MIDWAY, written=True, held_from=MIDWAY + 6)
+    cache = tmp_path / "outputs" / "answers.sqlite"
+    with replaced.serve() as server:
+        arguments = (*SWEEP, "output.dir=sweep", "runner.workers=1")
+        with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
+            wait_until(lambda: cached_answers(cache) == MIDWAY + 5, "every answer given is in the cache")
+            kill(process.pid)
+        replaced.held_from = None
+        left = unconfirmed(tmp_path)
+        assert len(replaced.second) == 6 and left >= 6
+        assert_mended(tmp_path, replaced, undisturbed)
+        assert sum(server.answered.values()) == CALLS + left
+
+
+@pytest.mark.slow
+def test_what_a_killed_worker_left_unconfirmed_is_used_when_the_weights_are_the_same(tmp_path: Path, undisturbed: Path):
+    replaced = Replaced(at=10**9, held_from=MIDWAY + 6)
+    cache = tmp_path / "outputs" / "answers.sqlite"
+    with replaced.serve() as server:
+        arguments = (*SWEEP, "output.dir=sweep", "runner.workers=1")
+        with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
+            wait_until(lambda: cached_answers(cache) == MIDWAY + 5, "every answer given is in the cache")
+            kill(process.pid)
+        replaced.held_from = None
+        assert unconfirmed(tmp_path) > 0
+        assert_mended(tmp_path, replaced, undisturbed)
+        assert sum(server.answered.values()) == CALLS and unconfirmed(tmp_path) == 0
+
+
+def unconfirmed(workspace: Path) -> int:
+    with contextlib.closing(sqlite3.connect(workspace / "outputs" / "answers.sqlite")) as database:
+        return int(database.execute("SELECT count(*) FROM unconfirmed").fetchone()[0])
+
+
+def test_weights_that_are_back_when_the_server_is_asked_are_found_by_their_date(tmp_path: Path, undisturbed: Path):
+    replaced = Replaced(at=MIDWAY, written=True)
+    replaced.then = lambda call: replaced.put_back() if call == MIDWAY + 4 else None
+    with replaced.serve() as server:
+        stopped = foundry(*SWEEP, "output.dir=sweep", cwd=tmp_path, OLLAMA_HOST=server.url)
+        assert stopped.returncode == 3 and "digest d4d4d4d4d4d4 as when it began, but written anew" in one_line(stopped)
+        assert_mended(tmp_path, replaced, undisturbed)
+
+
+def test_one_of_two_servers_that_changes_stops_the_sweep(tmp_path: Path, undisturbed: Path):
+    replaced = Replaced(at=MIDWAY // 2)
+    with OllamaServer() as steady, replaced.serve() as server:
+        hosts = f"{steady.url},{server.url}"
+        stopped = foundry(*SWEEP, "output.dir=sweep", cwd=tmp_path, OLLAMA_HOST=hosts)
+        assert stopped.returncode == 3
+        assert "changed while the sweep ran (Model 'qwen3:4b' is not the same on all hosts" in one_line(stopped)
+        replaced.put_back()
+        assert foundry("resume", "sweep", cwd=tmp_path).returncode == 0
+        assert records(tmp_path / "sweep") == records(undisturbed)
+
+
+def test_a_sweep_that_takes_all_from_a_confirmed_cache_asks_the_server_nothing_more(tmp_path: Path):
+    with OllamaServer() as server:
+        assert foundry(*SWEEP, "output.dir=one", cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
+        asked = len(server.headers)
+        assert foundry(*SWEEP, "output.dir=two", cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
+        assert len(server.headers) - asked == 3  # its list, the model and its version, before the sweep begins
+        assert unconfirmed(tmp_path) == 0
+
+
+def test_a_cache_of_an_older_foundry_goes_on_being_used(tmp_path: Path):
+    with OllamaServer() as server:
+        assert foundry(*SWEEP, "output.dir=one", cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
+        with contextlib.closing(sqlite3.connect(tmp_path / "outputs" / "answers.sqlite")) as database:
+            database.executescript("DROP TABLE unconfirmed; DROP TABLE removals")
+        asked = len(server.bodies)
+        assert foundry(*SWEEP, "output.dir=two", cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
+        assert len(server.bodies) == asked == CALLS
+    assert calls(tmp_path / "two") == calls(tmp_path / "one")
+
+
+OPENAI = ("-m", "model=openai/a", *SHAPE, "runner.open_runs=2", "model.server.retry.wait_initial_s=0.01")
+
+
+def other_reply(body) -> str:
+    return grid_reply({**body, "seed": -1})
+
+
+def test_a_server_whose_list_names_another_model_loses_its_unconfirmed_answers(tmp_path: Path):
+    """The name has another root, as when an adapter is loaded anew."""
+    server = OpenAIServer(models={"a": {"root": "first"}})
+
+    def answer(body):
+        if len(server.bodies) >= MIDWAY:
+            server.models["a"] = {"root": "second"}
+        return grid_reply(body) if server.models["a"]["root"] == "first" else other_reply(body)
+
+    server.answer = answer
+    mended_openai(tmp_path, server, "digest listed-")
+
+
+def test_a_server_whose_replies_have_another_fingerprint_loses_its_unconfirmed_answers(tmp_path: Path):
+    server = OpenAIServer()
+
+    def answer(body):
+        is_first = len(server.bodies) < MIDWAY
+        return ChatCase(grid_reply(body)) if is_first else ChatCase(other_reply(body), fingerprint="fp_other")
+
+    server.answer = answer
+    mended_openai(tmp_path, server, "its replies said fingerprint 'fp_44709d6fcb' first, and say 'fp_other' now")
+
+
+def mended_openai(workspace: Path, server: OpenAIServer, how: str) -> None:
+    """Run the sweep on a server that changes, then again on the one that it was; expect what that alone gives."""
+    with server:
+        stopped = foundry(*OPENAI, "output.dir=sweep", cwd=workspace, OPENAI_BASE_URL=server.base_url)
+        assert stopped.returncode == 3 and how in one_line(stopped) and "answers removed" in one_line(stopped)
+        server.answer = grid_reply
+        server.models["a"] = {"root": "first"} if server.models["a"] else {}
+        resumed = foundry("resume", "sweep", cwd=workspace)
+        assert resumed.returncode == 0, resumed.stderr
+        settings = (f"cache.path={workspace}/other.sqlite", "output.dir=undisturbed")
+        assert foundry(*OPENAI, *settings, cwd=workspace, OPENAI_BASE_URL=server.base_url).returncode == 0
+    assert records(workspace / "sweep") == records(workspace / "undisturbed")
+
+
+def test_a_service_whose_fingerprints_alternate_can_be_swept_when_that_is_allowed(tmp_path: Path):
+    with OpenAIServer() as server:
+        server.answer = lambda body: ChatCase(grid_reply(body), fingerprint=f"fp_{len(server.bodies) % 2}")
+        arguments = (*OPENAI, "output.dir=sweep", "model.server.one_fingerprint=false")
+        assert foundry(*arguments, cwd=tmp_path, OPENAI_BASE_URL=server.base_url).returncode == 0
+    versions = {call.server_version for run in SweepFolder.open(tmp_path / "sweep").runs() for call in run.calls()}
+    assert versions == {"fp_0", "fp_1"}
