@@ -60,19 +60,22 @@ def check_folder(folder: Path, *, shallow: str = "", apart: str = "") -> None:
     Raises:
         RecordError: there is something else than files and folders, or it cannot be looked at.
     """
-    waiting = [(folder, True)]
+    waiting = [(os.fspath(folder), True)]
     while waiting:
         place, deep = waiting.pop()
+        is_top = place == os.fspath(folder)
         for entry in _entries(place):
-            with contextlib.suppress(FileNotFoundError):  # what others write and remove meanwhile
-                found = entry.stat(follow_symlinks=False)
-                _check(Path(entry.path), found)
-                is_apart = place == folder and entry.name == apart
-                if stat.S_ISDIR(found.st_mode) and deep and not is_apart:
-                    waiting.append((Path(entry.path), place != folder or entry.name != shallow))
+            if entry.is_file(follow_symlinks=False):
+                continue
+            is_folder = entry.is_dir(follow_symlinks=False)
+            if not is_folder or os.name == "nt":  # there, a junction looks like a folder
+                with contextlib.suppress(FileNotFoundError):  # what others write and remove meanwhile
+                    _check(entry.path, entry.stat(follow_symlinks=False))
+            if is_folder and deep and not (is_top and entry.name == apart):
+                waiting.append((entry.path, not (is_top and entry.name == shallow)))
 
 
-def _entries(folder: Path) -> list[os.DirEntry[str]]:
+def _entries(folder: str) -> list[os.DirEntry[str]]:
     try:
         with os.scandir(folder) as entries:
             return list(entries)
@@ -82,7 +85,7 @@ def _entries(folder: Path) -> list[os.DirEntry[str]]:
         raise RecordError(f"{folder} cannot be read: {error.strerror}") from error
 
 
-def _check(path: Path, found: os.stat_result) -> None:
+def _check(path: Path | str, found: os.stat_result) -> None:
     is_link = getattr(found, "st_reparse_tag", 0) in _LINKS
     what = _REFUSED.get(stat.S_IFLNK if is_link else stat.S_IFMT(found.st_mode))
     if what is not None:
