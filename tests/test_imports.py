@@ -35,7 +35,7 @@ LAYERS = {
             "prompting",
             "baselines",
         ),
-        *("labelling", "display", "trust", "doctor", "replay"),
+        *("baselines", "labelling", "display", "trust", "doctor", "replay"),
     ),
     "commands": ("commands", "cli", "__main__"),
 }
