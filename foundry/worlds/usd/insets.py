@@ -87,7 +87,7 @@ def _shift(shown: FloatArray, frame: tuple[int, int], at: tuple[bool, bool], par
     """Return the pixels to move by, away from an inset; `at`: whether it is at the left, and at the top."""
     low, high = shown.min(axis=0), shown.max(axis=0)
     far = np.array(frame) - MARGIN_PX - high, np.array([MARGIN_PX, TOP_PX + MARGIN_PX]) - low
-    return np.round(np.where(at, np.maximum(far[0], 0), np.minimum(far[1], 0)) * part)
+    return np.asarray(np.round(np.where(at, np.maximum(far[0], 0), np.minimum(far[1], 0)) * part))
 
 
 def _are_apart(first: FloatArray, second: FloatArray) -> bool:
