@@ -75,7 +75,7 @@ class Asker:
             messages=messages,
             seed=seed,
             kind=question.kind,
-            observation=question.observation,
+            observation=question.told,
             step=question.step,
             agent=question.agent,
             key=self.keys.key(messages, seed),

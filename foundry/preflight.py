@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from foundry.asking import in_run
@@ -18,6 +19,14 @@ MAX_ROUNDS = 4
 """Rounds of questions within which every kind must have been asked once."""
 
 
+@dataclass(frozen=True)
+class _Opened:
+    """A world that a condition is in, and its first question of every kind."""
+
+    scenario: Scenario
+    questions: tuple[Question, ...]
+
+
 def check(sweep: Sweep) -> dict[str, ModelInfo]:
     """Build every part of the sweep once, render every prompt once and ask the servers about the models.
 
@@ -27,20 +36,21 @@ def check(sweep: Sweep) -> dict[str, ModelInfo]:
     Raises:
         InputError: something does not exist, does not fit, or cannot be reached.
     """
-    scenarios: dict[str, Scenario] = {}
+    worlds: dict[str, _Opened] = {}
     models: dict[str, Model] = {}
     seeing: dict[str, str] = {}
     for condition in sweep.conditions:
         key = model_key(condition.config["model"])
         model = models.setdefault(key, build(condition.config["model"]))
         parts = _parts_key(condition, model)
-        if parts not in scenarios:
-            scenarios[parts] = _check_condition(condition, model)
-        if scenarios[parts].shows_images and model.remote:
-            seeing[key] = scenarios[parts].name
+        if parts not in worlds:
+            worlds[parts] = _check_condition(condition, model)
+        _check_answers(model, worlds[parts].questions)
+        if worlds[parts].scenario.shows_images and model.remote:
+            seeing[key] = worlds[parts].scenario.name
     infos = asyncio.run(_inspect(models))
     for condition in sweep.conditions:
-        _check_in_runs(condition, models, infos, scenarios)
+        _check_in_runs(condition, models, infos, worlds)
     for key, world in seeing.items():
         check_sight(infos[key], world)
     return infos
@@ -51,11 +61,11 @@ def _parts_key(condition: Condition, model: Model) -> str:
 
 
 def _check_in_runs(
-    condition: Condition, models: Mapping[str, Model], infos: Mapping[str, ModelInfo], scenarios: Mapping[str, Scenario]
+    condition: Condition, models: Mapping[str, Model], infos: Mapping[str, ModelInfo], worlds: Mapping[str, _Opened]
 ) -> None:
     """Check that a model that answers otherwise in every run can do so in all of them."""
     key = model_key(condition.config["model"])
-    model, scenario = models[key], scenarios[_parts_key(condition, models[key])]
+    model, scenario = models[key], worlds[_parts_key(condition, models[key])].scenario
     for seed in condition.seeds:
         if in_run(model, {**condition.config, "seed": seed}, scenario, infos[key]) is model:
             return
@@ -91,7 +101,24 @@ def prompt_of(config: Mapping[str, Any]) -> Prompt:
     return prompt
 
 
-def _check_condition(condition: Condition, model: Model) -> Scenario:
+def notes_of(sweep: Sweep) -> list[str]:
+    """Return what is to be known of the worlds of a sweep before it starts, one line each."""
+    worlds = {model_key(condition.config["world"]): condition.config for condition in sweep.conditions}
+    return list(dict.fromkeys(note for config in worlds.values() for note in scenario_of(config).notes()))
+
+
+def _check_answers(model: Model, questions: Sequence[Question]) -> None:
+    """Check that a model, or each of those it routes to, can answer a world's questions."""
+
+    def checked(one: Model) -> Model:
+        for question in questions:
+            one.check(question.kind, question.told)
+        return one
+
+    model.wrapped(checked)
+
+
+def _check_condition(condition: Condition, model: Model) -> _Opened:
     scenario, prompt = scenario_of(condition.config), prompt_of(condition.config)
     missing = [kind for kind in scenario.kinds if model.kinds is not None and kind not in model.kinds]
     if missing:
@@ -99,9 +126,10 @@ def _check_condition(condition: Condition, model: Model) -> Scenario:
             f"Model '{model.name}' cannot act in world '{scenario.name}': it answers "
             f"{', '.join(model.kinds or ())}, the world also asks {', '.join(missing)}."
         )
-    for question in first_questions(scenario, condition.seeds[0]):
+    questions = tuple(first_questions(scenario, condition.seeds[0]))
+    for question in questions:
         prompt.render(question)
-    return scenario
+    return _Opened(scenario, questions)
 
 
 def first_questions(scenario: Scenario, seed: int) -> Iterator[Question]:

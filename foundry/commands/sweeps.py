@@ -52,13 +52,15 @@ def sweep_of(composed: Composed) -> Sweep:
 def run_composed(composed: Composed, prepare: Callable[[SweepFolder], None] = lambda folder: None) -> int:
     """Check everything, then run what is asked for in its folder, once that is prepared."""
     from foundry.models.answers import settled
-    from foundry.preflight import check
+    from foundry.preflight import check, notes_of
     from foundry.store import SweepFolder, ensure_writable, fresh_folder
 
     check_view(composed.settings["view"])
     sweep = sweep_of(composed)
     runner = runner_of(composed.settings, composed.launch)
     infos = check(sweep)
+    for line in notes_of(sweep):
+        print(line)
     asked = composed.settings["output"]["dir"]
     ensure_writable(Path(asked) if asked else Path("outputs"))
     path = Path(asked) if asked else fresh_folder(Path("outputs"))

@@ -32,7 +32,7 @@ class Request:
         messages: the rendered prompt.
         seed: sampling seed, 0..2^31-1.
         kind: the kind of question.
-        observation: the structured observation; read by scripted models, never sent to a server.
+        observation: what scripted models read, secrets of the world among it; never sent to a server.
         step: 1-based step.
         agent: agent id.
         key: hash of everything that decides the answer; the key of the answer cache.
@@ -197,6 +197,13 @@ class Model(ABC):
     def kinds(self) -> tuple[str, ...] | None:
         """The kinds of question it can answer; None for any."""
         return None
+
+    def check(self, kind: str, observation: Mapping[str, Any]) -> None:
+        """Refuse a world, by its first question of a kind, in which the model cannot answer such questions.
+
+        Raises:
+            InputError: it cannot.
+        """
 
     def in_run(self, context: RunContext) -> Model:
         """Return the model as it answers in one run; itself, unless who answers depends on the run.

@@ -123,7 +123,7 @@ class RecordedAsker:
             messages=messages,
             seed=call.seed,
             kind=question.kind,
-            observation=question.observation,
+            observation=question.told,
             step=question.step,
             agent=question.agent,
             key=call.key,

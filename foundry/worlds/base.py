@@ -6,9 +6,10 @@ A world never calls a model. The same configuration, seed and answers give the s
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections import ChainMap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 from foundry.records import Outcome, Record
 
@@ -29,6 +30,7 @@ class Question:
         kind: what is asked; a prompt has one template per kind.
         observation: what the agent perceives.
         images: PNG or JPEG bytes that the agent sees, in order.
+        secret: what only scripted policies are told, by keys that no template can name.
     """
 
     step: int
@@ -36,6 +38,14 @@ class Question:
     kind: str
     observation: Observation
     images: tuple[bytes, ...] = ()
+    secret: Observation | None = None
+
+    @property
+    def told(self) -> Observation:
+        """The observation with the secret: what a scripted policy reads."""
+        if self.secret is None:
+            return self.observation
+        return ChainMap(dict(self.observation), cast("dict[str, Any]", self.secret))
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,6 +142,10 @@ class Scenario(ABC):
     def personas(self, seed: int) -> Sequence[Mapping[str, str]]:
         """Return the persona of every agent in the run with this seed, by its id; one agent without any by default."""
         return ({},)
+
+    def notes(self) -> Sequence[str]:
+        """Return what is to be known of the world before a sweep starts, one line each; nothing by default."""
+        return ()
 
     def wordy_answer(self, question: Question, characters: int) -> str:
         """Return an answer of about so many characters that makes later prompts long; filler text by default."""

@@ -8,9 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pxr import Sdf
 
 from commands import foundry
 from foundry.errors import InputError
+from foundry.worlds.usd import confinement
 from foundry.worlds.usd.stage import load_scene
 from worlds.usd.usd_files import bind, mesh, picture, texture_coordinates, textured, write_stage
 
@@ -115,5 +117,72 @@ def test_a_package_with_names_that_lead_elsewhere_writes_nothing(name: str, plac
 def test_the_command_line_names_the_way_out(place: Path):
     file = str(scene(place, "reference", "../secret.usda"))
     refused = foundry("scene", "info", file, cwd=place)
-    assert refused.returncode == 2 and refused.stderr.count("\n") == 1 and "--root" in refused.stderr
+    assert refused.returncode == 2 and refused.stderr.count("\n") == 1
+    assert f"--root '{place.parent}'" in refused.stderr
     assert foundry("scene", "info", file, "--root", str(place.parent), cwd=place).returncode == 0
+
+
+def test_the_folder_that_is_named_holds_all_that_is_referred_to(place: Path):
+    for name in ("left", "right/deep"):
+        (place.parent / name).mkdir(parents=True)
+        write_stage(place.parent / name / "tile.usda", lambda stage: mesh(stage, "/Tile"))
+    file = place / "scene.usda"
+    tiles = [f'def "T{number}" (references = @../{name}/tile.usda@</Tile>) {{}}\n' for number, name in
+             enumerate(("left", "right/deep"))]  # fmt: skip
+    file.write_text(HEAD.format("") + OWN + "".join(tiles))
+    with pytest.raises(InputError, match="and 1 more file,.*holds them all") as refusal:
+        load_scene(file)
+    named = str(refusal.value).partition("world.scene.root='")[2].partition("'")[0]
+    assert Path(named) == place.parent.resolve()
+    assert len(load_scene(file, root=named).meshes) == 3
+
+
+def test_no_root_is_advised_that_opens_the_whole_disk(place: Path):
+    with pytest.raises(InputError, match="copy them into one folder"):
+        load_scene(scene(place, "reference", "/etc/passwd"))
+
+
+MATERIALX = """<?xml version="1.0"?>
+<materialx version="1.38" xmlns:xi="http://www.w3.org/2001/XInclude">
+  <xi:include href="{}"/>
+  <surfacematerial name="Brown" type="material"/>
+</materialx>
+"""
+
+
+@pytest.mark.parametrize("include", ["../pipe", "./gone.mtlx"])
+def test_a_scene_with_materialx_is_drawn_and_what_that_includes_is_not_read(include: str, place: Path):
+    os.mkfifo(place.parent / "pipe")  # whoever reads it waits for ever
+    (place / "paint.mtlx").write_text(MATERIALX.format(include))
+    found = load_scene(scene(place, "reference", "./paint.mtlx"))
+    assert [part.path for part in found.meshes] == ["/Floor"]
+    assert any("paint.mtlx" in warning and "composed" in warning for warning in found.warnings)
+
+
+@pytest.mark.parametrize("target", ["../secret.mtlx", "../secret.abc", "../secret"])
+def test_a_file_elsewhere_is_refused_whatever_its_format(target: str, place: Path):
+    (place / target).write_text(MATERIALX.format("x"))
+    with pytest.raises(InputError, match="refers to '.*secret"):
+        load_scene(scene(place, "reference", target))
+
+
+@pytest.mark.parametrize("arc", ARCS)
+@pytest.mark.parametrize("name", ["tile.abc", "tile", "tile.mtlx", "broken.usda", "gone.mtlx"])
+def test_a_layer_that_usd_cannot_read_is_named_and_the_rest_is_drawn(arc: str, name: str, place: Path):
+    if name != "gone.mtlx":
+        (place / name).write_text("#usda 1.0\ndef {")
+    found = load_scene(scene(place, arc, f"./{name}"))
+    assert [part.path for part in found.meshes] == ["/Floor"]
+    assert any(name in warning for warning in found.warnings)
+
+
+def test_a_format_that_an_extension_of_usd_reads_is_refused(place: Path, monkeypatch: pytest.MonkeyPatch):
+    """Such a format may include files of its own; here one of USD's own stands for it."""
+    (place / "near.usdc").write_bytes(b"")
+    monkeypatch.setattr(confinement, "FORMATS", ("usda",))
+    with pytest.raises(InputError, match=r"what an extension of USD reads for '\.usdc' files"):
+        load_scene(scene(place, "reference", "./near.usdc"))
+
+
+def test_usd_comes_with_no_format_that_is_not_confined():
+    assert set(Sdf.FileFormat.FindAllFileFormatExtensions()) <= set(confinement.FORMATS)

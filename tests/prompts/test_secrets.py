@@ -1,18 +1,62 @@
-"""Prompts show what an agent may know, and nothing more."""
+"""Templates can say what an agent may know, and nothing more; scripted policies are told the rest."""
 
 from __future__ import annotations
 
-import re
-from pathlib import Path
-
 import pytest
 
-from foundry import paths
-from foundry.worlds.usd.sight import SECRET
+from episodes import composed
+from foundry.cli import run
+from foundry.errors import InputError
+from foundry.preflight import first_questions, scenario_of
+from foundry.prompts import Prompt
+from foundry.worlds.base import Question
+
+SECRET = {"way", "near", "reached", "target_yaw", "target_pitch"}
 
 
-@pytest.mark.parametrize("file", sorted((paths.conf_dir() / "prompt").glob("*.yaml")), ids=lambda file: file.stem)
-def test_no_prompt_shows_what_only_scripted_models_may_read(file: Path):
-    text = file.read_text(encoding="utf-8")
-    expressions = " ".join(re.findall(r"\{[{%].*?[}%]\}", text))
-    assert [key for key in SECRET if re.search(rf"\b{key}\b", expressions)] == []
+@pytest.fixture(scope="module")
+def question() -> Question:
+    (asked,) = first_questions(scenario_of(composed("kibo", "stay").conditions[0].config), seed=0)
+    return asked
+
+
+def test_scripted_policies_are_told_what_the_observation_does_not_hold(question: Question):
+    assert set(question.secret) == SECRET
+    assert set(question.told) == SECRET | set(question.observation)
+    assert SECRET.isdisjoint(question.observation)
+    assert len(question.told["way"]) > 0 and question.told["near"] is False and 0 <= question.told["target_yaw"] < 360
+
+
+@pytest.mark.parametrize("key", sorted(SECRET))
+@pytest.mark.parametrize("template", ["{{{{ {} }}}}", "{{% if {} %}}x{{% endif %}}", "{{{{ self.{} }}}}"])
+def test_a_template_that_names_a_secret_names_nothing(key: str, template: str, question: Question):
+    with pytest.raises(InputError) as refusal:
+        Prompt("mine", {"move": template.format(key)}).render(question)
+    offered = str(refusal.value).partition("Observed:")[2] or str(refusal.value).partition("Did you mean")[2]
+    assert f"no attribute '{key}'" in str(refusal.value) or f"'{key}' is undefined" in str(refusal.value)
+    assert not any(secret in offered.replace("?", "").replace("'", "").split(", ") for secret in SECRET)
+
+
+def test_no_secret_is_offered_for_a_word_like_it(question: Question):
+    for word in ("ways", "nea", "reache", "target_yav"):
+        with pytest.raises(InputError) as refusal:
+            Prompt("mine", {"move": f"{{{{ {word} }}}}"}).render(question)
+        assert not any(f"'{secret}'" in str(refusal.value) for secret in SECRET)
+
+
+def test_the_oracle_without_a_target_is_refused_before_the_start(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for models in ("scripted/oracle", "scripted/stay,scripted/oracle"):
+        assert run(["-m", "world=usd", "scene=office.usdz", f"model={models}", "world.steps=1", "output.dir=out"]) == 2
+        err = capsys.readouterr().err
+        assert "'scripted/oracle' goes to a target, and the world has none" in err and err.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_world_without_targets_says_that_nothing_can_be_reached(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    arguments = ["scene=office.usdz", "model=scripted/spin", "world.steps=1", "analyze=false", "runner.workers=1"]
+    assert run(["world=usd", *arguments, "output.dir=out"]) == 0
+    assert "World 'usd' has no world.targets" in capsys.readouterr().out
+    assert run(["world=office", "model=scripted/spin", *arguments[2:], "output.dir=with"]) == 0
+    assert "world.targets" not in capsys.readouterr().out

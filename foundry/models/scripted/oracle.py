@@ -8,6 +8,7 @@ from typing import Any
 
 from numpy.random import Generator
 
+from foundry.errors import InputError
 from foundry.models.scripted.avoid import known_fires, warn
 from foundry.models.scripted.base import ScriptedModel
 from foundry.models.scripted.grid import act
@@ -21,6 +22,18 @@ class Oracle(ScriptedModel):
     In 3D it reads what no model is shown: `way`, `near`, `reached`, `target_yaw` and `target_pitch`. In 2D it passes
     on, at every step, every fire that it perceived or was warned of.
     """
+
+    def check(self, kind: str, observation: Mapping[str, Any]) -> None:
+        """Refuse a 3D world that has nothing to be found.
+
+        Raises:
+            InputError: it has no target.
+        """
+        if kind == "move" and not observation["target"]:
+            raise InputError(
+                f"Model '{self.name}' goes to a target, and the world has none: say what is to be found with "
+                "world.targets, or choose another policy (scripted/wander walks about)."
+            )
 
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Warn the neighbours of all fires it knows."""

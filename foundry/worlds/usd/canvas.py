@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -35,6 +35,12 @@ class Camera:
     fov_deg: float
     near_m: float
     far_m: float
+
+    def farther(self, factor: float) -> Camera:
+        """Return the same camera so many times as far from what it looks at."""
+        more = (factor - 1) * float(np.linalg.norm(self.eye - self.target))
+        eye = self.target + (self.eye - self.target) * factor
+        return replace(self, eye=eye, near_m=self.near_m + more, far_m=self.far_m + more)
 
 
 class Canvas:

@@ -32,12 +32,17 @@ def captioned(image: UInt8Array, text: str) -> UInt8Array:
     return np.asarray(picture, np.uint8)
 
 
-def with_inset(image: UInt8Array, inset: UInt8Array, width: int) -> UInt8Array:
-    """Return the picture with another one, scaled to this width, framed in its lower right corner."""
-    height = round(inset.shape[0] * width / inset.shape[1])
+def inset_size(inset: UInt8Array, width: int) -> tuple[int, int]:
+    """Return the width and height, pixels, of an (h, w, 3) picture that is scaled to a width."""
+    return width, round(inset.shape[0] * width / inset.shape[1])
+
+
+def with_inset(image: UInt8Array, inset: UInt8Array, width: int, place: tuple[int, int]) -> UInt8Array:
+    """Return the picture with another one, scaled to this width and framed, from a place (left, top) on."""
+    width, height = inset_size(inset, width)
     small = Image.fromarray(inset).resize((width, height), Image.Resampling.LANCZOS)
     picture = Image.fromarray(image)
-    left, top = picture.width - width - _MARGIN_PX, picture.height - height - _MARGIN_PX
+    left, top = place
     frame = (left - _FRAME_PX, top - _FRAME_PX, left + width + _FRAME_PX - 1, top + height + _FRAME_PX - 1)
     ImageDraw.Draw(picture).rectangle(frame, fill=_FRAME)
     picture.paste(small, (left, top))

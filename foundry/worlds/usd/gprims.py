@@ -16,9 +16,10 @@ from foundry.worlds.usd.placing import weld
 from foundry.worlds.usd.polydata import corner_normals
 from foundry.worlds.usd.scene import Colour, FloatArray, IntArray, SceneMesh, UInt8Array
 from foundry.worlds.usd.shading import Look
-from foundry.worlds.usd.shapes import SHAPES
+from foundry.worlds.usd.shapes import AXES, SHAPES
 from foundry.worlds.usd.textures import to_srgb
 from foundry.worlds.usd.topology import Topology, triangulated
+from foundry.worlds.usd.values import LARGEST, Values
 
 GREY: Colour = (0.7, 0.7, 0.7)
 """sRGB of what has no colour of its own."""
@@ -38,8 +39,8 @@ class _Part:
 class GprimReader:
     """Reads the drawable prims of one stage."""
 
-    def __init__(self, materials: Materials, findings: Findings, time: Any) -> None:
-        self._materials, self._findings, self._time = materials, findings, time
+    def __init__(self, materials: Materials, findings: Findings, values: Values) -> None:
+        self._materials, self._findings, self._values = materials, findings, values
 
     def read(self, prim: Any) -> Iterator[SceneMesh]:
         """Yield the prim's meshes in its own space: one, or one for each geom subset; none when it has no faces."""
@@ -55,24 +56,36 @@ class GprimReader:
         if prim.IsA(UsdGeom.Mesh):
             return self._faces(UsdGeom.Mesh(prim))
         if kind in SHAPES:
-            return SHAPES[kind](lambda name: prim.GetAttribute(name).Get(self._time))
+            return self._shape(prim, kind)
         self._findings.add(f"{kind} prims are not drawn", str(prim.GetPath()))
         return None
 
+    def _shape(self, prim: Any, kind: str) -> Topology:
+        """Make a primitive shape; an attribute of a wrong kind counts as its schema's fallback."""
+        definition = prim.GetPrimDefinition()
+
+        def size(name: str) -> float:
+            return self._values.number(prim.GetAttribute(name), float(definition.GetAttributeFallbackValue(name)))
+
+        def axis() -> str:
+            chosen = self._values.text(prim.GetAttribute("axis"), "Z")
+            return chosen if chosen in AXES else "Z"
+
+        return SHAPES[kind](size, axis)
+
     def _faces(self, mesh: Any) -> Topology | None:
-        values = [
-            mesh.GetPointsAttr(),
-            mesh.GetFaceVertexCountsAttr(),
-            mesh.GetFaceVertexIndicesAttr(),
-            mesh.GetHoleIndicesAttr(),
-        ]
-        points, counts, indices, holes = (_array(attribute.Get(self._time)) for attribute in values)
-        points = points.reshape(-1, 3).astype(np.float64)
+        points = self._values.triples(mesh.GetPointsAttr())
+        counts = self._values.indices(mesh.GetFaceVertexCountsAttr())
+        indices = self._values.indices(mesh.GetFaceVertexIndicesAttr())
+        holes = self._values.indices(mesh.GetHoleIndicesAttr())
+        if points is None or counts is None or indices is None:
+            return None
+        holes = np.zeros(0, np.int64) if holes is None else holes
         if not _is_consistent(points, counts, indices):
             self._findings.add("Mesh whose points and faces do not fit together", str(mesh.GetPath()))
             return None
-        topology = triangulated(points, counts.astype(np.int64), indices.astype(np.int64), holes.astype(np.int64))
-        left_handed = mesh.GetOrientationAttr().Get(self._time) == UsdGeom.Tokens.leftHanded
+        topology = triangulated(points, counts, indices, holes)
+        left_handed = self._values.text(mesh.GetOrientationAttr(), "") == UsdGeom.Tokens.leftHanded
         return topology.flipped() if left_handed else topology
 
     def _normals(self, prim: Any, topology: Topology) -> FloatArray:
@@ -83,8 +96,8 @@ class GprimReader:
             authored = self._spread(primvar, topology)
         elif prim.IsA(UsdGeom.Mesh):
             mesh = UsdGeom.Mesh(prim)
-            values = _array(mesh.GetNormalsAttr().Get(self._time))
-            if len(values):
+            values = self._values.triples(mesh.GetNormalsAttr())
+            if values is not None and len(values):
                 authored = self._corners(values, mesh.GetNormalsInterpolation(), topology, f"{prim.GetPath()}.normals")
         if authored is None or authored.shape[-1] != 3:
             return corner_normals(topology.points, topology.triangles)
@@ -95,8 +108,8 @@ class GprimReader:
         """Yield the geom subsets that have a material of their own, then all the other faces."""
         path, rest = str(prim.GetPath()), np.ones(len(topology.faces), np.bool_)
         for subset in UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets():
-            faces = _array(subset.GetIndicesAttr().Get(self._time))
-            inside = np.isin(topology.faces, faces) & rest
+            faces = self._values.indices(subset.GetIndicesAttr())
+            inside = np.isin(topology.faces, [] if faces is None else faces) & rest
             if inside.any():
                 look = self._materials.look(subset.GetPrim())
                 yield _Part(f"{path}/{subset.GetPrim().GetName()}", np.flatnonzero(inside), look)
@@ -126,7 +139,7 @@ class GprimReader:
             texture=look.texture,
             wrap=look.wrap,
             emissive=look.emissive,
-            double_sided=bool(UsdGeom.Gprim(prim).GetDoubleSidedAttr().Get(self._time)),
+            double_sided=self._values.flag(UsdGeom.Gprim(prim).GetDoubleSidedAttr(), False),
         )
 
     def _without_coordinates(self, look: Look, path: str) -> Look:
@@ -168,14 +181,16 @@ class GprimReader:
 
     def _opacity(self, prim: Any) -> float:
         primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance("displayOpacity")
-        values = _array(primvar.ComputeFlattened(self._time)) if primvar and primvar.HasValue() else np.ones(1)
-        return float(np.clip(values.mean(), 0, 1)) if len(values) else 1.0
+        values = self._values.flattened(primvar) if primvar and primvar.HasValue() else None
+        return 1.0 if values is None or not values.size else float(np.clip(values.mean(), 0, 1))
 
     def _spread(self, primvar: Any, topology: Topology) -> FloatArray | None:
-        values = _array(primvar.ComputeFlattened(self._time))
+        values = self._values.flattened(primvar)
+        if values is None:
+            return None
         return self._corners(values, primvar.GetInterpolation(), topology, str(primvar.GetAttr().GetPath()))
 
-    def _corners(self, values: Any, interpolation: str, topology: Topology, path: str) -> FloatArray | None:
+    def _corners(self, values: FloatArray, interpolation: str, topology: Topology, path: str) -> FloatArray | None:
         """Return (m, 3, k): the value of each corner of each triangle; None when there are too few values."""
         index = {
             UsdGeom.Tokens.constant: np.zeros_like(topology.corners),
@@ -185,18 +200,14 @@ class GprimReader:
         if not len(values) or index.max() >= len(values):
             self._findings.add("Values that do not fit the faces they are for", path)
             return None
-        return np.asarray(values.reshape(len(values), -1)[index], np.float64)
+        return np.asarray(values[index])
 
 
-def _array(value: Any) -> Any:
-    """Return a USD array as numpy; an empty one for None."""
-    return np.zeros(0) if value is None else np.asarray(value)
-
-
-def _is_consistent(points: FloatArray, counts: Any, indices: Any) -> bool:
+def _is_consistent(points: FloatArray, counts: IntArray, indices: IntArray) -> bool:
     if not len(counts) and not len(indices):
         return True
-    fits = counts.min(initial=0) >= 0 and counts.sum() == len(indices) and np.isfinite(points).all()
+    numbered = counts.min(initial=0) >= 0 and counts.max(initial=0) <= len(indices) == counts.sum()
+    fits = numbered and (np.abs(points) <= LARGEST).all()
     return bool(fits and indices.min(initial=0) >= 0 and indices.max(initial=-1) < len(points))
 
 

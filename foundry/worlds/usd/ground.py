@@ -48,12 +48,13 @@ class Ground:
         """
         if self.floor_height is not None:
             return np.full(len(points), self.floor_height)
-        heights = self.surfaces.heights(points, near)
+        flat = self.surfaces.flat(near)
+        heights = self.surfaces.heights(points, flat)
         found: list[float] = []
         for point, column in zip(points, heights, strict=True):
             floor = _highest(column, body.stride(foot_z))
             if floor is None:
-                floor = self._bridge(point, foot_z, near, body)
+                floor = self._bridge(point, foot_z, flat, body)
             if floor is None:
                 break
             found.append(foot_z := floor)
@@ -80,10 +81,11 @@ class Ground:
         """
         low, high = body.span(float(foot[2]))
         able = self.obstacles(foot[None, :2], float(foot[2]), near, body)
-        heights = self.surfaces.heights(foot[None, :2], able)[0]
+        flat = self.surfaces.flat(able)
+        heights = self.surfaces.heights(foot[None, :2], flat)[0]
         crossing = np.flatnonzero((heights >= low) & (heights <= high))
         if crossing.size:
-            return 0.0, int(able[crossing[0]])
+            return 0.0, int(flat[crossing[0]])
         outlines = cut(self.surfaces.corners[able], low, high)
         if not outlines.owner.size:
             return math.inf, -1

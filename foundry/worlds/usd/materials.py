@@ -11,6 +11,7 @@ from foundry.worlds.usd.mdl import mdl_look, other_look
 from foundry.worlds.usd.preview_surface import preview_look
 from foundry.worlds.usd.shading import Look, identifier
 from foundry.worlds.usd.textures import Textures
+from foundry.worlds.usd.values import Values
 
 _PREVIEW = ("UsdPreviewSurface", "ND_UsdPreviewSurface_surfaceshader")
 _CONTEXTS = ("", "mdl", "mtlx")
@@ -20,8 +21,8 @@ _CONTEXTS = ("", "mdl", "mtlx")
 class Materials:
     """Reads each material of a stage once."""
 
-    def __init__(self, textures: Textures, findings: Findings, time: Any) -> None:
-        self._textures, self._findings, self._time = textures, findings, time
+    def __init__(self, textures: Textures, findings: Findings, values: Values) -> None:
+        self._textures, self._findings, self._values = textures, findings, values
         self._looks: dict[str, Look] = {}
 
     def look(self, prim: Any) -> Look:
@@ -49,7 +50,7 @@ class Materials:
             self._findings.add("Material without a surface that can be drawn", str(material.GetPath()))
             return Look()
         if identifier(shader) in _PREVIEW:
-            return preview_look(shader, self._textures, self._findings, self._time)
+            return preview_look(shader, self._textures, self._findings, self._values)
         if shader.GetPrim().HasAttribute("info:mdl:sourceAsset"):
-            return mdl_look(shader, self._textures, self._findings, self._time)
-        return other_look(shader, self._findings, self._time)
+            return mdl_look(shader, self._textures, self._findings, self._values)
+        return other_look(shader, self._findings, self._values)

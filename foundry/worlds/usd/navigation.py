@@ -10,14 +10,13 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from tempfile import NamedTemporaryFile
-from typing import Any
 
 import numpy as np
 from numpy.random import Generator
 from scipy.sparse.csgraph import connected_components, dijkstra
-from scipy.spatial import KDTree
 
 from foundry.errors import InputError
+from foundry.worlds.usd.approaches import Approaches
 from foundry.worlds.usd.body import Body
 from foundry.worlds.usd.collision import Collider
 from foundry.worlds.usd.routes import Route, direct
@@ -62,7 +61,7 @@ class Navigator:
         self._walkable = self._load(cache)
         self._graph = self._walkable.graph()
         self._component: IntArray = connected_components(self._graph, directed=False)[1].astype(np.int64)
-        self._tree: Any = KDTree(self.places)
+        self._approaches = Approaches(collider, body, self.places, cell_m)
         self._sight = SightLines(collider.scene, collider.ground.surfaces)
 
     @property
@@ -94,29 +93,32 @@ class Navigator:
 
     def distance(self, foot: FloatArray, field: Field) -> float:
         """Return the length of the shortest way from `foot` (3,) to the nearest goal, metres; inf if there is none."""
-        cells, gaps = self._around(foot)
-        if not cells.size:
+        way = self._approaches.find(foot)
+        if not way.cells.size:
             return float("inf")
-        return 0.0 if field.distance[cells[0]] == 0 else float((field.distance[cells] + gaps).min())
+        if field.distance[way.cells[0]] == 0 and len(way.track) == 1:
+            return 0.0
+        return float((field.distance[way.cells] + way.gaps).min())
 
     def path(self, foot: FloatArray, field: Field) -> Route | None:
         """Return the shortest way from `foot` (3,) to the nearest goal in straight moves, or None if there is none."""
-        cells, gaps = self._around(foot)
-        ways = field.distance[cells] + gaps
+        approach = self._approaches.find(foot)
+        cells, track = approach.cells, approach.track
+        ways = field.distance[cells] + approach.gaps
         order = [i for i in np.argsort(ways, kind="stable") if np.isfinite(ways[i])]
         if not order:
             return None
-        if field.distance[cells[0]] == 0:
+        if field.distance[cells[0]] == 0 and len(track) == 1:
             return Route.of(np.array([foot]))
-        open_ways = (i for i in order if self.collider.walkable(foot, self.places[cells[i]], self.body))
+        open_ways = (i for i in order if self.collider.walkable(track[-1], self.places[cells[i]], self.body))
         chain = [int(cells[next(open_ways, order[0])])]
         while (following := int(field.following[chain[-1]])) >= 0:
             chain.append(following)
-        return direct(self.collider, np.concatenate([[foot], self.places[chain]]), self.body, self.cell_m)
+        return direct(self.collider, np.concatenate([track, self.places[chain]]), self.body, self.cell_m)
 
     def cell(self, foot: FloatArray) -> int | None:
-        """Return the cell nearest to `foot` (3,), or None if none is near."""
-        cells, _ = self._around(foot)
+        """Return the cell nearest to `foot` (3,), or on the way out of there; None if the body cannot get to any."""
+        cells = self._approaches.find(foot).cells
         return int(cells[0]) if cells.size else None
 
     def reachable(self, foot: FloatArray) -> IntArray:
@@ -126,8 +128,7 @@ class Navigator:
 
     def visited(self, track: FloatArray, reach_m: float = 0.0) -> IntArray:
         """Return the cells that (k, 3) places of the foot lie in or come within a reach of, ascending."""
-        nearby = self._tree.query_ball_point(track, max(reach_m, 0.71 * self.cell_m))
-        return np.unique(np.array([cell for cells in nearby for cell in cells], np.int64))
+        return self._approaches.within(track, reach_m)
 
     def coverage(self, track: FloatArray, reach_m: float = 0.0) -> float:
         """Return the share of the cells reachable from the first of (k, 3) places that all of them have visited."""
@@ -167,14 +168,6 @@ class Navigator:
         heights = np.bincount(inverse, self.places[cells, 2]) / counts
         large = np.flatnonzero(counts >= counts.max() / 4)
         return np.asarray(cells[inverse == large[np.argmin(heights[large])]])
-
-    def _around(self, foot: FloatArray) -> tuple[IntArray, FloatArray]:
-        """Return the cells around `foot` (3,), the nearest first, and how far each is, metres."""
-        gaps, cells = self._tree.query(foot, k=9, distance_upper_bound=max(2 * self.body.radius_m, 5 * self.cell_m))
-        # Cells much farther off than the nearest one may be on the other side of a wall.
-        found = gaps <= gaps[0] + self.cell_m if np.isfinite(gaps[0]) else np.zeros(len(gaps), np.bool_)
-        cells = cells[found].astype(np.int64)
-        return cells, np.hypot(*(self.places[cells] - foot)[:, :2].T)
 
     def _load(self, folder: Path | None) -> Walkable:
         """Return the cells kept in a folder, or find them and keep them there."""

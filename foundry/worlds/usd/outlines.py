@@ -23,6 +23,9 @@ GRAZE = 1e-9
 SPACING_M = 0.05
 """Distance between the points that stand for outlines where that is exact enough, metres."""
 
+_NEXT = (1, 2, 0)
+"""Which corner of a triangle follows each of its corners."""
+
 TOUCHING = 1e-12
 """Distance, metres, at which a centre lies on a segment: no direction leads away from there."""
 
@@ -57,7 +60,7 @@ class Touch:
 
 def cut(corners: FloatArray, low: float, high: float) -> Outlines:
     """Return the outlines of the parts of (n, 3, 3) triangles between two heights, both included."""
-    following = np.roll(corners, -1, axis=1)
+    following = corners[:, _NEXT]
     sides, inside = _clipped_sides(corners, following, low, high)
     parts = [(sides[inside], np.nonzero(inside)[0])]
     parts += [_section(corners, following, height) for height in (low, high)]
@@ -81,7 +84,7 @@ def _clipped_sides(a: FloatArray, b: FloatArray, low: float, high: float) -> tup
 def _section(a: FloatArray, b: FloatArray, height: float) -> tuple[FloatArray, IntArray]:
     """Return the (m, 2, 2) segments in which the triangles cross a height, and their owners."""
     below = a[..., 2] < height
-    crosses = below != np.roll(below, -1, axis=1)
+    crosses = below != below[:, _NEXT]
     owner = np.flatnonzero(crosses.any(axis=1))
     first = np.argmax(crosses[owner], axis=1)
     last = 2 - np.argmax(crosses[owner, ::-1], axis=1)

@@ -11,8 +11,9 @@ import numpy as np
 from foundry.worlds.usd.avatar import avatar_meshes, trail_meshes
 from foundry.worlds.usd.batches import scene_actors
 from foundry.worlds.usd.canvas import Camera, Canvas
-from foundry.worlds.usd.captions import captioned, with_inset
+from foundry.worlds.usd.captions import captioned, inset_size, with_inset
 from foundry.worlds.usd.directions import direction
+from foundry.worlds.usd.insets import layout, shifted
 from foundry.worlds.usd.scene import Colour, FloatArray, Scene, UInt8Array
 
 WIDTH, HEIGHT = 960, 720
@@ -69,13 +70,17 @@ class Overview:
     def draw(self, frame: OverviewFrame) -> UInt8Array:
         """Return the overview as (h, w, 3) RGB, row 0 at the top."""
         bounds = self._bounds if frame.bounds is None else frame.bounds
+        camera, placed = overview_camera(bounds, frame.elevation_deg), None
+        if frame.inset is not None:
+            placed = layout(camera, bounds, (WIDTH, HEIGHT), inset_size(frame.inset, INSET_WIDTH))
+            camera = camera.farther(placed.zoom)
         self._place_avatar(frame)
         trail = scene_actors(trail_meshes(frame.trail, frame.height_m * 0.02))
         self._show(trail)
-        image = self._canvas.draw(overview_camera(bounds, frame.elevation_deg))
+        image = self._canvas.draw(camera)
         self._hide(trail)
-        if frame.inset is not None:
-            image = with_inset(image, frame.inset, INSET_WIDTH)
+        if frame.inset is not None and placed is not None:
+            image = with_inset(shifted(image, placed.shift), frame.inset, INSET_WIDTH, (placed.left, placed.top))
         return captioned(image, frame.caption)
 
     def _place_avatar(self, frame: OverviewFrame) -> None:

@@ -35,11 +35,12 @@ def weld(columns: list[npt.NDArray[np.generic]]) -> tuple[IntArray, IntArray]:
 def placed(mesh: SceneMesh, matrices: FloatArray) -> SceneMesh:
     """Return the mesh under each of these (k, 4, 4) transforms (points are rows), as one mesh."""
     linear, count = matrices[:, :3, :3], len(mesh.points)
-    points = mesh.points @ linear + matrices[:, None, 3, :3]
-    mirrored = np.linalg.det(linear) < 0
+    with np.errstate(all="ignore"):  # a file may place things nowhere; who loads it leaves them out
+        points = mesh.points @ linear + matrices[:, None, 3, :3]
+        mirrored = np.linalg.det(linear) < 0
+        normals = None if mesh.normals is None else _turned_normals(mesh.normals, linear, mirrored)
     triangles = mesh.triangles + (np.arange(len(matrices)) * count)[:, None, None]
     triangles[mirrored] = triangles[mirrored][..., ::-1]
-    normals = None if mesh.normals is None else _turned_normals(mesh.normals, linear, mirrored)
     return replace(
         mesh,
         points=points.reshape(-1, 3),

@@ -9,8 +9,9 @@ from PIL import Image
 
 from foundry.worlds.usd.findings import Findings
 from foundry.worlds.usd.scene import Colour, UInt8Array
-from foundry.worlds.usd.shading import Look, constant, coordinates, identifier, node, source, srgb
+from foundry.worlds.usd.shading import Look, coordinates, held, identifier, node, source, srgb
 from foundry.worlds.usd.textures import Textures, scaled
+from foundry.worlds.usd.values import Values
 
 _WRAPS = {"mirror": "mirror", "clamp": "clamp", "black": "clamp"}
 """Every other mode, and none at all, repeats."""
@@ -20,26 +21,26 @@ _CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
 """Outputs of a texture that are one channel of it."""
 
 
-def preview_look(shader: Any, textures: Textures, findings: Findings, time: Any) -> Look:
+def preview_look(shader: Any, textures: Textures, findings: Findings, values: Values) -> Look:
     """Read a UsdPreviewSurface shader."""
-    return _Reader(textures, findings, time).look(shader)
+    return _Reader(textures, findings, values).look(shader)
 
 
 class _Reader:
-    def __init__(self, textures: Textures, findings: Findings, time: Any) -> None:
-        self._textures, self._findings, self._time = textures, findings, time
+    def __init__(self, textures: Textures, findings: Findings, values: Values) -> None:
+        self._textures, self._findings, self._values = textures, findings, values
 
     def look(self, shader: Any) -> Look:
         """Read the surface; its colour comes from a value, a texture or a primvar."""
         diffuse = source(shader, "diffuseColor")
         giver = node(diffuse)
-        opacity = float(constant(shader, "opacity", 1.0, self._time))
+        opacity = self._values.number(held(shader, "opacity"), 1.0)
         emissive = self._emissive(shader)
         if giver is None:
-            value = constant(shader, "diffuseColor", (0.18, 0.18, 0.18), self._time)
+            value = self._values.vector(held(shader, "diffuseColor"), 3) or (0.18, 0.18, 0.18)
             return Look(colour=srgb(value), opacity=opacity, emissive=emissive)
         if identifier(giver).startswith("UsdPrimvarReader"):
-            name = str(constant(giver, "varname", "displayColor", self._time))
+            name = self._values.text(held(giver, "varname"), "displayColor")
             return Look(colour_primvar=name, opacity=opacity, emissive=emissive)
         if identifier(giver) == "UsdUVTexture":
             return self._textured(shader, giver, diffuse, opacity, emissive)
@@ -49,34 +50,34 @@ class _Reader:
     def _emissive(self, shader: Any) -> Colour:
         if node(source(shader, "emissiveColor")) is not None:
             self._findings.add("Emission from a texture is not drawn", str(shader.GetPath()))
-        return srgb(constant(shader, "emissiveColor", (0.0, 0.0, 0.0), self._time))
+        return srgb(self._values.vector(held(shader, "emissiveColor"), 3) or (0.0, 0.0, 0.0))
 
     def _textured(self, shader: Any, giver: Any, diffuse: Any, opacity: float, emissive: Colour) -> Look:
         picture = self._picture(giver)
         if picture is None:
-            fallback = constant(giver, "fallback", None, self._time)
+            fallback = self._values.vector(held(giver, "fallback"), 3)
             return Look(colour=None if fallback is None else srgb(fallback), opacity=opacity, emissive=emissive)
         channel = _CHANNELS.get(str(diffuse.GetBaseName()), -1)
         rgb = picture[..., :3] if channel < 0 else np.repeat(_channel(picture, channel)[..., None], 3, axis=2)
         alpha = self._alpha(shader)
-        primvar, transform = coordinates(giver, "st", self._time)
+        primvar, transform = coordinates(giver, "st", self._values)
         return Look(
             colour=(1.0, 1.0, 1.0),
             opacity=opacity,
             emissive=emissive,
             texture=self._textures.shared(rgb if alpha is None else _with_alpha(rgb, alpha)),
-            wrap=_WRAPS.get(str(constant(giver, "wrapS", "repeat", self._time)), "repeat"),
+            wrap=_WRAPS.get(self._values.text(held(giver, "wrapS"), "repeat"), "repeat"),
             uv_primvar=primvar,
             uv_transform=transform,
         )
 
     def _picture(self, giver: Any) -> UInt8Array | None:
-        picture = self._textures.load(source(giver, "file"), self._time)
+        picture = self._textures.load(source(giver, "file"), self._values)
         if picture is None:
             return None
-        scale = np.array(constant(giver, "scale", (1.0, 1.0, 1.0, 1.0), self._time))
-        bias = np.array(constant(giver, "bias", (0.0, 0.0, 0.0, 0.0), self._time))
-        linear = constant(giver, "sourceColorSpace", "auto", self._time) == "raw"
+        scale = np.array(self._values.vector(held(giver, "scale"), 4) or (1.0, 1.0, 1.0, 1.0))
+        bias = np.array(self._values.vector(held(giver, "bias"), 4) or (0.0, 0.0, 0.0, 0.0))
+        linear = self._values.text(held(giver, "sourceColorSpace"), "auto") == "raw"
         if not linear and (scale == 1).all() and (bias == 0).all():
             return picture
         return scaled(picture, scale, bias, linear=linear)
@@ -92,7 +93,7 @@ class _Reader:
             self._findings.add("Opacity that cannot be drawn", str(shader.GetPath()))
             return None
         alpha = _channel(picture, _CHANNELS.get(str(opacity.GetBaseName()), 0))
-        threshold = float(constant(shader, "opacityThreshold", 0.0, self._time))
+        threshold = self._values.number(held(shader, "opacityThreshold"), 0.0)
         return alpha if threshold <= 0 else np.where(alpha >= threshold * 255, 255, 0).astype(np.uint8)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,6 +11,7 @@ from pxr import UsdShade
 
 from foundry.worlds.usd.scene import Colour, FloatArray, UInt8Array
 from foundry.worlds.usd.textures import to_srgb
+from foundry.worlds.usd.values import Values
 
 UNCHANGED: FloatArray = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
 """The transform of texture coordinates that does nothing."""
@@ -41,9 +42,9 @@ class Look:
     uv_transform: FloatArray = field(default_factory=lambda: UNCHANGED)
 
 
-def srgb(linear: Any) -> Colour:
-    """Return a linear RGB value of any kind of USD vector as sRGB."""
-    red, green, blue = to_srgb(np.array(list(linear)[:3], np.float64)).tolist()
+def srgb(linear: Sequence[float]) -> Colour:
+    """Return a linear RGB value as sRGB."""
+    red, green, blue = to_srgb(np.array(linear, np.float64)).tolist()
     return red, green, blue
 
 
@@ -63,21 +64,19 @@ def node(attribute: Any | None) -> Any | None:
     return UsdShade.Shader(attribute.GetPrim())
 
 
-def constant(shader: Any, name: str, default: Any, time: Any) -> Any:
-    """Return the value of an input; the default when it is unset or comes out of another node."""
+def held(shader: Any, name: str) -> Any | None:
+    """Return the attribute that holds the value of an input; None when it is unset or comes out of another node."""
     attribute = source(shader, name)
-    if attribute is None or node(attribute) is not None:
-        return default
-    value = attribute.Get(time)
-    return default if value is None else value
+    return None if node(attribute) is not None else attribute
 
 
 def identifier(shader: Any) -> str:
     """Return the kind of a shader node."""
-    return str(shader.GetIdAttr().Get() or "")
+    kind = shader.GetIdAttr().Get()
+    return kind if isinstance(kind, str) else ""
 
 
-def coordinates(shader: Any, name: str, time: Any) -> tuple[str | None, FloatArray]:
+def coordinates(shader: Any, name: str, values: Values) -> tuple[str | None, FloatArray]:
     """Follow an input of texture coordinates to the primvar it reads, and the transform on the way.
 
     Returns:
@@ -87,9 +86,9 @@ def coordinates(shader: Any, name: str, time: Any) -> tuple[str | None, FloatArr
     primvar = None
     for reader in _chain(shader, name):
         if identifier(reader) == "UsdTransform2d":
-            steps.append(_transform(reader, time))
+            steps.append(_transform(reader, values))
         else:
-            primvar = str(constant(reader, "varname", "", time)) or None
+            primvar = values.text(held(reader, "varname"), "") or None
     total = UNCHANGED
     for step in reversed(steps):
         total = total @ step[:2] + np.vstack([np.zeros((2, 2)), step[2]])
@@ -97,20 +96,21 @@ def coordinates(shader: Any, name: str, time: Any) -> tuple[str | None, FloatArr
 
 
 def _chain(shader: Any, name: str) -> Iterator[Any]:
-    reader = node(source(shader, name))
-    while reader is not None:
+    reader, seen = node(source(shader, name)), set()
+    while reader is not None and reader.GetPath() not in seen:  # a file may join the end of a chain to its start
+        seen.add(reader.GetPath())
         yield reader
         reader = node(source(reader, "in"))
 
 
-def _transform(reader: Any, time: Any) -> FloatArray:
-    scale = constant(reader, "scale", (1.0, 1.0), time)
-    turn = float(constant(reader, "rotation", 0.0, time))
-    shift = constant(reader, "translation", (0.0, 0.0), time)
+def _transform(reader: Any, values: Values) -> FloatArray:
+    scale = values.vector(held(reader, "scale"), 2) or (1.0, 1.0)
+    turn = values.number(held(reader, "rotation"), 0.0)
+    shift = values.vector(held(reader, "translation"), 2) or (0.0, 0.0)
     return uv_transform(scale, turn, shift)
 
 
-def uv_transform(scale: Any, turn_deg: float, shift: Any) -> FloatArray:
+def uv_transform(scale: Sequence[float], turn_deg: float, shift: Sequence[float]) -> FloatArray:
     """Return the (3, 2) transform of rows (u, v, 1) that scales, turns counter-clockwise, then shifts."""
     angle = np.radians(turn_deg)
     turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
@@ -17,6 +16,9 @@ AROUND = 32
 
 _TURNS: Mapping[str, tuple[int, int, int]] = MappingProxyType({"X": (2, 0, 1), "Y": (1, 2, 0), "Z": (0, 1, 2)})
 """Which coordinate of a shape made along Z becomes x, y and z."""
+
+AXES = tuple(_TURNS)
+"""The axes that a shape can have."""
 
 
 def _polygons(points: FloatArray, faces: list[list[int]], axis: str = "Z") -> Topology:
@@ -90,19 +92,22 @@ def plane(width: float, length: float, axis: str) -> Topology:
     return _polygons(points, [order])
 
 
-Value = Callable[[str], Any]
+Size = Callable[[str], float]
 """Gives the value of a shape's attribute by its name."""
 
-SHAPES: Mapping[str, Callable[[Value], Topology]] = MappingProxyType(
+Axis = Callable[[], str]
+"""Gives the axis of a shape."""
+
+SHAPES: Mapping[str, Callable[[Size, Axis], Topology]] = MappingProxyType(
     {
-        "Cube": lambda value: box(value("size")),
-        "Sphere": lambda value: sphere(value("radius")),
-        "Cylinder": lambda value: cylinder(value("radius"), value("radius"), value("height"), value("axis")),
-        "Cylinder_1": lambda value: cylinder(value("radiusBottom"), value("radiusTop"), value("height"), value("axis")),
-        "Cone": lambda value: cylinder(value("radius"), 0.0, value("height"), value("axis")),
-        "Capsule": lambda value: capsule(value("radius"), value("radius"), value("height"), value("axis")),
-        "Capsule_1": lambda value: capsule(value("radiusBottom"), value("radiusTop"), value("height"), value("axis")),
-        "Plane": lambda value: plane(value("width"), value("length"), value("axis")),
+        "Cube": lambda size, axis: box(size("size")),
+        "Sphere": lambda size, axis: sphere(size("radius")),
+        "Cylinder": lambda size, axis: cylinder(size("radius"), size("radius"), size("height"), axis()),
+        "Cylinder_1": lambda size, axis: cylinder(size("radiusBottom"), size("radiusTop"), size("height"), axis()),
+        "Cone": lambda size, axis: cylinder(size("radius"), 0.0, size("height"), axis()),
+        "Capsule": lambda size, axis: capsule(size("radius"), size("radius"), size("height"), axis()),
+        "Capsule_1": lambda size, axis: capsule(size("radiusBottom"), size("radiusTop"), size("height"), axis()),
+        "Plane": lambda size, axis: plane(size("width"), size("length"), axis()),
     }
 )
 """How each primitive of UsdGeom is made."""

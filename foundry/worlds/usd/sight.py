@@ -11,7 +11,7 @@ idle_streak   latest decisions in a row that moved nothing.
 target        name of what is to be found, or "".
 limits        {max_distance_m, max_turn_deg, max_gaze_deg}.
 
-No template may use the following, which are for scripted models that know the way:
+No template can name the following, which `secret` tells scripted models that know the way:
 
 way           corners of the shortest path to the goal: [[x, y]], metres.
 near          whether the goal's distance is reached.
@@ -23,7 +23,7 @@ target_pitch  the same, up positive.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -33,9 +33,6 @@ from foundry.worlds.usd.scene import UInt8Array
 
 if TYPE_CHECKING:
     from foundry.worlds.usd.surroundings import Surroundings, Target
-
-SECRET = ("way", "near", "reached", "target_yaw", "target_pitch")
-"""Keys that no prompt may show."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +66,6 @@ class Sight:
 
 
 def observe(
-    around: Surroundings,
     sight: Sight,
     target: Target | None,
     *,
@@ -81,8 +77,6 @@ def observe(
 ) -> dict[str, Any]:
     """Return the observation; see the head of this file."""
     pose = sight.pose
-    way = [] if sight.near else around.way(pose, target).corners
-    yaw, pitch = around.direction_of(pose, target)
     return {
         "task": task,
         "step": step,
@@ -99,12 +93,32 @@ def observe(
             "max_turn_deg": limits.max_turn_deg,
             "max_gaze_deg": limits.max_gaze_deg,
         },
-        "way": way,
-        "near": sight.near,
-        "reached": sight.success,
-        "target_yaw": yaw,
-        "target_pitch": pitch,
     }
+
+
+class Secret(Mapping[str, Any]):
+    """What scripted models are told beside the observation; worked out when it is asked for, since few ask."""
+
+    def __init__(self, around: Surroundings, sight: Sight, target: Target | None) -> None:
+        self._told: dict[str, Callable[[], Any]] = {
+            "way": lambda: [] if sight.near else around.way(sight.pose, target).corners,
+            "near": lambda: sight.near,
+            "reached": lambda: sight.success,
+            "target_yaw": lambda: around.direction_of(sight.pose, target)[0],
+            "target_pitch": lambda: around.direction_of(sight.pose, target)[1],
+        }
+
+    def __getitem__(self, key: str) -> Any:
+        """Return what is told under a key."""
+        return self._told[key]()
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the keys."""
+        return iter(self._told)
+
+    def __len__(self) -> int:
+        """Return the number of keys."""
+        return len(self._told)
 
 
 def angles(offset: Sequence[float]) -> tuple[float, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -18,7 +19,8 @@ from foundry.worlds.usd.gprims import GprimReader
 from foundry.worlds.usd.materials import Materials
 from foundry.worlds.usd.scene import FloatArray, Scene, SceneMesh
 from foundry.worlds.usd.textures import Textures
-from foundry.worlds.usd.walking import Walker, stage_frame
+from foundry.worlds.usd.values import Values
+from foundry.worlds.usd.walking import Walker, reason_of, stage_frame
 
 ENDINGS = (".usd", ".usda", ".usdc", ".usdz")
 
@@ -59,12 +61,12 @@ def _load(path: Path, _modified_ns: int, exclude: tuple[str, ...], root: Path) -
 
 def _read(path: Path, exclude: tuple[str, ...], findings: Findings, root: Path) -> Scene:
     stage = _open(path, root)
-    time = _first_time(stage)
+    values = Values(findings, _first_time(stage))
     for error in stage.GetCompositionErrors():
         findings.add("Could not be composed", str(error).splitlines()[0])
     textures = Textures(findings, root)
-    walker = Walker(GprimReader(Materials(textures, findings, time), findings, time), findings, exclude, time)
-    up_axis, unit = _conventions(stage, findings)
+    walker = Walker(GprimReader(Materials(textures, findings, values), findings, values), findings, exclude, values)
+    up_axis, unit = _conventions(path, stage, findings)
     meshes = tuple(walker.meshes(stage, stage_frame(up_axis, unit)))
     warnings = tuple(findings.lines())
     if not meshes:
@@ -92,8 +94,7 @@ def _open(path: Path, root: Path) -> Any:
         check_used(path, stage, root)
         return stage
     except Tf.ErrorException as error:
-        reason = " ".join(str(error).partition(" : ")[2].split()).strip("' ")
-        raise InputError(f"'{path}' cannot be opened as a USD stage: {reason}") from error
+        raise InputError(f"'{path}' cannot be opened as a USD stage: {reason_of(error)}") from error
 
 
 def _first_time(stage: Any) -> Any:
@@ -103,12 +104,22 @@ def _first_time(stage: Any) -> Any:
     return Usd.TimeCode.EarliestTime()
 
 
-def _conventions(stage: Any, findings: Findings) -> tuple[str, float]:
+def _conventions(path: Path, stage: Any, findings: Findings) -> tuple[str, float]:
+    """Return the axis that points up and the metres of a unit.
+
+    Raises:
+        InputError: the file gives none that can be.
+    """
     if not stage.HasAuthoredMetadata("upAxis"):
         findings.add("No upAxis in the file", "USD's default is taken, Y")
     if not UsdGeom.StageHasAuthoredMetersPerUnit(stage):
         findings.add("No metersPerUnit in the file", "USD's default is taken, 0.01")
-    return str(UsdGeom.GetStageUpAxis(stage)), float(UsdGeom.GetStageMetersPerUnit(stage))
+    up_axis, unit = str(UsdGeom.GetStageUpAxis(stage)), float(UsdGeom.GetStageMetersPerUnit(stage))
+    if up_axis not in (UsdGeom.Tokens.y, UsdGeom.Tokens.z):
+        raise InputError(f"'{path}' says upAxis = '{up_axis}': it can be 'Y' or 'Z'. Correct it in the file.")
+    if not 0 < unit < math.inf:
+        raise InputError(f"'{path}' says metersPerUnit = {unit:g}: it must be above 0. Correct it in the file.")
+    return up_axis, unit
 
 
 def _digest(stage: Any, textures: Textures, exclude: tuple[str, ...]) -> str:

@@ -39,7 +39,9 @@ class Surfaces:
         self.names = tuple(mesh.label or mesh.path for mesh in scene.meshes)
         self._paths = tuple(mesh.path for mesh in scene.meshes)
         self._low, self._high = self.corners.min(axis=1), self.corners.max(axis=1)
+        self._ends = np.concatenate([self._low, -self._high], axis=1)
         self._inverse = _barycentric(self.corners)
+        self._is_flat = ~np.isnan(self._inverse[:, 0, 0])
         self._build_index()
 
     def _build_index(self) -> None:
@@ -62,13 +64,17 @@ class Surfaces:
         (x0, y0), (x1, y1) = self._square(low[:2]), self._square(high[:2])
         rows = np.arange(y0, y1 + 1) * self._shape[0]
         spans = zip(self._starts[rows + x0], self._starts[rows + x1 + 1], strict=True)
-        found = np.unique(np.concatenate([self._sorted[start:stop] for start, stop in spans]))
-        return self.overlapping(found, low, high)
+        found = np.concatenate([self._sorted[start:stop] for start, stop in spans])
+        return np.unique(self.overlapping(found, low, high))
 
     def overlapping(self, triangles: IntArray, low: FloatArray, high: FloatArray) -> IntArray:
         """Return those of the triangles whose boxes overlap the one from `low` (3,) to `high` (3,)."""
-        overlaps = ((self._low[triangles] <= high) & (self._high[triangles] >= low)).all(axis=1)
+        overlaps = (self._ends[triangles] <= np.concatenate([high, -low])).all(axis=1)
         return np.asarray(triangles[overlaps])
+
+    def flat(self, triangles: IntArray) -> IntArray:
+        """Return those of the triangles that are flat enough to have one height at a place."""
+        return np.asarray(triangles[self._is_flat[triangles]])
 
     def heights(self, points: FloatArray, triangles: IntArray) -> FloatArray:
         """Return the (k, m) height at which each of (m,) triangles meets the vertical through each of (k, 2) points.
@@ -84,7 +90,7 @@ class Surfaces:
         Cell (i, j) has its centre at ((i + 0.5) cell_m, (j + 0.5) cell_m); only those from `low` (2,) to
         `high` (2,), both included, are looked at.
         """
-        able = np.flatnonzero(~np.isnan(self._inverse[:, 0, 0]))
+        able = np.flatnonzero(self._is_flat)
         first = np.maximum(np.ceil(self._low[able, :2] / cell_m - 0.5 - 1e-9).astype(np.int64), low)
         last = np.minimum(np.floor(self._high[able, :2] / cell_m - 0.5 + 1e-9).astype(np.int64), high)
         owner, column, row = cells_of(first, last)

@@ -14,6 +14,7 @@ from pxr import Ar, UsdShade
 from foundry.worlds.usd.confinement import is_within
 from foundry.worlds.usd.findings import Findings
 from foundry.worlds.usd.scene import FloatArray, UInt8Array
+from foundry.worlds.usd.values import Values
 
 LARGEST = 2048
 """Pixels: a larger picture is reduced; no view shows more of it, and it would only fill the memory."""
@@ -51,15 +52,15 @@ class Textures:
         self._decoded: dict[str, UInt8Array | None] = {}
         self._shared: dict[tuple[tuple[int, ...], bytes], UInt8Array] = {}
 
-    def load(self, attribute: Any | None, time: Any) -> UInt8Array | None:
+    def load(self, attribute: Any | None, values: Values) -> UInt8Array | None:
         """Return the (h, w, 3 or 4) picture that an attribute names, or None and a finding when there is none."""
-        asset = None if attribute is None else attribute.Get(time)
-        if attribute is None or not asset or not asset.path:
+        asset = values.asset(attribute)
+        if attribute is None or not asset.path:
             return None
         owner, resolved = str(attribute.GetPrim().GetPath()), asset.resolvedPath
         if _UDIM in asset.path:
             self._findings.add("Only the first tile of UDIM textures is drawn", asset.path)
-            resolved = _first_tile(asset.path, attribute, time)
+            resolved = _first_tile(asset.path, attribute, values.time)
         if not resolved:
             self._findings.add("Texture not found", f"'{asset.path}' of {owner}")
             return None

@@ -41,7 +41,7 @@ def triangulated(points: FloatArray, counts: IntArray, indices: IntArray, holes:
     """
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int64)
     drawn = counts >= 3
-    drawn[holes[holes < len(counts)]] = False
+    drawn[holes[(holes >= 0) & (holes < len(counts))]] = False
     corners, faces = [], []
     for size in np.unique(counts[drawn]):
         which = np.flatnonzero(drawn & (counts == size))

@@ -61,9 +61,12 @@ def find_walkable(ground: Ground, bounds: FloatArray, body: Body, cell_m: float)
     low = np.ceil(bounds[0, :2] / cell_m - 0.5).astype(np.int64)
     high = np.floor(bounds[1, :2] / cell_m - 0.5).astype(np.int64)
     if np.prod(np.maximum(high - low + 1, 0)) > MOST_CELLS:
+        width, depth = (bounds[1] - bounds[0])[:2]
+        side = MOST_CELLS**0.5 * cell_m
         raise InputError(
-            f"The bounds hold more than {MOST_CELLS:,} cells of {cell_m} m: set `bounds` to the part of the scene "
-            "that is walked in, or use larger cells."
+            f"The bounds are {width:,.0f} x {depth:,.0f} m, more than the {side:.0f} x {side:.0f} m that can be walked "
+            "in: set world.bounds=[[x,y,z],[x,y,z]] (metres) to a part of the scene, or leave out prims that lie far "
+            "off with world.scene.exclude. `foundry scene info` shows the sizes."
         )
     cells, heights = _floors(ground, low, high, body, cell_m)
     carried = (heights >= bounds[0, 2] - LEVEL_M) & (heights <= bounds[1, 2] + LEVEL_M)

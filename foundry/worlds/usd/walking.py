@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from pxr import Tf, Usd, UsdGeom, UsdLux, UsdSkel
 
 from foundry.worlds.usd.findings import Findings
@@ -15,20 +16,26 @@ from foundry.worlds.usd.gprims import GprimReader
 from foundry.worlds.usd.labels import label_of
 from foundry.worlds.usd.placing import placed
 from foundry.worlds.usd.scene import FloatArray, SceneMesh
+from foundry.worlds.usd.values import Values
 
 LARGEST_INSTANCER = 4_000_000
 """Triangles that the copies of one prototype may have together; further copies are named and not drawn."""
+
+REACH = 1e8
+"""Places farther from the origin than this (metres; units of the file for copies) are mistakes that would leave
+nothing of the scene to be seen."""
 
 _DRAWN_PURPOSES = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 
 
 @dataclass(frozen=True)
 class _Place:
-    """Where a walk begins: what a path of the stage is called, and the label of what holds it."""
+    """Where a walk begins: how paths are called, the label of what holds it, and the instancers around it."""
 
     prefix: str = ""
     skip: int = 0
     label: str | None = None
+    within: tuple[Any, ...] = ()
 
     def name(self, prim: Any) -> str:
         return self.prefix + str(prim.GetPath())[self.skip :]
@@ -42,12 +49,12 @@ class Walker:
         prims: number of prims visited.
     """
 
-    def __init__(self, reader: GprimReader, findings: Findings, exclude: Sequence[str], time: Any) -> None:
+    def __init__(self, reader: GprimReader, findings: Findings, exclude: Sequence[str], values: Values) -> None:
         self.labels: dict[str, list[str]] = {}
         self.prims = 0
-        self._reader, self._findings, self._time = reader, findings, time
+        self._reader, self._findings, self._values = reader, findings, values
         self._exclude, self._unmatched = tuple(exclude), set(exclude)
-        self._transforms = UsdGeom.XformCache(time)
+        self._transforms = UsdGeom.XformCache(values.time)
 
     def meshes(self, stage: Any, frame: FloatArray) -> Iterator[SceneMesh]:
         """Yield every mesh of the stage under this (4, 4) transform of rows out of the stage's frame and units."""
@@ -63,7 +70,7 @@ class Walker:
                 prims.PruneChildren()
                 continue
             self.prims += 1
-            label = label_of(prim, self._time)
+            label = label_of(prim, self._values)
             if label is not None:
                 self.labels.setdefault(label, []).append(place.name(prim))
             here = label if label is not None else labels[prim.GetPath().GetParentPath()]
@@ -72,9 +79,21 @@ class Walker:
             if prim.IsA(UsdGeom.PointInstancer):
                 prims.PruneChildren()
             if _is_drawn(prim):
-                matrix = (self._matrix(prim, root) @ frame)[None]
-                for mesh in self._own_meshes(prim, replace(place, label=here)):
-                    yield placed(mesh, matrix)
+                yield from self._placed(prim, root, replace(place, label=here), frame)
+
+    def _placed(self, prim: Any, root: Any, place: _Place, frame: FloatArray) -> Iterator[SceneMesh]:
+        """Yield the meshes of one prim where they belong; what USD cannot make sense of is named."""
+        try:
+            matrix = (self._matrix(prim, root) @ frame)[None]
+            meshes = [placed(mesh, matrix) for mesh in self._own_meshes(prim, place)]
+        except Tf.ErrorException as error:
+            self._findings.add("Could not be read", f"{place.name(prim)}: {reason_of(error)}")
+            return
+        for mesh in meshes:
+            if is_within_reach(mesh.points):
+                yield mesh
+            else:
+                self._findings.add(f"Placed nowhere (not a number, or beyond {REACH:g} m), not drawn", mesh.path)
 
     def _own_meshes(self, prim: Any, place: _Place) -> Iterator[SceneMesh]:
         if prim.IsA(UsdGeom.PointInstancer):
@@ -86,25 +105,36 @@ class Walker:
 
     def _copies(self, instancer: Any, place: _Place) -> Iterator[SceneMesh]:
         """Yield each mesh of each prototype under all its transforms at once, in the instancer's space."""
-        prim, stage = instancer.GetPrim(), instancer.GetPrim().GetStage()
+        prim, stage, time = instancer.GetPrim(), instancer.GetPrim().GetStage(), self._values.time
+        if prim.GetPath() in place.within:
+            self._findings.add("Point instancer within itself", place.name(prim))
+            return
+        indices = self._values.indices(instancer.GetProtoIndicesAttr())
         transforms = instancer.ComputeInstanceTransformsAtTime(
-            self._time, self._time, UsdGeom.PointInstancer.IncludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
+            time, time, UsdGeom.PointInstancer.IncludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
         )
-        indices = np.asarray(instancer.GetProtoIndicesAttr().Get(self._time) or [], np.int64)
-        if len(transforms) != len(indices):
+        mask = instancer.ComputeMaskAtTime(time)
+        if indices is None or len(transforms) != len(indices) or len(mask or indices) != len(indices):
             self._findings.add("Point instancer that does not fit together", place.name(prim))
             return
-        mask = instancer.ComputeMaskAtTime(self._time)
-        shown = np.asarray(mask, np.bool_) if mask else np.ones(len(indices), np.bool_)
         matrices = np.array(transforms, np.float64).reshape(-1, 4, 4)
+        shown = (np.asarray(mask, np.bool_) if mask else np.ones(len(indices), np.bool_)) & self._sound(matrices, prim)
         for number, target in enumerate(instancer.GetPrototypesRel().GetForwardedTargets()):
             chosen = matrices[shown & (indices == number)]
             prototype = stage.GetPrimAtPath(target)
             if not prototype:
                 self._findings.add("Prototype not found", f"{target} of {place.name(prim)}")
             elif len(chosen):
-                inner = _Place(place.name(prim), len(str(target.GetParentPath()).rstrip("/")), place.label)
+                skip = len(str(target.GetParentPath()).rstrip("/"))
+                inner = _Place(place.name(prim), skip, place.label, (*place.within, prim.GetPath()))
                 yield from self._multiplied(prototype, chosen, inner)
+
+    def _sound(self, matrices: FloatArray, instancer: Any) -> npt.NDArray[np.bool_]:
+        """Return which of (k, 4, 4) copies are placed somewhere, and name the others."""
+        sound = (np.abs(matrices) <= REACH).all(axis=(1, 2))
+        for number in np.flatnonzero(~sound):
+            self._findings.add("Copies placed nowhere, not drawn", f"{instancer.GetPath()}[{number}]")
+        return np.asarray(sound)
 
     def _multiplied(self, prototype: Any, matrices: FloatArray, place: _Place) -> Iterator[SceneMesh]:
         for mesh in self._walk(prototype, Usd.PrimIsActive & Usd.PrimIsLoaded, place, np.eye(4)):
@@ -130,7 +160,7 @@ class Walker:
     def _is_invisible(self, prim: Any) -> bool:
         if not prim.IsA(UsdGeom.Imageable):
             return False
-        return bool(UsdGeom.Imageable(prim).GetVisibilityAttr().Get(self._time) == UsdGeom.Tokens.invisible)
+        return bool(self._values.text(UsdGeom.Imageable(prim).GetVisibilityAttr(), "") == UsdGeom.Tokens.invisible)
 
     def _name_what_is_not_drawn(self, prim: Any) -> None:
         path, kind = str(prim.GetPath()), prim.GetTypeName()
@@ -140,9 +170,19 @@ class Walker:
             self._findings.add("Lights are not used, the scene is lit evenly", path)
         if prim.IsA(UsdGeom.Mesh) and prim.HasAPI(UsdSkel.BindingAPI):
             self._findings.add("Skinned meshes are drawn in their rest shape", path)
-        mode = prim.GetAttribute("model:drawMode")
-        if mode and mode.HasAuthoredValue() and mode.Get() not in ("default", "inherited"):
-            self._findings.add(f"Draw mode '{mode.Get()}' is not drawn, the geometry is", path)
+        mode = self._values.text(prim.GetAttribute("model:drawMode"), "default")
+        if mode not in ("default", "inherited"):
+            self._findings.add(f"Draw mode '{mode}' is not drawn, the geometry is", path)
+
+
+def is_within_reach(points: FloatArray) -> bool:
+    """Return whether all of (n, 3) points are numbers and somewhere near, metres."""
+    return bool((np.abs(points) <= REACH).all())
+
+
+def reason_of(error: Tf.ErrorException) -> str:
+    """Return what USD says went wrong, without where in its code."""
+    return " ".join(str(error).partition(" : ")[2].split()).strip("' ")
 
 
 def _is_drawn(prim: Any) -> bool:

@@ -16,7 +16,7 @@ from foundry.worlds.usd.reading import command_record, describe, recorded_comman
 from foundry.worlds.usd.redrawing import CameraRedrawing, overview_after
 from foundry.worlds.usd.rendering import png
 from foundry.worlds.usd.settings import read_limits, read_usd_settings
-from foundry.worlds.usd.sight import Sight, observe
+from foundry.worlds.usd.sight import Secret, Sight, observe
 from foundry.worlds.usd.surroundings import Surroundings, Target, surroundings_of
 
 MOVE = "move"
@@ -61,6 +61,15 @@ class UsdScenario(Scenario):
     def start(self, seed: int) -> UsdWorld:
         """Return a fresh episode; the seed draws the target and the first pose."""
         return UsdWorld(self, seed)
+
+    def notes(self) -> Sequence[str]:
+        """Say that nothing is to be found, where that is so."""
+        if self.settings.targets:
+            return ()
+        return (
+            f"World '{self.name}' has no world.targets: whether and how fast anything is reached is not defined, "
+            "and what is measured of it says nothing; exploration and motion are measured as ever.",
+        )
 
     def redraw(self, recorded: Recorded) -> CameraRedrawing:
         """Return the pictures of a run."""
@@ -124,7 +133,6 @@ class UsdWorld(World):
         if self.finished:
             return []
         observation = observe(
-            self._around,
             self._sight,
             self._target,
             step=self._steps,
@@ -133,7 +141,8 @@ class UsdWorld(World):
             idle_streak=self._idle_streak,
             limits=self._scenario.limits,
         )
-        return [Question(self._steps + 1, 0, MOVE, observation, (self._sight.encoded,))]
+        secret = Secret(self._around, self._sight, self._target)
+        return [Question(self._steps + 1, 0, MOVE, observation, (self._sight.encoded,), secret)]
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
         """Move as the answer says; return the decision, and the image that led to it if it is kept."""

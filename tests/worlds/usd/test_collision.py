@@ -226,3 +226,19 @@ def test_a_scene_without_surfaces_is_refused():
 def test_an_impossible_body_is_refused(sizes: tuple[float, float, float]):
     with pytest.raises(InputError, match="can not move"):
         Body(*sizes)
+
+
+@pytest.mark.parametrize("bend", [15.0, 25.0, 40.0])
+@pytest.mark.parametrize("downwards", [2.0, 6.0, 12.0])
+def test_a_body_in_the_bend_of_a_wall_slides_on_along_the_part_that_leads_away(bend: float, downwards: float):
+    """It touches both parts: along the nearer to the wish it would run into the other, along the other it is free."""
+    slope = math.radians(bend)
+    end = (3 * math.cos(slope), 3 * math.sin(slope))
+    place = collider(wall((-3, 0), (0, 0), path="/level"), wall((0, 0), end, path="/rising"))
+    settled = place.move([-2, 1, 0], 270, 3.0, BODY, slide=False).foot
+    in_bend = place.move(settled, 0, 9.0, BODY, slide=False)
+    assert in_bend.stopped_by == "/rising"
+    on = place.move(in_bend.foot, -downwards, 1.0, BODY, slide=True)
+    way = (on.foot - in_bend.foot)[:2]
+    assert on.travelled_m == pytest.approx(math.cos(slope + math.radians(downwards)), abs=1e-3)
+    assert math.degrees(math.atan2(way[1], way[0])) == pytest.approx(bend, abs=0.1)

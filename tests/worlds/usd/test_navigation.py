@@ -254,7 +254,9 @@ def test_a_scene_without_room_is_refused():
 
 def test_bounds_that_hold_too_many_cells_are_refused():
     collider = Collider(room(), bounds=np.array([[-500, -500, 0], [500, 500, 3]]))
-    with pytest.raises(InputError, match="set `bounds`"):
+    with pytest.raises(
+        InputError, match=r"1,000 x 1,000 m, more than the 200 x 200 m.*set world\.bounds=.*world\.scene\.exclude"
+    ):
         Navigator(collider, BODY)
 
 

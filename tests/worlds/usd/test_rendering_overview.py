@@ -6,9 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial import Delaunay
 
 from foundry.worlds.usd.captions import captioned, with_inset
-from foundry.worlds.usd.overview import ABOVE_DEG
+from foundry.worlds.usd.insets import layout, projected
+from foundry.worlds.usd.overview import ABOVE_DEG, ASIDE_DEG, overview_camera
 from foundry.worlds.usd.rendering import OverviewFrame, png, renderer_for
 from foundry.worlds.usd.scene import Scene
 
@@ -63,12 +67,49 @@ def test_a_part_of_the_scene_can_fill_the_picture(room: Scene) -> None:
     assert reddish(near).sum() > 3 * reddish(overview(room)).sum()
 
 
-def test_the_inset_is_the_view_scaled_into_the_lower_right_corner() -> None:
+def test_the_inset_is_the_view_scaled_to_a_place_of_its_own() -> None:
     paper, view = np.full((720, 960, 3), 255, np.uint8), np.full((384, 512, 3), (0, 0, 200), np.uint8)
-    image = with_inset(paper, view, 288)
-    assert image[700, 940].tolist() == [0, 0, 200]
+    image = with_inset(paper, view, 288, (12, 492))
+    assert image[700, 20].tolist() == [0, 0, 200]
     assert (image == [0, 0, 200]).all(axis=2).sum() == 288 * 216
     assert image[:400].min() == 255
+
+
+@pytest.mark.parametrize("elevation", [32.0, 60.0, ABOVE_DEG])
+@pytest.mark.parametrize("shape", [(384, 512), (512, 384), (200, 800)])
+def test_the_inset_hides_nothing_of_the_scene(room: Scene, elevation: float, shape: tuple[int, int]) -> None:
+    """All around the inset is paper, and the whole way is seen."""
+    view = np.full((*shape, 3), (0, 0, 200), np.uint8)
+    corners = np.array([[x, y, 0] for x, y in ((-2, -2), (2, -2), (2, 2), (-2, 2))])
+    frame = {"trail": corners, "elevation_deg": elevation}
+    image, alone = overview(room, inset=view, **frame), overview(room, **frame)
+    rows, columns = np.nonzero((image == [0, 0, 200]).all(axis=2))
+    around = image[max(rows.min() - 8, 0) : rows.max() + 9, max(columns.min() - 8, 0) : columns.max() + 9].astype(int)
+    paper = np.abs(around - alone[-1, -1]).max(axis=2) <= 3
+    assert len(rows) > 288 * 70 and paper[[0, -1]].all() and paper[:, [0, -1]].all()
+    assert orange(image).sum() > 0.4 * orange(alone).sum()
+    assert (np.abs(image[:, [0, -1]].astype(int) - alone[-1, -1]).max(axis=2) <= 3).all()
+
+
+@given(
+    st.tuples(*[st.floats(0.5, 60)] * 3),
+    st.sampled_from([ASIDE_DEG, 50.0, ABOVE_DEG, 90.0]),
+    st.sampled_from([(288, 216), (288, 288), (288, 100)]),
+)
+@settings(max_examples=60, deadline=None)
+def test_scenes_of_every_shape_share_the_frame_with_an_inset(
+    size: Any, elevation: float, inset: tuple[int, int]
+) -> None:
+    bounds = np.array([np.zeros(3), size])
+    camera = overview_camera(bounds, elevation)
+    found = layout(camera, bounds, (960, 720), inset)
+    points = projected(camera.farther(found.zoom), bounds, (960, 720)) + found.shift
+    assert points.min() >= 0 and (points.max(axis=0) <= (960, 720)).all()
+    inside = Delaunay(points).find_simplex(
+        [(x, y) for x in range(found.left, found.left + inset[0], 8) for y in range(found.top, found.top + inset[1], 8)]
+    )
+    assert (inside == -1).all()
+    assert found.zoom <= 1.7
 
 
 @pytest.mark.parametrize(("text", "lines"), [("step 3 · turn left 30°", 1), ("a\nb", 2), ("word " * 400, 4)])

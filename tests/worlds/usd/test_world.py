@@ -177,3 +177,13 @@ def test_shipped_worlds_refer_to_shipped_scenes_only():
         for line in file.read_text(encoding="utf-8").splitlines():
             if line.startswith("scene:") and "???" not in line:
                 assert (paths.assets_dir() / line.split()[1]).is_file()
+
+
+def test_a_bearing_to_the_left_moves_to_the_left_and_one_to_the_right_to_the_right():
+    """The agent of the paper's pose looks along -X: its left is -Y, and its right is +Y."""
+    for said, sign in (("left", -1), ("right", 1)):
+        world = scenario_of(composed("kibo_paper", "stay").conditions[0].config).start(0)
+        step = world.advance([Answer(f"Move {said} 0.3 m.")])[0]
+        assert isinstance(step, CameraStep) and step.command["translate"]["bearing"] == -90 * sign
+        assert step.pose_next.y - step.pose.y == pytest.approx(0.3 * sign, abs=1e-6)
+        assert (step.pose_next.x, step.pose_next.yaw) == (pytest.approx(step.pose.x, abs=1e-6), step.pose.yaw)
