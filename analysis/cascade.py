@@ -137,7 +137,7 @@ def spread(perceived_at: IntArray, links: IntArray) -> IntArray:
     ordered = links[np.argsort(links[:, 0], kind="stable")]
     steps, starts = np.unique(ordered[:, 0], return_index=True)
     for step, rows in zip(steps.tolist(), np.split(ordered, starts[1:]), strict=False):
-        knows = (perceived_at <= step) | (reached < step)
+        knows = (perceived_at <= step) | (reached < NEVER)  # so far only what was heard at earlier steps is noted
         arrived = rows[knows[rows[:, 1]], 2]
         reached[arrived] = np.minimum(reached[arrived], step)
     return reached

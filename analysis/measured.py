@@ -21,7 +21,7 @@ from foundry.store import RunFolder
 _KEPT_EVERY = 64
 """Runs between two commits; a commit waits for the disk."""
 
-_PATIENCE_S = 1.0
+_PATIENCE_S = 0.3
 """Seconds to wait for another process; measuring a run takes less."""
 
 _NOWHERE = ":memory:"

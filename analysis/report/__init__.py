@@ -48,7 +48,9 @@ def write_report(dirs: Folders, out: Path | None = None, **options: Any) -> Repo
         path.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(path, page.encode("utf-8"))
     except OSError as error:
-        raise InputError(f"--out '{path}' cannot be written to ({error.strerror}): name another file.") from error
+        raise InputError(
+            f"'{path}' cannot be written to ({error.strerror}): mend that, or name another file with --out."
+        ) from error
     return Report(path, len(found.members), folder)
 
 

@@ -197,6 +197,18 @@ def test_without_a_control_the_walker_is_the_only_null():
     assert found["latency"] == 1
 
 
+@pytest.mark.parametrize(("start", "controls"), [(1, 0), (2, 1), (3, 2)])
+def test_controls_are_the_decisions_before_the_step_in_which_the_fire_begins_to_burn(start: int, controls: int):
+    # Both are two cells and a bit less than three away; the second one is just too far to see the fire.
+    paths = [[(2, 0)] * 3 + [(3, 0)], [(2, 1)] * 4]
+    seen = np.zeros((3, 2, 1), dtype=np.bool_)
+    seen[2, 0] = True
+    found = hazard.measure(grid_run(paths, fires=[Fire("f", start, (0, 0), 2.0)], fires_seen=seen))
+    # Of each step before the start, both agents; the first agent sees the fire in the last step alone.
+    assert found["n_controls"] == 2 * controls
+    assert found["difference_matched"] == pytest.approx(1 if controls else math.nan, nan_ok=True)
+
+
 def test_fewer_than_thirty_choices_give_no_pull():
     path = [(step % 2 + 1, 0) for step in range(30)]
     for steps, defined in ((29, False), (30, True)):
