@@ -137,7 +137,7 @@ def spread(perceived_at: IntArray, links: IntArray) -> IntArray:
     ordered = links[np.argsort(links[:, 0], kind="stable")]
     steps, starts = np.unique(ordered[:, 0], return_index=True)
     for step, rows in zip(steps.tolist(), np.split(ordered, starts[1:]), strict=False):
-        knows = (perceived_at <= step) | (reached < step)
+        knows = (perceived_at <= step) | (reached < NEVER)  # so far only what was heard at earlier steps is noted
         arrived = rows[knows[rows[:, 1]], 2]
         reached[arrived] = np.minimum(reached[arrived], step)
     return reached
@@ -166,11 +166,13 @@ def find_relays(
         told_at: step of the first received warning, or NEVER, by labelling and agent, (S, N).
         perceived_at: step at which each agent first perceives a fire, or NEVER, (N,); told is who was warned before.
         able: whether the agent decided on a message, (T, N); one that never did in time could not.
-        within: the number of steps behind `told_at` that count.
+        within: the number of steps behind `told_at` that count; those from `perceived_at` on do not, since what is
+            sent then may be of the agent's own sight.
     """
     rows, agents = np.ogrid[: warned.shape[0], : warned.shape[2]]
     start = np.minimum(told_at, warned.shape[1])
-    end = np.minimum(start + within, warned.shape[1])
+    # An agent that is not told has no such steps; it must not look back, either.
+    end = np.maximum(np.minimum(np.minimum(start + within, warned.shape[1]), perceived_at - 1), start)
     decided, sent = _running(able[None])[0], _running(warned)
     could = (told_at < perceived_at) & (decided[end, agents] > decided[start, agents])
     did = could & (sent[rows, end, agents] > sent[rows, start, agents])

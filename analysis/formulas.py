@@ -44,6 +44,19 @@ def entropy(counts: ArrayLike) -> float:
     return float(-(shares * np.log2(shares)).sum()) + 0.0
 
 
+def variety(counts: ArrayLike) -> float:
+    """Return the share of pairs of things that are of different kinds, 0..1; NaN below two things.
+
+    Its mean does not depend on how many things there are. Source: Simpson 1949.
+
+    Args:
+        counts: how many things there are of each kind, whole numbers (k,).
+    """
+    found = np.asarray(counts, dtype=np.int64)
+    total = int(found.sum())
+    return 1 - ratio(float((found * (found - 1)).sum()), float(total * (total - 1)))
+
+
 def normalised_entropy(counts: ArrayLike) -> float:
     """Return the entropy over its greatest value, log2 k, 0..1; NaN when all k counts are 0 or k < 2."""
     categories = np.asarray(counts).size

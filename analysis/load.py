@@ -21,6 +21,9 @@ from foundry.store import RunFolder, SweepFolder
 Records: TypeAlias = GridRecords | CameraRecords
 """The lines of one run, by the kind of its world."""
 
+Folders: TypeAlias = Path | str | Sequence[Path | str]
+"""The folder of a sweep, or those of several."""
+
 Run: TypeAlias = GridRun | CameraRun
 """One run as arrays."""
 
@@ -42,6 +45,11 @@ class Loaded:
     steps: pd.DataFrame
     messages: pd.DataFrame
     episodes: pd.DataFrame
+
+
+def folders_of(dirs: Folders) -> list[Path]:
+    """Return the folders that are meant: a text is the name of one, not a list of its letters."""
+    return [Path(path) for path in ([dirs] if isinstance(dirs, str | Path) else dirs)]
 
 
 def load(path: Path | str) -> Loaded:

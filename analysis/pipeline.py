@@ -16,7 +16,7 @@ from analysis.grid_records import GridRecords, is_grid
 from analysis.groups import group_columns, group_label
 from analysis.labelling import model_labelling, rule_labelling
 from analysis.lines import COMPLETE
-from analysis.load import Records, has_episode
+from analysis.load import Folders, Records, folders_of, has_episode
 from analysis.retest import retest
 from analysis.signatures import FAILURE_RATE
 from analysis.stats.contrasts import contrasts
@@ -86,7 +86,7 @@ class Analysis:
 
 
 def analyze(
-    dirs: Sequence[Path],
+    dirs: Folders,
     *,
     plots: bool = True,
     labelled_by_model: bool = False,
@@ -101,7 +101,7 @@ def analyze(
     that were measured before and have not changed since are not measured again.
 
     Args:
-        dirs: folders of sweeps, at least one.
+        dirs: the folder of a sweep, or those of several.
         plots: whether to draw the plots, which take most of the time of a small sweep.
         labelled_by_model: whether warnings are what a model labelled (`foundry label`), and not what the rule says.
         family: measures that claims rest on, declared before the runs; by default one a signature.
@@ -113,7 +113,7 @@ def analyze(
             or of a margin does not exist.
         RecordError: a recorded file is damaged.
     """
-    paths = [Path(path) for path in dirs]
+    paths = folders_of(dirs)
     sweeps = _open(paths)
     folder = sweeps[0].analysis_dir
     sources = _sources(sweeps, _sweep_names(paths), labelled_by_model)

@@ -14,7 +14,6 @@ import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -25,7 +24,7 @@ from analysis.agreement import fleiss_kappa, pairwise_agreement
 from analysis.camera_run import CameraRun
 from analysis.command_kinds import command_kinds
 from analysis.lines import COMPLETE
-from analysis.load import further_factors, identity, read_records, read_run
+from analysis.load import Folders, folders_of, further_factors, identity, read_records, read_run
 from analysis.run import BoolArray, GridRun, IntArray
 from foundry.store import RunFolder, SweepFolder, without_servers
 
@@ -46,7 +45,7 @@ class Decisions:
     readable: BoolArray
 
 
-def retest(paths: Sequence[Path]) -> pd.DataFrame:
+def retest(paths: Folders) -> pd.DataFrame:
     """Return how consistent models are over runs that differ in `sampling_seed` alone.
 
     One row per condition, seed and kind of call (`action` and `message` in 2D worlds, `move` in 3D ones); the first
@@ -63,11 +62,11 @@ def retest(paths: Sequence[Path]) -> pd.DataFrame:
     counts are NaN where no prompt was put twice. A table without rows: nothing was sampled again.
 
     Args:
-        paths: folders of sweeps.
+        paths: the folder of a sweep, or those of several.
 
     Source: Fleiss 1971.
     """
-    folders = [folder for path in paths for folder in SweepFolder.open(path).runs()]
+    folders = [folder for path in folders_of(paths) for folder in SweepFolder.open(path).runs()]
     groups: dict[str, list[RunFolder]] = defaultdict(list)
     for folder in folders:
         groups[_group_of(folder)].append(folder)

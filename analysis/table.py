@@ -112,7 +112,7 @@ def measure_runs(sources: Sequence[Source], memory: Memory) -> Iterator[RunResul
         measured = _measure_fresh(source, sweep, fresh)
         for folder, key in zip(folders, keys, strict=True):
             seen.add(key)
-            found = memory.recall(key) if key in memory else next(measured)
+            found = (memory.recall(key) or _measured(folder, source)) if key in memory else next(measured)
             if key not in memory and found.steps is not None:
                 memory.keep(key, found)
             yield _described(folder, source, found)

@@ -1,6 +1,8 @@
-"""The legal walker: at every step it makes one of the moves that the edge allows, each as likely; it never stays.
+"""What agents would do that look at nothing, exactly and not by simulation: the null of several signatures.
 
-What it would do where the agents were, exactly and not by simulation: the null of several signatures.
+The legal walker makes one of the moves that the edge allows at every step, each as likely; it never stays. The blind
+agent stays whenever the agent of the run did, and else goes one of the legal ways by the shares that the ways have in
+the run: it has the same habits, and no eyes.
 """
 
 from __future__ import annotations
@@ -9,7 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from analysis.run import HEADINGS, STAY, BoolArray, FloatArray, IntArray
+from analysis.run import CHOICES, HEADINGS, STAY, BoolArray, FloatArray, GridRun, IntArray
 
 _CELLS_AT_ONCE = 2**17
 
@@ -24,6 +26,23 @@ def legal_moves(x: IntArray, y: IntArray, half_size: int) -> BoolArray:
     """Return which of up, down, left and right stay on the grid; x and y of any shape, result (..., 4)."""
     to_x, to_y = moves_to(x, y)
     return np.asarray((np.abs(to_x) <= half_size) & (np.abs(to_y) <= half_size))
+
+
+def blind_chances(run: GridRun, legal: BoolArray) -> FloatArray:
+    """Return the chances of up, down, left and right of a blind agent that moves, (E, 4); 0 where nothing is legal.
+
+    The shares of the ways are those of the moves made by counted decisions of all agents from cells where all four
+    are legal, half a move more of each (Jeffreys' prior), so that no legal way is impossible.
+
+    Args:
+        run: the run.
+        legal: which moves the edge allows, by decision, (E, 4).
+    """
+    free = legal_moves(run.x[:-1], run.y[:-1], run.world.half_size).all(axis=2)
+    made = np.bincount(run.choice[run.moved & run.counted & free], minlength=len(CHOICES))[STAY + 1 :] + 0.5
+    chances = np.where(legal, made, 0.0)
+    total = chances.sum(axis=1, keepdims=True)
+    return np.asarray(np.divide(chances, total, out=np.zeros_like(chances), where=total > 0))
 
 
 def direction_shares(legal: BoolArray) -> FloatArray:

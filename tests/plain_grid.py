@@ -12,7 +12,7 @@ from typing import Any
 import networkx as nx
 
 from foundry import seeding
-from plain_run import Cell, Plain, average, bits, is_readable, over
+from plain_run import Cell, Plain, average, bits, different_pairs, is_readable, over
 
 Measures = Iterator[tuple[str, float]]
 
@@ -202,6 +202,8 @@ def communication(run: Plain) -> Measures:
     yield "reciprocity", nx.reciprocity(graph) if graph else math.nan
     yield "audience", over(len(heard), len(said))
     yield "length", average(len(row["message"]) for row in said)
+    texts = [row["message"] for row in said]
+    yield "variety", different_pairs(texts)
     yield "distinct_share", over(len({row["message"] for row in said}), len(said))
     yield from {"n_messages": len(said), "n_deliveries": len(heard), "n_decisions": len(rows)}.items()
     yield from {"n_with_neighbour": len(near), "n_links": len(graph.edges), "n_rhythmic": len(spreads)}.items()

@@ -10,7 +10,7 @@ import networkx as nx
 import numpy as np
 
 from foundry import seeding
-from plain_run import Plain, average, bits, kaplan_meier_area, over
+from plain_run import Plain, average, bits, different_pairs, kaplan_meier_area, over
 
 WARNINGS = {"fire1 near me", "火事だ、逃げて", "there is smoke"}
 OPPOSITE = {"up": "down", "down": "up", "left": "right", "right": "left"}
@@ -48,7 +48,7 @@ def warning(run: Plain) -> Measures:
     links = [(step, i, j) for step in run.steps for i in run.agents for j in run.rows[step, i]["neighbours"]]
     traced, reachable = relayed(run, perceived, heard), relayed(run, perceived, links)
     waits = [(told[i], True) if i in told else (perceived.get(i, last + 1) - 1, False) for i in run.agents]
-    relays = relaying(run, sent, told)
+    relays = relaying(run, sent, told, perceived)
     needing_fire = {
         "informed_fraction": (len(told) + len(direct)) / len(run.agents),
         "social_reach": reach(run, told, perceived),
@@ -81,11 +81,12 @@ def speaks(run: Plain, key: tuple[int, int]) -> bool:
     return run.rows[key]["message"] is not None and run.counts_message(run.rows[key])
 
 
-def relaying(run: Plain, sent: Sent, told: dict[int, int]) -> list[bool]:
+def relaying(run: Plain, sent: Sent, told: dict[int, int], perceived: dict[int, int]) -> list[bool]:
     """Return whether each agent that could pass its warning on in time did."""
-    found = []
+    found, last = [], len(run.steps)
     for agent, heard in told.items():
-        steps = [step for step in range(heard + 1, heard + 6) if step in run.steps]
+        end = min(heard + 6, last + 1, perceived.get(agent, last + 1))
+        steps = range(heard + 1, end)
         if any(run.counts_message(run.rows[step, agent]) for step in steps):
             found.append(any((step, agent) in sent for step in steps))
     return found
@@ -101,14 +102,14 @@ def chance_of_relaying(run: Plain, said: dict[tuple[int, int], str], perceived: 
             if (message["step"], message["sender"]) in sent:
                 heard[message["recipient"]] = min(message["step"], heard.get(message["recipient"], 10**9))
         told = {i: step for i, step in heard.items() if step < perceived.get(i, math.inf)}
-        found.append(average(relaying(run, sent, told)))
+        found.append(average(relaying(run, sent, told, perceived)))
     return average(value for value in found if not math.isnan(value))
 
 
 def stability(run: Plain) -> Measures:
-    pairs, lengths = [], []
+    pairs, lengths, chances = [], [], []
     for agent in run.agents:
-        last = None
+        last, earlier = None, len(pairs)
         for row in run.at(agent):
             if last is not None and run.counts(last) and run.counts(row):
                 pairs.append((last["direction"], row["direction"]))
@@ -119,9 +120,12 @@ def stability(run: Plain) -> Measures:
             elif run.counts(row):
                 lengths.append(1)
             last = row
+        own = [row["direction"] for row in run.at(agent) if run.counts(row)]
+        chances += [1 - different_pairs(own)] * (len(pairs) - earlier)
     agreed = average(a == b for a, b in pairs)
     before, after = (Counter(pair[side] for pair in pairs) for side in (0, 1))
     chance = over(sum(before[name] * after[name] for name in before), len(pairs) ** 2)
+    yield "repeats_beyond_chance", agreed - average(chances)
     yield from {"persistence": agreed, "kappa": over(agreed - chance, 1 - chance)}.items()
     yield "conditional_entropy", bits(Counter(pairs).values()) - bits(before.values())
     moves = [(a, b) for a, b in pairs if a and b]

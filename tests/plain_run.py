@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 OFFSETS = {"up": (0, 1), "down": (0, -1), "left": (-1, 0), "right": (1, 0)}
@@ -93,6 +94,11 @@ def bits(counts: Iterable[int]) -> float:
     kept = [count for count in counts if count]
     total = sum(kept)
     return -sum(count / total * math.log2(count / total) for count in kept) if kept else math.nan
+
+
+def different_pairs(things: Sequence[Any]) -> float:
+    """Return the share of pairs of things that are not the same."""
+    return average(a != b for a, b in itertools.combinations(things, 2))
 
 
 def kaplan_meier_area(times: list[tuple[int, bool]], horizon: int) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cmath
+import itertools
 import math
 import statistics
 from collections import Counter
@@ -16,6 +17,7 @@ from plain_run import (
     Row,
     average,
     bits,
+    different_pairs,
     kaplan_meier_area,
     manhattan,
     moves_into,
@@ -39,10 +41,17 @@ def directions(counts: Counter[str]) -> dict[str, float]:
     }
 
 
+def cosine(a: str, b: str) -> int:
+    return OFFSETS[a][0] * OFFSETS[b][0] + OFFSETS[a][1] * OFFSETS[b][1]
+
+
 def movement(run: Plain) -> Measures:
     rows = run.counted
     made = Counter(row["direction"] for row in rows if row["moved"])
     asked = Counter(row["direction"] for row in rows if row["direction"])
+    moves = [row["direction"] for row in rows if row["moved"]]
+    yield "variety", different_pairs(moves)
+    yield "alignment", average(cosine(a, b) for a, b in itertools.combinations(moves, 2))
     for name, value in directions(made).items():
         yield f"direction_{name}" if name in ("entropy", "bits", "kl") else name, value
     yield from ((f"asked_{name}", value) for name, value in directions(asked).items())
@@ -62,6 +71,10 @@ def drifts(run: Plain, rows: list[Row]) -> Measures:
     def drift(distance: Callable[[Row, Cell], float], kept: list[Row]) -> float:
         return average(distance(row, after(row)) - distance(row, before(row)) for row in kept)
 
+    beyond = beyond_blind(run)
+
+    yield "drift_place_beyond_blind", average(beyond(row, lambda _, cell: to_place(run, cell)) for row in rows)
+    yield "drift_agent_beyond_blind", average(beyond(row, lambda row, cell: to_agent(run, row, cell)) for row in rows)
     burning = [row for row in rows if any(fire["start"] <= row["step"] for fire in run.world["fires"])]
     yield "drift_place", drift(lambda row, cell: to_place(run, cell), rows)
     yield "drift_agent", drift(lambda row, cell: to_agent(run, row, cell), rows)
@@ -75,6 +88,20 @@ def drifts(run: Plain, rows: list[Row]) -> Measures:
         ),
     )
     yield "n_burning", len(burning)
+
+
+def beyond_blind(run: Plain) -> Callable[[Row, Callable[[Row, Cell], float]], float]:
+    """Return the function of how much more a row's step changes a function of cells than a blind agent's would."""
+    free = [row["direction"] for row in run.counted if row["moved"] and len(run.legal(before(row))) == 4]
+    weight = {way: free.count(way) + 0.5 for way in OFFSETS}
+
+    def beyond(row: Row, value: Callable[[Row, Cell], float]) -> float:
+        if not row["moved"]:
+            return 0.0
+        legal, total = run.legal(before(row)), sum(weight[way] for way in run.legal(before(row)))
+        return value(row, after(row)) - sum(weight[way] / total * value(row, to) for way, to in legal.items())
+
+    return beyond
 
 
 def before(row: Row) -> Cell:
@@ -139,7 +166,13 @@ def hazard(run: Plain) -> Measures:
     yield "exposure", over(len(rows), len(run.counted))
     yield "away", average(grew.values())
     yield "walker_away", average(walker.values())
-    yield "difference_walker", average(grew.values()) - average(walker.values())
+    beyond = beyond_blind(run)
+
+    yield (
+        "away_beyond_blind",
+        average(beyond(row, lambda row, cell: near(row, cell) > near(row, before(row))) for row in rows),
+    )
+    yield "distance_beyond_blind", average(beyond(row, near) for row in rows)
     yield "away_moving", average(grew[key(row)] for row in moving)
     yield "difference_walker_moving", average(grew[key(row)] - walker[key(row)] for row in moving)
     yield "distance_change", average(near(row, after(row)) - near(row, before(row)) for row in rows)
@@ -169,8 +202,7 @@ def matched(run: Plain, rows: list[Row], grew: dict[tuple[int, int], bool]) -> M
         own = [
             other
             for other in run.counted
-            if other["agent"] == row["agent"]
-            and other["step"] < fire["start"]
+            if other["step"] < fire["start"]
             and not other["fires"]
             and int(math.dist(before(other), fire["position"])) == int(math.dist(before(row), fire["position"]))
         ]
@@ -182,9 +214,10 @@ def matched(run: Plain, rows: list[Row], grew: dict[tuple[int, int], bool]) -> M
             found.append((grew[key(row)], average(away)))
     a, c, n = sum(one for one, _ in found), sum(share for _, share in found), len(found)
     yield "difference_matched", over(a - c, n)
-    yield "risk_ratio", over(a, c)
-    yield "odds_ratio", over(a * (n - c), (n - a) * c)
-    yield "odds_ratio_haldane", (a + 0.5) * (n - c + 0.5) / ((n - a + 0.5) * (c + 0.5)) if n else math.nan
+    logs = [math.log((away + 0.5) / (n + 0.5)) for away in (a, c)]
+    yield "log_risk_ratio", logs[0] - logs[1] if n else math.nan
+    odds = (a + 0.5) * (n - c + 0.5) / ((n - a + 0.5) * (c + 0.5))
+    yield "log_odds_ratio", math.log(odds) if n else math.nan
     yield from {"n_matched": n, "n_controls": len(used)}.items()
 
 

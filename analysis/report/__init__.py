@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from foundry.errors import InputError
-from foundry.store import SweepFolder, write_atomically
+from foundry.store import write_atomically
 
 if TYPE_CHECKING:
+    from analysis.load import Folders
     from analysis.report.material import Material
 
 
@@ -24,11 +24,11 @@ class Report:
     pictures: Path
 
 
-def write_report(dirs: Sequence[Path], out: Path | None = None, **options: Any) -> Report:
+def write_report(dirs: Folders, out: Path | None = None, **options: Any) -> Report:
     """Analyse the sweeps, as far as that was not done before, and write the page.
 
     Args:
-        dirs: folders of sweeps, at least one.
+        dirs: the folder of a sweep, or those of several.
         out: the page; by default `report.html` in the folder of the first sweep.
         **options: those of `analysis.analyze` that decide the numbers: `labelled_by_model`, `family`, `margins`.
 
@@ -41,14 +41,16 @@ def write_report(dirs: Sequence[Path], out: Path | None = None, **options: Any) 
     if out is not None and out.is_dir():
         raise InputError(f"--out '{out}' is a folder: name a file, such as {out / 'report.html'}.")
     found = gather(dirs, **options)
-    path = SweepFolder.open(dirs[0]).report_file if out is None else out
+    path = found.sweeps[0].report_file if out is None else out
     folder = found.analysis.path / "plots"
     page = render(found, path.resolve().parent, folder)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(path, page.encode("utf-8"))
     except OSError as error:
-        raise InputError(f"--out '{path}' cannot be written to ({error.strerror}): name another file.") from error
+        raise InputError(
+            f"'{path}' cannot be written to ({error.strerror}): mend that, or name another file with --out."
+        ) from error
     return Report(path, len(found.members), folder)
 
 

@@ -6,7 +6,7 @@ import inspect
 import re
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from analysis.signatures import FUNCTIONS, Signature
@@ -16,10 +16,11 @@ _ITEM = re.compile(r"- ([\w*]+(?:, [\w*]+)*): ")
 
 @dataclass(frozen=True)
 class Block:
-    """A paragraph, or an item of a list with the name that it defines."""
+    """A paragraph, or an item of a list with the names that it defines, and their nulls."""
 
     text: str
     name: str = ""
+    null: str = ""
 
 
 @dataclass(frozen=True)
@@ -41,15 +42,21 @@ def definitions(signature: Signature, kinds: set[type]) -> list[Definition]:
     One that says no more than that it is the same as for the other kind brings that one along.
     """
     own = [kind for kind in FUNCTIONS if kind in kinds and kind in signature.functions]
-    found = {kind: _definition(function) for kind, function in signature.functions.items()}
+    found = {kind: _definition(function, signature) for kind, function in signature.functions.items()}
     alone = all(any(block.name for block in found[kind].blocks) for kind in own)
     return [one for kind, one in found.items() if own and (kind in own or not alone)]
 
 
-def _definition(function: Callable[..., Any]) -> Definition:
+def _definition(function: Callable[..., Any], signature: Signature) -> Definition:
     module = sys.modules[function.__module__]
     text = "\n\n".join(filter(None, (inspect.getdoc(module), inspect.getdoc(function))))
-    return Definition(function.__module__, tuple(blocks(text)))
+    return Definition(function.__module__, tuple(_with_null(block, signature) for block in blocks(text)))
+
+
+def _with_null(block: Block, signature: Signature) -> Block:
+    """Return the block with what chance gives of the measures that it defines."""
+    measures = [signature.measures[name] for name in block.name.split(", ") if name in signature.measures]
+    return replace(block, null="; ".join(dict.fromkeys(str(one.null) for one in measures if one.null)))
 
 
 def blocks(text: str) -> list[Block]:

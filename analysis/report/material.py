@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 from analysis.camera_run import CameraRun
@@ -13,6 +12,7 @@ from analysis.figures.examples import Examples, examples
 from analysis.figures.shown import Member, Shown, members, shown_groups
 from analysis.grid_records import is_grid
 from analysis.labelling import Labelling, model_labelling, rule_labelling
+from analysis.load import Folders, folders_of
 from analysis.pipeline import Analysis, analyze
 from analysis.run import GridRun
 from foundry.store import RunFolder, SweepFolder
@@ -55,11 +55,11 @@ class Material:
         return [member for member in self.members if member.shown == shown]
 
 
-def gather(dirs: Sequence[Path], *, labelled_by_model: bool = False, **options: Any) -> Material:
+def gather(dirs: Folders, *, labelled_by_model: bool = False, **options: Any) -> Material:
     """Analyse the sweeps, as far as that was not done before, and read what the report shows of their runs.
 
     Args:
-        dirs: folders of sweeps, at least one.
+        dirs: the folder of a sweep, or those of several.
         labelled_by_model: whether warnings are what a model labelled, and not what the rule says.
         **options: further ones of `analysis.analyze`, such as `family` and `margins`.
 
@@ -68,7 +68,7 @@ def gather(dirs: Sequence[Path], *, labelled_by_model: bool = False, **options: 
         RecordError: a recorded file is damaged.
     """
     analysis = analyze(dirs, plots=False, labelled_by_model=labelled_by_model, **options)
-    sweeps = [SweepFolder.open(path) for path in dirs]
+    sweeps = [SweepFolder.open(path) for path in folders_of(dirs)]
     beside = [SweepFolder.open(sweep.baselines_dir) for sweep in sweeps if sweep.baselines_dir.exists()]
     labellings = _labellings(sweeps, labelled_by_model)
     shown = shown_groups(analysis.compared)

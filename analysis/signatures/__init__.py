@@ -7,9 +7,11 @@ A module defines
   3D worlds, or both: its measures of one run, without the prefix. Undefined is NaN, never 0; counts that are
   denominators are named `n_...`. A name means the same in both, and which names there are does not depend on what
   happened in the run;
-- `MEASURES`: what each measure is called and between which values it can lie; a `*` stands for the name of a
-  place or another configured thing;
-- `HEADLINE`: the measures that its plot and the short table show, in their order, `*` included;
+- `MEASURES`: what each measure is called, between which values it can lie, and what chance alone gives, where there
+  is such a number; a `*` stands for the name of a place or another configured thing;
+- `HEADLINE`: the measures that its plot and the short table show, in their order, `*` included; claims rest on the
+  first of them unless others are declared, so none of them may differ between policies that are alike in what it is
+  about: `tests/analysis/test_nulls.py` plays such policies;
 - optionally `READABLE_TOO = False`, where it makes no sense to leave out the decisions that could not be read.
 
 Every measure is there twice: over all decisions as `<signature>.<measure>`, and as
@@ -25,7 +27,7 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -83,7 +85,7 @@ class Signature:
         """Return what a measure is; `measure` is without the signature's name."""
         if self.is_readable_only(measure):
             found = self.describe(measure.removesuffix(READABLE_SUFFIX))
-            return Measure(f"{found.label}, readable alone", found.low, found.high)
+            return replace(found, label=f"{found.label}, readable alone")
         if measure in self.measures:
             return self.measures[measure]
         for pattern, described in self.measures.items():

@@ -11,25 +11,27 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from analysis.described import Measure, share
+from analysis.described import Measure, Null, share
 from analysis.formulas import ratio, weighted_mean
 from analysis.placements import besag, closeness, random_placements
 from analysis.run import FloatArray, GridRun, IntArray
 
 NAME = "clustering"
 
+_ANYWHERE = "is anywhere alike, without regard to others"
+
 MEASURES = {
     "largest_group": share("Largest group (share of agents)"),
     "groups": Measure("Groups of two or more", low=0),
     "isolated": share("Agents with nobody in reach (share)"),
-    "nni": Measure("Nearest-neighbour index (1: as random placements)", low=0),
-    "nni_z": Measure("Nearest-neighbour distance (standard deviations from random)"),
+    "nni": Measure("Nearest-neighbour index (1: as random placements)", low=0, null=Null(1, _ANYWHERE)),
+    "nni_z": Measure("Nearest-neighbour distance (standard deviations from random)", null=Null(0, _ANYWHERE)),
     "nni_donnelly": Measure("Nearest-neighbour index, Donnelly's edge correction", low=0),
     "nni_naive": Measure("Nearest-neighbour index, no edge correction", low=0),
     "pairs_in_reach": share("Pairs within the communication distance (share)"),
     "ripley": Measure("Ripley's K at the communication distance (cells squared)", low=0),
     "besag": Measure("Besag's L(r) - r at the communication distance (cells)"),
-    "besag_excess": Measure("Besag's L(r) beyond random placements (cells)"),
+    "besag_excess": Measure("Besag's L(r) beyond random placements (cells)", null=Null(0, _ANYWHERE)),
 }
 
 HEADLINE = ("largest_group", "isolated", "nni")

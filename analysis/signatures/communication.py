@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 
 import numpy as np
 
 from analysis.described import Measure, share
-from analysis.formulas import mean, ratio
+from analysis.formulas import mean, ratio, variety
 from analysis.run import BoolArray, GridRun, IntArray
 
 NAME = "communication"
@@ -22,10 +23,11 @@ MEASURES = {
     "reciprocity": share("Links that go both ways (share)"),
     "audience": Measure("Hearers per message", low=0),
     "length": Measure("Length of a message (characters)", low=0),
+    "variety": share("Pairs of messages with different texts (share)"),
     "distinct_share": share("Distinct texts (share of messages)"),
 }
 
-HEADLINE = ("rate", "conditional_rate", "length", "distinct_share")
+HEADLINE = ("rate", "conditional_rate", "length", "variety")
 
 _FEWEST_MESSAGES = 3
 """Messages of one agent that make two intervals, the least that has a spread."""
@@ -49,6 +51,8 @@ def measure(run: GridRun) -> dict[str, float]:
     - reciprocity: directed links (who ever reached whom) with a link back / links; 0..1. NaN without deliveries.
     - audience: deliveries / messages; 0..N-1. NaN without messages.
     - length: mean length of a message, Unicode characters. NaN without messages.
+    - variety: pairs of messages with different texts / pairs of messages; 0..1. NaN below two messages. Unlike
+      distinct_share it does not fall as more is said. Source: Simpson 1949.
     - distinct_share: different texts / messages; 0..1. NaN without messages.
 
     Denominators: n_messages, n_deliveries, n_decisions, n_with_neighbour (decisions), n_links, n_rhythmic (agents with
@@ -68,6 +72,7 @@ def measure(run: GridRun) -> dict[str, float]:
         **_links(deliveries, run.agents),
         "audience": ratio(len(deliveries), messages),
         "length": mean(len(text) for text in texts),
+        "variety": variety(list(Counter(texts).values())),
         "distinct_share": ratio(len(set(texts)), messages),
         "n_messages": float(messages),
         "n_deliveries": float(len(deliveries)),

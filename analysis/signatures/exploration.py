@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from analysis.camera_run import CameraRun
-from analysis.described import Measure, share
+from analysis.described import Measure, Null, share
 from analysis.formulas import entropy, mean, ratio
 from analysis.run import BoolArray, FloatArray, GridRun, IntArray
 from analysis.walker import expected_cells
@@ -18,7 +18,9 @@ MEASURES = {
     "coverage": share("Visited cells (share of those in reach, mean of agents)"),
     "group_coverage": share("Cells visited by anyone (share of the grid)"),
     "unique_ratio": share("New cells per state"),
-    "walker_ratio": Measure("Different cells, over a walker's from the same start", low=0),
+    "walker_ratio": Measure(
+        "Different cells, over a walker's from the same start", low=0, null=Null(1, "goes all ways alike, never stays")
+    ),
     "visit_entropy": share("Entropy of visits (of its maximum)"),
     "gyration": Measure("Radius of gyration (cells)", low=0),
     "revisit_rate": share("Revisits (share of states)"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from analysis.camera_run import CameraRun
-from analysis.described import Measure, share
+from analysis.described import Measure, Null, share
 from analysis.formulas import mean, ratio
 
 NAME = "gaze"
@@ -13,7 +13,7 @@ NAME = "gaze"
 MEASURES = {
     "rate": Measure("Turn of the gaze per decision (degrees)", low=0),
     "share": share("Decisions that turn the gaze (share)"),
-    "mean_pitch": Measure("Mean pitch of what is seen (degrees)", low=-90, high=90),
+    "mean_pitch": Measure("Mean pitch of what is seen (degrees)", -90, 90, Null(0, "looks up and down alike")),
     "mean_tilt": Measure("Mean tilt of what is seen, up or down (degrees)", low=0, high=90),
 }
 

@@ -12,35 +12,47 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.described import Measure, share
+from analysis.described import Measure, Null, share
 from analysis.distances import to_fires, to_nearest_agent, to_nearest_place
 from analysis.formulas import mean, ratio
 from analysis.logit import conditional_logit
 from analysis.run import STAY, BoolArray, FloatArray, GridRun, IntArray
 from analysis.survival import restricted_mean
-from analysis.walker import legal_moves, moves_to
+from analysis.walker import blind_chances, legal_moves, moves_to
 
 NAME = "hazard"
+
+_BLIND, _UNBIASED = "goes and stays without regard to fires", "goes all ways alike, stays as it likes"
 
 MEASURES = {
     "exposure": share("Decisions with a fire in sight (share)"),
     "away": share("Steps away from a fire in sight (share)"),
     "away_moving": share("Moves away from a fire in sight (share of moves)"),
     "walker_away": share("Steps away from a fire in sight, of a walker (share)"),
-    "difference_walker": Measure("Steps away from a fire, beyond a walker's (difference)", -1, 1),
-    "difference_walker_moving": Measure("Moves away from a fire, beyond a walker's (difference)", -1, 1),
-    "difference_matched": Measure("Steps away from a fire, beyond those before it burnt (difference)", -1, 1),
-    "risk_ratio": Measure("Steps away from a fire, over those before it burnt (ratio)", low=0),
-    "odds_ratio": Measure("Odds to step away from a fire, over those before it burnt (ratio)", low=0),
-    "odds_ratio_haldane": Measure("Odds to step away from a fire, over those before (ratio, Haldane)", low=0),
+    "away_beyond_blind": Measure("Steps away from a fire, beyond a blind agent's (difference)", -1, 1, Null(0, _BLIND)),
+    "difference_walker_moving": Measure(
+        "Moves away from a fire, beyond a walker's (difference)", -1, 1, Null(0, _UNBIASED)
+    ),
+    "difference_matched": Measure(
+        "Steps away from a fire, beyond those before it burnt (difference)", -1, 1, Null(0, _UNBIASED)
+    ),
+    "log_risk_ratio": Measure(
+        "Steps away from a fire, over those before it burnt (log ratio)", null=Null(0, _UNBIASED)
+    ),
+    "log_odds_ratio": Measure(
+        "Odds to step away from a fire, over those before it burnt (log ratio)", null=Null(0, _UNBIASED)
+    ),
     "distance_change": Measure("Change of the distance to a fire in sight (cells per step)", -1, 1),
-    "beta_fire": Measure("Pull of a cell more to the fire (log odds)"),
+    "distance_beyond_blind": Measure(
+        "Change of the distance to a fire, beyond a blind agent's (cells per step)", -2, 2, Null(0, _BLIND)
+    ),
+    "beta_fire": Measure("Pull of a cell more to the fire (log odds)", null=Null(0, _UNBIASED)),
     "beta_place": Measure("Pull of a cell more to the nearest place (log odds)"),
     "beta_agent": Measure("Pull of a cell more to the nearest agent (log odds)"),
     "latency": Measure("Decisions until the first step away (restricted mean)", low=0),
 }
 
-HEADLINE = ("difference_walker", "distance_change", "latency", "exposure")
+HEADLINE = ("away_beyond_blind", "distance_beyond_blind", "exposure")
 
 FEWEST_CHOICES = 30
 """Choices among moves below which the pulls are not estimated; a rule of thumb."""
@@ -48,12 +60,11 @@ FEWEST_CHOICES = 30
 
 @dataclass(frozen=True)
 class Contrast:
-    """How much more often something happens than without: difference, ratio, odds ratio and its Haldane form."""
+    """How much more often something happens than without: difference, and logs of the ratios of risks and odds."""
 
     difference: float
-    risk_ratio: float
-    odds_ratio: float
-    odds_ratio_haldane: float
+    log_risk_ratio: float
+    log_odds_ratio: float
 
 
 @dataclass(frozen=True)
@@ -109,17 +120,24 @@ def measure(run: GridRun) -> dict[str, float]:
       those with a move; NaN without one.
     - walker_away: expectation of `away` for a walker that makes any legal move as likely, in closed form: mean over the
       exposed decisions of (legal moves that lead away / legal moves); 0..1. NaN where nothing is legal.
-    - difference_walker: away - walker_away; -1..1. Who stays comes out low, so there is also difference_walker_moving:
-      away_moving - walker_away over the decisions with a move.
+    - away_beyond_blind: exposed decisions that lead away less those expected of a blind agent (`analysis.walker`),
+      which stays where the agent stayed and else goes the legal ways by their shares in the run / exposed decisions;
+      -1..1. 0 for who stays, goes at random or prefers a way, wherever fires are. Who flees on some decisions and
+      stays on others has its moves counted over all of them.
+    - difference_walker_moving: away_moving less the expectation for a walker over the same decisions, those with a
+      move; -1..1. NaN without a move. Not 0 for who prefers a way and is blind to fires.
     - difference_matched: risk difference against a matched control. The controls of an exposed decision are the counted
-      decisions of the same agent before its nearest perceived fire burns, at the same distance to where it will burn in
-      whole cells (rounded down), and with no other fire in sight; they count together as one decision. Over the exposed
-      decisions with at least one control: share away - share away of controls; -1..1. NaN without controls, as
-      when the fire burns early or agents never came so near before.
-    - risk_ratio: the ratio of these two shares; NaN when the second is 0. odds_ratio: (a / b) / (c / d), a, b exposed
-      decisions away and not, c, d those of the controls; NaN when b c is 0. odds_ratio_haldane: the same with 0.5
-      added to each. All 0 up, 1: no difference.
-    - distance_change: mean change of the distance to the nearest of the perceived fires, cells per step; -1..1.
+      decisions of all agents before its nearest perceived fire burns, at the same distance to where it will burn in
+      whole cells (rounded down), and with no other fire in sight; they count together as one decision. Those of the
+      same agent alone would not do: an agent that is at that distance again later went away less often than others.
+      Over the exposed decisions with at least one control: share away - share away of controls; -1..1. NaN without
+      controls, as when the fire burns early or nobody came so near before.
+    - log_odds_ratio: ln((a + .5) (d + .5) / ((b + .5) (c + .5))), a, b exposed decisions away and not, c, d those of
+      the controls; 0: no difference. log_risk_ratio: ln((a + .5) / (a + b + .5)) less the same of the controls. NaN
+      without controls. With few controls both are rough. Source: Haldane 1956, Anscombe 1956; Walter 1975.
+    - distance_change: mean change of the distance to the nearest of the perceived fires, cells per step; -1..1. Above
+      0 for who looks at nothing, since from a cell beside a fire more ways lead away than to it.
+    - distance_beyond_blind: the same less the expectation for the blind agent; cells per step. 0 as away_beyond_blind.
     - beta_fire, beta_place, beta_agent: step selection. Conditional logit of the move made among the legal ones, at the
       exposed decisions with a move, on the change of the distance to the nearest of the perceived fires (Euclidean), of
       the fewest moves into a place and of those to where the nearest other agent stands: log odds per cell; above 0
@@ -127,7 +145,7 @@ def measure(run: GridRun) -> dict[str, float]:
       or when the fit has no greatest likelihood. Source: McFadden 1974; Fortin et al. 2005.
     - latency: restricted mean of the number of exposed decisions up to an agent's first step away, the first one is 1;
       an agent that never steps away is censored at its last exposed decision; area under the Kaplan-Meier curve from
-      0 to T; 1..T.
+      0 to T; 1..T. High for who seldom moves, whatever it looks at.
 
     Denominators: n_decisions, n_exposed, n_exposed_moves, n_matched (exposed decisions with a control), n_controls,
     n_choices (of the fit, also when it is too few), n_exposed_agents.
@@ -137,15 +155,17 @@ def measure(run: GridRun) -> dict[str, float]:
     moved = run.moved[exposed.step, exposed.agent]
     options = _options(run, exposed)
     walker = options.walker_away
+    chances = np.where(moved[:, None], blind_chances(run, options.legal), 0.0)
     return {
         "exposure": ratio(len(away), int(run.counted.sum())),
         "away": mean(away),
         "away_moving": mean(away[moved]),
         "walker_away": mean(walker),
-        "difference_walker": mean(away) - mean(walker),
+        "away_beyond_blind": mean(away - (chances * (options.change > 0)).sum(axis=1)),
         "difference_walker_moving": mean(away[moved]) - mean(walker[moved]),
         **_matched(run, exposed),
         "distance_change": mean(exposed.change),
+        "distance_beyond_blind": mean(exposed.change - (chances * options.change).sum(axis=1)),
         **_selection(run, exposed, options, np.flatnonzero(moved)),
         **_latency(exposed, run.steps),
         "n_decisions": float(run.counted.sum()),
@@ -179,14 +199,19 @@ def _options(run: GridRun, exposed: _Exposed) -> _Options:
 
 
 def contrast(away: float, other: float, control_away: float, control_other: float) -> Contrast:
-    """Return the contrast of a table of counts, or of weighted ones; NaN where a share or an odds is undefined."""
-    risk, control = ratio(away, away + other), ratio(control_away, control_away + control_other)
-    half = [count + 0.5 for count in (away, other, control_away, control_other)]
+    """Return the contrast of a table of counts, or of weighted ones; NaN where there is nothing on one side.
+
+    Half a case is added to each count of the logs, whether or not one is 0 (Haldane 1956, Anscombe 1956; for risks
+    Walter 1975): they are defined for every table, and their bias is of second order. The mean of plain ratios is above
+    1 where nothing differs.
+    """
+    total, controls = away + other, control_away + control_other
+    if not total or not controls:
+        return Contrast(math.nan, math.nan, math.nan)
     return Contrast(
-        difference=risk - control,
-        risk_ratio=ratio(risk, control),
-        odds_ratio=ratio(away * control_other, other * control_away),
-        odds_ratio_haldane=half[0] * half[3] / (half[1] * half[2]),
+        difference=away / total - control_away / controls,
+        log_risk_ratio=math.log((away + 0.5) / (total + 0.5)) - math.log((control_away + 0.5) / (controls + 0.5)),
+        log_odds_ratio=math.log((away + 0.5) / (other + 0.5)) - math.log((control_away + 0.5) / (control_other + 0.5)),
     )
 
 
@@ -195,26 +220,24 @@ def _matched(run: GridRun, exposed: _Exposed) -> dict[str, float]:
     starts = np.array([fire.start for fire in run.world.fires])
     early = np.arange(1, run.steps + 1)[:, None] < starts
     free = early[:, None] & (run.counted & ~run.perceived)[:, :, None]
-    _, agent, fire = np.nonzero(free)
     cells = int(distances.max(initial=0)) + 1
 
-    def stratum(agents: IntArray, fires: IntArray, at: FloatArray) -> IntArray:
-        return (agents * len(starts) + fires) * cells + np.floor(at).astype(np.int64)
+    def stratum(fires: IntArray, at: FloatArray) -> IntArray:
+        return fires * cells + np.floor(at).astype(np.int64)
 
-    size = run.agents * len(starts) * cells
-    keys = stratum(agent, fire, distances[:-1][free])
+    size = len(starts) * cells
+    keys = stratum(np.nonzero(free)[2], distances[:-1][free])
     grew = (distances[1:] > distances[:-1])[free]
     controls, away = np.bincount(keys, minlength=size), np.bincount(keys, weights=grew, minlength=size)
-    mine = stratum(exposed.agent, exposed.nearest, exposed.before)
+    mine = stratum(exposed.nearest, exposed.before)
     matched = controls[mine] > 0
     total, left = int(matched.sum()), int((exposed.change > 0)[matched].sum())
     left_before = float((away[mine][matched] / controls[mine][matched]).sum())
     found = contrast(left, total - left, left_before, total - left_before)
     return {
         "difference_matched": found.difference,
-        "risk_ratio": found.risk_ratio,
-        "odds_ratio": found.odds_ratio,
-        "odds_ratio_haldane": found.odds_ratio_haldane if total else math.nan,
+        "log_risk_ratio": found.log_risk_ratio,
+        "log_odds_ratio": found.log_odds_ratio,
         "n_matched": float(total),
         "n_controls": float(controls[np.unique(mine)].sum()),
     }

@@ -42,7 +42,7 @@ MEASURES = {
     "capacity_divergence": share("Choice of places, divergence from their capacities"),
 }
 
-HEADLINE = ("share_*", "overcrowding", "utilisation", "entropy")
+HEADLINE = ("share_*", "overcrowding", "utilisation")
 
 
 def measure(run: GridRun) -> dict[str, float]:
@@ -65,7 +65,7 @@ def measure(run: GridRun) -> dict[str, float]:
       state 1..T on in which anyone is in it, so without the way there; mean over the places ever used. NaN when
       there is none.
     - entropy: entropy of the agent-states over the places and outside / log of their number; 0..1. NaN
-      without places.
+      without places. Low for who stays where it starts, since its states are few different ones.
     - entropy_places: the same over the places alone; NaN when nobody is in one, or with fewer than two.
     - capacity_divergence: Jensen-Shannon divergence (base 2) between the agent-states in the places and the places'
       capacities; 0 (in proportion)..1. NaN as entropy_places. Source: Lin 1991.

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from analysis.camera_run import CameraRun
-from analysis.described import Measure, share
+from analysis.described import Measure, Null, share
 from analysis.formulas import mean, ratio
 from analysis.run import BoolArray
 from analysis.sight_rule import claims_to_see, thing_of, things_claimed
@@ -16,13 +16,16 @@ from analysis.sight_words import AMBIGUOUS, THINGS
 
 NAME = "recognition"
 
+_BLIND = "claims to see it without regard to the image"
+
 MEASURES = {
+    "informedness": Measure("Claims of the target in view, beyond those without (share)", -1, 1, Null(0, _BLIND)),
     "claim_rate": share("Claims to see the target (share of replies)"),
     "accuracy": share("Right about the target, seen or not (share of replies)"),
     "precision": share("True claims to see the target (share of claims)"),
     "recall": share("Target claimed when in view (share)"),
     "f1": share("Claims to see the target, F1"),
-    "mcc": Measure("Claims to see the target, Matthews correlation", -1, 1),
+    "mcc": Measure("Claims to see the target, Matthews correlation", -1, 1, Null(0, _BLIND)),
     "miss_rate": share("Target not claimed when in view (share)"),
     "false_claim_rate": share("Target claimed when not in view (share)"),
     "hallucinated": share("Claims of a target not in view (share of claims)"),
@@ -36,7 +39,7 @@ MEASURES = {
     "object_miss_rate": share("Things in view that are not named (share)"),
 }
 
-HEADLINE = ("precision", "recall", "false_claim_rate", "false_stop", "chair_i", "object_recall")
+HEADLINE = ("informedness", "recall", "false_claim_rate", "false_stop", "chair_i", "object_recall")
 
 VISIBLE_PX = 20
 """Pixels of a thing from which it counts as in view: below, nobody could tell what it is."""
@@ -51,6 +54,9 @@ def measure_camera(run: CameraRun) -> dict[str, float]:
 
     Of the target:
 
+    - informedness: recall - false_claim_rate; -1..1. 0 for claims without regard to the image, however many and
+      wherever the agent goes; the precision of such claims is the share of images with the target in view. NaN when
+      it is always in view, or never. Source: Youden 1950.
     - claim_rate: claims / replies; 0..1.
     - accuracy: (claims with the target in view + other replies without) / replies; 0..1.
     - precision: claims with the target in view / claims; 0..1. NaN without claims.
@@ -80,7 +86,8 @@ def measure_camera(run: CameraRun) -> dict[str, float]:
     """
     told = run.counted & np.array([bool(text.strip()) for text in run.replies.tolist()], dtype=np.bool_)
     replies = run.replies[told].tolist()
-    claimed = np.array([run.has_target and claims_to_see(text, run.episode.target) for text in replies], dtype=np.bool_)
+    claims = {text: run.has_target and claims_to_see(text, run.episode.target) for text in set(replies)}
+    claimed = np.array([claims[text] for text in replies], dtype=np.bool_)
     visible: BoolArray = run.target_px >= VISIBLE_PX
     stays = run.stay & run.readable & run.counted
     found = {
@@ -105,6 +112,7 @@ def agreement(claimed: BoolArray, visible: BoolArray) -> dict[str, float]:
     rejected = absent - (claims - true)
     spread = claims * (len(claimed) - claims) * present * absent
     return {
+        "informedness": ratio(true, present) - ratio(claims - true, absent),
         "claim_rate": ratio(claims, len(claimed)),
         "accuracy": ratio(true + rejected, len(claimed)),
         "precision": ratio(true, claims),
@@ -140,6 +148,7 @@ def _of_things(run: CameraRun, told: BoolArray, replies: Sequence[str]) -> dict[
     frames = [run.visible_px[index] for index in np.flatnonzero(told).tolist()]
     visible = [{labels[name] for name, count in pixels.items() if count >= VISIBLE_PX} for pixels in frames]
     known = sorted({*labels.values(), *(thing for thing in THINGS if thing not in AMBIGUOUS)})
-    mentioned = [things_claimed(reply, known) if labels else set() for reply in replies]
+    named = {reply: things_claimed(reply, known) if labels else set() for reply in set(replies)}
+    mentioned = [named[reply] for reply in replies]
     found = hallucination(mentioned, visible)
     return found if labels else {name: 0.0 if name.startswith("n_") else math.nan for name in found}

@@ -9,21 +9,24 @@ import numpy as np
 from analysis.agreement import cohen_kappa, joint_counts
 from analysis.camera_run import CameraRun
 from analysis.command_kinds import KINDS, command_kinds
-from analysis.described import Measure, share
-from analysis.formulas import entropy, ratio
+from analysis.described import Measure, Null, share
+from analysis.formulas import entropy, ratio, variety, weighted_mean
 from analysis.run import HEADINGS, STAY, BoolArray, GridRun, IntArray
 
 NAME = "stability"
 
 MEASURES = {
     "persistence": share("Same action again (share)"),
+    "repeats_beyond_chance": Measure(
+        "Same action again, beyond chance (difference)", -1, 1, Null(0, "draws its actions one by one")
+    ),
     "kappa": Measure("Same action again, beyond chance (kappa)", -1, 1),
     "conditional_entropy": Measure("Entropy of an action given the last (bits)", 0, math.log2(len(KINDS))),
     "reversal_rate": share("Moves straight back (share of move pairs)"),
     "run_length": Measure("Steps of the same action in a row", low=1),
 }
 
-HEADLINE = ("persistence", "kappa", "reversal_rate")
+HEADLINE = ("persistence", "repeats_beyond_chance", "reversal_rate")
 
 _OPPOSITE = np.array([np.flatnonzero((-heading == HEADINGS).all(axis=1))[0] for heading in HEADINGS])
 _OPPOSITE_KIND = np.array([0, 2, 1, 4, 3, 6, 5, 8, 7])
@@ -36,8 +39,11 @@ def measure(run: GridRun) -> dict[str, float]:
     two decisions of one agent in a row that both count, pooled over agents, never across them.
 
     - persistence: pairs of equal actions / pairs; 0..1. NaN with fewer than two steps.
+    - repeats_beyond_chance: persistence less that of the same actions of each agent in any order: of n counted actions,
+      n_k of kind k, a pair is equal by chance with sum of n_k (n_k - 1) / (n (n - 1)); -1..1. Exact for few actions and
+      for agents with different habits. NaN without pairs.
     - kappa: Cohen's kappa between the actions of a pair, (p - chance) / (1 - chance); -1..1. NaN when chance is
-      1, that is when only one action is ever taken.
+      1, that is when only one action is ever taken. Below 0 by about 1/n for n actions drawn one by one.
     - conditional_entropy: H(action | last action), bits; 0..log2 5. NaN without pairs; biased low for few of them.
     - reversal_rate: pairs of opposite moves / pairs of moves; 0..1. NaN without pairs of moves.
     - run_length: mean length of the runs of equal actions, steps; 1..T. A decision that does not count ends a run.
@@ -75,6 +81,7 @@ def _measures(choice: IntArray, counted: BoolArray, opposite: IntArray) -> dict[
     decisions, repeats = int(counted.sum()), int((before == after).sum())
     return {
         "persistence": ratio(repeats, len(before)),
+        "repeats_beyond_chance": ratio(repeats, len(before)) - _chance_of_repeating(choice, counted, both),
         "kappa": cohen_kappa(before, after),
         "conditional_entropy": conditional_entropy(before, after),
         "reversal_rate": ratio(int((opposite[before] == after)[moves].sum()), int(moves.sum())),
@@ -83,6 +90,19 @@ def _measures(choice: IntArray, counted: BoolArray, opposite: IntArray) -> dict[
         "n_move_pairs": float(moves.sum()),
         "n_runs": float(decisions - repeats),
     }
+
+
+def _chance_of_repeating(choice: IntArray, counted: BoolArray, pairs: BoolArray) -> float:
+    """Return the share of equal pairs if each agent's counted actions came in any order; NaN without pairs.
+
+    Args:
+        choice: what was asked for, by step and agent, (T, N).
+        counted: whether it counts, (T, N).
+        pairs: whether it and the next one count, (T - 1, N).
+    """
+    able = np.flatnonzero(pairs.any(axis=0))
+    alike = [1 - variety(np.bincount(choice[counted[:, agent], agent])) for agent in able.tolist()]
+    return weighted_mean(np.array(alike), pairs.sum(axis=0)[able])
 
 
 def conditional_entropy(before: IntArray, after: IntArray) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from analysis.camera_run import CameraRun
-from analysis.described import Measure, share
+from analysis.described import Measure, Null, share
 from analysis.formulas import mean, ratio
 
 NAME = "turning"
@@ -14,7 +14,7 @@ MEASURES = {
     "rate": Measure("Turn per decision (degrees)", low=0),
     "share": share("Decisions with a turn (share)"),
     "angle": Measure("Turn per turning decision (degrees)", low=0),
-    "left_bias": Measure("Left against right turns (-1 right, 1 left)", low=-1, high=1),
+    "left_bias": Measure("Left against right turns (-1 right, 1 left)", -1, 1, Null(0, "turns to either side alike")),
 }
 
 HEADLINE = ("rate", "share", "left_bias")

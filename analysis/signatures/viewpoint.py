@@ -7,26 +7,32 @@ import math
 import numpy as np
 
 from analysis.camera_run import STILL_M, CameraRun
-from analysis.command_kinds import command_kinds
-from analysis.described import Measure, share
+from analysis.command_kinds import KINDS, command_kinds
+from analysis.described import Measure, Null, share
 from analysis.formulas import entropy, mean
 from analysis.run import BoolArray, FloatArray, IntArray
 from analysis.signatures.recognition import VISIBLE_PX
 
 NAME = "viewpoint"
 
+_BLIND = "draws its decisions one by one, without regard to the image"
+
 MEASURES = {
     "view_change": share("Other decision with another view of the same place (share of pairs)"),
     "same_view_change": share("Other decision with the same view (share of pairs)"),
-    "view_effect": Measure("Other decision for another view, beyond that for the same one", -1, 1),
-    "visible_information": Measure("What the target in view tells of the decision (bits, bias corrected)", -1, 1),
-    "bearing_information": Measure("What the side of the goal tells of the decision (bits, bias corrected)", -2, 2),
+    "view_effect": Measure("Other decision for another view, beyond that for the same one", -2, 2, Null(0, _BLIND)),
+    "visible_information": Measure(
+        "What the target in view tells of the decision (bits, beyond chance)", -1, 1, Null(0, _BLIND)
+    ),
+    "bearing_information": Measure(
+        "What the side of the goal tells of the decision (bits, beyond chance)", -2, 2, Null(0, _BLIND)
+    ),
     "approach_visible": share("Decisions that approach, target in view (share)"),
     "approach_hidden": share("Decisions that approach, target not in view (share)"),
     "approach_contrast": Measure("Approach with the target in view against without", -1, 1),
 }
 
-HEADLINE = ("view_effect", "visible_information", "bearing_information", "approach_contrast")
+HEADLINE = ("view_effect", "visible_information", "bearing_information")
 
 SAME_PLACE_M = 0.05
 """Metres up to which two feet stand at the same place."""
@@ -46,19 +52,24 @@ def measure_camera(run: CameraRun) -> dict[str, float]:
       OTHER_VIEW_DEG apart or more; 0..1, the dispersion of decisions over views. NaN without such pairs.
     - same_view_change: the same for views up to SAME_VIEW_DEG apart: what varies without the view, by sampling or by
       what came before. NaN without such pairs.
-    - view_effect: view_change - same_view_change; -1..1. Near 0: the view does not matter. NaN as either.
+    - view_effect: the same difference beyond chance: of each pair whether the kinds differ, less the chance of that for
+      a second decision drawn from the decisions from there to the end of the run; mean over the pairs of one second
+      decision, then over those; of other views less that of the same ones; -2..2. 0 for decisions drawn one by one
+      without regard to the image, up to 1/n for n decisions; view_change - same_view_change is not, for two views are
+      the same after a stay and differ after a turn, whatever the agent sees. NaN without pairs of either sort.
     - visible_information: mutual information of the kind of command and of whether the target is in view, bits, less
-      its bias (kinds - 1)(views - 1) / (2 n ln 2); at most 1, slightly negative by chance. NaN when the target is
-      always or never in view, and without a target.
+      its expectation if the same kinds came in any order; -1..1. NaN when the target is always or never in view, and
+      without a target. Source: Vinh, Epps and Bailey 2010.
     - bearing_information: the same of the kind of command and the side on which the goal lies: ahead, left, behind or
-      right by quarters of the circle around the heading, as the crow flies; at most 2. The goal is the end of the
+      right by quarters of the circle around the heading, as the crow flies; -2..2. The goal is the end of the
       shortest path. NaN when it is always on one side, and without such a path.
     - approach_visible, approach_hidden: decisions after which the geodesic distance to the goal is less by STILL_M or
       more / decisions with the distances known, with the target in view and without; 0..1. NaN without any.
-    - approach_contrast: approach_visible - approach_hidden; -1..1. NaN as either.
+    - approach_contrast: approach_visible - approach_hidden; -1..1. NaN as either. Above 0 for who goes ahead without
+      looking, since what is in view lies ahead.
 
     Denominators: n_decisions, n_other_pairs, n_same_pairs, n_visible, n_hidden (decisions with distances known).
-    Source: the definitions are this project's own; Miller 1955 for the correction of the bias.
+    Source: the definitions are this project's own; Vinh, Epps and Bailey 2010 for the information by chance.
     """
     kinds, counted = command_kinds(run), run.counted
     visible = run.target_px >= VISIBLE_PX
@@ -82,13 +93,31 @@ def _changes(run: CameraRun, kinds: IntArray) -> dict[str, float]:
     tilted = np.abs(run.pitch[:-1][run.counted][first] - run.pitch[:-1][run.counted][second])
     apart, changed = np.maximum(turned, tilted), kind[first] != kind[second]
     other, same = here & (apart >= OTHER_VIEW_DEG), here & (apart <= SAME_VIEW_DEG)
+    beyond = changed - (1 - _shares_to_come(kind)[second, kind[first]])
     return {
         "view_change": mean(changed[other]),
         "same_view_change": mean(changed[same]),
-        "view_effect": mean(changed[other]) - mean(changed[same]),
+        "view_effect": _mean_by(second[other], beyond[other]) - _mean_by(second[same], beyond[same]),
         "n_other_pairs": float(other.sum()),
         "n_same_pairs": float(same.sum()),
     }
+
+
+def _mean_by(key: IntArray, values: FloatArray) -> float:
+    """Return the mean of values (n,) by key (n,), then over the keys; NaN of nothing."""
+    counts = np.bincount(key)
+    kept = counts > 0
+    return mean(np.bincount(key, weights=values)[kept] / counts[kept])
+
+
+def _shares_to_come(kind: IntArray) -> FloatArray:
+    """Return the share of each kind among the decisions from each one on, (n, kinds); kind (n,).
+
+    Which decisions make a pair is settled before its second one, by where the agent went and how it turned until then.
+    So the second one's chance to be of the first one's kind, were it blind, is this share, not that of the whole run.
+    """
+    flags = kind[:, None] == np.arange(len(KINDS))
+    return np.asarray(flags[::-1].cumsum(axis=0)[::-1] / np.arange(len(kind), 0, -1)[:, None])
 
 
 def _turned(yaw: FloatArray, first: IntArray, second: IntArray) -> FloatArray:
@@ -122,10 +151,9 @@ def _approaches(run: CameraRun, visible: BoolArray) -> dict[str, float]:
 
 
 def information(first: IntArray, second: IntArray) -> float:
-    """Return the mutual information of two rows of categories (n,), bits, less its bias for small n.
+    """Return the mutual information of two rows of categories (n,), bits, beyond that of the same rows in any order.
 
-    NaN when `second` does not vary. The bias is that of Miller 1955: (a - 1)(b - 1) / (2 n ln 2) for a and b categories
-    that occur.
+    NaN when `second` does not vary. Source: Vinh, Epps and Bailey 2010.
     """
     values, conditions = np.unique(second, return_inverse=True)
     kinds, actions = np.unique(first, return_inverse=True)
@@ -133,5 +161,28 @@ def information(first: IntArray, second: IntArray) -> float:
         return math.nan
     joint = np.zeros((len(kinds), len(values)), dtype=np.int64)
     np.add.at(joint, (actions, conditions), 1)
-    plain = entropy(joint.sum(axis=0)) + entropy(joint.sum(axis=1)) - entropy(joint)
-    return plain - (len(kinds) - 1) * (len(values) - 1) / (2 * len(first) * math.log(2))
+    rows, columns = joint.sum(axis=1), joint.sum(axis=0)
+    return entropy(columns) + entropy(rows) - entropy(joint) - chance_information(rows, columns)
+
+
+def chance_information(rows: IntArray, columns: IntArray) -> float:
+    """Return the mean mutual information over all orders of two rows of categories, bits.
+
+    Each cell of the table is then hypergeometric. Source: Vinh, Epps and Bailey 2010, equation 24a.
+
+    Args:
+        rows: how often each category of the one occurs, above 0, (a,).
+        columns: how often each of the other does, above 0, (b,); as many in all.
+    """
+    from scipy.special import gammaln
+
+    def log_ways(whole: FloatArray | int, part: FloatArray | int) -> FloatArray:
+        return np.asarray(gammaln(whole + 1) - gammaln(part + 1) - gammaln(whole - part + 1))
+
+    total, found = int(rows.sum()), 0.0
+    for row in rows.tolist():
+        for column in columns.tolist():
+            cell = np.arange(max(1, row + column - total), min(row, column) + 1, dtype=np.float64)
+            chance = np.exp(log_ways(column, cell) + log_ways(total - column, row - cell) - log_ways(total, row))
+            found += float((chance * cell / total * np.log2(total * cell / (row * column))).sum())
+    return found

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from analysis.cascade import NEVER, NOBODY, Cascade, find_relays, first_step, spread, trace
-from analysis.described import Measure, share
+from analysis.described import Measure, Null, share
 from analysis.formulas import mean, ratio
 from analysis.run import BoolArray, GridRun, IntArray
 from analysis.survival import restricted_mean
@@ -20,20 +20,24 @@ from foundry import seeding
 
 NAME = "warning"
 
+_SIGHT = "warns of fires it has in sight alone"
+
 MEASURES = {
     "informed_fraction": share("Informed agents (share)"),
     "social_reach": share("Told before seeing a fire (share of those not first to see)"),
     "traced_reach": share("Told by a chain from someone who saw a fire (share)"),
     "oracle_reach": share("Reachable if everyone relayed (share)"),
     "normalised_reach": share("Told / reachable if everyone relayed"),
-    "relay_probability": share("Told agents that warn in turn (share)"),
-    "relay_above_chance": Measure("Told agents that warn in turn, beyond chance (share)", -1, 1),
+    "relay_probability": share("Told agents that warn in turn (share)", Null(0, _SIGHT)),
+    "relay_above_chance": Measure(
+        "Told agents that warn in turn, beyond chance (share)", -1, 1, Null(0, "warns without regard to what it hears")
+    ),
     "reproduction": share("Told by an informed agent, per informed agent (R)"),
     "depth": Measure("Longest chain of warnings", low=0),
     "trees": Measure("Separate chains of warnings", low=0),
     "virality": Measure("Distance within a chain of warnings (structural virality)", low=1),
     "rmst": Measure("Mean time to the first warning (steps, restricted)", low=0),
-    "false_alarm_rate": share("False alarms (share of messages)"),
+    "false_alarm_rate": share("False alarms (share of messages)", Null(0, _SIGHT)),
     "warning_share": share("Warnings (share of messages)"),
 }
 
@@ -60,8 +64,9 @@ def measure(run: GridRun) -> dict[str, float]:
       by where agents went.
     - normalised_reach: agents told by traced warnings / agents told under the oracle; 0..1. NaN when the
       oracle reaches nobody. Low means that news was not passed on, not that nobody was near.
-    - relay_probability: told agents that send a warning 1..RELAY_WITHIN steps after being told / told agents that
-      decided on a message in these steps; 0..1. NaN when there is none.
+    - relay_probability: told agents that send a warning 1..RELAY_WITHIN steps after being told, and before they
+      perceive a fire themselves / told agents that decided on a message in these steps; 0..1. NaN when there is none.
+      From its own first sight of a fire on an agent may warn of what it sees.
     - relay_above_chance: relay_probability less its mean over SHUFFLES shuffles of the labels among the messages of
       the run, who is told being found anew each time; -1..1. 0 for who warns no likelier for having been warned, and
       where all messages are warnings, which no shuffle can tell from chance; NaN as relay_probability.

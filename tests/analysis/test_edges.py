@@ -82,13 +82,13 @@ def test_when_nobody_talks_the_rate_is_zero_and_the_rest_undefined(recorded, mak
     assert found["communication.rate"] == 0
     assert found["communication.silent_share"] == 1
     assert undefined(found, "communication.") == {
-        "gini", "burstiness", "burstiness_finite", "reciprocity", "audience", "length", "distinct_share",
+        "gini", "burstiness", "burstiness_finite", "reciprocity", "audience", "length", "variety", "distinct_share",
     }  # fmt: skip
 
 
 def test_when_nobody_moves_directions_are_undefined(recorded, make_habits):
     found = measures(recorded(habits=make_habits(move=0, unreadable=0)))
-    assert undefined(found, "movement.") == {"walker_kl"} | {
+    assert undefined(found, "movement.") == {"walker_kl", "variety", "alignment"} | {
         prefix + name
         for prefix, kinds in (("", ("direction_entropy", "direction_bits", "direction_kl")),
                               ("asked_", ("entropy", "bits", "kl")))
@@ -192,9 +192,21 @@ def test_two_messages_have_no_rhythm():
 def test_without_a_control_the_walker_is_the_only_null():
     seen = np.ones((2, 1, 1), dtype=np.bool_)
     found = hazard.measure(grid_run([[(1, 0), (2, 0), (3, 0)]], fires=[Fire("f", 1, (0, 0), 9.0)], fires_seen=seen))
-    assert math.isnan(found["difference_matched"]) and math.isnan(found["odds_ratio_haldane"])
+    assert math.isnan(found["difference_matched"]) and math.isnan(found["log_odds_ratio"])
     assert (found["n_matched"], found["away"], found["walker_away"]) == (0, 1, 0.75)
     assert found["latency"] == 1
+
+
+@pytest.mark.parametrize(("start", "controls"), [(1, 0), (2, 1), (3, 2)])
+def test_controls_are_the_decisions_before_the_step_in_which_the_fire_begins_to_burn(start: int, controls: int):
+    # Both are two cells and a bit less than three away; the second one is just too far to see the fire.
+    paths = [[(2, 0)] * 3 + [(3, 0)], [(2, 1)] * 4]
+    seen = np.zeros((3, 2, 1), dtype=np.bool_)
+    seen[2, 0] = True
+    found = hazard.measure(grid_run(paths, fires=[Fire("f", start, (0, 0), 2.0)], fires_seen=seen))
+    # Of each step before the start, both agents; the first agent sees the fire in the last step alone.
+    assert found["n_controls"] == 2 * controls
+    assert found["difference_matched"] == pytest.approx(1 if controls else math.nan, nan_ok=True)
 
 
 def test_fewer_than_thirty_choices_give_no_pull():

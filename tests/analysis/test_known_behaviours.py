@@ -119,7 +119,8 @@ def test_a_random_walk_covers_as_much_as_simulated_ones(
 def test_a_walker_that_never_stays_covers_what_is_expected_of_it(measured: dict[str, dict[str, float]]):
     assert measured["walker"]["exploration.walker_ratio"] == pytest.approx(1, abs=0.1)
     assert measured["stay"]["exploration.walker_ratio"] < 0.1
-    assert measured["walker"]["hazard.difference_walker"] == pytest.approx(0, abs=0.15)
+    assert measured["walker"]["hazard.away_beyond_blind"] == pytest.approx(0, abs=0.1)
+    assert measured["stay"]["hazard.away_beyond_blind"] == measured["stay"]["hazard.distance_beyond_blind"] == 0
 
 
 @pytest.mark.parametrize("start", [(0, 0), (1, 1), (-1, 0), (0, 1)])
@@ -154,10 +155,11 @@ def test_a_far_edge_makes_no_difference_to_a_walker(start: Cell):
     ("column", "model", "low", "high"),
     [
         ("clustering.nni", "herd", 0, 0.8),
-        ("movement.drift_agent", "herd", -1, -0.01),
+        ("movement.drift_agent_beyond_blind", "herd", -1, -0.02),
         ("movement.drift_place", "seek", -1, -0.01),
+        ("hazard.away_beyond_blind", "avoid", 0.2, 1),
+        ("hazard.distance_beyond_blind", "avoid", 0.3, 1),
         ("hazard.difference_walker_moving", "avoid", 0.2, 1),
-        ("hazard.distance_change", "avoid", 0.4, 1),
         ("hazard.latency", "avoid", 1, 1.2),
         ("outcome.failure_rate", "flaky", 0.05, 0.5),
     ],

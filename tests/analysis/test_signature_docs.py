@@ -30,13 +30,15 @@ def rows(section: str) -> list[list[str]]:
 
 
 @pytest.mark.parametrize("signature", signatures.discover(), ids=lambda one: one.name)
-def test_every_measure_is_in_the_table_of_its_signature_with_its_range(signature: signatures.Signature):
+def test_every_measure_is_in_the_table_of_its_signature_with_its_range_and_its_null(signature: signatures.Signature):
     found = rows(SECTIONS[signature.name])
-    assert all(len(cells) == 6 for cells in found), "measure, definition, unit, range, undefined, source"
+    assert all(len(cells) == 7 for cells in found), "measure, definition, unit, range, null, undefined, source"
     ranges = {name: cells[3] for cells in found for name in re.findall("`(.+?)`", cells[0])}
+    nulls = {name: cells[4] for cells in found for name in re.findall("`(.+?)`", cells[0])}
     assert set(signature.measures) <= set(ranges)
     for name, measure in signature.measures.items():
         assert ranges[name] == in_words(measure) or not NUMBERS.fullmatch(ranges[name]), name
+        assert nulls[name] == (str(measure.null) if measure.null else ""), name
 
 
 def test_the_signatures_are_in_the_order_of_the_alphabet():

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from analysis import analyze
 from commands import calls, foundry, records, statuses
 from ollama_cases import Body, ChatCase, grid_answer
 from ollama_server import OllamaServer
@@ -68,6 +69,15 @@ def test_a_disk_that_is_full_from_the_start_is_one_line(tmp_path: Path):
         full = foundry(*SCRIPTED, "output.dir=out", cwd=tmp_path)
     assert full.returncode == 3 and "nothing more can be written" in cause(full.stderr)
     assert foundry(*SCRIPTED, "output.dir=out", cwd=tmp_path).returncode == 0
+
+
+@pytest.mark.parametrize(("command", "size"), [("analyze", 20_000), ("report", 100)])
+def test_an_analysis_that_fills_the_disk_is_one_line_and_works_later(command: str, size: int, tmp_path: Path):
+    assert foundry(*SCRIPTED, "output.dir=out", cwd=tmp_path).returncode == 0
+    with no_file_beyond(size):
+        full = foundry(command, "out", cwd=tmp_path)
+    assert full.returncode == 3 and "nothing more can be written" in cause(full.stderr)
+    assert len(analyze(tmp_path / "out", plots=False).runs) == 1
 
 
 @pytest.mark.slow

@@ -196,6 +196,7 @@ def recognition(run: Plain) -> Iterator[tuple[str, float]]:
     yield from {"recall": over(hit, hit + missed), "miss_rate": over(missed, hit + missed)}.items()
     yield "f1", over(hit, hit + (false + missed) / 2)
     yield "false_claim_rate", over(false, false + right)
+    yield "informedness", over(hit, hit + missed) - over(false, false + right)
     stops = [row["target_visible_px"] < 20 for row in run.rows if stays(row)]
     yield "false_stop", average(stops)
     yield from {"n_claims": hit + false, "n_visible": hit + missed, "n_replies": found.total()}.items()
@@ -214,19 +215,30 @@ def recognition(run: Plain) -> Iterator[tuple[str, float]]:
 
 def viewpoint(run: Plain) -> Iterator[tuple[str, float]]:
     yield "n_decisions", len(run.rows)
-    other, same = [], []
-    for first, second in itertools.combinations(run.rows, 2):
-        a, b = first["pose"], second["pose"]
+    kinds = [kind(row) for row in run.rows]
+    pairs: dict[str, dict[int, list[tuple[int, int]]]] = {"other": {}, "same": {}}
+    for first, second in itertools.combinations(range(len(kinds)), 2):
+        a, b = run.rows[first]["pose"], run.rows[second]["pose"]
         if math.dist([a[axis] for axis in "xyz"], [b[axis] for axis in "xyz"]) > 0.05:
             continue
         turned = min(abs(a["yaw"] - b["yaw"] + whole) for whole in (-360, 0, 360))
         apart = max(turned, abs(a["pitch"] - b["pitch"]))
         if apart >= 15:
-            other.append(kind(first) != kind(second))
+            pairs["other"].setdefault(second, []).append((first, second))
         if apart <= 1:
-            same.append(kind(first) != kind(second))
-    yield from {"view_change": average(other), "same_view_change": average(same)}.items()
-    yield "view_effect", average(other) - average(same)
+            pairs["same"].setdefault(second, []).append((first, second))
+    flat = {name: list(itertools.chain(*found.values())) for name, found in pairs.items()}
+    changes = {name: average(kinds[a] != kinds[b] for a, b in found) for name, found in flat.items()}
+    yield from {"view_change": changes["other"], "same_view_change": changes["same"]}.items()
+
+    def beyond(first: int, second: int) -> float:
+        return (kinds[first] != kinds[second]) - average(other != kinds[first] for other in kinds[second:])
+
+    effects = {
+        name: average(average(beyond(*p) for p in own) for own in found.values()) for name, found in pairs.items()
+    }
+    yield "view_effect", effects["other"] - effects["same"]
+    other, same = flat["other"], flat["same"]
     yield from {"n_other_pairs": len(other), "n_same_pairs": len(same)}.items()
     views = [row["target_visible_px"] >= 20 for row in run.rows]
     yield "visible_information", shared([kind(row) for row in run.rows], views)
@@ -253,8 +265,17 @@ def shared(kinds: list[str], views: list[Any]) -> float:
     if len(set(views)) < 2:
         return math.nan
     told = bits(Counter(kinds).values()) + bits(Counter(views).values())
-    bias = (len(set(kinds)) - 1) * (len(set(views)) - 1) / (2 * len(kinds) * math.log(2))
-    return told - bits(Counter(zip(kinds, views, strict=True)).values()) - bias
+    return told - bits(Counter(zip(kinds, views, strict=True)).values()) - by_chance(Counter(kinds), Counter(views))
+
+
+def by_chance(kinds: Counter[str], views: Counter[Any]) -> float:
+    """Return the mean information over all ways to pair the kinds with the views, by counting them."""
+    total, found = kinds.total(), 0.0
+    for row, column in itertools.product(kinds.values(), views.values()):
+        for cell in range(1, min(row, column) + 1):
+            ways = math.comb(column, cell) * math.comb(total - column, row - cell)
+            found += ways / math.comb(total, row) * cell / total * math.log2(total * cell / (row * column))
+    return found
 
 
 def recovery(run: Plain) -> Iterator[tuple[str, float]]:
@@ -316,6 +337,7 @@ def stability(run: Plain) -> Iterator[tuple[str, float]]:
     agreed = average(a == b for a, b in pairs)
     before, after = Counter(a for a, _ in pairs), Counter(b for _, b in pairs)
     chance = over(sum(before[name] * after[name] for name in before), len(pairs) ** 2)
+    yield "repeats_beyond_chance", agreed - average(a == b for a, b in itertools.combinations(kinds, 2))
     yield from {"persistence": agreed, "kappa": over(agreed - chance, 1 - chance)}.items()
     yield "conditional_entropy", bits(Counter(pairs).values()) - bits(Counter(a for a, _ in pairs).values())
     moves = [pair for pair in pairs if "stay" not in pair]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 
 import numpy as np
 import pytest
 
 from analysis.signatures import viewpoint
-from analysis.signatures.viewpoint import information
+from analysis.signatures.viewpoint import chance_information, information
 
 
 def still(run, yaw):
@@ -31,14 +32,19 @@ def turns(run, angles):
 def test_a_decision_that_goes_by_the_heading_alone_depends_on_the_view_alone(camera):
     run = turns(still(camera(0, 6).run, [0, 90, 0, 90, 0, 90]), [30, -30, 30, -30, 30, -30])
     found = viewpoint.measure_camera(run)
-    assert (found["view_change"], found["same_view_change"], found["view_effect"]) == (1, 0, 1)
+    assert (found["view_change"], found["same_view_change"]) == (1, 0)
     assert (found["n_other_pairs"], found["n_same_pairs"]) == (9, 6)
+    # What was still to come of the first decision's kind, at the second, third, ... decision.
+    by_chance = np.mean([2 / 5, 1 / 2, 1 / 3, 1 / 2, 0]), np.mean([1 / 2, 1 / 3, 1 / 2, 0])
+    assert found["view_effect"] == pytest.approx(sum(by_chance))
+    long = turns(still(camera(0, 200).run, [0, 90] * 100), [30, -30] * 100)
+    assert viewpoint.measure_camera(long)["view_effect"] == pytest.approx(1, abs=0.02)
 
 
 def test_a_decision_that_goes_by_the_clock_alone_does_not_depend_on_the_view(camera):
-    run = turns(still(camera(0, 8).run, [0, 0, 90, 90, 0, 0, 90, 90]), [30, -30] * 4)
+    run = turns(still(camera(0, 200).run, [0, 0, 90, 90] * 50), [30, -30] * 100)
     found = viewpoint.measure_camera(run)
-    assert found["view_effect"] == pytest.approx(0.5 - 2 / 3)
+    assert found["view_effect"] == pytest.approx(0, abs=0.03)
 
 
 def test_headings_on_both_sides_of_north_are_near(camera):
@@ -52,10 +58,18 @@ def test_what_the_target_in_view_tells_is_at_most_a_bit(camera):
     visible = np.arange(200) % 2 == 0
     told = turns(dataclasses.replace(run, target_px=np.where(visible, 400, 0)), np.where(visible, 30, -30))
     found = viewpoint.measure_camera(told)
-    assert found["visible_information"] == pytest.approx(1 - 1 / (400 * math.log(2)))
+    assert found["visible_information"] == pytest.approx(
+        1 - chance_information(np.array([100, 100]), np.array([100, 100]))
+    )
     always = viewpoint.measure_camera(dataclasses.replace(told, target_px=np.full(200, 400)))
     assert math.isnan(always["visible_information"])
     assert math.isnan(always["approach_contrast"])
+
+
+def test_chance_information_is_the_mean_over_all_orders():
+    kinds, views = [0, 0, 0, 1, 1, 2], [0, 0, 1, 1, 1, 1]
+    orders = [information(np.array(order), np.array(views)) for order in itertools.permutations(kinds)]
+    assert np.mean(orders) == pytest.approx(0, abs=1e-12)
 
 
 def test_independent_choices_share_no_information_on_average():

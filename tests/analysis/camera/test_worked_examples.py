@@ -80,6 +80,22 @@ def test_recovery_from_wrong_steps():
     assert max(one.excess for one in detours) == close(expected["max_excess"])
 
 
+@pytest.mark.parametrize(
+    ("distances", "wrong", "recovered"),
+    [
+        ([1.0, 1.0009, 1.0018], [False, False], []),
+        ([1.0, 1.0011, 1.0], [True, False], [True]),
+        ([1.0, 2.0, 1.0009], [True, False], [True]),
+        ([1.0, 2.0, 1.0011], [True, False], [False]),
+        ([0.0, 0.001, 0.001], [True, False], [False]),
+    ],
+)
+def test_a_millimetre_is_the_least_that_counts(distances: list[float], wrong: list[bool], recovered: list[bool]):
+    found = np.array(distances)
+    assert wrong_steps(found).tolist() == wrong
+    assert [one.recovered for one in find_detours(found)] == recovered
+
+
 def test_without_wrong_steps_there_is_no_detour():
     assert find_detours(np.array([3.0, 2.0, 2.0, 1.0])) == []
     assert find_detours(np.array([])) == []

@@ -126,6 +126,14 @@ def test_docstrings_become_paragraphs_and_items():
     assert blocks(text) == [Block("First."), Block("what it is.", "one"), Block("two.", "a, b"), Block("Last line.")]
 
 
+def test_definitions_say_what_chance_gives():
+    (hazard,) = (one for one in discover() if one.name == "hazard")
+    ((of_grids,),) = (definitions(hazard, {GridRun}),)
+    nulls = {block.name: block.null for block in of_grids.blocks if block.name}
+    assert nulls["away_beyond_blind"] == "0: goes and stays without regard to fires"
+    assert nulls["exposure"] == ""
+
+
 @pytest.mark.parametrize("kind", [GridRun, CameraRun])
 def test_every_signature_says_how_it_is_measured(kind: type):
     for signature in discover():

@@ -10,6 +10,7 @@ from scipy import stats
 
 from analysis.stats.intervals import RESAMPLES, bootstrap_t, estimate, estimates, skewness
 from analysis.stats.sign_flip import assignments, fewest_pairs, least_p, sign_flip_p
+from foundry import seeding
 
 
 def random(n: int, rows: int = 1) -> np.ndarray:
@@ -72,6 +73,17 @@ def test_the_bootstrap_t_is_that_of_the_textbook():
     low, high = bootstrap_t(values[None, :])
     assert [low[0], high[0]] == pytest.approx(expected.tolist(), abs=0.1)
     assert RESAMPLES == 1_999
+
+
+@pytest.mark.parametrize("n", [10, 12, 15])
+def test_the_ends_of_the_bootstrap_t_are_the_order_statistics_that_are_documented(n: int):
+    values = np.random.default_rng(n).lognormal(size=n)
+    drawn = values[seeding.stream(n, "bootstrap-t").integers(0, n, size=(1_999, n))]
+    t = np.sort((drawn.mean(axis=1) - values.mean()) * math.sqrt(n) / drawn.std(axis=1, ddof=1))
+    error = values.std(ddof=1) / math.sqrt(n)
+    low, high = bootstrap_t(values[None, :])
+    assert [low[0], high[0]] == pytest.approx([values.mean() - t[rank - 1] * error for rank in (1_950, 50)], abs=1e-9)
+    assert np.diff(t[[48, 49, 50, 1_948, 1_949, 1_950]]).min() > 1e-6, "the next ones are others"
 
 
 def test_where_resamples_have_no_spread_the_interval_stays_finite():

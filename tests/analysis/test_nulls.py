@@ -1,0 +1,218 @@
+"""What the measures say of agents that look at nothing: no more than the null that they state.
+
+A measure that claims rest on must not say of a policy that is blind to something that it minds it, nor tell two such
+policies apart because one of them moves or speaks more often.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+import pytest
+
+from analysis import signatures
+from analysis.camera_run import CameraRun
+from analysis.described import Measure, Null
+from analysis.run import GridRun
+from analysis.stats.family import NO_BEHAVIOUR
+from analysis.stats.intervals import student_quantile
+from blind_camera_runs import BlindWalker, blind_camera_run
+from blind_runs import Blind, blind_run
+
+ALIKE = {f"stays {stay}": Blind(stay=stay) for stay in (0.0, 0.2, 0.5, 0.9, 1.0)}
+MOVING = {name: one for name, one in ALIKE.items() if one.stay < 1}
+ONE_WAY = {
+    "mostly up": Blind(ways=(0.7, 0.1, 0.1, 0.1)),
+    "right or up": Blind(stay=0.5, ways=(0.4, 0.1, 0.1, 0.4)),
+    "right alone": Blind(stay=0.3, ways=(1e-9, 1e-9, 1e-9, 1.0)),
+}
+TALKING = {f"speaks {rate}": Blind(speak=rate) for rate in (0.05, 0.3, 0.9)}
+IN_SIGHT = {
+    f"warns {rate}": Blind(speak=rate, texts=("fire!",), in_sight=True, stay=stay)
+    for rate, stay in ((0.1, 0.2), (0.5, 0.0), (1.0, 0.5))
+}
+CAMERA = {
+    "all alike": BlindWalker(),
+    "forward and turns": BlindWalker((0, 4, 0, 0, 0, 2, 2, 0, 0)),
+    "mostly stays": BlindWalker((6, 1, 1, 1, 1, 2, 2, 1, 1)),
+    "mostly forward": BlindWalker((1, 6, 1, 1, 1, 1, 1, 1, 1)),
+    "mostly left turns": BlindWalker((1, 1, 0, 0, 0, 4, 1, 0, 0), claim=0.9),
+}
+EVEN = {name: one for name, one in CAMERA.items() if name != "mostly left turns"}
+
+WHOSE: Mapping[str, Iterable[str]] = {
+    "goes and stays without regard to fires": ALIKE | ONE_WAY,
+    "goes and stays without regard to places": ALIKE | ONE_WAY,
+    "goes and stays without regard to others": ALIKE | ONE_WAY,
+    "goes all ways alike, stays as it likes": ALIKE,
+    "goes all ways alike, away from the edge": MOVING,
+    "goes all ways alike, never stays": ["stays 0.0"],
+    "is anywhere alike, without regard to others": ALIKE,
+    "warns of fires it has in sight alone": IN_SIGHT,
+    "warns without regard to what it hears": ALIKE | ONE_WAY | TALKING,
+    "draws its actions one by one": MOVING | CAMERA,
+    "claims to see it without regard to the image": CAMERA,
+    "draws its decisions one by one, without regard to the image": CAMERA,
+    "turns to either side alike": EVEN,
+    "looks up and down alike": EVEN,
+}
+"""The policies that are played, by whose null a measure states."""
+
+ALIKE_IN: Mapping[str, Iterable[str]] = {
+    "clustering.largest_group": ALIKE,
+    "clustering.isolated": ALIKE,
+    "communication.conditional_rate": ALIKE,
+    "communication.rate": ALIKE,
+    "communication.length": TALKING,
+    "communication.variety": TALKING,
+    "hazard.exposure": ALIKE,
+    "place_choice.share_cafe": ALIKE,
+    "place_choice.share_library": ALIKE,
+    "place_choice.overcrowding": ALIKE,
+    "place_choice.utilisation": ALIKE,
+    "recognition.recall": EVEN,
+    "recognition.false_claim_rate": EVEN,
+}
+"""Headline measures without a null of their own, and policies that are alike in what they are about."""
+
+SLIGHT = 0.005
+"""Biases that are left: of the order of one over the moves or decisions of a run."""
+
+TALK = {"communication", "warning"}
+"""What only those can show that differ in what they say."""
+
+DECISIONS = 150
+"""Of a run of a 3D world: the fewer, the further are the measures of `viewpoint` from their nulls, by about 1/n."""
+
+AMOUNTS = {
+    "collision": {"rate", "rate_moving"},
+    "exploration": {"coverage", "group_coverage", "gyration", "path_length"},
+    "gaze": {"rate", "share"},
+    "idle_rate": {"chosen", "blocked", "invalid"},
+    "outcome": {"readable", "message_readable", "repaired"},
+    "path_efficiency": {
+        "trip_efficiency", "trip_efficiency_moving", "arrived", "success", "spl", "soft_spl", "distance_to_goal",
+    },
+    "recognition": {"false_stop", "chair_i", "object_recall"},
+    "recovery": {"wrong_rate", "recovered", "rmst", "max_excess", "detour_cost"},
+    "stability": {"persistence", "reversal_rate"},
+    "turning": {"rate", "share"},
+    "warning": {"social_reach"},
+}  # fmt: skip
+"""Headline measures of how much was done or achieved, which nobody is blind to; compare them with the baselines."""
+
+Values = Mapping[str, Mapping[str, np.ndarray]]
+
+
+def measured(runs: Iterable[GridRun] | Iterable[CameraRun], *, talk_alone: bool = False) -> dict[str, np.ndarray]:
+    """Return the defined values of each measure over runs, (n,) at most; of talk alone where nothing else is new."""
+    found: dict[str, list[float]] = {}
+    about = TALK if talk_alone else {name.partition(".")[0] for name in (*stated_nulls(), *ALIKE_IN)}
+    asked = [one for one in signatures.discover() if one.name in about]
+    for run in runs:
+        for one in asked:
+            for name, value in one.measure(run).items():
+                found.setdefault(f"{one.name}.{name}", []).append(value)
+    return {name: np.array(values)[~np.isnan(values)] for name, values in found.items()}
+
+
+def stated_nulls() -> dict[str, Null]:
+    """Return the null of each measure that states one."""
+    every = (
+        (f"{one.name}.{name}", found.null) for one in signatures.discover() for name, found in one.measures.items()
+    )
+    return {name: null for name, null in every if null is not None}
+
+
+def played(grid_seeds: int, camera_seeds: int) -> Values:
+    grid = {
+        name: measured((blind_run(one, seed) for seed in range(grid_seeds)), talk_alone=name in TALKING | IN_SIGHT)
+        for name, one in (ALIKE | ONE_WAY | TALKING | IN_SIGHT).items()
+    }
+    return grid | {
+        name: measured(blind_camera_run(one, seed, DECISIONS) for seed in range(camera_seeds))
+        for name, one in CAMERA.items()
+    }
+
+
+def columns(values: Values) -> list[str]:
+    return sorted({name for found in values.values() for name in found})
+
+
+def headline(values: Values) -> list[str]:
+    shown = [one.headline_columns(columns(values)) for one in signatures.discover() if one.name not in NO_BEHAVIOUR]
+    return [name for own in shown for name in own]
+
+
+def unit(measure: Measure) -> float:
+    """Return what a bias is held against: half the range, where there is one."""
+    return (measure.high - measure.low) / 2 if math.isfinite(measure.high - measure.low) else 1.0
+
+
+def half_width(values: np.ndarray, rows: int) -> float:
+    """Return half of the interval of the mean, such that all of as many rows cover theirs in 95 % of such studies."""
+    return student_quantile(len(values) - 1, 1 - 0.05 / rows) * float(values.std(ddof=1)) / math.sqrt(len(values))
+
+
+def by_policy(values: Values, column: str, policies: Iterable[str]) -> dict[str, np.ndarray]:
+    """Return the values of the policies for which the measure is defined in some runs, and of all of them together."""
+    found = {name: values[name][column] for name in policies if column in values[name]}
+    return {name: own for name, own in found.items() if len(own) > 7} | {"all": np.concatenate(list(found.values()))}
+
+
+def check_nulls(values: Values, sees: float) -> None:
+    stated = stated_nulls()
+    parts = {name: by_policy(values, name, WHOSE[null.policy]) for name, null in stated.items()}
+    rows = sum(map(len, parts.values()))
+    wrong = [
+        f"{name} of '{policy}': {own.mean():.4f} -+ {half_width(own, rows):.4f}, not {stated[name].value:g}"
+        for name, found in parts.items()
+        for policy, own in found.items()
+        if abs(own.mean() - stated[name].value) > half_width(own, rows) + SLIGHT
+    ]
+    assert not wrong
+    widths = {name: half_width(parts[name]["all"], rows) for name in headline(values) if name in stated}
+    allowed = {name: (sees - SLIGHT) * unit(signatures.describe(name)) for name in widths}
+    assert {name: width for name, width in widths.items() if width > allowed[name]} == {}
+
+
+def check_alike(values: Values) -> None:
+    parts = {name: by_policy(values, name, policies) for name, policies in ALIKE_IN.items()}
+    rows = sum(map(len, parts.values()))
+    wrong = [
+        f"{name} of '{policy}': {own.mean():.4f} -+ {half_width(own, rows):.4f}, of all {found['all'].mean():.4f}"
+        for name, found in parts.items()
+        for policy, own in found.items()
+        if abs(own.mean() - found["all"].mean()) > half_width(own, rows) + half_width(found["all"], rows)
+    ]
+    assert not wrong
+
+
+def test_who_looks_at_nothing_comes_to_the_nulls_and_is_told_apart_by_nothing():
+    values = played(14, 60)
+    check_nulls(values, sees=0.05)
+    check_alike(values)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+def test_who_looks_at_nothing_comes_to_the_nulls_in_many_runs():
+    values = played(200, 500)
+    check_nulls(values, sees=0.02)
+    check_alike(values)
+
+
+def test_of_every_headline_measure_it_is_known_what_chance_gives_or_that_it_is_an_amount():
+    known = {*stated_nulls(), *(name.replace("_cafe", "_*").replace("_library", "_*") for name in ALIKE_IN)}
+    amounts = {f"{signature}.{name}" for signature, names in AMOUNTS.items() for name in names}
+    shown = {
+        f"{one.name}.{name}" for one in signatures.discover() if one.name not in NO_BEHAVIOUR for name in one.headline
+    }
+    assert shown - known - amounts == set()
+    assert amounts & known == set() and amounts <= shown
+
+
+def test_every_null_has_policies_that_are_played():
+    assert {null.policy for null in stated_nulls().values()} == set(WHOSE)

@@ -1,0 +1,45 @@
+"""The Python in the documentation runs as it stands."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from foundry import paths
+
+ROOT = paths.PACKAGE.parent
+PAGES = [*sorted((ROOT / "docs").glob("*.md")), *sorted(ROOT.glob("*.md"))]
+FENCED = re.compile(r"(?ms)^```python\n(.*?)^```")
+INDENTED = re.compile(r"(?m)(?:^    .*\n(?:[ \t]*\n(?=    ))*)+")
+PYTHON = re.compile(r"\s*(from \w|import \w|>>> |with open|async def |def )")
+
+
+def snippets(text: str) -> Iterator[str]:
+    """Yield the pieces of Python of a page: fenced as such, or indented and beginning like Python."""
+    yield from FENCED.findall(text)
+    for block in INDENTED.findall(text):
+        if PYTHON.match(block):
+            yield re.sub(r"(?m)^    ", "", block)
+
+
+FOUND = [(page.name, code) for page in PAGES for code in snippets(page.read_text(encoding="utf-8"))]
+
+
+def test_snippets_are_found():
+    assert list(snippets("A:\n\n    from a import b\n\n    b()\n\nText\n\n    foundry plan\n")) == [
+        "from a import b\n\nb()\n"
+    ]
+    assert list(snippets("```python\nprint()\n```\n")) == ["print()\n"]
+    assert "statistics.md" in [name for name, _ in FOUND]
+
+
+@pytest.mark.parametrize(("page", "code"), FOUND, ids=[name for name, _ in FOUND])
+def test_a_snippet_runs_in_a_folder_with_a_sweep(
+    page: str, code: str, workspace: Path, write_sweep: Callable[..., Any], make_condition: Callable[..., Any]
+):
+    write_sweep(Path("outputs/pilot"), [make_condition(model, range(2)) for model in ("a", "b")])
+    exec(compile(code, page, "exec"), {})
