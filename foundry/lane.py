@@ -64,13 +64,14 @@ class LaneSpec:
 
 @dataclass
 class Tally:
-    """How far a worker is with one model."""
+    """How far a worker is with one model; `spared` are calls that ended runs could have made and did not."""
 
     complete: int = 0
     failed: int = 0
     calls: int = 0
     cached: int = 0
     retries: int = 0
+    spared: int = 0
 
     def add(self, counts: Counts) -> None:
         """Add the totals of a run."""
@@ -78,11 +79,12 @@ class Tally:
         self.cached += counts.cached
         self.retries += counts.retries
 
-    def end(self, summary: RunSummary) -> None:
-        """Add a run that ended."""
+    def end(self, summary: RunSummary, most: int = 0) -> None:
+        """Add a run that ended; it could have made this many calls at most."""
         self.complete += summary.status == "complete"
         self.failed += summary.status != "complete"
         self.add(summary.counts)
+        self.spared += max(0, most - summary.counts.calls)
 
 
 @dataclass
@@ -94,6 +96,7 @@ class Lane:
     stopping: bool = False
     _tallies: dict[str, Tally] = field(default_factory=dict)
     _open: dict[str, tuple[str, RunWriter]] = field(default_factory=dict)
+    _most: dict[str, int] = field(default_factory=dict)
     _built: dict[str, Any] = field(default_factory=dict)
     _models: dict[str, Model] = field(default_factory=dict)
     _texts: dict[int, str] = field(default_factory=dict)
@@ -193,10 +196,11 @@ class Lane:
             error=failure,
         )
         write_run_summary(folder, summary)
-        self._tallies.setdefault(name, Tally()).end(summary)
+        self._tallies.setdefault(name, Tally()).end(summary, self._most.pop(folder.id, 0))
 
     async def _episode(self, folder: RunFolder, config: dict[str, Any], writer: RunWriter) -> None:
         scenario = self._shared(config["world"])
+        self._most[folder.id] = scenario.count_calls()
         prompt = self._shared(config["prompt"])
         info = self.spec.infos[model_key(config["model"])]
         asker = asker_of(config, scenario, prompt, self._model(config["model"]), info)
@@ -257,6 +261,7 @@ class Lane:
         report = {
             "pid": os.getpid(),
             "open": [run for run, _ in opened],
+            "counts": {run: _calls_so_far(writer.counts) for run, (_, writer) in opened},
             "models": {name: vars(tally) for name, tally in models.items()},
         }
         try:
@@ -273,6 +278,10 @@ def run_lane(spec: LaneSpec) -> str | None:
     # Mesa's software driver takes all cores for one picture; as many workers draw faster with one core each.
     os.environ.setdefault("LP_NUM_THREADS", "0")
     return Lane(spec).run()
+
+
+def _calls_so_far(counts: Counts) -> dict[str, int]:
+    return {"calls": counts.calls, "cached": counts.cached, "retries": counts.retries}
 
 
 def _now() -> str:
