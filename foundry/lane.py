@@ -7,6 +7,7 @@ import datetime
 import logging
 import os
 import signal
+import sys
 import threading
 import time
 import traceback
@@ -33,6 +34,7 @@ from foundry.trust.continuing import forked, origin_of
 
 REPORT_EVERY_S = 0.25
 RETRY_CLAIM_S = 0.25
+MOST_NOTES = 20
 
 
 @dataclass(frozen=True)
@@ -87,11 +89,26 @@ class Tally:
         self.spared += max(0, most - summary.counts.calls)
 
 
+class Notes(logging.Handler):
+    """Keeps what a worker has to say for its report: on a terminal, a process of its own would write into the bars."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.lines: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep a line, each only once."""
+        line = record.getMessage()
+        if line not in self.lines:
+            self.lines.append(line)
+
+
 @dataclass
 class Lane:
-    """A worker at work."""
+    """A worker at work; `notes` is what it has to say."""
 
     spec: LaneSpec
+    notes: Notes = field(default_factory=Notes)
     fatal: str | None = None
     stopping: bool = False
     _tallies: dict[str, Tally] = field(default_factory=dict)
@@ -263,6 +280,7 @@ class Lane:
             "open": [run for run, _ in opened],
             "counts": {run: _calls_so_far(writer.counts) for run, (_, writer) in opened},
             "models": {name: vars(tally) for name, tally in models.items()},
+            "notes": self.notes.lines[-MOST_NOTES:],
         }
         try:
             write_atomically(self.spec.folder.progress_file(self.spec.name), msgspec.json.encode(report))
@@ -277,7 +295,10 @@ def run_lane(spec: LaneSpec) -> str | None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # Mesa's software driver takes all cores for one picture; as many workers draw faster with one core each.
     os.environ.setdefault("LP_NUM_THREADS", "0")
-    return Lane(spec).run()
+    lane = Lane(spec)
+    if sys.stderr.isatty():
+        logging.getLogger("foundry").addHandler(lane.notes)
+    return lane.run()
 
 
 def _calls_so_far(counts: Counts) -> dict[str, int]:

@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 import io
+import json
+import os
+import pty
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,7 +16,7 @@ import msgspec
 import pytest
 from rich.console import Console
 
-from commands import foundry, wait_until
+from commands import environment, foundry, wait_until
 from foundry.cli import run
 from foundry.compose import compose
 from foundry.display import ProgressDisplay, status_table
@@ -19,7 +24,7 @@ from foundry.lane import Tally
 from foundry.progress import Pace, Totals
 from foundry.store import SweepFolder, write_atomically
 from foundry.sweep import Sweep, expand
-from ollama_cases import Body
+from ollama_cases import Body, ChatCase, grid_answer
 from ollama_server import OllamaServer
 
 AGENTS, STEPS = 5, 10
@@ -213,3 +218,24 @@ def test_the_status_of_a_sweep_shows_the_calls_of_running_runs(workspace: Path):
 
 def _calls_of(folder: SweepFolder) -> int:
     return sum(counts["calls"] for report in folder.progress().values() for counts in report["counts"].values())
+
+
+@pytest.mark.slow
+def test_what_several_workers_have_to_say_is_said_once_on_a_terminal(tmp_path: Path):
+    def answer(body: Body) -> ChatCase:
+        message = {"role": "assistant", "content": grid_answer(body)}
+        return ChatCase(raw=json.dumps({"message": message, "done": True, "eval_count": True}).encode())
+
+    asked = ("-m", "model=llama3.2", "seed=0-3", "world.agents=2", "world.steps=2", "analyze=false", "runner.workers=2")
+    screen, terminal = pty.openpty()
+    with OllamaServer(answer) as server:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "foundry", *asked],
+            cwd=tmp_path, env=environment(OLLAMA_HOST=server.url), stdout=subprocess.DEVNULL, stderr=terminal,
+        )  # fmt: skip
+        assert process.wait(60) == 0
+    os.set_blocking(screen, False)
+    said = os.read(screen, 100_000).decode()
+    os.close(terminal)
+    os.close(screen)
+    assert said.count("'eval_count' in its replies is no number") == 1, said
