@@ -30,6 +30,7 @@ from foundry.run_writer import RunWriter, write_run_summary
 from foundry.store import RunFolder, SweepFolder, cannot_write, write_atomically
 from foundry.sweep import model_key
 from foundry.sweep_file import to_yaml
+from foundry.texts import without_secrets
 from foundry.trust.continuing import forked, origin_of
 
 REPORT_EVERY_S = 0.25
@@ -350,9 +351,9 @@ def summarise(
         started=started,
         ended=_now(),
         duration_s=round(seconds, 6),
-        error=None if error is None else str(error) or type(error).__name__,
+        error=None if error is None else without_secrets(str(error)) or type(error).__name__,
         error_type=None if error is None else type(error).__name__,
-        traceback=None if error is None or expected else "".join(traceback.format_exception(error)),
+        traceback=None if error is None or expected else without_secrets("".join(traceback.format_exception(error))),
         records_sha256=writer.digests() if writer else {},
         members=writer.members if writer else (),
         origin=origin_of(config),

@@ -14,6 +14,7 @@ from foundry.errors import ServerError, TransientError
 from foundry.models.base import Model, Reply, Request, UnusableReply
 from foundry.models.wrapper import Wrapper
 from foundry.records import Attempt
+from foundry.texts import without_secrets
 
 T = TypeVar("T")
 Sleep = Callable[[float], Awaitable[Any]]
@@ -81,7 +82,7 @@ class RetriedModel(Wrapper):
                 return await call()
             except TransientError as error:
                 elapsed = time.perf_counter() - started
-                failures.append(Attempt(error=str(error), elapsed_s=elapsed, busy=error.busy))
+                failures.append(Attempt(error=without_secrets(str(error)), elapsed_s=elapsed, busy=error.busy))
                 unusable += isinstance(error, UnusableReply)
                 if len(failures) >= self._attempts or unusable >= self._unusable_attempts:
                     raise _given_up(error, len(failures)) from error.__cause__
