@@ -12,6 +12,7 @@ import numpy as np
 
 from foundry.errors import ServerError, TransientError
 from foundry.models.base import Model, Reply, Request, UnusableReply
+from foundry.models.serving import ServedModel
 from foundry.models.wrapper import Wrapper
 from foundry.records import Attempt
 from foundry.texts import without_secrets
@@ -57,6 +58,18 @@ class RetriedModel(Wrapper):
         self._wait_max_s = wait_max_s
         self._sleep = sleep
         self._jitter = np.random.default_rng()
+
+    @classmethod
+    def as_set(cls, model: ServedModel) -> RetriedModel:
+        """Return a model that is tried as often as its settings say."""
+        retry = model.server.retry
+        return cls(
+            model,
+            attempts=retry.attempts,
+            unusable_attempts=retry.unusable_attempts,
+            wait_initial_s=retry.wait_initial_s,
+            wait_max_s=retry.wait_max_s,
+        )
 
     async def ask(self, request: Request) -> Reply:
         """Answer one request; the tries that failed are noted in the reply.
