@@ -308,8 +308,9 @@ def _check_no_secret(content: str) -> None:
     """
     for line in content.splitlines():
         if holds_secret(line):
+            shown = without_secrets(line).strip(" -")
             raise InputError(
-                f"'{without_secrets(line).strip(' -')}' holds a password, which would be written into the sweep: give it "
+                f"'{shown}' holds a password, which would be written into the sweep: give it "
                 "by the environment or the files that are read where it is used, such as PGPASSWORD."
             )
 
