@@ -169,6 +169,10 @@ def test_what_ended_before_this_session_is_done_and_not_counted_as_speed(workspa
     asked = ["-m", "model=scripted/stay", "seed=0-3", "output.dir=out", f"world.agents={AGENTS}", "analyze=false"]
     assert run([*asked, f"world.steps={STEPS}"]) == 0
     folder = SweepFolder.open(workspace / "out")
+    tally, summary = Tally(), folder.runs()[0].summary()
+    assert summary is not None
+    tally.end(summary, MOST + 7)
+    assert (tally.complete, tally.calls, tally.spared) == (1, MOST, 7)
     (folder.runs()[0].path / "run.json").unlink()
     watched = Watched(folder)
     assert watched.display.look()["scripted/stay"].done == 3 * MOST

@@ -297,6 +297,16 @@ def test_a_pause_beyond_all_patience_ends_the_sweep_and_says_how_to_go_on(make_m
         run(make_model(server.url), lambda m: m.ask(make_request()))
 
 
+def test_a_pause_that_an_ollama_server_asks_for_holds_every_later_call_back(make_model, make_request, run):
+    later = cases.ChatCase(text="Left.", headers={"Retry-After": "3600"})
+    with OllamaServer(lambda body: later) as server:
+        model = make_model(server.url)
+        assert run(model, lambda m: m.ask(make_request())).text == "Left."
+        with pytest.raises(ServerError, match=r"longest_pause_s \(900\)"):
+            run(model, lambda m: m.ask(make_request()))
+        assert len(server.bodies) == 1
+
+
 def test_a_sweep_that_was_told_to_come_back_much_later_can_be_resumed(workspace):
     asked = ("model=llama3.2", "world.agents=2", "world.steps=1", "analyze=false", "output.dir=out")
     with OllamaServer(lambda body: cases.busy("1000000000")) as server:
