@@ -69,16 +69,11 @@ def _stacked(model: Model, answers: Callable[[], Answers], info: ModelInfo | Non
     """Wrap a model that costs something: cache, then one warm-up, then limit, then retry, then its weights."""
     if not model.remote:
         return model
-    retry, in_flight = serving_of(model).retry, serving_of(model).in_flight
+    serving = serving_of(model)
     may_change = model.replaceable and info is not None and info.digest is not None
     unconfirmed = Unconfirmed(answers(), info if may_change else None, model.weights_of)
-    retried = RetriedModel(
-        ConfirmedModel(model, unconfirmed) if may_change else model,
-        attempts=retry.attempts,
-        unusable_attempts=retry.unusable_attempts,
-        wait_initial_s=retry.wait_initial_s,
-        wait_max_s=retry.wait_max_s,
-    )
+    retried = RetriedModel.as_set(serving.retry, ConfirmedModel(model, unconfirmed) if may_change else model)
+    in_flight = serving.in_flight
     limited = LimitedModel(retried, min=in_flight.min, max=in_flight.max, initial=in_flight.initial)
     return CachedModel(WarmedModel(limited), unconfirmed)
 

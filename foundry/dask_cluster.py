@@ -16,6 +16,7 @@ from joblib._dask import DaskDistributedBackend
 from foundry import provenance
 from foundry.errors import FoundryError, InputError
 from foundry.models.answers import is_database
+from foundry.texts import without_secrets
 
 CONNECT_S = 5
 _CHATTY = ("distributed", "distributed.client", "distributed.core", "distributed.comm")
@@ -88,7 +89,7 @@ def connected(address: str) -> Iterator[Any]:
         client = Client(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(
-            f"No Dask scheduler answers at runner.address={address}: start one with 'dask scheduler', "
+            f"No Dask scheduler answers at runner.address={without_secrets(address)}: start one with 'dask scheduler', "
             "and workers with 'dask worker ADDRESS'."
         ) from error
     with client:
@@ -103,7 +104,8 @@ def survey(client: Any, address: str, file: Path) -> dict[str, Site]:
     """
     sites: dict[str, Any] = client.run(site, str(file), on_error="return")
     if not sites:
-        raise InputError(f"The Dask scheduler at {address} has no workers: start some with 'dask worker {address}'.")
+        shown = without_secrets(address)
+        raise InputError(f"The Dask scheduler at {shown} has no workers: start some with 'dask worker {shown}'.")
     for worker, found in sorted(sites.items()):
         if not isinstance(found, Site):
             raise InputError(f"Worker {worker} cannot run this foundry ({found}): {_same_versions()}")

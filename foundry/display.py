@@ -5,18 +5,17 @@ from __future__ import annotations
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import TracebackType
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
-from foundry.lane import Tally
 from foundry.planning import PlannedRun
+from foundry.progress import Speed, SweepProgress, Totals
 from foundry.store import SweepFolder
 from foundry.texts import visible
 
@@ -26,73 +25,28 @@ _COUNTS = ("runs", "complete", "failed", "running", "waiting", "calls", "cached"
 _NUMERIC = frozenset([*_COUNTS, "seed", "size", "context", "to send"])
 
 
-@dataclass
-class Totals(Tally):
-    """How far a sweep is with one model, of so many runs."""
-
-    runs: int = 0
-
-    @property
-    def ended(self) -> int:
-        """Runs that are complete or failed."""
-        return self.complete + self.failed
-
-    def merge(self, report: Mapping[str, int]) -> None:
-        """Add a worker's report."""
-        for name, value in report.items():
-            setattr(self, name, getattr(self, name) + value)
-
-
-@dataclass
-class SweepProgress:
-    """Reads how far a sweep is from the reports of its workers.
-
-    Attributes:
-        folder: the sweep.
-        before: what had ended before this session, by model.
-    """
-
-    folder: SweepFolder
-    before: dict[str, Totals] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        for run in self.folder.runs():
-            totals = self.before.setdefault(str(run.config()["model"]["name"]), Totals())
-            totals.runs += 1
-            summary = run.summary()
-            totals.complete += summary is not None and summary.status == "complete"
-
-    def by_model(self) -> dict[str, Totals]:
-        """Return the present totals by model."""
-        now = {name: Totals(**vars(totals)) for name, totals in self.before.items()}
-        for report in self.folder.progress().values():
-            for name, tally in report["models"].items():
-                now[name].merge(tally)
-        return now
-
-    def at_end(self) -> dict[str, Totals]:
-        """Return the totals of a session that is over, from what its runs say of themselves."""
-        ended = {name: Totals(runs=totals.runs) for name, totals in self.before.items()}
-        for run in self.folder.runs():
-            summary = run.summary()
-            if summary is not None:
-                ended[summary.model].end(summary)
-        return ended
-
-
 class ProgressDisplay:
     """Shows a sweep's progress while it runs: bars on a terminal, a line now and then elsewhere."""
 
-    def __init__(self, folder: SweepFolder, console: Console) -> None:
+    def __init__(self, folder: SweepFolder, console: Console, *, clock: Callable[[], float] = time.monotonic) -> None:
+        """Show nothing yet.
+
+        Args:
+            folder: the sweep.
+            console: where it is shown.
+            clock: the time in seconds.
+        """
         self._progress = SweepProgress(folder)
+        self._speeds = {name: Speed() for name in self._progress.before}
         self._console = console
+        self._clock = clock
         self._stop = threading.Event()
-        self._started = time.monotonic()
+        self._started = clock()
         self._thread = threading.Thread(target=self._watch, daemon=True)
         self._bars = Progress(
             TextColumn("{task.description}", markup=False),
-            BarColumn(bar_width=24),
-            MofNCompleteColumn(),
+            BarColumn(bar_width=16),
+            TextColumn("{task.fields[runs]}", justify="right"),
             TextColumn("{task.fields[info]}"),
             TimeElapsedColumn(),
             console=console,
@@ -102,7 +56,9 @@ class ProgressDisplay:
 
     def __enter__(self) -> ProgressDisplay:
         for name, totals in self._progress.before.items():
-            self._tasks[name] = self._bars.add_task(visible(name), total=totals.runs, completed=totals.ended, info="")
+            self._tasks[name] = self._bars.add_task(
+                visible(name), total=totals.most, completed=totals.done, runs=_runs(totals), info="", start=False
+            )
         if self._console.is_terminal:
             self._bars.start()
         self._thread.start()
@@ -116,37 +72,67 @@ class ProgressDisplay:
         if self._console.is_terminal:
             self._bars.stop()
 
+    def look(self) -> dict[str, Totals]:
+        """Read the reports of the workers, for the speed too; returns the totals by model."""
+        totals, now = self._progress.by_model(), self._clock()
+        for name, speed in self._speeds.items():
+            speed.note(totals[name], now)
+        return totals
+
+    def line(self, totals: Mapping[str, Totals]) -> str:
+        """Return one line for a log: of each model that has begun and has not ended, else of all."""
+        shown = {name: one for name, one in totals.items() if one.calls and one.ended < one.runs} or totals
+        parts = [f"{visible(name)} {', '.join([_runs(one), *self.told(name, one)])}" for name, one in shown.items()]
+        return f"[{_duration(self._clock() - self._started)}] " + "; ".join(parts)
+
+    def told(self, name: str, totals: Totals) -> list[str]:
+        """Return what is told of a model beside its runs."""
+        parts = self._going(name, totals) if totals.ended < totals.runs else [f"{totals.calls:,} calls"]
+        parts += [f"{totals.cached:,} cached"] if totals.cached else []
+        parts += [f"{totals.retries:,} retries"] if totals.retries else []
+        return parts + ([f"{totals.failed} failed"] if totals.failed else [])
+
+    def _going(self, name: str, totals: Totals) -> list[str]:
+        """Return the speed of a model that is not done, and the time that is left."""
+        if totals.begun and not totals.calls:
+            return ["no reply yet"]
+        speed = self._speeds[name]
+        per_s, left_s = speed.calls_per_s, speed.left_s(totals)
+        parts = [] if left_s is None else [f"{_duration(left_s)} left"]
+        return parts + ([] if per_s is None else [_rate(per_s)])
+
     def _watch(self) -> None:
-        shown = time.monotonic()
+        shown = self._clock()
         while not self._stop.wait(REFRESH_S):
-            totals = self._progress.by_model()
+            totals = self.look()
             if self._console.is_terminal:
                 self._draw(totals)
-            elif time.monotonic() - shown >= LINE_EVERY_S:
-                shown = time.monotonic()
-                self._console.print(self._line(totals), highlight=False)
+            elif self._clock() - shown >= LINE_EVERY_S:
+                shown = self._clock()
+                self._console.print(self.line(totals), highlight=False)
         if self._console.is_terminal:
             self._draw(self._progress.at_end())
 
     def _draw(self, totals: Mapping[str, Totals]) -> None:
         for name, task in self._tasks.items():
-            self._bars.update(task, completed=totals[name].ended, info=self._info(name, totals[name]))
+            one = totals[name]
+            if one.begun:
+                self._bars.start_task(task)
+            info = ", ".join(self.told(name, one))
+            self._bars.update(task, completed=one.done, runs=_runs(one), info=info)
+            if one.ended == one.runs:
+                self._bars.stop_task(task)
         self._bars.refresh()
 
-    def _info(self, name: str, totals: Totals) -> str:
-        elapsed = max(time.monotonic() - self._started, 1e-9)
-        parts = [f"{totals.calls / elapsed:,.0f} calls/s"] if totals.calls else []
-        parts += [f"{totals.cached:,} cached"] if totals.cached else []
-        parts += [f"{totals.retries:,} retries"] if totals.retries else []
-        parts += [f"{totals.failed} failed"] if totals.failed else []
-        ended = totals.ended - self._progress.before[name].ended
-        left = totals.runs - totals.ended
-        parts += [f"{_duration(elapsed / ended * left)} left"] if ended and left else []
-        return ", ".join(parts)
 
-    def _line(self, totals: Mapping[str, Totals]) -> str:
-        lines = [f"{name} {one.ended}/{one.runs} runs {self._info(name, one)}" for name, one in totals.items()]
-        return f"[{_duration(time.monotonic() - self._started)}] " + "; ".join(line.strip() for line in lines)
+def _runs(totals: Totals) -> str:
+    return f"{totals.ended}/{totals.runs} run{'s' if totals.runs != 1 else ''}"
+
+
+def _rate(per_s: float) -> str:
+    if per_s >= 10:
+        return f"{per_s:,.0f} calls/s"
+    return f"{per_s:.1f} calls/s" if per_s >= 1 else f"{60 * per_s:.2g} calls/min"
 
 
 def _duration(seconds: float) -> str:
@@ -171,9 +157,11 @@ def plan_table(planned: Sequence[PlannedRun], most: int = 40) -> Table:
 
 
 def status_table(folder: SweepFolder) -> Table:
-    """Return the counts of a sweep's runs by model."""
+    """Return the counts of a sweep's runs by model; calls of running runs are those of their workers' last reports."""
     table = _table("model", *_COUNTS)
-    opened = {run for report in folder.progress().values() for run in report["open"]}
+    reports = folder.progress().values()
+    opened = {run for report in reports for run in report["open"]}
+    so_far = {run: counts for report in reports for run, counts in report.get("counts", {}).items()}
     rows: dict[str, Counter[str]] = {}
     for run in folder.runs():
         row = rows.setdefault(str(run.config()["model"]["name"]), Counter())
@@ -183,6 +171,8 @@ def status_table(folder: SweepFolder) -> Table:
         if summary:
             counts = summary.counts
             row.update(calls=counts.calls, cached=counts.cached, retries=counts.retries)
+        else:
+            row.update(so_far.get(run.id, {}))
     for model, row in rows.items():
         table.add_row(model, *(f"{row[name]:,}" for name in _COUNTS))
     return table

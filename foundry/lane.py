@@ -7,6 +7,7 @@ import datetime
 import logging
 import os
 import signal
+import sys
 import threading
 import time
 import traceback
@@ -37,10 +38,12 @@ from foundry.run_writer import RunWriter, write_run_summary
 from foundry.store import RunFolder, SweepFolder, cannot_write, write_atomically
 from foundry.sweep import model_key
 from foundry.sweep_file import to_yaml
+from foundry.texts import without_secrets
 from foundry.trust.continuing import forked, origin_of
 
 REPORT_EVERY_S = 0.25
 RETRY_CLAIM_S = 0.25
+MOST_NOTES = 20
 
 
 @dataclass(frozen=True)
@@ -72,13 +75,14 @@ class LaneSpec:
 
 @dataclass
 class Tally:
-    """How far a worker is with one model."""
+    """How far a worker is with one model; `spared` are calls that ended runs could have made and did not."""
 
     complete: int = 0
     failed: int = 0
     calls: int = 0
     cached: int = 0
     retries: int = 0
+    spared: int = 0
 
     def add(self, counts: Counts) -> None:
         """Add the totals of a run."""
@@ -86,11 +90,26 @@ class Tally:
         self.cached += counts.cached
         self.retries += counts.retries
 
-    def end(self, summary: RunSummary) -> None:
-        """Add a run that ended."""
+    def end(self, summary: RunSummary, most: int = 0) -> None:
+        """Add a run that ended; it could have made this many calls at most."""
         self.complete += summary.status == "complete"
         self.failed += summary.status != "complete"
         self.add(summary.counts)
+        self.spared += max(0, most - summary.counts.calls)
+
+
+class Notes(logging.Handler):
+    """Keeps what a worker has to say for its report: on a terminal, a process of its own would write into the bars."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.lines: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep a line, each only once."""
+        line = record.getMessage()
+        if line not in self.lines:
+            self.lines.append(line)
 
 
 @dataclass(frozen=True)
@@ -112,13 +131,15 @@ class Played:
 
 @dataclass
 class Lane:
-    """A worker at work."""
+    """A worker at work; `notes` is what it has to say."""
 
     spec: LaneSpec
+    notes: Notes = field(default_factory=Notes)
     fatal: str | None = None
     stopping: bool = False
     _tallies: dict[str, Tally] = field(default_factory=dict)
     _open: dict[str, tuple[str, RunWriter]] = field(default_factory=dict)
+    _most: dict[str, int] = field(default_factory=dict)
     _built: dict[str, Any] = field(default_factory=dict)
     _models: dict[str, Model] = field(default_factory=dict)
     _texts: dict[int, str] = field(default_factory=dict)
@@ -259,10 +280,11 @@ class Lane:
             error=failure,
         )
         write_run_summary(played.folder, summary)
-        self._tallies.setdefault(summary.model, Tally()).end(summary)
+        self._tallies.setdefault(summary.model, Tally()).end(summary, self._most.pop(played.folder.id, 0))
 
     async def _episode(self, folder: RunFolder, config: dict[str, Any], writer: RunWriter) -> None:
         scenario = self._shared(config["world"])
+        self._most[folder.id] = scenario.count_calls()
         prompt = self._shared(config["prompt"])
         info = self.spec.infos[model_key(config["model"])]
         asker = asker_of(config, scenario, prompt, self._model(config["model"]), info)
@@ -325,8 +347,10 @@ class Lane:
         report = {
             "pid": os.getpid(),
             "open": [run for run, _ in opened],
+            "counts": {run: _calls_so_far(writer.counts) for run, (_, writer) in opened},
             "models": {name: vars(tally) for name, tally in models.items()},
             "removed": sum(change.removed for change in list(self._changes)),
+            "notes": self.notes.lines[-MOST_NOTES:],
         }
         try:
             write_atomically(self.spec.folder.progress_file(self.spec.name), msgspec.json.encode(report))
@@ -341,7 +365,14 @@ def run_lane(spec: LaneSpec) -> str | None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # Mesa's software driver takes all cores for one picture; as many workers draw faster with one core each.
     os.environ.setdefault("LP_NUM_THREADS", "0")
-    return Lane(spec).run()
+    lane = Lane(spec)
+    if sys.stderr.isatty():
+        logging.getLogger("foundry").addHandler(lane.notes)
+    return lane.run()
+
+
+def _calls_so_far(counts: Counts) -> dict[str, int]:
+    return {"calls": counts.calls, "cached": counts.cached, "retries": counts.retries}
 
 
 def _now() -> str:
@@ -389,9 +420,9 @@ def summarise(
         started=started,
         ended=_now(),
         duration_s=round(seconds, 6),
-        error=None if error is None else str(error) or type(error).__name__,
+        error=None if error is None else without_secrets(str(error)) or type(error).__name__,
         error_type=None if error is None else type(error).__name__,
-        traceback=None if error is None or expected else "".join(traceback.format_exception(error)),
+        traceback=None if error is None or expected else without_secrets("".join(traceback.format_exception(error))),
         records_sha256=writer.digests() if writer else {},
         members=writer.members if writer else (),
         origin=origin_of(config),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import logging
 import os
 from collections import Counter
 from collections.abc import Callable
@@ -45,6 +46,7 @@ class Lanes:
         self._specs: dict[Future[str | None], LaneSpec] = {}
         self._deaths: Counter[str] = Counter()
         self._idle_deaths = 0
+        self._said: set[str] = set()
 
     def run(self) -> str | None:
         """Work until all runs have ended or the sweep stops; returns the cause that must end the sweep, or None.
@@ -65,10 +67,19 @@ class Lanes:
                     if fatal:
                         with storing(self._spec.folder.stop_file):
                             self._spec.folder.stop_file.touch()
+                self._say()
         finally:
             for process in self._processes.values():
                 process.kill()
         return fatal
+
+    def _say(self) -> None:
+        """Say what workers have to say, once, in the process that draws the bars."""
+        for report in self._spec.folder.progress().values():
+            for line in report.get("notes", ()):
+                if line not in self._said:
+                    self._said.add(line)
+                    logging.getLogger("foundry").warning("%s", line)
 
     def _start(self, suspects: tuple[str, ...]) -> None:
         spec = replace(self._spec, name=f"{self._spec.name}-{next(self._numbers)}", suspects=suspects)

@@ -11,6 +11,7 @@ from urllib.parse import urlsplit
 
 from foundry.errors import InputError
 from foundry.sweep import models_in
+from foundry.texts import without_secrets
 
 HOSTED = "https://api.openai.com/v1"
 """Where `OPENAI_API_KEY` belongs when no server is named."""
@@ -37,8 +38,8 @@ def check_models(
     for variable, url in sorted(reached if recorded is None else reached.intersection(_keyed(recorded))):
         if url not in known and not _is_local(url) and not any(url in override for override in own):
             raise InputError(
-                f"The record would have the key in {variable} sent to '{url}': set OPENAI_BASE_URL to the server that "
-                "you want, or allow this one with --trust-servers."
+                f"The record would have the key in {variable} sent to '{without_secrets(url)}': set OPENAI_BASE_URL to "
+                "the server that you want, or allow this one with --trust-servers."
             )
 
 
@@ -56,8 +57,8 @@ def check_settings(settings: Mapping[str, Any]) -> None:
             if variable is None or os.environ.get(variable) != value:
                 way_on = f"set {variable} to the same, or " if variable else ""
                 raise InputError(
-                    f"The record would connect to '{_shown(value)}' ({part}.{key}): if that is yours, {way_on}allow it "
-                    "with --trust-servers."
+                    f"The record would connect to '{without_secrets(value)}' ({part}.{key}): if that is yours, "
+                    f"{way_on}allow it with --trust-servers."
                 )
 
 
@@ -85,9 +86,3 @@ def _is_local(url: str) -> bool:
         return parts.hostname == "localhost" or ipaddress.ip_address(parts.hostname).is_loopback
     except ValueError:
         return False
-
-
-def _shown(url: str) -> str:
-    """Return an address without a user and a password."""
-    scheme, _, rest = url.partition("://")
-    return f"{scheme}://{rest.rpartition('@')[2]}"

@@ -16,6 +16,7 @@ import msgspec
 from foundry.errors import FoundryError, InputError
 from foundry.records import RunSummary
 from foundry.store import ENDED_RUNS, SWEEP_FILE, RunFolder, SweepFolder, write_atomically
+from foundry.texts import without_secrets
 
 _INSTALL = "pip install 'foundry-worlds[remote]'"
 
@@ -40,6 +41,7 @@ class RemoteSweep:
 
     def __init__(self, url: str, filesystem: Any, root: str) -> None:
         self.url = url
+        self._shown = without_secrets(url)
         self._filesystem = filesystem
         self._root = root.rstrip("/")
 
@@ -53,11 +55,11 @@ class RemoteSweep:
         try:
             from fsspec.core import url_to_fs
         except ImportError as error:
-            raise InputError(f"'{url}' needs a package that is not installed: {_INSTALL}") from error
+            raise InputError(f"'{without_secrets(url)}' needs a package that is not installed: {_INSTALL}") from error
         try:
             filesystem, root = url_to_fs(url)
         except (ImportError, ValueError) as error:
-            raise InputError(f"'{url}' cannot be opened: {error}") from error
+            raise InputError(f"'{without_secrets(url)}' cannot be opened: {without_secrets(str(error))}") from error
         return cls(url, filesystem, root)
 
     def ended(self) -> set[str]:
@@ -107,7 +109,7 @@ class RemoteSweep:
                 path.mkdir(parents=True, exist_ok=True)
                 write_atomically(path / SWEEP_FILE, content)
                 return SweepFolder.open(path)
-        raise InputError(f"There is no sweep at '{self.url}': give the URL that was its runner.remote.")
+        raise InputError(f"There is no sweep at '{self._shown}': give the URL that was its runner.remote.")
 
     def fetch(self, folder: SweepFolder, runs: Iterable[RunFolder]) -> Fetched:
         """Fetch those of the runs that ended there and not here."""
@@ -146,7 +148,7 @@ class RemoteSweep:
             there = SweepFolder.open(scratch)
         if there.sweep.definition != folder.sweep.definition:
             raise InputError(
-                f"'{self.url}' holds another sweep than '{folder.path}' ({len(there.sweep.runs)} runs, "
+                f"'{self._shown}' holds another sweep than '{folder.path}' ({len(there.sweep.runs)} runs, "
                 f"{len(folder.sweep.runs)} here): name another URL or another folder."
             )
         return True
@@ -169,8 +171,8 @@ class RemoteSweep:
         except FoundryError:
             raise
         except Exception as error:  # the boundary: every driver has errors of its own
-            cause = " ".join(str(error).split()) or type(error).__name__
-            raise FoundryError(f"'{self.url}' cannot be used ({type(error).__name__}: {cause}).") from error
+            cause = without_secrets(" ".join(str(error).split())) or type(error).__name__
+            raise FoundryError(f"'{self._shown}' cannot be used ({type(error).__name__}: {cause}).") from error
 
 
 def fetch(url: str, path: Path) -> Fetched:

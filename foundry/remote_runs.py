@@ -13,6 +13,7 @@ import msgspec
 from foundry.errors import InputError
 from foundry.lane import LaneSpec, Tally
 from foundry.lanes import POLL_S, Lanes
+from foundry.progress import most_calls
 from foundry.remote import RemoteSweep
 from foundry.store import RunFolder, SweepFolder, write_atomically
 from foundry.sweep import Run, Sweep
@@ -88,12 +89,12 @@ class RemoteRuns:
         """Fetch a chunk's runs and count them for whoever watches the sweep."""
         runs = [self._runs[run] for run in played.runs]
         self._remote.fetch(self._folder, runs)
-        tallies: dict[str, Tally] = {}
+        tallies, most = dict[str, Tally](), most_calls(runs)
         for run in runs:
             summary = run.summary()
             if summary is not None:
-                tallies.setdefault(summary.model, Tally()).end(summary)
-        report = {"pid": 0, "open": [], "models": {name: vars(tally) for name, tally in tallies.items()}}
+                tallies.setdefault(summary.model, Tally()).end(summary, most[run.run.condition])
+        report = {"pid": 0, "open": [], "counts": {}, "models": {name: vars(tally) for name, tally in tallies.items()}}
         write_atomically(self._folder.progress_file(played.name), msgspec.json.encode(report))
 
 

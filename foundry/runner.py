@@ -23,6 +23,7 @@ from foundry.errors import BackendError, FoundryError, InputError, ModelChangedE
 from foundry.lane import Lane, LaneSpec
 from foundry.lanes import Lanes
 from foundry.models.base import Model, ModelInfo
+from foundry.progress import most_calls
 from foundry.store import RunFolder, SweepFolder
 from foundry.sweep import is_served, model_key, models_in
 
@@ -193,17 +194,13 @@ def _phases(job: SweepJob) -> Iterator[list[RunFolder]]:
     """
     pending = [run for run in job.folder.runs() if not run.ended]
     for _, runs in itertools.groupby(pending, key=lambda run: _remote(run) and model_key(run.config()["model"])):
-        yield _longest_first(job.folder, list(runs))
+        yield _longest_first(list(runs))
 
 
-def _longest_first(folder: SweepFolder, runs: list[RunFolder]) -> list[RunFolder]:
+def _longest_first(runs: list[RunFolder]) -> list[RunFolder]:
     """Return the runs by the calls that they take at most, equal ones in their order."""
-    worlds = {run.run.condition: folder.sweep.conditions[run.run.condition].config["world"] for run in runs}
-    keys = {condition: model_key(world) for condition, world in worlds.items()}
-    if len(set(keys.values())) == 1:
-        return runs
-    calls = {keys[condition]: build(world).count_calls() for condition, world in worlds.items()}
-    return sorted(runs, key=lambda run: -calls[keys[run.run.condition]])
+    most = most_calls(runs)
+    return sorted(runs, key=lambda run: -most[run.run.condition])
 
 
 def _free_server(folder: SweepFolder, run: RunFolder) -> None:

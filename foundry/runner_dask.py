@@ -19,6 +19,7 @@ from foundry.remote_runs import Chunk, Played, RemoteRuns, play_chunk
 from foundry.runner import PlayPhase, Runner, SweepJob, SweepStopped, raise_if_stopped, worker_count, workers_for
 from foundry.store import SWEEP_FILE, RunFolder, SweepFolder
 from foundry.sweep import is_served
+from foundry.texts import without_secrets
 
 
 class DaskRunner(Runner):
@@ -101,7 +102,9 @@ class DaskRunner(Runner):
                 return attempt()
             except WorkersLost as error:
                 if client.status != "running" or sum(run.ended for run in runs) == ended:
-                    raise SweepStopped(f"the cluster at {self._address} lost its workers: {error}") from error
+                    raise SweepStopped(
+                        f"the cluster at {without_secrets(self._address)} lost its workers: {error}"
+                    ) from error
 
     def _size(self, client: Any, runs: Sequence[RunFolder]) -> int:
         return workers_for(runs, self._workers or max(1, sum(client.ncores().values())))

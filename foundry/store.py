@@ -40,6 +40,7 @@ from foundry.sweep import is_served as is_served
 from foundry.sweep import without_servers as without_servers
 from foundry.sweep_file import sweep_content, sweep_from, sweep_text
 from foundry.sweep_file import to_yaml as to_yaml
+from foundry.texts import holds_secret, without_secrets
 
 SWEEP_FILE = "sweep.yaml"
 ENDED_RUNS = "runs/*/run.json"
@@ -117,11 +118,13 @@ class SweepFolder:
             _check_same(folder, sweep, models)
             folder.sweep = sweep  # the same runs, built from what was asked now: a recorded file is not trusted
             return folder
+        content = sweep_text(sweep, settings, models)
+        _check_no_secret(content)
         ensure_writable(path)
         if any(entry.name != "multirun.yaml" for entry in path.iterdir()):
             raise InputError(f"output.dir='{path}' holds files that are not a sweep's: name an empty or a new folder.")
         folder = cls(path, sweep, settings, models)
-        write_atomically(path / "sweep.yaml", sweep_text(sweep, settings, models).encode())
+        write_atomically(path / "sweep.yaml", content.encode())
         return folder
 
     def check_runnable(self) -> None:
@@ -324,11 +327,27 @@ def _no_sweep(path: Path) -> str:
     return f"'{path}' is not a sweep's folder: it has no sweep.yaml.{hint}"
 
 
+def _check_no_secret(content: str) -> None:
+    """Refuse to write down a password.
+
+    Raises:
+        InputError: an address holds one.
+    """
+    for line in content.splitlines():
+        if holds_secret(line):
+            shown = without_secrets(line).strip(" -")
+            raise InputError(
+                f"'{shown}' holds a password, which would be written into the sweep: give it "
+                "by the environment or the files that are read where it is used, such as PGPASSWORD."
+            )
+
+
 def _check_same(folder: SweepFolder, sweep: Sweep, models: Sequence[dict[str, Any]]) -> None:
     if folder.sweep.definition != sweep.definition:
+        asked = without_secrets(" ".join(folder.sweep.asked)) or "foundry"
         raise InputError(
-            f"'{folder.path}' holds another sweep ({len(folder.sweep.runs)} runs, asked as: "
-            f"{' '.join(folder.sweep.asked) or 'foundry'}): name another output.dir, or repeat its overrides."
+            f"'{folder.path}' holds another sweep ({len(folder.sweep.runs)} runs, asked as: {asked}): name another "
+            "output.dir, or repeat its overrides."
         )
     check_digests(folder, models)
 

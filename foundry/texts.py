@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import re
 import unicodedata
 
 _ASIDE = frozenset("\n\t")
+_USER = re.compile(r"(?<=://)[^\s'\"]*@")
+_PASSWORD = re.compile(r"(?<=password=)[^\s'\"&]+", re.IGNORECASE)
+_SECRET = re.compile(r"\w+://[^\s/@'\"]*:[^\s/@'\"]+@|\w+://[^\s'\"]*[?&](?:ssl)?password=[^\s'\"&*]", re.IGNORECASE)
 
 
 def without_surrogates(text: str) -> str:
@@ -12,6 +16,16 @@ def without_surrogates(text: str) -> str:
     if text.isascii():
         return text
     return text.encode("utf-16-le", "surrogatepass").decode("utf-16-le", "replace")
+
+
+def without_secrets(text: str) -> str:
+    """Return the text with users and passwords in its addresses (`http://user:pw@host`) as `***`."""
+    return _PASSWORD.sub("***", _USER.sub("***@", text)) if "://" in text else text
+
+
+def holds_secret(text: str) -> bool:
+    """Return whether an address in the text holds a password."""
+    return _SECRET.search(text) is not None
 
 
 def visible(text: str) -> str:

@@ -76,6 +76,7 @@ class OllamaServer(LocalServer):
         self.answer = answer
         self.models = {model.name: model for model in models or default_models()}
         self.registry = {"gemma3:4b"}
+        self.offline = False
         self.latency_s = latency_s
         self.load_s = load_s
         self.max_queue = max_queue
@@ -178,6 +179,11 @@ class OllamaServer(LocalServer):
 
     async def _pull(self, request: web.BaseRequest) -> web.StreamResponse:
         name = msgspec.json.decode(await request.read())["model"]
+        if self.offline:  # as a real one says it: in the stream, after status 200
+            lookup = "lookup registry.ollama.ai: no such host"
+            said = f'pull model manifest: Get "https://registry.ollama.ai/v2/library/{name}": dial tcp: {lookup}'
+            said_so = [{"status": "pulling manifest"}, {"error": said}]
+            return web.Response(body=b"\n".join(map(msgspec.json.encode, said_so)), content_type="application/x-ndjson")
         if name not in self.registry:
             return json_response({"error": "pull model manifest: file does not exist"}, status=500)
         self.models[name] = FakeModel(name)

@@ -330,6 +330,16 @@ def test_models_fetches_one_that_is_missing(workspace: Path):
     assert failed.returncode == 2 and "file does not exist" in failed.stderr
 
 
+def test_a_server_without_a_network_tells_that_it_cannot_fetch(workspace: Path):
+    with OllamaServer() as server:
+        server.offline = True
+        failed = foundry("models", "--pull", "gemma3:4b", cwd=workspace, OLLAMA_HOST=server.url)
+    assert failed.returncode == 2
+    assert f"'gemma3:4b' was not fetched. Ollama at {server.url} says: pull model manifest" in failed.stderr
+    assert "no such host. It is the server that fetches" in failed.stderr
+    assert "ollama serve" not in failed.stderr and failed.stderr.count("\n") == 1
+
+
 def test_the_shell_completes_commands():
     ask = {"_FOUNDRY_COMPLETE": "complete_bash", "COMP_WORDS": "foundry res", "COMP_CWORD": "1"}
     command = [sys.executable, "-m", "foundry"]

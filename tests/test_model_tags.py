@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 import yaml
 
+from commands import foundry
 from foundry import paths
 from foundry.cli import run
+from foundry.store import SweepFolder
 from hydra_plugins.foundry_plugins.sources import open_key
+from ollama_cases import FakeModel
+from ollama_server import OllamaServer
 
 FILES = (paths.conf_dir() / "model").glob("*.yaml")
 BACKENDS = sorted(file.stem for file in FILES if open_key(file.stem) != "name")
@@ -39,3 +45,38 @@ def test_a_backend_without_a_name_gets_one_line_that_says_what_is_missing(
 
 def test_every_other_name_goes_to_the_default_backend():
     assert open_key("ollama") == "name"
+
+
+def test_a_model_is_the_same_with_the_default_tag_and_without(workspace: Path, capsys: pytest.CaptureFixture[str]):
+    names = "tiny,tiny:latest,ollama/tiny:latest,hf.co/owner/tiny:latest,hf.co/owner/tiny"
+    with OllamaServer(models=[FakeModel("tiny:latest"), FakeModel("hf.co/owner/tiny:latest")]) as server:
+        done = foundry("plan", "-m", f"model={names}", "seed=0", cwd=workspace, OLLAMA_HOST=server.url)
+    rows = [line.split() for line in done.stdout.splitlines()]
+    assert [row[1] for row in rows[1:3]] == ["tiny", "hf.co/owner/tiny"]
+    assert "2 runs, 0 complete" in done.stdout
+
+
+def test_a_tag_that_only_ends_alike_and_other_backends_tags_stay_as_they_are(capsys: pytest.CaptureFixture[str]):
+    for asked, key, name in [("tiny:my-latest", "name", "tiny:my-latest"), ("openai/a:latest", "served", "a:latest")]:
+        assert run([f"model={asked}", "--cfg", "job", "--resolve"]) == 0
+        assert yaml.safe_load(capsys.readouterr().out)["model"][key] == name
+
+
+def test_a_sweep_that_was_recorded_with_the_default_tag_is_resumed_under_its_own_name(workspace: Path):
+    asked = (
+        "model=tiny",
+        "model.name=tiny:latest",
+        "output.dir=out",
+        "world.agents=2",
+        "world.steps=1",
+        "analyze=false",
+    )
+    with OllamaServer(models=[FakeModel("tiny:latest")]) as server:
+        assert foundry(*asked, cwd=workspace, OLLAMA_HOST=server.url).returncode == 0
+        (only,) = SweepFolder.open(workspace / "out").runs()
+        (only.path / "run.json").unlink()
+        again = foundry("resume", "out", cwd=workspace, OLLAMA_HOST=server.url)
+        assert again.returncode == 0, again.stderr
+    summary = only.summary()
+    assert summary and (summary.model, summary.counts.cached) == ("tiny:latest", 4)
+    assert set(server.answered.values()) == {1}

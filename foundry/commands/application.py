@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from foundry import __version__
-from foundry.texts import visible
+from foundry.texts import visible, without_secrets
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -47,8 +47,8 @@ TrustedServers = Annotated[
 
 
 def fail(error: object, code: int) -> int:
-    """Print an error in one line and return its exit code."""
-    print(f"foundry: {visible(str(error))}", file=sys.stderr)
+    """Print an error in one line, without the passwords of addresses, and return its exit code."""
+    print(f"foundry: {visible(without_secrets(str(error)))}", file=sys.stderr)
     return code
 
 

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from foundry.models.base import Model, Reply, Request
+from foundry.worlds.base import Answer, unanswered
 
 BURST = 16
 """Calls sent at once."""
@@ -33,6 +34,9 @@ class LoadResult:
         equal_under_load: share of the same calls in a burst that gave that answer, too.
         alone_s: seconds of one call by itself.
         per_call_s: seconds per call in the burst.
+        calls: calls that were made.
+        repeated: those that had to be made again before they were answered.
+        undecided: those that the model left without anything to read, or gave up.
     """
 
     slots: int
@@ -40,6 +44,9 @@ class LoadResult:
     equal_under_load: float
     alone_s: float
     per_call_s: float
+    calls: int
+    repeated: int
+    undecided: int
 
 
 async def measure_load(model: Model, request: Request) -> LoadResult:
@@ -55,12 +62,16 @@ async def measure_load(model: Model, request: Request) -> LoadResult:
     elapsed = time.perf_counter() - started
     same = [one.reply.text == first.reply.text for one, asked in zip(burst, requests, strict=True) if asked is request]
     alone = second.ended - second.began
+    replies = [one.reply for one in (first, second, *burst)]
     return LoadResult(
         slots=_slots(burst, alone, elapsed),
         alone_equal=first.reply.text == second.reply.text,
         equal_under_load=sum(same) / len(same),
         alone_s=alone,
         per_call_s=elapsed / BURST,
+        calls=len(replies),
+        repeated=sum(bool(reply.attempts) for reply in replies),
+        undecided=sum(unanswered(Answer(reply.text, reply.ending)) is not None for reply in replies),
     )
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator
-from dataclasses import dataclass
+from collections.abc import AsyncIterator, Iterator
+from dataclasses import dataclass, replace
 
 from foundry.doctor.finding import Finding, Status
 from foundry.doctor.load import LoadResult, measure_load
@@ -11,6 +11,8 @@ from foundry.doctor.longest import LongestPrompt, longest_prompt
 from foundry.episode import Asker
 from foundry.errors import FoundryError, InputError, RequestError
 from foundry.models.base import Model, ModelInfo, Request
+from foundry.models.retried import RetriedModel
+from foundry.models.serving import serving_of
 from foundry.preflight import check_sight, first_questions
 from foundry.prompts import Prompt
 from foundry.worlds.base import Question, Scenario
@@ -30,7 +32,7 @@ class Use:
     """A served model, and one way in which the sweep asks it.
 
     Attributes:
-        model: the bare model, without cache, limit and retry.
+        model: the bare model, without cache, limit and tries.
         scenario: the world.
         prompt: the prompt variant.
         seed: a seed of the sweep.
@@ -47,8 +49,8 @@ async def examine_model(use: Use, *, calls: bool) -> AsyncIterator[Finding]:
     name = use.model.name
     try:
         info = await use.model.inspect()
-    except InputError as error:
-        yield Finding("model", name, Status.PROBLEM, str(error), "Nothing else of it could be looked at.")
+    except Exception as error:  # noqa: BLE001 - the boundary: a backend of one's own may raise anything
+        yield Finding("model", name, Status.PROBLEM, _said(error), "Nothing else of it could be looked at.")
         return
     yield _identity(info)
     if use.scenario.shows_images:
@@ -56,13 +58,20 @@ async def examine_model(use: Use, *, calls: bool) -> AsyncIterator[Finding]:
     if not calls:
         yield Finding("calls", name, Status.SKIPPED, "context, slots and seeds were not measured (--no-calls)")
         return
+    asked = replace(use, model=RetriedModel.as_set(serving_of(use.model).retry, use.model)) if use.model.remote else use
     try:
-        await use.model.warm_up()
-        yield await _context(use, info)
-        for finding in _under_load(name, await measure_load(use.model, _short_request(use))):
+        await asked.model.warm_up()
+        yield await _context(asked, info)
+        for finding in _under_load(name, await measure_load(asked.model, _short_request(asked))):
             yield finding
-    except FoundryError as error:
-        yield Finding("calls", name, Status.PROBLEM, str(error), "A sweep would meet the same.")
+    except Exception as error:  # noqa: BLE001 - the boundary: a backend of one's own may raise anything
+        yield Finding("calls", name, Status.PROBLEM, _said(error), "A sweep would meet the same.")
+
+
+def _said(error: Exception) -> str:
+    """Return a cause in one line, with its kind where it is none of foundry's."""
+    kind = "" if isinstance(error, FoundryError) else f"its class raises {type(error).__name__}: "
+    return kind + " ".join(str(error).split())
 
 
 def _identity(info: ModelInfo) -> Finding:
@@ -137,7 +146,19 @@ def _under_load(name: str, measured: LoadResult) -> list[Finding]:
         seeds = Finding("seeds", name, Status.WARNING, f"equal alone; {share}", advice_seeds)
     else:
         seeds = Finding("seeds", name, Status.OK, f"equal alone; {share}")
-    return [Finding("parallel slots", name, Status.OK, slots, advice), seeds]
+    return [Finding("parallel slots", name, Status.OK, slots, advice), seeds, *_unsteady(name, measured)]
+
+
+def _unsteady(name: str, measured: LoadResult) -> Iterator[Finding]:
+    """Tell of calls that a sweep would not fail by, and that are no common ones."""
+    if measured.repeated:
+        found = f"{measured.repeated} of {measured.calls} calls were answered only when they were made again"
+        yield Finding("tries", name, Status.WARNING, found, "A sweep makes them again, too, which takes time.")
+    if measured.undecided:
+        found = f"{measured.undecided} of {measured.calls} replies hold nothing to read"
+        yield Finding(
+            "replies", name, Status.WARNING, found, "A sweep records such a decision as empty, cut or failed."
+        )
 
 
 def _short_request(use: Use) -> Request:

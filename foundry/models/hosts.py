@@ -29,15 +29,17 @@ def parse_url(host: str, *, what: str, port: int, forms: str) -> str:
     Raises:
         InputError: it cannot be called, or holds what may be a secret.
     """
+    shown = host.rpartition("@")[2]
 
     def refusal(why: str) -> InputError:
-        shown = host.rpartition("@")[2]
         return InputError(f"{what} '{shown}' cannot be read: {why}. Write it as in {forms}.")
 
     scheme, separator, rest = host.strip().rpartition("://")
     scheme = scheme.lower() or "http"
     if scheme not in SCHEME_PORTS:
         raise refusal("its scheme is neither http nor https")
+    if shown != host:  # before anything that would repeat it
+        raise refusal("it may hold no user or password")
     if rest.count(":") > 1 and not rest.startswith("["):
         rest = f"[{rest}]"
     try:
@@ -45,8 +47,8 @@ def parse_url(host: str, *, what: str, port: int, forms: str) -> str:
         found = parts.port
     except ValueError as error:
         raise refusal(str(error)) from None
-    if parts.username is not None or parts.query or parts.fragment:
-        raise refusal("it may hold no user, query or fragment")
+    if parts.query or parts.fragment:
+        raise refusal("it may hold no query or fragment")
     name = ANY_ADDRESS.get(parts.hostname or "", parts.hostname or "")
     if any(character.isspace() or not character.isprintable() for character in f"{name}{parts.path}"):
         raise refusal("it holds a space or a control character")

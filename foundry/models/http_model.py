@@ -7,18 +7,33 @@ from typing import Any
 
 from foundry.errors import InputError, not_found
 from foundry.models.hosts import HostPool
-from foundry.models.serving import ServedModel
+from foundry.models.pausing import Pause
+from foundry.models.serving import HttpServing, ServedModel
 from foundry.models.transport import Transport
 
 FORMATS = (None, "schema")
 
 
 class HttpModel(ServedModel):
-    """Asks one or more equal servers; a subclass sets the pool, the transport and the schemas of replies."""
+    """Asks one or more equal servers; a subclass calls `_reach` and sets the schemas of replies."""
 
+    server: HttpServing
     _pool: HostPool
+    _pauses: Mapping[str, Pause]
     _transport: Transport
     _schemas: Mapping[str, Any] | None
+
+    def _reach(self, hosts: tuple[str, ...], ways_on: str, headers: Mapping[str, str] | None = None) -> None:
+        """Set the servers, by their base URLs; no connection is opened yet.
+
+        Args:
+            hosts: their base URLs.
+            ways_on: what to do when none answers, the end of that error.
+            headers: sent with every call.
+        """
+        self._pool = HostPool(hosts)
+        self._pauses = {host: Pause(self.server.longest_pause_s) for host in hosts}
+        self._transport = Transport(self.server, ways_on, headers)
 
     @property
     def hosts(self) -> tuple[str, ...]:

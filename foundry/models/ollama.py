@@ -12,14 +12,15 @@ import msgspec
 from foundry.errors import BackendError, InputError, not_found
 from foundry.models import ollama_wire
 from foundry.models.base import ModelInfo, Reply, Request
-from foundry.models.hosts import HostPool, agreed
+from foundry.models.hosts import agreed
 from foundry.models.http_model import HttpModel, check_format, schemas_of
 from foundry.models.ollama_errors import WAYS_ON, refusal
 from foundry.models.ollama_hosts import parse_hosts
 from foundry.models.ollama_inspect import described, installed_row
 from foundry.models.ollama_wire import ChatSettings
+from foundry.models.pausing import wait_asked
 from foundry.models.serving import HttpServing, Seconds, read_settings
-from foundry.models.transport import OK, Origin, Transport
+from foundry.models.transport import OK, Origin, name_in
 
 LOAD_OPTIONS = frozenset({"num_ctx", "num_batch", "num_gpu", "main_gpu", "use_mmap", "num_thread", "draft_num_predict"})
 SAMPLER_OPTIONS = frozenset(
@@ -80,9 +81,8 @@ class OllamaModel(HttpModel):
             options={key: value for key, value in options.items() if value is not None},
             schemas=self._schemas,
         )
-        self._pool = HostPool(parse_hosts(self.server.hosts))
         self._versions: dict[str, str] = {}
-        self._transport = Transport(self.server, WAYS_ON)
+        self._reach(parse_hosts(self.server.hosts), WAYS_ON)
 
     @property
     def longest_reply(self) -> int | None:
@@ -105,9 +105,10 @@ class OllamaModel(HttpModel):
         return ollama_wire.chat_parameters(self.settings)
 
     async def ask(self, request: Request) -> Reply:
-        """Answer one request by one call; trying again is `RetriedModel`'s."""
+        """Answer one request by one call, once its server is to be asked; trying again is `RetriedModel`'s."""
         body = ollama_wire.chat_body(self.settings, request, self.server.keep_alive)
         with self._pool.least_loaded() as host:
+            await self._pauses[host].over(self._origin(host))
             started = time.perf_counter()
             content = await self._chat(host, body, self.server.read_timeout_s)
             latency_s = time.perf_counter() - started
@@ -151,7 +152,7 @@ class OllamaModel(HttpModel):
         self._versions[host] = await self._version(host)
 
     async def _version(self, host: str) -> str:
-        return str((await self._object(host, "GET", "/api/version")).get("version"))
+        return name_in((await self._object(host, "GET", "/api/version")).get("version")) or ""
 
     async def _object(self, host: str, method: str, path: str, body: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Return what the server says about itself or a model; that waits for nothing."""
@@ -167,8 +168,10 @@ class OllamaModel(HttpModel):
         """Return the body that comes with status 200, or raise what any other status stands for."""
         origin = self._origin(host)
         response = await self._transport.send(origin, method, path, read_timeout_s=read_timeout_s, content=content)
+        wait_s = wait_asked(response.headers)
+        self._pauses[host].note(wait_s, origin)
         if response.status != OK:
-            raise refusal(origin, response.status, response.content, response.headers.get("retry-after"))
+            raise self._pauses[host].judged(refusal(origin, response.status, response.content, wait_s), origin)
         return response.content
 
     def _origin(self, host: str) -> Origin:

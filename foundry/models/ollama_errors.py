@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from datetime import UTC, datetime
 
 from foundry.errors import BackendError, RequestError, ServerError, TransientError
 from foundry.models.base import UnusableReply
-from foundry.models.transport import Origin, aborted_reply, error_text, seconds_to_wait
+from foundry.models.transport import Origin, aborted_reply, error_text
 
 WAYS_ON = (
     "Start Ollama (ollama serve, https://ollama.com/download), set OLLAMA_HOST, "
@@ -27,21 +26,21 @@ BAD_SETTINGS = ('option "', "invalid format")
 TOKEN_REPEAT = "token repeat limit"
 
 
-def refusal(origin: Origin, status: int, content: bytes, retry_after: str | None = None) -> BackendError:
+def refusal(origin: Origin, status: int, content: bytes, wait_s: float | None = None) -> BackendError:
     """Return the error that a body with this status stands for.
 
     Args:
         origin: who answered.
         status: the HTTP status; not 200.
         content: the body.
-        retry_after: the header `Retry-After`.
+        wait_s: how long the server asked to wait, seconds.
     """
     text = error_text(content)
     line = f"{origin}: {status} {text}".rstrip(".") + "."
     if status in HOPELESS:
         return ServerError(f"{line} {HOPELESS[status].format(model=origin.model)}")
     if status in BUSY:
-        return TransientError(line, busy=True, retry_after_s=seconds_to_wait(retry_after, datetime.now(UTC)))
+        return TransientError(line, busy=True, retry_after_s=wait_s)
     if status in TRANSIENT:
         return TransientError(line)
     if status >= 500:

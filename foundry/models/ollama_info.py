@@ -17,6 +17,10 @@ from foundry.models.ollama_hosts import parse_hosts
 from foundry.models.ollama_inspect import context_length
 from foundry.models.transport import error_text
 
+FETCHING = (
+    "It is the server that fetches: its machine must reach the registry (registry.ollama.ai, or the first part of a "
+    "name such as hf.co/...), and the registry have that name and tag."
+)
 TIMEOUT = httpx.Timeout(30.0, connect=5.0)
 
 
@@ -73,10 +77,15 @@ async def pull_model(name: str, hosts: str | Iterable[str]) -> AsyncIterator[Pul
         InputError: a server cannot be reached, or cannot get the model.
     """
     for host in parse_hosts(hosts):
-        with _reading(host):
-            async with _client(host, timeout=None) as client:
-                async for part in await client.pull(name, stream=True):
-                    yield PullProgress(part.status or "", part.completed or 0, part.total or 0)
+        try:
+            with _reading(host):
+                async with _client(host, timeout=None) as client:
+                    async for part in await client.pull(name, stream=True):
+                        yield PullProgress(part.status or "", part.completed or 0, part.total or 0)
+        except InputError as error:
+            if not isinstance(error.__cause__, ResponseError):
+                raise
+            raise InputError(f"'{name}' was not fetched. {error} {FETCHING}") from error
 
 
 async def _installed(host: str) -> list[InstalledModel]:
@@ -121,7 +130,7 @@ def _reading(host: str) -> Iterator[None]:
     except (ConnectionError, httpx.TransportError) as error:
         raise InputError(f"No Ollama server answers at {host} ({type(error).__name__}). {WAYS_ON}") from error
     except ResponseError as error:
-        said = error_text(error.error.encode())
-        raise InputError(f"Ollama at {host} answered {error.status_code}: {said}. {WAYS_ON}") from error
+        status = f" ({error.status_code})" if error.status_code > 0 else ""
+        raise InputError(f"Ollama at {host} says{status}: {error_text(error.error.encode())}.") from error
     except ValueError as error:
         raise InputError(f"What answers at {host} is not an Ollama server. {WAYS_ON}") from error

@@ -8,6 +8,7 @@ from typing import Any
 from foundry.errors import InputError, not_found
 from foundry.models.base import ModelInfo
 from foundry.models.ollama_errors import WAYS_ON
+from foundry.models.transport import length_in, name_in, names_in
 
 
 def full_tag(name: str) -> str:
@@ -45,15 +46,16 @@ def described(name: str, row: Mapping[str, Any], shown: Mapping[str, Any], versi
     """
     return ModelInfo(
         name=name,
-        digest=row.get("digest"),
+        digest=name_in(row.get("digest")),
         server_version=version,
-        states={host: str(row.get("modified_at") or "")},
-        capabilities=tuple(shown.get("capabilities") or ()),
-        context_length=context_length(shown.get("model_info") or {}),
+        states={host: name_in(row.get("modified_at")) or ""},
+        capabilities=names_in(shown.get("capabilities")),
+        context_length=context_length(shown.get("model_info")),
     )
 
 
-def context_length(info: Mapping[str, Any]) -> int | None:
+def context_length(info: Any) -> int | None:
     """Return the longest context in tokens, which stands under the name of the model's architecture."""
-    length = info.get(f"{info.get('general.architecture')}.context_length")
-    return length if isinstance(length, int) else None
+    if not isinstance(info, Mapping):
+        return None
+    return length_in(info.get(f"{info.get('general.architecture')}.context_length"))

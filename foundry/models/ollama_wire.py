@@ -10,10 +10,11 @@ from typing import Any
 from foundry.errors import RequestError, TransientError
 from foundry.models.base import Reply, Request, UnusableReply
 from foundry.models.ollama_errors import refusal
-from foundry.models.transport import Origin, aborted_reply, json_object
+from foundry.models.transport import Origin, aborted_reply, count_in, json_object, seconds_in
 from foundry.texts import without_surrogates
 from foundry.worlds.base import LENGTH, STOPPED
 
+DURATIONS = ("total_duration", "load_duration", "prompt_eval_duration", "eval_duration")
 BYTES_PER_TOKEN = 4
 """A prompt of more bytes than this times `num_ctx` does not fit: no more than half of it would be read."""
 
@@ -124,9 +125,9 @@ def read_reply(content: bytes, request: Request, settings: ChatSettings, origin:
         text=text,
         thinking=thinking or None,
         ending=LENGTH if body.get("done_reason") == "length" else STOPPED,
-        prompt_tokens=_count(body, "prompt_eval_count"),
-        output_tokens=_count(body, "eval_count"),
-        timings={**_timings(body), "latency": latency_s},
+        prompt_tokens=count_in(body, "prompt_eval_count", origin),
+        output_tokens=count_in(body, "eval_count", origin),
+        timings={**_timings(body, origin), "latency": latency_s},
         host=origin.host,
         server_version=origin.version,
         served_model=_text(body, "model") or None,
@@ -142,17 +143,12 @@ def _text(message: Mapping[str, Any], key: str) -> str:
     return without_surrogates(value) if isinstance(value, str) else ""
 
 
-def _count(body: Mapping[str, Any], key: str) -> int | None:
-    value = body.get(key)
-    return value if isinstance(value, int) else None
-
-
-def _timings(body: Mapping[str, Any]) -> dict[str, float]:
-    """Return seconds by name; the wait for a slot is what the server leaves unaccounted for."""
-    if "total_duration" not in body:
+def _timings(body: Mapping[str, Any], origin: Origin) -> dict[str, float]:
+    """Return seconds by name, if all are known; the wait for a slot is what the server leaves unaccounted for."""
+    found = seconds_in(body, DURATIONS, origin) if "total_duration" in body else None
+    if found is None:
         return {}
-    names = ("total", "load", "prompt_eval", "eval")
-    total, load, prompt, output = (float(body.get(f"{name}_duration", 0)) / 1e9 for name in names)
+    total, load, prompt, output = found
     queue = max(0.0, total - load - prompt - output)
     return {"total": total, "load": load, "prompt": prompt, "output": output, "queue": queue}
 

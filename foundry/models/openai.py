@@ -11,15 +11,15 @@ import msgspec
 from foundry.errors import BackendError, InputError, RequestError, not_found
 from foundry.models import openai_wire
 from foundry.models.base import ModelInfo, Reply, Request
-from foundry.models.hosts import HostPool, agreed, parse_url
+from foundry.models.hosts import agreed, parse_url
 from foundry.models.http_model import HttpModel, check_format, schemas_of
 from foundry.models.openai_errors import refusal
 from foundry.models.openai_info import listed_info
-from foundry.models.openai_limits import Pause, wait_asked
 from foundry.models.openai_secret import Secret
 from foundry.models.openai_wire import ChatSettings
-from foundry.models.serving import HttpServing, Seconds, read_settings
-from foundry.models.transport import OK, Origin, Transport
+from foundry.models.pausing import wait_asked
+from foundry.models.serving import HttpServing, read_settings
+from foundry.models.transport import OK, Origin
 
 OPTIONS = frozenset(
     {
@@ -43,7 +43,6 @@ class OpenAIServing(HttpServing, frozen=True, kw_only=True):
         base_url: one, several separated by commas, or a list; each up to and with `/v1`.
         api_key_env: name of the environment variable that holds the key; None sends none.
         lists_models: whether `GET /models` names the model.
-        longest_pause_s: longest wait that a rate limit may ask for, seconds.
         one_fingerprint: whether a sweep ends when a server's replies come with another fingerprint, or with another
             name of the model, than the first one did.
     """
@@ -51,7 +50,6 @@ class OpenAIServing(HttpServing, frozen=True, kw_only=True):
     base_url: str | list[str]
     api_key_env: str | None
     lists_models: bool
-    longest_pause_s: Seconds
     one_fingerprint: bool = True
 
 
@@ -109,9 +107,7 @@ class OpenAIModel(HttpModel):
         )
         self._vision = vision
         self._secret = Secret.from_environment(self.server.api_key_env)
-        self._pool = HostPool(_base_urls(self.server.base_url))
-        self._pauses = {host: Pause(self.server.longest_pause_s) for host in self._pool.hosts}
-        self._transport = Transport(self.server, WAYS_ON, self._secret.headers)
+        self._reach(_base_urls(self.server.base_url), WAYS_ON, self._secret.headers)
 
     @property
     def longest_reply(self) -> int | None:
@@ -171,7 +167,7 @@ class OpenAIModel(HttpModel):
         response = await self._transport.send(origin, method, path, read_timeout_s=read_timeout_s, content=content)
         pause = self._pauses[origin.host]
         wait_s = wait_asked(response.headers)
-        pause.note(wait_s)
+        pause.note(wait_s, origin)
         if response.status == OK:
             return self._secret.removed_from_reply(response.content)
         refused = self._secret.removed(response.content)

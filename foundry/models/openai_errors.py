@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 
 from foundry.errors import BackendError, RequestError, ServerError, TransientError
-from foundry.models.transport import Origin, error_text
+from foundry.models.transport import Origin, decoded, error_text
 
 BUSY = frozenset({429, 502, 503, 529})
 TRANSIENT = frozenset({408, 409, 425, 499, 504})
@@ -73,10 +72,7 @@ def _by_status(line: str, status: int, wait_s: float | None) -> BackendError:
 
 def _field(content: bytes, name: str) -> str:
     """Return a field of the error object as text; empty where there is none."""
-    try:
-        body = json.loads(content)
-    except ValueError:
-        return ""
+    body = decoded(content)
     error = body.get("error", body) if isinstance(body, dict) else None
     value = error.get(name) if isinstance(error, dict) else None
     return str(value) if isinstance(value, str | int) else ""

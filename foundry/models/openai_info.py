@@ -9,7 +9,7 @@ from typing import Any
 
 from foundry.errors import InputError, not_found
 from foundry.models.base import ModelInfo
-from foundry.models.transport import Origin
+from foundry.models.transport import Origin, decoded, length_in
 
 LASTING = ("id", "owned_by", "root", "parent", "max_model_len", "quantization", "meta", "hugging_face_id", "version")
 """Fields of a row that say what the model is; others change with the time, the price or the server's start."""
@@ -42,16 +42,13 @@ def listed_info(served: str, name: str, listing: bytes | None, origin: Origin, *
         digest=f"listed-{digest[:32]}",
         capabilities=("completion", *(("vision",) if sees else ())),
         undeclared=("vision",) if sees is None else (),
-        context_length=next((row[key] for key in LENGTHS if isinstance(row.get(key), int)), None),
         states={origin.host: ""},
+        context_length=next(filter(None, (length_in(row.get(key)) for key in LENGTHS)), None),
     )
 
 
 def _row(listing: bytes, served: str, origin: Origin) -> Mapping[str, Any]:
-    try:
-        body = json.loads(listing)
-    except ValueError:
-        body = None
+    body = decoded(listing)
     rows = body.get("data") if isinstance(body, dict) else body
     if not isinstance(rows, list):
         raise InputError(

@@ -10,7 +10,7 @@ from typing import Any
 from foundry.errors import BackendError, RequestError, TransientError
 from foundry.models.base import ChatMessage, Reply, Request, UnusableReply
 from foundry.models.openai_errors import refusal
-from foundry.models.transport import Origin, aborted_reply, json_object
+from foundry.models.transport import Origin, aborted_reply, count_in, json_object, name_in
 from foundry.texts import without_surrogates
 from foundry.worlds.base import LENGTH, STOPPED
 
@@ -119,20 +119,21 @@ def read_reply(content: bytes, request: Request, settings: ChatSettings, origin:
         raise _error_with_200(body["error"], content, origin)
     choice = _choice(body, origin)
     message = choice["message"]
-    ending = ENDINGS.get(choice.get("finish_reason"))
+    finish_reason = name_in(choice.get("finish_reason"))
+    ending = ENDINGS.get(finish_reason)
     if ending is None:
-        reason = f"{origin}: the reply ended by '{choice.get('finish_reason')}'."
+        reason = f"{origin}: the reply ended by '{finish_reason}'."
         raise UnusableReply(reason, aborted_reply(origin))
     reply = Reply(
         text=_text(message.get("content")) or _text(message.get("refusal")),
         thinking=_text(message.get("reasoning_content")) or _text(message.get("reasoning")) or None,
         ending=ending,
-        prompt_tokens=_count(body, "prompt_tokens"),
-        output_tokens=_count(body, "completion_tokens"),
+        prompt_tokens=_count(body, "prompt_tokens", origin),
+        output_tokens=_count(body, "completion_tokens", origin),
         timings={"latency": latency_s},
         host=origin.host,
-        server_version=_text(body.get("system_fingerprint")) or None,
-        served_model=_text(body.get("model")) or None,
+        server_version=name_in(body.get("system_fingerprint")),
+        served_model=name_in(body.get("model")),
     )
     _check_context(reply, settings.context_length, origin)
     if reply.ending == STOPPED and not reply.text.strip() and not reply.thinking:
@@ -163,10 +164,9 @@ def _text(value: Any) -> str:
     return without_surrogates(value) if isinstance(value, str) else ""
 
 
-def _count(body: Mapping[str, Any], key: str) -> int | None:
+def _count(body: Mapping[str, Any], key: str, origin: Origin) -> int | None:
     usage = body.get("usage")
-    value = usage.get(key) if isinstance(usage, dict) else None
-    return value if isinstance(value, int) else None
+    return count_in(usage, key, origin) if isinstance(usage, dict) else None
 
 
 def _check_context(reply: Reply, context_length: int | None, origin: Origin) -> None:

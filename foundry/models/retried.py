@@ -10,15 +10,17 @@ from typing import Any, TypeVar
 import msgspec
 import numpy as np
 
-from foundry.errors import TransientError
+from foundry.errors import ServerError, TransientError
 from foundry.models.base import Model, Reply, Request, UnusableReply
+from foundry.models.serving import Retry
 from foundry.models.wrapper import Wrapper
 from foundry.records import Attempt
+from foundry.texts import without_secrets
 
 T = TypeVar("T")
 Sleep = Callable[[float], Awaitable[Any]]
-LONGEST_ASKED_S = 3600.0
-"""The longest wait that a server is granted, seconds: a date in another clock's time may be years away."""
+LONGEST_ASKED_S = 86_400.0
+"""The longest wait that is granted, seconds; backends may grant less, as those over HTTP do (`longest_pause_s`)."""
 
 
 class RetriedModel(Wrapper):
@@ -57,6 +59,17 @@ class RetriedModel(Wrapper):
         self._sleep = sleep
         self._jitter = np.random.default_rng()
 
+    @classmethod
+    def as_set(cls, retry: Retry, model: Model) -> RetriedModel:
+        """Return a model that is tried as often as these settings say."""
+        return cls(
+            model,
+            attempts=retry.attempts,
+            unusable_attempts=retry.unusable_attempts,
+            wait_initial_s=retry.wait_initial_s,
+            wait_max_s=retry.wait_max_s,
+        )
+
     async def ask(self, request: Request) -> Reply:
         """Answer one request; the tries that failed are noted in the reply.
 
@@ -85,7 +98,7 @@ class RetriedModel(Wrapper):
                 return await call()
             except TransientError as error:
                 elapsed = time.perf_counter() - started
-                failures.append(Attempt(error=str(error), elapsed_s=elapsed, busy=error.busy))
+                failures.append(Attempt(error=without_secrets(str(error)), elapsed_s=elapsed, busy=error.busy))
                 unusable += isinstance(error, UnusableReply)
                 if len(failures) >= self._attempts or unusable >= self._unusable_attempts:
                     raise _given_up(error, len(failures)) from error.__cause__
@@ -93,10 +106,17 @@ class RetriedModel(Wrapper):
             await self._sleep(wait_s)
 
     def _wait_s(self, error: TransientError, tries: int) -> float:
-        """Return the wait in seconds: at random between half of the back-off and all of it, but as long as asked."""
+        """Return the wait in seconds: at random between half of the back-off and all of it, but as long as asked.
+
+        Raises:
+            ServerError: what is asked for is no wait any more.
+        """
+        asked_s = error.retry_after_s or 0.0
+        if asked_s > LONGEST_ASKED_S:
+            raise ServerError(f"{error} It asks to wait {asked_s:.0f} s. Go on then with: foundry resume") from error
         backoff = min(self._wait_max_s, self._wait_initial_s * 2.0 ** (tries - 1))
         jittered = backoff * float(self._jitter.uniform(0.5, 1.0))
-        return max(jittered, min(error.retry_after_s or 0.0, LONGEST_ASKED_S))
+        return max(jittered, asked_s)
 
 
 def _given_up(error: TransientError, tries: int) -> TransientError:

@@ -61,11 +61,14 @@ class HttpServing(Serving, frozen=True, kw_only=True):
 
     Attributes:
         connect_timeout_s: limit for opening a connection, seconds.
-        read_timeout_s: limit for one reply, its wait in the server's queue included, seconds.
+        read_timeout_s: limit for one reply, from the connection to its last byte, its wait in the server's queue
+            included, seconds.
+        longest_pause_s: longest wait that a server may ask for, seconds; a longer one ends the sweep.
     """
 
     connect_timeout_s: Seconds
     read_timeout_s: Seconds
+    longest_pause_s: Seconds = 900.0
 
 
 DEFAULT = Serving(

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 import json
-import math
-from collections.abc import Mapping
+import logging
+import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
-from email.utils import parsedate_to_datetime
 from typing import Any
 
 import aiohttp
@@ -15,9 +15,16 @@ import aiohttp
 from foundry.errors import TransientError
 from foundry.models.base import Reply
 from foundry.models.serving import HttpServing
+from foundry.texts import without_surrogates
 from foundry.worlds.base import ABORTED
 
 LONGEST_TEXT = 300
+LONGEST_NAME = 300
+"""Characters that are kept of what a server calls itself."""
+LARGEST_COUNT = 2**53 - 1
+"""The largest whole number that every reader of JSON keeps as it is."""
+LARGEST_BODY = 8 * 2**20
+"""Bytes that are read of a body, decompressed: more than a million tokens, far more than any list of models."""
 OK = 200
 
 
@@ -82,18 +89,28 @@ class Transport:
     ) -> Response:
         """Return the response of the server, whatever its status.
 
+        Args:
+            origin: who is asked.
+            method: of HTTP.
+            path: what follows the base URL.
+            read_timeout_s: limit for the whole reply, its last byte included, seconds.
+            content: the body.
+
         Raises:
-            TransientError: no server answers, not in time, or not in HTTP.
+            TransientError: no server answers, not in time, not in HTTP, or without an end.
         """
-        timeout = aiohttp.ClientTimeout(sock_connect=self._serving.connect_timeout_s, sock_read=read_timeout_s)
+        timeout = aiohttp.ClientTimeout(total=read_timeout_s, sock_connect=self._serving.connect_timeout_s)
         session, url = self._open_session(), f"{origin.host}{path}"
         try:
             async with session.request(method, url, data=content, timeout=timeout, allow_redirects=False) as response:
-                return Response(response.status, response.headers, await response.read())
-        except aiohttp.SocketTimeoutError as error:
-            raise TransientError(f"{origin}: no reply within {read_timeout_s:g} s.") from error
+                return Response(response.status, response.headers, await _body(response, origin))
         except aiohttp.ClientConnectorError as error:
             raise TransientError(f"{origin}: no connection ({error.os_error}). {self._ways_on}") from error
+        except aiohttp.ConnectionTimeoutError as error:
+            limit_s = self._serving.connect_timeout_s
+            raise TransientError(f"{origin}: no connection within {limit_s:g} s. {self._ways_on}") from error
+        except TimeoutError as error:
+            raise TransientError(f"{origin}: no reply within {read_timeout_s:g} s, or not all of it.") from error
         except (aiohttp.ClientError, OSError) as error:
             raise TransientError(f"{origin}: {_cause_line(error)}. {self._ways_on}") from error
 
@@ -126,8 +143,31 @@ class Transport:
         self._opened += 1
 
 
+async def _body(response: aiohttp.ClientResponse, origin: Origin) -> bytes:
+    """Return the body, decompressed.
+
+    Raises:
+        TransientError: it is too long to be a reply.
+    """
+    body = bytearray()
+    async for chunk in response.content.iter_any():
+        body += chunk
+        if len(body) > LARGEST_BODY:
+            raise TransientError(f"{origin}: its reply is longer than {LARGEST_BODY // 2**20} MiB, and was left there.")
+    return bytes(body)
+
+
 def _cause_line(error: BaseException) -> str:
     return " ".join(f"{type(error).__name__} {error}".split()).rstrip(".")
+
+
+def decoded(content: bytes | str) -> Any:
+    """Return what a body of JSON says; None where it is not JSON, or nested too deep to be a reply."""
+    text = content.decode("utf-8", "replace") if isinstance(content, bytes) else content
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return None
 
 
 def json_object(content: bytes, origin: Origin) -> dict[str, Any]:
@@ -136,13 +176,55 @@ def json_object(content: bytes, origin: Origin) -> dict[str, Any]:
     Raises:
         TransientError: it is cut, or something else.
     """
-    try:
-        body = json.loads(content.decode("utf-8", "replace"))
-    except ValueError:
-        raise TransientError(f"{origin}: its reply is not JSON, or was cut ({len(content)} bytes).") from None
+    body = decoded(content)
+    if body is None:
+        raise TransientError(f"{origin}: its reply is not JSON, or was cut ({len(content)} bytes).")
     if not isinstance(body, dict):
         raise TransientError(f"{origin}: its reply is not a JSON object.")
     return body
+
+
+def count_in(body: Mapping[str, Any], key: str, origin: Origin) -> int | None:
+    """Return a number of tokens; None, which is said once, where what stands there counts nothing."""
+    value = body.get(key)
+    if value is None or (_is_number(value) and value <= LARGEST_COUNT and value == int(value)):
+        return None if value is None else int(value)
+    _say_unknown(origin, key)
+    return None
+
+
+def seconds_in(body: Mapping[str, Any], keys: Sequence[str], origin: Origin) -> list[float] | None:
+    """Return durations, given in nanoseconds, 0 for absent ones; None, which is said once, where one is no number."""
+    for key in keys:
+        if not _is_number(body.get(key, 0)):
+            _say_unknown(origin, key)
+            return None
+    return [float(body.get(key, 0)) / 1e9 for key in keys]
+
+
+def _is_number(value: Any) -> bool:
+    """Return whether a value of JSON is a number from 0 that is one to every reader: true and NaN are none."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= sys.float_info.max
+
+
+@functools.lru_cache(maxsize=256)  # a worker says it once
+def _say_unknown(origin: Origin, key: str) -> None:
+    logging.getLogger("foundry").warning("%s: '%s' in its replies is no number, and is kept as unknown.", origin, key)
+
+
+def name_in(value: Any) -> str | None:
+    """Return what a server calls something; None where that is no text, or empty."""
+    return without_surrogates(value[:LONGEST_NAME]) if isinstance(value, str) and value else None
+
+
+def names_in(value: Any) -> tuple[str, ...]:
+    """Return the texts in a list; nothing where it is none."""
+    return tuple(one for one in value if isinstance(one, str)) if isinstance(value, list) else ()
+
+
+def length_in(value: Any) -> int | None:
+    """Return the length of a context, tokens; None where it is none."""
+    return value if isinstance(value, int) and not isinstance(value, bool) and 0 < value <= LARGEST_COUNT else None
 
 
 def aborted_reply(origin: Origin) -> Reply:
@@ -154,9 +236,8 @@ def error_text(content: bytes) -> str:
     """Return what a refusal says in one short line, out of the JSON it may be wrapped in, twice even."""
     text = content.decode("utf-8", "replace").strip()
     while text.startswith("{"):
-        try:
-            said = json.loads(text)
-        except ValueError:
+        said = decoded(text)
+        if not isinstance(said, dict):
             break
         inner = said.get("error", said.get("message"))
         if isinstance(inner, dict):
@@ -164,26 +245,5 @@ def error_text(content: bytes) -> str:
         if not isinstance(inner, str):
             break
         text = inner.strip()
-    line = " ".join(text.split())
+    line = without_surrogates(" ".join(text.split()))
     return line if len(line) <= LONGEST_TEXT else line[:LONGEST_TEXT] + "..."
-
-
-def seconds_to_wait(retry_after: str | None, now: datetime) -> float | None:
-    """Return the seconds that a `Retry-After` header asks for, given as a number or as a date, else None."""
-    if retry_after is None:
-        return None
-    try:
-        seconds = float(retry_after)
-    except ValueError:
-        return _seconds_until(retry_after, now)
-    return seconds if math.isfinite(seconds) and seconds >= 0 else None
-
-
-def _seconds_until(date: str, now: datetime) -> float | None:
-    try:
-        moment = parsedate_to_datetime(date)
-    except ValueError:
-        return None
-    if moment.tzinfo is None:
-        moment = moment.replace(tzinfo=UTC)
-    return max(0.0, (moment - now).total_seconds())

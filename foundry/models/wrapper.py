@@ -28,6 +28,16 @@ class Wrapper(Model):
         """The kinds of question the wrapped model can answer; None for any."""
         return self.inner.kinds
 
+    @property
+    def longest_reply(self) -> int | None:
+        """Tokens of the wrapped model's longest reply; None where its settings set no limit."""
+        return self.inner.longest_reply
+
+    @property
+    def context_length(self) -> int | None:
+        """Tokens of prompt and reply that the wrapped model's settings make room for; None where they do not say."""
+        return self.inner.context_length
+
     async def inspect(self) -> ModelInfo:
         """Ask the wrapped model's server about it."""
         return await self.inner.inspect()

@@ -18,13 +18,16 @@ from foundry import paths
 from foundry.errors import InputError
 
 DEFAULT_BACKEND = "ollama"
+DEFAULT_TAG = ":latest"
+"""What the default backend takes where a name has no tag: with it or without, a model has one name, the short one."""
 
 
 def split_tag(config_path: str) -> tuple[str, str] | None:
     """Return (backend's config, model tag) of `model/<tag>`, or None where no backend would serve it.
 
-    `model/<backend>/<tag>` is served by `conf/model/<backend>.yaml` if there is one; a first part that is a
-    folder of `conf/model` holds real files only; every other tag goes to the default backend.
+    A tag of the default backend is without `:latest`, which it stands for anyway. `model/<backend>/<tag>` is served
+    by `conf/model/<backend>.yaml` if there is one; a first part that is a folder of `conf/model` holds real files
+    only; every other tag goes to the default backend.
 
     Raises:
         InputError: a backend is named and nothing follows.
@@ -38,9 +41,8 @@ def split_tag(config_path: str) -> tuple[str, str] | None:
         raise InputError(f"model={tag} names no model: write model={first}/<{open_key(first)}>.")
     if (models / f"{tag}.yaml").is_file() or (models / first).is_dir():
         return None
-    if rest and (models / f"{first}.yaml").is_file():
-        return first, rest
-    return DEFAULT_BACKEND, tag
+    backend, tag = (first, rest) if rest and (models / f"{first}.yaml").is_file() else (DEFAULT_BACKEND, tag)
+    return backend, tag.removesuffix(DEFAULT_TAG) if backend == DEFAULT_BACKEND else tag
 
 
 def open_key(backend: str) -> str:

@@ -13,7 +13,19 @@ import pytest
 from commands import foundry
 from foundry.doctor.longest import longest_prompt
 from foundry.preflight import prompt_of, scenario_of
-from ollama_cases import Body, ChatCase, grid_answer
+from ollama_cases import (
+    ABORTED,
+    ABORTED_500,
+    CUT,
+    DROPPED,
+    EMPTY,
+    ONLY_THINKING,
+    RUNNER_DIED,
+    Body,
+    ChatCase,
+    busy,
+    grid_answer,
+)
 from ollama_server import OllamaServer
 
 FEW = ("world.agents=3", "world.steps=4", "world.history={memory: 2, messages: 3}")
@@ -97,6 +109,73 @@ def test_a_server_that_ignores_seeds_is_a_warning(tmp_path: Path):
         code, found = findings(server, tmp_path, "model=llama3.2")
     assert code == 0
     assert found["seeds"]["status"] == "warning" and "0% equal under load" in found["seeds"]["found"]
+
+
+QUICK = ("model.server.retry.wait_initial_s=0.001", "model.server.retry.wait_max_s=0.001")
+
+
+@pytest.mark.parametrize("case", [ABORTED, ABORTED_500, EMPTY, ONLY_THINKING])
+def test_replies_that_a_sweep_would_record_as_outcomes_are_a_warning(case: ChatCase, tmp_path: Path):
+    with OllamaServer(lambda body: case) as server:
+        code, found = findings(server, tmp_path, "model=llama3.2", *QUICK)
+    assert code == 0, found
+    assert found["replies"]["status"] == "warning"
+    assert found["replies"]["found"] == "18 of 18 replies hold nothing to read"
+
+
+@pytest.mark.parametrize("case", [busy(), RUNNER_DIED, DROPPED, CUT])
+def test_a_failure_that_another_try_cures_is_a_warning(case: ChatCase, tmp_path: Path):
+    numbers = count()
+    with OllamaServer(lambda body: case if next(numbers) == 1 else grid_answer(body)) as server:
+        code, found = findings(server, tmp_path, "model=llama3.2", *QUICK)
+    assert code == 0, found
+    assert found["tries"]["found"] == "1 of 18 calls were answered only when they were made again"
+
+
+def test_a_server_that_fails_every_try_is_a_problem(tmp_path: Path):
+    with OllamaServer(lambda body: busy()) as server:
+        code, found = findings(server, tmp_path, "model=llama3.2", *QUICK)
+    assert code == 3
+    assert "Given up after 6 tries" in found["calls"]["found"]
+
+
+OWN_BACKEND = """
+from foundry.models.base import Model, ModelInfo
+
+class Broken(Model):
+    remote = True
+    def __init__(self, name, fails):
+        self.name, self.fails = name, fails
+    def parameters(self):
+        return {}
+    async def inspect(self):
+        if self.fails == "inspect":
+            raise KeyError("weights of mine")
+        return ModelInfo(self.name, digest="d")
+    async def ask(self, request):
+        raise ZeroDivisionError("of mine")
+"""
+
+
+@pytest.mark.parametrize(
+    ("fails", "check", "found"),
+    [
+        ("inspect", "model", "its class raises KeyError: 'weights"),
+        ("ask", "calls", "its class raises ZeroDivisionError: of mine"),
+    ],
+)
+def test_a_backend_of_ones_own_that_raises_is_a_problem_in_one_line(
+    fails: str, check: str, found: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    (tmp_path / "brokenbackend.py").write_text(OWN_BACKEND, encoding="utf-8")
+    (tmp_path / "model").mkdir()
+    settings = f"_target_: brokenbackend.Broken\nname: mine\nfails: {fails}\n"
+    (tmp_path / "model" / "mine.yaml").write_text(settings, encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    done = foundry("doctor", "--json", "--config-dir", str(tmp_path), "model=mine", *FEW, cwd=tmp_path)
+    rows = {row["check"]: row for row in map(json.loads, done.stdout.splitlines())}
+    assert done.returncode == 3
+    assert rows[check]["status"] == "problem" and rows[check]["found"].startswith(found)
 
 
 @pytest.mark.slow

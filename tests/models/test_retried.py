@@ -61,6 +61,17 @@ def test_a_server_is_never_asked_before_the_time_it_named(scripted, make_request
     assert naps == [17.0]
 
 
+def test_a_wait_of_a_day_is_granted_and_a_longer_one_ends_the_sweep(scripted, make_request):
+    naps = Naps()
+    day = TransientError("full", busy=True, retry_after_s=86_400.0)
+    asyncio.run(retried(scripted(day, Reply(text="hi")), naps).ask(make_request()))
+    assert naps == [86_400.0]
+    years = TransientError("full.", busy=True, retry_after_s=1e9)
+    with pytest.raises(ServerError, match=r"^full\. It asks to wait 1000000000 s\. .*foundry resume$"):
+        asyncio.run(retried(scripted(years, Reply(text="hi")), naps).ask(make_request()))
+    assert naps == [86_400.0]
+
+
 def test_a_short_retry_after_does_not_shorten_the_wait(scripted, make_request):
     naps = Naps()
     inner = scripted(TransientError("full", retry_after_s=0.0), Reply(text="hi"))
@@ -125,7 +136,7 @@ def test_everything_else_is_the_wrapped_models(scripted, make_model):
 @pytest.mark.parametrize(
     ("answers", "tries", "ending"),
     [
-        ([cases.busy("3"), cases.RUNNER_DIED, cases.DROPPED, "hi"], 4, "stop"),
+        ([cases.busy("0.003"), cases.RUNNER_DIED, cases.DROPPED, "hi"], 4, "stop"),
         ([cases.CUT, cases.ERROR_WITH_200, "hi"], 3, "stop"),
         ([cases.EMPTY, "hi"], 2, "stop"),
         ([cases.EMPTY], 2, "stop"),

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from foundry.errors import ServerError, TransientError
 from foundry.models.limited import LimitedModel
-from foundry.models.openai_limits import Pause, parse_reset, wait_asked
+from foundry.models.pausing import Pause, parse_reset, wait_asked
 from foundry.models.retried import RetriedModel
 from foundry.models.transport import Origin
 from openai_server import ChatCase, OpenAIServer, in_turn, limited
@@ -84,7 +84,7 @@ def test_a_limit_that_is_used_up_asks_to_wait_for_its_reset(headers, wait_s):
 def test_calls_wait_until_the_longest_pause_is_over():
     pause, clock = make_pause()
     for wait_s in (None, 2.0, 0.5):
-        pause.note(wait_s)
+        pause.note(wait_s, HERE)
     asyncio.run(pause.over(HERE))
     asyncio.run(pause.over(HERE))
     assert clock.waits == [2.0]
@@ -92,8 +92,8 @@ def test_calls_wait_until_the_longest_pause_is_over():
 
 def test_a_pause_that_is_too_long_ends_the_sweep():
     pause, clock = make_pause(longest_s=60.0)
-    pause.note(3600.0)
-    with pytest.raises(ServerError, match="opens again in 3600 s.*foundry resume"):
+    pause.note(3600.0, HERE)
+    with pytest.raises(ServerError, match="a pause of 3600 s.*foundry resume"):
         asyncio.run(pause.over(HERE))
     assert clock.waits == []
     assert isinstance(pause.judged(TransientError("429", busy=True, retry_after_s=61.0), HERE), ServerError)

@@ -1,0 +1,109 @@
+"""Passwords in addresses: shown by nothing, written into nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from commands import foundry
+from foundry import reaching
+from foundry.errors import FoundryError, InputError
+from foundry.lane import summarise
+from foundry.models.base import ModelInfo
+from foundry.models.ollama_hosts import parse_host
+from foundry.remote import RemoteSweep
+from foundry.store import SweepFolder
+from foundry.sweep import model_key
+from foundry.texts import holds_secret, without_secrets
+
+SECRET = "hunter2"
+SMALL = ("world.agents=2", "world.steps=1", "analyze=false", "output.dir=out")
+HOSTS = [
+    f"http://me:{SECRET}@127.0.0.1:9",
+    f"me:{SECRET}@127.0.0.1:9",
+    f"me:{SECRET}@127.0.0.1",
+    f"http://me:pa/{SECRET}@127.0.0.1:9",
+    f"http://me:{SECRET}@ho[st",
+    f"ftp://me:{SECRET}@127.0.0.1",
+    f"http://me:{SECRET}@127.0.0.1:{SECRET}x@y",
+]
+
+
+def everything(workspace: Path) -> bytes:
+    """What stands in any file, and in any file's name."""
+    files = [file for file in workspace.rglob("*") if file.is_file()]
+    return b"".join(str(file).encode() + file.read_bytes() for file in files)
+
+
+@pytest.mark.parametrize("host", HOSTS)
+def test_a_password_in_a_servers_address_is_refused_and_not_repeated(host: str):
+    with pytest.raises(InputError, match="it may hold no user or password|scheme is neither") as caught:
+        parse_host(host)
+    assert SECRET not in str(caught.value)
+
+
+@pytest.mark.parametrize("command", ["run", "plan", "doctor"])
+def test_no_command_repeats_a_password_or_writes_it_down(command: str, workspace: Path):
+    words = () if command == "run" else (command,)
+    done = foundry(*words, "model=llama3.2", *SMALL, cwd=workspace, OLLAMA_HOST=HOSTS[0])
+    shown = done.stdout + done.stderr
+    assert "it may hold no user or password" in shown
+    assert SECRET not in shown and SECRET.encode() not in everything(workspace)
+
+
+@given(st.text(max_size=8), st.text(max_size=8), st.sampled_from(["", "http://", "https://"]))
+def test_no_address_with_a_user_is_repeated(user: str, rest: str, scheme: str):
+    with pytest.raises(InputError) as caught:
+        parse_host(f"{scheme}{user}:{SECRET}@{rest}")
+    assert SECRET not in str(caught.value)
+
+
+def test_a_password_is_written_into_no_sweep(workspace: Path):
+    runner = ("runner=dask", "runner.address=tcp://h:1", f"runner.remote=ftp://me:{SECRET}@h/x")
+    done = foundry("model=scripted/stay", *SMALL, *runner, cwd=workspace)
+    assert done.returncode == 2 and "'runner.remote=ftp://***@h/x' holds a password" in done.stderr
+    assert SECRET not in done.stdout + done.stderr and SECRET.encode() not in everything(workspace)
+
+
+def test_errors_of_a_remote_store_name_it_without_its_password(tmp_path: Path):
+    url = f"nosuch://me:{SECRET}@bucket/x"
+    with pytest.raises(InputError) as caught:
+        RemoteSweep.open(url)
+    assert SECRET not in str(caught.value)
+
+
+def test_what_a_record_would_reach_is_shown_without_passwords(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("OPENAI_API_KEY", "key")
+    model = {"server": {"api_key_env": "OPENAI_API_KEY", "base_url": f"http://me:{SECRET}@there/v1"}}
+    with pytest.raises(InputError, match=r"sent to 'http://\*\*\*@there/v1'"):
+        reaching.check_models([model])
+    with pytest.raises(InputError, match=r"'postgresql://there/a\?password=\*\*\*'"):
+        reaching.check_settings({"cache": {"path": f"postgresql://there/a?password={SECRET}"}})
+
+
+def test_the_cause_of_a_failed_run_is_recorded_without_passwords(workspace: Path):
+    assert foundry("model=scripted/stay", *SMALL, cwd=workspace).returncode == 0
+    (only,) = SweepFolder.open(workspace / "out").runs()
+    infos = {model_key(only.config()["model"]): ModelInfo("stay")}
+    for error in (FoundryError(f"no http://me:{SECRET}@h"), ValueError(f"no http://me:{SECRET}@h")):
+        summary = summarise(only, infos, None, started="", seconds=0.0, error=error)
+        assert summary.error == "no http://***@h"
+        assert SECRET not in str(summary.traceback)
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("at http://u:p@h/x now", "at http://***@h/x now"),
+        ("at s3://key@b, ftp://a:b@c", "at s3://***@b, ftp://***@c"),
+        ("postgresql://h/d?sslpassword=x&a=b", "postgresql://h/d?sslpassword=***&a=b"),
+        ("model mix/qwen3:4b@50%+llama3.2@50% at http://h", "model mix/qwen3:4b@50%+llama3.2@50% at http://h"),
+        ("http://h and me@example.org", "http://h and me@example.org"),
+    ],
+)
+def test_only_users_and_passwords_of_addresses_are_left_out(text: str, shown: str):
+    assert without_secrets(text) == shown
+    assert not holds_secret(shown)

@@ -1,0 +1,331 @@
+"""Servers that say anything at all: every reply is a valid one, or an error with a name."""
+
+from __future__ import annotations
+
+import asyncio
+import copy
+import gzip
+import json
+import logging
+import tracemalloc
+from collections.abc import Callable, Iterator
+from datetime import UTC, datetime
+from typing import Any
+
+import msgspec
+import pytest
+from aiohttp import web
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import ollama_cases as cases
+from commands import foundry, statuses
+from foundry.errors import BackendError, InputError, ServerError, TransientError
+from foundry.models import ollama_errors, ollama_inspect, ollama_wire, openai_errors, openai_info, openai_wire
+from foundry.models.base import ChatMessage, ModelInfo, Reply, Request
+from foundry.models.pausing import seconds_to_wait, wait_asked
+from foundry.models.transport import LARGEST_BODY, Origin, _say_unknown
+from foundry.store import SweepFolder
+from local_server import LocalServer
+from ollama_server import OllamaServer
+from openai_server import ChatCase
+
+HERE = Origin(host="http://127.0.0.1:1", model="m", version="1")
+ASKED = Request(messages=(ChatMessage("user", "Where?"),), seed=7, kind="action", observation={}, step=1, agent=0)
+OLLAMA = ollama_wire.ChatSettings(model="m", think=False, options={"num_ctx": 8192})
+OPENAI = openai_wire.ChatSettings(model="m", options={}, context_length=8192)
+OLLAMA_REPLY = {
+    "model": "m",
+    "message": {"role": "assistant", "content": "Left.", "thinking": "Hm."},
+    "done": True,
+    "done_reason": "stop",
+    **{"total_duration": 9, "load_duration": 1, "prompt_eval_duration": 2, "eval_duration": 3},
+    **{"prompt_eval_count": 4, "eval_count": 5},
+}
+OPENAI_REPLY = {
+    "model": "m-2026",
+    "system_fingerprint": "fp",
+    "choices": [{"message": {"content": "Left.", "reasoning": "Hm."}, "finish_reason": "stop"}],
+    "usage": {"prompt_tokens": 4, "completion_tokens": 5},
+}
+TAGS = {"models": [{"model": "m:latest", "digest": "a1"}]}
+SHOWN = {"capabilities": ["vision"], "model_info": {"general.architecture": "a", "a.context_length": 9}}
+LISTING = {
+    "data": [
+        {"id": "m", "owned_by": "o", "max_model_len": 9, "context_length": 8, "capabilities": ["vision"]},
+    ]
+}
+REFUSED = {"error": {"message": "no", "type": "t", "code": "c", "param": "p"}}
+
+MANY = settings(max_examples=150)
+
+json_values = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.sampled_from([2**64, -(2**64), 10**400, 2**53, 0])
+    | st.floats()
+    | st.text(alphabet=st.characters(), max_size=5)
+    | st.sampled_from(["\ud800", "stop", "", "NaN", "9" * 400]),
+    lambda inner: st.lists(inner, max_size=2) | st.dictionaries(st.text(max_size=3), inner, max_size=2),
+    max_leaves=4,
+)
+
+
+def places(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    yield path
+    inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, one in inner:
+        yield from places(one, (*path, key))
+
+
+def put(value: Any, path: tuple[Any, ...], new: Any) -> Any:
+    """The value with something else in one place."""
+    if not path:
+        return new
+    copied = copy.copy(value)
+    copied[path[0]] = put(value[path[0]], path[1:], new)
+    return copied
+
+
+@st.composite
+def spoilt(draw: st.DrawFn, whole: dict[str, Any]) -> bytes:
+    """A body in which up to three places hold something else."""
+    body: Any = whole
+    for _ in range(draw(st.integers(1, 3))):
+        body = put(body, draw(st.sampled_from(list(places(body)))), draw(json_values))
+    return json.dumps(body).encode()
+
+
+def assert_whole(reply: Reply) -> None:
+    """A reply that the cache and the records give back as it is."""
+    for codec in (msgspec.json, msgspec.msgpack):
+        assert codec.decode(codec.encode(reply), type=Reply) == reply
+
+
+def read_or_refused(read: Callable[[], Reply]) -> None:
+    try:
+        reply = read()
+    except BackendError as error:
+        str(error).encode()
+        inner = getattr(error, "reply", None)
+        if inner is not None:
+            assert_whole(inner)
+    else:
+        assert_whole(reply)
+
+
+@MANY
+@given(spoilt(OLLAMA_REPLY))
+def test_whatever_ollama_replies_is_a_valid_reply_or_an_error_with_a_name(content: bytes):
+    read_or_refused(lambda: ollama_wire.read_reply(content, ASKED, OLLAMA, HERE, latency_s=0.1))
+
+
+@MANY
+@given(spoilt(OPENAI_REPLY) | spoilt({**OPENAI_REPLY, **REFUSED}))
+def test_whatever_an_openai_server_replies_is_a_valid_reply_or_an_error_with_a_name(content: bytes):
+    read_or_refused(lambda: openai_wire.read_reply(content, ASKED, OPENAI, HERE, latency_s=0.1))
+
+
+def assert_known(describe: Callable[[], ModelInfo]) -> None:
+    try:
+        info = describe()
+    except InputError:
+        return
+    assert info.digest is None or isinstance(info.digest, str)
+    assert all(isinstance(one, str) for one in info.capabilities)
+    assert info.context_length is None or type(info.context_length) is int and info.context_length > 0
+
+
+@MANY
+@given(spoilt(TAGS), spoilt(SHOWN))
+def test_whatever_ollama_says_of_a_model_is_read_or_refused(tags: bytes, shown: bytes):
+    def describe() -> ModelInfo:
+        listing, detail = json.loads(tags), json.loads(shown)
+        row = ollama_inspect.installed_row(listing if isinstance(listing, dict) else {}, "m", HERE.host)
+        return ollama_inspect.described("m", row, detail if isinstance(detail, dict) else {}, "1", HERE.host)
+
+    assert_known(describe)
+
+
+@MANY
+@given(spoilt(LISTING))
+def test_whatever_an_openai_server_lists_is_read_or_refused(listing: bytes):
+    assert_known(lambda: openai_info.listed_info("m", "m", listing, HERE, vision=None))
+
+
+@MANY
+@given(spoilt(REFUSED) | st.binary(max_size=30), st.sampled_from([302, 400, 401, 404, 429, 500, 503]))
+def test_whatever_a_refusal_holds_is_an_error_with_a_name(content: bytes, status: int):
+    for error in (ollama_errors.refusal(HERE, status, content), openai_errors.refusal(HERE, status, content)):
+        assert isinstance(error, BackendError) and "\n" not in str(error)
+        str(error).encode()
+
+
+@given(
+    st.text(max_size=30) | st.from_regex(r"[A-Z][a-z]{2}, \d+ [A-Z][a-z]{2} \d+ \d+:\d+:\d+ [+-]\d+", fullmatch=True)
+)
+def test_whatever_headers_ask_is_a_finite_wait_or_none(text: str):
+    names = ("retry-after", "retry-after-ms", "x-ratelimit-reset-tokens", "x-ratelimit-remaining-tokens")
+    for name in names:
+        wait_s = wait_asked({"x-ratelimit-remaining-tokens": "0", name: text})
+        assert wait_s is None or 0 <= wait_s < float("inf")
+
+
+def test_a_date_beyond_all_calendars_asks_for_nothing():
+    assert seconds_to_wait("Mon, 01 Jan 99999999999999999999 00:00:00 GMT", datetime(2026, 1, 1, tzinfo=UTC)) is None
+    assert wait_asked({"x-ratelimit-remaining-tokens": "0", "x-ratelimit-reset-tokens": "9" * 400 + "h"}) is None
+
+
+def test_a_reply_nested_too_deep_is_worth_another_try(ask, ask_openai):
+    for nested in (b"[" * 100_000, b'{"message":' * 100_000):
+        with pytest.raises(TransientError, match="not JSON"):
+            ask(cases.ChatCase(raw=nested))
+        with pytest.raises(TransientError, match="not JSON"):
+            ask_openai(ChatCase(raw=nested))
+
+
+ODD = {"eval_count": True, "prompt_eval_count": -3, "total_duration": float("nan"), "eval_duration": "long"}
+
+
+def test_a_number_that_is_none_is_unknown_and_said_once(ask, caplog: pytest.LogCaptureFixture):
+    _say_unknown.cache_clear()
+    raw = json.dumps({**OLLAMA_REPLY, **ODD}).encode()
+    with caplog.at_level(logging.WARNING, "foundry"):
+        reply, _ = ask(cases.ChatCase(raw=raw))
+    assert (reply.prompt_tokens, reply.output_tokens, set(reply.timings)) == (None, None, {"latency"})
+    assert [record.getMessage().split("'")[3] for record in caplog.records] == [
+        "prompt_eval_count",
+        "eval_count",
+        "total_duration",
+    ]
+    with caplog.at_level(logging.WARNING, "foundry"):
+        origin = Origin(host="http://h", model="m")
+        for _ in range(3):
+            ollama_wire.read_reply(raw, ASKED, OLLAMA, origin, latency_s=0.1)
+    assert len(caplog.records) == 6
+
+
+def test_a_run_of_odd_numbers_can_be_read_afterwards(workspace):
+    def answer(body: dict[str, Any]) -> cases.ChatCase:
+        message = {"role": "assistant", "content": cases.grid_answer(body)}
+        return cases.ChatCase(raw=json.dumps({**OLLAMA_REPLY, **ODD, "message": message}).encode())
+
+    asked = ("model=llama3.2", "world.agents=2", "world.steps=1", "analyze=false", "output.dir=out")
+    with OllamaServer(answer) as server:
+        done = foundry(*asked, cwd=workspace, OLLAMA_HOST=server.url)
+    assert done.returncode == 0, done.stderr
+    assert statuses(workspace / "out") == ["complete"]
+    (only,) = SweepFolder.open(workspace / "out").runs()
+    assert {(call.output_tokens, *call.timings) for call in only.calls()} == {(None, "latency")}
+    assert foundry("verify", "out", cwd=workspace).returncode == 0
+
+
+class Pouring(LocalServer):
+    """Answers every call by a body that comes piece by piece.
+
+    Args:
+        pieces: the pieces.
+        pause_s: seconds between two of them.
+        encoding: how the body says that it is compressed.
+    """
+
+    def __init__(self, pieces: Iterator[bytes], pause_s: float = 0.0, encoding: str = "identity") -> None:
+        super().__init__()
+        self.pieces, self.pause_s, self.encoding = pieces, pause_s, encoding
+        self.poured = 0
+
+    async def _handle(self, request: web.BaseRequest) -> web.StreamResponse:
+        response = web.StreamResponse(headers={"Content-Encoding": self.encoding})
+        await response.prepare(request)
+        for piece in self.pieces:
+            await response.write(piece)
+            self.poured += len(piece)
+            await asyncio.sleep(self.pause_s)
+        await response.write_eof()
+        return response
+
+
+def endless(piece: bytes) -> Iterator[bytes]:
+    while True:
+        yield piece
+
+
+@pytest.fixture(params=["ollama", "openai"])
+def make_any(request: pytest.FixtureRequest, make_model, make_openai):
+    """Make a model of either kind over HTTP."""
+    return make_model if request.param == "ollama" else lambda url, **kind: make_openai(f"{url}/v1", **kind)
+
+
+def test_a_reply_that_drips_ends_at_the_time_limit_of_the_whole(make_any, make_request, run):
+    with Pouring(endless(b" "), pause_s=0.005) as server:
+        model = make_any(server.url, server={"read_timeout_s": 0.1})
+        with pytest.raises(TransientError, match=r"no reply within 0\.1 s, or not all of it"):
+            run(model, lambda m: m.ask(make_request()))
+
+
+def test_a_reply_without_an_end_is_left(make_any, make_request, run):
+    with Pouring(endless(b" " * 2**20)) as server, pytest.raises(TransientError, match="longer than 8 MiB"):
+        run(make_any(server.url), lambda m: m.ask(make_request()))
+    assert server.poured < 8 * LARGEST_BODY
+
+
+def test_a_small_body_that_unpacks_to_gigabytes_costs_little_memory(make_any, make_request, run):
+    bomb = gzip.compress(b" " * 2**20) * 2**11
+    with Pouring(iter([bomb]), encoding="gzip") as server:
+        tracemalloc.start()
+        try:
+            with pytest.raises(TransientError, match="longer than 8 MiB"):
+                run(make_any(server.url), lambda m: m.ask(make_request()))
+            _, peak = tracemalloc.get_traced_memory()
+        finally:
+            tracemalloc.stop()
+    assert peak < 64 * 2**20
+
+
+def test_a_compressed_reply_of_common_size_is_read(make_any, make_request, run):
+    either = {**OLLAMA_REPLY, "choices": OPENAI_REPLY["choices"]}
+    with Pouring(iter([gzip.compress(json.dumps(either).encode())]), encoding="gzip") as server:
+        assert run(make_any(server.url), lambda m: m.ask(make_request())).text == "Left."
+
+
+def test_a_pause_beyond_all_patience_ends_the_sweep_and_says_how_to_go_on(make_model, make_request, run):
+    with (
+        OllamaServer(lambda body: cases.busy("1000000000")) as server,
+        pytest.raises(ServerError, match=r"a pause of 1000000000 s, longer than .*longest_pause_s \(900\).*resume"),
+    ):
+        run(make_model(server.url), lambda m: m.ask(make_request()))
+
+
+def test_a_pause_that_an_ollama_server_asks_for_holds_every_later_call_back(make_model, make_request, run):
+    later = cases.ChatCase(text="Left.", headers={"Retry-After": "3600"})
+    with OllamaServer(lambda body: later) as server:
+        model = make_model(server.url)
+        assert run(model, lambda m: m.ask(make_request())).text == "Left."
+        with pytest.raises(ServerError, match=r"longest_pause_s \(900\)"):
+            run(model, lambda m: m.ask(make_request()))
+        assert len(server.bodies) == 1
+
+
+def test_a_sweep_that_was_told_to_come_back_much_later_can_be_resumed(workspace):
+    asked = ("model=llama3.2", "world.agents=2", "world.steps=1", "analyze=false", "output.dir=out")
+    with OllamaServer(lambda body: cases.busy("1000000000")) as server:
+        done = foundry(*asked, cwd=workspace, OLLAMA_HOST=server.url)
+        assert done.returncode == 3
+        assert "the sweep was stopped: " in done.stderr and "asks for a pause of 1000000000 s" in done.stderr
+        server.answer = cases.grid_answer
+        assert foundry("resume", "out", cwd=workspace, OLLAMA_HOST=server.url).returncode == 0
+    assert statuses(workspace / "out") == ["complete"]
+
+
+def test_a_long_pause_is_said_once(make_model, make_request, run, caplog: pytest.LogCaptureFixture):
+    with OllamaServer(lambda body: cases.busy("300")) as server, caplog.at_level(logging.WARNING, "foundry"):
+        model = make_model(server.url)
+
+        async def both(m: Any) -> list[Any]:
+            return await asyncio.gather(*(m.ask(make_request(str(n))) for n in range(3)), return_exceptions=True)
+
+        errors = run(model, both)
+    assert [type(error) for error in errors] == [TransientError] * 3
+    (said,) = [record.getMessage() for record in caplog.records]
+    assert said.endswith("asks for a pause of 300 s; calls to it wait.")

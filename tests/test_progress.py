@@ -1,0 +1,245 @@
+"""What a user is told of a sweep while it runs: how far each model is, how fast it goes, how long it will take."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import pty
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import msgspec
+import pytest
+from rich.console import Console
+
+from commands import environment, foundry, wait_until
+from foundry.cli import run
+from foundry.compose import compose
+from foundry.display import ProgressDisplay, status_table
+from foundry.lane import Tally
+from foundry.progress import Pace, Totals
+from foundry.store import SweepFolder, write_atomically
+from foundry.sweep import Sweep, expand
+from ollama_cases import Body, ChatCase, grid_answer
+from ollama_server import OllamaServer
+
+AGENTS, STEPS = 5, 10
+MOST = 2 * AGENTS * STEPS
+"""Calls of a run, at most."""
+LOOKS = 100
+
+
+@dataclass
+class Watched:
+    """A sweep that is watched by a clock of its own, with one worker whose reports a test writes.
+
+    Attributes:
+        folder: the sweep.
+        tallies: what the worker reports, by model.
+        now: the time, seconds.
+    """
+
+    folder: SweepFolder
+    tallies: dict[str, Tally] = field(default_factory=dict)
+    now: float = 1000.0
+
+    def __post_init__(self) -> None:
+        self.folder.start_progress()
+        self.console = Console(file=io.StringIO(), width=120)
+        self.display = ProgressDisplay(self.folder, self.console, clock=lambda: self.now)
+
+    def after(self, seconds: float, **tallies: Tally) -> list[str]:
+        """Let time pass, then report and look; returns what is told of the model that was reported."""
+        self.now += seconds
+        self.tallies |= {f"scripted/{name}": tally for name, tally in tallies.items()}
+        report = {"pid": 1, "open": [], "counts": {}, "models": {k: vars(v) for k, v in self.tallies.items()}}
+        write_atomically(self.folder.progress_file("0-0"), msgspec.json.encode(report))
+        totals = self.display.look()
+        name = f"scripted/{next(iter(tallies))}"
+        return self.display.told(name, totals[name])
+
+    def play(self, model: str, calls_per_s: float, seconds: float, so_far: Tally) -> list[str]:
+        """Have a model answer at a steady speed, whole calls only; returns what is told at the end."""
+        told, before = [], so_far.calls
+        for look in range(1, LOOKS + 1):
+            so_far.calls = before + int(calls_per_s * seconds * look / LOOKS)
+            told = self.after(seconds / LOOKS, **{model: so_far})
+        return told
+
+
+@pytest.fixture(scope="module")
+def sweep() -> Sweep:
+    """Ten runs of each of two scripted models."""
+    asked = ("-m", "model=scripted/stay,scripted/random", "seed=0-9")
+    composed = compose([*asked, f"world.agents={AGENTS}", f"world.steps={STEPS}"])
+    assert composed is not None
+    return expand(composed.asked, composed.conditions)
+
+
+@pytest.fixture
+def watch(sweep: Sweep, tmp_path: Path) -> Callable[[], Watched]:
+    """Watch the sweep."""
+    return lambda: Watched(SweepFolder.create(tmp_path / "out", sweep, {}, []))
+
+
+def seconds_left(told: list[str]) -> int:
+    (left,) = [part.removesuffix(" left") for part in told if part.endswith(" left")]
+    hours, minutes, seconds = map(int, left.split(":"))
+    return hours * 3600 + minutes * 60 + seconds
+
+
+def test_the_time_left_is_right_within_the_first_run(watch):
+    told = watch().play("stay", calls_per_s=2.0, seconds=40, so_far=Tally())
+    assert seconds_left(told) == pytest.approx((10 * MOST - 80) / 2.0, rel=0.03)
+    assert "2.0 calls/s" in told
+
+
+def test_the_time_left_of_a_later_model_counts_from_its_own_first_call(watch):
+    watched = watch()
+    watched.play("stay", calls_per_s=100.0, seconds=10, so_far=Tally())
+    watched.after(0.25, stay=Tally(complete=10, calls=10 * MOST))
+    assert watched.after(2000, random=Tally()) == ["no reply yet"]
+    told = watched.play("random", calls_per_s=1.0, seconds=20, so_far=Tally())
+    assert seconds_left(told) == pytest.approx(980, rel=0.06)
+    assert watched.display.told("scripted/stay", watched.display.look()["scripted/stay"]) == ["1,000 calls"]
+
+
+def test_a_model_that_gets_slower_is_soon_told_so(watch):
+    watched, so_far = watch(), Tally()
+    watched.play("stay", calls_per_s=4.0, seconds=60, so_far=so_far)
+    told = watched.play("stay", calls_per_s=0.5, seconds=240, so_far=so_far)
+    assert seconds_left(told) == pytest.approx((10 * MOST - so_far.calls) / 0.5, rel=0.35)
+
+
+@pytest.mark.parametrize("calls_per_s", [0.01, 0.2, 30.0])
+def test_slow_and_fast_models_are_told_alike(calls_per_s: float, watch):
+    watched, so_far = watch(), Tally()
+    told = watched.play("stay", calls_per_s, seconds=200 / calls_per_s, so_far=so_far)
+    assert seconds_left(told) == pytest.approx((10 * MOST - so_far.calls) / calls_per_s, rel=0.1)
+
+
+def test_runs_that_end_early_shorten_the_time_left(watch):
+    watched = watch()
+    calls = MOST // 4
+    for ended in range(1, 5):
+        told = watched.after(100, stay=Tally(complete=ended, calls=ended * calls, spared=ended * (MOST - calls)))
+    assert seconds_left(told) == pytest.approx(6 * 100, rel=0.05)
+    assert watched.display.look()["scripted/stay"].done == 4 * MOST
+
+
+def test_answers_of_the_cache_say_nothing_of_the_speed_of_the_others(watch):
+    watched = watch()
+    watched.after(1, stay=Tally(calls=10, cached=10))
+    watched.after(1, stay=Tally(calls=500, cached=500))
+    for second in range(1, 31):
+        told = watched.after(1, stay=Tally(calls=500 + second, cached=500))
+    assert seconds_left(told) == pytest.approx(470, rel=0.05)
+    assert "500 cached" in told
+
+
+def test_a_sweep_that_is_all_cached_has_a_speed(watch):
+    watched = watch()
+    for second in range(1, 6):
+        told = watched.after(1, stay=Tally(calls=100 * second, cached=100 * second))
+    assert told == ["0:00:05 left", "100 calls/s", "500 cached"]
+
+
+def test_nothing_is_said_of_speed_before_there_is_any(watch):
+    watched = watch()
+    assert watched.after(1, stay=Tally()) == ["no reply yet"]
+    assert watched.after(1, stay=Tally(calls=1)) == []
+    assert watched.after(1, stay=Tally(calls=2, retries=3, failed=1)) == ["3 retries", "1 failed"]
+
+
+def test_a_line_of_a_log_tells_of_the_models_at_work(watch):
+    watched = watch()
+    watched.after(5, stay=Tally(complete=10, calls=1000))
+    watched.after(5, random=Tally(complete=1, calls=150))
+    watched.after(5, random=Tally(complete=2, calls=200))
+    assert watched.display.line(watched.display.look()) == (
+        "[0:00:15] scripted/random 2/10 runs, 0:01:20 left, 10 calls/s"
+    )
+
+
+def test_what_ended_before_this_session_is_done_and_not_counted_as_speed(workspace: Path):
+    asked = ["-m", "model=scripted/stay", "seed=0-3", "output.dir=out", f"world.agents={AGENTS}", "analyze=false"]
+    assert run([*asked, f"world.steps={STEPS}"]) == 0
+    folder = SweepFolder.open(workspace / "out")
+    tally, summary = Tally(), folder.runs()[0].summary()
+    assert summary is not None
+    tally.end(summary, MOST + 7)
+    assert (tally.complete, tally.calls, tally.spared) == (1, MOST, 7)
+    (folder.runs()[0].path / "run.json").unlink()
+    watched = Watched(folder)
+    assert watched.display.look()["scripted/stay"].done == 3 * MOST
+    told = watched.play("stay", calls_per_s=1.0, seconds=10, so_far=Tally())
+    assert seconds_left(told) == pytest.approx(90, rel=0.05)
+
+
+def test_the_bar_moves_within_runs_and_is_full_at_the_end():
+    totals = Totals(runs=2, most=2 * MOST)
+    filled = []
+    for tally in (Tally(), Tally(calls=7), Tally(complete=1, calls=30, spared=MOST - 30), Tally(failed=1)):
+        totals.merge(vars(tally))
+        filled.append(totals.done)
+    assert filled == [0, 7, MOST + 7, 2 * MOST]
+
+
+def test_a_pace_begins_with_the_first_one():
+    pace = Pace()
+    for now in range(100):
+        pace.note(0, float(now))
+    assert not pace.begun and pace.per_s is None
+    for now in range(100, 110):
+        pace.note(now - 98, float(now))
+    assert pace.per_s == pytest.approx(1.0)
+
+
+def test_the_status_of_a_sweep_shows_the_calls_of_running_runs(workspace: Path):
+    shown: list[str] = []
+
+    def look(number: int, body: Body) -> None:
+        if number == 7:
+            folder = SweepFolder.open(workspace / "out")
+            wait_until(lambda: _calls_of(folder) == 6, "the worker has reported whole rounds")
+            console = Console(file=io.StringIO(), width=120)
+            console.print(status_table(folder))
+            shown.extend(console.file.getvalue().splitlines())  # type: ignore[attr-defined]
+
+    asked = ("model=llama3.2", "world.agents=2", "world.steps=2", "analyze=false", "output.dir=out")
+    with OllamaServer(on_chat=look) as server:
+        assert foundry(*asked, cwd=workspace, OLLAMA_HOST=server.url).returncode == 0
+    head, row = map(str.split, shown)
+    assert dict(zip(head, row, strict=True)) == {
+        **{"model": "llama3.2", "runs": "1", "complete": "0", "failed": "0", "running": "1", "waiting": "0"},
+        **{"calls": "6", "cached": "0", "retries": "0"},
+    }
+
+
+def _calls_of(folder: SweepFolder) -> int:
+    return sum(counts["calls"] for report in folder.progress().values() for counts in report["counts"].values())
+
+
+@pytest.mark.slow
+def test_what_several_workers_have_to_say_is_said_once_on_a_terminal(tmp_path: Path):
+    def answer(body: Body) -> ChatCase:
+        message = {"role": "assistant", "content": grid_answer(body)}
+        return ChatCase(raw=json.dumps({"message": message, "done": True, "eval_count": True}).encode())
+
+    asked = ("-m", "model=llama3.2", "seed=0-3", "world.agents=2", "world.steps=2", "analyze=false", "runner.workers=2")
+    screen, terminal = pty.openpty()
+    with OllamaServer(answer) as server:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "foundry", *asked],
+            cwd=tmp_path, env=environment(OLLAMA_HOST=server.url), stdout=subprocess.DEVNULL, stderr=terminal,
+        )  # fmt: skip
+        assert process.wait(60) == 0
+    os.set_blocking(screen, False)
+    said = os.read(screen, 100_000).decode()
+    os.close(terminal)
+    os.close(screen)
+    assert said.count("'eval_count' in its replies is no number") == 1, said
