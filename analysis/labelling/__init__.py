@@ -1,9 +1,9 @@
 """Who says which messages are warnings: the rule, or a model; and how well each agrees with labels given by reading.
 
 The rule is `analysis.warning_rule`. A model's labels are those that `foundry label` keeps in a sweep's folder. Both are
-held against the held-out texts of `hand_labelled.jsonl`, labelled one by one after the definition in `question.txt`.
-Its other texts are those that the rule was tuned on; agreement with them says nothing of other texts. `TEXTS_BY` says
-whose texts these are.
+held against texts of `hand_labelled.jsonl`, labelled one by one after the definition in `question.txt`: those that were
+held out, so that nobody saw them while the rule was changed, and written apart from the rule. `TEXTS_BY` says whose
+they are. Agreement with the others, those for tuning above all, says nothing of other texts.
 """
 
 from __future__ import annotations
@@ -32,11 +32,10 @@ FIRES = ("fire1", "fire2", "east_fire")
 """Names of fires in the texts that were labelled by hand."""
 
 TEXTS_BY = (
-    "written and labelled by one language model, not by those who said the messages of this sweep: an upper bound"
+    "an upper bound: one language model wrote and labelled these texts, imitating many writers; how well it holds for "
+    "the messages of this sweep is not known"
 )
 """Whose the held-out texts are, and what that means for the figures."""
-
-_NO_ANSWER = "never asked about, or answered with neither yes nor no"
 
 TextSet = Literal["tuning", "held_out"]
 """What a text that was labelled by hand is for."""
@@ -46,7 +45,7 @@ Writing = Literal["beside_rule", "apart"]
 
 
 class HandLabelled(msgspec.Struct, frozen=True):
-    """A text that was labelled by hand, what it is for, how it came to be, and the code of its language."""
+    """A text that was labelled one by one: what it is for, how it came to be, its language by code, and its style."""
 
     set: TextSet
     written: Writing
@@ -108,15 +107,15 @@ class Labelling:
         labeller: what it is, for people.
         version: changes whenever any label could be another one.
         agreement: with labels given by reading.
-        unlabelled: why a message may have no label.
         by_fires: labels by text, by the names of the world's fires; None for the rule, which needs no list.
+        unlabelled: why a message may have no label.
     """
 
     labeller: str
     version: str
     agreement: Agreement
-    unlabelled: str
     by_fires: Mapping[tuple[str, ...], Mapping[str, bool]] | None = None
+    unlabelled: str = "not asked about, or answered with neither yes nor no"
 
     def label(self, run: GridRun | CameraRun) -> GridRun | CameraRun:
         """Return the run with its messages labelled; one of a 3D world, where nobody talks, as it is."""
@@ -129,16 +128,15 @@ class Labelling:
         """Return one line for the readers of tables."""
         found = self.agreement
         missing = f", {found.unlabelled} of them without a label ({self.unlabelled})" if found.unlabelled else ""
-        return (
-            f"warnings by {self.labeller}: {found} on {found.texts} held-out texts{missing}; the texts are {TEXTS_BY}"
-        )
+        return f"warnings by {self.labeller}: {found} on {found.texts} held-out texts{missing}; {TEXTS_BY}"
 
 
-@lru_cache(maxsize=2)
-def hand_labelled(which: TextSet = "held_out") -> tuple[HandLabelled, ...]:
-    """Return the texts of a set that were labelled by hand; agreement is that on the held-out ones."""
+@lru_cache(maxsize=4)
+def hand_labelled(which: TextSet = "held_out", written: Writing = "apart") -> tuple[HandLabelled, ...]:
+    """Return the texts of a set that were labelled by hand; agreement is that on the held-out ones written apart."""
     content = files(__name__).joinpath("hand_labelled.jsonl").read_bytes()
-    return tuple(one for one in msgspec.json.Decoder(HandLabelled).decode_lines(content) if one.set == which)
+    texts = msgspec.json.Decoder(HandLabelled).decode_lines(content)
+    return tuple(one for one in texts if (one.set, one.written) == (which, written))
 
 
 def question() -> str:
@@ -150,7 +148,7 @@ def rule_labelling() -> Labelling:
     """Return the rule."""
     agreed = agreement([is_warning(one.text, FIRES) for one in hand_labelled()])
     version = f"rule {RULE_VERSION}, {IDENTIFIED_BY}"
-    return Labelling(f"rule {RULE_VERSION}", version, agreed, "in a language that the rule does not read")
+    return Labelling(f"rule {RULE_VERSION}", version, agreed, unlabelled="in a language that the rule does not read")
 
 
 def model_labelling(sweep: SweepFolder) -> Labelling:
@@ -173,7 +171,7 @@ def model_labelling(sweep: SweepFolder) -> Labelling:
     version = hashlib.sha256(msgspec.json.encode(kept)).hexdigest()[:16]
     digest = f" ({kept.digest[:12]})" if kept.digest else ""
     labeller = f"{kept.labeller}{digest}, question {kept.question_sha256[:8]}"
-    return Labelling(labeller, f"model {version}", agreement(_in_order(kept.hand_labelled)), _NO_ANSWER, by_fires)
+    return Labelling(labeller, f"model {version}", agreement(_in_order(kept.hand_labelled)), by_fires)
 
 
 def agreement(labels: Sequence[bool | None]) -> Agreement:
