@@ -31,7 +31,7 @@ from foundry.store import RunFolder, SweepFolder, ensure_writable
 
 _READABLE = "outcome.readable"
 _READABLE_ENOUGH = 0.95
-_UNLABELLED = "warning.n_unlabelled"
+_UNLABELLED, _MESSAGES = "warning.n_unlabelled", "warning.n_messages"
 
 
 @dataclass(frozen=True)
@@ -251,11 +251,12 @@ def _reach(differences: pd.DataFrame) -> list[str]:
 
 
 def _labelled(sources: Sequence[Source], table: SignatureTable) -> list[str]:
-    """Return who said which messages were warnings, and how well that agrees with people."""
+    """Return who said which messages were warnings, how well that agrees with readers, and how many have no label."""
     if _UNLABELLED not in table.measures:
         return []
-    missing = int(table.frame[_UNLABELLED].sum())
-    notes = [f"{missing} messages have no label; what depends on them is missing"] if missing else []
+    missing, said = (int(table.frame[name].sum()) for name in (_UNLABELLED, _MESSAGES))
+    why = " or ".join(dict.fromkeys(source.labelling.unlabelled for source in sources))
+    notes = [f"{missing} of {said} messages have no label ({why}); what depends on them is missing"] if missing else []
     return [*dict.fromkeys(source.labelling.note() for source in sources), *notes]
 
 

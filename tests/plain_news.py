@@ -72,6 +72,7 @@ def warning(run: Plain) -> Measures:
     ]
     yield "false_alarm_rate", over(len(sent) - len(grounds), len(said))
     yield "warning_share", over(len(sent), len(said))
+    yield "unknown", over(0, len(said))
     yield from {"n_direct": len(direct), "n_told": len(told), "n_reachable": len(reachable)}.items()
     yield from {"n_warnings": len(sent), "n_messages": len(said), "n_unlabelled": 0}.items()
     yield from {"n_agents": len(run.agents), "n_chances": len(relays)}.items()

@@ -1,9 +1,9 @@
-"""Who says which messages are warnings: the rule, or a model; and how well each agrees with people.
+"""Who says which messages are warnings: the rule, or a model; and how well each agrees with labels given by reading.
 
 The rule is `analysis.warning_rule`. A model's labels are those that `foundry label` keeps in a sweep's folder. Both are
-held against the held-out texts of `hand_labelled.jsonl`, labelled by hand after the definition in `question.txt`: long
-messages as agents write them, in several languages. Its other texts, short and hard ("is there a fire?"), are those
-that the rule was tuned on; agreement with them says nothing of other texts.
+held against texts of `hand_labelled.jsonl`, labelled one by one after the definition in `question.txt`: those that were
+held out, so that nobody saw them while the rule was changed, and written apart from the rule. `TEXTS_BY` says whose
+they are. Agreement with the others, those for tuning above all, says nothing of other texts.
 """
 
 from __future__ import annotations
@@ -20,45 +20,83 @@ import numpy as np
 
 from analysis.agreement import cohen_kappa
 from analysis.camera_run import CameraRun
-from analysis.formulas import mean
+from analysis.formulas import ratio
+from analysis.language import IDENTIFIED_BY
 from analysis.run import GridRun
 from analysis.warning_rule import RULE_VERSION, is_warning
 from foundry.errors import InputError
 from foundry.records import Labelled
 from foundry.store import SweepFolder
 
-FIRES = ("fire1",)
+FIRES = ("fire1", "fire2", "east_fire")
 """Names of fires in the texts that were labelled by hand."""
 
+TEXTS_BY = (
+    "an upper bound: one language model wrote and labelled these texts, imitating many writers; how well it holds for "
+    "the messages of this sweep is not known"
+)
+"""Whose the held-out texts are, and what that means for the figures."""
 
 TextSet = Literal["tuning", "held_out"]
 """What a text that was labelled by hand is for."""
 
+Writing = Literal["beside_rule", "apart"]
+"""How a text came to be: beside the rule, by its author, or apart from it, in the styles of many writers."""
+
 
 class HandLabelled(msgspec.Struct, frozen=True):
-    """A text that was labelled by hand, what it is for, and the code of its language."""
+    """A text that was labelled one by one: what it is for, how it came to be, its language by code, and its style."""
 
     set: TextSet
+    written: Writing
     language: str
     text: str
     warning: bool
+    style: str = ""
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """How well a labeller agrees with people.
+    """How well a labeller agrees with labels that were given by reading.
 
     Attributes:
         texts: number of texts.
         unlabelled: those that the labeller gave no label; left out of the rest.
-        accuracy: share of equal labels, 0..1.
+        true_warnings: warnings that it calls warnings.
+        false_warnings: others that it calls warnings.
+        missed: warnings that it does not call warnings.
         kappa: Cohen's, -1..1.
     """
 
     texts: int
     unlabelled: int
-    accuracy: float
+    true_warnings: int
+    false_warnings: int
+    missed: int
     kappa: float
+
+    @property
+    def precision(self) -> float:
+        """Share of what it calls warnings that are some, 0..1."""
+        return ratio(self.true_warnings, self.true_warnings + self.false_warnings)
+
+    @property
+    def recall(self) -> float:
+        """Share of the warnings that it calls so, 0..1."""
+        return ratio(self.true_warnings, self.true_warnings + self.missed)
+
+    @property
+    def accuracy(self) -> float:
+        """Share of equal labels, 0..1."""
+        labelled = self.texts - self.unlabelled
+        return ratio(labelled - self.false_warnings - self.missed, labelled)
+
+    def __str__(self) -> str:
+        called, are = self.true_warnings + self.false_warnings, self.true_warnings + self.missed
+        return (
+            f"precision {self.precision:.2f} ({self.true_warnings} of {called}), "
+            f"recall {self.recall:.2f} ({self.true_warnings} of {are}), Cohen's kappa {self.kappa:.2f}"
+        )
 
 
 @dataclass(frozen=True)
@@ -68,14 +106,16 @@ class Labelling:
     Attributes:
         labeller: what it is, for people.
         version: changes whenever any label could be another one.
-        agreement: with people.
+        agreement: with labels given by reading.
         by_fires: labels by text, by the names of the world's fires; None for the rule, which needs no list.
+        unlabelled: why a message may have no label.
     """
 
     labeller: str
     version: str
     agreement: Agreement
     by_fires: Mapping[tuple[str, ...], Mapping[str, bool]] | None = None
+    unlabelled: str = "not asked about, or answered with neither yes nor no"
 
     def label(self, run: GridRun | CameraRun) -> GridRun | CameraRun:
         """Return the run with its messages labelled; one of a 3D world, where nobody talks, as it is."""
@@ -87,18 +127,16 @@ class Labelling:
     def note(self) -> str:
         """Return one line for the readers of tables."""
         found = self.agreement
-        missing = f" ({found.unlabelled} without a label)" if found.unlabelled else ""
-        return (
-            f"warnings by {self.labeller}: accuracy {found.accuracy:.2f}, Cohen's kappa {found.kappa:.2f} on "
-            f"{found.texts} held-out texts labelled by hand{missing}"
-        )
+        missing = f", {found.unlabelled} of them without a label ({self.unlabelled})" if found.unlabelled else ""
+        return f"warnings by {self.labeller}: {found} on {found.texts} held-out texts{missing}; {TEXTS_BY}"
 
 
-@lru_cache(maxsize=2)
-def hand_labelled(which: TextSet = "held_out") -> tuple[HandLabelled, ...]:
-    """Return the texts of a set that were labelled by hand; agreement is that on the held-out ones."""
+@lru_cache(maxsize=4)
+def hand_labelled(which: TextSet = "held_out", written: Writing = "apart") -> tuple[HandLabelled, ...]:
+    """Return the texts of a set that were labelled by hand; agreement is that on the held-out ones written apart."""
     content = files(__name__).joinpath("hand_labelled.jsonl").read_bytes()
-    return tuple(one for one in msgspec.json.Decoder(HandLabelled).decode_lines(content) if one.set == which)
+    texts = msgspec.json.Decoder(HandLabelled).decode_lines(content)
+    return tuple(one for one in texts if (one.set, one.written) == (which, written))
 
 
 def question() -> str:
@@ -109,7 +147,8 @@ def question() -> str:
 def rule_labelling() -> Labelling:
     """Return the rule."""
     agreed = agreement([is_warning(one.text, FIRES) for one in hand_labelled()])
-    return Labelling(f"rule {RULE_VERSION}", f"rule {RULE_VERSION}", agreed)
+    version = f"rule {RULE_VERSION}, {IDENTIFIED_BY}"
+    return Labelling(f"rule {RULE_VERSION}", version, agreed, unlabelled="in a language that the rule does not read")
 
 
 def model_labelling(sweep: SweepFolder) -> Labelling:
@@ -136,10 +175,17 @@ def model_labelling(sweep: SweepFolder) -> Labelling:
 
 
 def agreement(labels: Sequence[bool | None]) -> Agreement:
-    """Return how well labels of the held-out texts, in their order, agree with people; None is no label."""
+    """Return how well labels of the held-out texts, in their order, agree with those given; None is no label."""
     pairs = [(label, one.warning) for label, one in zip(labels, hand_labelled(), strict=True) if label is not None]
     given, truth = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
-    return Agreement(len(labels), len(labels) - len(pairs), mean(given == truth), cohen_kappa(given, truth))
+    return Agreement(
+        texts=len(labels),
+        unlabelled=len(labels) - len(pairs),
+        true_warnings=int((given & truth).sum()),
+        false_warnings=int((given > truth).sum()),
+        missed=int((given < truth).sum()),
+        kappa=cohen_kappa(given, truth),
+    )
 
 
 def _in_order(labelled: Sequence[Labelled]) -> list[bool | None]:

@@ -210,9 +210,8 @@ def _of_reach(found: Material) -> list[str]:
     said = []
     if GridRun in found.kinds:
         said.append(
-            "Warnings are not labelled by people. "
+            "The warnings of these runs were labelled by no reader. "
             + " ".join(f"{note[0].upper()}{note[1:]}." for note in _labelling_notes(found))
-            + " How well that holds for the messages of these runs is not shown."
         )
     said.append(
         f"All of it holds for the {_counted(_names(found, 'world'), 'world')} and the "

@@ -39,6 +39,7 @@ MEASURES = {
     "rmst": Measure("Mean time to the first warning (steps, restricted)", low=0),
     "false_alarm_rate": share("False alarms (share of messages)", Null(0, _SIGHT)),
     "warning_share": share("Warnings (share of messages)"),
+    "unknown": share("Messages of which the labeller says neither (share)"),
 }
 
 HEADLINE = ("social_reach", "relay_probability", "false_alarm_rate")
@@ -82,11 +83,13 @@ def measure(run: GridRun) -> dict[str, float]:
     - false_alarm_rate: warnings whose sender has perceived no fire by then and received no warning at an
       earlier step / messages said; 0..1. NaN without messages.
     - warning_share: warnings / messages said; 0..1. NaN without messages.
+    - unknown: messages without a label / messages said; 0..1. NaN without messages.
 
     All but the last two are NaN when no agent perceives a fire (so also without fires). Perceived but never
     passed on gives a reach, R and depth of 0.
 
-    Messages without a label are in neither part of the last two. All else is measured twice, with them as warnings
+    Messages without a label, such as those in a language that the rule does not read, are in neither part of
+    false_alarm_rate and warning_share. All else is measured twice, with them as warnings
     and with them as none, and is NaN where the two differ. With readable decisions alone, the other messages are
     as if they were not said.
 
@@ -101,7 +104,8 @@ def measure(run: GridRun) -> dict[str, float]:
     if unknown.any():
         other = _measure(run, said & (warned | ~labelled), said & labelled)
         found = {name: value if value == other[name] else math.nan for name, value in found.items()}
-    return found | {"n_messages": float(said.sum()), "n_unlabelled": float(unknown.sum())}
+    counts = {"n_messages": float(said.sum()), "n_unlabelled": float(unknown.sum())}
+    return found | counts | {"unknown": ratio(int(unknown.sum()), int(said.sum()))}
 
 
 def find_labels(run: GridRun) -> tuple[BoolArray, BoolArray]:
@@ -110,7 +114,8 @@ def find_labels(run: GridRun) -> tuple[BoolArray, BoolArray]:
     labels = run.labels
     if labels is None:
         fires = tuple(fire.name for fire in run.world.fires)
-        labels = {text: is_warning(text, fires) for text in texts}
+        by_rule = {text: is_warning(text, fires) for text in texts}
+        labels = {text: label for text, label in by_rule.items() if label is not None}
     said = run.said.ravel().tolist()
     warned = np.array([labels.get(text, False) for text in said], dtype=np.bool_)
     labelled = np.array([text is None or text in labels for text in said], dtype=np.bool_)

@@ -52,6 +52,7 @@ def test_a_perceived_fire_of_which_nobody_speaks_has_reach_zero(recorded, make_h
         "virality",
         "false_alarm_rate",
         "warning_share",
+        "unknown",
     } | (  # fmt: skip
         {"normalised_reach"} if found["warning.n_reachable"] == 0 else set()
     )

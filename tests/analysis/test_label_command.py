@@ -57,7 +57,8 @@ def test_the_labels_are_kept_with_who_gave_them(labelled):
         **dict.fromkeys(WARNINGS, True), "hello": False, "shall we meet in the cafe?": None,
     }  # fmt: skip
     assert "5 distinct texts labelled, 1 of them with no readable answer" in done.stdout
-    assert "accuracy 1.00, Cohen's kappa 1.00" in done.stdout
+    assert "precision 1.00 (65 of 65), recall 1.00 (65 of 65), Cohen's kappa 1.00 on 131 held-out texts" in done.stdout
+    assert "an upper bound" in done.stdout
 
 
 def test_an_analysis_counts_what_the_model_left_open(labelled):

@@ -1,14 +1,24 @@
-"""Labels of messages: by the rule, by a model, and their agreement with people."""
+"""Labels of messages: by the rule, by a model, and their agreement with labels given by reading."""
 
 from __future__ import annotations
+
+import math
 
 import pytest
 
 import analysis
 from analysis.labelling import FIRES, Agreement, agreement, hand_labelled, model_labelling, question, rule_labelling
 from analysis.warning_rule import is_warning
+from foundry.commands.analyzing import analyze_and_show
 from foundry.errors import InputError, RecordError
 from foundry.records import Labelled, Labels
+
+SUPPORTED = {"en", "ja", "de", "fr", "es", "zh", "it", "pt", "ko", "ru", "nl", "pl"}
+BY_RULE = (
+    "warnings by rule 3: precision 0.88 (53 of 60), recall 0.90 (53 of 59), Cohen's kappa 0.78 on 131 held-out texts, "
+    "13 of them without a label (in a language that the rule does not read); an upper bound: one language model wrote "
+    "and labelled these texts, imitating many writers; how well it holds for the messages of this sweep is not known"
+)
 
 
 def labels(texts: dict[str, bool | None], fires: tuple[str, ...], hand: dict[str, bool | None]) -> Labels:
@@ -29,9 +39,23 @@ def truth() -> dict[str, bool | None]:
     return {one.text: one.warning for one in hand_labelled()}
 
 
+def every(which):
+    return [*hand_labelled(which, "beside_rule"), *hand_labelled(which, "apart")]
+
+
+def test_half_of_at_least_four_hundred_hand_labelled_texts_are_held_out():
+    held, tuning = every("held_out"), every("tuning")
+    assert len(held) + len(tuning) >= 500
+    assert abs(len(held) - len(tuning)) <= 10
+    styles = {"question-informs", "negated-harm", "position-hazard", "fire-free", "figurative", "smoky"}
+    assert styles <= {one.style for one in held} & {one.style for one in tuning}
+    assert not {one.text for one in held} & {one.text for one in tuning}
+
+
+@pytest.mark.parametrize("written", ["beside_rule", "apart"])
 @pytest.mark.parametrize("which", ["tuning", "held_out"])
-def test_the_hand_labelled_texts_are_of_many_languages_and_both_kinds(which):
-    texts = hand_labelled(which)
+def test_the_hand_labelled_texts_are_of_many_languages_and_both_kinds(which, written):
+    texts = hand_labelled(which, written)
     assert len(texts) == len({one.text for one in texts}) >= 120
     assert len({one.language for one in texts}) >= 8
     assert 0.3 < sum(one.warning for one in texts) / len(texts) < 0.7
@@ -39,34 +63,45 @@ def test_the_hand_labelled_texts_are_of_many_languages_and_both_kinds(which):
 
 @pytest.mark.parametrize("text", ["The cafe is warm.", "No fire here.", "Is there a fire?"])
 def test_hard_texts_that_warn_of_nothing_are_among_those_for_tuning(text):
-    assert {one.text: one.warning for one in hand_labelled("tuning")}[text] is False
+    assert {one.text: one.warning for one in hand_labelled("tuning", "beside_rule")}[text] is False
 
 
-def test_no_text_is_both_for_tuning_and_held_out():
-    assert not {one.text for one in hand_labelled("tuning")} & set(truth())
+def test_the_rule_labels_every_text_it_was_tuned_on_as_its_reader_did():
+    labels = [(one, is_warning(one.text, FIRES)) for one in every("tuning")]
+    assert [one.text for one, label in labels if one.language in SUPPORTED and label is not one.warning] == []
 
 
-def test_the_rule_labels_every_text_it_was_tuned_on_as_people_do():
-    assert [one.text for one in hand_labelled("tuning") if is_warning(one.text, FIRES) != one.warning] == []
+def test_texts_in_other_languages_are_neither_warnings_nor_none_and_all_others_are_read():
+    texts = [*every("tuning"), *every("held_out")]
+    unknown = [one for one in texts if is_warning(one.text, FIRES) is None]
+    assert {one.language for one in unknown} & SUPPORTED == set()
+    assert len(unknown) == sum(one.language not in SUPPORTED for one in texts) == 26
 
 
-def test_the_agreement_of_the_rule_is_that_on_held_out_texts():
+def test_the_agreement_of_the_rule_is_that_on_texts_held_out_and_written_apart():
     found = rule_labelling().agreement
-    missed = sum(one.warning and not is_warning(one.text, FIRES) for one in hand_labelled())
-    false = sum(not one.warning and is_warning(one.text, FIRES) for one in hand_labelled())
-    assert (found.texts, found.unlabelled, missed, false) == (121, 0, 2, 3)
-    assert found.accuracy == pytest.approx(116 / 121)
-    # By hand: 61 warnings by people, 62 by the rule; chance agreement is (61 * 62 + 60 * 59) / 121**2.
-    chance = (61 * 62 + 60 * 59) / 121**2
-    assert found.kappa == pytest.approx((116 / 121 - chance) / (1 - chance))
+    labels = [(is_warning(one.text, FIRES), one.warning) for one in hand_labelled()]
+    assert (found.texts, found.unlabelled, found.missed, found.false_warnings) == (131, 13, 6, 7)
+    assert found.true_warnings == labels.count((True, True)) == 53
+    assert (found.precision, found.recall, found.accuracy) == pytest.approx((53 / 60, 53 / 59, 105 / 118))
+    # By hand: of 118 texts 59 are warnings, and the rule calls 60 some.
+    chance = (59 * 60 + 59 * 58) / 118**2
+    assert found.kappa == pytest.approx((105 / 118 - chance) / (1 - chance))
 
 
 def test_agreement_is_over_what_has_a_label():
     right: list[bool | None] = list(truth().values())
-    assert agreement(right) == Agreement(len(right), 0, 1.0, 1.0)
-    assert agreement([None, None, *right[2:]]) == Agreement(len(right), 2, 1.0, 1.0)
+    warnings = sum(one is True for one in right)
+    assert agreement(right) == Agreement(len(right), 0, warnings, 0, 0, 1.0)
+    left = sum(one is True for one in right[2:])
+    assert agreement([None, None, *right[2:]]) == Agreement(len(right), 2, left, 0, 0, 1.0)
     wrong = agreement([not label for label in right])
-    assert (wrong.accuracy, wrong.kappa < 0) == (0, True)
+    assert (wrong.accuracy, wrong.precision, wrong.recall, wrong.kappa < 0) == (0, 0, 0, True)
+
+
+def test_a_labeller_without_a_single_label_agrees_with_nobody():
+    found = agreement([None] * len(hand_labelled()))
+    assert math.isnan(found.precision) and math.isnan(found.recall) and math.isnan(found.kappa)
 
 
 def test_the_question_holds_the_message_and_the_fires():
@@ -96,12 +131,32 @@ def test_an_analysis_takes_the_labels_of_the_model_and_says_whose_they_are(make_
     found = analysis.analyze([sweep.path], plots=False, labelled_by_model=True)
     assert found.runs["warning.n_warnings"].tolist() != by_rule.runs["warning.n_warnings"].tolist()
     assert found.runs["idle_rate.chosen"].tolist() == by_rule.runs["idle_rate.chosen"].tolist()
-    expected = "warnings by judge:1b (abababababab), question cdcdcdcd: accuracy 1.00, Cohen's kappa 1.00"
+    expected = "warnings by judge:1b (abababababab), question cdcdcdcd: precision 1.00 (65 of 65), recall 1.00"
     assert any(note.startswith(expected) for note in found.notes)
-    assert any(
-        note.startswith("warnings by rule 2: accuracy 0.96, Cohen's kappa 0.92 on 121 held-out")
-        for note in by_rule.notes
+    assert BY_RULE in by_rule.notes
+
+
+def test_what_a_terminal_shows_says_whose_texts_the_figures_are_of(make_sweep, make_condition, capsys):
+    sweep = make_sweep([make_condition("a", range(2))])
+    analyze_and_show([sweep.path], brief=True, plots=False)
+    assert BY_RULE in capsys.readouterr().out.splitlines()
+
+
+def test_messages_in_a_language_that_the_rule_does_not_read_are_counted_and_named(
+    make_sweep, make_condition, make_habits
+):
+    habits = make_habits(texts=("Φωτιά στο μπαρ! Φύγετε τώρα!", "fire1 near me"))
+    sweep = make_sweep([make_condition("a", [0])], {"a": habits})
+    found = analysis.analyze([sweep.path], plots=False)
+    row = found.runs.iloc[0]
+    assert 0 < row["warning.n_unlabelled"] < row["warning.n_messages"]
+    assert row["warning.unknown"] == row["warning.n_unlabelled"] / row["warning.n_messages"]
+    assert row["warning.warning_share"] == 1
+    expected = (
+        f"{int(row['warning.n_unlabelled'])} of {int(row['warning.n_messages'])} messages have no label "
+        "(in a language that the rule does not read); what depends on them is missing"
     )
+    assert expected in found.notes
 
 
 def test_messages_without_a_label_are_counted_and_named(make_sweep, make_condition, small_world):
@@ -111,7 +166,9 @@ def test_messages_without_a_label_are_counted_and_named(make_sweep, make_conditi
     found = analysis.analyze([sweep.path], plots=False, labelled_by_model=True)
     missing = int(found.runs["warning.n_unlabelled"][0])
     assert missing > 0
-    assert f"{missing} messages have no label; what depends on them is missing" in found.notes
+    said = int(found.runs["warning.n_messages"][0])
+    why = "not asked about, or answered with neither yes nor no"
+    assert f"{missing} of {said} messages have no label ({why}); what depends on them is missing" in found.notes
 
 
 def test_labels_for_other_names_of_fires_do_not_count(make_sweep, make_condition):

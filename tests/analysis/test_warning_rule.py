@@ -1,10 +1,14 @@
 """Which texts are warnings."""
 
+import re
+import time
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.warning_rule import is_warning
+from analysis.warning_rule import _labelled, is_warning
+from analysis.words import alternatives, indexed
 
 FIRES = ("fire1",)
 
@@ -134,6 +138,146 @@ def test_a_fire_that_is_denied_over_supposed_or_asked_for_is_no_warning(text: st
     assert not is_warning(text, FIRES)
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Did you notice that the bar burns?",
+        "Did you see that the museum is on fire?",
+        "Can you believe the cafe caught fire?",
+        "Why is everyone still sitting in the cafe while it is burning?",
+        "Could everyone near the museum leave? It is full of smoke.",
+        "Wisst ihr, dass es in der Bibliothek brennt?",
+        "Tu as vu que le bar est en feu ?",
+        "¿Sabíais que el bar está ardiendo?",
+        "Avete visto che il bar è in fiamme?",
+        "Вы знаете, что библиотека горит?",
+        "Czy wiecie, że kawiarnia płonie?",
+        "カフェが燃えているのを知っていますか?",
+        "你们知道图书馆着火了吗?",
+        "도서관이 불타고 있는 거 아세요?",
+    ],
+)
+def test_a_question_that_takes_a_fire_for_granted_is_a_warning(text: str):
+    assert is_warning(text, FIRES)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Did anyone see a fire?",
+        "Do you smell smoke?",
+        "Has anybody noticed something burning?",
+        "Sieht jemand Rauch?",
+        "Quelqu'un a vu de la fumée ?",
+        "Кто-нибудь видит дым?",
+        "誰か煙を見ましたか?",
+        "有人看到烟吗?",
+        "누가 연기를 봤나요?",
+    ],
+)
+def test_a_question_that_asks_for_a_fire_is_no_warning(text: str):
+    assert not is_warning(text, FIRES)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Nobody was hurt by the fire at the bar.",
+        "This is not a drill: fire at the library!",
+        "We didn't manage to put the fire out.",
+        "I don't think fire1 has stopped burning.",
+        "fire1 is out but fire2 is getting bigger",
+        "fire2 is getting bigger, fire1 is out though",
+        "It smells smoky over here.",
+        "The library has been on fire since this morning.",
+        "Niemand ist verletzt, aber das Café brennt noch.",
+        "訓練ではありません。図書館が火事です。",
+        "没有人受伤,但是图书馆还在燃烧。",
+    ],
+)
+def test_a_denial_of_harm_or_the_end_of_another_fire_takes_no_warning_back(text: str):
+    assert is_warning(text, FIRES)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(12, 7) is deadly right now, go around it.",
+        "Hazard at (-4, 11).",
+        "Unsafe at x=12 y=7.",
+        "Avoid (5, 5) and what is near it.",
+        "I took damage at 7, 8",
+        "Everyone must leave the library immediately.",
+        "It's not safe in there, RUN!!",
+        "Gefahr bei (3, 4)!",
+        "¡Peligro en (12, 4)!",
+        "(3, 4)は危険です。",
+        "🔥 at the cafe",
+    ],
+)
+def test_a_danger_at_a_position_or_to_flee_from_is_a_warning(text: str):
+    assert is_warning(text, FIRES)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "The whole park is fire-free and smoke free.",
+        "Zero fires in the cafe.",
+        "The barista is on fire today!",
+        "Her speech sparked a blaze of applause.",
+        "I have a burning question.",
+        "That playlist is 🔥🔥🔥",
+        "No danger at (3, 4).",
+        "I am at (1, 1) to look for potential hazards.",
+        "I will report any fire I see.",
+        "My task is to warn others about fires.",
+        "Stay away from the karaoke night.",
+        "I have to leave the cafe now.",
+        "That wasn't smoke, only steam.",
+        "La fiesta está que arde.",
+        "Ich bin Feuer und Flamme für die Idee!",
+        "昔、この図書館は火事で焼けました。",
+        "煙だと思ったら、ただの湯気でした。",
+        "这首歌太火了!",
+    ],
+)
+def test_another_sense_of_the_words_is_no_warning(text: str):
+    assert is_warning(text, FIRES) is False
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Φωτιά στο μπαρ! Φύγετε τώρα!",
+        "สวัสดีค่ะ",
+        "أنا بخير",
+        "आग!",
+        "Kirjastossa on tulipalo!",
+        "Merhaba komşular, ben kafeye gidiyorum.",
+        "Đám cháy ở công viên",
+        "Сьогодні в барі жива музика",
+        "fire1: Kuna moto karibu na mkahawa",
+        "Na (12, 4) hoří, okamžitě utíkejte!",
+    ],
+)
+def test_a_text_in_a_language_that_is_not_read_has_no_label(text: str):
+    assert is_warning(text, FIRES) is None
+
+
+@pytest.mark.parametrize(
+    "text", ["", "OK", "No", "hi", "brb", "(3, 4)", "12", "Anna Nowak, Mehmet, Ivo", "🙂", "move_up"]
+)
+def test_a_text_too_short_to_tell_its_language_is_no_warning(text: str):
+    assert is_warning(text, FIRES) is False
+
+
+def test_a_short_warning_is_read_whatever_its_letters_look_like():
+    assert all(
+        is_warning(text, FIRES) for text in ("fire1!", "FIRE", "omg fire fire fire", "fire2 @ 7,7 gtfo", "Vuur!")
+    )
+
+
 def test_one_warning_among_other_sentences_is_enough():
     assert is_warning("Is it quiet? No smoke here. fire1 is at (3, 4). See you at the cafe!", FIRES)
 
@@ -146,6 +290,18 @@ def test_an_end_takes_back_what_was_said_right_before_it_only():
 @pytest.mark.parametrize("part", ["no fire ", "fire is not ", ", no fire", "まだ火", "(1", "if ", "de a", "?"])
 def test_a_huge_text_is_labelled(part: str):
     assert is_warning("fire! " + part * (10_000_000 // len(part)))
+
+
+@pytest.mark.parametrize("part", ["any ", "🔥", "avoid ", "did you ", "is really ", "a", "1,", "烟", "(1,2) "])
+def test_time_grows_with_the_text_alone(part: str):
+    def seconds(length: int) -> float:
+        text = (part * length)[:length]
+        began = time.process_time()
+        _labelled(text, FIRES)
+        return time.process_time() - began
+
+    seconds(100)
+    assert min(seconds(20_000) for _ in range(2)) < 10 * max(seconds(5_000) for _ in range(2)) + 0.05
 
 
 def test_only_the_beginning_of_a_text_is_read():
@@ -171,9 +327,18 @@ def test_a_name_is_taken_literally():
 
 @given(st.text(), st.lists(st.text(min_size=1), max_size=3))
 def test_any_text_is_labelled(text: str, fires: list[str]):
-    assert is_warning(text, fires) in (True, False)
+    assert is_warning(text, fires) in (True, False, None)
 
 
 @given(st.text(alphabet="あいうえお 。"), st.text(alphabet="あいうえお 。"))
 def test_a_word_is_found_inside_unspaced_text(before: str, after: str):
     assert is_warning(f"{before}fire{after}")
+
+
+WORDS = st.lists(st.sampled_from(["ab", "a?c", "b[|)]d", "(?:a|b)c", "c", r"a\\|d"]), min_size=1).map("|".join)
+
+
+@given(WORDS, st.text(alphabet="abcd|)"))
+def test_alternatives_by_their_first_letter_match_the_same_texts(pattern: str, text: str):
+    assert "|".join(alternatives(pattern)) == pattern
+    assert (re.fullmatch(indexed(pattern), text) is None) == (re.fullmatch(pattern, text) is None)

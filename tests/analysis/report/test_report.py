@@ -192,3 +192,9 @@ def test_a_page_of_three_models_and_twenty_seeds_is_below_two_megabytes(tmp_path
     assert foundry(*asked, "analyze=false", cwd=tmp_path).returncode == 0
     assert foundry("report", "example", cwd=tmp_path).returncode == 0
     assert (tmp_path / "example" / "report.html").stat().st_size < 2_000_000
+
+
+def test_the_report_says_whose_texts_the_figures_of_the_labeller_are_of(hostile: Material):
+    said = " ".join(limits(hostile))
+    assert "labelled by no reader. Warnings by rule 3: precision 0.88 (53 of 60), recall 0.90 (53 of 59)" in said
+    assert "an upper bound: one language model wrote and labelled these texts" in said
