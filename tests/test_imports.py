@@ -24,18 +24,8 @@ LAYERS = {
         *("lane_process", "remote", "remote_runs", "runner", "dask_cluster", "runner_dask"),
     ),
     "using": (
-        *(
-            "settings",
-            "compose",
-            "preflight",
-            "runner_launcher",
-            "targets",
-            "reaching",
-            "planning",
-            "prompting",
-            "baselines",
-        ),
-        *("baselines", "labelling", "display", "trust", "doctor", "replay"),
+        *("settings", "compose", "preflight", "runner_launcher", "targets", "reaching", "planning", "prompting"),
+        *("baselines", "labelling", "progress", "display", "trust", "doctor", "replay"),
     ),
     "commands": ("commands", "cli", "__main__"),
 }

@@ -119,7 +119,7 @@ def test_worlds_of_one_name_that_differ_are_told_apart(make_sweep, make_conditio
 def test_models_of_one_name_with_many_other_settings_are_told_apart_by_a_hash(make_sweep, make_condition):
     settings = ({"options": {"temperature": 0.1, "top_k": 40, "top_p": 0.9}}, {"think": True})
     folders = [
-        make_sweep([make_condition("a", [0], model_settings={**one, "server": {"hosts": [n]}})], name=f"s{n}")
+        make_sweep([make_condition("a", [0], model_settings={**one, "server": {"hosts": [f"host{n}"]}})], name=f"s{n}")
         for n, one in enumerate(settings)
     ]
     groups = analyze([folder.path for folder in folders]).compared.groups
@@ -129,7 +129,7 @@ def test_models_of_one_name_with_many_other_settings_are_told_apart_by_a_hash(ma
 
 def test_a_server_is_no_difference(make_sweep, make_condition):
     folders = [
-        make_sweep([make_condition("a", [n], model_settings={"server": {"hosts": [n]}})], name=f"s{n}")
+        make_sweep([make_condition("a", [n], model_settings={"server": {"hosts": [f"host{n}"]}})], name=f"s{n}")
         for n in range(2)
     ]
     assert analyze([folder.path for folder in folders]).compared.groups == [("a",)]

@@ -70,8 +70,8 @@ def test_documents_of_the_sweep_cannot_reach_the_page(server: ViewServer):
 def test_nothing_outside_the_sweep_is_served(tmp_path: Path, path: str):
     made = sweep(tmp_path / "made up")
     (tmp_path / "secret.html").write_text("secret", encoding="utf-8")
-    (made.path / "linked.html").symlink_to(tmp_path / "secret.html")
     with serving(made.path) as server:
+        (made.path / "linked.html").symlink_to(tmp_path / "secret.html")  # before, it would not even be opened
         response, content = ask(server, path)
     assert response.status == 404
     assert set(json.loads(content)) == {"error"}
