@@ -34,7 +34,9 @@ MAX_TOKENS = 2000
 _START = re.compile(r"\{\s*+[\"']")
 _MENDABLE_START = re.compile(r"""\{\s*+(?:["'“„]|\\"|//|\#|/\*|[^\W\d][\w ]{0,39}+[:：])""")
 _BRACE = re.compile(r"[{}]")
-_THINK = re.compile(r"(</?think(?:ing)?>)", re.IGNORECASE)
+_THINK = re.compile(r"(</?(?:think|thinking|thought)>)", re.IGNORECASE)
+_OPENING = ("<think>", "<thinking>", "<thought>")
+_CLOSING = ("</think>", "</thinking>", "</thought>")
 _TOKEN = re.compile(r""""[^"\\]*+(?:\\.[^"\\]*+)*+"|'[^'\\]*+(?:\\.[^'\\]*+)*+'|[{}\[\]:,]|[-+.\w]++|\s++""", re.DOTALL)
 _ESCAPE = re.compile(r'\\.|"', re.DOTALL)
 _CONSTANTS = {"True": "true", "False": "false", "None": "null"}
@@ -96,9 +98,9 @@ def without_thinking(text: str) -> str:
     thinking = False
     for part in _THINK.split(text):
         tag = part.lower()
-        if tag in ("<think>", "<thinking>"):
+        if tag in _OPENING:
             thinking = True
-        elif tag in ("</think>", "</thinking>"):
+        elif tag in _CLOSING:
             if not thinking:  # the opening tag was part of the prompt
                 kept.clear()
             thinking = False

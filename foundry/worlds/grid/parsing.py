@@ -3,13 +3,14 @@
 `chosen`: the whole text, but for surrounding blanks, is one JSON object with the asked keys and values. Other
 keys are ignored, `memory` and `reasoning` may be missing or null, and so may `message`, which is silence.
 
-`repaired`: one decision was found by the fallback, which sees through thinking (`<think>`), code fences and
-other text around the object, single quotes, Python's constants, trailing commas, raw line breaks in strings,
-keys and values in another case, and a few synonyms. `memory` or `reasoning` that are no strings are kept as
-their JSON text.
+`repaired`: one decision that no person would doubt was found by the fallback, which sees through thinking, code
+fences and other text around the object, objects within objects, broken JSON (`foundry.worlds.mending`), lines instead
+of it (`lines`), other names of keys, actions and directions (`vocabulary`) and remarks on them. A message that says
+there is none is silence. `memory` or `reasoning` that are no strings are kept as their JSON text.
 
 `unreadable` (`truncated`, when the text was cut): no object, an object without a decision in it, a key that
-is given twice with different values, or several objects that disagree.
+is given twice with different values, several objects that disagree, a value that may go on after the end of a cut
+text, the prompt's own words, or anything in a decision that is not known.
 
 Time is linear in the length of the reply.
 """
@@ -211,7 +212,7 @@ def _interpret_message(found: dict[str, Any]) -> MessageReading | None:
     message, reasoning = _only(fields.get("message")), fields.get("reasoning")
     if not _is_text(message) or _is_doubtful(found, fields, message):
         return MessageReading(Outcome.UNREADABLE)
-    silent = bool(message) and is_silence(message)
+    silent = bool(message and message.strip()) and is_silence(message)
     exact = fields is found and not silent and message is fields.get("message") and _is_text(reasoning)
     said = None if silent or not message or not message.strip() else _text(message)
     return MessageReading(Outcome.CHOSEN if exact else Outcome.REPAIRED, said, _text(reasoning))
@@ -241,7 +242,7 @@ def _interpret_action(found: dict[str, Any]) -> ActionReading | None:
     return ActionReading(outcome, meant.action, meant.direction, _text(memory), _text(reasoning))
 
 
-_NO_LETTERS = re.compile(r"\\[nrtbf]|[\W_]+")
+_NO_LETTERS = re.compile(r"[\W_]+")
 _DEEPEST = 4
 """Objects within objects that are looked into."""
 

@@ -36,6 +36,7 @@ _MOST_PARTS = 4
 _GENERIC = frozenset(("", "type", "name", "value", "action", "direction", "move", "kind"))
 _FILLER = ""
 _AXIS = re.compile(r"\s*([+-])\s*(?=1(?!\d)|[xy](?!\w))")
+_CHANGE = re.compile(r"\b([xy])\s*=\s*\1\s*([+-])")
 _INVISIBLE = re.compile("[\ufe0e\ufe0f\u200b-\u200d\u2060\ufeff]")
 _SKIPPED = re.compile(r"(?:[\s\"'`*_.,:;!()\[\]{}/|~“”„«»「」『』。、・]|-(?![xy]\b))+")
 _LETTERS = re.compile(r"[^\W\d_]+(?:'[^\W\d_]+)?")
@@ -107,7 +108,8 @@ def understand(action: object, direction: object) -> Meaning | None:
 
 def is_silence(message: str) -> bool:
     """Tell whether a message says nothing but that there is none."""
-    return len(message) <= _LONGEST and _plain(message).strip(_AROUND) in SILENCE
+    said = _plain(message[: _LONGEST + 1]).strip(_AROUND + "…")
+    return said in SILENCE or not said
 
 
 def is_placeholder(message: str) -> bool:
@@ -140,7 +142,7 @@ def _text(value: object) -> str | None:
         value = " , ".join(value) if few else None
     if not isinstance(value, str) or len(value) > _LONGEST:
         return None
-    return _AXIS.sub(r"\1", _plain(value)).strip(" \"'")
+    return _AXIS.sub(r"\1", _CHANGE.sub(r"\1\2", _plain(value).replace("_", " "))).strip(" \"'")
 
 
 def _words(text: str) -> set[str] | None:

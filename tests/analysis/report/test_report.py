@@ -184,3 +184,9 @@ def test_a_page_of_three_models_and_twenty_seeds_is_below_two_megabytes(tmp_path
     assert foundry(*asked, "analyze=false", cwd=tmp_path).returncode == 0
     assert foundry("report", "example", cwd=tmp_path).returncode == 0
     assert (tmp_path / "example" / "report.html").stat().st_size < 2_000_000
+
+
+def test_the_first_line_says_what_could_not_be_read(hostile: Material):
+    first, second, *_ = limits(hostile)
+    said = "6.7% of 900 replies could not be read (60 without a decision in them)"
+    assert first.startswith("<script>") and first.endswith(said) and second.endswith(said)
