@@ -145,12 +145,19 @@ def _agreed(
 def _candidates(
     content: str, answer: Answer, interpret: Callable[[dict[str, Any]], Reading | None]
 ) -> Iterator[dict[str, Any]]:
-    """Yield the objects of a text, those within others where these hold no decision; else what its lines say."""
+    """Yield the objects of a text, or those within them that decide, and the action that the lines before them name.
+
+    Where there is no object, all that its lines say.
+    """
     objects = find_objects(content, _mending(interpret))
     for found in objects:
         yield from _with_inner(found)
     if not objects:
         yield labelled_values(content, cut=answer.ending == LENGTH)
+        return
+    before = labelled_values(content.partition("{")[0], cut=False)
+    if "action" in before and not isinstance(before, Conflicting):
+        yield Mended(before)
 
 
 def _mending(interpret: Callable[[dict[str, Any]], Reading | None]) -> Mend:

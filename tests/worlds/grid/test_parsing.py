@@ -70,6 +70,7 @@ OCCURS = {
         ('"action": "move",\n"direction": "up"', "move", "up", REPAIRED),
         ("Sure.\n\n**Action:** move\n**Direction:** Up (Y+1)\n\n**Memory:** m", "move", "up", REPAIRED),
         ("- action: stay\n- direction: null", "stay", None, REPAIRED),
+        ("**Action:** move\n**Direction:** up\n" + UP, "move", "up", REPAIRED),
         ("Action: move, Direction: up", "move", "up", REPAIRED),
         ("<action>move</action>\n<direction>up</direction>", "move", "up", REPAIRED),
         ('{"action": "remain at current position"}', "stay", None, REPAIRED),
@@ -142,6 +143,7 @@ def test_a_decision_is_read(text, action, direction, outcome):
         '{"first": ' + UP + ', "second": ' + DOWN + "}",
         "action: move\naction: stay\ndirection: up",
         "action: move or stay\ndirection: up",
+        "**Action:** move\n**Direction:** down\n" + UP,
         "Action: <action>",
     ],
 )  # fmt: skip
