@@ -21,6 +21,13 @@ from worlds.grid.reply_labels import labelled, score
 READ = (Outcome.CHOSEN, Outcome.REPAIRED)
 
 
+@pytest.mark.parametrize(("name", "least"), [("dev", 117), ("held", 117)])
+def test_labelled_replies_are_read_as_meant_and_nothing_is_made_up(name: str, least: int):
+    found = score(name)
+    assert found.invented == 0
+    assert found.right >= least, found
+
+
 def test_the_words_of_a_prompt_in_the_place_of_a_message_are_no_message():
     texts = "".join(path.read_text(encoding="utf-8") for path in (conf_dir() / "prompt").glob("*.yaml"))
     placeholders = re.findall(r'^\s+"message": "(.+)",$', texts, re.MULTILINE)
@@ -64,10 +71,3 @@ def test_two_decisions_in_one_reply_are_none_unless_they_agree(one, other):
     if reading.outcome in READ:
         decisions = [each.expected for each in (one, other) if each.question == "action" and each.expected]
         assert {"action": reading.action, "direction": reading.direction} in decisions
-
-
-@pytest.mark.parametrize(("name", "least"), [("dev", 117), ("held", 0)])
-def test_labelled_replies_are_read_as_meant_and_nothing_is_made_up(name: str, least: int):
-    found = score(name)
-    assert found.invented == 0
-    assert found.right >= least, found
