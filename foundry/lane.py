@@ -426,4 +426,5 @@ def summarise(
         records_sha256=writer.digests() if writer else {},
         members=writer.members if writer else (),
         origin=origin_of(config),
+        readers=provenance.READERS,
     )

@@ -10,8 +10,14 @@ from functools import lru_cache
 from foundry import __version__
 from foundry.paths import PACKAGE
 
-PACKAGES = ("numpy", "scipy", "jinja2", "msgspec", "matplotlib")
+MENDING = "json-repair"
+"""The package that mends broken replies."""
+
+PACKAGES = ("numpy", "scipy", "jinja2", "msgspec", "matplotlib", MENDING)
 """Packages whose version can change a record or a frame."""
+
+READERS = 2
+"""Version of what reads replies, in any world; raised when it reads a reply otherwise than before."""
 
 
 @lru_cache(maxsize=1)

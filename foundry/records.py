@@ -347,6 +347,7 @@ class RunSummary(msgspec.Struct, frozen=True, kw_only=True):
         records_sha256: SHA-256 of each record file by name, taken over its bytes.
         members: the models of a mixed population; empty where one model answers for all agents.
         origin: where a forked run comes from; null for all others.
+        readers: version of what read the replies (`foundry.provenance.READERS`).
     """
 
     run: str
@@ -372,6 +373,7 @@ class RunSummary(msgspec.Struct, frozen=True, kw_only=True):
     records_sha256: dict[str, str]
     members: tuple[Member, ...] = ()
     origin: Origin | None = None
+    readers: int = 1
 
 
 class Labelled(msgspec.Struct, frozen=True, kw_only=True):

@@ -17,7 +17,7 @@ LAYERS = {
     "episode": ("episode",),
     "storing": (
         *("plain_files", "plain_yaml", "sweep", "sweep_shape", "sweep_file", "run_files", "store", "run_writer"),
-        "provenance",
+        *("provenance", "unread"),
     ),
     "running": (
         *("build", "asking", "trust.difference", "trust.recorded", "trust.continuing", "lane", "lanes"),
@@ -132,7 +132,7 @@ def test_no_module_imports_itself_by_way_of_others():
 
 def test_analysis_reads_records_and_the_store_only():
     for name, found in imports_of("analysis").items():
-        foreign = {one for one in found if not is_in(one, "analysis")} - {*LEAVES, "foundry.store"}
+        foreign = {one for one in found if not is_in(one, "analysis")} - {*LEAVES, "foundry.store", "foundry.unread"}
         assert foreign == set(), f"{name} imports {foreign}"
 
 

@@ -14,6 +14,7 @@ from analysis.run import GridRun
 from analysis.stats.contrasts import ALPHA, MCNEMAR, SIGN_FLIP
 from analysis.stats.intervals import BOOTSTRAP_T, FEWEST_FOR_CLAIMS, STUDENT, WILSON
 from foundry.store import is_served
+from foundry.unread import unread
 
 _ENOUGH = 20
 """Seeds from which claims are made."""
@@ -145,7 +146,19 @@ def _software(found: Material) -> str:
 
 def limits(found: Material) -> list[str]:
     """Return what a reader must know before any number, one sentence each."""
-    return [*_of_numbers(found), *_of_decisions(found), *_of_baselines(found), *_of_tests(found), *_of_reach(found)]
+    return [
+        *_of_unread(found),
+        *_of_numbers(found),
+        *_of_decisions(found),
+        *_of_baselines(found),
+        *_of_tests(found),
+        *_of_reach(found),
+    ]
+
+
+def _of_unread(found: Material) -> list[str]:
+    told = unread(member.folder for member in found.members)
+    return ["; ".join(line.strip() for line in one.lines()).replace(", such as;", ", such as", 1) for one in told]
 
 
 def _of_numbers(found: Material) -> list[str]:

@@ -56,6 +56,7 @@ def versions_grid(found: Material) -> Grid:
         if member.summary is not None:
             one = member.summary
             every = {"foundry": one.foundry_version, "Python": one.python_version, "commit": one.git_commit or "none"}
+            every["readers of replies"] = str(one.readers)
             counted.update((every | one.packages).items())
     rows = [(name, version, runs) for (name, version), runs in counted.items()]
     return grid("Software that the runs were made with.", ("software", "version", "runs"), rows, labels=2)

@@ -137,7 +137,16 @@ def _report_end(folder: SweepFolder) -> int:
         print(f"  failed {line}")
     if complete < len(summaries) and lines:
         print(f"  try the failed runs again with: foundry resume {folder.path}")
+    _print_unread(folder)
     return EXIT_OK if complete == len(summaries) else EXIT_FAILED
+
+
+def _print_unread(folder: SweepFolder) -> None:
+    """Say which models' replies could not be read, where that is more than a few."""
+    from foundry.unread import unread
+
+    for one in unread(folder.runs()):
+        print("\n".join(one.lines()))
 
 
 @app.command(context_settings=OVERRIDES)
@@ -226,3 +235,4 @@ def status(folder: Folder) -> None:
     console().print(status_table(opened))
     for line in failures(opened):
         print(f"failed {line}")
+    _print_unread(opened)

@@ -34,7 +34,7 @@ def verify(
 ) -> None:
     """Play every run again from its recorded answers and compare every record, byte by byte; needs no server.
 
-    The exit code is 3 when something differs.
+    The exit code is 3 when something differs, or was recorded by a foundry that read its replies otherwise.
     """
     from foundry.store import runs_at
     from foundry.targets import check_sweep_targets
@@ -52,7 +52,7 @@ def verify(
     said = [f"{count} {verdict}" for verdict, count in counts.items() if count]
     lines, calls = sum(one.lines for one in results), sum(one.calls for one in results)
     print(f"{len(results)} runs: {', '.join(said)}; {lines:,} lines and {calls:,} questions compared")
-    if counts[Verdict.DIFFERS]:
+    if counts[Verdict.DIFFERS] or counts[Verdict.READ_OTHERWISE]:
         raise typer.Exit(EXIT_FAILED)
 
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import msgspec
 
+from foundry import provenance
 from foundry.build import build
 from foundry.episode import play
 from foundry.errors import ModelChangedError, RecordError, UnconfirmedError
@@ -26,6 +27,9 @@ from foundry.trust.summaries import COMPLETE, check_config, check_digests, check
 _ENCODE = msgspec.json.Encoder().encode
 _AFTER_THE_END = frozenset((ModelChangedError.__name__, UnconfirmedError.__name__))
 """Errors that end a run whose records may be whole: its answers are not known to be of the sweep's weights."""
+_READ = frozenset((*(f"{name}.jsonl" for name in RECORD_STREAMS), CALLS))
+"""Files that say what was read, or what followed from it."""
+
 _CHUNKS = 8
 """Portions of the runs that each worker gets one after the other."""
 
@@ -35,6 +39,7 @@ class Verdict(StrEnum):
 
     IDENTICAL = "identical"
     DIFFERS = "differs"
+    READ_OTHERWISE = "recorded with other readers"
     NOT_STARTED = "not started"
 
 
@@ -48,7 +53,7 @@ class Verified:
         lines: lines of its records that were compared and are identical.
         calls: questions that were put again and are identical.
         difference: where it first differs.
-        note: what there is to say of a run that is not complete, or "".
+        note: what there is to say of a run that is not complete, or that other readers recorded, or "".
     """
 
     run: str
@@ -194,8 +199,33 @@ def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames
         check_summary(config, summary, comparer.counts, asker.calls)
         check_config(run, run.recorded_config(), summary)
     except Departed as departed:
-        return Verified(run.id, Verdict.DIFFERS, comparer.compared, asker.used, departed.difference)
+        return _departed(run, summary, departed.difference, comparer.compared, asker.used)
     return Verified(run.id, Verdict.IDENTICAL, comparer.compared, asker.used, note=note)
+
+
+def _departed(run: RunFolder, summary: RunSummary | None, difference: Difference, lines: int, calls: int) -> Verified:
+    """Return what is found of a run that comes out otherwise: a difference, unless other readers recorded it."""
+    readers = _other_readers(summary)
+    if not readers or difference.file not in _READ:
+        return Verified(run.id, Verdict.DIFFERS, lines, calls, difference)
+    try:
+        check_digests(run, summary)
+    except Departed as departed:
+        return Verified(run.id, Verdict.DIFFERS, lines, calls, departed.difference)
+    note = f"was recorded with {readers}, which read replies otherwise, so it cannot be verified here: its records are "
+    note += f"the files it ended with, and the first that is read otherwise now is {difference.line()}"
+    return Verified(run.id, Verdict.READ_OTHERWISE, lines, calls, note=note)
+
+
+def _other_readers(summary: RunSummary | None) -> str:
+    """Return by what a run's replies were read, and what reads them now; "" where that is the same."""
+    if summary is None:
+        return ""
+    mending = provenance.MENDING
+    then, now = summary.packages.get(mending), provenance.versions()[mending]
+    if summary.readers != provenance.READERS:
+        return f"readers {summary.readers} of foundry {summary.foundry_version} (readers {provenance.READERS} here)"
+    return "" if then == now else f"{mending} {then} ({now} here)"
 
 
 def _replay(world: Any, asker: RecordedAsker, comparer: Comparer, summary: RunSummary | None, every: int) -> str:

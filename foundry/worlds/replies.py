@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn
+
+Mend = Callable[[str], dict[str, Any]]
+"""Makes an object of what was meant as one; an empty one when that is in doubt."""
 
 
 class Conflicting(dict[str, Any]):
@@ -29,8 +32,11 @@ MAX_TOKENS = 2000
 """Tokens of one object that is not JSON."""
 
 _START = re.compile(r"\{\s*+[\"']")
+_MENDABLE_START = re.compile(r"""\{\s*+(?:["'“„]|\\"|//|\#|/\*|[^\W\d][\w ]{0,39}+[:：])""")
 _BRACE = re.compile(r"[{}]")
-_THINK = re.compile(r"(</?think>)", re.IGNORECASE)
+_THINK = re.compile(r"(</?(?:think|thinking|thought)>)", re.IGNORECASE)
+_OPENING = ("<think>", "<thinking>", "<thought>")
+_CLOSING = ("</think>", "</thinking>", "</thought>")
 _TOKEN = re.compile(r""""[^"\\]*+(?:\\.[^"\\]*+)*+"|'[^'\\]*+(?:\\.[^'\\]*+)*+'|[{}\[\]:,]|[-+.\w]++|\s++""", re.DOTALL)
 _ESCAPE = re.compile(r'\\.|"', re.DOTALL)
 _CONSTANTS = {"True": "true", "False": "false", "None": "null"}
@@ -61,20 +67,28 @@ def whole_object(text: str) -> dict[str, Any] | None:
     return found.value if found is not None and found.end == len(text) else None
 
 
-def find_objects(text: str) -> list[dict[str, Any]]:
-    """Return the outermost objects in the text, in order; none when there are too many to tell."""
+def find_objects(text: str, mend: Mend | None = None) -> list[dict[str, Any]]:
+    """Return the outermost objects in the text, in order; none when there are too many to tell.
+
+    Args:
+        text: what to search.
+        mend: what makes an object of one that cannot be decoded, from its opening brace to its last.
+    """
     objects: list[dict[str, Any]] = []
     position: int | None = 0
+    starts = _START if mend is None else _MENDABLE_START
     for _ in range(MAX_OBJECTS):
-        start = _START.search(text, position) if position is not None else None
+        start = starts.search(text, position) if position is not None else None
         if start is None:
             return objects
         found = _decode(_LENIENT, text, start.start()) or _decode_loosely(text, start.start())
-        if found is None:
-            position = _end_of_braces(text, start.start())
-        else:
+        if found is not None:
             objects.append(found.value)
             position = found.end
+            continue
+        position = _end_of_braces(text, start.start())
+        if mend is not None:
+            objects.append(mend(text[start.start() : position]))
     return []
 
 
@@ -84,9 +98,9 @@ def without_thinking(text: str) -> str:
     thinking = False
     for part in _THINK.split(text):
         tag = part.lower()
-        if tag == "<think>":
+        if tag in _OPENING:
             thinking = True
-        elif tag == "</think>":
+        elif tag in _CLOSING:
             if not thinking:  # the opening tag was part of the prompt
                 kept.clear()
             thinking = False

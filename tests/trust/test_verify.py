@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 import shutil
 from collections.abc import Callable
@@ -159,3 +160,39 @@ def test_a_worker_that_died_at_the_very_end_left_a_run_that_failed(tmp_path: Pat
     edited(run.path / "run.json", '"error": null', '"error": "out of luck"')
     done = foundry("verify", str(sweep), cwd=tmp_path)
     assert done.returncode == 0 and "failed after 1 steps: out of luck" in done.stdout
+
+
+def read_otherwise(run: RunFolder, pattern: str, replacement: str) -> None:
+    """Change a record, its digest and what `run.json` says of the readers, as if others had recorded it."""
+    path = run.path / "steps.jsonl"
+    before = hashlib.sha256(path.read_bytes()).hexdigest()
+    edited(path, '"outcome":"chosen"', '"outcome":"unreadable"')
+    edited(run.path / "run.json", before, hashlib.sha256(path.read_bytes()).hexdigest())
+    edited(run.path / "run.json", pattern, replacement)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "replacement", "said"),
+    [
+        (r'"readers": \d+', '"readers": 1', "was recorded with readers 1 of foundry"),
+        (r'"json-repair": "[^"]*"', '"json-repair": "0.1"', "was recorded with json-repair 0.1 ("),
+    ],
+)
+def test_a_run_that_other_readers_recorded_is_told_from_one_that_was_changed(pattern, replacement, said, copied: Path):
+    run = run_of(copied, MIX)
+    read_otherwise(run, pattern, replacement)
+    done = foundry("verify", str(run.path), "--workers", "1", cwd=copied)
+    assert done.returncode == 3, done.stderr
+    assert said in done.stdout and "outcome: recorded 'unreadable', now 'chosen'" in done.stdout
+    assert "1 runs: 1 recorded with other readers" in done.stdout and "differs" not in done.stdout
+    with (run.path / "messages.jsonl").open("ab") as file:
+        file.write(b"\n")
+    done = foundry("verify", str(run.path), "--workers", "1", cwd=copied)
+    assert "1 runs: 1 differs" in done.stdout, done.stdout
+
+
+def test_a_run_of_older_readers_that_is_read_as_it_was_is_identical(copied: Path):
+    run = run_of(copied, MIX)
+    edited(run.path / "run.json", r',\s*"readers": \d+', "")
+    done = foundry("verify", str(run.path), "--workers", "1", cwd=copied)
+    assert done.returncode == 0 and "1 identical" in done.stdout, done.stdout

@@ -37,13 +37,13 @@ class Fault(ABC):
 
 
 class Malformed(Fault):
-    """JSON without its quotes."""
+    """JSON without its quotes and colons."""
 
     outcome = Outcome.UNREADABLE
 
     def spoil(self, text: str) -> Reply:
-        """Drop all quotes."""
-        return Reply(text=text.replace('"', ""))
+        """Drop them all."""
+        return Reply(text=text.replace('"', "").replace(":", ""))
 
 
 class Empty(Fault):
@@ -57,13 +57,13 @@ class Empty(Fault):
 
 
 class Truncated(Fault):
-    """Cut in the middle by the length limit."""
+    """Cut in its first value by the length limit."""
 
     outcome = Outcome.TRUNCATED
 
     def spoil(self, text: str) -> Reply:
-        """Drop the second half."""
-        return Reply(text=text[: len(text) // 2], ending="length")
+        """Drop all but the beginning."""
+        return Reply(text=text[: text.index(":") + 4], ending="length")
 
 
 class Fenced(Fault):

@@ -1,26 +1,47 @@
-"""The words that name an action or a direction."""
+"""What the values of a reply mean; every word of them must be known, beside remarks that cannot change it."""
 
 from __future__ import annotations
 
 import re
+import unicodedata
+from collections.abc import Iterator
 from dataclasses import dataclass
 
-_STAYS = frozenset(("stay", "wait", "remain"))
-_MOVES = frozenset(("move", "go", "walk"))
-_FILLERS = frozenset(("to", "the"))
-_DIRECTIONS = {
-    word: direction
-    for direction, words in {
-        "up": ("up", "upward", "upwards", "north"),
-        "down": ("down", "downward", "downwards", "south"),
-        "left": ("left", "leftward", "leftwards", "west"),
-        "right": ("right", "rightward", "rightwards", "east"),
-    }.items()
-    for word in words
-}
-_WORD = re.compile(r"[^\W_]+")
-_LONGEST = 40
-"""Characters; anything longer is a sentence, whose meaning is not guessed."""
+from foundry.worlds.grid.vocabulary import (
+    DOUBTS,
+    DOWN,
+    FILLERS,
+    KEYS,
+    LEFT,
+    MEANINGS,
+    MOVE,
+    NO_DIRECTION,
+    NOT_MOVING,
+    PLACEHOLDERS,
+    REMARKS,
+    RIGHT,
+    SILENCE,
+    STAY,
+    STAYING_REMARKS,
+    UP,
+)
+
+_DIRECTIONS = frozenset((UP, DOWN, LEFT, RIGHT))
+_LONGEST = 120
+"""Characters; anything longer is a text, whose meaning is not guessed."""
+
+_MOST_PARTS = 4
+"""Texts in a list or an object that stands where one text was asked for."""
+
+_GENERIC = frozenset(("", "type", "name", "value", "action", "direction", "move", "kind"))
+_FILLER = ""
+_AXIS = re.compile(r"\s*([+-])\s*(?=1(?!\d)|[xy](?!\w))")
+_CHANGE = re.compile(r"\b([xy])\s*=\s*\1\s*([+-])")
+_INVISIBLE = re.compile("[\ufe0e\ufe0f\u200b-\u200d\u2060\ufeff]")
+_SKIPPED = re.compile(r"(?:[\s\"'`*_.,:;!()\[\]{}/|~“”„«»「」『』。、・]|-(?![xy]\b))+")
+_LETTERS = re.compile(r"[^\W\d_]+(?:'[^\W\d_]+)?")
+_AROUND = " \t\r\n.!*_'\"`()[]<>{}-“”「」。（）【】"
+_SPACES = re.compile(r"[\W_]+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,29 +52,128 @@ class Meaning:
     direction: str | None
 
 
-_STAY = Meaning("stay", None)
+@dataclass(frozen=True, slots=True)
+class _Phrase:
+    """A known phrase in a text: what it means and where it ends."""
+
+    meaning: str
+    end: int
+
+
+_STAYING = Meaning("stay", None)
+_MEANINGS = dict.fromkeys(FILLERS, _FILLER) | {word: meaning for meaning, words in MEANINGS.items() for word in words}
+_KEYS = {name: key for key, names in KEYS.items() for name in names}
+
+
+def _bounded(word: str) -> str:
+    """Return the pattern of a phrase; one in a script with spaces begins and ends where a word does."""
+    before, after = ("" if _joins(word[end]) else bound for end, bound in ((0, r"(?<!\w)"), (-1, r"(?!\w)")))
+    return before + re.escape(word) + after
+
+
+def _joins(character: str) -> bool:
+    return not unicodedata.name(character, "").startswith(("LATIN", "CYRILLIC", "DIGIT"))
+
+
+_PHRASE = re.compile("|".join(_bounded(word) for word in sorted(_MEANINGS, key=len, reverse=True)))
+
+
+def key_of(name: str) -> str | None:
+    """Return the key that is meant by a name in any of the languages, or None."""
+    if len(name) > _LONGEST:
+        return None
+    return _KEYS.get(_plain(name).strip(_AROUND).replace("_", " "))
 
 
 def understand(action: object, direction: object) -> Meaning | None:
     """Return what the two values of a reply mean together, or None when that is not certain.
 
-    Every word must be known; the direction may stand in either value, but not two different ones.
+    The direction may stand in either value, but not two different ones.
     """
-    words = _words(action)
-    if not words or words & _STAYS and words & (_MOVES | _DIRECTIONS.keys()):
+    asked, wanted = _text(action), _text(direction)
+    given = direction is not None and wanted not in NO_DIRECTION
+    if asked in NOT_MOVING:
+        return None if given else _STAYING
+    words = None if asked is None else _words(asked)
+    if not words or STAY in words and len(words) > 1:
         return None
-    if words & _STAYS:
-        return _STAY
-    further = set() if direction in (None, "") else _words(direction)
-    if further is None or further & _STAYS:
+    if STAY in words:
+        return _STAYING
+    further = set() if not given else None if wanted is None else _words(wanted)
+    if further is None or STAY in further:
         return None
-    directions = {_DIRECTIONS[word] for word in words | further if word in _DIRECTIONS}
+    directions = (words | further) & _DIRECTIONS
     return Meaning("move", directions.pop()) if len(directions) == 1 else None
 
 
-def _words(value: object) -> set[str] | None:
-    """Return the known words of a value, or None when it holds another, or is no short string."""
+def is_silence(message: str) -> bool:
+    """Tell whether a message says nothing but that there is none."""
+    said = _plain(message[: _LONGEST + 1]).strip(_AROUND + "…")
+    return said in SILENCE or not said
+
+
+def is_placeholder(message: str) -> bool:
+    """Tell whether a message is what the prompt has in its place, or the beginning of that."""
+    said = _SPACES.sub(" ", message[:_LONGEST].lower()).strip()
+    bracketed = message.strip().startswith("<") and message.strip().endswith(">")
+    return bracketed or len(said) > 1 and any(_starts(known, said) for known in _PLACEHOLDERS)
+
+
+_PLACEHOLDERS = tuple(_SPACES.sub(" ", known.lower()).strip() for known in PLACEHOLDERS)
+_TELLING = 12
+"""Characters of a placeholder that can stand for the whole."""
+
+
+def _starts(placeholder: str, said: str) -> bool:
+    return said == placeholder or len(said) >= _TELLING and placeholder.startswith(said)
+
+
+def _plain(text: str) -> str:
+    return _INVISIBLE.sub("", unicodedata.normalize("NFKC", text)).lower().replace("’", "'").strip()
+
+
+def _text(value: object) -> str | None:
+    """Return the text that a value is, or the few that a list or an object holds, in one spelling; else None."""
+    if isinstance(value, dict):
+        value = [part for key, one in value.items() for part in (key if key.lower() not in _GENERIC else "", one)]
+        value = [part for part in value if part not in ("", None)]
+    if isinstance(value, list):
+        few = 0 < len(value) <= _MOST_PARTS and all(isinstance(part, str) for part in value)
+        value = " , ".join(value) if few else None
     if not isinstance(value, str) or len(value) > _LONGEST:
         return None
-    words = set(_WORD.findall(value.lower())) - _FILLERS
-    return words if words <= (_STAYS | _MOVES | _DIRECTIONS.keys()) else None
+    return _AXIS.sub(r"\1", _CHANGE.sub(r"\1\2", _plain(value).replace("_", " "))).strip(" \"'")
+
+
+def _words(text: str) -> set[str] | None:
+    """Return what the words of a text mean, or None when one is not known and stands in no remark."""
+    phrases = list(_phrases(text))
+    telling = [number for number, phrase in enumerate(phrases) if phrase.meaning != _FILLER]
+    found = {phrases[number].meaning for number in telling}
+    end = phrases[-1].end if phrases else 0
+    if not _SKIPPED.sub("", text[end:]):
+        return found
+    if not telling:
+        return None
+    return found if _is_remark(text[phrases[telling[-1]].end :].lstrip(" \"'*`"), found) else None
+
+
+def _phrases(text: str) -> Iterator[_Phrase]:
+    """Yield the known phrases at the beginning of a text, up to the first word that is none."""
+    position = 0
+    while True:
+        skipped = _SKIPPED.match(text, position)
+        match = _PHRASE.match(text, position) or (skipped and _PHRASE.match(text, skipped.end()))
+        if not match:
+            return
+        position = match.end()
+        yield _Phrase(_MEANINGS[match[0]], position)
+
+
+def _is_remark(rest: str, found: set[str]) -> bool:
+    """Tell whether the rest of a value is a remark that says nothing else than what stands before it."""
+    opening = (*REMARKS, *STAYING_REMARKS) if found == {STAY} else REMARKS
+    if not rest.startswith(opening) or "?" in rest or DOUBTS & set(_LETTERS.findall(rest)):
+        return False
+    said = {_MEANINGS[match[0]] for match in _PHRASE.finditer(rest)} - {_FILLER}
+    return said <= found | (set() if STAY in found else {MOVE})

@@ -198,3 +198,10 @@ def test_the_report_says_whose_texts_the_figures_of_the_labeller_are_of(hostile:
     said = " ".join(limits(hostile))
     assert "labelled by no reader. Warnings by rule 3: precision 0.88 (53 of 60), recall 0.90 (53 of 59)" in said
     assert "an upper bound: one language model wrote and labelled these texts" in said
+
+
+def test_the_first_line_says_what_could_not_be_read(hostile: Material):
+    first, second, *_ = limits(hostile)
+    assert first.startswith("<script>")
+    assert first.endswith("6.7% of 900 replies could not be read (60 without a decision in them)")
+    assert second.endswith("6.7% of 750 replies could not be read (50 without a decision in them)")

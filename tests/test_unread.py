@@ -1,0 +1,86 @@
+"""What of a model's replies could not be read is said wherever one looks at a sweep."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from commands import foundry
+from foundry.store import SweepFolder
+from foundry.unread import unread
+from ollama_cases import Body
+from ollama_server import OllamaServer
+
+SWEEP = ("model=qwen3:4b", "world.agents=4", "world.steps=3", "runner.workers=1", "output.dir=out")
+DECIDED = '{"message": null, "action": "stay", "reasoning": "r"}'
+HINT = "model.format=schema holds this model's replies to the form that is asked for"
+
+
+def at_times(body: Body) -> str:
+    """Say nothing that can be read in about a third of the replies, at length and with commands for a terminal."""
+    seed = body["options"]["seed"]
+    return f"\x1b[2J <b>I</b> am\nnumber {seed}, {'really ' * 100}" if seed % 3 == 0 else DECIDED
+
+
+def hardly(body: Body) -> str:
+    """Say nothing that can be read in one of 24 replies."""
+    return "What?" if "You are Agent 2 " in str(body["messages"]) and "Step: 3" in str(body["messages"]) else DECIDED
+
+
+def played(folder: Path, answer: object, *overrides: str) -> str:
+    with OllamaServer(answer) as server:  # type: ignore[arg-type]
+        done = foundry(*SWEEP, *overrides, cwd=folder, OLLAMA_HOST=server.url)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def check(shown: str, sweep: Path) -> None:
+    (one,) = unread(SweepFolder.open(sweep).runs())
+    lost, share = one.outcomes.total(), one.share
+    assert 0.02 < share < 1
+    assert (
+        f"qwen3:4b: {share:.1%} of 24 replies could not be read ({lost} without a decision in them), such as" in shown
+    )
+    examples = re.findall(r"step \d, agent \d, \w+: .*", shown)
+    assert len(examples) == 3 and all(r"\x1b[2J" in one and one.endswith("...") for one in examples)
+    assert "\x1b" not in shown and max(map(len, examples)) < 220
+
+
+def test_the_end_of_a_sweep_and_status_show_what_could_not_be_read(tmp_path: Path):
+    shown = played(tmp_path, at_times, "analyze=false")
+    check(shown, tmp_path / "out")
+    assert HINT in shown
+    status = foundry("status", "out", cwd=tmp_path).stdout
+    check(status, tmp_path / "out")
+    assert HINT in status
+
+
+def test_a_schema_is_not_advised_where_there_is_one(tmp_path: Path):
+    shown = played(tmp_path, at_times, "analyze=false", "model.format=schema")
+    check(shown, tmp_path / "out")
+    assert HINT not in shown
+
+
+@pytest.mark.parametrize(("agents", "said"), [(4, True), (20, False)])
+def test_few_such_replies_are_not_worth_a_word(agents: int, said: bool, tmp_path: Path):
+    shown = played(tmp_path, hardly, "analyze=false", f"world.agents={agents}")
+    assert (" could not be read" in shown) == said, shown
+
+
+@pytest.mark.slow
+def test_in_3d_it_is_said_without_the_advice_for_2d(tmp_path: Path):
+    overrides = ("world=office", "model=qwen2.5vl:3b", "world.steps=2", "runner.workers=1", "output.dir=out")
+    with OllamaServer(lambda body: "I see racks.") as server:
+        done = foundry(*overrides, "analyze=false", cwd=tmp_path, OLLAMA_HOST=server.url)
+    assert "qwen2.5vl:3b: 100.0% of 2 replies could not be read" in done.stdout, done.stdout + done.stderr
+    assert "step 1, agent 0, move: I see racks." in done.stdout and HINT not in done.stdout
+
+
+def test_damaged_files_take_the_examples_away_and_no_more(tmp_path: Path):
+    played(tmp_path, at_times, "analyze=false")
+    (run,) = SweepFolder.open(tmp_path / "out").runs()
+    (run.path / "steps.jsonl").write_bytes(b'{"step": 1, "outcome": ["unreadable"]}\n{')
+    done = foundry("status", "out", cwd=tmp_path)
+    assert done.returncode == 0 and "of 24 replies could not be read" in done.stdout, done.stderr
