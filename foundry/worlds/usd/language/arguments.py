@@ -10,7 +10,10 @@ from foundry.worlds.usd.language.tokens import Token
 from foundry.worlds.usd.language.words import Act, Dimension, Kind, Side, Way
 
 HARMLESS = frozenset(
-    (Kind.FILLER, Kind.TO, Kind.OF, Kind.BY, Kind.ARTICLE, Kind.PLACE, Kind.FRESH, Kind.SMALL, Kind.GAZE, Kind.IS)
+    (
+        *(Kind.FILLER, Kind.TO, Kind.OF, Kind.BY, Kind.ARTICLE, Kind.PLACE, Kind.FRESH, Kind.SMALL, Kind.GAZE, Kind.IS),
+        *(Kind.EARLIER, Kind.NOW, Kind.LATER, Kind.NEXT, Kind.FIRST, Kind.RETRACT),
+    )
 )
 """Kinds of word that change nothing in a command."""
 
@@ -21,6 +24,7 @@ _STOPS = frozenset((Kind.VERB, Kind.NOT, Kind.CONDITION, Kind.POSSIBLE, Kind.STA
 _ELSEWHERE = frozenset(
     ("away", "tall", "wide", "high", "long", "deep", "thick", "apart", "short", "in front", "ahead of")
 )
+_NAMES = (Kind.UNKNOWN, Kind.OTHER, Kind.GOAL)
 _HERE = frozenset(("here", "my", "your", "current", "this"))
 _ATTRIBUTED = frozenset(("side", "hand side", "hand"))
 _OF = frozenset(("of", "de", "du", "von"))
@@ -165,7 +169,7 @@ def _is_how_far(tokens: Sequence[Token], at: int, said: Arguments) -> bool:
         return True
     if follows.text == "from":
         return at + 2 < len(tokens) and tokens[at + 2].text in _HERE
-    return follows.text not in _ELSEWHERE and not (amount.dimension is None and follows.kind is Kind.UNKNOWN)
+    return follows.text not in _ELSEWHERE and not (amount.dimension is None and follows.kind in _NAMES)
 
 
 def _is_a_place(tokens: Sequence[Token], at: int) -> bool:
@@ -179,7 +183,7 @@ def _is_a_place(tokens: Sequence[Token], at: int) -> bool:
     follows = tokens[behind]
     if follows.text in _OF:
         return behind + 1 >= len(tokens) or tokens[behind + 1].kind is not Kind.AMOUNT
-    if follows.kind is not Kind.UNKNOWN:
+    if follows.kind not in _NAMES:
         return False
     direct = tokens[at - 1].kind in (Kind.VERB, Kind.AMOUNT, Kind.WAY, Kind.SMALL) and " " not in tokens[at].text
     return (

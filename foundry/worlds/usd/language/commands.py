@@ -9,10 +9,10 @@ from foundry.worlds.usd.language.arguments import ARGUMENTS, HARMLESS, collect, 
 from foundry.worlds.usd.language.motions import Arguments, Category, Motion, bare_motion, made, motion
 from foundry.worlds.usd.language.scopes import Bar, Scopes
 from foundry.worlds.usd.language.sentences import Segment, Sentence
+from foundry.worlds.usd.language.telling import Telling
 from foundry.worlds.usd.language.tokens import Token
 from foundry.worlds.usd.language.words import Act, Dimension, Form, Kind, Way
 
-_AGENTS = frozenset(("agent", "robot", "he", "she"))
 _AND = frozenset(("and", "&", "und", "y", "et"))
 _THEN = frozenset(("then", "and then", "and"))
 _POSITIONAL = frozenset(("ahead", "straight ahead", "directly ahead", "dead ahead"))
@@ -29,6 +29,7 @@ class _Reader:
     def __init__(self, sentence: Sentence) -> None:
         self._sentence = sentence
         self._scopes = Scopes()
+        self._telling = Telling(sentence.segments)
         self._found: list[Motion] = []
         self._found_in: list[int] = []
         self._act: Act | None = None
@@ -36,6 +37,7 @@ class _Reader:
         self._strange = not sentence.whole
         self._known = sentence.whole and all(map(_is_plain, sentence.segments))
         self._index = 0
+        self._later = False
 
     def read(self) -> list[Motion]:
         for index, segment in enumerate(self._sentence.segments):
@@ -48,7 +50,7 @@ class _Reader:
         """Read one segment; return whether the next ones are worth reading."""
         tokens = segment.tokens
         before = len(self._found)
-        bars = self._scopes.bars(segment)
+        bars = [_stronger(*pair) for pair in zip(self._scopes.bars(segment), self._told(segment), strict=True)]
         low = 0
         for at, token in enumerate(tokens):
             if bars[at] is Bar.EXAMPLE:
@@ -57,6 +59,8 @@ class _Reader:
                 low = self._verb(segment, bars, low, at)
             elif token.kind in (Kind.STAY, Kind.PAUSE):
                 self._stay(segment, bars, at)
+            elif token.kind in (Kind.FIRST, Kind.RETRACT) or token.text in _INSTEAD:
+                self._take_back(token)
             self._strange = self._strange or _is_strange(token)
         self._bare(segment, bars, low, len(tokens))
         if segment.joint is not None and segment.joint.kind is Kind.OR:
@@ -77,7 +81,9 @@ class _Reader:
         if bar is None and self._is_description(segment, at, said):
             bar = Bar.PERHAPS
         word = made(said) if verb.word.act is Act.MAKE else verb.word
-        self._note(bar, motion(word, said), verb, said, _joined(tokens[said.start : said.last]))
+        self._later = bar is Bar.NEXT
+        self._note(None if self._later else bar, motion(word, said), verb, said, _joined(tokens[said.start : said.last]))
+        self._later = False
         return said.end
 
     def _note(self, bar: Bar | None, read: Motion | str, verb: Token, said: Arguments, text: str) -> None:
@@ -93,20 +99,35 @@ class _Reader:
             self._act = act if bar is None else self._act
         elif negated:
             self._add(replace(read, text=text, wanted=False))
-        elif bar is None and (verb.word.form is not Form.PAST or read.amount is not None):
+        elif bar is None:
             self._act = act
-            past = ("a past form, read as any other",) if verb.word.form is Form.PAST else ()
-            self._add(replace(read, text=text, remarks=read.remarks + past))
+            self._add(replace(read, text=text))
 
     def _add(self, found: Motion) -> None:
-        self._found.append(found)
+        self._found.append(replace(found, later=True) if self._later else found)
         self._found_in.append(self._index)
+
+    def _told(self, segment: Segment) -> list[Bar | None]:
+        """Return what keeps each token from being a command because it is told."""
+        bars = self._telling.told(self._index)
+        if self._index == 0 and segment.tokens[0].kind is Kind.OPTION:
+            return [Bar.EXAMPLE] * len(bars)
+        return bars
+
+    def _take_back(self, token: Token) -> None:
+        """Take back what the sentence said so far; what the reply said so far, if the words say so."""
+        if token.kind in (Kind.FIRST, Kind.RETRACT):
+            while any(found.wanted for found in self._found):
+                self._forget()
+        if token.kind is not Kind.FIRST and all(found.wanted for found in self._found):
+            self._found.insert(0, Motion(Category.RETRACT, wanted=False))
+            self._found_in.insert(0, -1)
 
     def _is_description(self, segment: Segment, at: int, said: Arguments) -> bool:
         """Tell whether a verb form says what happens or would happen, rather than what to do."""
         tokens, word = segment.tokens, segment.tokens[at].word
         if word.form is Form.THIRD:
-            return self._strange and not any(token.text in _AGENTS for token in tokens[:at])
+            return self._strange
         if word.form is not Form.ING:
             return False
         after = tokens[at + 1 :]
@@ -124,7 +145,7 @@ class _Reader:
     def _stay(self, segment: Segment, bars: Sequence[Bar | None], at: int) -> None:
         tokens, pause = segment.tokens, segment.tokens[at].kind is Kind.PAUSE
         ends_a_plan = self._index == 0 and segment.joint is not None and segment.joint.text in _THEN
-        if bars[at] is not None or ends_a_plan:
+        if bars[at] is not None or ends_a_plan or tokens[at].word.form is Form.PAST:
             return
         follows = tokens[at + 1] if at + 1 < len(tokens) else None
         if follows is None:
@@ -145,8 +166,13 @@ class _Reader:
         if not any(token.kind in ARGUMENTS for token in tokens):
             return
         plain = all(token.kind in HARMLESS or token.kind in ARGUMENTS for token in tokens)
-        if not plain or any(bars[low:high]):
+        if not plain or any(bar is not Bar.NEXT for bar in bars[low:high] if bar is not None):
             return
+        self._later = Bar.NEXT in bars[low:high]
+        self._plain_words(segment, tokens)
+        self._later = False
+
+    def _plain_words(self, segment: Segment, tokens: Sequence[Token]) -> None:
         said = words_after(tokens, 0, None)
         if said.end < len(tokens):
             return
@@ -220,6 +246,12 @@ class _Reader:
 
 
 _ANGLES = (None, Dimension.ANGLE)
+_INSTEAD = frozenset(("instead", "stattdessen", "plutôt", "代わりに", "かわりに", "en su lugar"))
+
+
+def _stronger(bar: Bar | None, told: Bar | None) -> Bar | None:
+    """Return which of two bars counts."""
+    return bar if bar is Bar.EXAMPLE or told is None or (told is Bar.NEXT and bar is not None) else told
 
 
 def _makes(tokens: Sequence[Token], at: int, said: Arguments) -> bool:

@@ -17,6 +17,7 @@ class Category(Enum):
     TURN = "turn"
     GAZE = "gaze"
     STAY = "stay"
+    RETRACT = "retract"  # no motion: what follows replaces what was said before
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +34,7 @@ class Motion:
         text: the words it was read from.
         wanted: False for what the text says not to do.
         inferred: whether more than the amount had to be supplied.
+        later: whether it is put off, should the reply name anything else.
         remarks: what had to be decided to read it.
     """
 
@@ -44,6 +46,7 @@ class Motion:
     text: str = ""
     wanted: bool = True
     inferred: bool = False
+    later: bool = False
     remarks: tuple[str, ...] = ()
 
 
