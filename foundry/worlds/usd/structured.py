@@ -1,19 +1,25 @@
 """Reads a movement that is given as a JSON object: {"direction": ..., "distance": ..., "turn": ..., "gaze": ...}.
 
 `direction` is one of the words below or null, `distance` metres, `turn` degrees to the left, `gaze` degrees
-upwards; missing, null and 0 mean none, and a command without any motion is "stay". Other keys are ignored.
+upwards; missing, null and 0 mean none, and a command without any motion is "stay". Other keys are ignored, unless
+they name the action: an object in words of its own, such as {"action": "turn", "direction": "left", "angle": 45}, is
+put into a sentence and read as one.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 from foundry.records import Outcome
 from foundry.worlds.replies import Conflicting, find_objects, whole_object, without_thinking
 from foundry.worlds.usd.language.amounts import LARGEST
 from foundry.worlds.usd.language.motions import BEARINGS
+from foundry.worlds.usd.language.tokens import cleaned
 from foundry.worlds.usd.movement import Command, Limits, Translation, limited
+from foundry.worlds.usd.resolving import resolve
 
 _KEYS = frozenset(("direction", "distance", "turn", "gaze"))
 _BEARINGS = {
@@ -22,6 +28,16 @@ _BEARINGS = {
     for reverse in (False, True)
 }
 _NONE = frozenset(("", "none", "stay", "null"))
+_ACTIONS = re.compile(
+    r"action|command|movement|motion|move|type|verb|turn|rotat|look|gaze|stay|bewegung|aktion|drehung|befehl|"
+    r"acci[oó]n|movimiento|comando|giro|mouvement|commande|行動|行动|動作|动作|移動|移动|指令|命令|コマンド|アクション"
+)
+_DIRECTIONS = re.compile(r"direction|side|^dir$|richtung|direcci[oó]n|方向|向き")
+_DISTANCES = re.compile(r"distan|^m$|met(?:er|re)s?|^length|距離|距离|メートル|米|entfernung|strecke|metros")
+_ANGLES = re.compile(r"angle|degree|^deg$|winkel|grad|[aá]ngulo|grados|degr[eé]s|角度|度")
+_AMOUNTS = re.compile(r"^(?:amount|value|magnitude|quantity|by|units?|parameters?|params|args|arguments)$|量|値|值")
+_UNITS = re.compile(r"^units?$|単位|单位|einheit|unidad|unité")
+_DEEPEST = 3
 _FENCE = re.compile(r"\A\s*```\w*|```\s*\Z")
 
 
@@ -42,7 +58,60 @@ def embedded_command(reply: str, limits: Limits) -> Command | None:
 
 
 def _command(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
-    if isinstance(found, Conflicting) or not found.keys() & _KEYS or not _is_sound(found):
+    if isinstance(found, Conflicting):
+        return None
+    return _worded(found, limits, outcome) or _numbers(found, limits, outcome)
+
+
+def _worded(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
+    """Return the command of an object that names its action in words of its own, None when it does not."""
+    words = " ".join(_words(found, 0))
+    named = any(_ACTIONS.search(key.lower()) and isinstance(value, str | dict) for key, value in found.items())
+    if not named or (found.keys() & _KEYS and not found.keys() - _KEYS and not _is_nested(found)):
+        return None
+    command = resolve(cleaned(words), limits)
+    if command.outcome is Outcome.UNREADABLE:
+        return None
+    worst = Outcome.REPAIRED if Outcome.REPAIRED in (command.outcome, outcome) else outcome
+    return replace(command, outcome=worst, notes=("read as JSON", *command.notes))
+
+
+def _is_nested(found: dict[str, Any]) -> bool:
+    return any(isinstance(value, dict) for value in found.values())
+
+
+def _words(found: dict[str, Any], depth: int) -> Iterator[str]:
+    """Yield what an object says of a movement: the action, then its direction, then how far."""
+    ordered: list[tuple[int, str]] = []
+    unit = next((str(value) for key, value in found.items() if _UNITS.search(key.lower())), "")
+    for key, value in found.items():
+        ordered.extend((rank, text) for rank, text in _said(key.lower(), value, unit, depth) if text)
+    yield from (text for _, text in sorted(ordered, key=lambda pair: pair[0]))
+
+
+def _said(key: str, value: Any, unit: str, depth: int) -> Iterator[tuple[int, str]]:
+    """Yield the words for one key, each with its place in the sentence."""
+    number = f"{value:f}" if isinstance(value, int | float) and not isinstance(value, bool) and value else ""
+    if isinstance(value, dict) and depth < _DEEPEST:
+        names = _ACTIONS.search(key) and not _AMOUNTS.search(key)
+        yield 0, " ".join((key if names else "", *_words(value, depth + 1)))
+    elif _UNITS.search(key):
+        return
+    elif _ANGLES.search(key):
+        yield 2, f"{number} degrees" if number else str(value or "")
+    elif _DISTANCES.search(key):
+        yield 2, f"{number} m" if number else str(value or "")
+    elif _AMOUNTS.search(key):
+        yield 2, f"{number} {unit}" if number else str(value or "") if isinstance(value, str) else ""
+    elif isinstance(value, str) and _DIRECTIONS.search(key):
+        yield 1, value
+    elif isinstance(value, str) and _ACTIONS.search(key):
+        yield 0, value.replace("_", " ")
+
+
+def _numbers(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
+    """Return the command of an object with the keys that the prompt asks for."""
+    if not found.keys() & _KEYS or not _is_sound(found):
         return None
     notes: list[str] = []
     translate = None

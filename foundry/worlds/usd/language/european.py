@@ -116,7 +116,7 @@ SPANISH: Table = {
     ),
     **_verbs(Act.LOOK, "levantar, subir, alzar | levanta, alza | levanto, levantaré, subo, alzo, elevo |", Way.UP),
     **_verbs(Act.LOOK, "bajar | baja | bajo, bajaré |", Way.DOWN),
-    **phrases(_MAKE, "doy | dar | da | dé | hago"),
+    **phrases(_MAKE, "doy | dar | dé | hago"),
     **phrases(
         Word(Kind.GAZE),
         "la mirada | la vista | la cámara | la cabeza | los ojos | mi mirada | mi vista | mi cabeza | mi cámara",
@@ -167,7 +167,7 @@ FRENCH: Table = {
     ),
     **_verbs(Act.LOOK, "lever, relever | lève, relève | lèverai |", Way.UP),
     **_verbs(Act.LOOK, "baisser, abaisser | baisse, abaisse | baisserai |", Way.DOWN),
-    **phrases(_MAKE, "fais | faire | fait"),
+    **phrases(_MAKE, "fais | faire"),
     **phrases(
         Word(Kind.GAZE),
         "le regard | mon regard | les yeux | la tête | la caméra | ma tête | ma caméra | mes yeux | la vue",

@@ -19,6 +19,7 @@ _OPENING = {
     Kind.LATER: Bar.LATER,
     Kind.NEXT: Bar.NEXT,
 }
+_CLAUSES = (Kind.PURPOSE, Kind.AFTER, Kind.OTHER, Kind.VERB)
 _TIMES = (Kind.EARLIER, Kind.LATER, Kind.NEXT)
 _CARRYING = frozenset(
     ("and", "&", "then", "and then", "or", "while", "und", "dann", "y", "luego", "y luego", "et", "puis", "et puis", "ensuite")
@@ -117,6 +118,8 @@ class Telling:
         kind, tokens = token.kind, self._segments[index].tokens
         if kind in (Kind.NOW, Kind.FIRST, Kind.RETRACT):
             self._scope = None
+        elif self._scope is not None and self._scope.kind in _CLAUSES and _is_subject(tokens, at):
+            self._scope = None
         elif kind is Kind.AFTER and not self._is_done(index, at):
             return
         elif kind in _OPENING:
@@ -179,6 +182,14 @@ def _past_to(segments: Sequence[Segment]) -> tuple[int, int]:
 
 def _is_only_time(tokens: Sequence[Token]) -> bool:
     return not any(token.kind in (Kind.VERB, Kind.UNKNOWN, Kind.STAY) for token in tokens)
+
+
+def _is_subject(tokens: Sequence[Token], at: int) -> bool:
+    """Tell whether a token starts a clause of its own: "in order to see it I move", "para verlo avanzo"."""
+    token, before = tokens[at], tokens[at - 1].kind if at else None
+    if token.word.form is Form.FIRST:
+        return True
+    return token.kind is Kind.FRESH and token.text not in _WILL and before not in (Kind.PURPOSE, Kind.AFTER, None)
 
 
 def _is_told_goal(tokens: Sequence[Token], at: int) -> bool:

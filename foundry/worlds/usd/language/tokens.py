@@ -11,6 +11,7 @@ from foundry.worlds.usd.language.asian import CHINESE, JAPANESE
 from foundry.worlds.usd.language.english import ENGLISH
 from foundry.worlds.usd.language.european import FRENCH, GERMAN, SPANISH
 from foundry.worlds.usd.language.narrated import FRENCH_TOLD, GERMAN_TOLD, SPANISH_TOLD
+from foundry.worlds.usd.language.narrated_asian import CHINESE_TOLD, JAPANESE_TOLD
 from foundry.worlds.usd.language.quotations import without_quotations
 from foundry.worlds.usd.language.words import Act, Dimension, Kind, Table, Word
 
@@ -21,7 +22,12 @@ LEXICON: Table = {
     **SPANISH_TOLD,
     **GERMAN,
     **GERMAN_TOLD,
-    **CHINESE, **JAPANESE, **ENGLISH}
+    **CHINESE_TOLD,
+    **CHINESE,
+    **JAPANESE_TOLD,
+    **JAPANESE,
+    **ENGLISH,
+}
 
 _CJK = "\u3005\u3007\u3040-\u30ff\u3400-\u9fff"
 _LETTER = rf"[^\W\d_{_CJK}]"
