@@ -37,6 +37,7 @@ _DISTANCES = re.compile(r"distan|^m$|met(?:er|re)s?|^length|距離|距离|メー
 _ANGLES = re.compile(r"angle|degree|^deg$|winkel|grad|[aá]ngulo|grados|degr[eé]s|角度|度")
 _AMOUNTS = re.compile(r"^(?:amount|value|magnitude|quantity|by|units?|parameters?|params|args|arguments)$|量|値|值")
 _UNITS = re.compile(r"^units?$|単位|单位|einheit|unidad|unité")
+_BARE_WAYS = frozenset(("左", "右", "前", "後ろ", "上", "下"))
 _DEEPEST = 3
 _FENCE = re.compile(r"\A\s*```\w*|```\s*\Z")
 
@@ -65,11 +66,16 @@ def _command(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command
 
 def _worded(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
     """Return the command of an object that names its action in words of its own, None when it does not."""
-    words = " ".join(_words(found, 0))
-    named = any(_ACTIONS.search(key.lower()) and isinstance(value, str | dict) for key, value in found.items())
+    words = [*_words(found, 0)]
+    named = any(
+        _ACTIONS.search(key.lower()) and (isinstance(value, str | dict) or key not in _KEYS)
+        for key, value in found.items()
+    )
     if not named or (found.keys() & _KEYS and not found.keys() - _KEYS and not _is_nested(found)):
         return None
-    command = resolve(cleaned(words), limits)
+    command = resolve(cleaned(" ".join(words)), limits)
+    if command.outcome is Outcome.UNREADABLE:  # Japanese says the action last
+        command = resolve(cleaned(" ".join(reversed(words))), limits)
     if command.outcome is Outcome.UNREADABLE:
         return None
     worst = Outcome.REPAIRED if Outcome.REPAIRED in (command.outcome, outcome) else outcome
@@ -104,9 +110,12 @@ def _said(key: str, value: Any, unit: str, depth: int) -> Iterator[tuple[int, st
     elif _AMOUNTS.search(key):
         yield 2, f"{number} {unit}" if number else str(value or "") if isinstance(value, str) else ""
     elif isinstance(value, str) and _DIRECTIONS.search(key):
-        yield 1, value
+        yield 1, f"{value}に" if value in _BARE_WAYS else value
     elif isinstance(value, str) and _ACTIONS.search(key):
         yield 0, value.replace("_", " ")
+    elif number and _ACTIONS.search(key):
+        yield 0, key
+        yield 2, f"{number} {'m' if 'move' in key else 'degrees'}"
 
 
 def _numbers(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:

@@ -26,6 +26,12 @@ _ELSEWHERE = frozenset(
 )
 _NAMES = (Kind.UNKNOWN, Kind.OTHER, Kind.GOAL)
 _HERE = frozenset(("here", "my", "your", "current", "this"))
+_PATHS = frozenset(
+    ("toward", "towards", "along", "through", "down the", "up the", "closer", "across", "into", "in richtung")
+    + ("richtung", "entlang", "auf die", "auf den", "auf das", "durch die", "durch den", "hacia la", "hacia el")
+    + ("por el", "por la", "a lo largo de", "vers la", "vers le", "le long de", "le long du", "dans le", "dans la")
+    + ("に向かって", "へ向かって", "に沿って", "向かって")
+)
 _ATTRIBUTED = frozenset(("side", "hand side", "hand"))
 _OF = frozenset(("of", "de", "du", "von"))
 
@@ -43,10 +49,19 @@ def words_after(tokens: Sequence[Token], start: int, verb: Token | None) -> Argu
         kind = tokens[at].kind
         if kind in _STOPS or _starts_another(tokens, at, said, verb):
             break
-        if not said.closed or (kind is Kind.AMOUNT and tokens[at - 1].kind is Kind.BY):
+        ends = said.along and at + 1 == len(tokens) and _is_length(tokens[at])
+        if not said.closed or (kind is Kind.AMOUNT and (tokens[at - 1].kind is Kind.BY or ends)):
+            was_closed = said.closed
             _take(tokens, at, said)
+            said.along = said.along or (said.closed and not was_closed and tokens[at].text in _PATHS)
+        elif kind is Kind.CLOSE and tokens[at].text not in _PATHS:
+            said.along = False
         said.end = at + 1
     return said
+
+
+def _is_length(token: Token) -> bool:
+    return isinstance(token, Amount) and token.dimension in (Dimension.LENGTH, Dimension.STEP)
 
 
 def words_before(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
@@ -60,6 +75,7 @@ def words_before(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
             continue
         _take(tokens, at, said, checked=False)
     said.closed = start > low
+    said.along = said.closed and tokens[start - 1].text in _PATHS
     return said
 
 

@@ -121,6 +121,7 @@ JAPANESE: Table = {
     **phrases(Word(Kind.POSSIBLE, reach="before"), "こと"),
     **phrases(Word(Kind.FILLER), "ことにします | ことにする | ことにしました | ことです | ことだ | ことを選びます | ことを選択します | ことが必要です | "
         "ことが最善です | ことが最適です | ことがよい | ことを決めました | 決めました | 選びました | 選択しました"),
+    **phrases(Word(Kind.CLOSE), "に向かって | へ向かって | に沿って | 向かって"),
     **phrases(Word(Kind.CONDITION), "もし"),
     **phrases(Word(Kind.NOT, reach="before"), "必要はありません | 必要はない | わけにはいきません | べきではありません"),
     **phrases(Word(Kind.FRESH), "私は | 私が | 僕は | わたしは"),

@@ -14,6 +14,8 @@ from foundry.worlds.usd.language.tokens import Token
 from foundry.worlds.usd.language.words import Act, Dimension, Form, Kind, Way
 
 _AND = frozenset(("and", "&", "und", "y", "et"))
+_BUT = frozenset(("but", "sondern", "sino", "sino que", "mais", "而是"))
+_ENABLING = ("allow", "enabl", "let", "help", "give")
 _THEN = frozenset(("then", "and then", "and"))
 _POSITIONAL = frozenset(("ahead", "straight ahead", "directly ahead", "dead ahead"))
 
@@ -127,11 +129,15 @@ class _Reader:
         """Tell whether a verb form says what happens or would happen, rather than what to do."""
         tokens, word = segment.tokens, segment.tokens[at].word
         if word.form is Form.THIRD:
+            named = any(token.kind is Kind.GAZE or token.text in ("the", "my", "your") for token in tokens[:at])
+            self._strange = self._strange or named
             return self._strange
         if word.form is not Form.ING:
             return False
         after = tokens[at + 1 :]
-        if any(token.kind in (Kind.IS, Kind.POSSIBLE) or token.text in ("will", "i will") for token in after):
+        if any(token.kind in (Kind.IS, Kind.POSSIBLE) or token.text in ("will", "i will") for token in after) or any(
+            token.kind is Kind.PURPOSE and any(stem in token.text for stem in _ENABLING) for token in after
+        ):
             return True
         if said.amount is not None:
             return False
@@ -185,6 +191,8 @@ class _Reader:
         if self._makes_diagonal(segment, said):
             return
         shared = self._known and not self._found and segment.joint is not None and segment.joint.text == ":"
+        if segment.joint is not None and segment.joint.text in _BUT and self._found and not self._found[-1].wanted:
+            self._act, shared = _ACTS.get(self._found[-1].category), True
         read = bare_motion(said, self._act, shared=shared)
         if isinstance(read, Motion) and self._is_licensed(tokens, said, read):
             self._add(replace(read, text=_joined(tokens)))
@@ -195,10 +203,19 @@ class _Reader:
         """Tell whether words without a verb are a command: by themselves, or behind another command."""
         if any(token.text in _POSITIONAL for token in tokens) and not self._known:
             return False
-        if self._known or any(found.wanted for found in self._found):
+        if self._known or any(found.wanted for found in self._found) or self._corrects():
             return True
         along = read.category is not Category.TRANSLATE or bool({Way.FORWARD, Way.BACK} & {*said.ways})
         return self._act is not None and said.amount is not None and along
+
+    def _corrects(self) -> bool:
+        """Tell whether words follow "not left, but", or "I need to get closer:"."""
+        segment, before = self._sentence.segments[self._index], self._sentence.segments[max(self._index - 1, 0)].tokens
+        joint = segment.joint.text if segment.joint is not None and self._index else ""
+        if joint in _BUT:
+            return any(not found.wanted for found in self._found)
+        first_person = any(token.kind is Kind.FRESH for token in before)
+        return joint == ":" and first_person and not any(token.kind is Kind.IS for token in before)
 
     def _makes_diagonal(self, segment: Segment, said: Arguments) -> bool:
         """Join "forward" and "to the left" of two segments."""
@@ -206,7 +223,10 @@ class _Reader:
         if joint is None or joint.text not in _AND or not self._found or self._found_in[-1] != self._index - 1:
             return False
         last = self._found[-1]
-        if last.category is not Category.TRANSLATE or last.amount is not None or last.small or not last.wanted:
+        behind = self._sentence.segments[self._index - 1].tokens[-1].kind is not Kind.WAY
+        if last.category is not Category.TRANSLATE or (last.amount is not None and behind) or last.small:
+            return False
+        if not last.wanted or (last.amount is not None and said.amount is not None):
             return False
         if said.amount is not None and said.amount.dimension is Dimension.ANGLE:
             return False
@@ -214,6 +234,7 @@ class _Reader:
         if along is None or not {*said.ways} <= {Way.LEFT, Way.RIGHT}:
             return False
         said.ways.insert(0, along)
+        said.amount = said.amount or last.amount
         read = bare_motion(said, Act.MOVE)
         if isinstance(read, Motion):
             self._found[-1] = replace(read, text=f"{last.text} {joint.text} {segment.text}")
@@ -246,6 +267,7 @@ class _Reader:
 
 
 _ANGLES = (None, Dimension.ANGLE)
+_ACTS = {Category.TRANSLATE: Act.MOVE, Category.TURN: Act.TURN, Category.GAZE: Act.LOOK}
 _INSTEAD = frozenset(("instead", "stattdessen", "plutôt", "代わりに", "かわりに", "en su lugar"))
 
 
@@ -273,4 +295,4 @@ def _is_plain(segment: Segment) -> bool:
 
 
 def _is_strange(token: Token) -> bool:
-    return token.kind not in HARMLESS and token.kind not in ARGUMENTS and token.kind is not Kind.VERB
+    return token.kind not in HARMLESS and token.kind not in ARGUMENTS and token.kind not in (Kind.VERB, Kind.NOT)

@@ -54,7 +54,8 @@ GERMAN: Table = {
     **phrases(_TURN, "drehe | dreh | rotiere | wende | schwenke | biege | drehung | rechtsdrehung um | linksdrehung um"),
     **phrases(Word(Kind.VERB, act=Act.TURN, side=Side.BEFORE), "drehen | rotieren | wenden | schwenken | abbiegen"),
     **phrases(_AROUND, "umdrehen | wende mich um | drehe mich um | dreh dich um | drehe dich um | kehre um"),
-    **phrases(Word(Kind.FILLER), "drehe mich um meine achse | mich | dich | sich | meinen körper | den körper | weiter | weitere | bitte | zuerst | "
+    **phrases(Word(Kind.FILLER), "drehe mich um meine achse | mich | dich | sich | meinen körper | den körper | weiter | weitere | bitte | lieber | dafür | erstmal | gleich | sofort | langsam | vorsichtig | genau | nur | mal | "
+        "circa | rund | ganz | daraufhin | zuerst | "
         "zunächst | bereits | schon | noch | einmal | wieder | erneut | der | die | das | den | nächste | nächster | ist"),
     **phrases(_LOOK, "schaue | schau | blicke | blick | sieh | neige | neig | richte | kippe"),
     **phrases(Word(Kind.VERB, act=Act.LOOK, side=Side.BEFORE), "schauen | blicken | neigen | richten"),
@@ -90,7 +91,7 @@ GERMAN: Table = {
     **phrases(Word(Kind.BY), "um | etwa | ungefähr"),
     **phrases(Word(Kind.SMALL), "ein bisschen | ein wenig | leicht | etwas | ein kleines stück | ein stück"),
     **phrases(Word(Kind.ARTICLE), "ein | eine | einen"),
-    **phrases(Word(Kind.CLOSE), "zur | zum | zu | auf der | durch | rechts von | links von"),
+    **phrases(Word(Kind.CLOSE), "zur | zum | zu | auf der | durch | in richtung | richtung | entlang | auf die | auf den | auf das | durch die | durch den | rechts von | links von"),
     **numbers("eins=1 zwei=2 drei=3 vier=4 fünf=5 sechs=6 zehn=10 fünfzehn=15 zwanzig=20 dreißig=30 halb=0.5 "),
     **numbers("halben=0.5 halber=0.5 halbe=0.5 anderthalb=1.5 neunzig=90 fünfundvierzig=45 sechzig=60"),
 }
@@ -145,7 +146,8 @@ SPANISH: Table = {
     **phrases(Word(Kind.SMALL), "un poco | ligeramente | un poquito"),
     **phrases(Word(Kind.ARTICLE), "un | una | uno"),
     **phrases(Word(Kind.FRESH), "voy a | yo | vamos a | debo | necesito | tengo que | quiero"),
-    **phrases(Word(Kind.FILLER), "ahora mismo | hacia | aproximadamente | primero | el | la | los | mi | me | otros | otro | más"),
+    **phrases(Word(Kind.FILLER), "ahora mismo | aproximadamente | primero | el | la | los | mi | me | otros | otro | más"),
+    **phrases(Word(Kind.CLOSE), "hacia la | hacia el | por el | por la | a lo largo de"),
     **phrases(Word(Kind.CONDITION), "si | cuando | porque | antes de | hasta que"),
     **_negated("avanzo retrocedo giro roto miro camino muevo me_muevo avanza gira avanzaré giraré"),
     **numbers("dos=2 tres=3 cuatro=4 cinco=5 diez=10 medio=0.5 treinta=30 noventa=90 cuarenta=40"),
@@ -195,6 +197,7 @@ FRENCH: Table = {
     **phrases(Word(Kind.OF), "de | du | d | des"),
     **phrases(Word(Kind.FRESH), "je | j | je vais | je dois | je veux | il faut | nous"),
     **phrases(Word(Kind.FILLER), "d'abord | me | m | mon | ma | le | environ | encore | maintenant que"),
+    **phrases(Word(Kind.CLOSE), "vers la | vers le | le long de | le long du | dans le | dans la"),
     **phrases(Word(Kind.CONDITION), "si | quand | lorsque | parce que | avant de | avant d | jusqu'à ce que"),
     **phrases(_STEPS, "pas de plus"),
     **numbers("deux=2 trois=3 quatre=4 cinq=5 dix=10 demi=0.5 trente=30 quarante=40"),

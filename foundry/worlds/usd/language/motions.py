@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from foundry.worlds.usd.language.amounts import Amount
-from foundry.worlds.usd.language.words import Act, Dimension, Form, Kind, Way, Word
+from foundry.worlds.usd.language.words import Act, Dimension, Kind, Way, Word
 
 
 class Category(Enum):
@@ -61,6 +61,7 @@ class Arguments:
         gaze: whether the gaze is named as what is turned.
         angle: the angle of a translation: "at 30 degrees to the left".
         closed: whether further words follow that say something else.
+        along: whether these say what to move along or towards.
         start: index of the first of them, or of the verb.
         end: index of the first token behind them.
         last: index behind the last token that says something.
@@ -74,6 +75,7 @@ class Arguments:
     gaze: bool = False
     angle: Amount | None = None
     closed: bool = False
+    along: bool = False
     start: int = 0
     end: int = 0
     last: int = 0
@@ -172,8 +174,8 @@ def _gaze(verb: Word, said: Arguments, ways: Collection[Way], *, angular: bool) 
 
 
 def _goes_forward(verb: Word, said: Arguments, ways: Collection[Way]) -> bool:
-    """Tell whether only a distance is named, and nothing to go to: "walk 2 m"."""
-    if not verb.goes or ways or said.closed or said.angle is not None or verb.form is Form.PAST or said.amount is None:
+    """Tell whether a distance is named without a direction: "walk 2 m", "walk along the corridor for 2 m"."""
+    if ways or said.angle is not None or said.amount is None or not (said.along or (verb.goes and not said.closed)):
         return False
     return said.amount.dimension in (Dimension.LENGTH, Dimension.STEP)
 

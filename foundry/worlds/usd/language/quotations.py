@@ -23,6 +23,11 @@ _AFTER = re.compile(rf"\s{{0,2}}(?:{_FOLLOWING})", re.IGNORECASE)
 _REACH = 24
 """Characters before a quotation in which the word stands that makes it one."""
 
+_ECHO = re.compile(
+    r"(?:^|(?<=[.:\n]))[ *-]{0,4}(?:step|schritt|paso|étape|ステップ|第) ?\d{1,4}[^\n.]{0,200}?(?:\.(?=\d)[^\n.]{0,60}?)?"
+    r"(?:->|=>|→)[^\n.]{0,200}",
+    re.IGNORECASE | re.MULTILINE,
+)
 _HEADING = re.compile(
     r"\b(?:options|possible (?:next )?(?:movements|actions|moves|steps|commands)|alternatives|choices|possibilities|"
     r"candidates|history|previous (?:steps|movements|actions|moves|commands)|(?:past|last|recent|earlier) "
@@ -39,6 +44,8 @@ def without_quotations(text: str) -> str:
     """Return the text without quotations of earlier steps and without lists of options; linear in its length."""
     if any(mark in text for mark in _CLOSE):
         text = _QUOTED.sub(_kept, text)
+    if "->" in text or "=>" in text or "→" in text:
+        text = _ECHO.sub(" ", text)
     return _without_lists(text) if "\n" in text else text
 
 
@@ -46,7 +53,8 @@ def _kept(quoted: re.Match[str]) -> str:
     """Return what is left of a quotation: nothing of a line's start if it is the past."""
     text, start, end = quoted.string, quoted.start(), quoted.end()
     line_starts = not text[max(0, start - _REACH) : start].strip()
-    if _BEFORE.search(text, max(0, start - _REACH), start) or (not line_starts and _AFTER.match(text, end)):
+    follows = _AFTER.match(text, end)
+    if _BEFORE.search(text, max(0, start - _REACH), start) or (follows and not (line_starts and ">" in follows[0])):
         return " "
     return quoted[0]
 

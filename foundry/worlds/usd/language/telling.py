@@ -26,7 +26,7 @@ _CARRYING = frozenset(
     + ("然后", "然後", "并", "そして", "次に", "その後", "それから", "、", "，")
 )
 _GOING_ON = (Form.ING, Form.PAST, Form.THIRD)
-_NOUNS = frozenset(("my", "the", "this", "that", "last", "previous", "first"))
+_NOUNS = frozenset(("my", "the", "this", "that", "last", "previous", "first", "a"))
 _DETERMINED = (Kind.ARTICLE, Kind.OTHER)
 _BEFORE_NOUNS = frozenset(("the", "this", "that", "some", "second", "one", "two"))
 _WILL = frozenset(("will", "shall"))
@@ -58,14 +58,13 @@ class Telling:
     def __init__(self, segments: Sequence[Segment]) -> None:
         self._segments = segments
         self._scope: _Scope | None = None
-        self._echo = _is_echo(segments)
         self._past_to = _past_to(segments)
 
     def told(self, index: int) -> list[Bar | None]:
         """Return for each token of the next segment what keeps it from being a command."""
         segment = self._segments[index]
         tokens = segment.tokens
-        if self._echo or (index, len(tokens)) <= self._past_to:
+        if (index, len(tokens)) <= self._past_to:
             return [Bar.TOLD] * len(tokens)
         self._enter(index)
         seen = _Seen()
@@ -148,7 +147,7 @@ class Telling:
         if _is_of_another(tokens, at, seen):
             self._scope = _Scope(Bar.TOLD, Kind.OTHER)
             return Bar.TOLD
-        if word.form is Form.ING and (_is_past(tokens) or tokens[at - 1].text == "for" and at):
+        if word.form is Form.ING and (_is_past(tokens) or (at and tokens[at - 1].text in ("for", "of"))):
             return Bar.TOLD
         labelled = segment.joint is not None and segment.joint.text in _LABELS
         alone = labelled or len(self._segments) == 1
@@ -158,15 +157,12 @@ class Telling:
         """Let what is said of the time of a segment reach back to its verbs."""
         if self._scope is not None and self._scope.kind in (Kind.LATER, Kind.NEXT):
             seen.bars[:] = [bar or self._scope.told for bar in seen.bars]
+        named = seen.other is not None and not seen.fresh and any(token.kind is Kind.IS for token in tokens)
+        if named and self._scope is None:
+            self._scope = _Scope(Bar.TOLD, Kind.OTHER)
         for token in tokens:
             if token.kind is Kind.EARLIER and _has_only_forms(tokens):
                 seen.bars[:] = [Bar.TOLD] * len(tokens)
-
-
-def _is_echo(segments: Sequence[Segment]) -> bool:
-    """Tell whether the sentence repeats a line of the history: "step 3: move forward 2 m -> stopped"."""
-    numbered = segments[0].tokens[0].text == "step" if segments else False
-    return numbered and any(segment.joint is not None and segment.joint.text in ("->", "=>") for segment in segments)
 
 
 def _past_to(segments: Sequence[Segment]) -> tuple[int, int]:
@@ -247,6 +243,8 @@ def _has_only_forms(tokens: Sequence[Token]) -> bool:
 
 def _is_purpose(tokens: Sequence[Token], at: int, motion: int | None, *, alone: bool) -> bool:
     """Tell whether a verb says what for: "to move on, I need", "turn left to look at"."""
+    if tokens[0].text == "um" and any(token.text == "zu" for token in tokens):
+        return True
     start = at
     while start and tokens[start - 1].kind in (Kind.FILLER, Kind.NOT) and tokens[start - 1].text != "to":
         start -= 1
