@@ -37,6 +37,10 @@ _DISTANCES = re.compile(r"distan|^m$|met(?:er|re)s?|^length|距離|距离|メー
 _ANGLES = re.compile(r"angle|degree|^deg$|winkel|grad|[aá]ngulo|grados|degr[eé]s|角度|度")
 _AMOUNTS = re.compile(r"^(?:amount|value|magnitude|quantity|by|units?|parameters?|params|args|arguments)$|量|値|值")
 _UNITS = re.compile(r"^units?$|単位|单位|einheit|unidad|unité")
+_ELSEWHERE = re.compile(
+    r"prev|last|past|history|earlier|result|reason|thought|observ|explan|descri|analysis|goal|task|plan|later|after|"
+    r"letzt|vorig|anterior|précéd|grund|razón|raison|前回|履歴|理由|上一|原因"
+)
 _BARE_WAYS = frozenset(("左", "右", "前", "後ろ", "上", "下"))
 _DEEPEST = 3
 _FENCE = re.compile(r"\A\s*```\w*|```\s*\Z")
@@ -68,7 +72,7 @@ def _worded(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command 
     """Return the command of an object that names its action in words of its own, None when it does not."""
     words = [*_words(found, 0)]
     named = any(
-        _ACTIONS.search(key.lower()) and (isinstance(value, str | dict) or key not in _KEYS)
+        _ACTIONS.search(key.lower()) and (isinstance(value, str | dict | list) or key not in _KEYS)
         for key, value in found.items()
     )
     if not named or (found.keys() & _KEYS and not found.keys() - _KEYS and not _is_nested(found)):
@@ -98,7 +102,12 @@ def _words(found: dict[str, Any], depth: int) -> Iterator[str]:
 def _said(key: str, value: Any, unit: str, depth: int) -> Iterator[tuple[int, str]]:
     """Yield the words for one key, each with its place in the sentence."""
     number = f"{value:f}" if isinstance(value, int | float) and not isinstance(value, bool) and value else ""
-    if isinstance(value, dict) and depth < _DEEPEST:
+    if _ELSEWHERE.search(key):
+        return
+    if isinstance(value, list) and depth < _DEEPEST:
+        for item in value:
+            yield from _said(key, item, unit, depth + 1)
+    elif isinstance(value, dict) and depth < _DEEPEST:
         names = _ACTIONS.search(key) and not _AMOUNTS.search(key)
         yield 0, " ".join((key if names else "", *_words(value, depth + 1)))
     elif _UNITS.search(key):

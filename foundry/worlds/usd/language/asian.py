@@ -26,7 +26,7 @@ _ICHIDAN = ("る ます よう たい て ましょう ろ", "た ました て�
 _SURU = (
     "- する します しよう したい して しましょう せよ しろ し すべきです",
     "した しました していました していた してしまいました",
-    "している しています中",
+    "している しています できる できます できるか できません できない できるように できそう は の より 中",
 )
 _AFTERWARDS = (
     "ため | ために | ためには | には | ように | 前に | と | れば | のは | のが | のを | のではなく | 代わりに | かどうか | "
@@ -56,7 +56,8 @@ _JAPANESE_VERBS: Table = {
     **_verbs(_before(Act.MOVE), "進", _GODAN["む"]),
     **_verbs(_before(Act.MOVE), "下が 戻", _GODAN["る"]),
     **_verbs(_before(Act.MOVE), "歩 動", _GODAN["く"]),
-    **_verbs(_before(Act.MOVE), "移動 平行移動 スライド", _SURU),
+    **_verbs(_before(Act.MOVE), "動か", _GODAN["す"]),
+    **_verbs(_before(Act.MOVE), "移動 平行移動 横移動 スライド", _SURU),
     **_verbs(_before(Act.MOVE, Way.FORWARD), "前進 直進", _SURU),
     **_verbs(_before(Act.MOVE, Way.BACK), "後退 バック", _SURU),
     **_verbs(_before(Act.MOVE, Way.BACK), "後ろに下が 後ろへ下が うしろに下が 後ずさ", _GODAN["る"]),

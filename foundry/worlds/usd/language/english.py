@@ -233,7 +233,7 @@ _TELLING: Table = {
         "only after | only once | only when | not yet | before long | once i have | once i've | once i am | once i'm | "
         "after i have | after i've | as soon as i have | as soon as i | once that is done | once this is done | "
         "when that is done | when this is done | after doing so | in two steps | sooner or later | at some point | "
-        "then in my next | in the long run | tomorrow | on the next turn | "
+        "then in my next | soon | in a moment | when i have | when i've | when i am | when i'm | in the long run | tomorrow | on the next turn | "
         "in the following decision | in the turn after",
     ),
     **phrases(
@@ -242,12 +242,13 @@ _TELLING: Table = {
         "in the next move | in my next move | in the following turn | in the next movement | in my next movement | "
         "in the coming step | next decision | following decision | following step | for the next step | "
         "for the next turn | at the next step | on the next step | on my next turn | with the next step | "
-        "the step after next | the following step",
+        "the step after next | the following step | in the next one | next one | next steps | in the next steps | "
+        "for the next steps | next turn",
     ),
     **phrases(
         Word(Kind.FIRST),
         "but first | but before that | but for now | however first | but first of all | though first | "
-        "before doing that | before doing so | before that | but before doing so | first though | but right now",
+        "before doing that | before doing so | before that | but before doing so | first though | but right now | but now",
     ),
     **phrases(
         Word(Kind.RETRACT),
@@ -277,7 +278,7 @@ _TELLING: Table = {
         "enables me to | will enable me to | let me then | will let me | would let me | lets me | help me | helps me | "
         "will help me | help me to | would help me | give me a chance to | with the aim of | with the goal of | "
         "for the purpose of | makes it possible to | allowing me to | enabling me to | letting me | helping me | "
-        "possible to | required to | needed to | necessary to | safe to | as preparation for | with a view to",
+        "possible to | way to | path to | room to | space to | chance to | opportunity to | as preparation for | with a view to",
     ),
     **phrases(
         Word(Kind.OPTION),
@@ -330,14 +331,18 @@ _SCOPES: Table = {
     ),
     **phrases(
         Word(Kind.IS),
-        "is | are | be | would | seems | seem | gives | brings | makes it | leads | helps | reveals | shows",
+        "is | are | be | would | seems | seem | requires | means | depends | gives | brings | makes it | leads | helps | reveals | shows",
     ),
     **phrases(
         Word(Kind.IS, form=Form.PAST),
-        "was | were | been | had | has | has been | had been | i'd been | did | got | brought | ended | noticed | "
-        "caused | resulted | revealed | showed | helped | allowed | led | became | hit | reached | bumped | collided | "
-        "resulted in | i've been | have been | made it | made me | kept | found | saw | worked | failed | was not | "
+        "was | were | been | had | has | has been | had been | i'd been | did | i've been | have been | was not | "
         "were not | had not",
+    ),
+    **phrases(
+        Word(Kind.UNKNOWN, form=Form.PAST),
+        "got | brought | ended | noticed | caused | resulted | revealed | showed | helped | allowed | led | became | hit | "
+        "reached | bumped | collided | made it | made me | kept | found | saw | worked | failed | stopped | blocked | "
+        "prevented",
     ),
     **phrases(
         Word(Kind.JOIN), "and | & | + | then | and then | but | so | plus | however | therefore | while | thus | →"

@@ -78,7 +78,7 @@ GERMAN: Table = {
     **phrases(_STEPS, "schritt | schritte | schritten"),
     **phrases(_DEGREE, "grad"),
     **phrases(Word(Kind.STAY), "bleibe stehen | bleib stehen | stehen bleiben | bleibe hier | bleib hier | bleibe ich stehen | bleibe ich hier | "
-        "bleibe an ort und stelle | bleibe an meiner position | hier bleiben | bleibe wo ich bin"),
+        "bleibe an ort und stelle | bleibe an meinem platz | bleibe in position | bleibe an meiner stelle | bleibe an meiner position | hier bleiben | bleibe wo ich bin"),
     **phrases(Word(Kind.PAUSE), "warte | warten | bleibe | bleib"),
     **phrases(Word(Kind.NOT, reach="both", decides=True), "nicht"),
     **phrases(Word(Kind.NOT), "ohne | statt | anstatt"),
@@ -187,7 +187,7 @@ FRENCH: Table = {
     **phrases(Word(Kind.PLACE), "ici | sur place | immobile | en place | où je suis | à ma position"),
     **phrases(Word(Kind.NOT, reach="both", decides=True), "pas"),
     **phrases(Word(Kind.NOT, decides=True), "ne | n"),
-    **phrases(Word(Kind.NOT), "sans | au lieu de"),
+    **phrases(Word(Kind.NOT), "sans | au lieu de | au lieu d"),
     **phrases(Word(Kind.POSSIBLE), "peux | pourrais"),
     **phrases(Word(Kind.EXAMPLE), "exemple | exemples | par exemple"),
     **phrases(Word(Kind.JOIN), "et | puis | et puis | ensuite | mais | donc | alors | c'est pourquoi"),

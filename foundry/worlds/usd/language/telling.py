@@ -59,6 +59,11 @@ class Telling:
         self._segments = segments
         self._scope: _Scope | None = None
         self._past_to = _past_to(segments)
+        self._put_off = {
+            index - 1: Bar.LATER if segment.tokens[0].kind is Kind.LATER else Bar.NEXT
+            for index, segment in enumerate(segments)
+            if segment.joint is not None and segment.joint.text == "(" and _is_put_off(segment.tokens[0])
+        }
 
     def told(self, index: int) -> list[Bar | None]:
         """Return for each token of the next segment what keeps it from being a command."""
@@ -79,7 +84,7 @@ class Telling:
             elif token.kind is Kind.FRESH and seen.other is None:
                 seen.fresh = seen.fresh or token.text not in _WILL
             seen.bars.append(Bar.TOLD if (index, at + 1) <= self._past_to else bar)
-        self._leave(tokens, seen)
+        self._leave(index, seen)
         return seen.bars
 
     def _enter(self, index: int) -> None:
@@ -87,7 +92,8 @@ class Telling:
         scope, segment = self._scope, self._segments[index]
         if scope is None or segment.joint is None:
             return
-        fresh = any(token.kind in (Kind.FRESH, Kind.NOW) for token in segment.tokens[:2])
+        starts = [token for token in segment.tokens[:2] if token.kind in (Kind.FRESH, Kind.NOW)]
+        fresh = any(token.text not in _WILL for token in starts)
         breaks, carries = segment.joint.kind is Kind.BREAK, segment.joint.text in _CARRYING
         if self._segments[index - 1].tokens[-1].kind is Kind.GOAL:
             keeps = True
@@ -95,22 +101,25 @@ class Telling:
             keeps = (breaks and segment.joint.text not in _LABELS and not fresh) or carries
         elif scope.kind in _TIMES and (breaks and _is_only_time(self._segments[index - 1].tokens)):
             keeps = True
+        elif scope.kind is Kind.LATER and breaks and self._segments[index - 1].tokens[0].kind is Kind.LATER:
+            keeps = any("will" in token.text or "ll" in token.text for token in starts)
         elif scope.kind in (Kind.OTHER, Kind.VERB):
-            keeps = not fresh and (carries or breaks) and self._goes_on(segment, scope, carries=carries)
+            keeps = not fresh and (carries or breaks) and self._goes_on(index, scope, carries=carries)
         else:
             keeps = carries and not fresh
         if not keeps:
             self._scope = None
 
-    @staticmethod
-    def _goes_on(segment: Segment, scope: _Scope, *, carries: bool) -> bool:
+    def _goes_on(self, index: int, scope: _Scope, *, carries: bool) -> bool:
         """Tell whether a segment without a subject says more of what was told."""
+        segment, before = self._segments[index], self._segments[index - 1].tokens[-1].text
         if segment.joint is not None and segment.joint.text in _LABELS:
             return False
         verb = next((token.word for token in segment.tokens if token.kind is Kind.VERB), None)
         if verb is None or verb.form in _GOING_ON:
             return True
-        return carries and scope.kind is Kind.OTHER and (verb.form is Form.EITHER or verb.side is not Side.AFTER)
+        told_on = verb.form is Form.EITHER or verb.side is not Side.AFTER or _WILL & {before, segment.tokens[0].text}
+        return carries and scope.kind is Kind.OTHER and bool(told_on)
 
     def _pass(self, token: Token, index: int, at: int) -> None:
         """Take one token into account."""
@@ -118,6 +127,8 @@ class Telling:
         if kind in (Kind.NOW, Kind.FIRST, Kind.RETRACT):
             self._scope = None
         elif self._scope is not None and self._scope.kind in _CLAUSES and _is_subject(tokens, at):
+            self._scope = None
+        elif self._scope is not None and self._scope.kind is Kind.PURPOSE and token.text in _IS_TO | {"is"}:
             self._scope = None
         elif kind is Kind.AFTER and not self._is_done(index, at):
             return
@@ -153,16 +164,23 @@ class Telling:
         alone = labelled or len(self._segments) == 1
         return Bar.TOLD if _is_purpose(tokens, at, seen.motion, alone=alone) or _is_noun(tokens, at) else None
 
-    def _leave(self, tokens: Sequence[Token], seen: _Seen) -> None:
+    def _leave(self, index: int, seen: _Seen) -> None:
         """Let what is said of the time of a segment reach back to its verbs."""
+        tokens = self._segments[index].tokens
         if self._scope is not None and self._scope.kind in (Kind.LATER, Kind.NEXT):
             seen.bars[:] = [bar or self._scope.told for bar in seen.bars]
+        if index in self._put_off:
+            seen.bars[:] = [bar or self._put_off[index] for bar in seen.bars]
         named = seen.other is not None and not seen.fresh and any(token.kind is Kind.IS for token in tokens)
         if named and self._scope is None:
             self._scope = _Scope(Bar.TOLD, Kind.OTHER)
         for token in tokens:
             if token.kind is Kind.EARLIER and _has_only_forms(tokens):
                 seen.bars[:] = [Bar.TOLD] * len(tokens)
+
+
+def _is_put_off(token: Token) -> bool:
+    return token.kind in (Kind.LATER, Kind.NEXT) or token.text.startswith("next ")
 
 
 def _past_to(segments: Sequence[Segment]) -> tuple[int, int]:
@@ -211,7 +229,8 @@ def _is_of_another(tokens: Sequence[Token], at: int, seen: _Seen) -> bool:
     if follows_other and not seen.fresh and seen.other is not None:
         between = tokens[seen.other + 1 : at]
         plural = tokens[seen.other].word.scale and not between
-        return plural or word.side is not Side.AFTER or before.text in _WILL
+        due = before.text == "to" and tokens[seen.other].text != "it" and any(token.kind is Kind.IS for token in between)
+        return plural or due or word.side is not Side.AFTER or before.text in _WILL
     return False
 
 
@@ -233,7 +252,7 @@ def _is_reduced(tokens: Sequence[Token], at: int) -> bool:
 
 
 def _is_past(tokens: Sequence[Token]) -> bool:
-    return any(token.kind is Kind.IS and token.word.form is Form.PAST for token in tokens)
+    return any(token.word.form is Form.PAST and token.kind is not Kind.VERB for token in tokens)
 
 
 def _has_only_forms(tokens: Sequence[Token]) -> bool:
@@ -262,4 +281,4 @@ def _is_noun(tokens: Sequence[Token], at: int) -> bool:
     """Tell whether a verb is a noun of which something is told: "my turn to the right has shown"."""
     if tokens[at].word.act not in (Act.TURN, Act.MOVE) or not at or tokens[at - 1].text not in _NOUNS:
         return False
-    return any(token.kind is Kind.IS and token.word.form is Form.PAST for token in tokens[at + 1 :])
+    return _is_past(tokens[at + 1 :])
