@@ -24,6 +24,7 @@ class _Latest:
     motions: dict[Category, Motion] = field(default_factory=dict)
     overridden: Counter[Category] = field(default_factory=Counter)
     refused: int = 0
+    told: int = 0
     retracting: bool = False
 
     def take(self, motions: Iterable[Motion]) -> None:
@@ -34,7 +35,9 @@ class _Latest:
             self._retract()
             self.motions = {Category.STAY: stays[-1]}
         for motion in motions:
-            if not motion.wanted:
+            if motion.told:
+                self.told += 1
+            elif not motion.wanted:
                 self._refuse(motion)
             elif motion.category is not Category.STAY:
                 self._retract()
@@ -82,6 +85,8 @@ def resolve(text: str, limits: Limits) -> Command:
     )
     if latest.refused:
         notes.append(f"named as not to be done: {latest.refused}")
+    if latest.told:
+        notes.append(f"told and not asked for: {latest.told}")
     return replace(command, notes=tuple(notes or ["no movement found"]))
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -44,8 +45,8 @@ class Shares:
 
 
 def labelled(half: str) -> list[dict[str, Any]]:
-    """Return the labelled replies of one half: text, language, kind, move, turn, gaze, stay."""
-    lines = Path(__file__).with_name(f"vlm_replies_{half}.jsonl").read_text(encoding="utf-8").splitlines()
+    """Return labelled replies: text, move, turn, gaze, stay; of a half also language and kind."""
+    lines = Path(__file__).with_name(f"replies_{half}.jsonl").read_text(encoding="utf-8").splitlines()
     return [json.loads(line) for line in lines]
 
 
@@ -70,7 +71,9 @@ def verdict(label: dict[str, Any], command: Command) -> str:
     same = [_is_same(read, asked) for read, asked in pairs]
     if all(same) and command.stay == label["stay"]:
         return "exactly"
-    return "invented" if any(read is not None and not ok for (read, _), ok in zip(pairs, same, strict=True)) else "missed"
+    return (
+        "invented" if any(read is not None and not ok for (read, _), ok in zip(pairs, same, strict=True)) else "missed"
+    )
 
 
 def _is_same(read: Any, asked: Any) -> bool:
@@ -87,15 +90,15 @@ def _is_angle(read: float, asked: float) -> bool:
     return math.isclose(read, asked, abs_tol=_TOLERANCE_DEG)
 
 
-def _printed(name: str, shares: Shares) -> None:
-    print(f"{name:24} {shares.exactly:4} of {shares.replies:4} {shares.share:6.3f} exactly, ", end="")
-    print(f"{shares.invented:3} invented, score {shares.score:6.2f}")
+def _written(name: str, shares: Shares) -> None:
+    read = f"{shares.exactly:4} of {shares.replies:4} {shares.share:6.3f} exactly"
+    sys.stdout.write(f"{name:24} {read}, {shares.invented:3} invented, score {shares.score:6.2f}\n")
 
 
 if __name__ == "__main__":
     for half in HALVES:
         replies = labelled(half)
-        _printed(half, counted(replies))
+        _written(half, counted(replies))
         for key in ("language", "kind"):
             for name, shares in by(replies, key).items():
-                _printed(f"  {name}", shares)
+                _written(f"  {name}", shares)

@@ -106,7 +106,7 @@ def test_what_exceeds_a_limit_is_clamped_and_noted():
         ("look down", "gaze: no amount named, 10 degrees by default"),
         ("turn left a bit", "turn: a small amount, 0.25 of the default of 20 degrees"),
         ("move forward 2 m. move forward 1 m", "translate: the latest of 2"),
-        ("I turned left 30 degrees", "turn: a past form, read as any other"),
+        ("I turned left 30 degrees", "told and not asked for: 1"),
         ("move forward 2 m", "translate: 'move forward 2 m'"),
         ("turn 180 degrees", "turn: half a turn: either side leads there"),
         ("move 2 m", "translate: no direction named: read as forward"),

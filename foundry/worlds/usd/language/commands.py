@@ -34,6 +34,7 @@ class _Reader:
         self._telling = Telling(sentence.segments)
         self._found: list[Motion] = []
         self._found_in: list[int] = []
+        self._told_of: list[Motion] = []
         self._act: Act | None = None
         self._verbs = False
         self._strange = not sentence.whole
@@ -46,7 +47,7 @@ class _Reader:
             self._index = index
             if not self._segment(segment):
                 break
-        return self._found
+        return self._found + self._told_of
 
     def _segment(self, segment: Segment) -> bool:
         """Read one segment; return whether the next ones are worth reading."""
@@ -84,7 +85,9 @@ class _Reader:
             bar = Bar.PERHAPS
         word = made(said) if verb.word.act is Act.MAKE else verb.word
         self._later = bar is Bar.NEXT
-        self._note(None if self._later else bar, motion(word, said), verb, said, _joined(tokens[said.start : said.last]))
+        self._note(
+            None if self._later else bar, motion(word, said), verb, said, _joined(tokens[said.start : said.last])
+        )
         self._later = False
         return said.end
 
@@ -101,6 +104,8 @@ class _Reader:
             self._act = act if bar is None else self._act
         elif negated:
             self._add(replace(read, text=text, wanted=False))
+        elif bar in (Bar.TOLD, Bar.LATER):
+            self._told_of.append(replace(read, text=text, wanted=False, told=True))
         elif bar is None:
             self._act = act
             self._add(replace(read, text=text))

@@ -201,7 +201,8 @@ _TELLING: Table = {
         "previous movement | last movements | previous movements | last action | previous action | previous actions | "
         "last command | previous command | last decision | previous decision | last attempt | previous attempt | "
         "last time | previous time | last reply | previous reply | last answer | previous answer | previous rotation | "
-        "last rotation | most recent movement | most recent move | most recent action | most recent step | earlier step | "
+        "last rotation | most recent movement | most recent move | most recent action | most recent step | "
+        "earlier step | "
         "earlier steps | earlier turn | earlier move | earlier movement | in the step before | the step before | "
         "two steps ago | a step ago | a moment ago | earlier | previously | recently | so far | just before | "
         "in the past | i said | you said | i replied | i answered | you replied | i chose to say | i responded | "
@@ -210,7 +211,8 @@ _TELLING: Table = {
     **phrases(
         Word(Kind.PAST),
         "tried to | attempted to | my attempt to | attempts to | attempt at | the attempt to | my attempts to | "
-        "attempted | tried | wanted to | was going to | was about to | was supposed to | had to | used to | managed to | "
+        "attempted | tried | wanted to | was going to | was about to | was supposed to | had to | used to | "
+        "managed to | "
         "started to | began to | started | began | continued to | continued | my plan was to | intended to | "
         "my decision was to | i chose to | i was told to | executed | performed | completed | carried out | finished | "
         "instructed to | my choice was to",
@@ -225,7 +227,8 @@ _TELLING: Table = {
     ),
     **phrases(
         Word(Kind.LATER),
-        "later | later on | afterwards | afterward | eventually | next time | the next time | after this | after that | "
+        "later | later on | afterwards | afterward | eventually | next time | the next time | after this | "
+        "after that | "
         "after this movement | after this step | after this turn | after this move | after which | in the future | "
         "in a later step | in later steps | in a future step | in my next decision | in the next decision | "
         "at a later point | at a later time | in the step after | the step after | in the steps after | some day | "
@@ -233,7 +236,8 @@ _TELLING: Table = {
         "only after | only once | only when | not yet | before long | once i have | once i've | once i am | once i'm | "
         "after i have | after i've | as soon as i have | as soon as i | once that is done | once this is done | "
         "when that is done | when this is done | after doing so | in two steps | sooner or later | at some point | "
-        "then in my next | soon | in a moment | when i have | when i've | when i am | when i'm | in the long run | tomorrow | on the next turn | "
+        "then in my next | soon | in a moment | when i have | when i've | when i am | when i'm | in the long run | "
+        "tomorrow | on the next turn | "
         "in the following decision | in the turn after",
     ),
     **phrases(
@@ -248,7 +252,8 @@ _TELLING: Table = {
     **phrases(
         Word(Kind.FIRST),
         "but first | but before that | but for now | however first | but first of all | though first | "
-        "before doing that | before doing so | before that | but before doing so | first though | but right now | but now",
+        "before doing that | before doing so | before that | but before doing so | first though | but right now | "
+        "but now",
     ),
     **phrases(
         Word(Kind.RETRACT),
@@ -278,7 +283,8 @@ _TELLING: Table = {
         "enables me to | will enable me to | let me then | will let me | would let me | lets me | help me | helps me | "
         "will help me | help me to | would help me | give me a chance to | with the aim of | with the goal of | "
         "for the purpose of | makes it possible to | allowing me to | enabling me to | letting me | helping me | "
-        "possible to | way to | path to | room to | space to | chance to | opportunity to | as preparation for | with a view to",
+        "possible to | way to | path to | room to | space to | chance to | opportunity to | as preparation for | "
+        "with a view to",
     ),
     **phrases(
         Word(Kind.OPTION),
@@ -331,7 +337,8 @@ _SCOPES: Table = {
     ),
     **phrases(
         Word(Kind.IS),
-        "is | are | be | would | seems | seem | requires | means | depends | gives | brings | makes it | leads | helps | reveals | shows",
+        "is | are | be | would | seems | seem | requires | means | depends | gives | brings | makes it | leads | "
+        "helps | reveals | shows",
     ),
     **phrases(
         Word(Kind.IS, form=Form.PAST),
@@ -340,7 +347,8 @@ _SCOPES: Table = {
     ),
     **phrases(
         Word(Kind.UNKNOWN, form=Form.PAST),
-        "got | brought | ended | noticed | caused | resulted | revealed | showed | helped | allowed | led | became | hit | "
+        "got | brought | ended | noticed | caused | resulted | revealed | showed | helped | allowed | led | "
+        "became | hit | "
         "reached | bumped | collided | made it | made me | kept | found | saw | worked | failed | stopped | blocked | "
         "prevented",
     ),
@@ -379,7 +387,8 @@ _FILLERS: Table = {
         Word(Kind.FILLER),
         "the | my | your | our | body | myself | yourself | me | exactly | further | more | please | once again | "
         "once more | again | option | choice | strategy | suggest | recommend | propose | consider | start | begin | "
-        "course of action | thing to do | attempt | prefer | next | first | last | final | final answer | answer | action | movement | "
+        "course of action | thing to do | attempt | prefer | next | first | last | final | final answer | answer | "
+        "action | movement | "
         "command | decision | single | this | is to | was to | be to | ok | okay | direction | distance | "
         "angle | side | around my axis | in place | small | short | large | big | good | whole | sharp | "
         "slight | gentle | quick | additional | diagonally | diagonal | also | want | need | going | "

@@ -15,6 +15,7 @@ _MOVE, _TURN, _LOOK = (Word(Kind.VERB, act=act, goes=True) for act in (Act.MOVE,
 _MAKE = Word(Kind.VERB, act=Act.MAKE)
 _AROUND = Word(Kind.VERB, act=Act.TURN, ways=(Way.AROUND,), number=180.0)
 
+
 def _verbs(act: Act, forms: str, *ways: Way) -> dict[str, Word]:
     """Return a table of verbs from "infinitive, ... | of oneself or another, ... | of oneself, ... | gerund, ..."."""
     kinds = (Form.PLAIN, Form.EITHER, Form.FIRST, Form.ING)
@@ -38,9 +39,12 @@ def _negated(verbs: str) -> dict[str, Word]:
 
 
 GERMAN: Table = {
-    **phrases(_MOVE, "gehe | geh | laufe | lauf | bewege | beweg | fahre | fahr | schwebe | trete | tritt | rücke | gleite"),
     **phrases(
-        Word(Kind.VERB, act=Act.MOVE, side=Side.BEFORE, goes=True), "gehen | laufen | bewegen | fahren | schweben | treten | gleiten"
+        _MOVE, "gehe | geh | laufe | lauf | bewege | beweg | fahre | fahr | schwebe | trete | tritt | rücke | gleite"
+    ),
+    **phrases(
+        Word(Kind.VERB, act=Act.MOVE, side=Side.BEFORE, goes=True),
+        "gehen | laufen | bewegen | fahren | schweben | treten | gleiten",
     ),
     **phrases(
         Word(Kind.VERB, act=Act.MOVE, side=Side.BEFORE, ways=(Way.BACK,)),
@@ -51,12 +55,19 @@ GERMAN: Table = {
         "vorgehen | vorwärtsgehen | vorrücken | vorfahren | vorwärtsfahren | vorwärtsbewegen",
     ),
     **phrases(_MAKE, "mache | mach | machen"),
-    **phrases(_TURN, "drehe | dreh | rotiere | wende | schwenke | biege | drehung | rechtsdrehung um | linksdrehung um"),
+    **phrases(
+        _TURN, "drehe | dreh | rotiere | wende | schwenke | biege | drehung | rechtsdrehung um | linksdrehung um"
+    ),
     **phrases(Word(Kind.VERB, act=Act.TURN, side=Side.BEFORE), "drehen | rotieren | wenden | schwenken | abbiegen"),
     **phrases(_AROUND, "umdrehen | wende mich um | drehe mich um | dreh dich um | drehe dich um | kehre um"),
-    **phrases(Word(Kind.FILLER), "drehe mich um meine achse | mich | dich | sich | meinen körper | den körper | weiter | weitere | bitte | lieber | dafür | erstmal | gleich | sofort | langsam | vorsichtig | genau | nur | mal | "
+    **phrases(
+        Word(Kind.FILLER),
+        "drehe mich um meine achse | mich | dich | sich | meinen körper | den körper | weiter | weitere | bitte | "
+        "lieber | dafür | erstmal | gleich | sofort | langsam | vorsichtig | genau | nur | mal | "
         "circa | rund | ganz | daraufhin | zuerst | "
-        "zunächst | bereits | schon | noch | einmal | wieder | erneut | der | die | das | den | nächste | nächster | ist"),
+        "zunächst | bereits | schon | noch | einmal | wieder | erneut | der | die | das | den | nächste | "
+        "nächster | ist",
+    ),
     **phrases(_LOOK, "schaue | schau | blicke | blick | sieh | neige | neig | richte | kippe"),
     **phrases(Word(Kind.VERB, act=Act.LOOK, side=Side.BEFORE), "schauen | blicken | neigen | richten"),
     **phrases(Word(Kind.VERB, act=Act.LOOK, ways=(Way.UP,)), "hebe | heb"),
@@ -77,21 +88,36 @@ GERMAN: Table = {
     **phrases(_CENTIMETRE, "zentimeter | zentimetern"),
     **phrases(_STEPS, "schritt | schritte | schritten"),
     **phrases(_DEGREE, "grad"),
-    **phrases(Word(Kind.STAY), "bleibe stehen | bleib stehen | stehen bleiben | bleibe hier | bleib hier | bleibe ich stehen | bleibe ich hier | "
-        "bleibe an ort und stelle | bleibe an meinem platz | bleibe in position | bleibe an meiner stelle | bleibe an meiner position | hier bleiben | bleibe wo ich bin"),
+    **phrases(
+        Word(Kind.STAY),
+        "bleibe stehen | bleib stehen | stehen bleiben | bleibe hier | bleib hier | bleibe ich stehen | "
+        "bleibe ich hier | "
+        "bleibe an ort und stelle | bleibe an meinem platz | bleibe in position | bleibe an meiner stelle | "
+        "bleibe an meiner position | hier bleiben | bleibe wo ich bin",
+    ),
     **phrases(Word(Kind.PAUSE), "warte | warten | bleibe | bleib"),
     **phrases(Word(Kind.NOT, reach="both", decides=True), "nicht"),
     **phrases(Word(Kind.NOT), "ohne | statt | anstatt"),
     **phrases(Word(Kind.POSSIBLE), "kann | könnte | vielleicht"),
     **phrases(Word(Kind.CONDITION), "wenn | falls | weil | bevor | ob | nachdem | sobald | während"),
     **phrases(Word(Kind.EXAMPLE), "beispiel | beispiele | zum beispiel"),
-    **phrases(Word(Kind.JOIN), "und | dann | sondern | aber | daher | deshalb | darum | also | deswegen | danach | anschließend | doch"),
+    **phrases(
+        Word(Kind.JOIN),
+        "und | dann | sondern | aber | daher | deshalb | darum | also | deswegen | danach | anschließend | doch",
+    ),
     **phrases(Word(Kind.OR), "oder"),
-    **phrases(Word(Kind.FRESH), "ich | werde | ich werde | stattdessen | sollte ich | muss ich | ich muss | ich sollte | möchte"),
+    **phrases(
+        Word(Kind.FRESH),
+        "ich | werde | ich werde | stattdessen | sollte ich | muss ich | ich muss | ich sollte | möchte",
+    ),
     **phrases(Word(Kind.BY), "um | etwa | ungefähr"),
     **phrases(Word(Kind.SMALL), "ein bisschen | ein wenig | leicht | etwas | ein kleines stück | ein stück"),
     **phrases(Word(Kind.ARTICLE), "ein | eine | einen"),
-    **phrases(Word(Kind.CLOSE), "zur | zum | zu | auf der | durch | in richtung | richtung | entlang | auf die | auf den | auf das | durch die | durch den | rechts von | links von"),
+    **phrases(
+        Word(Kind.CLOSE),
+        "zur | zum | zu | auf der | durch | in richtung | richtung | entlang | auf die | auf den | auf das | "
+        "durch die | durch den | rechts von | links von",
+    ),
     **numbers("eins=1 zwei=2 drei=3 vier=4 fünf=5 sechs=6 zehn=10 fünfzehn=15 zwanzig=20 dreißig=30 halb=0.5 "),
     **numbers("halben=0.5 halber=0.5 halbe=0.5 anderthalb=1.5 neunzig=90 fünfundvierzig=45 sechzig=60"),
 }
@@ -132,8 +158,13 @@ SPANISH: Table = {
     **phrases(_CENTIMETRE, "centímetro | centímetros"),
     **phrases(_STEPS, "paso | pasos"),
     **phrases(_DEGREE, "grado | grados"),
-    **phrases(Word(Kind.STAY), "no te muevas | no me muevo | permanezco | permanecer | quédate | quedarme | me quedo | me quedaré | quedarse"),
-    **phrases(Word(Kind.PLACE), "quieto | quieta | aquí | en mi lugar | en mi posición | en el lugar | donde estoy | inmóvil"),
+    **phrases(
+        Word(Kind.STAY),
+        "no te muevas | no me muevo | permanezco | permanecer | quédate | quedarme | me quedo | me quedaré | quedarse",
+    ),
+    **phrases(
+        Word(Kind.PLACE), "quieto | quieta | aquí | en mi lugar | en mi posición | en el lugar | donde estoy | inmóvil"
+    ),
     **phrases(
         Word(Kind.NOT),
         "no avances | no avanzar | no gires | no girar | no voy a | no debo | no puedo | no es posible | no se puede | "
@@ -141,12 +172,17 @@ SPANISH: Table = {
     ),
     **phrases(Word(Kind.POSSIBLE), "puedo | podría"),
     **phrases(Word(Kind.EXAMPLE), "ejemplo | ejemplos | por ejemplo"),
-    **phrases(Word(Kind.JOIN), "y | luego | y luego | pero | después | sino | sino que | entonces | así que | por lo tanto | por eso"),
+    **phrases(
+        Word(Kind.JOIN),
+        "y | luego | y luego | pero | después | sino | sino que | entonces | así que | por lo tanto | por eso",
+    ),
     **phrases(Word(Kind.OR), "o"),
     **phrases(Word(Kind.SMALL), "un poco | ligeramente | un poquito"),
     **phrases(Word(Kind.ARTICLE), "un | una | uno"),
     **phrases(Word(Kind.FRESH), "voy a | yo | vamos a | debo | necesito | tengo que | quiero"),
-    **phrases(Word(Kind.FILLER), "ahora mismo | aproximadamente | primero | el | la | los | mi | me | otros | otro | más"),
+    **phrases(
+        Word(Kind.FILLER), "ahora mismo | aproximadamente | primero | el | la | los | mi | me | otros | otro | más"
+    ),
     **phrases(Word(Kind.CLOSE), "hacia la | hacia el | por el | por la | a lo largo de"),
     **phrases(Word(Kind.CONDITION), "si | cuando | porque | antes de | hasta que"),
     **_negated("avanzo retrocedo giro roto miro camino muevo me_muevo avanza gira avanzaré giraré"),
@@ -161,7 +197,8 @@ FRENCH: Table = {
     ),
     **_verbs(
         Act.TURN,
-        "tourner, pivoter, faire pivoter | tourne, pivote | tournez, tournerai, pivotez, pivoterai | tournant, pivotant",
+        "tourner, pivoter, faire pivoter | tourne, pivote | tournez, tournerai, pivotez, pivoterai | "
+        "tournant, pivotant",
     ),
     **phrases(_AROUND, "fais demi tour | faire demi tour | demi tour"),
     **_verbs(

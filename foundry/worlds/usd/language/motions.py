@@ -33,6 +33,7 @@ class Motion:
         degrees: degrees that the words imply, 0 when they imply none.
         text: the words it was read from.
         wanted: False for what the text says not to do.
+        told: whether the text only tells of it; then it is not wanted either.
         inferred: whether more than the amount had to be supplied.
         later: whether it is put off, should the reply name anything else.
         remarks: what had to be decided to read it.
@@ -45,6 +46,7 @@ class Motion:
     degrees: float = 0.0
     text: str = ""
     wanted: bool = True
+    told: bool = False
     inferred: bool = False
     later: bool = False
     remarks: tuple[str, ...] = ()

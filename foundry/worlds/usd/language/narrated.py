@@ -14,7 +14,8 @@ def _past(act: Act, text: str, *ways: Way) -> dict[str, Word]:
 GERMAN_TOLD: Table = {
     **phrases(
         _PERFECT,
-        "gegangen | gelaufen | bewegt | gefahren | geschwebt | getreten | vorgerückt | zurückgegangen | zurückgetreten | "
+        "gegangen | gelaufen | bewegt | gefahren | geschwebt | getreten | vorgerückt | zurückgegangen | "
+        "zurückgetreten | "
         "vorgegangen | gedreht | gewendet | geschwenkt | abgebogen | umgedreht | geschaut | geblickt | gesenkt | "
         "gehoben | geneigt | gerichtet",
     ),
@@ -25,9 +26,11 @@ GERMAN_TOLD: Table = {
     **phrases(Word(Kind.PAST), "versuchte | wollte | versucht habe | mein versuch"),
     **phrases(
         Word(Kind.EARLIER),
-        "im letzten schritt | im vorigen schritt | im vorherigen schritt | im vorangegangenen schritt | zuletzt | zuvor | "
+        "im letzten schritt | im vorigen schritt | im vorherigen schritt | im vorangegangenen schritt | zuletzt | "
+        "zuvor | "
         "vorhin | eben | gerade eben | soeben | bisher | letztes mal | beim letzten mal | letzte bewegung | "
-        "vorige bewegung | vorherige bewegung | letzte aktion | vorherige aktion | letzte antwort | vorherige antwort | "
+        "vorige bewegung | vorherige bewegung | letzte aktion | vorherige aktion | letzte antwort | "
+        "vorherige antwort | "
         "im schritt davor | letzte drehung | sagte ich | ich sagte | letzter schritt | letzten schritten | früher",
     ),
     **phrases(
@@ -41,7 +44,8 @@ GERMAN_TOLD: Table = {
         "in einem späteren schritt | im übernächsten schritt | das nächste mal",
     ),
     **phrases(
-        Word(Kind.NEXT), "im nächsten schritt | im nächsten zug | im folgenden schritt | in der nächsten runde | als nächstes erst"
+        Word(Kind.NEXT),
+        "im nächsten schritt | im nächsten zug | im folgenden schritt | in der nächsten runde | als nächstes erst",
     ),
     **phrases(
         Word(Kind.FIRST),
@@ -50,11 +54,13 @@ GERMAN_TOLD: Table = {
     ),
     **phrases(
         Word(Kind.RETRACT),
-        "nein, | nein, moment | halt, | korrektur | doch lieber | vielmehr | moment, | besser gesagt | ich meine | lieber doch | nein.",
+        "nein, | nein, moment | halt, | korrektur | doch lieber | vielmehr | moment, | besser gesagt | ich meine | "
+        "lieber doch | nein.",
     ),
     **phrases(
         Word(Kind.OTHER),
-        "roboter | person | mann | frau | astronautin | mensch | jemand | er | mitarbeiter | figur | agenten | wissenschaftler",
+        "roboter | person | mann | frau | astronautin | mensch | jemand | er | mitarbeiter | figur | agenten | "
+        "wissenschaftler",
     ),
     **phrases(Word(Kind.OTHER, scale=True), "personen | leute | menschen | astronauten | männer | frauen"),
     **phrases(Word(Kind.GOAL), "ziel | aufgabe | auftrag | zweck"),
@@ -64,7 +70,9 @@ GERMAN_TOLD: Table = {
 SPANISH_TOLD: Table = {
     **_past(Act.MOVE, "avancé | avanzado | avanzó | avanzaba | avanzamos", Way.FORWARD),
     **_past(Act.MOVE, "retrocedí | retrocedido | retrocedió | retrocedía", Way.BACK),
-    **_past(Act.MOVE, "me moví | movido | se movió | caminé | caminado | caminó | caminaba | me desplacé | desplazado | di"),
+    **_past(
+        Act.MOVE, "me moví | movido | se movió | caminé | caminado | caminó | caminaba | me desplacé | desplazado | di"
+    ),
     **_past(Act.TURN, "giré | girado | giró | giraba | roté | rotado | rotó | me giré | volteé | doblé"),
     **_past(Act.LOOK, "miré | mirado | miró | miraba | bajé | bajado | levanté | levantado | subí | incliné"),
     **phrases(Word(Kind.IS, form=Form.PAST), "fue | fui | era | estaba | había | hubo | choqué | estuve"),
@@ -79,7 +87,8 @@ SPANISH_TOLD: Table = {
     **phrases(Word(Kind.AFTER), "después de | tras | luego de"),
     **phrases(
         Word(Kind.NOW),
-        "ahora | esta vez | por ahora | en este paso | mi próximo movimiento | próximo movimiento | siguiente movimiento | "
+        "ahora | esta vez | por ahora | en este paso | mi próximo movimiento | próximo movimiento | "
+        "siguiente movimiento | "
         "mi siguiente movimiento | mi movimiento | próxima acción | mi decisión",
     ),
     **phrases(
@@ -89,7 +98,8 @@ SPANISH_TOLD: Table = {
     ),
     **phrases(
         Word(Kind.NEXT),
-        "en el próximo paso | en el siguiente paso | en el paso siguiente | en el próximo turno | en el próximo movimiento | "
+        "en el próximo paso | en el siguiente paso | en el paso siguiente | en el próximo turno | "
+        "en el próximo movimiento | "
         "en la próxima acción | en la siguiente acción | en el siguiente movimiento",
     ),
     **phrases(Word(Kind.FIRST), "pero primero | pero antes | aunque primero | pero antes de eso"),
@@ -98,11 +108,14 @@ SPANISH_TOLD: Table = {
         "no, espera | espera, | mejor dicho | corrección | perdón, | mejor: | quiero decir | en realidad, | no, mejor",
     ),
     **phrases(
-        Word(Kind.OTHER), "agente | persona | hombre | mujer | astronauta | él | ella | alguien | niño | trabajador | figura"
+        Word(Kind.OTHER),
+        "agente | persona | hombre | mujer | astronauta | él | ella | alguien | niño | trabajador | figura",
     ),
     **phrases(Word(Kind.OTHER, scale=True), "personas | hombres | mujeres | astronautas"),
     **phrases(Word(Kind.GOAL), "objetivo | meta | tarea | misión | propósito"),
-    **phrases(Word(Kind.PURPOSE), "para | para poder | con el fin de | a fin de | con el objetivo de | permite | permitirá"),
+    **phrases(
+        Word(Kind.PURPOSE), "para | para poder | con el fin de | a fin de | con el objetivo de | permite | permitirá"
+    ),
 }
 
 FRENCH_TOLD: Table = {
@@ -116,7 +129,8 @@ FRENCH_TOLD: Table = {
     **phrases(
         Word(Kind.EARLIER),
         "à l'étape précédente | à la dernière étape | précédemment | tout à l'heure | auparavant | la dernière fois | "
-        "dernier mouvement | mouvement précédent | dernière réponse | réponse précédente | jusqu'ici | au pas précédent | "
+        "dernier mouvement | mouvement précédent | dernière réponse | réponse précédente | jusqu'ici | "
+        "au pas précédent | "
         "lors de la dernière étape | lors de l'étape précédente | à l'instant | au dernier pas | dernière action | "
         "action précédente | étape précédente | dernière rotation | dernière étape",
     ),
@@ -128,7 +142,8 @@ FRENCH_TOLD: Table = {
     ),
     **phrases(
         Word(Kind.LATER),
-        "plus tard | la prochaine fois | après cela | par la suite | ultérieurement | après ça | dans une étape ultérieure",
+        "plus tard | la prochaine fois | après cela | par la suite | ultérieurement | après ça | "
+        "dans une étape ultérieure",
     ),
     **phrases(
         Word(Kind.NEXT),
@@ -142,10 +157,13 @@ FRENCH_TOLD: Table = {
     ),
     **phrases(Word(Kind.FILLER), "plutôt"),
     **phrases(
-        Word(Kind.OTHER), "personne | homme | femme | astronaute | quelqu'un | il | elle | individu | personnage | enfant"
+        Word(Kind.OTHER),
+        "personne | homme | femme | astronaute | quelqu'un | il | elle | individu | personnage | enfant",
     ),
     **phrases(Word(Kind.OTHER, scale=True), "personnes | hommes | femmes | astronautes | ils | elles"),
     **phrases(Word(Kind.GOAL), "objectif | le but | mon but | tâche"),
-    **phrases(Word(Kind.PURPOSE), "pour | pour que | pour pouvoir | afin de | afin d | afin que | permet de | permettra de"),
+    **phrases(
+        Word(Kind.PURPOSE), "pour | pour que | pour pouvoir | afin de | afin d | afin que | permet de | permettra de"
+    ),
     **phrases(Word(Kind.CLOSE), "qui"),
 }

@@ -9,22 +9,23 @@ _SAID = (
     r"said|replied|answered|wrote|responded|chose|was|were|did|executed|tried|attempted|had|to saying|"
     r"sagte ich|antwortete ich|schrieb ich|war|lautete|geantwortet|gesagt|"
     r"dije|respondí|contesté|escribí|elegí|fue|era|dicho|respondido|"
-    r"dit|répondu|écrit|choisi|était|fut|"
-    r"说了?|回答了?|回复了?|选择了|答|写了?|是说"
+    r"dit|répondu|écrit|choisi|était|fut"
 )
+_SAID_CJK = r"(?:说了?|回答了?|回复了?|选择了|答|写了?|是说)"
 _FOLLOWING = (
     r"(?:was|were|did|didn't|had|has|got|led|brought|caused|ended|resulted|failed|worked|moved|"
     r"hat|wurde|war|fue|hizo|ha|había|a été|était|a|n'a)\b|->|=>|"
     r"と(?:言|答|指示|返|回答|述|書|いう|して)|という|，?(?:被|但|没|失败|之后|后)"
 )
 _QUOTED = re.compile(rf"[{_OPEN}]([^{_OPEN}{_CLOSE}\n{{}}]{{1,200}})[{_CLOSE}]")
-_BEFORE = re.compile(rf"(?:\b(?:{_SAID.replace('|说了?', ')|说了?', 1)})[ ,:，：]{{0,3}}\Z", re.IGNORECASE)
+_BEFORE = re.compile(rf"(?:\b(?:{_SAID})|{_SAID_CJK})[ ,:，：]{{0,3}}\Z", re.IGNORECASE)
 _AFTER = re.compile(rf"\s{{0,2}}(?:{_FOLLOWING})", re.IGNORECASE)
 _REACH = 24
 """Characters before a quotation in which the word stands that makes it one."""
 
 _ECHO = re.compile(
-    r"(?:^|(?<=[.:\n]))[ *-]{0,4}(?:step|schritt|paso|étape|ステップ|第) ?\d{1,4}[^\n.]{0,200}?(?:\.(?=\d)[^\n.]{0,60}?)?"
+    r"(?:^|(?<=[.:\n]))[ *-]{0,4}(?:step|schritt|paso|étape|ステップ|第) ?\d{1,4}"
+    r"[^\n.]{0,200}?(?:\.(?=\d)[^\n.]{0,60}?)?"
     r"(?:->|=>|→)[^\n.]{0,200}",
     re.IGNORECASE | re.MULTILINE,
 )

@@ -11,7 +11,6 @@ from foundry.worlds.usd.language.sentences import Segment
 from foundry.worlds.usd.language.tokens import Token
 from foundry.worlds.usd.language.words import Act, Form, Kind, Side
 
-
 _OPENING = {
     Kind.EARLIER: Bar.TOLD,
     Kind.PURPOSE: Bar.TOLD,
@@ -22,8 +21,8 @@ _OPENING = {
 _CLAUSES = (Kind.PURPOSE, Kind.AFTER, Kind.OTHER, Kind.VERB)
 _TIMES = (Kind.EARLIER, Kind.LATER, Kind.NEXT)
 _CARRYING = frozenset(
-    ("and", "&", "then", "and then", "or", "while", "und", "dann", "y", "luego", "y luego", "et", "puis", "et puis", "ensuite")
-    + ("然后", "然後", "并", "そして", "次に", "その後", "それから", "、", "，")
+    ("and", "&", "then", "and then", "or", "while", "und", "dann", "y", "luego", "y luego", "et", "puis", "et puis")
+    + ("ensuite", "然后", "然後", "并", "そして", "次に", "その後", "それから", "、")
 )
 _GOING_ON = (Form.ING, Form.PAST, Form.THIRD)
 _NOUNS = frozenset(("my", "the", "this", "that", "last", "previous", "first", "a"))
@@ -95,20 +94,25 @@ class Telling:
         starts = [token for token in segment.tokens[:2] if token.kind in (Kind.FRESH, Kind.NOW)]
         fresh = any(token.text not in _WILL for token in starts)
         breaks, carries = segment.joint.kind is Kind.BREAK, segment.joint.text in _CARRYING
-        if self._segments[index - 1].tokens[-1].kind is Kind.GOAL:
-            keeps = True
-        elif scope.wide:
-            keeps = (breaks and segment.joint.text not in _LABELS and not fresh) or carries
-        elif scope.kind in _TIMES and (breaks and _is_only_time(self._segments[index - 1].tokens)):
-            keeps = True
-        elif scope.kind is Kind.LATER and breaks and self._segments[index - 1].tokens[0].kind is Kind.LATER:
-            keeps = any("will" in token.text or "ll" in token.text for token in starts)
+        if scope.wide:
+            heads = self._segments[index - 1].tokens[-1].kind is Kind.GOAL
+            keeps = heads or carries or (breaks and segment.joint.text not in _LABELS and not fresh)
+        elif breaks and scope.kind in _TIMES:
+            keeps = self._leads_on(index, scope, starts)
         elif scope.kind in (Kind.OTHER, Kind.VERB):
             keeps = not fresh and (carries or breaks) and self._goes_on(index, scope, carries=carries)
         else:
             keeps = carries and not fresh
         if not keeps:
             self._scope = None
+
+    def _leads_on(self, index: int, scope: _Scope, starts: Sequence[Token]) -> bool:
+        """Tell whether the segment before says only when: "in the last step,", "once I have turned, I will"."""
+        before = self._segments[index - 1].tokens
+        if _is_only_time(before):
+            return True
+        will = any("will" in token.text or "ll" in token.text for token in starts)
+        return will and scope.kind is Kind.LATER and before[0].kind is Kind.LATER
 
     def _goes_on(self, index: int, scope: _Scope, *, carries: bool) -> bool:
         """Tell whether a segment without a subject says more of what was told."""
@@ -124,22 +128,24 @@ class Telling:
     def _pass(self, token: Token, index: int, at: int) -> None:
         """Take one token into account."""
         kind, tokens = token.kind, self._segments[index].tokens
-        if kind in (Kind.NOW, Kind.FIRST, Kind.RETRACT):
+        if self._ends(tokens, at):
             self._scope = None
-        elif self._scope is not None and self._scope.kind in _CLAUSES and _is_subject(tokens, at):
-            self._scope = None
-        elif self._scope is not None and self._scope.kind is Kind.PURPOSE and token.text in _IS_TO | {"is"}:
-            self._scope = None
-        elif kind is Kind.AFTER and not self._is_done(index, at):
-            return
-        elif kind in _OPENING:
+        elif kind in _OPENING and (kind is not Kind.AFTER or self._is_done(index, at)):
             self._scope = _Scope(_OPENING[kind], kind)
         elif kind is Kind.PAST and token.word.reach == "after":
             self._scope = _Scope(Bar.TOLD, kind)
-        elif kind is Kind.GOAL and _is_told_goal(tokens, at):
+        elif (kind is Kind.GOAL and _is_told_goal(tokens, at)) or (kind is Kind.OTHER and token.word.reach == "both"):
             self._scope = _Scope(Bar.TOLD, kind, wide=True)
-        elif kind is Kind.OTHER and token.word.reach == "both":
-            self._scope = _Scope(Bar.TOLD, kind, wide=True)
+
+    def _ends(self, tokens: Sequence[Token], at: int) -> bool:
+        """Tell whether a token ends what reaches it."""
+        if self._scope is None:
+            return False
+        if tokens[at].kind in (Kind.NOW, Kind.FIRST, Kind.RETRACT):
+            return True
+        if self._scope.kind is Kind.PURPOSE and tokens[at].text in _IS_TO | {"is"}:
+            return True
+        return self._scope.kind in _CLAUSES and _is_subject(tokens, at)
 
     def _is_done(self, index: int, at: int) -> bool:
         """Tell whether "after" and a motion tell of the past, and are no plan: "after turning left, move forward"."""
@@ -229,7 +235,9 @@ def _is_of_another(tokens: Sequence[Token], at: int, seen: _Seen) -> bool:
     if follows_other and not seen.fresh and seen.other is not None:
         between = tokens[seen.other + 1 : at]
         plural = tokens[seen.other].word.scale and not between
-        due = before.text == "to" and tokens[seen.other].text != "it" and any(token.kind is Kind.IS for token in between)
+        due = (
+            before.text == "to" and tokens[seen.other].text != "it" and any(token.kind is Kind.IS for token in between)
+        )
         return plural or due or word.side is not Side.AFTER or before.text in _WILL
     return False
 

@@ -111,7 +111,9 @@ def _branches(by_first: dict[str, list[str]]) -> str:
 
 
 _PI = r"(?:\d+(?:\.\d+)? ?\*? ?)?(?:π|pi(?![^\W\d_]))(?: ?/ ?\d{1,9})?"
-_NUMBER = rf"(?:(?<![^\s(:=,])[-+])?(?:(?<![^\W\d_]){_PI}|" + r"\d{1,9} ?/ ?\d{1,9}(?![\d.,/])|\d+(?:[.,]\d+)*|(?<!\d)\.\d+)"
+_NUMBER = (
+    rf"(?:(?<![^\s(:=,])[-+])?(?:(?<![^\W\d_]){_PI}|" + r"\d{1,9} ?/ ?\d{1,9}(?![\d.,/])|\d+(?:[.,]\d+)*|(?<!\d)\.\d+)"
+)
 _TOKEN = re.compile(
     rf"(?P<digits>{_NUMBER})|(?P<known>{_alternatives(LEXICON)})|(?P<unknown>{_LETTER}+|[{_CJK}])"
     r"|(?P<or>/)|(?P<range>(?<=\d)-(?=\d)|\^)|(?P<mark>->|=>| - |[,:()\[\]{}=、・])"
