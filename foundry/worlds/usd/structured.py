@@ -47,10 +47,13 @@ def embedded_command(reply: str, limits: Limits) -> Command | None:
 def _command(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
     if isinstance(found, Conflicting):
         return None
-    worded = worded_command(found, limits, outcome) if found.keys() - _KEYS or _is_nested(found) else None
-    if worded is not None and not any(_is_number(found.get(key)) for key in ("turn", "gaze")):
+    in_numbers = any(_is_number(found.get(key)) for key in ("turn", "gaze"))
+    if in_numbers or not (found.keys() - _KEYS or _is_nested(found)):
+        return _numbers(found, limits, outcome)
+    worded = worded_command(found, limits, outcome)
+    if worded is not None or (names_action(found) and "distance" not in found):
         return worded
-    return None if names_action(found) and "distance" not in found else _numbers(found, limits, outcome)
+    return _numbers(found, limits, outcome)
 
 
 def _is_nested(found: dict[str, Any]) -> bool:

@@ -30,7 +30,7 @@ _PATHS = frozenset(
     ("toward", "towards", "along", "through", "down the", "up the", "closer", "across", "into", "in richtung")
     + ("richtung", "entlang", "auf die", "auf den", "auf das", "durch die", "durch den", "hacia la", "hacia el")
     + ("por el", "por la", "a lo largo de", "vers la", "vers le", "le long de", "le long du", "dans le", "dans la")
-    + ("に向かって", "へ向かって", "に沿って", "向かって")
+    + ("に向かって", "へ向かって", "に沿って", "向かって", "の方へ", "に近づくために", "に近づくため")
 )
 _ATTRIBUTED = frozenset(("side", "hand side", "hand"))
 _OF = frozenset(("of", "de", "du", "von"))

@@ -115,8 +115,8 @@ JAPANESE: Table = {
     **_inflected(Word(Kind.WAY, ways=(Way.FORWARD,)), "前 まえ 正面 前方", "に へ 方向に 方に の方に 方向へ"),
     **phrases(Word(Kind.WAY, ways=(Way.FORWARD,)), "まっすぐ前に | まっすぐ | 真っ直ぐ | まっすぐに | 真っすぐ"),
     **_inflected(Word(Kind.WAY, ways=(Way.BACK,)), "後ろ うしろ 後方", "に へ 方向に の方に 方向へ"),
-    **_inflected(Word(Kind.WAY, ways=(Way.LEFT,)), "左", "に へ を 方向に 方向へ の方に の方を 側に 向きに"),
-    **_inflected(Word(Kind.WAY, ways=(Way.RIGHT,)), "右", "に へ を 方向に 方向へ の方に の方を 側に 向きに"),
+    **_inflected(Word(Kind.WAY, ways=(Way.LEFT,)), "左", "に へ を 方向に 方向へ の方に の方を の方へ 側に 向きに"),
+    **_inflected(Word(Kind.WAY, ways=(Way.RIGHT,)), "右", "に へ を 方向に 方向へ の方に の方を の方へ 側に 向きに"),
     **phrases(Word(Kind.WAY, ways=(Way.LEFT,)), "反時計回りに | 反時計回り | 反時計方向に"),
     **phrases(Word(Kind.WAY, ways=(Way.RIGHT,)), "時計回りに | 時計回り | 時計方向に"),
     **_inflected(Word(Kind.WAY, ways=(Way.FORWARD, Way.LEFT)), "左前 左前方 左斜め前 斜め左前", "に へ 方に"),
@@ -166,7 +166,9 @@ JAPANESE: Table = {
         "ことを選択します | ことが必要です | "
         "ことが最善です | ことが最適です | ことがよい | ことを決めました | 決めました | 選びました | 選択しました",
     ),
-    **phrases(Word(Kind.CLOSE), "に向かって | へ向かって | に沿って | 向かって"),
+    **phrases(
+        Word(Kind.CLOSE), "に向かって | へ向かって | に沿って | 向かって | の方へ | に近づくために | に近づくため"
+    ),
     **phrases(Word(Kind.CONDITION), "もし"),
     **phrases(
         Word(Kind.NOT, reach="before"), "必要はありません | 必要はない | わけにはいきません | べきではありません"
@@ -203,8 +205,8 @@ _CHINESE_VERBS = (
     (Word(Kind.VERB, act=Act.TURN, side=_BOTH, ways=(Way.RIGHT,)), "右转 向右转 右轉 向右轉 右拐"),
     (Word(Kind.VERB, act=Act.TURN, side=_BOTH, ways=(Way.AROUND,), number=180.0), "转身 掉头 向后转 轉身"),
     (Word(Kind.VERB, act=Act.LOOK, side=_BOTH), "看 倾斜"),
-    (Word(Kind.VERB, act=Act.LOOK, side=_BOTH, ways=(Way.UP,)), "抬头 抬頭 仰视 抬高 上移 抬起"),
-    (Word(Kind.VERB, act=Act.LOOK, side=_BOTH, ways=(Way.DOWN,)), "低头 低頭 俯视 降低 下移 压低 低下"),
+    (Word(Kind.VERB, act=Act.LOOK, side=_BOTH, ways=(Way.UP,)), "抬头 抬头看 向上抬头 抬頭 仰视 抬高 上移 抬起"),
+    (Word(Kind.VERB, act=Act.LOOK, side=_BOTH, ways=(Way.DOWN,)), "低头 低头看 向下低头 低頭 俯视 降低 下移 压低 低下"),
 )
 
 CHINESE: Table = {

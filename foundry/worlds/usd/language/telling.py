@@ -29,6 +29,11 @@ _NOUNS = frozenset(("my", "the", "this", "that", "last", "previous", "first", "a
 _DETERMINED = (Kind.ARTICLE, Kind.OTHER)
 _BEFORE_NOUNS = frozenset(("the", "this", "that", "some", "second", "one", "two"))
 _WILL = frozenset(("will", "shall"))
+_BUT = frozenset(("but", "however", "aber", "doch", "pero", "mais", "但", "但是"))
+_WISHES = frozenset(
+    ("want", "like", "wish", "hope", "möchte", "gern", "gerne", "quiero", "quisiera", "gustaría", "veux", "voudrais")
+    + ("aimerais", "想", "je veux")
+)
 _LABELS = frozenset((":", "->", "=>"))
 
 
@@ -63,6 +68,9 @@ class Telling:
             for index, segment in enumerate(segments)
             if segment.joint is not None and segment.joint.text == "(" and _is_put_off(segment.tokens[0])
         }
+        for index, segment in enumerate(segments[1:]):
+            if _is_objection(segment) and any(token.text in _WISHES for token in segments[index].tokens):
+                self._put_off[index] = Bar.LATER
 
     def told(self, index: int) -> list[Bar | None]:
         """Return for each token of the next segment what keeps it from being a command."""
@@ -183,6 +191,11 @@ class Telling:
         for token in tokens:
             if token.kind is Kind.EARLIER and _has_only_forms(tokens):
                 seen.bars[:] = [Bar.TOLD] * len(tokens)
+
+
+def _is_objection(segment: Segment) -> bool:
+    """Tell whether a segment says what keeps a wish from being done: "but the way is blocked"."""
+    return segment.joint is not None and segment.joint.text in _BUT and len(segment.tokens) > 2
 
 
 def _is_put_off(token: Token) -> bool:
