@@ -53,7 +53,9 @@ class _Reader:
         """Read one segment; return whether the next ones are worth reading."""
         tokens = segment.tokens
         before = len(self._found)
-        bars = [_stronger(*pair) for pair in zip(self._scopes.bars(segment), self._told(segment), strict=True)]
+        bars, told = self._scopes.bars(segment), self._told(segment)
+        if any(told):
+            bars = [_stronger(*pair) for pair in zip(bars, told, strict=True)]
         low = 0
         for at, token in enumerate(tokens):
             if bars[at] is Bar.EXAMPLE:

@@ -18,6 +18,7 @@ _OPENING = {
     Kind.LATER: Bar.LATER,
     Kind.NEXT: Bar.NEXT,
 }
+_MARKERS = frozenset((*_OPENING, Kind.PAST, Kind.GOAL, Kind.OTHER))
 _CLAUSES = (Kind.PURPOSE, Kind.AFTER, Kind.OTHER, Kind.VERB)
 _TIMES = (Kind.EARLIER, Kind.LATER, Kind.NEXT)
 _CARRYING = frozenset(
@@ -81,7 +82,8 @@ class Telling:
         self._enter(index)
         seen = _Seen()
         for at, token in enumerate(tokens):
-            self._pass(token, index, at)
+            if self._scope is not None or token.kind in _MARKERS:
+                self._pass(token, index, at)
             bar = self._scope.told if self._scope is not None else None
             if token.kind is Kind.VERB:
                 bar = bar or self._of_verb(segment, at, seen)
@@ -188,9 +190,8 @@ class Telling:
         named = seen.other is not None and not seen.fresh and any(token.kind is Kind.IS for token in tokens)
         if named and self._scope is None:
             self._scope = _Scope(Bar.TOLD, Kind.OTHER)
-        for token in tokens:
-            if token.kind is Kind.EARLIER and _has_only_forms(tokens):
-                seen.bars[:] = [Bar.TOLD] * len(tokens)
+        if Bar.TOLD in seen.bars and any(token.kind is Kind.EARLIER for token in tokens) and _has_only_forms(tokens):
+            seen.bars[:] = [Bar.TOLD] * len(tokens)
 
 
 def _is_objection(segment: Segment) -> bool:

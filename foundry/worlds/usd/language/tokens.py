@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 
 from foundry.worlds.usd.language.asian import CHINESE, JAPANESE
 from foundry.worlds.usd.language.english import ENGLISH
@@ -98,16 +100,24 @@ def cleaned(text: str) -> str:
 
 def _alternatives(names: Iterable[str]) -> str:
     """Return an expression for any of the names, the longest first; a Latin one is a whole word."""
-    latin: dict[str, list[str]] = {}
-    other: dict[str, list[str]] = {}
-    for name in sorted(names, key=lambda name: (-len(name), name)):
-        is_latin = bool(re.fullmatch(_LETTER, name[0]))
-        (latin if is_latin else other).setdefault(name[0], []).append(re.escape(name[1:]))
-    return rf"(?=[{''.join(latin)}])(?<!{_LETTER})(?:{_branches(latin)})(?!{_LETTER})|{_branches(other)}"
+    latin: list[str] = []
+    other: list[str] = []
+    for name in sorted(names):
+        (latin if re.fullmatch(_LETTER, name[0]) else other).append(name)
+    first = "".join(sorted({name[0] for name in latin}))
+    return rf"(?=[{first}])(?<!{_LETTER}){_branches(latin)}(?!{_LETTER})|{_branches(other)}"
 
 
-def _branches(by_first: dict[str, list[str]]) -> str:
-    return "|".join(f"{re.escape(first)}(?:{'|'.join(rests)})" for first, rests in by_first.items())
+def _branches(names: Sequence[str]) -> str:
+    """Return an expression for sorted names that shares their beginnings, so that few are tried at each place."""
+    shared = os.path.commonprefix(names)
+    rests = [name[len(shared) :] for name in names]
+    ends = "" in rests
+    by_first = [[*group] for _, group in groupby(filter(None, rests), key=lambda rest: rest[0])]
+    if not by_first:
+        return re.escape(shared)
+    branches = "|".join(_branches(group) for group in by_first)
+    return f"{re.escape(shared)}(?:{branches}){'?' if ends else ''}"
 
 
 _PI = r"(?:\d+(?:\.\d+)? ?\*? ?)?(?:π|pi(?![^\W\d_]))(?: ?/ ?\d{1,9})?"
