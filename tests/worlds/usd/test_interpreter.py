@@ -194,6 +194,12 @@ def test_a_reply_that_is_a_json_command_is_read_as_such_by_all(interpreter):
         ('{"turn": true}', (None, None, None, False), UNREADABLE),
         ('{"turn": 1e999}', (None, None, None, False), UNREADABLE),
         ('{"mood": "fine"}', (None, None, None, False), UNREADABLE),
+        ('{"action": "turn", "direction": "left", "angle": 45}', (None, 45.0, None, False), CHOSEN),
+        ('{"turn": {"direction": "right", "angle_deg": 45}}', (None, -45.0, None, False), CHOSEN),
+        ('{"action": "turn", "turn": -30, "direction": null}', (None, -30.0, None, False), CHOSEN),
+        ('{"action": "inspect", "direction": "left"}', (None, None, None, False), UNREADABLE),
+        ('{"last_action": "turn left 30 degrees", "action": "wait"}', (None, None, None, True), CHOSEN),
+        ('{"action": "turn left", "angle": 1' + "0" * 400 + "}", (None, 30.0, None, False), CHOSEN),
     ],
 )
 def test_json_is_asked_for_and_plain_language_repaired(text, expected, outcome):

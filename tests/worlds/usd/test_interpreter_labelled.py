@@ -1,4 +1,7 @@
-"""Labelled replies: how many are read as labelled, and in how many a motion is read that nobody asked for."""
+"""Labelled replies: how many are read as labelled, and in how many a motion is read that nobody asked for.
+
+`dev` and `held` were written and labelled apart from the rule; `told` was written with it, to hold what it does.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from hypothesis import strategies as st
 from foundry.worlds.usd.interpreter import Command, interpret
 from worlds.usd.reply_shares import by, counted, labelled, verdict
 
-SHARES = {"dev": (1.0, 0), "held": (0.0, 161)}
+SHARES = {"dev": (1.0, 0), "held": (154 / 161, 5)}
 """The measured share that is read exactly, and the number of replies with a motion that nobody asked for."""
 
 
