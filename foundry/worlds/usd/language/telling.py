@@ -35,7 +35,7 @@ _WISHES = frozenset(
     ("want", "like", "wish", "hope", "möchte", "gern", "gerne", "quiero", "quisiera", "gustaría", "veux", "voudrais")
     + ("aimerais", "想", "je veux")
 )
-_LABELS = frozenset((":", "->", "=>"))
+_LABEL = ":"
 
 
 @dataclass(slots=True)
@@ -106,7 +106,7 @@ class Telling:
         breaks, carries = segment.joint.kind is Kind.BREAK, segment.joint.text in _CARRYING
         if scope.wide:
             heads = self._segments[index - 1].tokens[-1].kind is Kind.GOAL
-            keeps = heads or carries or (breaks and segment.joint.text not in _LABELS and not fresh)
+            keeps = heads or carries or (breaks and segment.joint.text != _LABEL and not fresh)
         elif breaks and scope.kind in _TIMES:
             keeps = self._leads_on(index, scope, starts)
         elif scope.kind in (Kind.OTHER, Kind.VERB):
@@ -127,7 +127,7 @@ class Telling:
     def _goes_on(self, index: int, scope: _Scope, *, carries: bool) -> bool:
         """Tell whether a segment without a subject says more of what was told."""
         segment, before = self._segments[index], self._segments[index - 1].tokens[-1].text
-        if segment.joint is not None and segment.joint.text in _LABELS:
+        if segment.joint is not None and segment.joint.text == _LABEL:
             return False
         verb = next((token.word for token in segment.tokens if token.kind is Kind.VERB), None)
         if verb is None or verb.form in _GOING_ON:
@@ -176,7 +176,7 @@ class Telling:
             return Bar.TOLD
         if word.form is Form.ING and (_is_past(tokens) or (at and tokens[at - 1].text in ("for", "of"))):
             return Bar.TOLD
-        labelled = segment.joint is not None and segment.joint.text in _LABELS
+        labelled = segment.joint is not None and segment.joint.text == _LABEL
         alone = labelled or len(self._segments) == 1
         return Bar.TOLD if _is_purpose(tokens, at, seen.motion, alone=alone) or _is_noun(tokens, at) else None
 
