@@ -116,9 +116,10 @@ class Word:
         ways: the directions it names or, for a verb, implies; two make a diagonal.
         goes: of a verb: whether a distance alone makes it go forward: "walk 2 m".
         number: value of a number, factor of a unit; of a verb the degrees it implies, or 0.
-        scale: the number multiplies the one before it: "hundred".
+        scale: the number multiplies the one before it: "hundred"; of somebody else: there are several.
         dimension: of a unit.
-        reach: of a negation or possibility: `after`, `before` (the verb before it) or `both`.
+        reach: of a negation or possibility: `after`, `before` (the verb before it) or `both`; of the past: `before`
+            (all of the sentence before it); of somebody else: `both` (over commas too).
         negated: of a verb: whether its form says "not".
         decides: of a negation: whether not moving is what it decides ("will not", unlike "cannot").
     """
