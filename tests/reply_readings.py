@@ -174,6 +174,10 @@ MOVES = [
     ("Gehe einen halben Meter zurück", BACK, 0.5),
     ("Avanza 2 metros", FORWARD, 2),
     ("Recule d'un demi-mètre", BACK, 0.5),
+    ("move closer to the logo by 1 m", FORWARD, 1),
+    ("move along the corridor forward 2 m", FORWARD, 2),
+    ("move 2 m toward the logo", FORWARD, 2),
+    ('{"move": "forward", "meters": 2}', FORWARD, 2),
 ]
 TURNS = [
     ("Turn right by 30°", -30),
@@ -256,6 +260,8 @@ TURNS = [
     ("Turn so the logo is centered, about 10 degrees right.", -10),
     ("Instead of turning left, I turn right 20 degrees.", -20),
     ("Turn left, not right.", 30),
+    ("previously I moved forward 2 m, now turn right 30 degrees", -30),
+    ("Option A: move forward 2 m. Option B: turn left 30 degrees. I choose option B: turn left 30 degrees.", 30),
     ("turn right 30 degrees, not left", -30),
     ("Maybe I should turn left. I'll turn left 40 degrees.", 40),
     ("It would be best to turn right 30 degrees.", -30),
@@ -365,7 +371,6 @@ STAYS = [
 ]
 SEVERAL = [
     ("move 3 ft forward and turn left 45 degrees", (FORWARD, 0.9144), 45, None),
-    ("previously I moved forward 2 m, now turn right 30 degrees", (FORWARD, 2), -30, None),
     ("向左转30度，然后向前走2米", (FORWARD, 2), 30, None),
     ("The logo is up and to the right. Turn right 15 degrees and look up 10 degrees.", None, -15, 10),
     ("I'll turn back and move forward 1 m.", (FORWARD, 1), 180, None),
@@ -386,12 +391,6 @@ SEVERAL = [
     ("Take two steps ahead, then look up slightly.", (FORWARD, 1.4), None, 7.5),
     ("Rotate your body to the right by 15°, then look down by 5°.", None, -15, -5),
     ("Forward 1m. Right 90°.", (FORWARD, 1), -90, None),
-    (
-        "Option A: move forward 2 m. Option B: turn left 30 degrees. I choose option B: turn left 30 degrees.",
-        (FORWARD, 2),
-        30,
-        None,
-    ),
     ("1. Turn left 45 degrees\n2. Move forward 1 m", (FORWARD, 1), 45, None),
     ("左に曲がって1メートル進みます", (FORWARD, 1), 30, None),
 ]
@@ -401,6 +400,9 @@ INFERRED = {
     "take 3 steps",
     "First, I look left: nothing. Then I look right: a door.",
     "walk 2 meters",
+    "move closer to the logo by 1 m",
+    "move along the corridor forward 2 m",
+    "move 2 m toward the logo",
     "move left 30 degrees",
     "look left",
     "左に曲がって1メートル進みます",

@@ -32,7 +32,9 @@ SPACE_WORDS = (
     "metres", "m", "cm", "degrees", "°", "steps", ".", ",", "!", "?", "\n", " ", "  ", '"', "(", ")", "{", "}",
     ":", "[", "]", "<think>", "</think>", '{"translate":', '{"turn": 1e400}', '"distance"', '"bearing"', '"gaze"',
     "NaN", "inf", "null", "\x00", "\ud800", "\u202e", "vorwärts", "links", "90 Grad", "avance", "tourne", "前", "右",
-    "を", "向", "ます",
+    "を", "向", "ます", "moved", "turned", "having", "the robot", "in the last step", "in order to", "later",
+    "but first", "no, wait", "->", "step 3:", "I said", "“", "”", "「", "」", "Options:\n- ", "pi/2", "π", "radians",
+    "instead", "ました", "ロボットが", "gegangen", "avancé", "走了", '{"action": "turn",', '"angle": 45}',
 )  # fmt: skip
 
 

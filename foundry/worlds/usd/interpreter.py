@@ -3,8 +3,10 @@
 Translation, turn of the body and turn of the gaze are read apart, each from its latest occurrence in the text;
 "stay" takes back what was said in earlier sentences. A direction counts only as the word of a verb of motion, behind
 another command, or in a sentence that says nothing else. What is negated, merely possible, conditional, asked or
-given as an example is no command. An amount that is not named is the configured default; one that exceeds a limit is
-clamped; the notes say so. A reply that is a JSON object with the keys of `structured` is read as that.
+given as an example is no command; nor is what is told of earlier steps or of others, as a purpose or for later
+(`language.telling`), nor quotations of earlier steps and lists to choose from (`language.quotations`). An amount that
+is not named is the configured default; one that exceeds a limit is clamped; the notes say so. A reply that is a JSON
+object with the keys of `structured`, or with words of its own (`worded`), is read as that.
 
 `chosen`: at least one command was found. `unreadable`: none was, and nothing moves. `repaired`: JSON that is not
 the whole reply or, where JSON is asked for, a command in plain language.

@@ -24,20 +24,36 @@ class _Latest:
     motions: dict[Category, Motion] = field(default_factory=dict)
     overridden: Counter[Category] = field(default_factory=Counter)
     refused: int = 0
+    told: int = 0
+    retracting: bool = False
 
     def take(self, motions: Iterable[Motion]) -> None:
         """Take the motions of one sentence into account."""
-        motions = list(motions)
+        motions = [motion for motion in motions if not self._is_retraction(motion)]
         stays = [motion for motion in motions if motion.category is Category.STAY]
         if stays:
+            self._retract()
             self.motions = {Category.STAY: stays[-1]}
         for motion in motions:
-            if not motion.wanted:
+            if motion.told:
+                self.told += 1
+            elif not motion.wanted:
                 self._refuse(motion)
             elif motion.category is not Category.STAY:
+                self._retract()
                 self.overridden[motion.category] += motion.category in self.motions
                 self.motions[motion.category] = motion
                 self.motions.pop(Category.STAY, None)
+
+    def _is_retraction(self, motion: Motion) -> bool:
+        self.retracting = self.retracting or motion.category is Category.RETRACT
+        return motion.category is Category.RETRACT
+
+    def _retract(self) -> None:
+        """Take back what was said before, now that something takes its place."""
+        if self.retracting:
+            self.motions.clear()
+            self.retracting = False
 
     def _refuse(self, motion: Motion) -> None:
         self.refused += 1
@@ -53,8 +69,10 @@ _ANY = {Category.TRANSLATE: None, Category.TURN: 0.0, Category.GAZE: 0.0}
 def resolve(text: str, limits: Limits) -> Command:
     """Return the command in a cleaned text."""
     latest = _Latest()
-    for sentence in find_sentences(text):
-        latest.take(read_sentence(sentence))
+    sentences = [read_sentence(sentence) for sentence in find_sentences(text)]
+    at_once = any(motion.wanted and not motion.later for motions in sentences for motion in motions)
+    for motions in sentences:
+        latest.take(motion for motion in motions if not (at_once and motion.later))
     found, notes = latest.motions, list[str]()
     for motion in found.values():
         notes.extend(_origin(motion, latest.overridden[motion.category]))
@@ -67,6 +85,8 @@ def resolve(text: str, limits: Limits) -> Command:
     )
     if latest.refused:
         notes.append(f"named as not to be done: {latest.refused}")
+    if latest.told:
+        notes.append(f"told and not asked for: {latest.told}")
     return replace(command, notes=tuple(notes or ["no movement found"]))
 
 

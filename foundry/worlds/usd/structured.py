@@ -1,7 +1,9 @@
 """Reads a movement that is given as a JSON object: {"direction": ..., "distance": ..., "turn": ..., "gaze": ...}.
 
 `direction` is one of the words below or null, `distance` metres, `turn` degrees to the left, `gaze` degrees
-upwards; missing, null and 0 mean none, and a command without any motion is "stay". Other keys are ignored.
+upwards; missing, null and 0 mean none, and a command without any motion is "stay". Other keys are ignored, unless
+they name the action: an object in words of its own, such as {"action": "turn", "direction": "left", "angle": 45}, is
+put into a sentence and read as one.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from foundry.worlds.replies import Conflicting, find_objects, whole_object, with
 from foundry.worlds.usd.language.amounts import LARGEST
 from foundry.worlds.usd.language.motions import BEARINGS
 from foundry.worlds.usd.movement import Command, Limits, Translation, limited
+from foundry.worlds.usd.worded import names_action, worded_command
 
 _KEYS = frozenset(("direction", "distance", "turn", "gaze"))
 _BEARINGS = {
@@ -42,7 +45,28 @@ def embedded_command(reply: str, limits: Limits) -> Command | None:
 
 
 def _command(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
-    if isinstance(found, Conflicting) or not found.keys() & _KEYS or not _is_sound(found):
+    if isinstance(found, Conflicting):
+        return None
+    in_numbers = any(_is_number(found.get(key)) for key in ("turn", "gaze"))
+    if in_numbers or not (found.keys() - _KEYS or _is_nested(found)):
+        return _numbers(found, limits, outcome)
+    worded = worded_command(found, limits, outcome)
+    if worded is not None or (names_action(found) and "distance" not in found):
+        return worded
+    return _numbers(found, limits, outcome)
+
+
+def _is_nested(found: dict[str, Any]) -> bool:
+    return any(isinstance(value, dict) for value in found.values())
+
+
+def _is_number(value: Any) -> bool:
+    return type(value) in (int, float) and value != 0
+
+
+def _numbers(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
+    """Return the command of an object with the keys that the prompt asks for."""
+    if not found.keys() & _KEYS or not _is_sound(found):
         return None
     notes: list[str] = []
     translate = None

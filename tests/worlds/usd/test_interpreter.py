@@ -106,7 +106,7 @@ def test_what_exceeds_a_limit_is_clamped_and_noted():
         ("look down", "gaze: no amount named, 10 degrees by default"),
         ("turn left a bit", "turn: a small amount, 0.25 of the default of 20 degrees"),
         ("move forward 2 m. move forward 1 m", "translate: the latest of 2"),
-        ("I turned left 30 degrees", "turn: a past form, read as any other"),
+        ("I turned left 30 degrees", "told and not asked for: 1"),
         ("move forward 2 m", "translate: 'move forward 2 m'"),
         ("turn 180 degrees", "turn: half a turn: either side leads there"),
         ("move 2 m", "translate: no direction named: read as forward"),
@@ -194,6 +194,12 @@ def test_a_reply_that_is_a_json_command_is_read_as_such_by_all(interpreter):
         ('{"turn": true}', (None, None, None, False), UNREADABLE),
         ('{"turn": 1e999}', (None, None, None, False), UNREADABLE),
         ('{"mood": "fine"}', (None, None, None, False), UNREADABLE),
+        ('{"action": "turn", "direction": "left", "angle": 45}', (None, 45.0, None, False), CHOSEN),
+        ('{"turn": {"direction": "right", "angle_deg": 45}}', (None, -45.0, None, False), CHOSEN),
+        ('{"action": "turn", "turn": -30, "direction": null}', (None, -30.0, None, False), CHOSEN),
+        ('{"action": "inspect", "direction": "left"}', (None, None, None, False), UNREADABLE),
+        ('{"last_action": "turn left 30 degrees", "action": "wait"}', (None, None, None, True), CHOSEN),
+        ('{"action": "turn left", "angle": 1' + "0" * 400 + "}", (None, 30.0, None, False), CHOSEN),
     ],
 )
 def test_json_is_asked_for_and_plain_language_repaired(text, expected, outcome):

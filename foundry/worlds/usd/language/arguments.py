@@ -10,7 +10,10 @@ from foundry.worlds.usd.language.tokens import Token
 from foundry.worlds.usd.language.words import Act, Dimension, Kind, Side, Way
 
 HARMLESS = frozenset(
-    (Kind.FILLER, Kind.TO, Kind.OF, Kind.BY, Kind.ARTICLE, Kind.PLACE, Kind.FRESH, Kind.SMALL, Kind.GAZE, Kind.IS)
+    (
+        *(Kind.FILLER, Kind.TO, Kind.OF, Kind.BY, Kind.ARTICLE, Kind.PLACE, Kind.FRESH, Kind.SMALL, Kind.GAZE, Kind.IS),
+        *(Kind.EARLIER, Kind.NOW, Kind.LATER, Kind.NEXT, Kind.FIRST, Kind.RETRACT),
+    )
 )
 """Kinds of word that change nothing in a command."""
 
@@ -21,7 +24,14 @@ _STOPS = frozenset((Kind.VERB, Kind.NOT, Kind.CONDITION, Kind.POSSIBLE, Kind.STA
 _ELSEWHERE = frozenset(
     ("away", "tall", "wide", "high", "long", "deep", "thick", "apart", "short", "in front", "ahead of")
 )
+_NAMES = (Kind.UNKNOWN, Kind.OTHER, Kind.GOAL)
 _HERE = frozenset(("here", "my", "your", "current", "this"))
+_PATHS = frozenset(
+    ("toward", "towards", "along", "through", "down the", "up the", "closer", "across", "into", "in richtung")
+    + ("richtung", "entlang", "auf die", "auf den", "auf das", "durch die", "durch den", "hacia la", "hacia el")
+    + ("por el", "por la", "a lo largo de", "vers la", "vers le", "le long de", "le long du", "dans le", "dans la")
+    + ("に向かって", "へ向かって", "に沿って", "向かって", "の方へ", "に近づくために", "に近づくため")
+)
 _ATTRIBUTED = frozenset(("side", "hand side", "hand"))
 _OF = frozenset(("of", "de", "du", "von"))
 
@@ -39,10 +49,19 @@ def words_after(tokens: Sequence[Token], start: int, verb: Token | None) -> Argu
         kind = tokens[at].kind
         if kind in _STOPS or _starts_another(tokens, at, said, verb):
             break
-        if not said.closed or (kind is Kind.AMOUNT and tokens[at - 1].kind is Kind.BY):
+        ends = said.along and at + 1 == len(tokens) and _is_length(tokens[at])
+        if not said.closed or (kind is Kind.AMOUNT and (tokens[at - 1].kind is Kind.BY or ends)):
+            was_closed = said.closed
             _take(tokens, at, said)
+            said.along = said.along or (said.closed and not was_closed and tokens[at].text in _PATHS)
+        elif kind is Kind.CLOSE and tokens[at].text not in _PATHS:
+            said.along = False
         said.end = at + 1
     return said
+
+
+def _is_length(token: Token) -> bool:
+    return isinstance(token, Amount) and token.dimension in (Dimension.LENGTH, Dimension.STEP)
 
 
 def words_before(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
@@ -56,6 +75,7 @@ def words_before(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
             continue
         _take(tokens, at, said, checked=False)
     said.closed = start > low
+    said.along = said.closed and tokens[start - 1].text in _PATHS
     return said
 
 
@@ -165,7 +185,7 @@ def _is_how_far(tokens: Sequence[Token], at: int, said: Arguments) -> bool:
         return True
     if follows.text == "from":
         return at + 2 < len(tokens) and tokens[at + 2].text in _HERE
-    return follows.text not in _ELSEWHERE and not (amount.dimension is None and follows.kind is Kind.UNKNOWN)
+    return follows.text not in _ELSEWHERE and not (amount.dimension is None and follows.kind in _NAMES)
 
 
 def _is_a_place(tokens: Sequence[Token], at: int) -> bool:
@@ -179,7 +199,7 @@ def _is_a_place(tokens: Sequence[Token], at: int) -> bool:
     follows = tokens[behind]
     if follows.text in _OF:
         return behind + 1 >= len(tokens) or tokens[behind + 1].kind is not Kind.AMOUNT
-    if follows.kind is not Kind.UNKNOWN:
+    if follows.kind not in _NAMES:
         return False
     direct = tokens[at - 1].kind in (Kind.VERB, Kind.AMOUNT, Kind.WAY, Kind.SMALL) and " " not in tokens[at].text
     return (

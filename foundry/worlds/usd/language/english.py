@@ -178,8 +178,9 @@ _SMALL_AND_STILL: Table = {
     **phrases(
         Word(Kind.PAUSE),
         "remain | remaining | wait | stop | halt | pause | hold | idle | freeze | stand | stop moving | "
-        "hold position | hold my position | keep still | keep | stayed | remain idle",
+        "hold position | hold my position | keep still | keep | remain idle",
     ),
+    **phrases(Word(Kind.PAUSE, form=Form.PAST), "stayed | remained | waited | paused | stood still"),
     **phrases(
         Word(Kind.PLACE),
         "here | there | still | put | in place | where i am | where you are | in position | stationary | "
@@ -192,6 +193,107 @@ _SMALL_AND_STILL: Table = {
     ),
 }
 
+_TELLING: Table = {
+    **phrases(
+        Word(Kind.EARLIER),
+        "in the last step | in my last step | last step | in the previous step | in my previous step | previous step | "
+        "previous steps | in the last turn | last turn | previous turn | last move | previous move | last movement | "
+        "previous movement | last movements | previous movements | last action | previous action | previous actions | "
+        "last command | previous command | last decision | previous decision | last attempt | previous attempt | "
+        "last time | previous time | last reply | previous reply | last answer | previous answer | previous rotation | "
+        "last rotation | most recent movement | most recent move | most recent action | most recent step | "
+        "earlier step | "
+        "earlier steps | earlier turn | earlier move | earlier movement | in the step before | the step before | "
+        "two steps ago | a step ago | a moment ago | earlier | previously | recently | so far | just before | "
+        "in the past | i said | you said | i replied | i answered | you replied | i chose to say | i responded | "
+        "past steps | past movements | past actions | first movement was | my history | the history",
+    ),
+    **phrases(
+        Word(Kind.PAST),
+        "tried to | attempted to | my attempt to | attempts to | attempt at | the attempt to | my attempts to | "
+        "attempted | tried | wanted to | was going to | was about to | was supposed to | had to | used to | "
+        "managed to | "
+        "started to | began to | started | began | continued to | continued | my plan was to | intended to | "
+        "my decision was to | i chose to | i was told to | executed | performed | completed | carried out | finished | "
+        "instructed to | my choice was to",
+    ),
+    **phrases(Word(Kind.AFTER), "after | after my | upon"),
+    **phrases(
+        Word(Kind.NOW),
+        "now | this time | at this point | for the moment | right at this point | at present | this turn | "
+        "my next movement | my next single movement | my next action | my next move | the next movement | "
+        "the next single movement | next movement | next single movement | next action | my movement | my action | "
+        "my decision | my answer | final decision | my single movement | the movement for this step",
+    ),
+    **phrases(
+        Word(Kind.LATER),
+        "later | later on | afterwards | afterward | eventually | next time | the next time | after this | "
+        "after that | "
+        "after this movement | after this step | after this turn | after this move | after which | in the future | "
+        "in a later step | in later steps | in a future step | in my next decision | in the next decision | "
+        "at a later point | at a later time | in the step after | the step after | in the steps after | some day | "
+        "in subsequent steps | in a subsequent step | in upcoming steps | "
+        "only after | only once | only when | not yet | before long | once i have | once i've | once i am | once i'm | "
+        "after i have | after i've | as soon as i have | as soon as i | once that is done | once this is done | "
+        "when that is done | when this is done | after doing so | in two steps | sooner or later | at some point | "
+        "then in my next | soon | in a moment | when i have | when i've | when i am | when i'm | in the long run | "
+        "tomorrow | on the next turn | "
+        "in the following decision | in the turn after",
+    ),
+    **phrases(
+        Word(Kind.NEXT),
+        "in the next step | in my next step | in the next turn | in my next turn | in the following step | "
+        "in the next move | in my next move | in the following turn | in the next movement | in my next movement | "
+        "in the coming step | next decision | following decision | following step | for the next step | "
+        "for the next turn | at the next step | on the next step | on my next turn | with the next step | "
+        "the step after next | the following step | in the next one | next one | next steps | in the next steps | "
+        "for the next steps | next turn",
+    ),
+    **phrases(
+        Word(Kind.FIRST),
+        "but first | but before that | but for now | however first | but first of all | though first | "
+        "before doing that | before doing so | before that | but before doing so | first though | but right now | "
+        "but now",
+    ),
+    **phrases(
+        Word(Kind.RETRACT),
+        "no wait | no, wait | wait no | wait, no | no, | oh wait | oh, wait | but wait | hold on | actually, | "
+        "scratch that | correction | on second thought | on second thoughts | i mean | i meant | "
+        "i correct myself | sorry, | let me correct | oops | oops, | or rather | better: | on reflection | "
+        "let me reconsider | let me revise | i change my mind | i changed my mind | hmm, no | strike that | "
+        "never mind | forget that | wait, actually | i misspoke | rather: | no.",
+    ),
+    **phrases(
+        Word(Kind.OTHER),
+        "robot | agent | person | man | woman | astronaut | human | somebody | someone | he | she | it | they | "
+        "worker | engineer | scientist | drone | child | boy | girl | character | player | visitor | figure | guy | "
+        "lady | dog | cat | vehicle | cart | car | rover | crew member | member | nobody | another robot | staff | "
+        "student | guard | employee | individual | pedestrian | colleague | walker",
+    ),
+    **phrases(
+        Word(Kind.OTHER, scale=True),
+        "robots | people | persons | astronauts | men | women | humans | agents | workers | others | "
+        "crew members | scientists | visitors | children | students | figures | they",
+    ),
+    **phrases(Word(Kind.GOAL), "goal | task | objective | aim | purpose | mission | assignment | idea behind | reason"),
+    **phrases(
+        Word(Kind.PURPOSE),
+        "in order to | so as to | so that | in order that | be able to | in preparation for | to prepare for | "
+        "ready for | before i can | allow me to | allows me to | will allow me to | would allow me to | enable me to | "
+        "enables me to | will enable me to | let me then | will let me | would let me | lets me | help me | helps me | "
+        "will help me | help me to | would help me | give me a chance to | with the aim of | with the goal of | "
+        "for the purpose of | makes it possible to | allowing me to | enabling me to | letting me | helping me | "
+        "possible to | way to | path to | room to | space to | chance to | opportunity to | as preparation for | "
+        "with a view to",
+    ),
+    **phrases(
+        Word(Kind.OPTION),
+        "option a | option b | option c | option d | option 1 | option 2 | option 3 | option 4 | option one | "
+        "option two | option three | choice a | choice b | choice 1 | choice 2 | alternative a | alternative 1 | "
+        "alternative b | alternative 2",
+    ),
+}
+
 _SCOPES: Table = {
     **phrases(
         Word(Kind.NOT, decides=True),
@@ -201,10 +303,10 @@ _SCOPES: Table = {
         Word(Kind.NOT),
         "can not | cannot | can't | cant | did not | didn't | could not | couldn't | would not | wouldn't | "
         "does not | doesn't | has not | hasn't | have not | haven't | had not | hadn't | is not | isn't | "
-        "are not | aren't | was not | wasn't | no need | no reason | no point | no use | nor | neither | "
+        "are not | aren't | wasn't | no need | no reason | no point | no use | nor | neither | "
         "instead of | rather than | without | avoid | avoiding | unable | refrain | prevents | prevent | "
         "stop turning | stop rotating | stop walking | stop looking | stop going | no longer | no turn | "
-        "no rotation | no turning | no further | forbidden | impossible | fail | failed | against",
+        "no rotation | no turning | no further | forbidden | impossible | fail | against",
     ),
     **phrases(
         Word(Kind.POSSIBLE),
@@ -218,9 +320,10 @@ _SCOPES: Table = {
     ),
     **phrases(
         Word(Kind.EXAMPLE),
-        "says | reads | example | examples | eg | such as | for instance | you said | i said | options | options are | "
-        "possible movements",
+        "says | reads | example | examples | eg | such as | for instance | options | options are | "
+        "possible movements | possible actions | possible moves",
     ),
+    **_TELLING,
     **phrases(
         Word(Kind.FRESH),
         "i | i'll | i will | i shall | will | shall | let | let's | let me | lets | we | i should | should | "
@@ -234,8 +337,20 @@ _SCOPES: Table = {
     ),
     **phrases(
         Word(Kind.IS),
-        "is | are | was | were | be | been | would | seems | seem | allows | allow | gives | brings | "
-        "makes it | leads | helps | has | reveals | shows",
+        "is | are | be | would | seems | seem | requires | means | depends | gives | brings | makes it | leads | "
+        "helps | reveals | shows",
+    ),
+    **phrases(
+        Word(Kind.IS, form=Form.PAST),
+        "was | were | been | had | has | has been | had been | i'd been | did | i've been | have been | was not | "
+        "were not | had not",
+    ),
+    **phrases(
+        Word(Kind.UNKNOWN, form=Form.PAST),
+        "got | brought | ended | noticed | caused | resulted | revealed | showed | helped | allowed | led | "
+        "became | hit | "
+        "reached | bumped | collided | made it | made me | kept | found | saw | worked | failed | stopped | blocked | "
+        "prevented",
     ),
     **phrases(
         Word(Kind.JOIN), "and | & | + | then | and then | but | so | plus | however | therefore | while | thus | →"
@@ -270,16 +385,18 @@ _FILLERS: Table = {
     **phrases(Word(Kind.AT), "at | at an angle of | at a bearing of"),
     **phrases(
         Word(Kind.FILLER),
-        "the | my | your | our | body | myself | yourself | me | exactly | further | more | now | please | "
-        "once more | again | next | first | last | final | final answer | answer | action | movement | "
+        "the | my | your | our | body | myself | yourself | me | exactly | further | more | please | once again | "
+        "once more | again | option | choice | strategy | suggest | recommend | propose | consider | start | begin | "
+        "course of action | thing to do | attempt | prefer | next | first | last | final | final answer | answer | "
+        "action | movement | "
         "command | decision | single | this | is to | was to | be to | ok | okay | direction | distance | "
         "angle | side | around my axis | in place | small | short | large | big | good | whole | sharp | "
         "slight | gentle | quick | additional | diagonally | diagonal | also | want | need | going | "
         "have to | try | decide | decided | choose | chosen | plan | intend | think | believe | best | "
-        "next step | first step | last step | previous step | final step | current step | the next step | "
+        "next step | first step | final step | current step | the next step | "
         "second step | each step | every step | one step at a time | not only | not just | or so | "
         "immediately | all the way | here's | here is | go ahead and | result | output | response | instruction | "
-        "previously | already | straight line | in a straight line | maximum | total | extra | as | "
+        "already | straight line | in a straight line | maximum | total | extra | as | "
         "would be | will be | hand side | hand",
     ),
 }

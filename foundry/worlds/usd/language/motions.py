@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from foundry.worlds.usd.language.amounts import Amount
-from foundry.worlds.usd.language.words import Act, Dimension, Form, Kind, Way, Word
+from foundry.worlds.usd.language.words import Act, Dimension, Kind, Way, Word
 
 
 class Category(Enum):
@@ -17,6 +17,7 @@ class Category(Enum):
     TURN = "turn"
     GAZE = "gaze"
     STAY = "stay"
+    RETRACT = "retract"  # no motion: what follows replaces what was said before
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +33,9 @@ class Motion:
         degrees: degrees that the words imply, 0 when they imply none.
         text: the words it was read from.
         wanted: False for what the text says not to do.
+        told: whether the text only tells of it; then it is not wanted either.
         inferred: whether more than the amount had to be supplied.
+        later: whether it is put off, should the reply name anything else.
         remarks: what had to be decided to read it.
     """
 
@@ -43,7 +46,9 @@ class Motion:
     degrees: float = 0.0
     text: str = ""
     wanted: bool = True
+    told: bool = False
     inferred: bool = False
+    later: bool = False
     remarks: tuple[str, ...] = ()
 
 
@@ -58,6 +63,7 @@ class Arguments:
         gaze: whether the gaze is named as what is turned.
         angle: the angle of a translation: "at 30 degrees to the left".
         closed: whether further words follow that say something else.
+        along: whether these say what to move along or towards.
         start: index of the first of them, or of the verb.
         end: index of the first token behind them.
         last: index behind the last token that says something.
@@ -71,6 +77,7 @@ class Arguments:
     gaze: bool = False
     angle: Amount | None = None
     closed: bool = False
+    along: bool = False
     start: int = 0
     end: int = 0
     last: int = 0
@@ -169,8 +176,8 @@ def _gaze(verb: Word, said: Arguments, ways: Collection[Way], *, angular: bool) 
 
 
 def _goes_forward(verb: Word, said: Arguments, ways: Collection[Way]) -> bool:
-    """Tell whether only a distance is named, and nothing to go to: "walk 2 m"."""
-    if not verb.goes or ways or said.closed or said.angle is not None or verb.form is Form.PAST or said.amount is None:
+    """Tell whether a distance is named without a direction: "walk 2 m", "walk along the corridor for 2 m"."""
+    if ways or said.angle is not None or said.amount is None or not (said.along or (verb.goes and not said.closed)):
         return False
     return said.amount.dimension in (Dimension.LENGTH, Dimension.STEP)
 

@@ -17,6 +17,9 @@ class Bar(Enum):
     WILL_NOT = auto()  # not, by decision
     PERHAPS = auto()
     EXAMPLE = auto()  # nor is anything behind it
+    TOLD = auto()  # of an earlier step, of somebody else, or as a purpose
+    LATER = auto()  # put off
+    NEXT = auto()  # put off if the reply says what comes before
 
 
 _CARRIED = frozenset(("and", "&", "und", "y", "et", "nor"))
@@ -24,6 +27,7 @@ _BINDING = frozenset(
     (
         *(Kind.VERB, Kind.STAY, Kind.PAUSE, Kind.WAY, Kind.AMOUNT, Kind.SMALL, Kind.POSSIBLE),
         *(Kind.FILLER, Kind.TO, Kind.FRESH, Kind.BY, Kind.ARTICLE, Kind.PLACE),
+        *(Kind.EARLIER, Kind.NOW, Kind.LATER, Kind.NEXT),
     )
 )
 _RESETS = frozenset(("instead", "rather", "stattdessen"))

@@ -2,20 +2,38 @@
 
 from __future__ import annotations
 
+import math
+import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 
 from foundry.worlds.usd.language.asian import CHINESE, JAPANESE
 from foundry.worlds.usd.language.english import ENGLISH
 from foundry.worlds.usd.language.european import FRENCH, GERMAN, SPANISH
+from foundry.worlds.usd.language.narrated import FRENCH_TOLD, GERMAN_TOLD, SPANISH_TOLD
+from foundry.worlds.usd.language.narrated_asian import CHINESE_TOLD, JAPANESE_TOLD
+from foundry.worlds.usd.language.quotations import without_quotations
 from foundry.worlds.usd.language.words import Act, Dimension, Kind, Table, Word
 
-LEXICON: Table = {**FRENCH, **SPANISH, **GERMAN, **CHINESE, **JAPANESE, **ENGLISH}
+LEXICON: Table = {
+    **FRENCH,
+    **FRENCH_TOLD,
+    **SPANISH,
+    **SPANISH_TOLD,
+    **GERMAN,
+    **GERMAN_TOLD,
+    **CHINESE_TOLD,
+    **CHINESE,
+    **JAPANESE_TOLD,
+    **JAPANESE,
+    **ENGLISH,
+}
 
 _CJK = "\u3005\u3007\u3040-\u30ff\u3400-\u9fff"
 _LETTER = rf"[^\W\d_{_CJK}]"
-_COMMANDING = (Kind.VERB, Kind.WAY, Kind.STAY, Kind.PAUSE)
+_COMMANDING = (Kind.VERB, Kind.WAY, Kind.STAY, Kind.PAUSE, Kind.RETRACT)
 
 _FULL_WIDTH = {0xFEE0 + code: code for code in range(0x21, 0x7F)}
 _FRACTIONS = {"½": " 1/2", "⅓": " 1/3", "⅔": " 2/3", "¼": " 1/4", "¾": " 3/4", "⅛": " 1/8"}
@@ -66,7 +84,7 @@ class Token:
 
 def cleaned(text: str) -> str:
     """Return the text in lower case, its lines unwrapped, without markdown, tags and LaTeX."""
-    text = text.translate(_PLAIN)
+    text = without_quotations(text.translate(_PLAIN))
     if "\\" in text:
         text = _LATEX_COMMAND.sub(" ", _LATEX.sub("°", text))
     if "<" in text:
@@ -82,19 +100,30 @@ def cleaned(text: str) -> str:
 
 def _alternatives(names: Iterable[str]) -> str:
     """Return an expression for any of the names, the longest first; a Latin one is a whole word."""
-    latin: dict[str, list[str]] = {}
-    other: dict[str, list[str]] = {}
-    for name in sorted(names, key=lambda name: (-len(name), name)):
-        is_latin = bool(re.fullmatch(_LETTER, name[0]))
-        (latin if is_latin else other).setdefault(name[0], []).append(re.escape(name[1:]))
-    return rf"(?=[{''.join(latin)}])(?<!{_LETTER})(?:{_branches(latin)})(?!{_LETTER})|{_branches(other)}"
+    latin: list[str] = []
+    other: list[str] = []
+    for name in sorted(names):
+        (latin if re.fullmatch(_LETTER, name[0]) else other).append(name)
+    first = "".join(sorted({name[0] for name in latin}))
+    return rf"(?=[{first}])(?<!{_LETTER}){_branches(latin)}(?!{_LETTER})|{_branches(other)}"
 
 
-def _branches(by_first: dict[str, list[str]]) -> str:
-    return "|".join(f"{re.escape(first)}(?:{'|'.join(rests)})" for first, rests in by_first.items())
+def _branches(names: Sequence[str]) -> str:
+    """Return an expression for sorted names that shares their beginnings, so that few are tried at each place."""
+    shared = os.path.commonprefix(names)
+    rests = [name[len(shared) :] for name in names]
+    ends = "" in rests
+    by_first = [[*group] for _, group in groupby(filter(None, rests), key=lambda rest: rest[0])]
+    if not by_first:
+        return re.escape(shared)
+    branches = "|".join(_branches(group) for group in by_first)
+    return f"{re.escape(shared)}(?:{branches}){'?' if ends else ''}"
 
 
-_NUMBER = r"(?:(?<![^\s(:=,])[-+])?(?:\d{1,9} ?/ ?\d{1,9}(?![\d.,/])|\d+(?:[.,]\d+)*|(?<!\d)\.\d+)"
+_PI = r"(?:\d+(?:\.\d+)? ?\*? ?)?(?:π|pi(?![^\W\d_]))(?: ?/ ?\d{1,9})?"
+_NUMBER = (
+    rf"(?:(?<![^\s(:=,])[-+])?(?:(?<![^\W\d_]){_PI}|" + r"\d{1,9} ?/ ?\d{1,9}(?![\d.,/])|\d+(?:[.,]\d+)*|(?<!\d)\.\d+)"
+)
 _TOKEN = re.compile(
     rf"(?P<digits>{_NUMBER})|(?P<known>{_alternatives(LEXICON)})|(?P<unknown>{_LETTER}+|[{_CJK}])"
     r"|(?P<or>/)|(?P<range>(?<=\d)-(?=\d)|\^)|(?P<mark>->|=>| - |[,:()\[\]{}=、・])"
@@ -139,7 +168,11 @@ def _token(match: re.Match[str]) -> Token:
 
 
 def _value(digits: str) -> float | None:
-    """Return the value of a number with a decimal point or comma, thousands commas or a fraction bar."""
+    """Return the value of a number with a decimal point or comma, thousands commas, a fraction bar or pi."""
+    if "π" in digits or "pi" in digits:
+        times, bottom = re.split(r"π|pi", digits.replace("*", "").replace(" ", ""))
+        below = float(bottom.lstrip("/") or 1)
+        return float(times or 1) * math.pi / below if below else None
     top, bar, bottom = digits.partition("/")
     if bar:
         return float(top) / float(bottom) if float(bottom) else None

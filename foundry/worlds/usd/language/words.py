@@ -40,6 +40,18 @@ class Kind(Enum):
     OF = auto()
     AT = auto()  # introduces the angle of a translation
     CLOSE = auto()  # starts something else: what follows no longer belongs to the verb
+    EARLIER = auto()  # "in the last step": what is told of it is no command
+    PAST = auto()  # "tried to", "ました": puts what it reaches into the past
+    AFTER = auto()  # "after" and a motion
+    NOW = auto()  # ends what is told of earlier or later steps
+    LATER = auto()  # "later": what it is said of is put off
+    NEXT = auto()  # "in the next step": put off only where the reply says what comes before
+    FIRST = auto()  # "but first": what the sentence said before is put off
+    RETRACT = auto()  # "no, wait": what the reply said before is taken back
+    OTHER = auto()  # somebody else: "the robot"
+    GOAL = auto()  # "task", "goal": what it is, is no command
+    PURPOSE = auto()  # "in order to": no command, up to the next comma
+    OPTION = auto()  # "option A"
     UNKNOWN = auto()
 
 
@@ -59,6 +71,8 @@ class Form(Enum):
     ING = auto()
     PAST = auto()
     THIRD = auto()  # "turns": usually said of a thing
+    FIRST = auto()  # "avanzo": said of oneself
+    EITHER = auto()  # "avance": an order, or said of oneself or another
 
 
 class Side(Enum):
@@ -102,9 +116,10 @@ class Word:
         ways: the directions it names or, for a verb, implies; two make a diagonal.
         goes: of a verb: whether a distance alone makes it go forward: "walk 2 m".
         number: value of a number, factor of a unit; of a verb the degrees it implies, or 0.
-        scale: the number multiplies the one before it: "hundred".
+        scale: the number multiplies the one before it: "hundred"; of somebody else: there are several.
         dimension: of a unit.
-        reach: of a negation or possibility: `after`, `before` (the verb before it) or `both`.
+        reach: of a negation or possibility: `after`, `before` (the verb before it) or `both`; of the past: `before`
+            (all of the sentence before it); of somebody else: `both` (over commas too).
         negated: of a verb: whether its form says "not".
         decides: of a negation: whether not moving is what it decides ("will not", unlike "cannot").
     """
