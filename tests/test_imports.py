@@ -21,11 +21,11 @@ LAYERS = {
     ),
     "running": (
         *("build", "asking", "trust.difference", "trust.recorded", "trust.continuing", "lane", "lanes"),
-        *("lane_process", "remote", "remote_runs", "runner", "dask_cluster", "runner_dask"),
+        *("lane_process", "remote", "remote_runs", "progress", "runner", "dask_cluster", "runner_dask"),
     ),
     "using": (
         *("settings", "compose", "preflight", "runner_launcher", "targets", "reaching", "planning", "prompting"),
-        *("baselines", "labelling", "progress", "display", "trust", "doctor", "replay"),
+        *("baselines", "labelling", "display", "trust", "doctor", "replay"),
     ),
     "commands": ("commands", "cli", "__main__"),
 }
