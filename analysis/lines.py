@@ -15,7 +15,7 @@ from foundry.store import RunFolder
 COMPLETE, FAILED, UNFINISHED, NOT_STARTED = "complete", "failed", "unfinished", "not started"
 """How a run stands; the first two as in `run.json`."""
 
-STEPS, MESSAGES, EPISODE = "steps.jsonl", "messages.jsonl", "episode.jsonl"
+AGENTS, STEPS, MESSAGES, EPISODE = "agents.jsonl", "steps.jsonl", "messages.jsonl", "episode.jsonl"
 """The record files."""
 
 _Line = TypeVar("_Line", bound=Record)

@@ -13,9 +13,9 @@ import pandas as pd
 from analysis.camera_records import CameraRecords, check_commands
 from analysis.camera_run import CameraRun
 from analysis.grid_records import GridRecords, is_grid, settings
-from analysis.lines import EPISODE, MESSAGES, NOT_STARTED, STEPS, UNFINISHED, read_lines
+from analysis.lines import AGENTS, EPISODE, MESSAGES, NOT_STARTED, STEPS, UNFINISHED, read_lines
 from analysis.run import GridRun
-from foundry.records import CameraEpisode, CameraStep, GridStep, Message, RunSummary
+from foundry.records import Agent, CameraEpisode, CameraStep, GridStep, Message, RunSummary
 from foundry.store import RunFolder, SweepFolder
 
 Records: TypeAlias = GridRecords | CameraRecords
@@ -37,12 +37,14 @@ class Loaded:
         steps: one row per run, step and agent; the keys of `foundry.records.GridStep` for runs of 2D worlds, those
             of `CameraStep` for 3D ones, with pose and command spread over columns as in
             `analysis.camera_records.flat`. In a sweep of both, what a kind does not have is missing.
+        agents: one row per run and agent with a persona, whose attributes are the columns `persona.<attribute>`.
         messages: one row per run and delivery; the keys of `foundry.records.Message`.
         episodes: one row per run of a 3D world; the keys of `foundry.records.CameraEpisode`.
     """
 
     runs: pd.DataFrame
     steps: pd.DataFrame
+    agents: pd.DataFrame
     messages: pd.DataFrame
     episodes: pd.DataFrame
 
@@ -67,9 +69,19 @@ def load(path: Path | str) -> Loaded:
     return Loaded(
         runs=runs,
         steps=_joined(steps),
+        agents=_joined([_personas(folder) for folder in folders]),
         messages=_joined([_frame(run, _rows(one.messages), Message) for run, one in read]),
         episodes=_joined([_frame(run, _rows(lines), CameraEpisode) for run, lines in episodes or [("", [])]]),
     )
+
+
+def _personas(folder: RunFolder) -> pd.DataFrame:
+    content, summary = folder.agents_bytes(), folder.summary()
+    is_recorded = content or (summary is not None and AGENTS in summary.records_sha256)
+    lines = read_lines(folder, AGENTS, content, summary, Agent) if is_recorded else []
+    personas = ({f"persona.{name}": value for name, value in line.persona.items()} for line in lines)
+    rows = [{"run": folder.id, "agent": line.agent, **persona} for line, persona in zip(lines, personas, strict=True)]
+    return pd.DataFrame(rows, columns=None if rows else ["run", "agent"])
 
 
 def identity(folder: RunFolder) -> dict[str, Any]:

@@ -56,6 +56,20 @@ class Record(msgspec.Struct, frozen=True, kw_only=True):
         """Add this record to the totals of its run."""
 
 
+class Agent(Record, frozen=True, kw_only=True):
+    """What an agent of a 2D world is for the whole run (`agents.jsonl`, where the world has personas).
+
+    Attributes:
+        agent: agent id, 0-based.
+        persona: attribute to value.
+    """
+
+    stream: ClassVar[str] = "agents"
+
+    agent: int
+    persona: dict[str, str]
+
+
 class GridStep(Record, frozen=True, kw_only=True):
     """One agent's step in a 2D world (`steps.jsonl`).
 

@@ -19,7 +19,7 @@ from foundry.plain_files import check_folder, is_there, plain
 from foundry.records import NOT_JSON, Call, RunSummary
 from foundry.sweep import Run, Sweep, calls_seed
 
-RECORD_STREAMS = ("steps", "messages", "episode")
+RECORD_STREAMS = ("steps", "messages", "episode", "agents")
 ALWAYS_THERE = ("steps", "messages")
 """The record files that every run has, if only empty ones."""
 KEPT = ("frames", "images")
@@ -171,6 +171,10 @@ class RunFolder:
     def messages_bytes(self) -> bytes:
         """Return the raw lines of `messages.jsonl`; empty when there are none yet."""
         return self._bytes("messages.jsonl")
+
+    def agents_bytes(self) -> bytes:
+        """Return the raw lines of `agents.jsonl`; empty when the world has no personas."""
+        return self._bytes("agents.jsonl")
 
     def episode_bytes(self) -> bytes:
         """Return the raw line of `episode.jsonl`; empty when the world writes none."""

@@ -48,7 +48,8 @@ class RunWriter:
         (path / "run.json").unlink(missing_ok=True)
         for kept in KEPT:
             _clear(path / kept)
-        (path / "episode.jsonl").unlink(missing_ok=True)
+        for name in set(RECORD_STREAMS).difference(ALWAYS_THERE):
+            (path / f"{name}.jsonl").unlink(missing_ok=True)
         write_atomically(path / "config.yaml", config_text.encode())
         for name in ALWAYS_THERE:
             self._open(name)

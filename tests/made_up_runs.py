@@ -9,12 +9,13 @@ from typing import Any
 
 import msgspec
 
-from foundry.records import Call, Counts, GridStep, Message, Outcome, RunSummary
+from foundry.records import Agent, Call, Counts, GridStep, Message, Outcome, RunSummary
 from foundry.run_writer import RunWriter, write_run_summary
 from foundry.store import RunFolder, SweepFolder
 from foundry.sweep import Condition, expand
 
 AGENTS, STEPS = 4, 6
+GENDERS = ("female", "male")
 HOSTILE = (
     '<script>window.hacked = 1</script><img src=x onerror="window.hacked = 1"> </script> javascript:alert(1) '
     "\u202egnirts desrever \u0627\u0644\u0633\u0644\u0627\u0645 \U0001f525\U0001f469\u200d\U0001f692 nul:\x00: "
@@ -69,7 +70,7 @@ def step(number: int, agent: int, **changes: Any) -> GridStep:
 
 
 def call(record: GridStep, kind: str, text: str) -> Call:
-    persona = ("female", "male")[record.agent % 2]
+    persona = GENDERS[record.agent % 2]
     prompt = f"You are Agent {record.agent} ({persona}) at step {record.step}. Agent 9 (male) is near. {kind}?"
     return Call(
         step=record.step, agent=record.agent, kind=kind, model="first", digest=None, key="k", seed=7,
@@ -96,6 +97,8 @@ class Playing:
     def play(self, first: int, last: int) -> None:
         """Write these steps."""
         agents = self.folder.config()["world"]["agents"]
+        if first == 1:
+            self.writer.append([Agent(agent=agent, persona={"gender": GENDERS[agent % 2]}) for agent in range(agents)])
         for number in range(first, last + 1):
             records = [step(number, agent, **self.change(number, agent)) for agent in range(agents)]
             for kind in ("message", "action"):

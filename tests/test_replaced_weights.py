@@ -110,6 +110,11 @@ def test_what_verify_status_and_resume_say_of_a_sweep_whose_weights_changed(tmp_
             "changed since this sweep began (digest d4d4d4d4d4d4 then, ffffffffffff now): put the first one back and "
             "say it again, or start a new sweep in another output.dir."
         )
+        examined = foundry(
+            "doctor", *SWEEP, "output.dir=sweep", "--no-calls", "--json", cwd=tmp_path, OLLAMA_HOST=server.url
+        )
+        assert examined.returncode == 3
+        assert "digest ffffffffffff, and the sweep in output.dir began with d4d4d4d4d4d4" in examined.stdout
         verified = foundry("verify", "sweep", "--workers=1", cwd=tmp_path)
         assert "steps: Model 'qwen3:4b' changed while the sweep ran" in verified.stdout
         assert "failed" in foundry("status", "sweep", cwd=tmp_path).stdout

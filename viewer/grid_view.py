@@ -9,10 +9,9 @@ from typing import Annotated, Any
 import msgspec
 
 from foundry.errors import RecordError
-from foundry.records import GridStep, Message
+from foundry.records import NOT_JSON, Agent, GridStep, Message
 from foundry.store import RunFolder
 from viewer.lines import StepLines, lines_of_agent
-from viewer.personas import stated_persona
 from viewer.run_view import OUTCOMES, UNDECIDED, RunView
 
 DIRECTIONS = ("stay", "up", "down", "left", "right")
@@ -23,6 +22,7 @@ _OUTCOME_CODES = {name: code for code, name in enumerate(OUTCOMES)}
 _DIRECTION_CODES: dict[str | None, int] = {name: code for code, name in enumerate(DIRECTIONS)} | {None: 0}
 _DELIVERY = re.compile(rb'^\{"step":(\d+),"sender":(\d+),"recipient":(\d+),', re.MULTILINE)
 _READ_STEP = msgspec.json.Decoder(GridStep).decode
+_READ_AGENTS = msgspec.json.Decoder(Agent).decode_lines
 _READ_MESSAGES = msgspec.json.Decoder(Message).decode_lines
 
 
@@ -111,7 +111,7 @@ class GridView(RunView):
         """Return the agent's cells, outcomes and persona; the cells have one entry more than there are steps."""
         spans = ((first, min(first + self.steps_per_chunk, self.done + 1) - 1) for first in self._firsts())
         lines = [line for span in spans for line in lines_of_agent(self.steps.read(*span), agent, *span)]
-        return self._track([_READ_STEP(line) for line in lines], self.calls.of_agent(agent, 1, 1))
+        return self._track([_READ_STEP(line) for line in lines], self._personas().get(agent, {}))
 
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
         """Yield what `track` returns for every agent, reading everything once."""
@@ -119,15 +119,24 @@ class GridView(RunView):
         for first in self._firsts():
             for row in self._rows(first, min(first + self.steps_per_chunk - 1, self.done)):
                 rows[row.agent].append(row)
-        calls = self.calls.of_all(1, 1)
+        personas = self._personas()
         for agent, mine in enumerate(rows):
-            yield agent, self._track(mine, calls.get(agent, []))
+            yield agent, self._track(mine, personas.get(agent, {}))
+
+    def _personas(self) -> dict[int, dict[str, str]]:
+        """Return the agents' personas, as far as the run recorded them."""
+        content = self.folder.agents_bytes()
+        try:
+            lines = _READ_AGENTS(content[: content.rfind(b"\n") + 1])
+        except NOT_JSON as error:
+            raise RecordError(f"{self.folder.stream_path('agents')} cannot be read: {error}") from error
+        return {line.agent: line.persona for line in lines}
 
     def _firsts(self) -> range:
         """Return the first step of every chunk."""
         return range(1, self.done + 1, self.steps_per_chunk)
 
-    def _track(self, rows: Sequence[GridStep], calls: Sequence[bytes]) -> dict[str, Any]:
+    def _track(self, rows: Sequence[GridStep], persona: Mapping[str, str]) -> dict[str, Any]:
         final = rows[-1:]
         return {
             "x": [row.x for row in rows] + [row.x_next for row in final],
@@ -135,7 +144,7 @@ class GridView(RunView):
             "outcome": [_OUTCOME_CODES[row.outcome] for row in rows],
             "message_outcome": [_OUTCOME_CODES[row.message_outcome] for row in rows],
             "flags": [_flags(row) for row in rows],
-            "persona": stated_persona(self.world.get("personas", {}), calls),
+            "persona": persona,
         }
 
     def received(self, first: int, last: int, agent: int | None = None) -> Mapping[int, list[tuple[int, int, str]]]:

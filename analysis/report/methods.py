@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from importlib.metadata import version
 
 import pandas as pd
 
@@ -13,6 +12,7 @@ from analysis.report.material import Material
 from analysis.run import GridRun
 from analysis.stats.contrasts import ALPHA, MCNEMAR, SIGN_FLIP
 from analysis.stats.intervals import BOOTSTRAP_T, FEWEST_FOR_CLAIMS, STUDENT, WILSON
+from foundry import __version__
 from foundry.store import is_served
 from foundry.unread import unread
 
@@ -141,7 +141,7 @@ def _software(found: Material) -> str:
             packages = ", ".join(f"{name} {version}" for name, version in one.packages.items())
             made[f"foundry {one.foundry_version} (Python {one.python_version}; {packages})"] = None
     versions = joined(made) if made else "no run that has ended"
-    return f"Runs were made with {versions}, and analysed with foundry {version('foundry')}."
+    return f"Runs were made with {versions}, and analysed with foundry {__version__}."
 
 
 def limits(found: Material) -> list[str]:

@@ -161,6 +161,7 @@ def plan(
     from foundry.compose import compose
     from foundry.display import plan_table
     from foundry.planning import plan as plan_runs
+    from foundry.preflight import notes_of
     from foundry.store import SweepFolder
 
     composed = compose(context.args)
@@ -175,8 +176,8 @@ def plan(
     to_send = sum(one.to_send for one in planned)
     complete = sum(one.complete for one in planned)
     print(f"{len(planned)} runs, {complete} complete; at most {to_send:,} calls would be sent")
-    if note:
-        print(note)
+    for line in [*notes_of(sweep), *filter(None, [note])]:
+        print(line)
 
 
 def existing_answers(composed: Composed) -> Answers | None:

@@ -13,6 +13,7 @@ from foundry.doctor.machine import check_disk, check_drawing, check_versions
 from foundry.doctor.models import Use, examine_model
 from foundry.models.base import Model
 from foundry.preflight import prompt_of, scenario_of
+from foundry.store import SweepFolder
 from foundry.sweep import Sweep, model_key
 from foundry.worlds.base import Scenario
 
@@ -33,11 +34,19 @@ def examine(sweep: Sweep, settings: Mapping[str, Any], *, calls: bool = True) ->
     yield from check_drawing(scenarios.values())
     yield _disk(sweep, settings, scenarios)
     with asyncio.Runner() as runner:
+        began = _digests(settings)
         for use in _uses(sweep, scenarios):
-            findings = examine_model(use, calls=calls)
+            findings = examine_model(use, began.get(use.model.name), calls=calls)
             while (finding := runner.run(_next(findings))) is not None:
                 yield finding
             runner.run(use.model.close())
+
+
+def _digests(settings: Mapping[str, Any]) -> dict[str, str | None]:
+    """Return the models' digests that the sweep in `output.dir` began with, where there is one."""
+    folder = settings["output"]["dir"]
+    models = SweepFolder.open(Path(folder)).models if folder and Path(folder).exists() else []
+    return {model["name"]: model["digest"] for model in models}
 
 
 async def _next(findings: AsyncIterator[Finding]) -> Finding | None:

@@ -44,15 +44,21 @@ class Use:
     seed: int
 
 
-async def examine_model(use: Use, *, calls: bool) -> AsyncIterator[Finding]:
-    """Yield what is found of one model; with `calls`, about twenty are sent, and none of the answers is kept."""
+async def examine_model(use: Use, began: str | None, *, calls: bool) -> AsyncIterator[Finding]:
+    """Yield what is found of one model.
+
+    Args:
+        use: the model and what it is used for.
+        began: its digest when the sweep began that would go on; None where none would.
+        calls: whether about twenty are sent, none of whose answers is kept.
+    """
     name = use.model.name
     try:
         info = await use.model.inspect()
     except Exception as error:  # noqa: BLE001 - the boundary: a backend of one's own may raise anything
         yield Finding("model", name, Status.PROBLEM, _said(error), "Nothing else of it could be looked at.")
         return
-    yield _identity(info)
+    yield _identity(info, began)
     if use.scenario.shows_images:
         yield _sight(info, use.scenario.name)
     if not calls:
@@ -74,7 +80,12 @@ def _said(error: Exception) -> str:
     return kind + " ".join(str(error).split())
 
 
-def _identity(info: ModelInfo) -> Finding:
+def _identity(info: ModelInfo, began: str | None) -> Finding:
+    if began is not None and info.digest != began:
+        now = f"digest {(info.digest or 'none')[:12]}, and the sweep in output.dir began with {began[:12]}"
+        return Finding(
+            "model", info.name, Status.PROBLEM, now, "Put the first weights back, or take another output.dir."
+        )
     digest = f"digest {info.digest[:12]}" if info.digest else "no digest: the server tells none"
     server = f", server {info.server_version}" if info.server_version else ""
     able = f", {', '.join(info.capabilities)}" if info.capabilities else ""

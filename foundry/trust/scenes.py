@@ -9,6 +9,7 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 from foundry.errors import InputError
 from foundry.store import SweepFolder
@@ -35,21 +36,22 @@ def scenes_of(folder: SweepFolder) -> list[BundledScene]:
     Raises:
         InputError: one is not found, or would not be whole elsewhere.
     """
-    bundled = folder.scenes()
-    assets: dict[str, None] = {}
-    for condition in folder.sweep.conditions:
+    found: dict[str, BundledScene] = {}
+    for condition, here in zip(folder.sweep.conditions, folder.sweep_here().conditions, strict=True):
         scene = condition.config["world"].get("scene")
-        if isinstance(scene, Mapping) and isinstance(scene.get("asset"), str):
-            assets[scene["asset"]] = None
-    return [_scene(asset, bundled.get(asset, asset)) for asset in assets]
+        if isinstance(scene, Mapping) and isinstance(asset := scene.get("asset"), str) and asset not in found:
+            found[asset] = _scene(asset, here.config["world"]["scene"])
+    return list(found.values())
 
 
-def _scene(asset: str, name: str) -> BundledScene:
+def _scene(asset: str, here: Mapping[str, Any]) -> BundledScene:
+    """Return a scene with those of its files that it may read: they are below one folder, by default its own."""
     from foundry.worlds.usd.locating import find_asset
     from foundry.worlds.usd.scene_files import scene_files
 
-    main = find_asset(name)
-    files = scene_files(main)
+    main = find_asset(here["asset"]).resolve()
+    limit = Path(here["root"]).resolve() if here.get("root") else main.parent
+    files = [file for file in scene_files(main) if file == main or file.is_relative_to(limit)]
     root = Path(os.path.commonpath([file.parent for file in files]))
     if len(files) > 1:
         _check_movable(asset, root, main, files)

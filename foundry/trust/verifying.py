@@ -80,8 +80,8 @@ class Comparer:
         """
         self._run = run
         self._ended = ended
-        self._lines = {name: _lines(run.stream_path(name), whole_only=not ended) for name in RECORD_STREAMS}
-        self._next = dict.fromkeys(RECORD_STREAMS, 0)
+        self._lines = {name: _lines(run.stream_path(name), whole_only=not ended) for name in _streams(run)}
+        self._next = dict.fromkeys(self._lines, 0)
         self.counts = Counts()
 
     @property
@@ -281,6 +281,13 @@ def _note(world: Any, summary: RunSummary | None) -> str:
     return ""
 
 
+def _streams(run: RunFolder) -> tuple[str, ...]:
+    """Return the record files that what recorded a run knew of: beside the first readers there was none of agents."""
+    summary = run.summary()
+    knew_agents = run.stream_path("agents").exists() if summary is None else summary.readers > 1
+    return tuple(name for name in RECORD_STREAMS if knew_agents or name != "agents")
+
+
 def _lines(path: Path, *, whole_only: bool) -> list[bytes]:
     content = path.read_bytes() if path.exists() else b""
     if whole_only:
@@ -292,7 +299,7 @@ def _lines(path: Path, *, whole_only: bool) -> list[bytes]:
 def _line_difference(file: str, number: int, recorded: bytes | None, now: bytes) -> Difference:
     """Return which key of a line differs; the whole line where it is missing or no JSON."""
     fresh = msgspec.json.decode(now)
-    place = (fresh["step"], fresh["agent"], "record") if "agent" in fresh else None
+    place = (fresh["step"], fresh["agent"], "record") if {"step", "agent"} <= fresh.keys() else None
     if recorded is None:
         return Difference(file, number, "", NOTHING, now.decode(), place)
     try:

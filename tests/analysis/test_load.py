@@ -6,8 +6,11 @@ import pytest
 
 import analysis
 from analysis.load import read_records, read_run
+from commands import foundry
 from foundry.errors import InputError, RecordError
+from foundry.preflight import scenario_of
 from foundry.records import Outcome
+from foundry.store import SweepFolder
 from foundry.worlds.base import Answer
 from foundry.worlds.grid import GridScenario
 
@@ -20,6 +23,21 @@ def test_a_sweep_loads_as_tidy_tables(make_sweep, make_condition):
     assert len(loaded.steps) == 4 * 6 * 25
     assert {"run", "step", "message", "neighbours", "outcome"} <= set(loaded.steps.columns)
     assert set(loaded.messages["run"]) <= set(loaded.runs["run"])
+
+
+def test_the_personas_of_a_run_are_loaded_as_they_were_drawn(tmp_path):
+    asked = ("model=scripted/stay", "seed=0-1", "world.agents=8", "world.steps=1", "analyze=false", "output.dir=out")
+    assert foundry("-m", *asked, cwd=tmp_path).returncode == 0
+    folder = SweepFolder.open(tmp_path / "out")
+    agents = analysis.load(folder.path).agents
+    assert list(agents.columns) == ["run", "agent", "persona.gender"]
+    for run in folder.runs():
+        drawn = [persona["gender"] for persona in scenario_of(run.config()).personas(run.run.seed)]
+        assert list(agents[agents["run"] == run.id]["persona.gender"]) == drawn and {"female", "male"} == set(drawn)
+    for run in folder.runs():
+        run.stream_path("agents").unlink()
+    with pytest.raises(RecordError, match="agents.jsonl is not the file that the run wrote"):
+        analysis.load(folder.path)
 
 
 def test_a_folder_that_is_no_sweep_is_refused(tmp_path):

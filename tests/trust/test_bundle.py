@@ -6,8 +6,10 @@ import io
 import shutil
 import tarfile
 from pathlib import Path
+from typing import Any
 
 import msgspec
+import numpy as np
 import pytest
 import zstandard
 
@@ -18,7 +20,8 @@ from foundry.store import SweepFolder, calls_bytes
 from foundry.trust.bundling import write_bundle
 from foundry.trust.manifest import Manifest
 from foundry.trust.unbundling import unpack_bundle
-from trust.conftest import run_of, runs
+from trust.conftest import build_wall, run_of, runs
+from worlds.usd.usd_files import mesh, picture, write_stage
 
 
 def members(bundle: Path) -> dict[str, bytes]:
@@ -94,6 +97,24 @@ def test_a_3d_bundle_brings_its_scene(camera_sweep: Path, tmp_path: Path):
     write_bundle(tmp_path / "anew", tmp_path / "second.tar.zst")
     unpack_bundle(tmp_path / "second.tar.zst", tmp_path / "third")
     assert foundry("verify", "third", "--workers", "1", cwd=tmp_path).returncode == 0
+
+
+def test_a_file_that_a_scene_may_not_read_is_not_bundled(tmp_path: Path):
+    for name in ("secret.png", "room/wall.png"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        picture(tmp_path / name, np.arange(48).reshape(4, 4, 3) * 5)
+    scene = write_stage(tmp_path / "room" / "scene.usda", build_wall_on_a_floor)
+    scene.write_text(scene.read_text() + 'def "x" {\nasset secret = @../secret.png@\n}\n')
+    run = ("world=usd", f"scene={scene}", "task=Look", "world.steps=1", "model=scripted/stay")
+    assert foundry(*run, "output.dir=out", "analyze=false", cwd=tmp_path).returncode == 0
+    write_bundle(tmp_path / "out", tmp_path / "room.tar.zst")
+    files = {Path(file.path).name for file in unpack_bundle(tmp_path / "room.tar.zst", tmp_path / "anew").files}
+    assert {"scene.usda", "wall.png"} <= files and "secret.png" not in files
+
+
+def build_wall_on_a_floor(stage: Any) -> None:
+    build_wall(stage)
+    mesh(stage, "/Floor", ((-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0)))
 
 
 def test_a_bundled_sweep_with_forks_and_baselines_is_whole(grid_sweep: Path, tmp_path: Path):

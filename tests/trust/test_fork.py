@@ -76,7 +76,7 @@ def test_a_fire_that_begins_later_leaves_the_past_valid(grid_sweep: Path, tmp_pa
         (("--at", "1"), "give a step from 2 to 5"),
         (("--at", "5"), "the episode ends after 4 steps: raise world.steps"),
         (("--at", "3", "seed=4"), "keeps the seed of its run"),
-        (("--at", "3", "world.agents=5"), "at step 1 other questions would be asked"),
+        (("--at", "3", "world.agents=5"), "agents.jsonl has 4 lines"),
         (("--at", "3", "world.half_size=20"), "change the past, at step 1"),
         (("--at", "3", "modl=x"), "Did you mean 'model'"),
         pytest.param(

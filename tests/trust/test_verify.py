@@ -193,6 +193,10 @@ def test_a_run_that_other_readers_recorded_is_told_from_one_that_was_changed(pat
 
 def test_a_run_of_older_readers_that_is_read_as_it_was_is_identical(copied: Path):
     run = run_of(copied, MIX)
+    run.stream_path("agents").unlink()
+    edited(run.path / "run.json", r',?\s*"agents.jsonl": "\w+"', "")
+    done = foundry("verify", str(run.path), "--workers", "1", cwd=copied)
+    assert done.returncode == 3 and "agents.jsonl" in done.stdout, done.stdout
     edited(run.path / "run.json", r',\s*"readers": \d+', "")
     done = foundry("verify", str(run.path), "--workers", "1", cwd=copied)
     assert done.returncode == 0 and "1 identical" in done.stdout, done.stdout

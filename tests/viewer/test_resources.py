@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,6 @@ import pytest
 from foundry.errors import InputError, RecordError
 from foundry.store import SweepFolder
 from made_up_runs import AGENTS, STEPS, Playing, sweep, whole_run
-from viewer.personas import stated_persona
 from viewer.resources import Resources, addresses_of_run, resources_of_agents
 
 
@@ -97,15 +97,18 @@ def test_a_decision_comes_with_its_prompts_replies_and_what_was_heard(resources:
     assert found["received"] == [[step, 1, f"hello from step {step}"] for step in (2, 4, 6)]
 
 
-def test_a_track_holds_the_way_and_the_persona_that_the_prompt_states(resources: Resources, made_up: SweepFolder):
+def test_a_track_holds_the_way_and_the_recorded_persona(resources: Resources, made_up: SweepFolder):
     track = ask(resources, f"{run(made_up)}/track/1")
     assert track["x"] == [-4, -3, -2, -1, 0, 1, 2]
     assert track["persona"] == {"gender": "male"}
     assert ask(resources, f"{run(made_up)}/track/2")["persona"] == {"gender": "female"}
 
 
-def test_a_persona_that_no_prompt_states_is_left_out():
-    assert stated_persona({"gender": {"female": 1}}, []) == {}
+def test_a_run_that_recorded_no_personas_has_none(made_up: SweepFolder, tmp_path: Path):
+    shutil.copytree(made_up.path, tmp_path / "older")
+    older = SweepFolder.open(tmp_path / "older")
+    older.runs()[0].stream_path("agents").unlink()
+    assert ask(Resources(older.path), f"run/older/{older.runs()[0].id}/track/1")["persona"] == {}
 
 
 def test_a_run_that_never_began_has_nothing_to_show(tmp_path: Path):

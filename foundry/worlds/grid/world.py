@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import msgspec
 
 from foundry import seeding
-from foundry.records import GridStep, Message, Outcome, Record
+from foundry.records import Agent, GridStep, Message, Outcome, Record
 from foundry.worlds.base import Answer, Question, Recorded, Redrawing, Scenario, World, filler
 from foundry.worlds.grid.drawing import GridFrame, draw, make_frame
 from foundry.worlds.grid.observation import Perception
@@ -60,6 +60,13 @@ class GridScenario(Scenario):
         rng = seeding.stream(seed, "layout")
         cells = self.settings.layout.draw(rng, self.settings.field, self.settings.agents)
         return GridWorld(self.settings, [(x, y) for x, y in cells.tolist()], self.personas(seed))
+
+    def notes(self) -> list[str]:
+        """Return which fires come too late to be perceived."""
+        world, steps = f"world '{self.name}'", self.settings.steps
+        late = [fire for fire in self.settings.fires if fire.start > steps]
+        told = "starts at step {}, after the last one ({}): nobody perceives it"
+        return [f"{world}: fire '{fire.name}' {told.format(fire.start, steps)}" for fire in late]
 
     def wordy_answer(self, question: Question, characters: int) -> str:
         """Return an answer that fills what is remembered or heard, and gathers everyone in the middle."""
@@ -137,6 +144,10 @@ class GridWorld(World):
     def step(self) -> int:
         """Number of completed steps."""
         return self._completed
+
+    def opening(self) -> Sequence[Record]:
+        """Return the agents' personas, where the world has any."""
+        return [Agent(agent=agent, persona=persona) for agent, persona in enumerate(self._personas) if persona]
 
     def pending(self) -> Sequence[Question]:
         """Return every agent's message question, then, once these are answered, every action question."""
