@@ -1,0 +1,45 @@
+"""Sweeps recorded by foundry 0.1, kept as bundles in `tests/data`: they stay readable, verifiable and analysable."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from analysis import analyze, load
+from commands import foundry, statuses
+from foundry.store import SweepFolder
+from viewer.resources import Resources
+
+DATA = Path(__file__).parents[1] / "data"
+RUNS = {"grid": 8, "camera": 2}
+
+
+@pytest.fixture(scope="module", params=RUNS)
+def older(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("older")
+    bundle = DATA / f"{request.param}_0_1.tar.zst"
+    assert foundry("unbundle", str(bundle), request.param, cwd=folder).returncode == 0
+    return Path(folder / request.param)
+
+
+def test_they_are_verified_and_what_other_readers_read_otherwise_is_told_apart(older: Path):
+    done = foundry("verify", str(older), "--workers", "1", cwd=older.parent)
+    told = {
+        "camera": (0, "2 runs: 2 identical"),
+        "grid": (3, "8 runs: 4 identical, 4 recorded with other readers"),
+    }
+    code, last = told[older.name]
+    assert done.returncode == code and last in done.stdout.splitlines()[-1], done.stdout + done.stderr
+    assert "differs" not in done.stdout
+
+
+def test_they_are_loaded_measured_and_shown(older: Path):
+    loaded = load(older)
+    assert statuses(older) == ["complete"] * RUNS[older.name] and len(loaded.steps) > 0 and len(loaded.agents) == 0
+    table = analyze([older], plots=False).table.frame
+    assert len(table) == RUNS[older.name] and table["outcome.readable"].between(0, 1).all()
+    shown = Resources(older)
+    for run in SweepFolder.open(older).runs():
+        assert shown.get(f"run/{older.name}/{run.id}/track/0").content
+    shown.close()
