@@ -166,7 +166,7 @@ def _composed_once(argv: Sequence[str]) -> Iterator[None]:
     """
     from hydra._internal.hydra import Hydra
 
-    if any(arg.lstrip("+~").startswith(("sweep=", "hydra", "--config", "-c")) for arg in argv):
+    if any(arg.lstrip("+~").startswith(("sweep", "hydra", "--config", "-c")) for arg in argv):
         yield
         return
     kept = Hydra.get_mode
