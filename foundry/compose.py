@@ -137,7 +137,7 @@ def _run_hydra(argv: Sequence[str]) -> _Collected:
 
     task.collect = collected.add  # type: ignore[attr-defined]
     task.keep_launch = collected.keep  # type: ignore[attr-defined]
-    with _hydra_surroundings(argv):
+    with _hydra_surroundings(argv), _composed_once(argv):
         hydra.main(version_base="1.3", config_path=str(paths.conf_dir()), config_name="config")(task)()
     return collected
 
@@ -156,6 +156,25 @@ def _hydra_surroundings(argv: Sequence[str]) -> Iterator[None]:
             del os.environ["HYDRA_FULL_ERROR"]
         else:
             os.environ["HYDRA_FULL_ERROR"] = kept_flag
+
+
+@contextlib.contextmanager
+def _composed_once(argv: Sequence[str]) -> Iterator[None]:
+    """Spare Hydra what it composes only to look for `hydra.mode`, where nothing but `-m` can have set it.
+
+    Named sweeps set it, and a user's own files or overrides of Hydra's settings may; `conf/` does not.
+    """
+    from hydra._internal.hydra import Hydra
+
+    if any(arg.lstrip("+~").startswith(("sweep", "hydra", "--config", "-c")) for arg in argv):
+        yield
+        return
+    kept = Hydra.get_mode
+    Hydra.get_mode = lambda self, config_name, overrides: None  # type: ignore[method-assign]  # as if none was set
+    try:
+        yield
+    finally:
+        Hydra.get_mode = kept  # type: ignore[method-assign]
 
 
 def _composed(argv: Sequence[str], collected: _Collected) -> Composed:

@@ -235,7 +235,10 @@ class SweepFolder:
     def progress(self) -> dict[str, dict[str, Any]]:
         """Return what every worker reported last, by worker."""
         reports = {}
-        for file in sorted((self.path / "progress").glob("*.json")):
+        files: list[Path] = []
+        with contextlib.suppress(FileNotFoundError):  # the session may end while a thread looks
+            files = sorted((self.path / "progress").glob("*.json"))
+        for file in files:
             with contextlib.suppress(FileNotFoundError, *NOT_JSON):
                 content = file.read_bytes()
                 msgspec.json.decode(content, type=_Report)

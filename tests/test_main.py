@@ -14,7 +14,10 @@ import pytest
 @pytest.mark.parametrize("reached", ["typer.models", "foundry.commands.application"])
 def test_an_interrupt_while_the_command_is_being_loaded_is_one_line(reached: str, tmp_path: Path):
     command = [sys.executable, "-X", "importtime", "-m", "foundry", "model=scripted/stay", "world.steps=1"]
-    with subprocess.Popen(command, cwd=tmp_path, env=dict(os.environ), stderr=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        command, cwd=tmp_path, env=dict(os.environ), stderr=subprocess.PIPE, text=True,
+        pipesize=4096,  # it cannot run ahead to its end before it is read that far
+    ) as process:  # fmt: skip
         assert process.stderr is not None
         said = iter(process.stderr.readline, "")
         next(line for line in said if line.rstrip().endswith(f" {reached}"))

@@ -75,8 +75,12 @@ def test_the_wheel_has_a_name_of_its_own_and_extras_are_asked_of_that_name(insta
 def test_a_sweep_of_2d_worlds_loads_nothing_that_draws_scenes(tmp_path: Path):
     code = """
 import sys
+import analysis
+import analysis.figures.pictures
 from foundry.cli import run
-assert run(["-m", "model=scripted/random,scripted/stay", "seed=0-1", "world.steps=2", "world.agents=3"]) == 0
+sweep = ["-m", "model=scripted/random,scripted/stay", "seed=0-1", "world.steps=2", "world.agents=3"]
+assert run([*sweep, "analyze=false", "output.dir=out"]) == 0
+analysis.analyze("out", plots=False)
 print("loaded", sorted({name.partition(".")[0] for name in sys.modules} & {"pxr", "pyvista", "vtk", "vtkmodules"}))
 """
     assert run_installed(CLONE, tmp_path, code).splitlines()[-1] == "loaded []"

@@ -243,3 +243,18 @@ def test_what_several_workers_have_to_say_is_said_once_on_a_terminal(tmp_path: P
     os.close(terminal)
     os.close(screen)
     assert said.count("'eval_count' in its replies is no number") == 1, said
+
+
+def test_a_session_that_ends_while_a_thread_looks_at_it_has_no_reports(sweep: Sweep, tmp_path, monkeypatch):
+    folder = SweepFolder.create(tmp_path / "ending", sweep, {}, [])
+    folder.start_progress()
+    listed = os.scandir
+
+    def just_removed(path):
+        monkeypatch.setattr(os, "scandir", listed)
+        folder.end_progress()
+        return listed(path)
+
+    monkeypatch.setattr(os, "scandir", just_removed)
+    assert folder.progress() == {}
+    assert not (folder.path / "progress").exists()

@@ -83,8 +83,15 @@ def test_a_folder_named_by_a_number_has_that_name(tmp_path: Path):
     assert Path(SweepFolder.open(tmp_path / "2026").settings["cache"]["path"]).name == "7"
 
 
-@pytest.mark.parametrize("flag", [("--config-dir", "mine"), ("--config-dir=mine",), ("-cd", "mine")])
-@pytest.mark.parametrize("command", [("plan",), ("prompt",), ("-m",), ()])
+@pytest.mark.parametrize(
+    ("flag", "command"),
+    [
+        (("--config-dir", "mine"), ("plan",)),
+        (("--config-dir=mine",), ("prompt",)),
+        (("-cd", "mine"), ("-m",)),
+        (("--config-dir", "mine"), ()),
+    ],
+)
 def test_ones_own_folder_may_be_named_before_or_behind_a_command(
     flag: tuple[str, ...], command: tuple[str, ...], tmp_path: Path
 ):

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from foundry.compose import compose
 from foundry.errors import InputError
 from foundry.sweep import Condition, expand, expand_ranges, has_range, slug
 
@@ -99,3 +100,9 @@ def test_a_slug_is_safe_on_every_file_system(name: str):
 def test_run_ids_hold_no_character_that_a_file_system_refuses():
     (run,) = expand([], [condition(model="hf.co/a/b:Q4_K_M", seeds=(12,))]).runs
     assert re.fullmatch(r"[a-z0-9-]+-s12-[a-z0-9]{12}", run.id)
+
+
+@pytest.mark.parametrize("asked", [("-m",), ("hydra.mode=MULTIRUN",), ("++hydra.mode=MULTIRUN",)])
+def test_several_values_are_swept_however_hydra_is_told_to(asked: tuple[str, ...]):
+    composed = compose([*asked, "model=scripted/stay,scripted/random"])
+    assert composed is not None and len(composed.conditions) == 2

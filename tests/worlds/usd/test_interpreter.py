@@ -217,13 +217,13 @@ def test_a_limit_must_be_above_zero(name, value):
 
 @pytest.mark.parametrize("unit", ["a.", "move forward 2 m. ", "I could turn left or ", "前に進む"])
 def test_megabytes_are_read_to_their_end(unit):
-    text = unit * (2_000_000 // len(unit.encode()))
+    text = unit * (1_000_000 // len(unit.encode()))
     assert interpret(f"{text}\nLook up 20 degrees.").gaze == 20.0
 
 
 @pytest.mark.parametrize(("interpreter", "unit"), [(LastSentenceInterpreter(), "a."), (JsonInterpreter(), '{"a": ')])
 def test_megabytes_of_sentences_or_objects_hold_no_movement(interpreter, unit):
-    assert interpreter.read(unit * (2_000_000 // len(unit)), None).outcome is Outcome.UNREADABLE
+    assert interpreter.read(unit * (1_000_000 // len(unit)), None).outcome is Outcome.UNREADABLE
 
 
 def test_a_movement_on_either_side_of_megabytes_is_found():
