@@ -199,7 +199,7 @@ def test_who_looks_at_nothing_comes_to_the_nulls_and_is_told_apart_by_nothing():
 @pytest.mark.slow
 @pytest.mark.timeout(900)
 def test_who_looks_at_nothing_comes_to_the_nulls_in_many_runs():
-    values = played(200, 500)
+    values = played(200, 560)
     check_nulls(values, sees=0.02)
     check_alike(values)
 

@@ -58,19 +58,19 @@ def test_a_tenth_of_a_megabyte_is_read_in_time(name: str):
     assert time.monotonic() - began < 5
 
 
-STRANGE = '{"action": "stay", "memory": "\x1b[2J\x1b]0;owned\x07\x00\u202e' + "x" * LARGE + '"}'
+STRANGE = '{"action": "stay", "memory": "\x1b[2J\x1b]0;owned\x07\x00\u202e' + "x" * (LARGE // 2) + '"}'
 ONE = ("world.agents=1", "world.steps=1", "analyze=false", "runner.workers=1", "output.dir=out")
 
 
 def check_large_replies(folder: Path) -> None:
     assert statuses(folder) == ["complete"]
     (run,) = SweepFolder.open(folder).runs()
-    assert max(len(call.text) for call in run.calls()) > LARGE
+    assert max(len(call.text) for call in run.calls()) > LARGE // 2
     assert b"\x1b" not in run.steps_bytes() and b"\0" not in run.steps_bytes()
 
 
 @pytest.mark.slow
-def test_replies_of_ten_megabytes_of_ollama_are_kept_to_the_letter(tmp_path: Path):
+def test_replies_of_five_megabytes_of_ollama_are_kept_to_the_letter(tmp_path: Path):
     case = ChatCase(text=STRANGE, output_tokens=1, prompt_tokens=1)
     with OllamaServer(lambda body: case, keep_bodies=False) as server:
         done = foundry("model=qwen3:4b", *ONE, cwd=tmp_path, OLLAMA_HOST=server.url)
@@ -79,7 +79,7 @@ def test_replies_of_ten_megabytes_of_ollama_are_kept_to_the_letter(tmp_path: Pat
 
 
 @pytest.mark.slow
-def test_replies_of_ten_megabytes_of_openai_are_kept_to_the_letter(tmp_path: Path):
+def test_replies_of_five_megabytes_of_openai_are_kept_to_the_letter(tmp_path: Path):
     with OpenAIServer(lambda body: OpenAICase(text=STRANGE)) as server:
         done = foundry("model=openai/a", *ONE, cwd=tmp_path, OPENAI_BASE_URL=server.base_url)
     assert done.returncode == 0, done.stderr
