@@ -6,6 +6,7 @@ import re
 import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 from foundry.worlds.grid.vocabulary import (
     DOUBTS,
@@ -60,6 +61,9 @@ class _Phrase:
     end: int
 
 
+_REMEMBERED = 4096
+"""Texts whose spelling is kept: the same keys and values stand in almost every reply."""
+
 _STAYING = Meaning("stay", None)
 _MEANINGS = dict.fromkeys(FILLERS, _FILLER) | {word: meaning for meaning, words in MEANINGS.items() for word in words}
 _KEYS = {name: key for key, names in KEYS.items() for name in names}
@@ -78,6 +82,7 @@ def _joins(character: str) -> bool:
 _PHRASE = re.compile("|".join(_bounded(word) for word in sorted(_MEANINGS, key=len, reverse=True)))
 
 
+@lru_cache(maxsize=_REMEMBERED)
 def key_of(name: str) -> str | None:
     """Return the key that is meant by a name in any of the languages, or None."""
     if len(name) > _LONGEST:
@@ -128,6 +133,7 @@ def _starts(placeholder: str, said: str) -> bool:
     return said == placeholder or len(said) >= _TELLING and placeholder.startswith(said)
 
 
+@lru_cache(maxsize=_REMEMBERED)
 def _plain(text: str) -> str:
     return _INVISIBLE.sub("", unicodedata.normalize("NFKC", text)).lower().replace("’", "'").strip()
 
