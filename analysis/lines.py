@@ -6,11 +6,9 @@ import hashlib
 from pathlib import Path
 from typing import TypeVar
 
-import msgspec
-
 from foundry.errors import RecordError
-from foundry.records import NOT_JSON, Record, RunSummary
-from foundry.store import RunFolder
+from foundry.records import Record, RunSummary
+from foundry.store import RunFolder, lines_of
 
 COMPLETE, FAILED, UNFINISHED, NOT_STARTED = "complete", "failed", "unfinished", "not started"
 """How a run stands; the first two as in `run.json`."""
@@ -34,10 +32,7 @@ def read_lines(
         content = content[: content.rfind(b"\n") + 1]
     else:
         _check_digest(file, content, summary)
-    try:
-        return msgspec.json.Decoder(kind).decode_lines(content)
-    except NOT_JSON as error:
-        raise RecordError(f"{file} cannot be read: {error}") from error
+    return lines_of(content, kind, file)
 
 
 def _check_digest(file: Path, content: bytes, summary: RunSummary) -> None:

@@ -9,8 +9,8 @@ from typing import Annotated, Any
 import msgspec
 
 from foundry.errors import RecordError
-from foundry.records import NOT_JSON, Agent, GridStep, Message
-from foundry.store import RunFolder
+from foundry.records import Agent, GridStep, Message
+from foundry.store import RunFolder, lines_of
 from viewer.lines import StepLines, lines_of_agent
 from viewer.run_view import OUTCOMES, UNDECIDED, RunView
 
@@ -22,7 +22,6 @@ _OUTCOME_CODES = {name: code for code, name in enumerate(OUTCOMES)}
 _DIRECTION_CODES: dict[str | None, int] = {name: code for code, name in enumerate(DIRECTIONS)} | {None: 0}
 _DELIVERY = re.compile(rb'^\{"step":(\d+),"sender":(\d+),"recipient":(\d+),', re.MULTILINE)
 _READ_STEP = msgspec.json.Decoder(GridStep).decode
-_READ_AGENTS = msgspec.json.Decoder(Agent).decode_lines
 _READ_MESSAGES = msgspec.json.Decoder(Message).decode_lines
 
 
@@ -126,10 +125,7 @@ class GridView(RunView):
     def _personas(self) -> dict[int, dict[str, str]]:
         """Return the agents' personas, as far as the run recorded them."""
         content = self.folder.agents_bytes()
-        try:
-            lines = _READ_AGENTS(content[: content.rfind(b"\n") + 1])
-        except NOT_JSON as error:
-            raise RecordError(f"{self.folder.stream_path('agents')} cannot be read: {error}") from error
+        lines = lines_of(content[: content.rfind(b"\n") + 1], Agent, self.folder.stream_path("agents"))
         return {line.agent: line.persona for line in lines}
 
     def _firsts(self) -> range:

@@ -8,9 +8,8 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from foundry.errors import RecordError
-from foundry.records import NOT_JSON, Outcome, Record
-from foundry.store import RunFolder
+from foundry.records import Outcome, Record
+from foundry.store import RunFolder, lines_of
 from viewer.calls import CallLog
 from viewer.lines import StepLines, by_agent, lines_of_agent
 from viewer.standing import standing
@@ -162,10 +161,7 @@ class RunView(ABC):
         Raises:
             RecordError: a line cannot be read as such a record.
         """
-        try:
-            return msgspec.json.Decoder(kind).decode_lines(self.steps.read(first, last))
-        except NOT_JSON as error:
-            raise RecordError(f"{self.steps.path} cannot be read: {error}") from error
+        return lines_of(self.steps.read(first, last), kind, self.steps.path)
 
 
 def _raw(lines: Iterable[bytes]) -> list[msgspec.Raw]:
