@@ -17,7 +17,7 @@ import zstandard
 from foundry import provenance
 from foundry.errors import InputError
 from foundry.records import Attempt, Call
-from foundry.store import (
+from foundry.storing.store import (
     RECORD_STREAMS,
     SCENES_FILE,
     RunFolder,
@@ -27,8 +27,8 @@ from foundry.store import (
     kept_file,
     read_calls,
 )
+from foundry.storing.sweep_file import sweep_text, to_yaml
 from foundry.sweep import Sweep
-from foundry.sweep_file import sweep_text, to_yaml
 from foundry.trust.manifest import FORMAT, NAME, BundledFile, Manifest, check_names
 from foundry.trust.privacy import Scrubber
 from foundry.trust.scenes import BundledScene, scenes_of
@@ -38,7 +38,7 @@ CITATION = "CITATION.cff"
 NEUTRAL = {
     "output": {"dir": None},
     "cache": {"path": "outputs/answers.sqlite"},
-    "runner": {"_target_": "foundry.runner.JoblibRunner", "workers": None, "open_runs": 16},
+    "runner": {"_target_": "foundry.running.local.LocalRunner", "workers": None, "open_runs": 16},
 }
 """Where and how a bundled sweep is run: as anywhere, not as it was here."""
 

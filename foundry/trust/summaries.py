@@ -9,12 +9,12 @@ from typing import Any
 import msgspec
 
 from foundry.errors import RecordError
-from foundry.plain_yaml import load_plain
 from foundry.records import Call, Counts, RunSummary
-from foundry.store import RECORD_STREAMS, RunFolder
+from foundry.running.line_difference import NOTHING, Difference, first_difference
+from foundry.running.recorded import Departed
+from foundry.storing.plain_yaml import load_plain
+from foundry.storing.store import RECORD_STREAMS, RunFolder
 from foundry.sweep import identity
-from foundry.trust.difference import NOTHING, Difference, first_difference
-from foundry.trust.recorded import Departed
 
 COMPLETE = "complete"
 _NOT_REPLAYED = ("cached", "retries", "model_s")

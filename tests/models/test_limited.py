@@ -8,7 +8,7 @@ import pytest
 
 from foundry.errors import TransientError
 from foundry.models.base import Model, Reply
-from foundry.models.limited import LimitedModel
+from foundry.models.wrappers.limited import LimitedModel
 from foundry.records import Attempt
 from ollama_server import OllamaServer
 
