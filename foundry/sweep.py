@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from foundry.declared import Declared
 from foundry.errors import InputError
 from foundry.naming import with_first_names
 from foundry.texts import visible
@@ -34,11 +35,13 @@ class Condition:
         factors: the swept overrides and their values at this point.
         config: composed configuration without `seed`.
         seeds: the seeds it is run with.
+        declared: what its world says of its records; None where that was not asked or not recorded.
     """
 
     factors: Mapping[str, Any]
     config: Mapping[str, Any]
     seeds: tuple[int, ...]
+    declared: Declared | None = None
 
 
 @dataclass(frozen=True)

@@ -141,7 +141,8 @@ def test_users_add_their_own_parts_with_config_dir(workspace: Path):
     (workspace / "mine" / "prompt").mkdir(parents=True)
     (workspace / "mine" / "world").mkdir()
     (workspace / "mine" / "prompt" / "terse.yaml").write_text(
-        "_target_: foundry.prompts.prompt.Prompt\nname: terse\ntemplates:\n  message: 'Say? {{ agent }}'\n  action: 'Act?'\n"
+        "_target_: foundry.prompts.prompt.Prompt\nname: terse\n"
+        "templates:\n  message: 'Say? {{ agent }}'\n  action: 'Act?'\n"
     )
     (workspace / "mine" / "world" / "plain.yaml").write_text(
         "defaults:\n  - cafe_library\n  - _self_\nname: plain\nfires: []\n"

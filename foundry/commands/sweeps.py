@@ -51,7 +51,7 @@ def sweep_of(composed: Composed) -> Sweep:
 
 def run_composed(composed: Composed, prepare: Callable[[SweepFolder], None] = lambda folder: None) -> int:
     """Check everything, then run what is asked for in its folder, once that is prepared."""
-    from foundry.composing.preflight import check, notes_of
+    from foundry.composing.preflight import check, declare, notes_of
     from foundry.models.answers.addresses import settled
     from foundry.storing.store import SweepFolder, ensure_writable, fresh_folder
 
@@ -59,6 +59,7 @@ def run_composed(composed: Composed, prepare: Callable[[SweepFolder], None] = la
     sweep = sweep_of(composed)
     runner = runner_of(composed.settings, composed.launch)
     infos = check(sweep)
+    sweep = declare(sweep)
     for line in notes_of(sweep):
         print(line)
     asked = composed.settings["output"]["dir"]

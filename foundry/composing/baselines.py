@@ -43,14 +43,15 @@ def _model(name: str) -> dict[str, Any]:
 def _conditions(conditions: list[Condition], models: list[dict[str, Any]]) -> Iterator[Condition]:
     """Yield one world's condition for each model that can act in it."""
     first = conditions[0]
-    kinds = set(scenario_of(first.config).kinds)
+    scenario = scenario_of(first.config)
+    kinds = set(scenario.kinds)
     seeds = tuple(sorted({seed for condition in conditions for seed in condition.seeds}))
     factors = {key: value for key, value in first.factors.items() if _is_of_world(key)}
     for model in models:
         if kinds <= set(build(model).kinds):
             own = {key: value for key, value in first.config.items() if key != "fork"}  # from the first step on
             config = {**own, "model": model, "sampling_seed": None}
-            yield Condition({**factors, "model": model["name"]}, config, seeds)
+            yield Condition({**factors, "model": model["name"]}, config, seeds, scenario.declared())
 
 
 def _is_of_world(key: str) -> bool:

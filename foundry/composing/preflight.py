@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
+from foundry.declared import Declared
 from foundry.errors import InputError
 from foundry.models.base import Model, ModelInfo
 from foundry.prompts.prompt import Prompt
@@ -105,6 +106,31 @@ def notes_of(sweep: Sweep) -> list[str]:
     """Return what is to be known of the worlds of a sweep before it starts, one line each."""
     worlds = {settings_key(condition.config["world"]): condition.config for condition in sweep.conditions}
     return list(dict.fromkeys(note for config in worlds.values() for note in scenario_of(config).notes()))
+
+
+def declare(sweep: Sweep) -> Sweep:
+    """Return the sweep with what its worlds say of their records.
+
+    Raises:
+        InputError: a world says nothing of its form.
+    """
+    found: dict[str, Declared] = {}
+    for condition in sweep.conditions:
+        key = settings_key(condition.config["world"])
+        if key not in found:
+            found[key] = _declared(scenario_of(condition.config))
+    known = (replace(one, declared=found[settings_key(one.config["world"])]) for one in sweep.conditions)
+    return replace(sweep, conditions=tuple(known))
+
+
+def _declared(scenario: Scenario) -> Declared:
+    try:
+        return scenario.declared()
+    except AttributeError as error:
+        raise InputError(
+            f"World '{scenario.name}' does not say what its records are ({error}): give its Scenario a `form`, such as "
+            "'rounds', and the classes of its `records`."
+        ) from error
 
 
 def _check_answers(model: Model, questions: Sequence[Question]) -> None:

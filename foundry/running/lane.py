@@ -428,4 +428,5 @@ def summarise(
         members=writer.members if writer else (),
         origin=origin_of(config),
         readers=provenance.READERS,
+        form=folder.declared.form,
     )

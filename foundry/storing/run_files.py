@@ -16,14 +16,17 @@ from filelock import FileLock, Timeout
 
 from foundry.errors import RecordError, StorageError
 from foundry.records import NOT_JSON, Call, RunSummary
+from foundry.storing.declaration import declared_in
 from foundry.storing.plain_files import check_folder, is_there, plain
 from foundry.sweep import Run, Sweep, calls_seed
 
 RECORD_STREAMS = ("steps", "messages", "episode", "agents")
 ALWAYS_THERE = ("steps", "messages")
 """The record files that every run has, if only empty ones."""
-KEPT = ("frames", "images")
+IMAGES = "images"
+KEPT = ("frames", IMAGES)
 """The folders of pictures."""
+_OWN_HOUSE = frozenset((*RECORD_STREAMS, *KEPT))
 _ENCODE = msgspec.json.Encoder().encode
 T = TypeVar("T")
 
@@ -86,6 +89,8 @@ class RunFolder:
         path: its folder; exists once the run was started.
         run: the run.
         factors: the swept overrides and their values for this run's condition.
+        declared: what its world says of its records.
+        streams: the names of its record files without their endings: those that any world may write, then its own.
         replay_dir: where pictures that are made again from the records go; disposable.
     """
 
@@ -93,7 +98,10 @@ class RunFolder:
         self.id = run.id
         self.run = run
         self.path = sweep_path / "runs" / run.id
-        self.factors = dict(sweep.conditions[run.condition].factors)
+        condition = sweep.conditions[run.condition]
+        self.factors = dict(condition.factors)
+        self.declared = condition.declared or declared_in({"config": condition.config})
+        self.streams = (*RECORD_STREAMS, *(name for name in self.declared.streams if name not in _OWN_HOUSE))
         self._sweep = sweep
         self._scenes = scenes or {}
         self._lock_path = sweep_path / "locks" / f"{run.id}.lock"
@@ -190,7 +198,7 @@ class RunFolder:
     def stamp(self) -> str:
         """Return a text that changes whenever a file of the run does."""
         found = []
-        for name in ("run.json", *(f"{stream}.jsonl" for stream in RECORD_STREAMS), "calls.jsonl.zst"):
+        for name in ("run.json", *(f"{stream}.jsonl" for stream in self.streams), "calls.jsonl.zst"):
             with contextlib.suppress(FileNotFoundError, NotADirectoryError):
                 status = plain(self.path / name).stat()
                 found.append(f"{name} {status.st_size} {status.st_mtime_ns}")

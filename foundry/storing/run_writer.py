@@ -12,9 +12,18 @@ from pathlib import Path
 import msgspec
 import zstandard
 
-from foundry.errors import StorageError
+from foundry.errors import StorageError, UndeclaredError
 from foundry.records import Call, Counts, Member, Record, RunSummary, SeenImage
-from foundry.storing.store import ALWAYS_THERE, KEPT, RECORD_STREAMS, RunFolder, frame_name, storing, write_atomically
+from foundry.storing.store import (
+    ALWAYS_THERE,
+    IMAGES,
+    KEPT,
+    RECORD_STREAMS,
+    RunFolder,
+    frame_name,
+    storing,
+    write_atomically,
+)
 
 _ENCODE = msgspec.json.Encoder().encode
 
@@ -48,7 +57,7 @@ class RunWriter:
         (path / "run.json").unlink(missing_ok=True)
         for kept in KEPT:
             _clear(path / kept)
-        for name in set(RECORD_STREAMS).difference(ALWAYS_THERE):
+        for name in set(self.folder.streams).difference(ALWAYS_THERE):
             (path / f"{name}.jsonl").unlink(missing_ok=True)
         write_atomically(path / "config.yaml", config_text.encode())
         for name in ALWAYS_THERE:
@@ -61,16 +70,32 @@ class RunWriter:
         self._hashes[name] = hashlib.sha256()
 
     def append(self, records: Sequence[Record]) -> None:
-        """Append records to their files, one write a file, so that a crash leaves whole lines."""
-        for name in RECORD_STREAMS:
-            mine = [record for record in records if record.stream == name]
-            if mine:
+        """Append records to their files, one write a file, so that a crash leaves whole lines.
+
+        Raises:
+            UndeclaredError: the world did not say that it writes such records.
+        """
+        by_stream: dict[str, list[Record]] = {}
+        for record in records:
+            by_stream.setdefault(record.stream, []).append(record)
+        self._check_declared(by_stream)
+        for name, mine in by_stream.items():
+            if name != IMAGES:
                 with storing(self.folder.stream_path(name)):
                     self._append(name, b"\n".join(map(_ENCODE, mine)) + b"\n")
         for record in records:
             record.tally(self.counts)
             if isinstance(record, SeenImage):
                 self._keep(record.path, record.content)
+
+    def _check_declared(self, names: Iterable[str]) -> None:
+        known = self.folder.declared.streams or dict.fromkeys((*RECORD_STREAMS, IMAGES))
+        for name in names:
+            if name not in known:
+                raise UndeclaredError(
+                    f"the world wrote a record of stream '{name}', which it did not declare: it declares "
+                    f"{', '.join(known)}; add the record's class to `records` of its Scenario."
+                )
 
     def _append(self, name: str, content: bytes) -> None:
         if name not in self._files:

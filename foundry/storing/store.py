@@ -23,6 +23,7 @@ from foundry.errors import InputError, RecordError, not_found
 from foundry.records import NOT_JSON, Labels
 from foundry.storing.plain_files import check_folder, is_there
 from foundry.storing.run_files import ALWAYS_THERE as ALWAYS_THERE
+from foundry.storing.run_files import IMAGES as IMAGES
 from foundry.storing.run_files import KEPT as KEPT
 from foundry.storing.run_files import RECORD_STREAMS as RECORD_STREAMS
 from foundry.storing.run_files import RunFolder as RunFolder

@@ -10,6 +10,7 @@ from typing import Any
 import msgspec
 import yaml
 
+from foundry.storing.declaration import declared_in
 from foundry.storing.plain_yaml import load_plain
 from foundry.storing.sweep_shape import check_shape
 from foundry.sweep import Condition, Run, Sweep, check_names
@@ -38,6 +39,7 @@ def sweep_text(sweep: Sweep, settings: Mapping[str, Any], models: Sequence[Mappi
                 "factors": dict(condition.factors),
                 "seeds": list(condition.seeds),
                 "config": dict(condition.config),
+                **({} if condition.declared is None else {"declared": msgspec.to_builtins(condition.declared)}),
             }
             for condition in sweep.conditions
         ],
@@ -79,7 +81,7 @@ def sweep_from(content: Mapping[str, Any]) -> Sweep:
     """
     check_shape(content)
     conditions = tuple(
-        Condition(factors=entry["factors"], seeds=tuple(entry["seeds"]), config=entry["config"])
+        Condition(entry["factors"], entry["config"], tuple(entry["seeds"]), declared_in(entry))
         for entry in content["conditions"]
     )
     runs = tuple(Run(entry["id"], entry["condition"], entry["seed"]) for entry in content["runs"])

@@ -7,6 +7,7 @@ from typing import Annotated, Any, TypeAlias
 
 import msgspec
 
+from foundry.declared import Declared
 from foundry.sweep import models_in
 
 Number: TypeAlias = Annotated[int, msgspec.Meta(ge=0)]
@@ -49,6 +50,7 @@ class _Condition(msgspec.Struct):
     factors: dict[str, Any]
     seeds: list[Number]
     config: _Config
+    declared: Declared | msgspec.UnsetType = msgspec.UNSET
 
 
 class _Run(msgspec.Struct):

@@ -18,7 +18,6 @@ from foundry import provenance
 from foundry.errors import InputError
 from foundry.records import Attempt, Call
 from foundry.storing.store import (
-    RECORD_STREAMS,
     SCENES_FILE,
     RunFolder,
     SweepFolder,
@@ -153,7 +152,7 @@ def _run_entries(run: RunFolder, sweep: Sweep, scrubber: Scrubber, prefix: str) 
     yield _text(f"{prefix}config.yaml", lambda: to_yaml(sweep.config(run.run)), scrubber)
     if run.ended:
         yield _text(f"{prefix}run.json", partial(_summary, run, scrubber), scrubber)
-    for stream in RECORD_STREAMS:
+    for stream in run.streams:
         if run.stream_path(stream).exists():
             yield Entry(f"{prefix}{stream}.jsonl", partial(_checked, run.stream_path(stream), scrubber))
     yield Entry(f"{prefix}calls.jsonl.zst", partial(_calls, run.calls, f"{run.id}/calls.jsonl.zst", scrubber))

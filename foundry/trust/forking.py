@@ -21,7 +21,7 @@ from foundry.records import Call
 from foundry.running.build import build
 from foundry.running.recorded import Departed, NotRecorded, RecordedAsker, past_wordings
 from foundry.storing.plain_yaml import load_plain
-from foundry.storing.store import RECORD_STREAMS, RunFolder, SweepFolder, calls_bytes, lines_of, write_atomically
+from foundry.storing.store import RunFolder, SweepFolder, calls_bytes, lines_of, write_atomically
 from foundry.storing.sweep_file import to_yaml
 from foundry.sweep import Condition, calls_seed, settings_key
 from foundry.trust.verifying import Comparer, EndOfRecords
@@ -141,7 +141,7 @@ def _shared_digests(run: RunFolder, at: int) -> dict[str, str]:
     """Return the SHA-256 of the lines before a step, by the name of their file."""
     return {
         f"{stream}.jsonl": hashlib.sha256(_shared(run, stream, at)).hexdigest()
-        for stream in RECORD_STREAMS
+        for stream in run.streams
         if run.stream_path(stream).exists()
     }
 

@@ -285,7 +285,7 @@ def _streams(run: RunFolder) -> tuple[str, ...]:
     """Return the record files that what recorded a run knew of: beside the first readers there was none of agents."""
     summary = run.summary()
     knew_agents = run.stream_path("agents").exists() if summary is None else summary.readers > 1
-    return tuple(name for name in RECORD_STREAMS if knew_agents or name != "agents")
+    return tuple(name for name in run.streams if knew_agents or name != "agents")
 
 
 def _lines(path: Path, *, whole_only: bool) -> list[bytes]:

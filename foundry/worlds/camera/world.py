@@ -48,7 +48,9 @@ class CameraScenario(Scenario):
         Hyodo, Minimal Local Simulation Foundations for LLM- and VLM-Driven Agents, section 2.2.
     """
 
+    form: ClassVar[str] = "camera"
     kinds: ClassVar[tuple[str, ...]] = (MOVE,)
+    records: ClassVar[tuple[type[Record], ...]] = (CameraStep, CameraEpisode, SeenImage)
     shows_images: ClassVar[bool] = True
 
     def __init__(self, *, interpreter: Interpreter, limits: Mapping[str, Any], **settings: Any) -> None:
