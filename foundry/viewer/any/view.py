@@ -15,12 +15,21 @@ from foundry.viewer.lines import lines_of_agent
 from foundry.viewer.run_view import MARKS_PER_BLOCK, OUTCOMES, PNG, UNDECIDED, Resource, RunView, parts_of
 
 LINES_PER_CHUNK = 20_000
-_OUTCOME_CODES = {name: code for code, name in enumerate(OUTCOMES)}
+_OUTCOME_CODES: dict[str | None, int] = {name: code for code, name in enumerate(OUTCOMES)}
 _ENCODE = msgspec.json.Encoder().encode
 _MARKS = ("undecided", "repaired", "said")
 
-Row = Mapping[str, Any]
-"""A line of `steps.jsonl` by its keys; those beyond the common ones are the world's own."""
+
+class Decision(msgspec.Struct, frozen=True, gc=False):
+    """A line of `steps.jsonl`: the keys that all forms share; of worlds that nobody knows some may be missing."""
+
+    step: int
+    agent: int
+    kind: str | None = None
+    action: Any = None
+    outcome: str | None = None
+    utility: Any = None
+    message: Any = None
 
 
 class AnyView(RunView):
@@ -74,12 +83,12 @@ class AnyView(RunView):
         return {
             "first": first,
             "last": last,
-            "step": [row["step"] for row in rows],
-            "agent": [row["agent"] for row in rows],
-            "kind": [row.get("kind") for row in rows],
-            "action": [_plain(row.get("action")) for row in rows],
-            "outcome": [_OUTCOME_CODES.get(row.get("outcome", ""), -1) for row in rows],
-            "utility": [row.get("utility") for row in rows],
+            "step": [row.step for row in rows],
+            "agent": [row.agent for row in rows],
+            "kind": [row.kind for row in rows],
+            "action": [_plain(row.action) for row in rows],
+            "outcome": [_OUTCOME_CODES.get(row.outcome, -1) for row in rows],
+            "utility": [row.utility for row in rows],
         }
 
     def marks(self, first: int, last: int) -> dict[str, list[int]]:
@@ -89,27 +98,23 @@ class AnyView(RunView):
     def texts(self, first: int, last: int) -> list[tuple[int, int, str]]:
         """Return what was said."""
         rows = self._rows(first, last)
-        return [(row["step"], row["agent"], row["message"]) for row in rows if isinstance(row.get("message"), str)]
+        return [(row.step, row.agent, row.message) for row in rows if isinstance(row.message, str)]
 
     def track(self, agent: int) -> dict[str, Any]:
         """Return the agent's persona and the marks of its decisions by step."""
         spans = self._spans()
         lines = [line for span in spans for line in lines_of_agent(self.steps.read(*span), agent)]
-        rows = lines_of(b"\n".join(lines), dict[str, Any], self.steps.path)
-        return self._track(rows, self.personas().get(agent, {}))
+        rows = lines_of(b"\n".join(lines), Decision, self.steps.path)
+        return {"persona": self.personas().get(agent, {}), "marks": _marks(rows, 1, self.done)}
 
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
         """Yield what `track` returns for every agent, reading everything once."""
-        personas = self.personas()
-        mine: list[list[Row]] = [[] for _ in range(self.agents)]
+        personas, marks = self.personas(), [_no_marks(1, self.done) for _ in range(self.agents)]
         for span in self._spans():
             for row in self._rows(*span):
-                mine[row["agent"]].append({key: row.get(key) for key in ("step", "outcome", "message")})
-        for agent, rows in enumerate(mine):
-            yield agent, self._track(rows, personas.get(agent, {}))
-
-    def _track(self, rows: Sequence[Row], persona: Mapping[str, str]) -> dict[str, Any]:
-        return {"persona": persona, "marks": _marks(rows, 1, self.done)}
+                _mark(marks[row.agent], row, 1)
+        for agent, mine in enumerate(marks):
+            yield agent, {"persona": personas.get(agent, {}), "marks": mine}
 
     def stream(self, number: int, chunk: int) -> dict[str, Any]:
         """Return the lines of a stream beside the steps: those of a chunk of steps, or all where they have no step."""
@@ -150,8 +155,8 @@ class AnyView(RunView):
     def _raw(self, first: int, last: int) -> list[msgspec.Raw]:
         return [msgspec.Raw(line) for line in self.steps.read(first, last).splitlines()]
 
-    def _rows(self, first: int, last: int) -> list[dict[str, Any]]:
-        return lines_of(self.steps.read(first, last), dict[str, Any], self.steps.path)
+    def _rows(self, first: int, last: int) -> list[Decision]:
+        return lines_of(self.steps.read(first, last), Decision, self.steps.path)
 
     parts = {("lanes", 1): lanes, ("stream", 2): stream, ("pictures", 0): pictures, ("picture", 1): picture}
 
@@ -162,11 +167,19 @@ def _plain(action: Any) -> str | int | float | None:
     return action if is_plain else msgspec.json.encode(action).decode()
 
 
-def _marks(rows: Sequence[Row], first: int, last: int) -> dict[str, list[int]]:
-    marks = {name: [0] * max(0, last - first + 1) for name in _MARKS}
+def _marks(rows: Sequence[Decision], first: int, last: int) -> dict[str, list[int]]:
+    marks = _no_marks(first, last)
     for row in rows:
-        at = row["step"] - first
-        marks["undecided"][at] += row.get("outcome") in UNDECIDED
-        marks["repaired"][at] += row.get("outcome") == "repaired"
-        marks["said"][at] += isinstance(row.get("message"), str)
+        _mark(marks, row, first)
     return marks
+
+
+def _no_marks(first: int, last: int) -> dict[str, list[int]]:
+    return {name: [0] * max(0, last - first + 1) for name in _MARKS}
+
+
+def _mark(marks: Mapping[str, list[int]], row: Decision, first: int) -> None:
+    at = row.step - first
+    marks["undecided"][at] += row.outcome in UNDECIDED
+    marks["repaired"][at] += row.outcome == "repaired"
+    marks["said"][at] += isinstance(row.message, str)
