@@ -22,9 +22,9 @@ LONGEST = 120
 # fmt: off
 _AROUND = frozenset((
     "i", "i'll", "i'm", "will", "shall", "am", "going", "to", "my", "me", "the", "is", "final", "this", "that's",
-    "it's", "so", "therefore", "thus", "hence", "choose", "chose", "chosen", "choosing", "decide", "decided", "decision",
-    "choice", "pick", "picked", "select", "selected", "action", "answer", "reply", "boxed", "round", "turn", "time",
-    "week", "today", "tonight", "now", "hereby", "and", "be", "for", "ok", "okay", "simply", "just",
+    "it's", "so", "therefore", "thus", "hence", "choose", "chose", "chosen", "choosing", "decide", "decided",
+    "decision", "choice", "pick", "picked", "select", "selected", "action", "answer", "reply", "boxed", "round",
+    "turn", "time", "week", "today", "tonight", "now", "hereby", "and", "be", "for", "ok", "okay", "simply", "just",
 ))
 """Words that may stand around a decision and change nothing of it."""
 _UNITS = frozenset((
