@@ -13,9 +13,9 @@ import pandas as pd
 from analysis.camera_records import CameraRecords, check_commands
 from analysis.camera_run import CameraRun
 from analysis.grid_records import GridRecords, is_grid, settings
-from analysis.lines import AGENTS, EPISODE, MESSAGES, NOT_STARTED, STEPS, UNFINISHED, read_lines
+from analysis.lines import EPISODE, MESSAGES, NOT_STARTED, STEPS, UNFINISHED, read_agents, read_lines
 from analysis.run import GridRun
-from foundry.records import Agent, CameraEpisode, CameraStep, GridStep, Message, RunSummary
+from foundry.records import CameraEpisode, CameraStep, GridStep, Message, RunSummary
 from foundry.storing.store import RunFolder, SweepFolder
 
 Records: TypeAlias = GridRecords | CameraRecords
@@ -76,9 +76,7 @@ def load(path: Path | str) -> Loaded:
 
 
 def _personas(folder: RunFolder) -> pd.DataFrame:
-    content, summary = folder.agents_bytes(), folder.summary()
-    is_recorded = content or (summary is not None and AGENTS in summary.records_sha256)
-    lines = read_lines(folder, AGENTS, content, summary, Agent) if is_recorded else []
+    lines = read_agents(folder, folder.summary())
     personas = ({f"persona.{name}": value for name, value in line.persona.items()} for line in lines)
     rows = [{"run": folder.id, "agent": line.agent, **persona} for line, persona in zip(lines, personas, strict=True)]
     return pd.DataFrame(rows, columns=None if rows else ["run", "agent"])
