@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from foundry.errors import RecordError
-from foundry.records import Agent, RunSummary
+from foundry.records import Agent, Message, RunSummary
 from foundry.storing.store import RunFolder, lines_of
 
 COMPLETE, FAILED, UNFINISHED, NOT_STARTED = "complete", "failed", "unfinished", "not started"
@@ -33,6 +33,11 @@ def read_lines(
     else:
         _check_digest(file, content, summary)
     return lines_of(content, kind, file)
+
+
+def read_messages(folder: RunFolder, summary: RunSummary | None) -> list[Message]:
+    """Return the deliveries of a run, none where nobody talks; raises as `read_lines`."""
+    return read_lines(folder, MESSAGES, folder.messages_bytes(), summary, Message)
 
 
 def read_agents(folder: RunFolder, summary: RunSummary | None) -> list[Agent]:

@@ -9,9 +9,9 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from analysis.any.run import AnyRun
+from analysis.arrays import OUTCOMES, FloatArray, IntArray, TextArray
 from analysis.costs import cost_of
 from analysis.lines import MESSAGES, STEPS, read_agents
-from analysis.run import OUTCOMES, FloatArray, IntArray, TextArray
 from foundry.declared import Actions, Declared
 from foundry.errors import RecordError
 from foundry.records import Agent, Message

@@ -11,8 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
+from analysis.arrays import READABLE, BoolArray, FloatArray, IntArray, TextArray
 from analysis.costs import RunCost
-from analysis.run import READABLE, BoolArray, FloatArray, IntArray, TextArray
 from foundry.declared import Declared
 
 

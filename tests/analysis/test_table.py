@@ -10,9 +10,9 @@ import pytest
 
 import analysis
 from analysis import signatures
+from analysis.grid.run import GridRun
 from analysis.load import read_records, read_run
 from analysis.pipeline import Analysis
-from analysis.run import GridRun
 from foundry.errors import InputError, RecordError
 
 

@@ -8,8 +8,8 @@ import math
 import pytest
 
 from analysis import signatures
+from analysis.camera.signatures import recognition
 from analysis.labelling import Labelling, agreement, hand_labelled
-from analysis.signatures import recognition
 
 
 def undefined(found: dict[str, float], signature: str) -> set[str]:

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from analysis import signatures
-from analysis.camera_run import CameraRun
+from analysis.camera.run import CameraRun
 
 Row = dict[str, Any]
 OPPOSITE = {

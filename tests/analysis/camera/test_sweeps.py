@@ -10,7 +10,7 @@ import pytest
 
 import analysis
 from analysis import signatures
-from analysis.camera_run import CameraRun
+from analysis.camera.run import CameraRun
 from analysis.load import read_records, read_run
 from foundry.errors import RecordError
 from foundry.records import Pose

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.sight_rule import thing_of, things_claimed
-from analysis.sight_words import AMBIGUOUS, THINGS
-from analysis.signatures import recognition
+from analysis.camera.sight_rule import thing_of, things_claimed
+from analysis.camera.sight_words import AMBIGUOUS, THINGS
+from analysis.camera.signatures import recognition
 
 
 @pytest.mark.parametrize(

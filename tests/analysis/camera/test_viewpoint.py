@@ -9,8 +9,8 @@ import math
 import numpy as np
 import pytest
 
-from analysis.signatures import viewpoint
-from analysis.signatures.viewpoint import chance_information, information
+from analysis.camera.signatures import viewpoint
+from analysis.camera.signatures.viewpoint import chance_information, information
 
 
 def still(run, yaw):
