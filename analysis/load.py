@@ -11,8 +11,8 @@ import msgspec
 import pandas as pd
 
 from analysis.form import Records, form_of
-from analysis.lines import AGENTS, NOT_STARTED, UNFINISHED, read_lines
-from foundry.records import Agent, CameraEpisode, Message, RunSummary
+from analysis.lines import NOT_STARTED, UNFINISHED, read_agents, read_lines
+from foundry.records import CameraEpisode, Message, RunSummary
 from foundry.storing.store import RunFolder, SweepFolder
 
 _TABLES = ("steps", "messages", "agents")
@@ -20,6 +20,7 @@ _TABLES = ("steps", "messages", "agents")
 
 Folders: TypeAlias = Path | str | Sequence[Path | str]
 """The folder of a sweep, or those of several."""
+
 
 @dataclass(frozen=True)
 class Loaded:
@@ -95,9 +96,7 @@ def _stream_lines(folder: RunFolder, name: str) -> list[dict[str, Any]]:
 
 
 def _personas(folder: RunFolder) -> pd.DataFrame:
-    content, summary = folder.agents_bytes(), folder.summary()
-    is_recorded = content or (summary is not None and AGENTS in summary.records_sha256)
-    lines = read_lines(folder, AGENTS, content, summary, Agent) if is_recorded else []
+    lines = read_agents(folder, folder.summary())
     personas = ({f"persona.{name}": value for name, value in line.persona.items()} for line in lines)
     rows = [{"run": folder.id, "agent": line.agent, **persona} for line, persona in zip(lines, personas, strict=True)]
     return pd.DataFrame(rows, columns=None if rows else ["run", "agent"])
