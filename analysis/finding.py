@@ -13,7 +13,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from analysis.any.run import AnyRun
 from analysis.measure import Measure
 from foundry.errors import InputError
 from foundry.own_code import OwnModule, own_modules

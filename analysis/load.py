@@ -21,6 +21,7 @@ _TABLES = ("steps", "messages", "agents")
 Folders: TypeAlias = Path | str | Sequence[Path | str]
 """The folder of a sweep, or those of several."""
 
+
 @dataclass(frozen=True)
 class Loaded:
     """A sweep as tidy tables.

@@ -12,10 +12,13 @@ import msgspec
 import pandas as pd
 import pyarrow as pa  # type: ignore[import-untyped]
 
+from analysis.form import FormAnalysis, form_of
 from analysis.labelling import model_labelling, rule_labelling
 from analysis.lines import COMPLETE
 from analysis.load import Folders, folders_of
-from analysis.form import FormAnalysis, form_of
+from analysis.measuring.memory import open_memory
+from analysis.measuring.runs import RunResult, Source, measure_runs
+from analysis.measuring.steps_file import open_steps_file
 from analysis.retest import retest
 from analysis.stats.contrasts import contrasts
 from analysis.stats.family import primary_measures
@@ -23,13 +26,11 @@ from analysis.stats.fingerprint import Fingerprint, fingerprint
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS
 from analysis.stats.values import Group
 from analysis.stats.variance import variance_split
+from analysis.tables import terminal
 from analysis.tables.comparison import Comparison, compare
 from analysis.tables.groups import group_columns, group_label
 from analysis.tables.signature_table import SignatureTable, build_table
-from analysis.measuring.memory import open_memory
-from analysis.measuring.runs import RunResult, Source, measure_runs
-from analysis.measuring.steps_file import open_steps_file
-from analysis.tables.texts import Table, terminal, write_tables
+from analysis.tables.texts import Table, write_tables
 from foundry.errors import InputError
 from foundry.storing.store import RunFolder, SweepFolder, ensure_writable
 

@@ -19,21 +19,22 @@ import msgspec
 import numpy as np
 import pandas as pd
 
-from analysis.any import decided, general_run
 from analysis.agreement import fleiss_kappa, pairwise_agreement
+from analysis.any import decided, general_run
 from analysis.arrays import IntArray
 from analysis.form import Decisions, form_of
 from analysis.lines import COMPLETE
 from analysis.load import Folders, folders_of, further_factors, identity
 from foundry.storing.store import RunFolder, SweepFolder, without_servers
 
+
 def retest(paths: Folders) -> pd.DataFrame:
     """Return how consistent models are over runs that differ in `sampling_seed` alone.
 
     One row per condition, seed and kind of call (`action` and `message` in 2D worlds, `move` in 3D ones); the first
     columns say which runs they are, as in the table of signatures. The choices are stay or a direction; silence or a
-    message; the kind of command; in other worlds the action. A state is a prompt that was put at the same step to the same agent in two runs or
-    more.
+    message; the kind of command; in other worlds the action. A state is a prompt that was put at the same step to the
+    same agent in two runs or more.
 
     - runs: runs that are compared. prompts: states. decisions: choices made in them.
     - agreement: share of equal pairs of choices in a state, mean over the states; 0..1.

@@ -1,7 +1,7 @@
 """When a reply claims that the target is seen: a rule over its words, the same for every model.
 
 The text is cut into sentences and these, at commas and conjunctions, into clauses. In the clause of every mention of
-the target the cues of `analysis.camera.sight_words` decide:
+the target the cues of `sight_words` decide:
 
 1. what denies or doubts, as the last cue before the mention or the first one behind it: no claim;
 2. behind it that it is visible, or where it is: a claim, unless it is named as still to be found;
@@ -98,7 +98,7 @@ def things_claimed(reply: str, things: Iterable[str]) -> set[str]:
 def thing_of(label: str) -> str:
     """Return what kind of thing a label names: `exit door` is a door, `rack JPM1A1` a rack, `sign to hall B` a sign.
 
-    That is the key of `analysis.camera.sight_words.THINGS` that its last words are, or a name of; else its last word. What
+    That is the key of `sight_words.THINGS` that its last words are, or a name of; else its last word. What
     follows a preposition, and words with digits, name the one thing and not the kind.
     """
     named = _PREPOSITIONS.split(plain(label))[0]

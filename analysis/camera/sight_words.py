@@ -1,4 +1,4 @@
-"""The words by which `analysis.camera.sight_rule` reads a text: what things are called, and what is said of seeing them."""
+"""The words by which `sight_rule` reads a text: what things are called, and what is said of seeing them."""
 
 from __future__ import annotations
 

@@ -48,7 +48,8 @@ def examples(found: Sequence[Member], shown: Sequence[Shown], labellings: Mappin
     for member in found:
         form = form_of(member.folder.declared.form)
         if member.complete:
-            run = form.labelled(form.read(member.folder, member.summary).arrays(member.folder), labellings[member.folder.id])
+            records = form.read(member.folder, member.summary)
+            run = form.labelled(records.arrays(member.folder), labellings[member.folder.id])
             if not run.readable.all():
                 doubts[run.id] = first_doubt(run)
             if form.figures is not None:

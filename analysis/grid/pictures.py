@@ -76,9 +76,7 @@ def _of_all_runs(groups: Sequence[GridGroup]) -> list[Picture]:
             "which ends with the models. "
             "Outlines: places; crosses and dashed rings: fires and how far they are perceived."
         )
-        pictures.append(
-            Picture("occupancy", "Where the agents were", caption, partial(figures.occupancy_figure, maps))
-        )
+        pictures.append(Picture("occupancy", "Where the agents were", caption, partial(figures.occupancy_figure, maps)))
     curves = [curve for curve in (group.survival_curve() for group in groups) if curve is not None]
     if curves:
         caption = (

@@ -1,6 +1,6 @@
 """Who says which messages are warnings: the rule, or a model; and how well each agrees with labels given by reading.
 
-The rule is `analysis.labelling.warning_rule`. A model's labels are those that `foundry label` keeps in a sweep's folder. Both are
+The rule is `warning_rule`. A model's labels are those that `foundry label` keeps in a sweep's folder. Both are
 held against texts of `hand_labelled.jsonl`, labelled one by one after the definition in `question.txt`: those that were
 held out, so that nobody saw them while the rule was changed, and written apart from the rule. `TEXTS_BY` says whose
 they are. Agreement with the others, those for tuning above all, says nothing of other texts.

@@ -1,4 +1,4 @@
-"""The words by which `analysis.labelling.warning_rule` takes a mention of a fire back; tables as in `analysis.labelling.warning_words`."""
+"""The words by which `warning_rule` takes a mention of a fire back; tables as in `warning_words`."""
 
 from __future__ import annotations
 

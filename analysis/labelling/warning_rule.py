@@ -1,6 +1,6 @@
 """When a message is a warning: a rule over its words, the same for every model.
 
-A text in a language that `analysis.labelling.language` does not read is neither a warning nor none: its label is missing.
+A text in a language that `language` does not read is neither a warning nor none: its label is missing.
 
 A text is a warning when a clause of it mentions a fire and nothing takes the mention back. A mention is the name of a
 configured fire, or a word for fire, flames, smoke, burning, evacuation or urgent flight, unless it is part of an
@@ -20,7 +20,7 @@ What is denied of going there or of its end takes nothing back ("do not go near 
 out"). A clause of at most three words shares the fate of the denied mention before it ("no fire, smoke, or flames").
 
 Case, width (full-width letters) and Unicode composition make no difference. The words, in twelve languages, are those
-of `analysis.labelling.warning_words`, `analysis.labelling.warning_denials` and `analysis.labelling.warning_sentences`; those of alphabets with blanks
+of `warning_words`, `warning_denials` and `warning_sentences`; those of alphabets with blanks
 between words match whole words, Chinese, Japanese and Korean ones anywhere (`fire1` is found in both kinds of text).
 Time is linear in the text, of which the first 20,000 characters are read. The rule sees words, not meaning.
 """

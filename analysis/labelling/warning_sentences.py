@@ -1,4 +1,4 @@
-"""The words by which `analysis.labelling.warning_rule` tells statements, questions and clauses, as `analysis.labelling.warning_words`."""
+"""The words by which `warning_rule` tells statements, questions and clauses, as `warning_words`."""
 
 from __future__ import annotations
 

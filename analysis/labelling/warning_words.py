@@ -1,4 +1,4 @@
-"""The words by which `analysis.labelling.warning_rule` reads a text: what stands for a fire, and what only looks like it.
+"""The words by which `warning_rule` reads a text: what stands for a fire, and what only looks like it.
 
 Every table is by language: alternatives of whole words, and, in the tables whose names end in `UNSPACED`, of patterns
 that match anywhere, for scripts without blanks to go by. All is lower case. The tables of all languages are read

@@ -9,6 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from analysis import signatures
+from analysis.any import general_run
+from analysis.any.run import AnyRun
+from analysis.form import form_of
 from analysis.labelling import Labelling, rule_labelling
 from analysis.lines import COMPLETE, FAILED
 from analysis.load import further_factors, identity, status
@@ -16,7 +19,6 @@ from analysis.measuring.compact import Values
 from analysis.measuring.memory import Measured, Memory, key_of
 from analysis.measuring.steps_file import steps_table
 from analysis.signatures import FAILURE_RATE
-from analysis.form import form_of
 from foundry.storing.store import RunFolder, SweepFolder
 
 if TYPE_CHECKING:
@@ -132,7 +134,7 @@ def _measured(folder: RunFolder, source: Source) -> Measured:
     form = form_of(folder.declared.form)
     records = form.read(folder, found)
     run = form.labelled(records.arrays(folder), source.labelling)
-    measures |= signatures.measure(run)
+    measures |= signatures.measure(run, run if form.run is AnyRun else general_run(folder, records))
     return Measured(measures, steps_table(folder.id, records, form.schema(folder.declared)))
 
 

@@ -17,11 +17,22 @@ _ROWS_AT_ONCE = 65_536
 """Steps of one row group: writing one a run takes several times as long."""
 
 
+SAID = "said"
+"""The column of whether there was a message: texts are left out."""
+
+NUMBER = "action_number"
+"""The column of actions that are numbers, where there is one; labels are in `action`."""
+
+
 def steps_table(run: str, records: Records, schema: pa.Schema) -> pa.Table:
-    """Return the steps of one run as a table of `run` and its form's columns; `said` is whether there is a message."""
-    columns = records.columns([name for name in schema.names if name != "said"])
-    if "said" in schema.names:
-        columns["said"] = [text is not None for text in records.columns(["message"])["message"]]
+    """Return the steps of one run as a table of `run` and its form's columns."""
+    columns = records.columns([name for name in schema.names if name not in (SAID, NUMBER)])
+    if SAID in schema.names:
+        columns[SAID] = [text is not None for text in records.columns(["message"])["message"]]
+    if NUMBER in schema.names:
+        actions = columns["action"]
+        columns["action"] = [one if isinstance(one, str) else None for one in actions]
+        columns[NUMBER] = [None if isinstance(one, str) else one for one in actions]
     steps = [pa.array(columns[field.name], type=field.type) for field in schema]
     runs = pa.array([run] * len(columns["step"]), type=_RUN[1])
     return pa.table([runs, *steps], schema=schema.insert(0, pa.field(*_RUN)))

@@ -75,7 +75,7 @@ def gather(dirs: Folders, *, labelled_by_model: bool = False, **options: Any) ->
     beside = [SweepFolder.open(sweep.baselines_dir) for sweep in sweeps if sweep.baselines_dir.exists()]
     labellings = _labellings(sweeps, labelled_by_model)
     shown = shown_groups(analysis.compared)
-    found = members(analysis.runs, analysis.tables.groups, shown, _folders([*sweeps, *beside]))
+    found = members(analysis.runs, analysis.groups, shown, _folders([*sweeps, *beside]))
     return Material(
         sweeps=tuple(sweeps),
         beside=tuple(beside),

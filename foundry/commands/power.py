@@ -41,9 +41,9 @@ def power(
 
 
 def _plan(folder: Folder, difference: float | None, target: float, measure: str | None) -> pd.DataFrame:
+    from analysis.measuring.runs import Source, measure_run
     from analysis.stats.power import power as plan
     from analysis.tables.groups import group_columns
-    from analysis.measuring.runs import Source, measure_run
     from analysis.tables.signature_table import build_table
     from foundry.storing.store import SweepFolder
 

@@ -22,7 +22,7 @@ RECOMPUTED: dict[str, Callable[[Plain], Iterator[tuple[str, float]]]] = {
     )
 }  # fmt: skip
 
-GRID = [signature for signature in signatures.discover() if GridRun in signature.functions]
+GRID = [signature for signature in signatures.discover() if signature.part(GridRun)]
 
 
 def test_every_signature_of_2d_runs_is_recomputed():

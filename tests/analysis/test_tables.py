@@ -15,9 +15,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from analysis.measuring.runs import Source, measure_run
 from analysis.stats.contrasts import contrasts
 from analysis.tables.comparison import compare
-from analysis.tables.signature_table import Source, build_table, measure_run
+from analysis.tables.signature_table import build_table
 from analysis.tables.texts import (
     Table,
     comparison_table,

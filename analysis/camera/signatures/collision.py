@@ -17,7 +17,7 @@ MEASURES = {
 HEADLINE = ("rate", "rate_moving")
 
 
-def measure_camera(run: CameraRun) -> dict[str, float]:
+def measure(run: CameraRun) -> dict[str, float]:
     """Return the collisions of a run.
 
     A decision collides when its `boundary` names an obstacle, the bounds of the world or the edge of the floor; a

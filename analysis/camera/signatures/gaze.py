@@ -20,7 +20,7 @@ MEASURES = {
 HEADLINE = ("rate", "share", "mean_pitch")
 
 
-def measure_camera(run: CameraRun) -> dict[str, float]:
+def measure(run: CameraRun) -> dict[str, float]:
     """Return the turns of the gaze in a run.
 
     - rate: mean |change of pitch| over all decisions, degrees, as made: the world limits the pitch; 0 up.

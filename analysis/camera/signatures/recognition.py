@@ -45,10 +45,10 @@ VISIBLE_PX = 20
 """Pixels of a thing from which it counts as in view: below, nobody could tell what it is."""
 
 
-def measure_camera(run: CameraRun) -> dict[str, float]:
+def measure(run: CameraRun) -> dict[str, float]:
     """Return how claims to see things fit what the image showed.
 
-    A claim is a reply that says so by the rule of `analysis.camera.sight_rule`. The truth is that VISIBLE_PX pixels or more
+    A claim is a reply that says so by the rule of `sight_rule`. The truth is that VISIBLE_PX pixels or more
     of the image the model saw belong to the thing. Counted over the decisions that count and whose reply holds any
     text.
 
@@ -69,7 +69,7 @@ def measure_camera(run: CameraRun) -> dict[str, float]:
     - false_stop: decisions to stay without the target in view / decisions to stay: false "target found"; 0..1. NaN
       without any. These need no claim and no text.
 
-    Of all kinds of things (`thing_of` a label), in the fixed table of `analysis.camera.sight_words` or labelled in what the
+    Of all kinds of things (`thing_of` a label), in the fixed table of `sight_words` or labelled in what the
     run saw; a kind counts once a reply:
 
     - chair_i: mentions of kinds not in view / mentions; 0..1. NaN without mentions.

@@ -45,7 +45,7 @@ class Detour:
     excess: float
 
 
-def measure_camera(run: CameraRun) -> dict[str, float]:
+def measure(run: CameraRun) -> dict[str, float]:
     """Return the recovery of a run from wrong decisions.
 
     g(t) is the geodesic distance to the goal at state t, metres; states where it is unknown are left out, and so are

@@ -20,7 +20,7 @@ MEASURES = {
 HEADLINE = ("rate", "share", "left_bias")
 
 
-def measure_camera(run: CameraRun) -> dict[str, float]:
+def measure(run: CameraRun) -> dict[str, float]:
     """Return the turns of the body in a run, as asked for; nothing ever hinders them.
 
     - rate: mean |turn| over all decisions, degrees; 0 up.

@@ -41,10 +41,10 @@ SAME_VIEW_DEG, OTHER_VIEW_DEG = 1.0, 15.0
 """Degrees up to which two views of a place are the same, and from which they are different ones."""
 
 
-def measure_camera(run: CameraRun) -> dict[str, float]:
+def measure(run: CameraRun) -> dict[str, float]:
     """Return how the decisions of a run depend on the view.
 
-    A decision is its kind of command (`analysis.camera.command_kinds`). Two views of the same place (feet up to SAME_PLACE_M
+    A decision is its kind of command (`command_kinds`). Two views of the same place (feet up to SAME_PLACE_M
     apart) differ by the greater one of their differences in yaw and pitch. The target is in view with VISIBLE_PX
     pixels or more. Decisions that do not count are left out everywhere.
 

@@ -82,7 +82,7 @@ def measure(run: GridRun) -> dict[str, float]:
     - drift_agent: change of the fewest moves to where the nearest other agent stood before the step, since where it
       goes is not known to the agent; -1..1. NaN with one agent.
     - drift_place_beyond_blind, drift_agent_beyond_blind: the same less what is expected of a blind agent
-      (`analysis.grid.walker`), which stays where the agent stayed and else goes the legal ways by their shares in the run;
+      (`walker`), which stays where the agent stayed and else goes the legal ways by their shares in the run;
       cells per step. 0 for who prefers a way but not what lies there.
     - drift_fire: change of the fewest moves to the nearest burning fire, perceived or not, over the steps with one;
       -1..1. NaN when none burns.

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from analysis.any.records import AnyRecords, read_records
 from analysis.any.run import AnyRun
-from analysis.any.schema import schema, steps_table
+from analysis.any.schema import schema
+from analysis.measuring.steps_file import steps_table
 from any_records import BAR, STREAMS, any_folder, line
 from foundry.declared import Actions, Declared
 from foundry.errors import RecordError
@@ -138,7 +139,7 @@ def test_a_file_that_is_not_the_one_that_was_written_is_an_error(tmp_path: Path)
 
 def test_the_columns_of_a_table_are_numbers_flags_and_labels_and_never_a_text(tmp_path: Path):
     folder = any_folder(tmp_path / "sweep", LINES)
-    table = steps_table("r", read_records(folder, folder.summary()))
+    table = steps_table("r", read_records(folder, folder.summary()), schema(folder.declared))
     common = ["run", "step", "agent", "kind", "action", "action_number", "outcome", "utility", "said"]
     assert table.schema == schema(BAR) and table.column_names == [*common, "mood", "crowd", "wants in"]
     assert table.schema.field("crowd").type == pa.int64() and table.schema.field("wants in").type == pa.bool_()
@@ -148,7 +149,7 @@ def test_the_columns_of_a_table_are_numbers_flags_and_labels_and_never_a_text(tm
 
 
 def test_a_table_of_no_lines_has_the_columns(tmp_path: Path):
-    assert steps_table("r", AnyRecords(BAR, [], [])).schema == schema(BAR)
+    assert steps_table("r", AnyRecords(BAR, [], []), schema(BAR)).column_names == ["run", *schema(BAR).names]
 
 
 VALUES = st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(max_size=3)
@@ -162,7 +163,7 @@ def test_whatever_a_line_holds_it_becomes_arrays_or_an_error_of_records(
     folder = any_folder(tmp_path_factory.mktemp("run") / "sweep", [line(1, 0), line(1, 1, **changes)])
     try:
         records = read_records(folder, folder.summary())
-        assert records.arrays(folder).decisions == steps_table("r", records).num_rows == 2
+        assert records.arrays(folder).decisions == steps_table("r", records, schema(folder.declared)).num_rows == 2
     except RecordError as error:
         assert "steps.jsonl" in str(error)
 
