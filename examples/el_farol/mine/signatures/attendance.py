@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.described import Measure, Null, share
+from analysis.measure import Measure, Null, share
 from analysis.rounds.run import RoundsRun
 
 NAME = "attendance"
