@@ -26,7 +26,8 @@ from foundry.commands.view import check_view, watched
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
-    from foundry.composing.compose import Composed, Launch
+    from foundry.composing.collecting import Launch
+    from foundry.composing.compose import Composed
     from foundry.models.answers.base import Answers
     from foundry.models.base import ModelInfo
     from foundry.running.local import Runner
