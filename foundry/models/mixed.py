@@ -103,9 +103,7 @@ class MixedModel(Model):
     async def inspect(self) -> ModelInfo:
         """Return what is known of the members; the capabilities are those that all served members have."""
         infos = [await model.inspect() for model in self._models.values()]
-        able = [
-            set(info.capabilities) for info, model in zip(infos, self._models.values(), strict=True) if model.costs
-        ]
+        able = [set(info.capabilities) for info, model in zip(infos, self._models.values(), strict=True) if model.costs]
         common = tuple(sorted(set.intersection(*able))) if able else ()
         undeclared = tuple(sorted({name for info in infos for name in info.undeclared}))
         return ModelInfo(name=self.name, capabilities=common, undeclared=undeclared, members=tuple(infos))
