@@ -26,7 +26,8 @@ from foundry.commands.view import check_view, watched
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
-    from foundry.composing.compose import Composed, Launch
+    from foundry.composing.collecting import Launch
+    from foundry.composing.compose import Composed
     from foundry.models.answers.base import Answers
     from foundry.models.base import ModelInfo
     from foundry.running.local import Runner
@@ -204,9 +205,9 @@ def resume(folder: Folder, trust_targets: Trusted = None, trust_servers: Trusted
 
     OLLAMA_HOST and OPENAI_BASE_URL, where they are set, replace the servers that the sweep began with.
     """
-    from foundry.composing.preflight import check
+    from foundry.composing.preflight import check, declare
     from foundry.composing.settings import checked_settings
-    from foundry.storing.store import SweepFolder, check_digests
+    from foundry.storing.store import SweepFolder, check_declared, check_digests
     from foundry.sweep import with_hosts
     from foundry.trust import reaching
     from foundry.trust.targets import check_sweep_targets
@@ -224,6 +225,7 @@ def resume(folder: Folder, trust_targets: Trusted = None, trust_servers: Trusted
     runner = runner_of(settings)
     infos = check(opened.sweep_here())
     check_digests(opened, model_lines(infos))
+    check_declared(opened, declare(opened.sweep_here()))
     raise typer.Exit(run_folder(opened, settings, infos, runner))
 
 

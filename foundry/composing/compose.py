@@ -6,12 +6,13 @@ import contextlib
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from foundry import own_code, paths
+from foundry.composing.collecting import Collector, Launch
 from foundry.composing.public_names import with_public_names
 from foundry.composing.settings import check_parts, checked_settings
 from foundry.errors import FoundryError, InputError, not_found
@@ -27,10 +28,6 @@ _SWEPT_ONLY = ("world", "model", "prompt", "layout", "scene", "task", "sampling_
 _MULTIRUN = ("-m", "--multirun")
 CONFIG_DIR = ("-cd", "--config-dir")
 """How a user's own folder of configurations is named."""
-
-
-Launch: TypeAlias = Callable[[Callable[[Any], Any], Sequence[Sequence[str]]], Sequence[Any]]
-"""Calls a function in a job for each list of overrides; returns Hydra's `JobReturn`s."""
 
 
 @dataclass(frozen=True)
@@ -53,22 +50,6 @@ class Composed:
     launch: Launch | None = None
 
 
-@dataclass
-class _Collected:
-    configs: list[Any] = field(default_factory=list)
-    overrides: list[tuple[str, ...]] = field(default_factory=list)
-    seeds: list[list[Any]] = field(default_factory=list)
-    launch: Launch | None = None
-
-    def add(self, config: Any, overrides: Sequence[str], seeds: Sequence[Any]) -> None:
-        self.configs.append(config)
-        self.overrides.append(tuple(overrides))
-        self.seeds.append(list(seeds))
-
-    def keep(self, launch: Launch) -> None:
-        self.launch = launch
-
-
 def compose(argv: Sequence[str]) -> Composed | None:
     """Compose a command line as `foundry` takes it.
 
@@ -88,8 +69,8 @@ def compose(argv: Sequence[str]) -> Composed | None:
 
     try:
         _check_groups(argv)
-        collected = _run_hydra(argv)
-        return _composed(argv, collected) if collected.configs else None
+        collector = _run_hydra(argv)
+        return _composed(argv, collector) if collector.conditions else None
     except FoundryError:
         raise
     except (HydraException, OmegaConfBaseException) as error:
@@ -131,20 +112,14 @@ def _check_groups(argv: Sequence[str]) -> None:
             raise not_found(group.capitalize(), override.get_value_string(), options)
 
 
-def _run_hydra(argv: Sequence[str]) -> _Collected:
+def _run_hydra(argv: Sequence[str]) -> Collector:
     """Let Hydra read the command line; nothing is run by it."""
     import hydra
 
-    collected = _Collected()
-
-    def task(config: Any) -> None:
-        collected.add(config, (), [config.seed])
-
-    task.collect = collected.add  # type: ignore[attr-defined]
-    task.keep_launch = collected.keep  # type: ignore[attr-defined]
+    collector = Collector()
     with _hydra_surroundings(argv), _composed_once(argv):
-        hydra.main(version_base="1.3", config_path=str(paths.conf_dir()), config_name="config")(task)()
-    return collected
+        hydra.main(version_base="1.3", config_path=str(paths.conf_dir()), config_name="config")(collector)()
+    return collector
 
 
 @contextlib.contextmanager
@@ -182,15 +157,16 @@ def _composed_once(argv: Sequence[str]) -> Iterator[None]:
         Hydra.get_mode = kept  # type: ignore[method-assign]
 
 
-def _composed(argv: Sequence[str], collected: _Collected) -> Composed:
+def _composed(argv: Sequence[str], collector: Collector) -> Composed:
     from omegaconf import OmegaConf
 
-    plain = [_plain(config) for config in collected.configs]
-    keys = _swept_keys(collected.overrides)
+    first = collector.conditions[0].config
+    plain = [_plain(one.config) for one in collector.conditions]
+    keys = _swept_keys([one.overrides for one in collector.conditions])
     conditions = [
         condition
-        for source, config, seeds in zip(collected.configs, plain, collected.seeds, strict=True)
-        for condition in _conditions(source, config, keys, seeds)
+        for one, config in zip(collector.conditions, plain, strict=True)
+        for condition in _conditions(one.config, config, keys, one.seeds)
     ]
     settings = {key: value for key, value in plain[0].items() if key not in (*CONDITION_KEYS, *_TAKEN_UP)}
     settings["record"] = plain[0]["record"]
@@ -198,8 +174,8 @@ def _composed(argv: Sequence[str], collected: _Collected) -> Composed:
         asked=tuple(argv),
         conditions=tuple(conditions),
         settings=checked_settings(settings),
-        multirun=OmegaConf.to_yaml(collected.configs[0], resolve=False),
-        launch=collected.launch,
+        multirun=OmegaConf.to_yaml(first, resolve=False),
+        launch=collector.launch,
     )
 
 

@@ -47,7 +47,7 @@ def check(sweep: Sweep) -> dict[str, ModelInfo]:
         if parts not in worlds:
             worlds[parts] = _check_condition(condition, model)
         _check_answers(model, worlds[parts].questions)
-        if worlds[parts].scenario.shows_images and model.remote:
+        if worlds[parts].scenario.shows_images and model.costs:
             seeing[key] = worlds[parts].scenario.name
     infos = asyncio.run(_inspect(models))
     for condition in sweep.conditions:
@@ -137,6 +137,8 @@ def _check_answers(model: Model, questions: Sequence[Question]) -> None:
     """Check that a model, or each of those it routes to, can answer a world's questions."""
 
     def checked(one: Model) -> Model:
+        if isinstance(getattr(one, "remote", None), bool):  # else no answer would be kept, and each paid for again
+            raise InputError(f"Model '{one.name}' has an attribute `remote`: it is called `costs` now.")
         for question in questions:
             one.check(question)
         return one

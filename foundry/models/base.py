@@ -161,13 +161,13 @@ class Model(ABC):
 
     Attributes:
         name: name of the model in tables and records.
-        remote: whether asking costs something, so that answers are cached, limited and retried; how is in its
+        costs: whether asking costs something, so that answers are cached, limited and retried; how is in its
             attribute `server`, a `serving.Serving`, else as `serving.DEFAULT` says.
         replaceable: whether other weights may come to stand under its name while it is asked, so that what `inspect`
             says is compared again and again, where it gives a digest.
     """
 
-    remote: bool = False
+    costs: bool = False
     replaceable: bool = True
     name: str
 
@@ -222,9 +222,9 @@ class Model(ABC):
         """Return the model wrapped; one that routes to others has each of these wrapped instead."""
         return wrap(self)
 
-    def is_served(self, agent: int) -> bool:
+    def costs_for(self, agent: int) -> bool:
         """Return whether asking for this agent costs something."""
-        return self.remote
+        return self.costs
 
     def roster(self) -> tuple[Member, ...]:
         """Return which of several models answers for which agents; nothing where one answers for all."""

@@ -72,7 +72,7 @@ def _each(info: ModelInfo) -> Iterator[ModelInfo]:
 
 def _stacked(model: Model, answers: Callable[[], Answers], info: ModelInfo | None) -> Model:
     """Wrap a model that costs something: cache, then one warm-up, then limit, then retry, then its weights."""
-    if not model.remote:
+    if not model.costs:
         return model
     serving = serving_of(model)
     may_change = model.replaceable and info is not None and info.digest is not None

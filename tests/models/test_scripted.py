@@ -79,7 +79,7 @@ def steps(records: list[Record]) -> list[GridStep]:
 def test_a_policy_is_named_after_its_file(name):
     model = load(name)
     assert model.name == f"scripted/{name}"
-    assert not model.remote
+    assert not model.costs
     msgspec.json.encode(model.parameters())
 
 
