@@ -59,7 +59,7 @@ class _Stage:
         Raises:
             InputError: it cannot.
         """
-        if model.remote:
+        if model.costs:
             raise InputError(f"'{model.name}' is no baseline: asking it costs something. Baselines are policies.")
         missing = [kind for kind in self.scenario.kinds if model.kinds is not None and kind not in model.kinds]
         if missing:
