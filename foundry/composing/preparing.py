@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from foundry.composing.compose import Composed, Launch
+from foundry.composing.collecting import Launch
+from foundry.composing.compose import Composed
 from foundry.composing.launching import LauncherRunner
 from foundry.composing.preflight import check, declare, notes_of
 from foundry.models.answers.addresses import settled

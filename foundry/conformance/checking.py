@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from foundry.calling import off_the_loop
+from foundry.composing.baselines import Stage
 from foundry.composing.compose import CONFIG_DIR, compose
 from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.conformance import models, prompts, records, replies, signatures, worlds
@@ -109,11 +110,5 @@ def world_case(config: Mapping[str, Any], seed: int) -> WorldCase:
 
 def player(scenario: Scenario, model: Model, seed: int) -> Model | None:
     """Return what answers in the checks of a world: the chosen policy, a shipped one, or None for its own options."""
-
-    def acts(one: Model) -> bool:
-        return not one.remote and (one.kinds is None or set(scenario.kinds) <= set(one.kinds))
-
-    world = scenario.start(seed)
-    offers = not world.finished and any(question.options for question in world.pending())
-    walkers: list[Model] = [] if offers else [Random("scripted/random"), Wander("scripted/wander")]
-    return next((one for one in (model, *walkers) if acts(one)), None)
+    stage = Stage(scenario, seed)
+    return next((one for one in (model, Random("scripted/random"), Wander("scripted/wander")) if stage.suits(one)), None)

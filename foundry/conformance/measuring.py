@@ -88,7 +88,7 @@ def arrays_of(run: RunFolder) -> list[Any]:
     Raises:
         InputError: the run failed.
     """
-    from analysis.any.arrays import any_run
+    from analysis.any import general_run
 
     from analysis.load import read_records, read_run
 
@@ -97,6 +97,6 @@ def arrays_of(run: RunFolder) -> list[Any]:
         cause = summary.error if summary else "it did not end"
         raise InputError(f"No signature can be tried on run {run.id}, which failed: {cause}. Check its world first.")
     records = read_records(run, summary)
-    general = any_run(run, run.declared, records.decisions(), records.messages)
+    general = general_run(run, records)
     own = read_run(run, records)
     return [general] if isinstance(own, type(general)) else [own, general]

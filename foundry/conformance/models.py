@@ -50,7 +50,7 @@ class ModelCase:
             Skipped: it costs something, or it cannot answer the world's questions.
         """
         model = self.make()
-        if model.remote:
+        if model.costs:
             raise Skipped("asking it costs something: foundry doctor asks it")
         seed = self.world.seed
         requests = [request_of(one, seed) for one in self.world.usual.questions][:_MOST]
@@ -78,7 +78,7 @@ def answers_the_world(case: ModelCase) -> None:
         not missing, f"it answers {', '.join(model.kinds or ())}, and {scenario.name} also asks {', '.join(missing)}"
     )
     for question in case.world.usual.questions:
-        model.check(question.kind, question.told)
+        model.check(question)
 
 
 def says_its_parameters(case: ModelCase) -> None:

@@ -138,7 +138,7 @@ def test_every_check_is_seen_to_fail():
 
 def test_a_model_that_costs_something_is_asked_nothing():
     class Paid(Caller):
-        remote = True
+        costs = True
 
         async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
             raise AssertionError("was asked")
