@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.random import Generator
 
 from analysis.any.run import AnyRun
-from analysis.arrays import OUTCOMES, FloatArray, IntArray
+from analysis.arrays import OUTCOMES
 from foundry.declared import Actions, Declared
 from foundry.records import Outcome
 
@@ -20,7 +18,7 @@ CHOICE = Declared(
     actions={"choice": Actions(labels=LABELS, idle="stay")},
     streams={"steps": {"step": "integer", "utility": "number?", "message": "text?"}},
 )
-BID = Declared(form="ring", actions={"bid": Actions(whole=False)})
+BID = Declared(form="ring", actions={"bid": Actions(whole=False)}, streams={"steps": {"step": "integer"}})
 
 
 def any_run(

@@ -33,7 +33,8 @@ class Decided:
     @cached_property
     def rank(self) -> IntArray:
         """Number of the step among those that have such decisions, from 0, (n,)."""
-        return np.asarray(np.concatenate(([0], np.cumsum(np.diff(self.step) > 0)))[: len(self.step)])
+        rising = np.diff(self.step, prepend=self.step[:1]) > 0
+        return np.asarray(np.cumsum(rising), dtype=np.int64)
 
     @property
     def steps(self) -> int:

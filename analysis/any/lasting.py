@@ -74,13 +74,13 @@ def lasting(found: Sequence[Decided], agents: int) -> Lasting:
 
 
 def _kind(one: Decided, agents: int) -> _Kind | None:
-    """Return what agents do in the decisions of a kind; None where all at a moment always do the same."""
+    """Return what agents do in decisions of a kind; None where all at a moment do the same, or nobody lasts."""
     moment = moments(one)
     parts = [deviations(one.only(kept), moment[kept], agents) for kept in thirds(one)]
     chance = variance(*parts)
-    if not chance > 0:
-        return None
     able = parts[0].able & parts[1].able
+    if not chance > 0 or able.sum() < 2:
+        return None
     # The mean at a moment holds an agent's own decisions, too, which makes it seem nearer to the others than it is.
     unit = np.sqrt(chance) / (1 - ratio(1, int(able.sum())))
     first, last = (
