@@ -33,8 +33,8 @@ class Decided:
     @cached_property
     def rank(self) -> IntArray:
         """Number of the step among those that have such decisions, from 0, (n,)."""
-        rising = np.diff(self.step, prepend=self.step[:1]) > 0
-        return np.asarray(np.cumsum(rising), dtype=np.int64)
+        found: IntArray = np.cumsum(np.diff(self.step, prepend=self.step[:1]) > 0, dtype=np.int64)
+        return found
 
     @property
     def steps(self) -> int:

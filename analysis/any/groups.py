@@ -84,10 +84,11 @@ def effect(of: Means, groups: Mapping[int, str]) -> Effect:
     if not parts:
         return Effect(math.nan, math.nan, 0)
     agents = sum(len(one.values) for one in parts)
+    free = agents - len(parts)
     shuffled = np.sum(
         [over_shuffles(one.between, len(parts), number, len(one.values)) for number, one in enumerate(parts)], axis=0
     )
-    return Effect(float(shuffled[0]) / agents, p_value(shuffled), agents)
+    return Effect(float(shuffled[0]) / free, p_value(shuffled), agents)
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ MEASURES = {
     "sd_*": Measure("Standard deviation of the numbers decided, *", low=0),
 }
 
-HEADLINE = ("share_*", "variety", "mean", "sd")
+HEADLINE = ("share_*", "variety", "variety_*", "mean", "mean_*", "sd", "sd_*")
 
 
 def measure(run: AnyRun) -> dict[str, float]:
