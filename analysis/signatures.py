@@ -116,16 +116,23 @@ class Signature:
     def headline_columns(self, columns: Iterable[str]) -> list[str]:
         """Return those columns of a table that are this signature's headline over all decisions, in its order."""
         prefix = f"{self.name}."
-        present = [
-            column
-            for column in columns
-            if column.startswith(prefix) and not self.is_readable_only(column.removeprefix(prefix))
+        present = [name.removeprefix(prefix) for name in columns if name.startswith(prefix)]
+        return [
+            f"{prefix}{name}"
+            for pattern in self.headline
+            for name in present
+            if not self.is_readable_only(name) and self._means(pattern, name)
         ]
-        found: list[str] = []
-        for pattern in self.headline:
-            start, star, _ = f"{prefix}{pattern}".partition("*")
-            found += [name for name in present if (name.startswith(start) if star else name == start)]
-        return found
+
+    def _means(self, pattern: str, measure: str) -> bool:
+        """Return whether a measure is one of a pattern, and of none that says more of its name."""
+        start, star, _ = pattern.partition("*")
+        if not star:
+            return measure == pattern
+        further = (one.partition("*")[0] for one in (*self.measures, "n_*") if "*" in one)
+        return measure.startswith(start) and not any(
+            len(one) > len(start) and measure.startswith(one) for one in further
+        )
 
 
 def discover() -> tuple[Signature, ...]:
