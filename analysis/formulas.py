@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analysis.run import BoolArray, IntArray
+from analysis.arrays import BoolArray, IntArray
 
 
 def ratio(part: float, whole: float) -> float:

@@ -13,7 +13,6 @@ import json
 import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import msgspec
@@ -21,28 +20,12 @@ import numpy as np
 import pandas as pd
 
 from analysis.agreement import fleiss_kappa, pairwise_agreement
-from analysis.camera_run import CameraRun
-from analysis.command_kinds import command_kinds
+from analysis.any import decided, general_run
+from analysis.arrays import IntArray
+from analysis.form import Decisions, form_of
 from analysis.lines import COMPLETE
-from analysis.load import Folders, folders_of, further_factors, identity, read_records, read_run
-from analysis.run import BoolArray, GridRun, IntArray
+from analysis.load import Folders, folders_of, further_factors, identity
 from foundry.storing.store import RunFolder, SweepFolder, without_servers
-
-SILENT, SPOKEN = 0, 1
-"""The choices of a message."""
-
-
-@dataclass(frozen=True)
-class Decisions:
-    """What was decided in one kind of call of a run.
-
-    Attributes:
-        choice: index of the choice, by step and agent, (T, N).
-        readable: whether it could be read, (T, N).
-    """
-
-    choice: IntArray
-    readable: BoolArray
 
 
 def retest(paths: Folders) -> pd.DataFrame:
@@ -50,8 +33,8 @@ def retest(paths: Folders) -> pd.DataFrame:
 
     One row per condition, seed and kind of call (`action` and `message` in 2D worlds, `move` in 3D ones); the first
     columns say which runs they are, as in the table of signatures. The choices are stay or a direction; silence or a
-    message; the kind of command. A state is a prompt that was put at the same step to the same agent in two runs or
-    more.
+    message; the kind of command; in other worlds the action. A state is a prompt that was put at the same step to the
+    same agent in two runs or more.
 
     - runs: runs that are compared. prompts: states. decisions: choices made in them.
     - agreement: share of equal pairs of choices in a state, mean over the states; 0..1.
@@ -111,14 +94,11 @@ def _is_complete(folder: RunFolder) -> bool:
     return found is not None and found.status == COMPLETE
 
 
-def _decisions(folder: RunFolder) -> dict[str, Decisions]:
+def _decisions(folder: RunFolder) -> Mapping[str, Decisions]:
     """Return what was decided in a run, by kind of call."""
-    run = read_run(folder, read_records(folder, folder.summary()))
-    if isinstance(run, CameraRun):
-        return {"move": Decisions(command_kinds(run)[:, None], run.readable[:, None])}
-    assert isinstance(run, GridRun)
-    spoken = np.where(run.spoke, SPOKEN, SILENT)
-    return {"message": Decisions(spoken, run.message_readable), "action": Decisions(run.choice, run.readable)}
+    form = form_of(folder.declared.form)
+    records = form.read(folder, folder.summary())
+    return form.decided(records.arrays(folder)) if form.decided else decided(general_run(folder, records))
 
 
 State = tuple[int, int, bytes]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import asyncio
 from pathlib import Path
 
-from analysis.camera_records import CameraRecords
-from analysis.grid_records import GridRecords
+from analysis.camera.records import CameraRecords
+from analysis.grid.records import GridRecords
 from analysis.load import Run
 from episodes import Kept, composed, play_through
 from foundry.records import GridStep, Message

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from analysis.comparison import Comparison
-from analysis.groups import group_label
 from analysis.lines import COMPLETE, FAILED
 from analysis.plots import style
+from analysis.tables.comparison import Comparison
+from analysis.tables.groups import group_label
 from foundry.records import Outcome, RunSummary
 from foundry.storing.store import RunFolder
 
@@ -102,3 +102,8 @@ def shown_groups(comparison: Comparison) -> list[Shown]:
         *(Shown(group, index, False) for index, group in enumerate(own)),
         *(Shown(group, index, True) for index, group in enumerate(others)),
     ]
+
+
+def example_caption(seed: int) -> str:
+    """Return what is said of pictures of single runs, all of one seed."""
+    return f"Seed {seed}: the lowest of the sweep, settled before anything was run."

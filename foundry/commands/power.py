@@ -41,9 +41,10 @@ def power(
 
 
 def _plan(folder: Folder, difference: float | None, target: float, measure: str | None) -> pd.DataFrame:
-    from analysis.groups import group_columns
+    from analysis.measuring.runs import Source, measure_run
     from analysis.stats.power import power as plan
-    from analysis.table import Source, build_table, measure_run
+    from analysis.tables.groups import group_columns
+    from analysis.tables.signature_table import build_table
     from foundry.storing.store import SweepFolder
 
     source = Source(folder, folder.name)

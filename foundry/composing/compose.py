@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from foundry import paths
+from foundry import own_code, paths
 from foundry.composing.collecting import Collector, Launch
 from foundry.composing.public_names import with_public_names
 from foundry.composing.settings import check_parts, checked_settings
@@ -19,8 +19,10 @@ from foundry.errors import FoundryError, InputError, not_found
 from foundry.storing.plain_yaml import check_configs
 from foundry.sweep import Condition, has_range
 
-CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record")
+CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record", "baselines")
 """What goes into a condition; the other keys say where and how it is run."""
+_TAKEN_UP = ("seed", "schema")
+"""What other parts of a configuration refer to or are multiplied by, and is nothing by itself."""
 
 _SWEPT_ONLY = ("world", "model", "prompt", "layout", "scene", "task", "sampling_seed")
 _MULTIRUN = ("-m", "--multirun")
@@ -58,8 +60,10 @@ def compose(argv: Sequence[str]) -> Composed | None:
         InputError: the command line asks for something that does not exist or cannot be read.
     """
     _check_ranges(argv)
-    for folder in _config_dirs(argv):
+    folders = list(config_dirs(argv))
+    for folder in folders:
         check_configs(folder)
+    own_code.use(folders)
     from hydra.errors import HydraException
     from omegaconf.errors import OmegaConfBaseException
 
@@ -80,7 +84,7 @@ def _check_ranges(argv: Sequence[str]) -> None:
         raise InputError(f"'{ranges[0]}' asks for several runs: add -m, as in foundry -m {' '.join(argv)}")
 
 
-def _config_dirs(argv: Sequence[str]) -> Iterator[Path]:
+def config_dirs(argv: Sequence[str]) -> Iterator[Path]:
     """Yield the user's own folders of configurations, in the forms that Hydra takes."""
     for flag, value in zip(argv, [*argv[1:], ""], strict=False):
         if flag in CONFIG_DIR:
@@ -164,7 +168,7 @@ def _composed(argv: Sequence[str], collector: Collector) -> Composed:
         for one, config in zip(collector.conditions, plain, strict=True)
         for condition in _conditions(one.config, config, keys, one.seeds)
     ]
-    settings = {key: value for key, value in plain[0].items() if key not in (*CONDITION_KEYS, "seed")}
+    settings = {key: value for key, value in plain[0].items() if key not in (*CONDITION_KEYS, *_TAKEN_UP)}
     settings["record"] = plain[0]["record"]
     return Composed(
         asked=tuple(argv),
@@ -207,7 +211,9 @@ def _condition(config: dict[str, Any], keys: Sequence[str], seeds: tuple[int, ..
 
 
 def _parts(config: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: with_public_names(config[key]) for key in CONDITION_KEYS}
+    """Return what a condition is made of; of baselines only those that are chosen."""
+    kept = {key: with_public_names(config[key]) for key in CONDITION_KEYS}
+    return {key: value for key, value in kept.items() if key != "baselines" or value is not None}
 
 
 def _swept_keys(overrides: Sequence[Sequence[str]]) -> list[str]:

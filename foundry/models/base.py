@@ -13,6 +13,7 @@ import msgspec
 
 from foundry.errors import TransientError
 from foundry.records import Attempt, Member
+from foundry.worlds.base import Question
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +37,8 @@ class Request:
         step: 1-based step.
         agent: agent id.
         key: hash of everything that decides the answer; the key of the answer cache.
+        options: replies that decide, one for each decision that is legal now, where the world says them.
+        idle: the reply that does nothing, or None.
     """
 
     messages: tuple[ChatMessage, ...]
@@ -45,6 +48,8 @@ class Request:
     step: int
     agent: int
     key: str = ""
+    options: tuple[str, ...] = ()
+    idle: str | None = None
 
 
 class Source(msgspec.Struct, frozen=True, kw_only=True):
@@ -198,7 +203,7 @@ class Model(ABC):
         """The kinds of question it can answer; None for any."""
         return None
 
-    def check(self, kind: str, observation: Mapping[str, Any]) -> None:
+    def check(self, question: Question) -> None:
         """Refuse a world, by its first question of a kind, in which the model cannot answer such questions.
 
         Raises:

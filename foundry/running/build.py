@@ -33,6 +33,11 @@ def build(config: Mapping[str, Any]) -> Any:
         return _built(config)
     except FoundryError:
         raise
+    except ModuleNotFoundError as error:
+        name = config.get("name", config["_target_"])
+        raise InputError(
+            f"'{name}' cannot be built: {error}. Where that is code of your own, name its folder with --config-dir."
+        ) from error
     except Exception as error:
         name = config.get("name", config["_target_"])
         raise InputError(f"'{name}' cannot be built from its settings: {_one_line(error)}") from error

@@ -12,8 +12,8 @@ import msgspec
 import numpy as np
 import pytest
 
+from analysis.grid.run import GridRun
 from analysis.load import read_records, read_run
-from analysis.run import GridRun
 from endings import run_summary
 from foundry import seeding
 from foundry.records import GridStep, Message, Outcome

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from analysis.run import OUTCOMES
+from analysis.arrays import OUTCOMES
 from analysis.signatures import path_efficiency
 from foundry.records import Outcome
 

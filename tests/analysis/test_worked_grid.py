@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from analysis.arrays import STAY
 from analysis.formulas import entropy, jensen_shannon, longest_run, normalised_entropy
+from analysis.grid.placements import besag, closeness, random_placements
+from analysis.grid.run import Fire
+from analysis.grid.walker import direction_shares, expected_cells
 from analysis.logit import conditional_logit
-from analysis.placements import besag, closeness, random_placements
-from analysis.run import STAY, Fire
 from analysis.signatures import (
     clustering,
     communication,
@@ -24,7 +26,6 @@ from analysis.signatures import (
     place_choice,
     stability,
 )
-from analysis.walker import direction_shares, expected_cells
 from grid_runs import choices, grid_run
 
 EXAMPLES = json.loads(Path(__file__).with_name("worked_examples.json").read_text(encoding="utf-8"))

@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from analysis.camera_run import CameraRun
+from analysis.camera.run import CameraRun
 from analysis.load import read_records, read_run
 from endings import run_summary
 from foundry import seeding

@@ -8,8 +8,8 @@ import math
 import pytest
 
 from analysis import signatures
+from analysis.camera.signatures import recognition
 from analysis.labelling import Labelling, agreement, hand_labelled
-from analysis.signatures import recognition
 
 
 def undefined(found: dict[str, float], signature: str) -> set[str]:
@@ -35,7 +35,7 @@ def test_without_a_target_nothing_about_one_is_defined(camera):
 def test_where_nothing_is_labelled_nothing_about_things_is_defined(camera):
     run = camera(1).run
     bare = dataclasses.replace(run, visible_px=({},) * run.decisions)
-    found = recognition.measure_camera(bare)
+    found = recognition.measure(bare)
     about_things = {"chair_i", "chair_s", "mentions", "object_precision", "object_recall", "object_f1"}
     assert all(math.isnan(found[name]) for name in about_things)
     assert found["n_mentions"] == found["n_things"] == 0

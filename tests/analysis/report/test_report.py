@@ -9,14 +9,14 @@ from typing import Any
 
 import pytest
 
-from analysis.camera_run import CameraRun
+from analysis.camera.run import CameraRun
+from analysis.grid.run import GridRun
 from analysis.report.definitions import Block, blocks, definitions
 from analysis.report.material import Material
 from analysis.report.methods import joined, limits, methods, seeds_text
 from analysis.report.provenance import cost_grid, failures_grid, ledger_grid, link, models_grid, runs_grid
 from analysis.report.sections import cascade_grid, energy_grid, variance_grid
 from analysis.report.worlds import world_differences
-from analysis.run import GridRun
 from analysis.signatures import discover
 from commands import foundry
 from foundry.storing.store import SweepFolder
