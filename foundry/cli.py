@@ -43,12 +43,27 @@ def run(argv: Sequence[str]) -> int:
         return fail(error, EXIT_INPUT)
     except FoundryError as error:
         return fail(error, EXIT_FAILED)
+    except ImportError as error:
+        if (error.name or "").partition(".")[0] != "analysis":
+            raise
+        return fail(_in_the_way(error), EXIT_INPUT)
     except OSError as error:
         if error.errno not in DISK_ERRORS:
             raise
         return fail(f"nothing more can be written ({error}): make room, then say it again.", EXIT_FAILED)
     except KeyboardInterrupt:
         return fail("interrupted", EXIT_INTERRUPTED)
+
+
+def _in_the_way(error: ImportError) -> FoundryError:
+    """Return the error for a package of the name of ours that was imported instead of it."""
+    from foundry.own_code import ours
+
+    try:
+        ours("analysis")
+    except InputError as told:
+        return told
+    raise error
 
 
 def _folder_last(argv: Sequence[str]) -> list[str]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from foundry.commands.application import Folder, app, console
+from foundry.commands.application import Folder, Mine, app, console
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ def power(
     measure: Annotated[
         str | None, typer.Option(help="One measure, such as idle_rate.chosen; else the headlines.")
     ] = None,
+    config_dir: Mine = None,
 ) -> None:
     """Say how many seeds a sweep needs, judged by a pilot sweep."""
     from foundry.display import frame_table

@@ -12,6 +12,7 @@ from foundry.commands.application import (
     EXIT_FAILED,
     EXIT_OK,
     OVERRIDES,
+    Mine,
     Trusted,
     TrustedServers,
     app,
@@ -31,6 +32,7 @@ def verify(
     frames: Annotated[bool, typer.Option("--frames", help="Draw kept frames again and compare them, too.")] = False,
     workers: Annotated[int | None, typer.Option(help="Processes; else one a core.", min=1)] = None,
     trust_targets: Trusted = None,
+    config_dir: Mine = None,
 ) -> None:
     """Play every run again from its recorded answers and compare every record, byte by byte; needs no server.
 
@@ -83,6 +85,7 @@ def diff(
     one: Annotated[Path, typer.Argument(help="A run's folder.", show_default=False)],
     other: Annotated[Path, typer.Argument(help="Another run's folder.", show_default=False)],
     as_json: Annotated[bool, typer.Option("--json", help="Print everything as one JSON object.")] = False,
+    config_dir: Mine = None,
 ) -> None:
     """Show where two runs part - question, answer, state - and how far they drift from each other after that."""
     import msgspec
@@ -146,6 +149,7 @@ def _cells(rows: Sequence[Drift]) -> dict[str, list[str]]:
 def bundle(
     folder: Annotated[Path, typer.Argument(help="A sweep's folder.", show_default=False)],
     out: Annotated[Path, typer.Argument(help="The file to write, such as pilot.tar.zst.", show_default=False)],
+    config_dir: Mine = None,
 ) -> None:
     """Write everything that a reviewer needs into one file: records, answers, images, scenes, digests.
 

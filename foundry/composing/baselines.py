@@ -42,7 +42,7 @@ def baselines_of(sweep: Sweep) -> Sweep:
 
 
 @dataclass(frozen=True)
-class _Stage:
+class Stage:
     """A world to act in, with the seed of one of its runs."""
 
     scenario: Scenario
@@ -68,11 +68,20 @@ class _Stage:
             model.check(question)
 
 
+    def suits(self, model: Model) -> bool:
+        """Tell whether a policy can act here."""
+        try:
+            self.check(model)
+        except InputError:
+            return False
+        return True
+
+
 def _conditions(conditions: list[Condition], compared: set[str]) -> Iterator[Condition]:
     """Yield one world's condition for each policy that is a baseline of it."""
     first = conditions[0]
     seeds = tuple(sorted({seed for condition in conditions for seed in condition.seeds}))
-    stage = _Stage(scenario_of(first.config), seeds[0])
+    stage = Stage(scenario_of(first.config), seeds[0])
     factors = {key: value for key, value in first.factors.items() if _is_of_world(key)}
     chosen = first.config.get("baselines")
     for model in map(_model, NAMES if chosen is None else chosen):
@@ -82,15 +91,12 @@ def _conditions(conditions: list[Condition], compared: set[str]) -> Iterator[Con
             yield Condition({**factors, "model": model["name"]}, config, seeds, stage.scenario.declared())
 
 
-def _acts(model: dict[str, Any], stage: _Stage, *, declared: bool) -> bool:
+def _acts(model: dict[str, Any], stage: Stage, *, declared: bool) -> bool:
     """Tell whether a policy can act in a world; one that the world itself names must."""
-    try:
-        stage.check(build(model))
-    except InputError:
-        if declared:
-            raise
-        return False
-    return True
+    policy: Model = build(model)
+    if declared:
+        stage.check(policy)
+    return declared or stage.suits(policy)
 
 
 def _model(name: str) -> dict[str, Any]:

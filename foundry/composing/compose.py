@@ -16,7 +16,7 @@ from foundry.composing.collecting import Collector, Launch
 from foundry.composing.public_names import with_public_names
 from foundry.composing.settings import check_parts, checked_settings
 from foundry.errors import FoundryError, InputError, not_found
-from foundry.storing.plain_yaml import check_configs
+from foundry.storing.plain_yaml import check_config
 from foundry.sweep import Condition, has_range
 
 CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record", "baselines")
@@ -60,10 +60,7 @@ def compose(argv: Sequence[str]) -> Composed | None:
         InputError: the command line asks for something that does not exist or cannot be read.
     """
     _check_ranges(argv)
-    folders = list(config_dirs(argv))
-    for folder in folders:
-        check_configs(folder)
-    own_code.use(folders)
+    own_code.use(config_dirs(argv))
     from hydra.errors import HydraException
     from omegaconf.errors import OmegaConfBaseException
 
@@ -117,7 +114,7 @@ def _run_hydra(argv: Sequence[str]) -> Collector:
     import hydra
 
     collector = Collector()
-    with _hydra_surroundings(argv), _composed_once(argv):
+    with _hydra_surroundings(argv), _composed_once(argv), _files_checked():
         hydra.main(version_base="1.3", config_path=str(paths.conf_dir()), config_name="config")(collector)()
     return collector
 
@@ -155,6 +152,26 @@ def _composed_once(argv: Sequence[str]) -> Iterator[None]:
         yield
     finally:
         Hydra.get_mode = kept  # type: ignore[method-assign]
+
+
+@contextlib.contextmanager
+def _files_checked() -> Iterator[None]:
+    """Check each file of a user's own before Hydra reads it, which knows no bounds; the rest stays unread."""
+    from hydra._internal.core_plugins.file_config_source import FileConfigSource
+
+    kept, shipped = FileConfigSource.load_config, paths.conf_dir()
+
+    def checked(self: Any, config_path: str) -> Any:
+        file = Path(self.path) / self._normalize_file_name(config_path)
+        if Path(self.path) != shipped and file.is_file():
+            check_config(file)
+        return kept(self, config_path)
+
+    FileConfigSource.load_config = checked  # type: ignore[method-assign]
+    try:
+        yield
+    finally:
+        FileConfigSource.load_config = kept  # type: ignore[method-assign]
 
 
 def _composed(argv: Sequence[str], collector: Collector) -> Composed:

@@ -39,8 +39,8 @@ def build(config: Mapping[str, Any]) -> Any:
             f"'{name}' cannot be built: {error}. Where that is code of your own, name its folder with --config-dir."
         ) from error
     except Exception as error:
-        name = config.get("name", config["_target_"])
-        raise InputError(f"'{name}' cannot be built from its settings: {_one_line(error)}") from error
+        name, target = config.get("name", config["_target_"]), config["_target_"]
+        raise InputError(f"'{name}' ({target}) cannot be built from its settings: {_one_line(error)}") from error
 
 
 def _built(value: Any) -> Any:
