@@ -63,16 +63,6 @@ class Part:
             cause = " ".join(f"{type(error).__name__}: {error}".split())
             raise InputError(f"{self.origin} cannot measure run {run.id}: {cause}") from error
 
-    def describe(self, measure: str) -> Measure | None:
-        """Return what a measure is, without the signature's name; None where the module does not say."""
-        if measure in self.measures:
-            return self.measures[measure]
-        for pattern, described in self.measures.items():
-            start, star, end = pattern.partition("*")
-            if star and measure.startswith(start) and measure.endswith(end):
-                return described.of(measure[len(start) : len(measure) - len(end)])
-        return None
-
 
 def _number(value: Any) -> float:
     if not isinstance(value, Real):

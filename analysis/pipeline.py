@@ -19,7 +19,9 @@ from analysis.load import Folders, folders_of
 from analysis.measuring.memory import open_memory
 from analysis.measuring.runs import RunResult, Source, measure_runs
 from analysis.measuring.steps_file import open_steps_file
+from analysis.prose import group_label
 from analysis.retest import retest
+from analysis.signatures import FAILURE_RATE
 from analysis.stats.contrasts import contrasts
 from analysis.stats.family import primary_measures
 from analysis.stats.fingerprint import Fingerprint, fingerprint
@@ -28,7 +30,7 @@ from analysis.stats.values import Group
 from analysis.stats.variance import variance_split
 from analysis.tables import terminal
 from analysis.tables.comparison import Comparison, compare
-from analysis.tables.groups import group_columns, group_label
+from analysis.tables.groups import group_columns
 from analysis.tables.signature_table import SignatureTable, build_table
 from analysis.tables.texts import Table, write_tables
 from foundry.errors import InputError
@@ -137,6 +139,7 @@ def analyze(
                 *_unread(compared, _forms_by_group(results, groups)),
                 *_reach(differences),
                 *_of_forms(forms, table, sources),
+                *_without_decisions(results),
             ]
         ),
         written=(folder / "steps.parquet",),
@@ -269,3 +272,10 @@ def _reach(differences: pd.DataFrame) -> list[str]:
         return []
     which = "" if len(notes) == len(tested) else f"in {len(notes)} of {len(tested)} tests "
     return [f"{which}{notes.iloc[0]}: run more seeds, or declare fewer measures with --family"]
+
+
+def _without_decisions(results: Sequence[RunResult]) -> list[str]:
+    """Return which worlds wrote lines that nobody can read as decisions."""
+    complete = [result for result in results if result.keys["status"] == COMPLETE]
+    worlds = dict.fromkeys(result.keys["world"] for result in complete if set(result.measures) == {FAILURE_RATE})
+    return [f"world {world} recorded no decisions: its runs are listed, without signatures" for world in worlds]

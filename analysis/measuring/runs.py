@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Any
 from analysis import signatures
 from analysis.any import general_run
 from analysis.any.run import AnyRun
-from analysis.form import form_of
 from analysis.labelling import Labelling, rule_labelling
 from analysis.lines import COMPLETE, FAILED
-from analysis.load import further_factors, identity, status
+from analysis.load import further_factors, identity, measurable, status
 from analysis.measuring.compact import Values
 from analysis.measuring.memory import Measured, Memory, key_of
 from analysis.measuring.steps_file import steps_table
@@ -129,13 +128,12 @@ def _measured(folder: RunFolder, source: Source) -> Measured:
     found = folder.summary()
     ended = status(folder, found)
     measures = {FAILURE_RATE: {COMPLETE: 0.0, FAILED: 1.0}.get(ended, math.nan)}
-    if ended != COMPLETE:
+    whole = measurable(folder, found)
+    if whole is None:
         return Measured(measures, None)
-    form = form_of(folder.declared.form)
-    records = form.read(folder, found)
-    run = form.labelled(records.arrays(folder), source.labelling)
-    measures |= signatures.measure(run, run if form.run is AnyRun else general_run(folder, records))
-    return Measured(measures, steps_table(folder.id, records, form.schema(folder.declared)))
+    form, run = whole.form, whole.form.labelled(whole.run, source.labelling)
+    measures |= signatures.measure(run, run if form.run is AnyRun else general_run(folder, whole.records))
+    return Measured(measures, steps_table(folder.id, whole.records, form.schema(folder.declared)))
 
 
 def _described(folder: RunFolder, source: Source, found: Measured) -> RunResult:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from analysis.any.signatures.cost import HEADLINE, MEASURES, NAME, READABLE_TOO, cost_measures
 from analysis.camera.run import CameraRun
-from analysis.grid.signatures.cost import HEADLINE, MEASURES, NAME, READABLE_TOO, cost_measures
 
 __all__ = ["HEADLINE", "MEASURES", "NAME", "READABLE_TOO", "measure"]
 

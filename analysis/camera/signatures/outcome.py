@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from analysis.any.signatures.outcome import MEASURES as ALL
+from analysis.any.signatures.outcome import outcome_shares
 from analysis.camera.run import CameraRun
-from analysis.grid.signatures.outcome import MEASURES as ALL
-from analysis.grid.signatures.outcome import outcome_shares
 
 NAME = "outcome"
 
