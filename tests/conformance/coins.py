@@ -287,7 +287,7 @@ BROKEN = [
     (with_world("Blank", draw=lambda self: drawn(0, ())), "redraws what it drew", "step 1"),
     (with_world("Strict", row=_raises_on_oddities), "survives bad replies", "UnicodeEncodeError"),
     (
-        with_world("Lumped", row=row_with(outcome=lambda _, row, answer: row.outcome if row.action else Outcome.FAILED)),
+        with_world("Lumped", row=row_with(outcome=lambda _, row, __: row.outcome if row.action else Outcome.FAILED)),
         "survives bad replies",
         "instead of empty",
     ),

@@ -13,13 +13,13 @@ from foundry.conformance import models, prompts
 from foundry.conformance.checking import WORLD_CHECKS, world_case
 from foundry.conformance.finding import Status, look, name_of
 from foundry.conformance.playing import WorldCase
+from foundry.conformance.worlds import follows_its_seed
 from foundry.paths import conf_dir
 from foundry.running.build import build
 
 SMALL = {"cafe_library": ("world.agents=5", "world.steps=3")}
 SCENES = ("kibo", "kibo_paper", "office", "gallery")
 WORLDS = ("cafe_library", "kibo", *(pytest.param(name, marks=pytest.mark.slow) for name in SCENES[1:]))
-DRAWING = ("starts_afresh", "is_equal_from_a_pickle")
 
 
 def names(group: str) -> list[str]:
@@ -49,6 +49,11 @@ def test_every_world_is_among_those_that_are_checked():
 def test_a_world_holds_what_every_world_must_hold(world: str, check):
     found = look(f"world {world}", check, case(world))
     assert found.status is not Status.FAILED, found
+
+
+@pytest.mark.parametrize("world", ["cafe_library", "kibo"])
+def test_another_seed_gives_another_episode(world: str):
+    assert look(f"world {world}", follows_its_seed, case(world)).note == ""
 
 
 def prompt_config(name: str) -> tuple[str, Any]:
