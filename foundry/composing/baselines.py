@@ -67,7 +67,6 @@ class Stage:
         for question in self.questions:
             model.check(question)
 
-
     def suits(self, model: Model) -> bool:
         """Tell whether a policy can act here."""
         try:
