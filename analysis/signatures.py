@@ -36,6 +36,7 @@ from typing import Any
 
 from analysis.any.run import AnyRun
 from analysis.finding import Part, parts
+from analysis.form import FormAnalysis
 from analysis.measure import Measure, share
 from foundry.own_code import own_folders
 
@@ -164,6 +165,20 @@ def measure(run: Any, general: AnyRun | None = None) -> dict[str, float]:
         if part is not None and part.run in views:
             found |= signature.columns(*views[part.run])
     return found
+
+
+def sources(forms: Iterable[FormAnalysis]) -> list[dict[str, str]]:
+    """Return where the signatures of these forms come from, a row a form and signature.
+
+    The keys: `form`, `signature`, `origin` (`foundry`, or the user's own file or package), `module` (its full name, or
+    the file's name), and `sha256` of its source.
+    """
+    kept = [(form.name, one.part(form.run)) for form in forms for one in discover()]
+    return [
+        {"form": form, "signature": part.name, "origin": part.origin, "module": part.module, "sha256": part.sha256}
+        for form, part in kept
+        if part is not None
+    ]
 
 
 def is_readable_only(column: str) -> bool:

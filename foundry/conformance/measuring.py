@@ -89,7 +89,6 @@ def arrays_of(run: RunFolder) -> list[Any]:
         InputError: the run failed.
     """
     from analysis.any.arrays import any_run
-
     from analysis.load import read_records, read_run
 
     summary = run.summary()
