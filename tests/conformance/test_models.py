@@ -102,7 +102,7 @@ BROKEN = [
     (OtherKind, "answers the world", "also asks call"),
     (Unplain, "says its parameters", "cannot be written as JSON"),
     (Restless, "says its parameters", "differ"),
-    (Quiet, "tells its settings apart", "another 'odds'"),
+    (Quiet, "tells its settings apart", "another odds"),
     (Remembering, "answers the same", "other replies"),
     (Shuffled, "answers the same", "other replies"),
     (Texts, "answers the same", "return a Reply"),
