@@ -9,9 +9,9 @@ from analysis.camera.records import CameraRecords
 from analysis.grid.records import GridRecords
 from analysis.load import Run
 from episodes import Kept, composed, play_through
+from foundry.expansion import expand
 from foundry.records import GridStep, Message
 from foundry.storing.store import SweepFolder
-from foundry.sweep import expand
 
 
 def whole_run(path: Path, world: str, policy: str, *overrides: str, seed: int) -> Run:

@@ -17,9 +17,9 @@ from analysis.camera.run import CameraRun
 from analysis.load import read_records, read_run
 from endings import run_summary
 from foundry import seeding
+from foundry.expansion import Condition, expand
 from foundry.records import CameraEpisode, CameraStep, Outcome, Pose
 from foundry.storing.store import RunFolder, SweepFolder
-from foundry.sweep import Condition, expand
 
 GOAL = (6.0, 5.0)
 
