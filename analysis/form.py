@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from analysis.arrays import BoolArray, IntArray
 from foundry.declared import Declared
-from foundry.errors import InputError
+from foundry.errors import InputError, RecordError
 from foundry.own_code import OwnModule, own_folders, own_modules
 from foundry.records import Message, RunSummary
 from foundry.storing.store import RunFolder
@@ -30,6 +30,10 @@ if TYPE_CHECKING:
 
 ANY = "any"
 """The form whose code reads runs of all others, by the keys that all have."""
+
+
+class NoDecisionsError(RecordError):
+    """The lines of a run are no decisions, and its world, one of 0.1, never said what they are."""
 
 
 class Records(Protocol):
@@ -52,6 +56,7 @@ class Records(Protocol):
         """Return a complete run as arrays, as the form's `run`.
 
         Raises:
+            NoDecisionsError: nobody said what the lines are, and they are no decisions.
             RecordError: the lines do not make up a run.
         """
 

@@ -10,8 +10,8 @@ from typing import Any, TypeAlias
 import msgspec
 import pandas as pd
 
-from analysis.form import Records, form_of
-from analysis.lines import NOT_STARTED, UNFINISHED, read_agents, read_lines
+from analysis.form import FormAnalysis, NoDecisionsError, Records, form_of
+from analysis.lines import COMPLETE, NOT_STARTED, UNFINISHED, read_agents, read_lines
 from foundry.records import CameraEpisode, Message, RunSummary
 from foundry.storing.store import RunFolder, SweepFolder
 
@@ -135,6 +135,32 @@ def read_records(folder: RunFolder, summary: RunSummary | None) -> Records:
         RecordError: a file is damaged, or is not the one that the run wrote.
     """
     return form_of(folder.declared.form).read(folder, summary)
+
+
+@dataclass(frozen=True)
+class Measurable:
+    """A complete run, as lines and as arrays."""
+
+    form: FormAnalysis
+    records: Records
+    run: Any
+
+
+def measurable(folder: RunFolder, summary: RunSummary | None) -> Measurable | None:
+    """Return a run if it is complete and holds decisions; those of 0.1 whose world nobody knows may hold none.
+
+    Raises:
+        InputError: the code of its form cannot be used, or its lines are none of its form.
+        RecordError: a file is damaged.
+    """
+    if status(folder, summary) != COMPLETE:
+        return None
+    form = form_of(folder.declared.form)
+    records = form.read(folder, summary)
+    try:
+        return Measurable(form, records, records.arrays(folder))
+    except NoDecisionsError:
+        return None
 
 
 def read_run(folder: RunFolder, records: Records) -> Any:

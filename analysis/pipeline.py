@@ -12,6 +12,7 @@ import msgspec
 import pandas as pd
 import pyarrow as pa  # type: ignore[import-untyped]
 
+from analysis import signatures
 from analysis.form import FormAnalysis, form_of
 from analysis.labelling import model_labelling, rule_labelling
 from analysis.lines import COMPLETE
@@ -19,7 +20,9 @@ from analysis.load import Folders, folders_of
 from analysis.measuring.memory import open_memory
 from analysis.measuring.runs import RunResult, Source, measure_runs
 from analysis.measuring.steps_file import open_steps_file
+from analysis.prose import group_label
 from analysis.retest import retest
+from analysis.signatures import FAILURE_RATE
 from analysis.stats.contrasts import contrasts
 from analysis.stats.family import primary_measures
 from analysis.stats.fingerprint import Fingerprint, fingerprint
@@ -28,7 +31,7 @@ from analysis.stats.values import Group
 from analysis.stats.variance import variance_split
 from analysis.tables import terminal
 from analysis.tables.comparison import Comparison, compare
-from analysis.tables.groups import group_columns, group_label
+from analysis.tables.groups import group_columns
 from analysis.tables.signature_table import SignatureTable, build_table
 from analysis.tables.texts import Table, write_tables
 from foundry.errors import InputError
@@ -53,6 +56,7 @@ class Analysis:
         variance: how much of the variation goes with what, as in `variance.csv`.
         fingerprint: the groups as a whole; its energy tests are in `fingerprint.csv`.
         retest: test-retest consistency, as in `retest.csv`; no rows where nothing was sampled again.
+        sources: where each signature comes from, as in `sources.csv`; see `analysis.signatures.sources`.
         declared: the measures that claims rest on.
     """
 
@@ -66,6 +70,7 @@ class Analysis:
     variance: pd.DataFrame
     fingerprint: Fingerprint
     retest: pd.DataFrame
+    sources: pd.DataFrame
     declared: tuple[str, ...]
 
     @property
@@ -137,6 +142,7 @@ def analyze(
                 *_unread(compared, _forms_by_group(results, groups)),
                 *_reach(differences),
                 *_of_forms(forms, table, sources),
+                *_without_decisions(results),
             ]
         ),
         written=(folder / "steps.parquet",),
@@ -146,6 +152,7 @@ def analyze(
         variance=variance_split(table, groups),
         fingerprint=fingerprint(table, groups),
         retest=retest([source.path for source in sources if not source.baseline]),
+        sources=pd.DataFrame(signatures.sources(forms)),
         declared=tuple(family or primary_measures(table.measures)),
     )
     written = [*found.written, *_write_tables(found), *(_plot(folder, compared) if plots else ())]
@@ -206,6 +213,7 @@ def _write_tables(found: Analysis) -> list[Path]:
     found.runs.to_parquet(parquet, index=False)
     frames = {
         "signatures": found.runs,
+        "sources": found.sources,
         "variance": found.variance,
         "fingerprint": found.fingerprint.energy,
         "retest": found.retest,
@@ -269,3 +277,10 @@ def _reach(differences: pd.DataFrame) -> list[str]:
         return []
     which = "" if len(notes) == len(tested) else f"in {len(notes)} of {len(tested)} tests "
     return [f"{which}{notes.iloc[0]}: run more seeds, or declare fewer measures with --family"]
+
+
+def _without_decisions(results: Sequence[RunResult]) -> list[str]:
+    """Return which worlds wrote lines that nobody can read as decisions."""
+    complete = [result for result in results if result.keys["status"] == COMPLETE]
+    worlds = dict.fromkeys(result.keys["world"] for result in complete if set(result.measures) == {FAILURE_RATE})
+    return [f"world {world} recorded no decisions: its runs are listed, without signatures" for world in worlds]

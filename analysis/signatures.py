@@ -27,15 +27,16 @@ decisions both must count.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 from analysis.any.run import AnyRun
 from analysis.finding import Part, parts
+from analysis.form import FormAnalysis
 from analysis.measure import Measure, share
 from foundry.own_code import own_folders
 
@@ -68,14 +69,33 @@ class Signature:
         """Whether it has measures over the readable decisions alone."""
         return any(one.readable_too for one in self.parts)
 
+    @cached_property
+    def measures(self) -> Mapping[str, Measure]:
+        """What its measures are."""
+        return {name: one.measures[name] for one in reversed(self.parts) for name in one.measures}
+
     @property
     def headline(self) -> tuple[str, ...]:
         """The measures that are shown first."""
         return tuple(dict.fromkeys(name for one in self.parts for name in one.headline))
 
     def part(self, run: type) -> Part | None:
-        """Return what measures runs of this class; None where nothing does."""
+        """Return what measures runs of the form with this class; None where nothing does."""
         return next((one for one in self.parts if one.run in (run, AnyRun)), None)
+
+    def measure(self, run: Any) -> dict[str, float]:
+        """Return the measures of a run over the decisions that count in it; none if there are none for its class."""
+        part = self.part(type(run))
+        return part.measure(run) if part is not None else {}
+
+    def columns(self, run: Any, readable: Any) -> dict[str, float]:
+        """Return the columns of a run: its measures, then those of the same run with the readable decisions alone."""
+        part, every = self.part(type(run)), self.measure(run)
+        found = {f"{self.name}.{name}": value for name, value in every.items()}
+        if part is not None and part.readable_too:
+            alone = every if run.all_readable else part.measure(readable)
+            found |= {f"{self.name}.{name}{READABLE_SUFFIX}": value for name, value in alone.items()}
+        return found
 
     def is_readable_only(self, measure: str) -> bool:
         """Return whether a measure, without the signature's name, is over the readable decisions alone."""
@@ -86,23 +106,34 @@ class Signature:
         if self.is_readable_only(measure):
             found = self.describe(measure.removesuffix(READABLE_SUFFIX))
             return replace(found, label=f"{found.label}, readable alone")
-        described = (one.describe(measure) for one in self.parts)
-        other = Measure(measure.replace("_", " "), low=0) if measure.startswith("n_") else Measure(measure)
-        return next((one for one in described if one is not None), other)
+        if measure in self.measures:
+            return self.measures[measure]
+        for pattern, described in self.measures.items():
+            start, star, end = pattern.partition("*")
+            if star and measure.startswith(start) and measure.endswith(end):
+                return described.of(measure[len(start) : len(measure) - len(end)])
+        return Measure(measure.replace("_", " "), low=0) if measure.startswith("n_") else Measure(measure)
 
     def headline_columns(self, columns: Iterable[str]) -> list[str]:
         """Return those columns of a table that are this signature's headline over all decisions, in its order."""
         prefix = f"{self.name}."
-        present = [
-            column
-            for column in columns
-            if column.startswith(prefix) and not self.is_readable_only(column.removeprefix(prefix))
+        present = [name.removeprefix(prefix) for name in columns if name.startswith(prefix)]
+        return [
+            f"{prefix}{name}"
+            for pattern in self.headline
+            for name in present
+            if not self.is_readable_only(name) and self._means(pattern, name)
         ]
-        found: list[str] = []
-        for pattern in self.headline:
-            start, star, _ = f"{prefix}{pattern}".partition("*")
-            found += [name for name in present if (name.startswith(start) if star else name == start)]
-        return found
+
+    def _means(self, pattern: str, measure: str) -> bool:
+        """Return whether a measure is one of a pattern, and of none that says more of its name."""
+        start, star, _ = pattern.partition("*")
+        if not star:
+            return measure == pattern
+        further = (one.partition("*")[0] for one in (*self.measures, "n_*") if "*" in one)
+        return measure.startswith(start) and not any(
+            len(one) > len(start) and measure.startswith(one) for one in further
+        )
 
 
 def discover() -> tuple[Signature, ...]:
@@ -132,18 +163,22 @@ def measure(run: Any, general: AnyRun | None = None) -> dict[str, float]:
     for signature in discover():
         part = signature.part(type(run))
         if part is not None and part.run in views:
-            found |= columns(part, *views[part.run])
+            found |= signature.columns(*views[part.run])
     return found
 
 
-def columns(part: Part, run: Any, readable: Any) -> dict[str, float]:
-    """Return the columns of a run: its measures, then those of the same run with the readable decisions alone."""
-    every = part.measure(run)
-    found = {f"{part.name}.{name}": value for name, value in every.items()}
-    if part.readable_too:
-        alone = every if run.all_readable else part.measure(readable)
-        found |= {f"{part.name}.{name}{READABLE_SUFFIX}": value for name, value in alone.items()}
-    return found
+def sources(forms: Iterable[FormAnalysis]) -> list[dict[str, str]]:
+    """Return where the signatures of these forms come from, a row a form and signature.
+
+    The keys: `form`, `signature`, `origin` (`foundry`, or the user's own file or package), `module` (its full name, or
+    the file's name), and `sha256` of its source.
+    """
+    kept = [(form.name, one.part(form.run)) for form in forms for one in discover()]
+    return [
+        {"form": form, "signature": part.name, "origin": part.origin, "module": part.module, "sha256": part.sha256}
+        for form, part in kept
+        if part is not None
+    ]
 
 
 def is_readable_only(column: str) -> bool:

@@ -147,7 +147,9 @@ def has_circle(names: Iterable[str]) -> bool:
 
 
 def test_no_module_imports_itself_by_way_of_others():
-    assert not has_circle(name for name in IMPORTS if not any(is_in(name, room) for room in TANGLED))
+    # The package itself names what users import, each when it is first asked for.
+    modules = IMPORTS.keys() - {"foundry"}
+    assert not has_circle(name for name in modules if not any(is_in(name, room) for room in TANGLED))
     assert {room for room in TANGLED if has_circle(imports_of(room))} == TANGLED, "less is tangled: say so above"
 
 

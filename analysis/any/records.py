@@ -10,6 +10,7 @@ import msgspec
 
 from analysis.any.arrays import COMMON, MOST_AGENTS, any_run
 from analysis.any.run import AnyRun
+from analysis.form import NoDecisionsError
 from analysis.lines import MESSAGES, STEPS, read_lines
 from foundry.declared import Declared
 from foundry.errors import RecordError
@@ -71,10 +72,11 @@ class AnyRecords:
         """Return a complete run as arrays.
 
         Raises:
-            RecordError: the lines are no decisions, or not what the world declares.
+            NoDecisionsError: nobody said what the lines are, and they are no decisions.
+            RecordError: they are not what the world declares.
         """
         if self.unfit:
-            raise RecordError(self.unfit)
+            raise NoDecisionsError(self.unfit)
         return any_run(folder, self.declared, self.decisions(), self.messages)
 
 

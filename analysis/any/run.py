@@ -16,7 +16,7 @@ from analysis.costs import RunCost
 from foundry.declared import Declared
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class AnyRun:
     """One complete run.
 
@@ -68,6 +68,12 @@ class AnyRun:
     def counted(self) -> BoolArray:
         """Which decisions count, (K,)."""
         return self.readable if self.readable_only else np.ones(self.outcome.shape, dtype=np.bool_)
+
+    @property
+    def talks(self) -> bool:
+        """Whether its world can send messages; one that declares nothing may."""
+        streams = self.declared.streams
+        return not streams or "messages" in streams or "message" in streams.get("steps", {})
 
     @property
     def all_readable(self) -> bool:

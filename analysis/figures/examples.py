@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from analysis.figures.shown import Member, Shown
-from analysis.form import Figures, RunTable, form_of
+from analysis.figures.members import Member
+from analysis.figures.shown import Shown
+from analysis.form import Figures, RunTable
 from analysis.labelling import Labelling
+from analysis.load import measurable
 from analysis.plots import Picture
 
 
@@ -46,14 +48,14 @@ def examples(found: Sequence[Member], shown: Sequence[Shown], labellings: Mappin
     figures: dict[str, Figures] = {}
     doubts: dict[str, tuple[int, int]] = {}
     for member in found:
-        form = form_of(member.folder.declared.form)
-        if member.complete:
-            records = form.read(member.folder, member.summary)
-            run = form.labelled(records.arrays(member.folder), labellings[member.folder.id])
+        whole = measurable(member.folder, member.summary)
+        if whole is not None:
+            run = whole.form.labelled(whole.run, labellings[member.folder.id])
             if not run.readable.all():
                 doubts[run.id] = first_doubt(run)
-            if form.figures is not None:
-                figures.setdefault(form.name, form.figures(seed)).add(member.shown, run, member.seed)
+            if whole.form.figures is not None:
+                own = figures.setdefault(whole.form.name, whole.form.figures(seed))
+                own.add(member.shown, run, member.seed)
     return Examples(
         seed=seed,
         pictures=tuple(picture for one in figures.values() for picture in one.pictures(shown)),

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from analysis.figures.shown import Member, Shown
+from analysis.figures.members import Member
+from analysis.figures.shown import Shown
 from analysis.plots.fingerprints import FingerprintMap, Merge
 from analysis.plots.forest import Pair
 from analysis.plots.ledger import LedgerRow

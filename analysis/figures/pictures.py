@@ -9,7 +9,8 @@ from pathlib import Path
 import pandas as pd
 
 from analysis.figures.measures import fingerprint_map, group_values, ledger_rows, pairs_of
-from analysis.figures.shown import Member, Shown, shown_groups
+from analysis.figures.members import Member, shown_groups
+from analysis.figures.shown import Shown
 from analysis.plots import Picture, draw, figures, write
 from analysis.plots.labels import keys
 from analysis.signatures import describe, discover

@@ -9,16 +9,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from analysis import signatures
-from analysis.any import general_run
+from analysis.any.general import general_run
 from analysis.any.run import AnyRun
-from analysis.form import form_of
 from analysis.labelling import Labelling, rule_labelling
 from analysis.lines import COMPLETE, FAILED
-from analysis.load import further_factors, identity, status
+from analysis.load import further_factors, identity, measurable, status
 from analysis.measuring.compact import Values
 from analysis.measuring.memory import Measured, Memory, key_of
 from analysis.measuring.steps_file import steps_table
 from analysis.signatures import FAILURE_RATE
+from foundry.own_code import own_folders, use
 from foundry.storing.store import RunFolder, SweepFolder
 
 if TYPE_CHECKING:
@@ -107,11 +107,13 @@ def _measure_fresh(source: Source, sweep: SweepFolder, fresh: Sequence[RunFolder
     size = 16  # few enough for an even load and little memory, many enough to pay for the way to another process
     parts = [sweep.part(fresh[start : start + size]) for start in range(0, len(fresh), size)]
     work = joblib.Parallel(n_jobs=-1, return_as="generator")
-    for results in work(joblib.delayed(_measure_part)(source, part) for part in parts):
+    for results in work(joblib.delayed(_measure_part)(source, part, own_folders()) for part in parts):
         yield from results
 
 
-def _measure_part(source: Source, part: SweepFolder) -> list[Measured]:
+def _measure_part(source: Source, part: SweepFolder, own: Sequence[Path]) -> list[Measured]:
+    """Measure a part of a sweep in another process, which may have begun before the user's own folders were known."""
+    use(own)
     return [_measured(folder, source) for folder in part.runs()]
 
 
@@ -129,13 +131,12 @@ def _measured(folder: RunFolder, source: Source) -> Measured:
     found = folder.summary()
     ended = status(folder, found)
     measures = {FAILURE_RATE: {COMPLETE: 0.0, FAILED: 1.0}.get(ended, math.nan)}
-    if ended != COMPLETE:
+    whole = measurable(folder, found)
+    if whole is None:
         return Measured(measures, None)
-    form = form_of(folder.declared.form)
-    records = form.read(folder, found)
-    run = form.labelled(records.arrays(folder), source.labelling)
-    measures |= signatures.measure(run, run if form.run is AnyRun else general_run(folder, records))
-    return Measured(measures, steps_table(folder.id, records, form.schema(folder.declared)))
+    form, run = whole.form, whole.form.labelled(whole.run, source.labelling)
+    measures |= signatures.measure(run, run if form.run is AnyRun else general_run(folder, whole.records))
+    return Measured(measures, steps_table(folder.id, whole.records, form.schema(folder.declared)))
 
 
 def _described(folder: RunFolder, source: Source, found: Measured) -> RunResult:

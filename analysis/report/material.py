@@ -8,7 +8,8 @@ from functools import cached_property
 from typing import Any
 
 from analysis.figures.examples import Examples, examples
-from analysis.figures.shown import Member, Shown, members, shown_groups
+from analysis.figures.members import Member, members, shown_groups
+from analysis.figures.shown import Shown
 from analysis.form import FormAnalysis, forms_of
 from analysis.labelling import Labelling, model_labelling, rule_labelling
 from analysis.load import Folders, folders_of

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from analysis.figures.shown import Member
+from analysis.figures.members import Member
 from analysis.form import forms_of
 from analysis.plots.ledger import percent
 from analysis.prose import joined

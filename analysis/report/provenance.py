@@ -9,7 +9,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from urllib.parse import quote
 
-from analysis.figures.shown import Member, Shown
+from analysis.figures.members import Member
+from analysis.figures.shown import Shown
 from analysis.plots.ledger import percent
 from analysis.report.grids import Cell, Grid, grid
 from analysis.report.material import Material

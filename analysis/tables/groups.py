@@ -46,11 +46,6 @@ def _factors(table: SignatureTable) -> list[str]:
     return [key for key in table.factors if key != "sampling_seed"]
 
 
-def group_label(group: Sequence[str]) -> str:
-    """Return the name of a group for people."""
-    return " / ".join(group)
-
-
 def _settings(config: Mapping[str, Any]) -> dict[str, str]:
     """Return the leaves of a configuration by their path, without how a server is reached."""
     return dict(leaves({key: value for key, value in without_servers(config).items() if key != "name"}))

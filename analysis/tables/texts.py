@@ -13,10 +13,10 @@ from typing import Any
 
 import pandas as pd
 
+from analysis.prose import group_label
 from analysis.signatures import discover
 from analysis.stats.intervals import Estimate
 from analysis.tables.comparison import Comparison
-from analysis.tables.groups import group_label
 
 _LATEX = {
     "\\": r"\textbackslash{}",

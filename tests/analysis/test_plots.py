@@ -16,8 +16,9 @@ from matplotlib.font_manager import FontManager, fontManager
 
 from analysis import analyze, signatures
 from analysis.figures.measures import dendrogram
+from analysis.figures.members import shown_groups
 from analysis.figures.pictures import means_picture
-from analysis.figures.shown import Shown, shown_groups
+from analysis.figures.shown import Shown
 from analysis.grid.figures import GridGroup, cascade_tree, not_warned, occupancy
 from analysis.grid.run import GridRun, GridSettings
 from analysis.plots import Picture, draw, figures, style

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from analysis.arrays import OUTCOMES
-from analysis.signatures import path_efficiency
+from analysis.grid.signatures import path_efficiency
 from foundry.records import Outcome
 
 CAFE = {"name": "cafe", "type": "cafe", "center": [0, 0], "extent": [0, 0], "capacity": 1}

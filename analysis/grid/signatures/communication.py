@@ -8,7 +8,7 @@ from collections import Counter
 import numpy as np
 
 from analysis.arrays import BoolArray, IntArray
-from analysis.formulas import mean, ratio, variety
+from analysis.formulas import gini, mean, ratio, variety
 from analysis.grid.run import GridRun
 from analysis.measure import Measure, share
 
@@ -97,13 +97,6 @@ def _links(deliveries: IntArray, agents: int) -> dict[str, float]:
     links = np.zeros((agents, agents), dtype=np.bool_)
     links[deliveries[:, 1], deliveries[:, 2]] = True
     return {"reciprocity": reciprocity(links), "n_links": float(links.sum())}
-
-
-def gini(counts: IntArray) -> float:
-    """Return the Gini coefficient of counts (N,), 0..1 - 1/N; NaN when all are 0."""
-    ranked = np.sort(counts)
-    ranks = np.arange(1, len(ranked) + 1)
-    return ratio(float(((2 * ranks - len(ranked) - 1) * ranked).sum()), float(len(ranked) * ranked.sum()))
 
 
 def burstiness(times: IntArray, *, finite: bool = False) -> float:

@@ -6,25 +6,10 @@ raises idle rate, persistence and clustering and lowers exploration and communic
 
 from __future__ import annotations
 
-from analysis.arrays import OUTCOMES, READABLE, IntArray
-from analysis.formulas import ratio
+from analysis.any.signatures.outcome import HEADLINE, MEASURES, NAME, READABLE_TOO, outcome_shares
 from analysis.grid.run import GridRun
-from analysis.measure import share
 
-NAME = "outcome"
-
-READABLE_TOO = False
-
-MEASURES = {
-    "readable": share("Readable action replies (share)"),
-    "failure_rate": share("Action replies without a decision (share)"),
-    "message_readable": share("Readable message replies (share)"),
-    "message_failure_rate": share("Message replies without a decision (share)"),
-    **{str(outcome): share(f"Action replies: {outcome} (share)") for outcome in OUTCOMES},
-    **{f"message_{outcome}": share(f"Message replies: {outcome} (share)") for outcome in OUTCOMES},
-}
-
-HEADLINE = ("readable", "message_readable", "repaired")
+__all__ = ["HEADLINE", "MEASURES", "NAME", "READABLE_TOO", "measure"]
 
 
 def measure(run: GridRun) -> dict[str, float]:
@@ -43,16 +28,4 @@ def measure(run: GridRun) -> dict[str, float]:
         **{f"message_{name}": value for name, value in messages.items()},
         "n_decisions": float(run.outcome.size),
         "n_message_decisions": float(run.message_outcome.size),
-    }
-
-
-def outcome_shares(outcomes: IntArray) -> dict[str, float]:
-    """Return the share of each outcome and of the readable ones; outcomes of any shape, indices of OUTCOMES."""
-    counts = {name: int((outcomes == index).sum()) for index, name in enumerate(OUTCOMES)}
-    readable = sum(counts[OUTCOMES[index]] for index in READABLE)
-    shares = {str(name): ratio(count, outcomes.size) for name, count in counts.items()}
-    return {
-        "readable": ratio(readable, outcomes.size),
-        "failure_rate": ratio(outcomes.size - readable, outcomes.size),
-        **shares,
     }

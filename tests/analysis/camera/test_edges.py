@@ -9,6 +9,7 @@ import pytest
 
 from analysis import signatures
 from analysis.camera.signatures import recognition
+from analysis.form import form_of
 from analysis.labelling import Labelling, agreement, hand_labelled
 
 
@@ -93,4 +94,5 @@ def test_what_a_world_does_not_have_has_no_column(camera, measure):
 
 def test_a_run_in_which_nobody_talks_has_nothing_to_label(camera):
     run = camera(0).run
-    assert Labelling("judge", "1", agreement([None] * len(hand_labelled())), {}).label(run) is run
+    judge = Labelling("judge", "1", agreement([None] * len(hand_labelled())), {})
+    assert form_of("camera").labelled(run, judge) is run

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
+from analysis.any.run import AnyRun
 from analysis.costs import RunCost
 from analysis.formulas import ratio
-from analysis.grid.run import GridRun
 from analysis.measure import Measure, share
 
 NAME = "cost"
@@ -33,8 +33,8 @@ MEASURES = {
 HEADLINE = ("prompt_tokens_per_decision", "output_tokens_per_decision", "model_s_per_decision", "retries")
 
 
-def measure(run: GridRun) -> dict[str, float]:
-    """Return the cost of a run, as its `run.json` has it; a decision is an agent's step, with all its calls.
+def measure(run: AnyRun) -> dict[str, float]:
+    """Return the cost of a run, as its `run.json` has it; a decision is a line of its steps.
 
     - calls, cached, retries: model calls; those answered from the cache of answers; tries that failed before an answer.
     - prompt_tokens, output_tokens: tokens as counted by the server, those of cached answers included.
