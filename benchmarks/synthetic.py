@@ -9,10 +9,10 @@ import msgspec
 import numpy as np
 from scipy.spatial import cKDTree
 
+from foundry.expansion import Condition, expand
 from foundry.records import Call, Counts, GridStep, Message, Outcome, RunSummary
 from foundry.storing.run_writer import RunWriter, write_run_summary
 from foundry.storing.store import RunFolder, SweepFolder
-from foundry.sweep import Condition, expand
 
 DIRECTIONS = {1: "up", 2: "down", 3: "left", 4: "right"}
 OFFSETS = np.array([(0, 0), (0, 1), (0, -1), (-1, 0), (1, 0)])

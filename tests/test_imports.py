@@ -16,7 +16,7 @@ LAYERS = {
     "leaves": ("errors", "paths", "seeding", "records", "texts", "naming", "declared", "own_code"),
     "parts": ("worlds", "models", "prompts"),
     "episode": ("episode",),
-    "storing": ("sweep", "storing", "provenance"),
+    "storing": ("expansion", "storing", "provenance"),
     "running": ("running",),
     "using": (
         "composing",

@@ -28,11 +28,11 @@ from foundry.errors import InputError
 
 if TYPE_CHECKING:
     from foundry.composing.compose import Composed
+    from foundry.expansion import Sweep
     from foundry.models.answers.base import Answers
     from foundry.models.base import ModelInfo
     from foundry.running.local import Runner
     from foundry.storing.store import SweepFolder
-    from foundry.sweep import Sweep
 
 
 def run_overrides(argv: Sequence[str]) -> int:
@@ -163,8 +163,8 @@ def resume(
     from foundry.composing.preflight import check, declare
     from foundry.composing.preparing import model_lines, runner_of
     from foundry.composing.settings import checked_settings
+    from foundry.expansion import with_hosts
     from foundry.storing.store import SweepFolder, check_declared, check_digests
-    from foundry.sweep import with_hosts
     from foundry.trust import reaching
     from foundry.trust.targets import check_sweep_targets
 

@@ -12,10 +12,10 @@ from foundry import own_code, paths
 from foundry.composing.preflight import first_questions, scenario_of
 from foundry.composing.public_names import with_public_names
 from foundry.errors import InputError, not_found
+from foundry.expansion import Condition, Sweep, expand, settings_key
 from foundry.models.base import Model
 from foundry.running.build import build
 from foundry.storing.plain_yaml import load_plain
-from foundry.sweep import Condition, Sweep, expand, settings_key
 from foundry.worlds.base import Question, Scenario
 
 NAMES = ("scripted/random", "scripted/wander", "scripted/stay", "scripted/oracle")

@@ -16,8 +16,8 @@ from foundry.composing.collecting import Collector, Launch
 from foundry.composing.public_names import with_public_names
 from foundry.composing.settings import check_parts, checked_settings
 from foundry.errors import FoundryError, InputError, not_found
+from foundry.expansion import Condition, has_range
 from foundry.storing.plain_yaml import check_config
-from foundry.sweep import Condition, has_range
 
 CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record", "baselines")
 """What goes into a condition; the other keys say where and how it is run."""

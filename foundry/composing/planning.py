@@ -11,6 +11,7 @@ from typing import Any
 from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.episode import Interrupted, play
 from foundry.errors import InputError
+from foundry.expansion import Run, Sweep, settings_key
 from foundry.models.answers.base import Answers
 from foundry.models.base import Model, ModelInfo, Reply, Request
 from foundry.models.wrappers.base import Wrapper
@@ -19,7 +20,6 @@ from foundry.records import Call, Record
 from foundry.running.asking import asker_of, in_run
 from foundry.running.build import build
 from foundry.storing.store import RunFolder
-from foundry.sweep import Run, Sweep, settings_key
 from foundry.worlds.base import Scenario
 
 

@@ -9,11 +9,11 @@ from typing import Any
 
 from foundry.declared import Declared
 from foundry.errors import InputError
+from foundry.expansion import Condition, Sweep, settings_key
 from foundry.models.base import Model, ModelInfo
 from foundry.prompts.prompt import Prompt
 from foundry.running.asking import in_run
 from foundry.running.build import build
-from foundry.sweep import Condition, Sweep, settings_key
 from foundry.worlds.base import Answer, Question, Scenario
 
 MAX_STEPS = 4
@@ -32,7 +32,7 @@ def check(sweep: Sweep) -> dict[str, ModelInfo]:
     """Build every part of the sweep once, render every prompt once and ask the servers about the models.
 
     Returns:
-        What is known of each model, by `sweep.settings_key`.
+        What is known of each model, by `expansion.settings_key`.
 
     Raises:
         InputError: something does not exist, does not fit, or cannot be reached.

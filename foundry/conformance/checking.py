@@ -16,11 +16,11 @@ from foundry.conformance.finding import Check, Finding, examine
 from foundry.conformance.measuring import signature_case
 from foundry.conformance.playing import WorldCase
 from foundry.errors import InputError
+from foundry.expansion import settings_key
 from foundry.models.base import Model
 from foundry.models.scripted.random import Random
 from foundry.models.scripted.wander import Wander
 from foundry.running.build import build
-from foundry.sweep import settings_key
 from foundry.worlds.base import Scenario
 
 WORLD_CHECKS = (*worlds.CHECKS, *records.CHECKS, *replies.CHECKS)

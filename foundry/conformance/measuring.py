@@ -13,10 +13,10 @@ from foundry.composing.preflight import check
 from foundry.conformance.playing import WorldCase
 from foundry.conformance.signatures import SignatureCase
 from foundry.errors import InputError, not_found
+from foundry.expansion import Condition, expand
 from foundry.own_code import OwnModule, ours, own_modules
 from foundry.running.local import LocalRunner, SweepJob
 from foundry.storing.store import RunFolder, SweepFolder
-from foundry.sweep import Condition, expand
 
 SEEDS = (0, 1)
 _RANDOM = {"_target_": "foundry.models.scripted.random.Random", "name": "scripted/random"}

@@ -16,8 +16,8 @@ import msgspec
 from foundry.conformance.finding import Skipped, require
 from foundry.conformance.playing import WorldCase, request_of
 from foundry.errors import FoundryError, InputError
+from foundry.expansion import without_servers
 from foundry.models.base import Model, ModelInfo, Reply, Request, RequestKeys, RunContext
-from foundry.sweep import without_servers
 from foundry.worlds.base import ABORTED, LENGTH, STOPPED
 
 _MOST = 60

@@ -29,6 +29,7 @@ from foundry.errors import (
     TransientError,
     UnconfirmedError,
 )
+from foundry.expansion import settings_key
 from foundry.models.answers.base import Answers
 from foundry.models.answers.opening import open_answers
 from foundry.models.base import Model, ModelInfo
@@ -39,7 +40,6 @@ from foundry.running.continuing import forked, origin_of
 from foundry.storing.run_writer import RunWriter, write_run_summary
 from foundry.storing.store import RunFolder, SweepFolder, cannot_write, write_atomically
 from foundry.storing.sweep_file import to_yaml
-from foundry.sweep import settings_key
 from foundry.texts import without_secrets
 
 REPORT_EVERY_S = 0.25
@@ -56,7 +56,7 @@ class LaneSpec:
         folder: the sweep.
         runs: ids of the runs it may take, in order; those that another worker has are left to it.
         suspects: ids it takes first and one at a time, since they were open when a worker died.
-        infos: what the server said about each model, by `sweep.settings_key`.
+        infos: what the server said about each model, by `expansion.settings_key`.
         cache: where the answer cache is: a file or a database.
         frame_every: keep a picture of every n-th step; 0 keeps none.
         open_runs: how many runs it plays at once.

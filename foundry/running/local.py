@@ -19,13 +19,13 @@ from typing import Any, TypeAlias
 import joblib
 
 from foundry.errors import BackendError, FoundryError, InputError, ModelChangedError
+from foundry.expansion import is_served, models_in, settings_key
 from foundry.models.base import Model, ModelInfo
 from foundry.running.build import build
 from foundry.running.lane import Lane, LaneSpec
 from foundry.running.lanes import Lanes
 from foundry.running.progress import most_calls
 from foundry.storing.store import RunFolder, SweepFolder
-from foundry.sweep import is_served, models_in, settings_key
 
 
 class SweepStopped(FoundryError):
@@ -42,7 +42,7 @@ class SweepJob:
 
     Attributes:
         folder: the sweep.
-        infos: what the server said about each model, by `sweep.settings_key`.
+        infos: what the server said about each model, by `expansion.settings_key`.
         cache: where the answer cache is: a file or a database.
         frame_every: keep a picture of every n-th step; 0 keeps none.
     """

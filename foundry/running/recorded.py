@@ -11,13 +11,13 @@ import msgspec
 
 from foundry import seeding
 from foundry.errors import RecordError
+from foundry.expansion import calls_seed
 from foundry.models.base import Reply, Request, RequestKeys, Source, logged
 from foundry.prompts.prompt import Prompt
 from foundry.records import Call
 from foundry.running.build import build
 from foundry.running.difference import CALLS, Difference, first_difference
 from foundry.running.replayed import reply_of
-from foundry.sweep import calls_seed
 from foundry.worlds.base import Question
 
 Place = tuple[int, int, str]

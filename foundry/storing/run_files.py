@@ -15,10 +15,10 @@ import zstandard
 from filelock import FileLock, Timeout
 
 from foundry.errors import RecordError, StorageError, UndeclaredError
+from foundry.expansion import Run, Sweep, calls_seed
 from foundry.records import NOT_JSON, Call, RunSummary
 from foundry.storing.declaration import declared_before
 from foundry.storing.plain_files import check_folder, is_there, plain
-from foundry.sweep import Run, Sweep, calls_seed
 
 RECORD_STREAMS = ("steps", "messages", "episode", "agents")
 ALWAYS_THERE = ("steps", "messages")

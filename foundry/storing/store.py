@@ -20,6 +20,9 @@ from typing import Any
 import msgspec
 
 from foundry.errors import InputError, RecordError, not_found
+from foundry.expansion import Sweep
+from foundry.expansion import is_served as is_served
+from foundry.expansion import without_servers as without_servers
 from foundry.records import NOT_JSON, Labels
 from foundry.storing.plain_files import check_folder, is_there
 from foundry.storing.run_files import ALWAYS_THERE as ALWAYS_THERE
@@ -39,9 +42,6 @@ from foundry.storing.run_files import storing as storing
 from foundry.storing.run_files import write_atomically as write_atomically
 from foundry.storing.sweep_file import sweep_content, sweep_from, sweep_text
 from foundry.storing.sweep_file import to_yaml as to_yaml
-from foundry.sweep import Sweep
-from foundry.sweep import is_served as is_served
-from foundry.sweep import without_servers as without_servers
 from foundry.texts import holds_secret, without_secrets
 
 SWEEP_FILE = "sweep.yaml"

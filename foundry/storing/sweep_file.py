@@ -10,10 +10,10 @@ from typing import Any
 import msgspec
 import yaml
 
+from foundry.expansion import Condition, Run, Sweep, check_names
 from foundry.storing.declaration import recorded_declaration
 from foundry.storing.plain_yaml import load_plain
 from foundry.storing.sweep_shape import check_shape
-from foundry.sweep import Condition, Run, Sweep, check_names
 
 _ENCODE = msgspec.json.Encoder().encode
 _RUNS = "\nruns:\n"

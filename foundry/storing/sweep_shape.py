@@ -8,7 +8,7 @@ from typing import Annotated, Any, TypeAlias
 import msgspec
 
 from foundry.declared import Declared
-from foundry.sweep import models_in
+from foundry.expansion import models_in
 
 Number: TypeAlias = Annotated[int, msgspec.Meta(ge=0)]
 _INTEGERS = range(-(2**63), 2**64)

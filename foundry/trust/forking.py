@@ -17,13 +17,13 @@ from foundry import paths
 from foundry.composing.compose import Composed, compose
 from foundry.episode import play
 from foundry.errors import InputError, RecordError
+from foundry.expansion import Condition, calls_seed, settings_key
 from foundry.records import Call
 from foundry.running.build import build
 from foundry.running.recorded import Departed, NotRecorded, RecordedAsker, past_wordings
 from foundry.storing.plain_yaml import load_plain
 from foundry.storing.store import RunFolder, SweepFolder, calls_bytes, last_whole_step, lines_of, write_atomically
 from foundry.storing.sweep_file import to_yaml
-from foundry.sweep import Condition, calls_seed, settings_key
 from foundry.trust.summaries import COMPLETE
 from foundry.trust.verifying import Comparer, EndOfRecords
 

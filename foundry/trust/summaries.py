@@ -10,12 +10,12 @@ import msgspec
 
 from foundry.declared import Declared
 from foundry.errors import RecordError
+from foundry.expansion import identity
 from foundry.records import Call, Counts, RunSummary
 from foundry.running.difference import NOTHING, Difference, first_difference
 from foundry.running.recorded import Departed
 from foundry.storing.plain_yaml import load_plain
 from foundry.storing.store import SWEEP_FILE, RunFolder
-from foundry.sweep import identity
 
 COMPLETE = "complete"
 _NOT_REPLAYED = ("cached", "retries", "model_s")

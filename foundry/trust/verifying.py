@@ -16,12 +16,12 @@ import msgspec
 from foundry import provenance
 from foundry.episode import play
 from foundry.errors import ModelChangedError, RecordError, UnconfirmedError
+from foundry.expansion import settings_key
 from foundry.records import NOT_JSON, Call, Counts, Record, RunSummary, SeenImage
 from foundry.running.build import build
 from foundry.running.difference import CALLS, NOTHING, Difference, first_difference
 from foundry.running.recorded import Departed, NotRecorded, RecordedAsker, wordings
 from foundry.storing.store import SWEEP_FILE, RunFolder, SweepFolder, frame_name, kept_file
-from foundry.sweep import settings_key
 from foundry.trust.summaries import COMPLETE, check_config, check_declared, check_digests, check_summary
 
 _ENCODE = msgspec.json.Encoder().encode

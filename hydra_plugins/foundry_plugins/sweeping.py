@@ -18,7 +18,7 @@ from omegaconf import DictConfig
 
 from foundry.composing.collecting import Collector
 from foundry.errors import InputError
-from foundry.sweep import expand_ranges
+from foundry.expansion import expand_ranges
 
 
 class FoundrySweeper(BasicSweeper):

@@ -12,9 +12,9 @@ from commands import foundry
 from foundry.composing.compose import compose
 from foundry.composing.public_names import with_public_names
 from foundry.errors import InputError
+from foundry.expansion import expand
 from foundry.naming import MOVED, present, target_of, with_first_names
 from foundry.storing.store import SweepFolder
-from foundry.sweep import expand
 
 WORLD = "from foundry.worlds.grid.world import GridScenario\n\n\nclass Mine(GridScenario):\n    pass\n"
 

@@ -11,8 +11,8 @@ import pytest
 from analysis import analyze, load
 from commands import foundry, statuses
 from foundry.composing.public_names import with_public_names
+from foundry.expansion import expand
 from foundry.storing.store import SweepFolder
-from foundry.sweep import expand
 from foundry.viewer.resources import Resources
 
 DATA = Path(__file__).parents[1] / "data"
