@@ -164,16 +164,14 @@ def test_analysis_reads_records_and_the_store_only():
         assert foreign == set(), f"{name} imports {foreign}"
 
 
-def test_the_viewer_reads_records_and_the_store_only():
+def test_the_viewer_reads_records_and_the_store_only_but_where_it_draws():
+    drawing = {
+        "foundry.viewer.camera.scene_export": {one for one in MODULES if is_in(one, "foundry.worlds.camera")},
+        "foundry.viewer.any.drawing": {"foundry.replay.recording", "foundry.worlds.base"},
+    }
     for name, found in imports_of("foundry.viewer").items():
         foreign = {one for one in found if not is_in(one, "foundry.viewer")} - {*LEAVES, "foundry.storing.store"}
-        drawing = {one for one in foreign if is_in(one, "foundry.worlds.camera")}
-        allowed = (
-            {*drawing, "foundry.worlds.base", "foundry.composing.preflight"}
-            if name == "foundry.viewer.camera.scene_export"
-            else set()
-        )
-        assert foreign <= allowed, f"{name} imports {foreign}"
+        assert foreign <= drawing.get(name, set()), f"{name} imports {foreign}"
 
 
 def is_upstairs(name: str) -> bool:
