@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import os
+import pickle
 import re
 import shlex
 import shutil
 import subprocess
 import sys
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +21,13 @@ import pytest
 import yaml
 
 import foundry as public
-from commands import foundry, kill, started, wait_until
+from commands import foundry, kill, started, statuses, wait_until
 from foundry import own_code, paths
+from foundry.composing.compose import compose
+from foundry.composing.preflight import declare
+from foundry.expansion import expand, settings_key
+from foundry.models.base import ModelInfo
+from foundry.running.lane import LaneSpec, run_lane
 from foundry.storing.store import SweepFolder
 
 ROOT = paths.PACKAGE.parent
@@ -221,3 +228,22 @@ def test_a_killed_sweep_goes_on_and_its_records_are_the_same_to_the_byte(tmp_pat
             (runs / whole.name / name).read_bytes() == (whole / name).read_bytes()
             for name in ("steps.jsonl", "messages.jsonl")
         )
+
+
+def test_a_worker_that_knows_nothing_of_the_command_is_told_where_its_code_is(tmp_path: Path):
+    """As a cluster's workers are: started before, by someone else, without the variables of the command."""
+    asked = ("--config-dir", str(EXAMPLE / "mine"), "world=el_farol", "model=mine/mixing", "world.steps=2")
+    composed = compose(asked)
+    assert composed is not None
+    sweep = declare(expand((), composed.conditions))
+    infos = {settings_key(sweep.conditions[0].config["model"]): ModelInfo("mine/mixing")}
+    folder = SweepFolder.create(tmp_path / "s", sweep, {"record": {"frames": False}}, [])
+    runs = tuple(run.id for run in folder.runs())
+    spec = LaneSpec("0", folder, runs, infos, cache=str(tmp_path / "answers"), own=(EXAMPLE / "mine",))
+    for told, status in ((replace(spec, own=()), None), (spec, "complete")):
+        worker = [sys.executable, "-P", "-m", "foundry.running.lane_process"]
+        known = {"PATH": os.environ["PATH"], "PYTHONPATH": str(ROOT)}
+        subprocess.run(
+            worker, input=pickle.dumps((run_lane, told)), env=known, cwd=tmp_path, capture_output=True, check=True
+        )
+        assert statuses(folder.path) == [status]
