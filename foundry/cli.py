@@ -14,10 +14,10 @@ from collections.abc import Sequence
 
 from typer.models import CommandInfo
 
-from foundry import commands, own_code
+from foundry import commands
 from foundry.commands.application import EXIT_FAILED, EXIT_INPUT, EXIT_INTERRUPTED, EXIT_OK, app, fail
 from foundry.commands.sweeps import run_overrides
-from foundry.composing.compose import config_dirs, folders_last
+from foundry.composing.compose import folders_last
 from foundry.errors import FoundryError, InputError, RecordError, not_found
 
 DISK_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
@@ -37,7 +37,7 @@ def run(argv: Sequence[str]) -> int:
     try:
         argv = folders_last(argv)
         if _is_typer(argv):
-            return _run_typer(_with_own_code(argv))
+            return _run_typer(argv)
         return run_overrides(argv)
     except (InputError, RecordError) as error:
         return fail(error, EXIT_INPUT)
@@ -81,19 +81,6 @@ def _is_typer(argv: Sequence[str]) -> bool:
 
 def _name_of(command: CommandInfo) -> str:
     return str(getattr(command.callback, "__name__", ""))
-
-
-def _with_own_code(argv: Sequence[str]) -> list[str]:
-    """Make the code in a user's own folders known; returns the command line without them.
-
-    A command that composes is left to read them by itself, since they hold configurations, too.
-    """
-    composing = {_name_of(command) for command in app.registered_commands if command.context_settings}
-    if composing.intersection(argv[:1]):
-        return list(argv)
-    folders = list(config_dirs(argv))
-    own_code.use(folders)
-    return list(argv[: len(argv) - 2 * len(folders)])
 
 
 def _run_typer(argv: Sequence[str]) -> int:
