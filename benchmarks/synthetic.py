@@ -10,10 +10,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from foundry.declared import Declared, keys_of
+from foundry.expansion import Condition, expand
 from foundry.records import Call, Counts, GridStep, Message, Outcome, RunSummary
 from foundry.storing.run_writer import RunWriter, write_run_summary
 from foundry.storing.store import RunFolder, SweepFolder
-from foundry.sweep import Condition, expand
 
 GRID = Declared(form="grid", streams=keys_of((GridStep, Message)))
 DIRECTIONS = {1: "up", 2: "down", 3: "left", 4: "right"}

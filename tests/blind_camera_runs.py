@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from analysis.camera_run import CameraRun
-from analysis.command_kinds import KINDS
+from analysis.camera.command_kinds import KINDS
+from analysis.camera.run import CameraRun
 from foundry import seeding
 from foundry.records import CameraEpisode, Pose
 

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import msgspec
+from foundry.sweep import Condition, expand
 from PIL import Image, ImageDraw, ImageOps
 
 from foundry.declared import Actions
 from foundry.records import Agent, Call, Message, Outcome, Record, RoundStep
 from foundry.storing.run_writer import RunWriter, write_run_summary
 from foundry.storing.store import RunFolder, SweepFolder, frame_name
-from foundry.sweep import Condition, expand
 from foundry.worlds.base import Question, Recorded, Redrawing, Scenario, World
 from made_up_runs import GENDERS, summary
 

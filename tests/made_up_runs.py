@@ -9,14 +9,13 @@ from typing import Any
 
 import msgspec
 
-from foundry.declared import Declared, keys_of
+from declared_forms import GRID
+from foundry.expansion import Condition, expand
 from foundry.records import Agent, Call, Counts, GridStep, Message, Outcome, RunSummary
 from foundry.storing.run_writer import RunWriter, write_run_summary
 from foundry.storing.store import RunFolder, SweepFolder
-from foundry.sweep import Condition, expand
 
 AGENTS, STEPS = 4, 6
-GRID = Declared(form="grid", streams=keys_of((GridStep, Message, Agent)))
 GENDERS = ("female", "male")
 HOSTILE = (
     '<script>window.hacked = 1</script><img src=x onerror="window.hacked = 1"> </script> javascript:alert(1) '

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from foundry.commands.application import Trusted, app
+from foundry.commands.application import Mine, Trusted, app
 from foundry.errors import InputError
 
 
@@ -28,6 +28,7 @@ def view(
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0 takes a free one.")] = 0,
     browser: Annotated[bool, typer.Option(help="Open the browser.")] = True,
     trust_targets: Trusted = None,
+    config_dir: Mine = None,
 ) -> None:
     """Look at what happened: runs step by step, prompts and replies, runs side by side."""
     root = folder if folder is not None else _newest()

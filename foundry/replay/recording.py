@@ -13,7 +13,7 @@ import msgspec
 from foundry.composing.preflight import scenario_of
 from foundry.errors import FoundryError, InputError, RecordError
 from foundry.records import NOT_JSON, RunSummary
-from foundry.storing.store import RunFolder, kept_file
+from foundry.storing.store import RunFolder, kept_file, last_whole_step
 from foundry.trust.targets import check_targets
 from foundry.worlds.base import Recorded, Redrawing
 
@@ -68,7 +68,7 @@ def read_recording(run: RunFolder, trusted: Sequence[str] = ()) -> Recording:
     except NOT_JSON as error:
         raise RecordError(f"The steps of '{run.path}' cannot be read: {error}") from error
     summary = run.summary()
-    last = _last_whole(numbers, complete=summary is not None and summary.status == "complete")
+    last = last_whole_step(numbers, complete=summary is not None and summary.status == "complete")
     config = run.config()
     return Recording(
         id=run.id,
@@ -128,14 +128,6 @@ def _drawing(recording: Recording) -> Iterator[None]:
 
 def _whole_lines(content: bytes) -> bytes:
     return content[: content.rfind(b"\n") + 1]
-
-
-def _last_whole(numbers: Sequence[int], *, complete: bool) -> int:
-    """Return the last step; one with fewer lines than the first may have been cut, unless the run is complete."""
-    if not numbers:
-        return 0
-    whole = complete or numbers.count(numbers[-1]) >= numbers.count(numbers[0])
-    return numbers[-1] if whole else numbers[-1] - 1
 
 
 def _note(summary: RunSummary | None, last: int) -> str:

@@ -11,10 +11,10 @@ import pytest
 from PIL import Image
 
 from foundry.declared import Declared, keys_of
+from foundry.expansion import Condition, expand
 from foundry.records import CameraEpisode, CameraStep, Outcome, Pose, SeenImage
 from foundry.storing.run_writer import RunWriter, write_run_summary
 from foundry.storing.store import RunFolder, SweepFolder
-from foundry.sweep import Condition, expand
 from foundry.viewer.export import export
 from foundry.viewer.server import serving
 from made_up_runs import HOSTILE, summary

@@ -1,0 +1,10 @@
+"""What is known of runs of any form, by the keys that all steps have: what a form adds stands in its own room."""
+
+from __future__ import annotations
+
+from analysis.any.records import read_records
+from analysis.any.run import AnyRun
+from analysis.any.schema import schema
+from analysis.form import ANY, FormAnalysis
+
+ANALYSIS = FormAnalysis(name=ANY, run=AnyRun, read=read_records, schema=schema)
