@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 
 from analysis.arrays import FloatArray
 from analysis.plots import style
@@ -71,6 +72,7 @@ def curves_figure(panels: Sequence[tuple[str, Sequence[Curve]]]) -> Figure:
             _draw_curve(ax, curve)
         ax.set_title(title)
         ax.grid(True, axis="both")
+        _count_rounds(ax)
     axes[-1].set_xlabel("Round")
     axes[-1].legend(loc="upper left", bbox_to_anchor=(-0.02, -0.3), borderaxespad=0, handlelength=2.2)
     return figure
@@ -126,7 +128,12 @@ def _draw_lanes(ax: Axes, one: Lanes, most: float) -> Any:
     ax.set_title(wrapped(one.label, _KEY_WIDTH))
     ax.set_ylabel("Agent")
     ax.grid(False)
+    _count_rounds(ax)
     return image
+
+
+def _count_rounds(ax: Axes) -> None:
+    ax.xaxis.set_major_locator(MaxNLocator(6, integer=True))
 
 
 def _colour(place: int) -> str:

@@ -107,9 +107,10 @@ def _model(name: str) -> dict[str, Any]:
         known = [one.relative_to(folder).with_suffix("") for folder in folders for one in folder.rglob("*.yaml")]
         hint = "Policies of your own are in the folder model/ of --config-dir."
         raise not_found("Baseline", name, [one.as_posix() for one in known], hint)
-    config = load_plain(file.read_text(encoding="utf-8"), file)
-    if not isinstance(config, dict) or not isinstance(config.get("name"), str) or "defaults" in config:
-        raise InputError(f"Baseline '{name}' is no plain policy: {file} needs _target_ and name, and no defaults.")
+    text = file.read_text(encoding="utf-8")
+    config = load_plain(text, file)
+    if not isinstance(config, dict) or not isinstance(config.get("name"), str) or "defaults" in config or "${" in text:
+        raise InputError(f"Baseline '{name}' is no plain policy: {file} needs a name, no defaults and no references.")
     found: dict[str, Any] = with_public_names(config)
     return found
 

@@ -14,11 +14,12 @@ import traceback
 from collections import deque
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from foundry import provenance
+from foundry import own_code, provenance
 from foundry.episode import Interrupted, play
 from foundry.errors import (
     FoundryError,
@@ -61,6 +62,7 @@ class LaneSpec:
         frame_every: keep a picture of every n-th step; 0 keeps none.
         open_runs: how many runs it plays at once.
         parent: process that must be alive for the work to make sense; None for this very process.
+        own: the user's own folders, whose code the sweep's parts may need.
     """
 
     name: str
@@ -72,6 +74,7 @@ class LaneSpec:
     frame_every: int = 0
     open_runs: int = 1
     parent: int | None = None
+    own: tuple[Path, ...] = ()
 
 
 @dataclass
@@ -364,6 +367,7 @@ class Lane:
 def run_lane(spec: LaneSpec) -> str | None:
     """Work in a process of its own; Ctrl-C is the parent's to handle."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    own_code.use(spec.own)  # a cluster's worker has no variables of the command that it works for
     # Mesa's software driver takes all cores for one picture; as many workers draw faster with one core each.
     os.environ.setdefault("LP_NUM_THREADS", "0")
     lane = Lane(spec)

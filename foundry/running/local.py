@@ -18,6 +18,7 @@ from typing import Any, TypeAlias
 
 import joblib
 
+from foundry import own_code
 from foundry.errors import BackendError, FoundryError, InputError, ModelChangedError
 from foundry.expansion import is_served, models_in, settings_key
 from foundry.models.base import Model, ModelInfo
@@ -102,6 +103,7 @@ class Runner(ABC):
             infos=job.infos,
             cache=job.cache,
             frame_every=job.frame_every,
+            own=own_code.own_folders(),
             open_runs=self._open_runs if _is_served(runs[0]) else 1,
         )
 

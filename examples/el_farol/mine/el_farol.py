@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from numpy.random import Generator
 
-from foundry.declared import Actions
-from foundry.errors import InputError
-from foundry.models.scripted.base import ScriptedModel
-from foundry.worlds.rounds.replies import deciding
-from foundry.worlds.rounds.table import Table
-from foundry.worlds.rounds.world import Play, RoundsScenario
+from foundry import Actions, InputError, Play, RoundsScenario, ScriptedModel, Table
 
 REPORTS = ("explicit", "implicit")
 
@@ -21,7 +17,7 @@ class ElFarol(RoundsScenario):
     """A configured bar.
 
     Description:
-        All decide at once, every evening, whether to go. The bar is crowded when more than `crowded` of all go.
+        All decide at once, every evening, whether to go to a bar. It is crowded when more than `crowded` of all go.
 
     Observation:
         `crowded`, and `evenings`: of each so far `went` (how many; null where one is not told), `action` and `utility`
@@ -43,12 +39,11 @@ class ElFarol(RoundsScenario):
     kinds: ClassVar[tuple[str, ...]] = ("evening",)
 
     def __init__(self, *, crowded: float, fun: float, dull: float, home: float, reports: str, **settings: Any) -> None:
-        """Set the payoffs of a good and of a crowded bar and of staying, and who is told how many went."""
         super().__init__(**settings)
         if reports not in REPORTS:
             raise InputError(f"world.reports={reports} is not known: choose {' or '.join(REPORTS)}.")
         self.crowded, self.explicit = crowded, reports == "explicit"
-        self.payoffs = {True: fun, False: dull}, home
+        self.fun, self.dull, self.home = fun, dull, home
 
     def actions(self) -> dict[str, Actions]:
         """Return what can be decided."""
@@ -56,16 +51,15 @@ class ElFarol(RoundsScenario):
 
     def play(self, table: Table) -> Play:
         """Play the evenings."""
-        at_the_bar, at_home = self.payoffs
         known: list[list[dict[str, Any]]] = [[] for _ in table.agents]
         for _ in table.rounds(self.steps):
-            decisions = yield [
-                table.ask(agent, "evening", crowded=self.crowded, evenings=list(known[agent])) for agent in table.agents
-            ]
+            shown = [{"crowded": self.crowded, "evenings": list(evenings)} for evenings in known]
+            decisions = yield [table.ask(agent, "evening", **shown[agent]) for agent in table.agents]
             went = sum(one.taken == "go" for one in decisions)
+            at_the_bar = self.fun if went <= self.crowded * self.agents else self.dull
             for one in decisions:
                 goes = one.taken == "go"
-                utility = at_the_bar[went <= self.crowded * self.agents] if goes else at_home
+                utility = at_the_bar if goes else self.home
                 table.record(one, utility=utility)
                 told = went if self.explicit or goes else None
                 known[one.agent].append({"went": told, "action": one.taken, "utility": utility})
@@ -80,7 +74,7 @@ class Mixing(ScriptedModel):
 
     def evening(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Draw whether to go."""
-        return deciding("go" if rng.random() < self._probability else "stay")
+        return json.dumps({"action": "go" if rng.random() < self._probability else "stay"})
 
     def parameters(self) -> dict[str, Any]:
         """Return the policy and its probability."""

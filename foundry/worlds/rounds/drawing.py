@@ -35,12 +35,13 @@ class _Lanes:
     agents: int
     steps: int
 
-    def box(self, step: int, agent: int, part: int, parts: int) -> tuple[float, float, float, float]:
-        """Return the corners of one of the decisions of an agent in a round."""
+    def box(self, step: int, agent: int, part: int, parts: int) -> tuple[int, int, int, int]:
+        """Return the first and the last pixel of one of the decisions of an agent in a round."""
         width, height = (_RIGHT - _LEFT) / self.steps, (_BOTTOM - _TOP) / self.agents
-        x, y = _LEFT + (step - 1) * width, _TOP + agent * height
-        gap = 1.0 if min(width / parts, height) > 4 else 0.0
-        return (x + width * part / parts, y, x + width * (part + 1) / parts - gap, y + height - gap)
+        gap = 2 if min(width / parts, height) > 4 else 1
+        left, right = (_LEFT + (step - 1 + one / parts) * width for one in (part, part + 1))
+        x, y = round(left), round(_TOP + agent * height)
+        return (x, y, max(round(right) - gap, x), max(round(_TOP + (agent + 1) * height) - gap, y))
 
 
 def draw(lines: Sequence[RoundStep], step: int, *, agents: int, steps: int, actions: Mapping[str, Actions]) -> bytes:

@@ -29,10 +29,8 @@ def measure(run: RoundsRun) -> dict[str, float]:
     """
     went = run.shares("evening")["go"]
     went = went[~np.isnan(went)]
-    distance = np.abs(went - CAPACITY).mean() if went.size else np.nan
-    return {
-        "score": float(100 * (1 - distance / max(CAPACITY, 1 - CAPACITY))),
-        "share": float(went.mean()) if went.size else np.nan,
-        "volatility": float(went.var() * run.agents * 4) if went.size > 1 else np.nan,
-        "n_evenings": float(went.size),
-    }
+    if not went.size:
+        return dict.fromkeys(MEASURES, np.nan) | {"n_evenings": 0.0}
+    distance = np.abs(went - CAPACITY).mean() / max(CAPACITY, 1 - CAPACITY)
+    found = {"score": 100 * (1 - distance), "share": went.mean(), "volatility": went.var() * run.agents * 4}
+    return {name: float(value) for name, value in found.items()} | {"n_evenings": float(went.size)}
