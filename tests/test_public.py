@@ -5,14 +5,17 @@ from __future__ import annotations
 import ast
 import asyncio
 import re
+import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
 
 import foundry
 from foundry import own_code, paths
+from foundry.calling import off_the_loop
 
 SMALL = ("world.agents=3", "world.steps=2", "runner.workers=1")
 DOCS = (paths.PACKAGE.parent / "docs" / "python.md").read_text(encoding="utf-8")
@@ -93,3 +96,23 @@ def test_a_foreign_package_in_the_way_is_told_in_one_line(tmp_path: Path):
 
 def test_ours_is_ours():
     assert own_code.ours("analysis").__name__ == "analysis"
+
+
+def test_an_interrupt_stops_the_work_in_its_thread():
+    asked, ended = threading.Event(), threading.Event()
+
+    def work() -> None:
+        signal.pthread_kill(int(threading.main_thread().ident or 0), signal.SIGINT)
+        if asked.wait(30):
+            ended.set()
+
+    async def notebook() -> None:
+        off_the_loop(work, asked.set)
+
+    loop = asyncio.new_event_loop()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            loop.run_until_complete(notebook())
+    finally:
+        loop.close()
+    assert ended.wait(30)
