@@ -234,6 +234,24 @@ def test_agents_that_are_asked_other_questions_are_not_held_against_one_another(
     assert math.isnan(persona_effect.measure(run)["role"])  # what is asked goes with the role, and is no effect of it
 
 
+def test_who_is_asked_more_is_held_against_those_alone_who_are_too():
+    both = Declared(form="ring", actions={**CHOICE.actions, "judge": Actions(labels=LABELS)}, streams=CHOICE.streams)
+    steps = [("choice", (0, 0, 1, 1)), ("judge", (0, 1))]
+    rows = [(t, i, LABELS[one], kind) for t in (1, 2, 3) for kind, did in steps for i, one in enumerate(did)]
+    run = any_run([row[:3] for row in rows], kind=[row[3] for row in rows], declared=both)
+    # Only the first two judge. They choose alike, and so do the others; in judging they differ wholly, which has two
+    # halves of a decision of each third, of a weight of 1/2 among 1/2 (judge), 3/4 and 3/4 (choice).
+    assert heterogeneity.measure(run)["beyond_shuffled"] == pytest.approx(0.5 / (0.5 + 0.75 + 0.75))
+
+
+def test_what_is_between_the_thirds_plays_no_part():
+    quiet, loud = (
+        acts("ggss", "gsgs", "gggg", "ssss", "sgsg", "ggss"),
+        acts("ggss", "gsgs", "gsgs", "sgsg", "sgsg", "ggss"),
+    )
+    assert heterogeneity.measure(quiet) == heterogeneity.measure(loud)
+
+
 def test_the_order_of_agents_makes_no_difference():
     crowd = Crowd(shares=TWO_SORTS.tolist(), groups=list("aabbabab"))
     run = crowd.play(3)
