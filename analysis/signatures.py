@@ -85,15 +85,14 @@ class Signature:
 
     def measure(self, run: Any) -> dict[str, float]:
         """Return the measures of a run over the decisions that count in it; none if there are none for its class."""
-        part = self.part(type(run))
-        return part.measure(run) if part is not None else {}
+        return next((one.measure(run) for one in self.parts if one.run is type(run)), {})
 
     def columns(self, run: Any, readable: Any) -> dict[str, float]:
         """Return the columns of a run: its measures, then those of the same run with the readable decisions alone."""
-        part, every = self.part(type(run)), self.measure(run)
+        every = self.measure(run)
         found = {f"{self.name}.{name}": value for name, value in every.items()}
-        if part is not None and part.readable_too:
-            alone = every if run.all_readable else part.measure(readable)
+        if self.readable_too:
+            alone = every if run.all_readable else self.measure(readable)
             found |= {f"{self.name}.{name}{READABLE_SUFFIX}": value for name, value in alone.items()}
         return found
 

@@ -136,7 +136,7 @@ def _over_families(frame: pd.DataFrame, alpha: float) -> dict[str, Any]:
     explored = ~frame["readable_only"].to_numpy(dtype=bool)
     explored &= ~np.array([is_denominator(name) for name in frame["measure"]], dtype=bool)
     headline = frame["headline"].to_numpy(dtype=bool)
-    apart = are_apart(frame["measure"])
+    apart = are_apart(frame["measure"].tolist())
     adjusted, rates = np.full(len(p), np.nan), np.full(len(p), np.nan)
     size = np.zeros(len(p), dtype=np.int64)
     for factor in frame["factor"].unique():
