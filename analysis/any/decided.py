@@ -57,7 +57,7 @@ class Decided:
     @property
     def counts(self) -> IntArray:
         """How often each label was decided, (C,)."""
-        return self.values.sum(axis=0).astype(np.int64)
+        return np.asarray(self.values.sum(axis=0), dtype=np.int64)
 
     def only(self, kept: BoolArray) -> Decided:
         """Return those of the decisions that are kept (n,)."""
