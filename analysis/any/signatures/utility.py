@@ -47,7 +47,7 @@ def measure(run: AnyRun) -> dict[str, float]:
     return {
         "mean": mean(by_agent),
         "spread": spread(by_agent),
-        "gini": gini(by_agent),
+        "gini": gini(by_agent / (np.abs(by_agent).max(initial=0) or 1)),
         "beyond_shuffled": lasting(list(_by_kind(run)), run.agents).share,
         "n_agents": float(len(by_agent)),
         "n_decisions": float(has_one.sum()),
