@@ -21,7 +21,7 @@ from foundry.worlds.camera.eye.avatar import avatar_meshes, trail_meshes
 from foundry.worlds.camera.eye.batches import scene_actors
 from foundry.worlds.camera.eye.overview import ASIDE_DEG, INSET_WIDTH, LAYERS, SCENE_OPACITY, overview_camera
 from foundry.worlds.camera.loading.polydata import byte_values
-from foundry.worlds.camera.scene import Scene, UInt8Array
+from foundry.worlds.camera.loading.scene import Scene, UInt8Array
 
 SIZE = (1280, 860)
 TICK_MS = 100
