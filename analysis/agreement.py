@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from analysis.arrays import IntArray
 from analysis.formulas import mean, ratio
-from analysis.run import IntArray
 
 
 def joint_counts(first: IntArray, second: IntArray) -> IntArray:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analysis.run import BoolArray, IntArray
+from analysis.arrays import BoolArray, IntArray
 
 
 def ratio(part: float, whole: float) -> float:
@@ -61,6 +61,17 @@ def normalised_entropy(counts: ArrayLike) -> float:
     """Return the entropy over its greatest value, log2 k, 0..1; NaN when all k counts are 0 or k < 2."""
     categories = np.asarray(counts).size
     return entropy(counts) / math.log2(categories) if categories > 1 else math.nan
+
+
+def gini(values: ArrayLike) -> float:
+    """Return the Gini coefficient of values (N,), 0..1 - 1/N; NaN when all are 0.
+
+    Where some are negative, the mean is that of their sizes, which keeps it in this range and changes nothing else.
+    Source: Gini 1912; Raffinetti, Siletti and Vernizzi 2015, times (N - 1) / N.
+    """
+    ranked = np.sort(np.asarray(values))
+    ranks = np.arange(1, len(ranked) + 1)
+    return ratio(float(((2 * ranks - len(ranked) - 1) * ranked).sum()), float(len(ranked) * np.abs(ranked).sum()))
 
 
 def divergence(counts: ArrayLike, reference: ArrayLike) -> float:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from foundry.errors import RecordError
-from foundry.records import Record, RunSummary
+from foundry.records import Agent, Message, RunSummary
 from foundry.storing.store import RunFolder, lines_of
 
 COMPLETE, FAILED, UNFINISHED, NOT_STARTED = "complete", "failed", "unfinished", "not started"
@@ -16,7 +16,7 @@ COMPLETE, FAILED, UNFINISHED, NOT_STARTED = "complete", "failed", "unfinished", 
 AGENTS, STEPS, MESSAGES, EPISODE = "agents.jsonl", "steps.jsonl", "messages.jsonl", "episode.jsonl"
 """The record files."""
 
-_Line = TypeVar("_Line", bound=Record)
+_Line = TypeVar("_Line")
 
 
 def read_lines(
@@ -33,6 +33,22 @@ def read_lines(
     else:
         _check_digest(file, content, summary)
     return lines_of(content, kind, file)
+
+
+def read_messages(folder: RunFolder, summary: RunSummary | None) -> list[Message]:
+    """Return the deliveries of a run, none where nobody talks; raises as `read_lines`."""
+    return read_lines(folder, MESSAGES, folder.messages_bytes(), summary, Message)
+
+
+def read_agents(folder: RunFolder, summary: RunSummary | None) -> list[Agent]:
+    """Return the agents that a run recorded; none where its world has no personas.
+
+    Raises:
+        RecordError: the file is damaged, or is not the one that the run wrote.
+    """
+    content = folder.agents_bytes()
+    is_recorded = content or (summary is not None and AGENTS in summary.records_sha256)
+    return read_lines(folder, AGENTS, content, summary, Agent) if is_recorded else []
 
 
 def _check_digest(file: Path, content: bytes, summary: RunSummary) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -10,22 +10,16 @@ from typing import Any, TypeAlias
 import msgspec
 import pandas as pd
 
-from analysis.camera_records import CameraRecords, check_commands
-from analysis.camera_run import CameraRun
-from analysis.grid_records import GridRecords, is_grid, settings
-from analysis.lines import AGENTS, EPISODE, MESSAGES, NOT_STARTED, STEPS, UNFINISHED, read_lines
-from analysis.run import GridRun
-from foundry.records import Agent, CameraEpisode, CameraStep, GridStep, Message, RunSummary
+from analysis.form import FormAnalysis, NoDecisionsError, Records, form_of
+from analysis.lines import COMPLETE, NOT_STARTED, UNFINISHED, read_agents, read_lines
+from foundry.records import CameraEpisode, Message, RunSummary
 from foundry.storing.store import RunFolder, SweepFolder
 
-Records: TypeAlias = GridRecords | CameraRecords
-"""The lines of one run, by the kind of its world."""
+_TABLES = ("steps", "messages", "agents")
+"""The record files that have a table of their own."""
 
 Folders: TypeAlias = Path | str | Sequence[Path | str]
 """The folder of a sweep, or those of several."""
-
-Run: TypeAlias = GridRun | CameraRun
-"""One run as arrays."""
 
 
 @dataclass(frozen=True)
@@ -34,19 +28,25 @@ class Loaded:
 
     Attributes:
         runs: one row a run: run, world, model, prompt, seed, status, then the further swept settings.
-        steps: one row per run, step and agent; the keys of `foundry.records.GridStep` for runs of 2D worlds, those
-            of `CameraStep` for 3D ones, with pose and command spread over columns as in
-            `analysis.camera_records.flat`. In a sweep of both, what a kind does not have is missing.
+        steps: one row per run, step and agent, or decision; the keys of the records of the world's form, such as
+            `foundry.records.GridStep`; those of `CameraStep` with pose and command spread over columns as in
+            `analysis.camera.records.flat`. What a form does not have is missing for its runs.
         agents: one row per run and agent with a persona, whose attributes are the columns `persona.<attribute>`.
         messages: one row per run and delivery; the keys of `foundry.records.Message`.
-        episodes: one row per run of a 3D world; the keys of `foundry.records.CameraEpisode`.
+        streams: one row per run and line of every further record file that a world declares, by its name, such as
+            `episode` of 3D worlds with the keys of `foundry.records.CameraEpisode`.
     """
 
     runs: pd.DataFrame
     steps: pd.DataFrame
     agents: pd.DataFrame
     messages: pd.DataFrame
-    episodes: pd.DataFrame
+    streams: Mapping[str, pd.DataFrame]
+
+    @property
+    def episodes(self) -> pd.DataFrame:
+        """One row per run of a 3D world: the stream `episode`."""
+        return self.streams.get(CameraEpisode.stream, _frame("", [], CameraEpisode.__struct_fields__))
 
 
 def folders_of(dirs: Folders) -> list[Path]:
@@ -58,27 +58,45 @@ def load(path: Path | str) -> Loaded:
     """Load a sweep's folder; runs that have not ended are there as far as they are.
 
     Raises:
-        InputError: it is not a sweep's folder, or a world is neither a 2D nor a 3D one.
+        InputError: it is not a sweep's folder, or its form's own code cannot be used.
         RecordError: a recorded file is damaged.
     """
     folders = SweepFolder.open(Path(path)).runs()
-    read = [(folder.id, read_records(folder, folder.summary())) for folder in folders]
-    runs = pd.DataFrame([{**identity(folder), **further_factors(folder)} for folder in folders])
-    episodes = [(run, [one.episode]) for run, one in read if isinstance(one, CameraRecords)]
-    steps = [_frame(run, records.rows(), GridStep) for run, records in read]
+    read = [(folder, read_records(folder, folder.summary())) for folder in folders]
     return Loaded(
-        runs=runs,
-        steps=_joined(steps),
+        runs=pd.DataFrame([{**identity(folder), **further_factors(folder)} for folder in folders]),
+        steps=_joined([_frame(folder.id, records.rows(), _keys(folder, "steps")) for folder, records in read]),
         agents=_joined([_personas(folder) for folder in folders]),
-        messages=_joined([_frame(run, _rows(one.messages), Message) for run, one in read]),
-        episodes=_joined([_frame(run, _rows(lines), CameraEpisode) for run, lines in episodes or [("", [])]]),
+        messages=_joined([_frame(folder.id, _rows(one.messages), Message.__struct_fields__) for folder, one in read]),
+        streams=_further_streams(folders),
     )
 
 
+def _keys(folder: RunFolder, stream: str) -> tuple[str, ...]:
+    return tuple(folder.declared.streams.get(stream, ()))
+
+
+def _further_streams(folders: Sequence[RunFolder]) -> dict[str, pd.DataFrame]:
+    """Return the lines of the record files that have no table of their own, by their names."""
+    found: dict[str, list[pd.DataFrame]] = {}
+    for folder in folders:
+        for name in folder.declared.streams:
+            if name not in _TABLES:
+                lines = _stream_lines(folder, name)
+                found.setdefault(name, []).append(_frame(folder.id, lines, _keys(folder, name)))
+    return {name: _joined(frames) for name, frames in found.items()}
+
+
+def _stream_lines(folder: RunFolder, name: str) -> list[dict[str, Any]]:
+    """Return the lines of a record file of the world's own; none where the run wrote none."""
+    file, summary = folder.stream_path(name), folder.summary()
+    content = file.read_bytes() if file.is_file() else b""
+    is_recorded = content or (summary is not None and file.name in summary.records_sha256)
+    return read_lines(folder, file.name, content, summary, dict[str, Any]) if is_recorded else []
+
+
 def _personas(folder: RunFolder) -> pd.DataFrame:
-    content, summary = folder.agents_bytes(), folder.summary()
-    is_recorded = content or (summary is not None and AGENTS in summary.records_sha256)
-    lines = read_lines(folder, AGENTS, content, summary, Agent) if is_recorded else []
+    lines = read_agents(folder, folder.summary())
     personas = ({f"persona.{name}": value for name, value in line.persona.items()} for line in lines)
     rows = [{"run": folder.id, "agent": line.agent, **persona} for line, persona in zip(lines, personas, strict=True)]
     return pd.DataFrame(rows, columns=None if rows else ["run", "agent"])
@@ -109,44 +127,48 @@ def further_factors(folder: RunFolder) -> dict[str, Any]:
     return {key: value for key, value in folder.factors.items() if key not in ("world", "model", "prompt", "seed")}
 
 
-def has_episode(folder: RunFolder, summary: RunSummary | None) -> bool:
-    """Return whether the run recorded an episode, as those of 3D worlds do."""
-    return bool(folder.episode_bytes()) or (summary is not None and EPISODE in summary.records_sha256)
-
-
-def is_measurable(folder: RunFolder, summary: RunSummary | None) -> bool:
-    """Return whether there are signatures for the run's world."""
-    return has_episode(folder, summary) or is_grid(folder.config())
-
-
 def read_records(folder: RunFolder, summary: RunSummary | None) -> Records:
     """Read the lines of a run; the torn last line of a run that has not ended is left out.
 
     Raises:
-        InputError: there are lines, of a world that is neither a 2D nor a 3D one.
+        InputError: the code of its form cannot be used, or there are lines that are none of its form.
         RecordError: a file is damaged, or is not the one that the run wrote.
     """
-    if has_episode(folder, summary):
-        episode = read_lines(folder, EPISODE, folder.episode_bytes(), summary, CameraEpisode)
-        if episode:
-            steps = read_lines(folder, STEPS, folder.steps_bytes(), summary, CameraStep)
-            check_commands(folder.path / STEPS, steps)
-            return CameraRecords(episode[0], steps, _messages(folder, summary))
-    if folder.steps_bytes():
-        settings(folder)
-    return GridRecords(read_lines(folder, STEPS, folder.steps_bytes(), summary, GridStep), _messages(folder, summary))
+    return form_of(folder.declared.form).read(folder, summary)
 
 
-def _messages(folder: RunFolder, summary: RunSummary | None) -> list[Message]:
-    return read_lines(folder, MESSAGES, folder.messages_bytes(), summary, Message)
+@dataclass(frozen=True)
+class Measurable:
+    """A complete run, as lines and as arrays."""
+
+    form: FormAnalysis
+    records: Records
+    run: Any
 
 
-def read_run(folder: RunFolder, records: Records) -> Run:
-    """Return a complete run as arrays.
+def measurable(folder: RunFolder, summary: RunSummary | None) -> Measurable | None:
+    """Return a run if it is complete and holds decisions; those of 0.1 whose world nobody knows may hold none.
 
     Raises:
-        InputError: its world is neither a 2D nor a 3D one.
-        RecordError: the steps are not one per agent and step, or do not follow on one another.
+        InputError: the code of its form cannot be used, or its lines are none of its form.
+        RecordError: a file is damaged.
+    """
+    if status(folder, summary) != COMPLETE:
+        return None
+    form = form_of(folder.declared.form)
+    records = form.read(folder, summary)
+    try:
+        return Measurable(form, records, records.arrays(folder))
+    except NoDecisionsError:
+        return None
+
+
+def read_run(folder: RunFolder, records: Records) -> Any:
+    """Return a complete run as arrays, in the class of its form.
+
+    Raises:
+        InputError: the settings of its world are not those of its form.
+        RecordError: the lines do not make up a run of its form.
     """
     return records.arrays(folder)
 
@@ -155,9 +177,9 @@ def _rows(lines: Sequence[msgspec.Struct]) -> list[dict[str, Any]]:
     return [msgspec.structs.asdict(line) for line in lines]
 
 
-def _frame(run: str, rows: Sequence[dict[str, Any]], kind: type[msgspec.Struct]) -> pd.DataFrame:
-    """Return rows as a table; an empty one has the columns of this kind of record."""
-    names = list(rows[0]) if rows else kind.__struct_fields__
+def _frame(run: str, rows: Sequence[dict[str, Any]], keys: Sequence[str]) -> pd.DataFrame:
+    """Return rows as a table; an empty one has the columns of these keys."""
+    names = list(rows[0]) if rows else keys
     columns = {name: [row[name] for row in rows] for name in names}
     return pd.DataFrame({"run": [run] * len(rows), **columns})
 

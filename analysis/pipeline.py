@@ -2,36 +2,42 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import msgspec
 import pandas as pd
+import pyarrow as pa  # type: ignore[import-untyped]
 
-from analysis import terminal
-from analysis.camera_records import CameraRecords
-from analysis.comparison import Comparison, compare
-from analysis.grid_records import GridRecords, is_grid
-from analysis.groups import group_columns, group_label
+from analysis.form import FormAnalysis, form_of
 from analysis.labelling import model_labelling, rule_labelling
 from analysis.lines import COMPLETE
-from analysis.load import Folders, Records, folders_of, has_episode
+from analysis.load import Folders, folders_of
+from analysis.measuring.memory import open_memory
+from analysis.measuring.runs import RunResult, Source, measure_runs
+from analysis.measuring.steps_file import open_steps_file
+from analysis.prose import group_label
 from analysis.retest import retest
 from analysis.signatures import FAILURE_RATE
 from analysis.stats.contrasts import contrasts
 from analysis.stats.family import primary_measures
 from analysis.stats.fingerprint import Fingerprint, fingerprint
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS
+from analysis.stats.values import Group
 from analysis.stats.variance import variance_split
-from analysis.table import RunResult, SignatureTable, Source, build_table, measure_runs
-from analysis.tables import Table, write_tables
+from analysis.tables import terminal
+from analysis.tables.comparison import Comparison, compare
+from analysis.tables.groups import group_columns
+from analysis.tables.signature_table import SignatureTable, build_table
+from analysis.tables.texts import Table, write_tables
 from foundry.errors import InputError
 from foundry.storing.store import RunFolder, SweepFolder, ensure_writable
 
 _READABLE = "outcome.readable"
 _READABLE_ENOUGH = 0.95
-_UNLABELLED, _MESSAGES = "warning.n_unlabelled", "warning.n_messages"
 
 
 @dataclass(frozen=True)
@@ -123,11 +129,18 @@ def analyze(
     groups = group_columns(results, table)
     compared = compare(table, groups)
     differences = contrasts(table, groups, family=family, margins=margins)
+    forms = [form_of(name) for name in dict.fromkeys(result.form for result in results)]
     found = Analysis(
         path=folder,
         compared=compared,
         notes=tuple(
-            [*_notes(table, compared), *_reach(differences), *_labelled(sources, table), *_unmeasured(results)]
+            [
+                *_notes(table, compared),
+                *_unread(compared, _forms_by_group(results, groups)),
+                *_reach(differences),
+                *_of_forms(forms, table, sources),
+                *_without_decisions(results),
+            ]
         ),
         written=(folder / "steps.parquet",),
         table=table,
@@ -160,12 +173,10 @@ def _sources(sweeps: Sequence[SweepFolder], names: Sequence[str], labelled_by_mo
     return [*own, *(one for one in beside if one.path.exists())]
 
 
-def _kinds(runs: Sequence[RunFolder]) -> set[type[Records]]:
-    """Return which kinds of runs there are; the 2D one where nothing says otherwise."""
-    found: set[type[Records]] = {CameraRecords for run in runs if has_episode(run, None)}
-    if not found or any(is_grid(run.config()) for run in runs):
-        found.add(GridRecords)
-    return found
+def _schemas(runs: Sequence[RunFolder]) -> list[pa.Schema]:
+    """Return the columns of the steps of these runs."""
+    declared = {json.dumps(msgspec.to_builtins(run.declared), sort_keys=True): run.declared for run in runs}
+    return [form_of(one.form).schema(one) for one in declared.values()]
 
 
 def _sweep_names(paths: Sequence[Path]) -> list[str]:
@@ -177,15 +188,12 @@ def _sweep_names(paths: Sequence[Path]) -> list[str]:
 def _measure_and_write_steps(
     sources: Sequence[Source], folder: Path, watch: Callable[[int, int], None] | None
 ) -> list[RunResult]:
-    from analysis.measured import open_memory
-    from analysis.steps_file import open_steps_file
-
     runs = [run for source in sources for run in SweepFolder.open(source.path).runs()]
     by_sweep = len({source.name for source in sources}) > 1
     results: list[RunResult] = []
     with (
         open_memory(folder / "measured.sqlite") as memory,
-        open_steps_file(folder / "steps.parquet", _kinds(runs), by_sweep=by_sweep) as file,
+        open_steps_file(folder / "steps.parquet", _schemas(runs), by_sweep=by_sweep) as file,
     ):
         for result in measure_runs(sources, memory):
             if result.steps is not None:
@@ -230,14 +238,30 @@ def _notes(table: SignatureTable, compared: Comparison) -> list[str]:
         notes.append(f"{by_status[COMPLETE]} of {len(table.frame)} runs are complete; missing: {others}")
     if any(len(values) < FEWEST_FOR_CLAIMS for values in compared.values.values()):
         notes.append(f"fewer than {FEWEST_FOR_CLAIMS} seeds: the numbers describe these runs, and prove nothing")
+    return notes
+
+
+def _forms_by_group(results: Sequence[RunResult], groups: pd.DataFrame) -> dict[Group, FormAnalysis]:
+    keys = groups.astype(str).itertuples(index=False, name=None)
+    return {key: form_of(result.form) for key, result in zip(keys, results, strict=True)}
+
+
+def _unread(compared: Comparison, forms: Mapping[Group, FormAnalysis]) -> list[str]:
+    """Say of which groups many replies could not be read, and what became of those."""
+    notes = []
     for group, values in compared.values.items():
         readable = float(values[_READABLE].mean()) if _READABLE in values else 1.0
         if readable < _READABLE_ENOUGH:
             notes.append(
-                f"{group_label(group)}: only {readable:.0%} of the action replies could be read; the others count "
-                "as staying, which shows in idle rate, stability, clustering and exploration"
+                f"{group_label(group)}: only {readable:.0%} of the action replies could be read; the others "
+                f"{forms[group].words.unread}"
             )
     return notes
+
+
+def _of_forms(forms: Sequence[FormAnalysis], table: SignatureTable, sources: Sequence[Source]) -> list[str]:
+    labellings = [source.labelling for source in sources]
+    return [note for form in forms for note in form.words.notes(table.frame, labellings)]
 
 
 def _reach(differences: pd.DataFrame) -> list[str]:
@@ -250,17 +274,8 @@ def _reach(differences: pd.DataFrame) -> list[str]:
     return [f"{which}{notes.iloc[0]}: run more seeds, or declare fewer measures with --family"]
 
 
-def _labelled(sources: Sequence[Source], table: SignatureTable) -> list[str]:
-    """Return who said which messages were warnings, how well that agrees with readers, and how many have no label."""
-    if _UNLABELLED not in table.measures:
-        return []
-    missing, said = (int(table.frame[name].sum()) for name in (_UNLABELLED, _MESSAGES))
-    why = " or ".join(dict.fromkeys(source.labelling.unlabelled for source in sources))
-    notes = [f"{missing} of {said} messages have no label ({why}); what depends on them is missing"] if missing else []
-    return [*dict.fromkeys(source.labelling.note() for source in sources), *notes]
-
-
-def _unmeasured(results: Sequence[RunResult]) -> list[str]:
+def _without_decisions(results: Sequence[RunResult]) -> list[str]:
+    """Return which worlds wrote lines that nobody can read as decisions."""
     complete = [result for result in results if result.keys["status"] == COMPLETE]
     worlds = dict.fromkeys(result.keys["world"] for result in complete if set(result.measures) == {FAILURE_RATE})
-    return [f"world {world} is neither a 2D nor a 3D one: its runs are listed, without signatures" for world in worlds]
+    return [f"world {world} recorded no decisions: its runs are listed, without signatures" for world in worlds]

@@ -13,7 +13,6 @@ import json
 import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import msgspec
@@ -21,28 +20,11 @@ import numpy as np
 import pandas as pd
 
 from analysis.agreement import fleiss_kappa, pairwise_agreement
-from analysis.camera_run import CameraRun
-from analysis.command_kinds import command_kinds
-from analysis.lines import COMPLETE
-from analysis.load import Folders, folders_of, further_factors, identity, read_records, read_run
-from analysis.run import BoolArray, GridRun, IntArray
+from analysis.any import decided, general_run
+from analysis.arrays import IntArray
+from analysis.form import Decisions
+from analysis.load import Folders, Measurable, folders_of, further_factors, identity, measurable
 from foundry.storing.store import RunFolder, SweepFolder, without_servers
-
-SILENT, SPOKEN = 0, 1
-"""The choices of a message."""
-
-
-@dataclass(frozen=True)
-class Decisions:
-    """What was decided in one kind of call of a run.
-
-    Attributes:
-        choice: index of the choice, by step and agent, (T, N).
-        readable: whether it could be read, (T, N).
-    """
-
-    choice: IntArray
-    readable: BoolArray
 
 
 def retest(paths: Folders) -> pd.DataFrame:
@@ -50,8 +32,8 @@ def retest(paths: Folders) -> pd.DataFrame:
 
     One row per condition, seed and kind of call (`action` and `message` in 2D worlds, `move` in 3D ones); the first
     columns say which runs they are, as in the table of signatures. The choices are stay or a direction; silence or a
-    message; the kind of command. A state is a prompt that was put at the same step to the same agent in two runs or
-    more.
+    message; the kind of command; in other worlds the action. A state is a prompt that was put at the same step to the
+    same agent in two runs or more.
 
     - runs: runs that are compared. prompts: states. decisions: choices made in them.
     - agreement: share of equal pairs of choices in a state, mean over the states; 0..1.
@@ -85,14 +67,16 @@ def _rows(group: Sequence[RunFolder]) -> Iterator[dict[str, Any]]:
     """Yield the rows of runs that differ in `sampling_seed` alone, one per kind of call."""
     if len({folder.config()["sampling_seed"] for folder in group}) < 2:
         return
-    complete = {_sampling(folder): folder for folder in group if _is_complete(folder)}
+    found = ((folder, measurable(folder, folder.summary())) for folder in group)
+    complete = {_sampling(folder): (folder, whole) for folder, whole in found if whole is not None}
     if len(complete) < 2:
         return
-    first = next(iter(complete.values()))
+    folders = [folder for folder, _ in complete.values()]
+    first = folders[0]
     known = {**identity(first), **further_factors(first)}
     keys = {name: known[name] for name in known if name not in ("run", "status", "sampling_seed")}
-    made = [_decisions(folder) for folder in complete.values()]
-    states = _states(list(complete.values()))
+    made = [_decisions(folder, whole) for folder, whole in complete.values()]
+    states = _states(folders)
     for kind in made[0]:
         mine = states.get(kind, {})
         every = counted(mine, [one[kind] for one in made], readable_only=False)
@@ -106,19 +90,10 @@ def _sampling(folder: RunFolder) -> int:
     return int(config["seed"] if config["sampling_seed"] is None else config["sampling_seed"])
 
 
-def _is_complete(folder: RunFolder) -> bool:
-    found = folder.summary()
-    return found is not None and found.status == COMPLETE
-
-
-def _decisions(folder: RunFolder) -> dict[str, Decisions]:
+def _decisions(folder: RunFolder, whole: Measurable) -> Mapping[str, Decisions]:
     """Return what was decided in a run, by kind of call."""
-    run = read_run(folder, read_records(folder, folder.summary()))
-    if isinstance(run, CameraRun):
-        return {"move": Decisions(command_kinds(run)[:, None], run.readable[:, None])}
-    assert isinstance(run, GridRun)
-    spoken = np.where(run.spoke, SPOKEN, SILENT)
-    return {"message": Decisions(spoken, run.message_readable), "action": Decisions(run.choice, run.readable)}
+    form = whole.form
+    return form.decided(whole.run) if form.decided else decided(general_run(folder, whole.records))
 
 
 State = tuple[int, int, bytes]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.run import BoolArray, FloatArray, IntArray
+from analysis.arrays import BoolArray, FloatArray, IntArray
 
 
 def survival(times: IntArray, observed: BoolArray) -> tuple[IntArray, FloatArray]:

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from measuring import Stopwatch, at_most, print_table, print_title, run_sweep, scratch
 
 from analysis import signatures
+from analysis.grid.run import GridRun
 from analysis.load import read_records, read_run
-from analysis.run import GridRun
 from foundry.storing.store import RunFolder
 
 MODELS = ("random", "herd", "avoid", "flaky")

@@ -1,3 +1,90 @@
-"""Put different language models into the same small world and measure how differently they behave."""
+"""Put different language models into the same small world and measure how differently they behave.
+
+The names below are what programs and notebooks use; each is imported when it is first asked for. See `docs/python.md`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 __version__ = "0.2.0.dev0"
+
+if TYPE_CHECKING:
+    from analysis.load import Loaded, load
+    from analysis.pipeline import Analysis, analyze
+    from foundry.calling import Ran, run, sweep
+    from foundry.conformance.checking import check
+    from foundry.conformance.finding import Finding
+    from foundry.declared import Actions, Declared
+    from foundry.errors import FoundryError, InputError
+    from foundry.models.base import Model, Reply, Request
+    from foundry.models.scripted.base import ScriptedModel
+    from foundry.prompts.prompt import Prompt
+    from foundry.records import Agent, Message, Outcome, Record, RoundStep
+    from foundry.seeding import stream
+    from foundry.worlds.base import Answer, Question, Recorded, Redrawing, Scenario, World
+
+__all__ = [
+    "Actions",
+    "Agent",
+    "Analysis",
+    "Answer",
+    "Declared",
+    "Finding",
+    "FoundryError",
+    "InputError",
+    "Loaded",
+    "Message",
+    "Model",
+    "Outcome",
+    "Prompt",
+    "Question",
+    "Ran",
+    "Record",
+    "Recorded",
+    "Redrawing",
+    "Reply",
+    "Request",
+    "RoundStep",
+    "Scenario",
+    "ScriptedModel",
+    "World",
+    "analyze",
+    "check",
+    "load",
+    "run",
+    "stream",
+    "sweep",
+]
+
+_PLACES = {
+    "analysis.load": ("Loaded", "load"),
+    "analysis.pipeline": ("Analysis", "analyze"),
+    "foundry.calling": ("Ran", "run", "sweep"),
+    "foundry.conformance.checking": ("check",),
+    "foundry.conformance.finding": ("Finding",),
+    "foundry.declared": ("Actions", "Declared"),
+    "foundry.errors": ("FoundryError", "InputError"),
+    "foundry.models.base": ("Model", "Reply", "Request"),
+    "foundry.models.scripted.base": ("ScriptedModel",),
+    "foundry.prompts.prompt": ("Prompt",),
+    "foundry.records": ("Agent", "Message", "Outcome", "Record", "RoundStep"),
+    "foundry.seeding": ("stream",),
+    "foundry.worlds.base": ("Answer", "Question", "Recorded", "Redrawing", "Scenario", "World"),
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import one of the names above when it is first asked for."""
+    module = next((place for place, names in _PLACES.items() if name in names), None)
+    if module is None:
+        raise AttributeError(f"module 'foundry' has no attribute '{name}'")
+    from foundry.own_code import ours
+
+    found = getattr(ours(module), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

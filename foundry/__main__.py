@@ -8,6 +8,9 @@ import sys
 def main() -> None:
     """Run the command line and exit; the user may interrupt it while it is still being loaded."""
     try:
+        from foundry import own_code
+
+        own_code.working_directory_last()
         from foundry import cli
     except KeyboardInterrupt:
         sys.stderr.write("foundry: interrupted\n")

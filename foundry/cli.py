@@ -12,10 +12,12 @@ import pkgutil
 import sys
 from collections.abc import Sequence
 
-from foundry import commands
+from typer.models import CommandInfo
+
+from foundry import commands, own_code
 from foundry.commands.application import EXIT_FAILED, EXIT_INPUT, EXIT_INTERRUPTED, EXIT_OK, app, fail
 from foundry.commands.sweeps import run_overrides
-from foundry.composing.compose import CONFIG_DIR
+from foundry.composing.compose import CONFIG_DIR, config_dirs
 from foundry.errors import FoundryError, InputError, RecordError, not_found
 
 DISK_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
@@ -35,18 +37,33 @@ def run(argv: Sequence[str]) -> int:
     try:
         argv = _folder_last(argv)
         if _is_typer(argv):
-            return _run_typer(argv)
+            return _run_typer(_with_own_code(argv))
         return run_overrides(argv)
     except (InputError, RecordError) as error:
         return fail(error, EXIT_INPUT)
     except FoundryError as error:
         return fail(error, EXIT_FAILED)
+    except ImportError as error:
+        if (error.name or "").partition(".")[0] != "analysis":
+            raise
+        return fail(_in_the_way(error), EXIT_INPUT)
     except OSError as error:
         if error.errno not in DISK_ERRORS:
             raise
         return fail(f"nothing more can be written ({error}): make room, then say it again.", EXIT_FAILED)
     except KeyboardInterrupt:
         return fail("interrupted", EXIT_INTERRUPTED)
+
+
+def _in_the_way(error: ImportError) -> FoundryError:
+    """Return the error for a package of the name of ours that was imported instead of it."""
+    from foundry.own_code import ours
+
+    try:
+        ours("analysis")
+    except InputError as told:
+        return told
+    raise error
 
 
 def _folder_last(argv: Sequence[str]) -> list[str]:
@@ -64,12 +81,32 @@ def _is_typer(argv: Sequence[str]) -> bool:
     if "_FOUNDRY_COMPLETE" in os.environ:
         return True
     first = argv[0] if argv else ""
-    names = [str(getattr(command.callback, "__name__", "")) for command in app.registered_commands]
+    names = [_name_of(command) for command in app.registered_commands]
     if first in names or first in ("--help", "-h", "--version", "--install-completion", "--show-completion"):
         return True
     if first and not first.startswith(("-", "~")) and "=" not in first:
         raise not_found("Command", first, names, "An override has the form key=value.")
     return False
+
+
+def _name_of(command: CommandInfo) -> str:
+    return str(getattr(command.callback, "__name__", ""))
+
+
+def _with_own_code(argv: Sequence[str]) -> list[str]:
+    """Make the code in a user's own folders known; returns the command line without them.
+
+    A command that composes is left to read them by itself, since they hold configurations, too.
+    """
+    composing = {_name_of(command) for command in app.registered_commands if command.context_settings}
+    if composing.intersection(argv[:1]):
+        return list(argv)
+    own_code.use(config_dirs(argv))
+    rest = list(argv)
+    while flag := next((one for one in rest if one.partition("=")[0] in CONFIG_DIR), None):
+        place = rest.index(flag)
+        del rest[place : place + (1 if "=" in flag else 2)]
+    return rest
 
 
 def _run_typer(argv: Sequence[str]) -> int:

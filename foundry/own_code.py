@@ -8,7 +8,6 @@ stands before a module of foundry or of a library.
 from __future__ import annotations
 
 import hashlib
-import importlib.metadata
 import importlib.util
 import os
 import sys
@@ -34,6 +33,31 @@ def use(folders: Iterable[Path]) -> None:
 def importable(folders: Iterable[Path]) -> None:
     """Let modules in these folders be imported, where no other module has their name."""
     sys.path.extend(str(folder) for folder in folders if str(folder) not in sys.path)
+
+
+def working_directory_last() -> None:
+    """Let modules of the working directory be imported, after all else; Python itself may have put it first."""
+    here = str(Path.cwd())
+    sys.path[:] = [entry for entry in sys.path if entry not in ("", here)]
+    sys.path.append(here)
+
+
+def ours(name: str) -> ModuleType:
+    """Import a module of this project by its full name.
+
+    Raises:
+        InputError: another package of that name is found before it.
+    """
+    package = name.partition(".")[0]
+    found = importlib.import_module(package)
+    here = Path(__file__).resolve().parent.parent
+    if found.__file__ is None or Path(found.__file__).resolve().parent.parent != here:
+        where = found.__file__ or ", ".join(found.__path__)
+        raise InputError(
+            f"another package named '{package}' is in the way of foundry's own: {where}. Rename it, or start Python in "
+            "another folder."
+        )
+    return importlib.import_module(name)
 
 
 def own_folders() -> tuple[Path, ...]:
@@ -81,7 +105,9 @@ def own_modules(group: str) -> Iterator[OwnModule]:
         for file in sorted((folder / group).glob("*.py")):
             if not file.name.startswith("_"):
                 yield OwnModule(file.stem, f"{folder.name}/{group}/{file.name}", file)
-    for point in importlib.metadata.entry_points(group=f"foundry.{group}"):
+    from importlib.metadata import entry_points  # takes as long as all else of a command that prints its help
+
+    for point in entry_points(group=f"foundry.{group}"):
         package = point.dist.name if point.dist else "an installed package"
         yield OwnModule(point.name, f"{point.value} of {package}", point.value)
 

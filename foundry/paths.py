@@ -38,6 +38,11 @@ def weights_cache_file() -> Path:
     return Path(asked) if asked else Path(platformdirs.user_cache_dir("foundry")) / "weights.json"
 
 
+def shipped_parts() -> Path:
+    """Return the folder of the files that a part of a user's own begins with."""
+    return PACKAGE / "new_parts"
+
+
 def assets_dir() -> Path:
     """Return the folder of the shipped scenes."""
     return shipped("assets")

@@ -52,6 +52,12 @@ class Record(msgspec.Struct, frozen=True, kw_only=True):
 
     stream: ClassVar[str] = ""
 
+    @property
+    def decision(self) -> str | int | float | None:
+        """The action of a step as its world declares it, None where nothing was decided."""
+        action: str | int | float | None = getattr(self, "action", None)
+        return action
+
     def tally(self, counts: Counts) -> None:
         """Add this record to the totals of its run."""
 
@@ -144,6 +150,11 @@ class GridStep(Record, frozen=True, kw_only=True):
     message_reasoning: str
     outcome: Outcome
     message_outcome: Outcome
+
+    @property
+    def decision(self) -> str | None:
+        """The direction, or `stay`; None where nothing could be read, which leaves the agent where it is."""
+        return (self.direction or self.action) if self.outcome in (Outcome.CHOSEN, Outcome.REPAIRED) else None
 
     def tally(self, counts: Counts) -> None:
         """Count the step and the outcomes of its two calls."""

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.run import HEADINGS, STAY, BoolArray, Fire, GridRun, GridSettings, IntArray, Place
-from analysis.walker import legal_moves
+from analysis.arrays import STAY, BoolArray, IntArray
+from analysis.grid.run import HEADINGS, Fire, GridRun, GridSettings, Place
+from analysis.grid.walker import legal_moves
 from foundry import seeding
 
 WORLD = GridSettings(

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.run import CHOICES, HEADINGS, GridRun, GridSettings
+from analysis.grid.run import CHOICES, HEADINGS, GridRun, GridSettings
 
 Cell = tuple[int, int]
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import msgspec
 
+from declared_forms import GRID
 from foundry.records import Agent, Call, Counts, GridStep, Message, Outcome, RunSummary
 from foundry.storing.run_writer import RunWriter, write_run_summary
 from foundry.storing.store import RunFolder, SweepFolder
@@ -48,6 +49,7 @@ def sweep(
                 "sampling_seed": None,
             },
             seeds=tuple(seeds),
+            declared=GRID,
         )
         for model in models
     ]

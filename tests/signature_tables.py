@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from analysis.table import KEYS, SignatureTable
+from analysis.tables.signature_table import KEYS, SignatureTable
 
 MEASURE = "idle_rate.chosen"
 

@@ -5,16 +5,17 @@ from __future__ import annotations
 import asyncio
 from pathlib import Path
 
-from analysis.camera_records import CameraRecords
-from analysis.grid_records import GridRecords
-from analysis.load import Run
+from analysis.camera.records import CameraRecords
+from analysis.camera.run import CameraRun
+from analysis.grid.records import GridRecords
+from analysis.grid.run import GridRun
 from episodes import Kept, composed, play_through
 from foundry.records import GridStep, Message
 from foundry.storing.store import SweepFolder
 from foundry.sweep import expand
 
 
-def whole_run(path: Path, world: str, policy: str, *overrides: str, seed: int) -> Run:
+def whole_run(path: Path, world: str, policy: str, *overrides: str, seed: int) -> GridRun | CameraRun:
     """Play a run to its end and return it; `path` is a folder that does not exist yet."""
     found, kept = composed(world, policy, *overrides), Kept()
     asyncio.run(play_through(found, seed, kept))

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from analysis.comparison import Comparison
-from analysis.figures.shown import Member, Shown
+from analysis.figures.members import Member
+from analysis.figures.shown import Shown
 from analysis.plots.fingerprints import FingerprintMap, Merge
 from analysis.plots.forest import Pair
 from analysis.plots.ledger import LedgerRow
 from analysis.plots.panel import GroupValues
+from analysis.tables.comparison import Comparison
 
 if TYPE_CHECKING:
     from analysis.stats.fingerprint import Fingerprint

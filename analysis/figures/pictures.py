@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pandas as pd
 
-from analysis.comparison import Comparison
-from analysis.figures.examples import Examples
 from analysis.figures.measures import fingerprint_map, group_values, ledger_rows, pairs_of
-from analysis.figures.shown import Member, Shown, shown_groups
+from analysis.figures.members import Member, shown_groups
+from analysis.figures.shown import Shown
 from analysis.plots import Picture, draw, figures, write
 from analysis.plots.labels import keys
 from analysis.signatures import describe, discover
 from analysis.stats.fingerprint import Fingerprint
+from analysis.tables.comparison import Comparison
 
 _MEANS = (
     "Diamonds (circles for baselines) are means over seeds, bars 95 % intervals, dots single seeds; "
@@ -101,51 +101,3 @@ def fingerprint_picture(found: Fingerprint) -> Picture | None:
         "groups merge. There is no overall score."
     )
     return Picture("fingerprint", "Fingerprints", caption, partial(figures.fingerprint_figure, shown))
-
-
-def world_pictures(found: Examples) -> list[Picture]:
-    """Return the pictures of where agents were, how news spread, and which ways were taken."""
-    pictures = []
-    if found.maps:
-        caption = (
-            "Share of all agent-steps by cell, mean over the complete runs, the start left out; all on one scale, "
-            "which ends with the models. "
-            "Outlines: places; crosses and dashed rings: fires and how far they are perceived."
-        )
-        pictures.append(
-            Picture("occupancy", "Where the agents were", caption, partial(figures.occupancy_figure, found.maps))
-        )
-    if found.curves:
-        caption = (
-            "Kaplan-Meier estimate of the share of agents that nobody has warned yet, one curve a run; line: mean over "
-            "runs; band: 95 % interval over runs, not agents. Agents that see a fire first are censored. Runs in which "
-            "nobody perceived a fire have no curve."
-        )
-        pictures.append(
-            Picture("survival", "Time to the first warning", caption, partial(figures.survival_figure, found.curves))
-        )
-    return [*pictures, *_example_pictures(found)]
-
-
-def _example_pictures(found: Examples) -> list[Picture]:
-    """Return the pictures of single runs, all of the lowest seed."""
-    pictures = []
-    fixed = f"Seed {found.seed}: the lowest of the sweep, settled before anything was run."
-    if found.trees:
-        caption = (
-            f"{fixed} Each dot is an agent at the step at which it learnt of a fire: filled, it saw one itself; "
-            "hollow, it was warned; a cross, it warned others before it had learnt anything. A line leads "
-            "from who warned first."
-        )
-        pictures.append(Picture("cascade", "Who warned whom", caption, partial(figures.cascade_figure, found.trees)))
-    if found.paths:
-        caption = f"{fixed} A line an agent, from its start (dot) to its end (ring)."
-        pictures.append(Picture("paths", "Ways of the agents", caption, partial(figures.paths_figure, found.paths)))
-    for number, task in enumerate(found.top_downs):
-        suffix = f"_{number + 1}" if len(found.top_downs) > 1 else ""
-        caption = (
-            f"{fixed} The ways seen from above: square, the start; star, the end of the shortest way to the goal "
-            "(dotted); shaded, what counts as near; each way ends in a large mark."
-        )
-        pictures.append(Picture(f"topdown{suffix}", "Ways from above", caption, partial(figures.topdown_figure, task)))
-    return pictures

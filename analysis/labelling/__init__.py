@@ -1,6 +1,6 @@
 """Who says which messages are warnings: the rule, or a model; and how well each agrees with labels given by reading.
 
-The rule is `analysis.warning_rule`. A model's labels are those that `foundry label` keeps in a sweep's folder. Both are
+The rule is `warning_rule`. A model's labels are those that `foundry label` keeps in a sweep's folder. Both are
 held against texts of `hand_labelled.jsonl`, labelled one by one after the definition in `question.txt`: those that were
 held out, so that nobody saw them while the rule was changed, and written apart from the rule. `TEXTS_BY` says whose
 they are. Agreement with the others, those for tuning above all, says nothing of other texts.
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from importlib.resources import files
 from typing import Literal
@@ -19,11 +19,9 @@ import msgspec
 import numpy as np
 
 from analysis.agreement import cohen_kappa
-from analysis.camera_run import CameraRun
 from analysis.formulas import ratio
-from analysis.language import IDENTIFIED_BY
-from analysis.run import GridRun
-from analysis.warning_rule import RULE_VERSION, is_warning
+from analysis.labelling.language import IDENTIFIED_BY
+from analysis.labelling.warning_rule import RULE_VERSION, is_warning
 from foundry.errors import InputError
 from foundry.records import Labelled
 from foundry.storing.store import SweepFolder
@@ -116,13 +114,6 @@ class Labelling:
     agreement: Agreement
     by_fires: Mapping[tuple[str, ...], Mapping[str, bool]] | None = None
     unlabelled: str = "not asked about, or answered with neither yes nor no"
-
-    def label(self, run: GridRun | CameraRun) -> GridRun | CameraRun:
-        """Return the run with its messages labelled; one of a 3D world, where nobody talks, as it is."""
-        if self.by_fires is None or not isinstance(run, GridRun):
-            return run
-        fires = tuple(fire.name for fire in run.world.fires)
-        return replace(run, labels=self.by_fires.get(fires, {}))
 
     def note(self) -> str:
         """Return one line for the readers of tables."""

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from analysis.arrays import FloatArray
 from analysis.plots import style
 from analysis.plots.labels import wrapped
-from analysis.run import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

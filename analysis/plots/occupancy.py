@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from analysis.arrays import FloatArray
+from analysis.grid.run import GridSettings
 from analysis.plots import style
 from analysis.plots.labels import wrapped
-from analysis.run import FloatArray, GridSettings
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

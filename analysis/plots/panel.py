@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from analysis.arrays import FloatArray
 from analysis.plots import style
 from analysis.plots.labels import LINE_IN, lines, title_height, title_width, wrapped
-from analysis.run import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from analysis.arrays import FloatArray
 from analysis.plots import style
 from analysis.plots.labels import wrapped
-from analysis.run import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -80,7 +80,7 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
     from analysis.report import methods, provenance, sections
     from analysis.report.grids import grid, grid_of
     from analysis.report.worlds import world_differences
-    from analysis.tables import comparison_table, contrast_table
+    from analysis.tables.texts import comparison_table, contrast_table
 
     gallery = sections.Gallery(folder)
     names = [sweep.path.resolve().name for sweep in found.sweeps]
@@ -109,8 +109,8 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
         "energy": sections.energy_grid(found),
         "retest": sections.retest_grid(found),
         "fingerprint_shapes": gallery.shapes([pictures.fingerprint_picture(found.analysis.fingerprint)]),
-        "world_shapes": gallery.shapes(pictures.world_pictures(found.examples)),
-        "cascade": sections.cascade_grid(found, base),
+        "world_shapes": gallery.shapes(found.examples.pictures),
+        "run_grids": sections.run_grids(found, base),
         "sections": sections.signature_sections(found, gallery, base),
         "methods": methods.methods(found),
         "notes": found.analysis.notes,

@@ -5,11 +5,12 @@ from __future__ import annotations
 import inspect
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any
 
-from analysis.signatures import FUNCTIONS, Signature
+from analysis.finding import SHIPPED, Part
+from analysis.form import FormAnalysis
+from analysis.signatures import Signature
 
 _ITEM = re.compile(r"- ([\w*]+(?:, [\w*]+)*): ")
 
@@ -28,7 +29,7 @@ class Definition:
     """How one kind of run is measured.
 
     Attributes:
-        module: where the code is.
+        module: where the code is: the module of the package, or the user's own file.
         blocks: what its docstrings say.
     """
 
@@ -36,26 +37,22 @@ class Definition:
     blocks: tuple[Block, ...]
 
 
-def definitions(signature: Signature, kinds: set[type]) -> list[Definition]:
-    """Return the definitions of a signature for these kinds of runs.
-
-    One that says no more than that it is the same as for the other kind brings that one along.
-    """
-    own = [kind for kind in FUNCTIONS if kind in kinds and kind in signature.functions]
-    found = {kind: _definition(function, signature) for kind, function in signature.functions.items()}
-    alone = all(any(block.name for block in found[kind].blocks) for kind in own)
-    return [one for kind, one in found.items() if own and (kind in own or not alone)]
+def definitions(signature: Signature, forms: Iterable[FormAnalysis]) -> list[Definition]:
+    """Return the definitions of a signature for runs of these forms."""
+    parts = dict.fromkeys(signature.part(form.run) for form in forms)
+    return [_definition(part) for part in parts if part is not None]
 
 
-def _definition(function: Callable[..., Any], signature: Signature) -> Definition:
-    module = sys.modules[function.__module__]
-    text = "\n\n".join(filter(None, (inspect.getdoc(module), inspect.getdoc(function))))
-    return Definition(function.__module__, tuple(_with_null(block, signature) for block in blocks(text)))
+def _definition(part: Part) -> Definition:
+    module = sys.modules[part.function.__module__]
+    text = "\n\n".join(filter(None, (inspect.getdoc(module), inspect.getdoc(part.function))))
+    where = part.module if part.origin == SHIPPED else part.origin
+    return Definition(where, tuple(_with_null(block, part) for block in blocks(text)))
 
 
-def _with_null(block: Block, signature: Signature) -> Block:
+def _with_null(block: Block, part: Part) -> Block:
     """Return the block with what chance gives of the measures that it defines."""
-    measures = [signature.measures[name] for name in block.name.split(", ") if name in signature.measures]
+    measures = [part.measures[name] for name in block.name.split(", ") if name in part.measures]
     return replace(block, null="; ".join(dict.fromkeys(str(one.null) for one in measures if one.null)))
 
 

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from analysis.camera_run import CameraRun
 from analysis.figures.examples import Examples, examples
-from analysis.figures.shown import Member, Shown, members, shown_groups
-from analysis.grid_records import is_grid
+from analysis.figures.members import Member, members, shown_groups
+from analysis.figures.shown import Shown
+from analysis.form import FormAnalysis, forms_of
 from analysis.labelling import Labelling, model_labelling, rule_labelling
 from analysis.load import Folders, folders_of
 from analysis.pipeline import Analysis, analyze
-from analysis.run import GridRun
 from foundry.storing.store import RunFolder, SweepFolder
 
 
@@ -41,9 +40,14 @@ class Material:
     examples: Examples
 
     @cached_property
-    def kinds(self) -> set[type]:
-        """The kinds of runs: 2D, 3D or both."""
-        return {GridRun if is_grid(member.folder.config()) else CameraRun for member in self.members}
+    def forms(self) -> list[FormAnalysis]:
+        """The forms of the runs."""
+        return forms_of(member.folder for member in self.members)
+
+    @cached_property
+    def labelled_by(self) -> list[Labelling]:
+        """Who says which messages are warnings."""
+        return list(self.labellings.values())
 
     @property
     def own(self) -> list[Shown]:

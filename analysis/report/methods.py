@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import pandas as pd
 
-from analysis.camera_run import CameraRun
+from analysis.figures.members import Member
+from analysis.form import forms_of
 from analysis.plots.ledger import percent
+from analysis.prose import joined
 from analysis.report.material import Material
-from analysis.run import GridRun
 from analysis.stats.contrasts import ALPHA, MCNEMAR, SIGN_FLIP
 from analysis.stats.intervals import BOOTSTRAP_T, FEWEST_FOR_CLAIMS, STUDENT, WILSON
 from foundry import __version__
@@ -82,20 +83,9 @@ def _measuring(found: Material) -> str:
         "The behaviour in each run was described by the signatures of this report, over all decisions and, apart, over "
         "those alone that could be read.",
     ]
-    if GridRun in found.kinds:
-        parts.append(f"Messages were labelled as warnings or not by {_labellers(found)}.")
-    if CameraRun in found.kinds:
-        parts.append("Distances in 3D are lengths of shortest ways on the walkable floor, seen from above.")
+    parts += [text for form in found.forms for text in form.words.methods(found.labelled_by)]
     parts.append("The value of a group and seed is the mean over its runs, so that the seed is the independent unit.")
     return " ".join(parts)
-
-
-def _labellers(found: Material) -> str:
-    return joined(dict.fromkeys(one.labeller for one in found.labellings.values()))
-
-
-def _labelling_notes(found: Material) -> list[str]:
-    return list(dict.fromkeys(one.note() for one in found.labellings.values()))
 
 
 def _statistics(found: Material) -> str:
@@ -187,12 +177,17 @@ def _of_decisions(found: Material) -> list[str]:
         unreadable = sum(one.unreadable for one in found.of(shown))
         if unreadable:
             said.append(
-                f"{shown.label}: {percent(unreadable / decisions)} of the action decisions could not be read and left "
-                "the agent where it was; compare the measures with those over readable decisions alone."
+                f"{shown.label}: {percent(unreadable / decisions)} of the action decisions could not be read "
+                f"{_unread_decision(found.of(shown))}; compare the measures with those over readable decisions alone."
             )
     if said or not any(one.decisions for one in found.members):
         return said
     return ["Every action decision could be read."]
+
+
+def _unread_decision(mine: Sequence[Member]) -> str:
+    forms = forms_of(member.folder for member in mine)
+    return " or ".join(dict.fromkeys(form.words.unread_decision for form in forms))
 
 
 def _of_baselines(found: Material) -> list[str]:
@@ -220,12 +215,7 @@ def _undefined(rows: pd.DataFrame) -> list[str]:
 
 
 def _of_reach(found: Material) -> list[str]:
-    said = []
-    if GridRun in found.kinds:
-        said.append(
-            "The warnings of these runs were labelled by no reader. "
-            + " ".join(f"{note[0].upper()}{note[1:]}." for note in _labelling_notes(found))
-        )
+    said = [text for form in found.forms for text in form.words.limits(found.labelled_by)]
     said.append(
         f"All of it holds for the {_counted(_names(found, 'world'), 'world')} and the "
         f"{_counted(_names(found, 'prompt'), 'prompt')}; other worlds and other words may turn it round."
@@ -242,9 +232,3 @@ def _without_digest(found: Material) -> list[str]:
     served = [member.folder.config()["model"] for member in found.members]
     names = dict.fromkeys(str(model["name"]) for model in served if is_served(model))
     return [name for name in names if name not in known]
-
-
-def joined(names: Iterable[str]) -> str:
-    """Return names as a list in a sentence."""
-    *first, last = list(names) or ["nothing"]
-    return f"{', '.join(first)} and {last}" if first else last

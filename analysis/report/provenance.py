@@ -9,12 +9,13 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from urllib.parse import quote
 
-from analysis.figures.shown import Member, Shown
-from analysis.groups import leaves
+from analysis.figures.members import Member
+from analysis.figures.shown import Shown
 from analysis.plots.ledger import percent
 from analysis.report.grids import Cell, Grid, grid
 from analysis.report.material import Material
-from analysis.tables import number
+from analysis.tables.groups import leaves
+from analysis.tables.texts import number
 
 _HOW_REACHED = ("server", "name", "_target_")
 """Settings of a model that do not say what it is asked."""

@@ -18,7 +18,7 @@ from analysis.report.grids import Cell, Grid, grid
 from analysis.report.material import Material
 from analysis.report.provenance import link
 from analysis.signatures import READABLE_SUFFIX, Signature, describe, discover, is_readable_only
-from analysis.tables import mean_cell, number, p_value
+from analysis.tables.texts import mean_cell, number, p_value
 
 DENSE = 120_000
 """Characters of SVG from which a picture is shown as PNG, if that is smaller."""
@@ -110,7 +110,7 @@ def _section(found: Material, gallery: Gallery, base: Path, signature: Signature
         ]
     return Section(
         name=name,
-        definitions=tuple(definitions(signature, found.kinds)),
+        definitions=tuple(definitions(signature, found.forms)),
         means=_means(found, columns, name),
         shapes=gallery.shapes(wanted),
         values=_values(found, columns, name, base),
@@ -193,15 +193,18 @@ def retest_grid(found: Material) -> Grid | None:
     return grid(caption, [str(name) for name in frame.columns], rows)
 
 
-def cascade_grid(found: Material, base: Path) -> Grid | None:
-    """Return every first warning of the runs that are shown, with its step; None where there is none."""
+def run_grids(found: Material, base: Path) -> list[tuple[str, Grid]]:
+    """Return what the forms of the runs show of single ones besides pictures, with titles; the runs are links."""
     by_run = {member.folder.id: member for member in found.members}
-    rows = [
-        (link(by_run[tree.run], base), tree.label, str(edge.step), str(edge.sender), str(edge.recipient))
-        for tree in found.examples.trees
-        for edge in tree.edges
+    return [
+        (
+            one.title,
+            grid(
+                one.caption,
+                one.columns,
+                [(link(by_run[run], base), *cells) for run, *cells in one.rows],
+                labels=one.labels,
+            ),
+        )
+        for one in found.examples.tables
     ]
-    if not rows:
-        return None
-    caption = f"First warnings in the runs of seed {found.examples.seed}: their lines in messages.jsonl of the run."
-    return grid(caption, ("run", "group", "step", "sender", "recipient"), rows, labels=2)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from analysis.groups import leaves
+from analysis.tables.groups import leaves
 from foundry.storing.store import SweepFolder
 
 

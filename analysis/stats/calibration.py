@@ -11,10 +11,10 @@ import numpy as np
 import pandas as pd
 from numpy.random import Generator
 
-from analysis.run import FloatArray
+from analysis.arrays import FloatArray
 from analysis.stats.contrasts import contrasts
 from analysis.stats.intervals import estimates
-from analysis.table import SignatureTable
+from analysis.tables.signature_table import SignatureTable
 
 Shape: TypeAlias = tuple[int, ...]
 

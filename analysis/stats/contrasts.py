@@ -22,7 +22,7 @@ from analysis.stats.paired import equivalence_p, hedges_g_z, mcnemar_p, superior
 from analysis.stats.pairing import Paired, bounds, mean_where, pair_up, row_frame
 from analysis.stats.sign_flip import least_p, sign_flip_p
 from analysis.stats.values import BoolArray, SeedValues, seed_values
-from analysis.table import SignatureTable
+from analysis.tables.signature_table import SignatureTable
 from foundry.errors import InputError
 
 ALPHA = 0.05

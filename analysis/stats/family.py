@@ -5,11 +5,16 @@ from __future__ import annotations
 import difflib
 from collections.abc import Sequence
 
-from analysis.signatures import discover, is_readable_only
+from analysis.signatures import Signature, discover, is_readable_only
 from foundry.errors import InputError, not_found
 
 NO_BEHAVIOUR = frozenset({"cost"})
 """Signatures that say what a run took, and not what the agents did."""
+
+
+def _claimed() -> list[Signature]:
+    """Return the signatures that claims may rest on where nothing is declared."""
+    return [one for one in discover() if one.primary and one.name not in NO_BEHAVIOUR]
 
 
 def is_denominator(measure: str) -> bool:
@@ -22,13 +27,13 @@ def primary_measures(measures: Sequence[str]) -> tuple[str, ...]:
 
     One measure a signature keeps the family small enough for ten seeds, which exact tests of many measures are not.
     """
-    shown = [one.headline_columns(measures) for one in discover() if one.name not in NO_BEHAVIOUR]
+    shown = [one.headline_columns(measures) for one in _claimed()]
     return tuple(columns[0] for columns in shown if columns)
 
 
 def headline_measures(measures: Sequence[str]) -> tuple[str, ...]:
     """Return the signatures' headlines over all decisions, without denominators and cost."""
-    shown = [one.headline_columns(measures) for one in discover() if one.name not in NO_BEHAVIOUR]
+    shown = [one.headline_columns(measures) for one in _claimed()]
     return tuple(dict.fromkeys(name for columns in shown for name in columns if not is_denominator(name)))
 
 

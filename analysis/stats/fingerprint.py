@@ -9,14 +9,14 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 
-from analysis.groups import group_label
-from analysis.run import FloatArray
+from analysis.arrays import FloatArray
+from analysis.prose import group_label
 from analysis.stats.family import headline_measures
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS, NO_VARIATION, varies
 from analysis.stats.multiplicity import holm
 from analysis.stats.sign_flip import share_as_extreme, sign_blocks
 from analysis.stats.values import seed_values, select
-from analysis.table import SignatureTable
+from analysis.tables.signature_table import SignatureTable
 from foundry.seeding import stream
 
 RESAMPLES = 999

@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from analysis.run import FloatArray
+from analysis.arrays import FloatArray
 from analysis.stats.values import BoolArray
 from foundry.seeding import stream
 

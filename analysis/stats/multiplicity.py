@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.run import FloatArray
+from analysis.arrays import FloatArray
 
 
 def holm(p: FloatArray) -> FloatArray:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from analysis.run import FloatArray
+from analysis.arrays import FloatArray
 from analysis.stats.values import BoolArray
 
 _TIE = 1e-12

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from analysis.run import FloatArray
+from analysis.arrays import FloatArray
 from analysis.signatures import describe, is_readable_only
 from analysis.stats.factors import Pair, pairs
 from analysis.stats.intervals import Estimates, estimates

@@ -6,14 +6,14 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from analysis.run import FloatArray, IntArray
+from analysis.arrays import FloatArray, IntArray
 from analysis.stats.contrasts import ALPHA
 from analysis.stats.family import headline_measures, primary_measures, unknown_measure
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS
 from analysis.stats.pairing import Paired, pair_up, row_frame
 from analysis.stats.sign_flip import fewest_pairs
 from analysis.stats.values import SeedValues, seed_values
-from analysis.table import SignatureTable
+from analysis.tables.signature_table import SignatureTable
 from foundry.errors import InputError
 
 MOST_SEEDS = 100_000

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from analysis.run import FloatArray
+from analysis.arrays import FloatArray
 from foundry.seeding import stream
 
 EXACT_UP_TO = 16

@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from analysis.groups import swept_columns
+from analysis.arrays import FloatArray
 from analysis.lines import COMPLETE
-from analysis.run import FloatArray
 from analysis.signatures import FAILURE_RATE
-from analysis.table import SignatureTable
+from analysis.tables.groups import swept_columns
+from analysis.tables.signature_table import SignatureTable
 
 BASELINE = "baseline"
 """The column of a table that marks runs of scripted models made for comparison; it may be absent."""

@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from analysis.run import FloatArray
+from analysis.arrays import FloatArray
 from analysis.stats.factors import swept
 from analysis.stats.intervals import NO_VALUE, NO_VARIATION, varies
 from analysis.stats.values import SeedValues, seed_values
-from analysis.table import SignatureTable
+from analysis.tables.signature_table import SignatureTable
 
 SEED, RESIDUAL = "seed", "residual"
 CONFOUNDED = "cannot be told from the other components"

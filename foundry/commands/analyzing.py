@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from foundry.commands.application import EXIT_INTERRUPTED, EXIT_OK, Trusted, app
+from foundry.commands.application import EXIT_INTERRUPTED, EXIT_OK, Mine, Trusted, app
 from foundry.commands.showing import analyze_and_show
 from foundry.errors import InputError
 
@@ -45,6 +45,7 @@ def analyze(
     family: Family = None,
     margin: Margins = None,
     trust_targets: Trusted = None,
+    config_dir: Mine = None,
 ) -> None:
     """Compute the signatures of every run, compare the models, draw the plots."""
     margins = margins_of(margin or [])
@@ -83,9 +84,10 @@ def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
     Raises:
         typer.Exit: the user interrupted them.
     """
-    from foundry.commands.sweeps import run_folder, runner_of
+    from foundry.commands.sweeps import run_folder
     from foundry.composing.baselines import baselines_of
     from foundry.composing.preflight import check
+    from foundry.composing.preparing import runner_of
     from foundry.storing.store import SweepFolder
     from foundry.trust.targets import check_sweep_targets
 

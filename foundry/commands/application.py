@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from foundry import __version__
+from foundry.errors import InputError
 from foundry.texts import visible, without_secrets
 
 if TYPE_CHECKING:
@@ -41,6 +42,27 @@ Trusted = Annotated[
         show_default=False,
     ),
 ]
+
+
+def _use(folders: list[Path] | None) -> list[Path]:
+    """Make a user's own folders known, before the command begins."""
+    from foundry.own_code import use
+
+    for folder in folders or ():
+        if not folder.is_dir():
+            raise InputError(f"--config-dir {folder}: there is no such folder.")
+    use(folders or ())
+    return folders or []
+
+
+Mine = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--config-dir", "-cd", help="A folder of your own parts, and of the code that they name.", callback=_use,
+        show_default=False,
+    ),
+]  # fmt: skip
+"""For every command that may import what a user wrote; the callback has done all that is to do."""
 TrustedServers = Annotated[
     bool, typer.Option("--trust-servers", help="Also send keys to the servers that the record names, use its cluster.")
 ]

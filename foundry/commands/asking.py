@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from foundry.commands.application import OVERRIDES, app, console, for_screen
-from foundry.commands.sweeps import existing_answers, known_models, sweep_of
+from foundry.commands.sweeps import existing_answers, known_models
 
 
 @app.command(context_settings=OVERRIDES)
@@ -24,6 +24,7 @@ def prompt(
     Later steps are reached by playing the episode with the given model, which must be scripted or cached.
     """
     from foundry.composing.compose import compose
+    from foundry.composing.preparing import sweep_of
     from foundry.composing.prompting import find_prompt
 
     composed = compose(context.args)

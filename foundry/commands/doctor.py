@@ -21,8 +21,8 @@ def doctor(
     """
     import msgspec
 
-    from foundry.commands.sweeps import sweep_of
     from foundry.composing.compose import compose
+    from foundry.composing.preparing import sweep_of
     from foundry.display import frame_table
     from foundry.doctor import Status, examine
 

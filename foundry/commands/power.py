@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from foundry.commands.application import Folder, app, console
+from foundry.commands.application import Folder, Mine, app, console
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ def power(
     measure: Annotated[
         str | None, typer.Option(help="One measure, such as idle_rate.chosen; else the headlines.")
     ] = None,
+    config_dir: Mine = None,
 ) -> None:
     """Say how many seeds a sweep needs, judged by a pilot sweep."""
     from foundry.display import frame_table
@@ -41,9 +42,10 @@ def power(
 
 
 def _plan(folder: Folder, difference: float | None, target: float, measure: str | None) -> pd.DataFrame:
-    from analysis.groups import group_columns
+    from analysis.measuring.runs import Source, measure_run
     from analysis.stats.power import power as plan
-    from analysis.table import Source, build_table, measure_run
+    from analysis.tables.groups import group_columns
+    from analysis.tables.signature_table import build_table
     from foundry.storing.store import SweepFolder
 
     source = Source(folder, folder.name)

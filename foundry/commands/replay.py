@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from foundry.commands.application import Trusted, app, console, for_screen
+from foundry.commands.application import Mine, Trusted, app, console, for_screen
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
@@ -36,6 +36,7 @@ def replay(
     ] = False,
     workers: Annotated[int | None, typer.Option(help="Processes that draw; else one a core.", min=1)] = None,
     trust_targets: Trusted = None,
+    config_dir: Mine = None,
 ) -> None:
     """Show runs again, from their records alone: pictures, a film, or a window.
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from foundry.commands.analyzing import Family, Folders, Labeller, Margins, WhoLabels, margins_of
-from foundry.commands.application import app
+from foundry.commands.application import Mine, app
 
 
 @app.command()
@@ -20,6 +20,7 @@ def report(
     labeller: WhoLabels = Labeller.RULE,
     family: Family = None,
     margin: Margins = None,
+    config_dir: Mine = None,
 ) -> None:
     """Write one page with everything about the sweeps, for a browser without a network."""
     from analysis.report import write_report

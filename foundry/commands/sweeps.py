@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,6 +15,7 @@ from foundry.commands.application import (
     EXIT_OK,
     OVERRIDES,
     Folder,
+    Mine,
     Trusted,
     TrustedServers,
     app,
@@ -26,7 +27,7 @@ from foundry.commands.view import check_view, watched
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
-    from foundry.composing.compose import Composed, Launch
+    from foundry.composing.compose import Composed
     from foundry.models.answers.base import Answers
     from foundry.models.base import ModelInfo
     from foundry.running.local import Runner
@@ -42,74 +43,26 @@ def run_overrides(argv: Sequence[str]) -> int:
     return EXIT_OK if composed is None else run_composed(composed)
 
 
-def sweep_of(composed: Composed) -> Sweep:
-    """Return the runs of what was composed."""
-    from foundry.sweep import expand
-
-    return expand(composed.asked, composed.conditions)
-
-
 def run_composed(composed: Composed, prepare: Callable[[SweepFolder], None] = lambda folder: None) -> int:
     """Check everything, then run what is asked for in its folder, once that is prepared."""
-    from foundry.composing.preflight import check, declare, notes_of
-    from foundry.models.answers.addresses import settled
-    from foundry.storing.store import SweepFolder, ensure_writable, fresh_folder
+    from foundry.composing.preparing import checked
 
     check_view(composed.settings["view"])
-    sweep = sweep_of(composed)
-    runner = runner_of(composed.settings, composed.launch)
-    infos = check(sweep)
-    sweep = declare(sweep)
-    for line in notes_of(sweep):
+    found = checked(composed)
+    for line in found.notes:
         print(line)
-    asked = composed.settings["output"]["dir"]
-    ensure_writable(Path(asked) if asked else Path("outputs"))
-    path = Path(asked) if asked else fresh_folder(Path("outputs"))
-    settings = {
-        **composed.settings,
-        "cache": {"path": settled(composed.settings["cache"]["path"])},
-    }
-    folder = SweepFolder.create(path, sweep, settings, model_lines(infos))
-    folder.write_multirun(composed.multirun)
+    folder = found.create()
     prepare(folder)
-    return run_folder(folder, settings, infos, runner)
-
-
-def model_lines(infos: Mapping[str, ModelInfo]) -> list[dict[str, Any]]:
-    """Return what a sweep remembers of its models, the members of populations among them."""
-    return [
-        {"name": one.name, "digest": one.digest, "server_version": one.server_version}
-        for info in infos.values()
-        for one in (info, *info.members)
-    ]
-
-
-def runner_of(settings: Mapping[str, Any], launch: Launch | None = None) -> Runner:
-    """Return what runs a sweep, or one of Hydra's own launchers where that was asked for.
-
-    Raises:
-        InputError: it cannot be built from its settings.
-    """
-    from foundry.composing.launching import LauncherRunner
-    from foundry.running.build import build
-
-    runner: Runner = build(settings["runner"]) if launch is None else LauncherRunner(launch)
-    return runner
+    return run_folder(folder, found.settings, found.infos, found.runner)
 
 
 def run_folder(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], runner: Runner) -> int:
     """Run what has not ended, then say how it went; the exit code says it too."""
+    from foundry.composing.preparing import job_of
     from foundry.display import ProgressDisplay
-    from foundry.models.answers.opening import check_reachable
-    from foundry.running.local import SweepInterrupted, SweepJob, SweepStopped
+    from foundry.running.local import SweepInterrupted, SweepStopped
 
-    check_reachable(settings["cache"]["path"])
-    job = SweepJob(
-        folder=folder,
-        infos=infos,
-        cache=settings["cache"]["path"],
-        frame_every=settings["record"]["frames"],
-    )
+    job = job_of(folder, settings, infos)
     screen = console()
     print(f"{len(folder.runs())} runs in {folder.path}")
     try:
@@ -162,6 +115,7 @@ def plan(
     from foundry.composing.compose import compose
     from foundry.composing.planning import plan as plan_runs
     from foundry.composing.preflight import notes_of
+    from foundry.composing.preparing import sweep_of
     from foundry.display import plan_table
     from foundry.storing.store import SweepFolder
 
@@ -199,14 +153,17 @@ def known_models(sweep: Sweep) -> tuple[dict[str, ModelInfo], str]:
 
 
 @app.command()
-def resume(folder: Folder, trust_targets: Trusted = None, trust_servers: TrustedServers = False) -> None:
+def resume(
+    folder: Folder, trust_targets: Trusted = None, trust_servers: TrustedServers = False, config_dir: Mine = None
+) -> None:
     """Go on with a sweep: complete runs are skipped, answered calls are not asked again.
 
     OLLAMA_HOST and OPENAI_BASE_URL, where they are set, replace the servers that the sweep began with.
     """
-    from foundry.composing.preflight import check
+    from foundry.composing.preflight import check, declare
+    from foundry.composing.preparing import model_lines, runner_of
     from foundry.composing.settings import checked_settings
-    from foundry.storing.store import SweepFolder, check_digests
+    from foundry.storing.store import SweepFolder, check_declared, check_digests
     from foundry.sweep import with_hosts
     from foundry.trust import reaching
     from foundry.trust.targets import check_sweep_targets
@@ -224,11 +181,12 @@ def resume(folder: Folder, trust_targets: Trusted = None, trust_servers: Trusted
     runner = runner_of(settings)
     infos = check(opened.sweep_here())
     check_digests(opened, model_lines(infos))
+    check_declared(opened, declare(opened.sweep_here()))
     raise typer.Exit(run_folder(opened, settings, infos, runner))
 
 
 @app.command()
-def status(folder: Folder) -> None:
+def status(folder: Folder, config_dir: Mine = None) -> None:
     """Show how far a sweep is, and why runs failed."""
     from foundry.display import failures, status_table
     from foundry.storing.store import SweepFolder

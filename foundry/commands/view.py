@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from foundry.commands.application import app
+from foundry.commands.application import Mine, app
 from foundry.errors import InputError
 
 
@@ -27,6 +27,7 @@ def view(
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0 takes a free one.")] = 0,
     browser: Annotated[bool, typer.Option(help="Open the browser.")] = True,
+    config_dir: Mine = None,
 ) -> None:
     """Look at what happened: runs step by step, prompts and replies, runs side by side."""
     root = folder if folder is not None else _newest()

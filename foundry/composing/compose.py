@@ -6,29 +6,28 @@ import contextlib
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
-from foundry import paths
+from foundry import own_code, paths
+from foundry.composing.collecting import Collector, Launch
 from foundry.composing.public_names import with_public_names
 from foundry.composing.settings import check_parts, checked_settings
 from foundry.errors import FoundryError, InputError, not_found
-from foundry.storing.plain_yaml import check_configs
+from foundry.storing.plain_yaml import check_config
 from foundry.sweep import Condition, has_range
 
-CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record")
+CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record", "baselines")
 """What goes into a condition; the other keys say where and how it is run."""
+_TAKEN_UP = ("seed", "schema")
+"""What other parts of a configuration refer to or are multiplied by, and is nothing by itself."""
 
 _SWEPT_ONLY = ("world", "model", "prompt", "layout", "scene", "task", "sampling_seed")
 _MULTIRUN = ("-m", "--multirun")
 CONFIG_DIR = ("-cd", "--config-dir")
 """How a user's own folder of configurations is named."""
-
-
-Launch: TypeAlias = Callable[[Callable[[Any], Any], Sequence[Sequence[str]]], Sequence[Any]]
-"""Calls a function in a job for each list of overrides; returns Hydra's `JobReturn`s."""
 
 
 @dataclass(frozen=True)
@@ -51,22 +50,6 @@ class Composed:
     launch: Launch | None = None
 
 
-@dataclass
-class _Collected:
-    configs: list[Any] = field(default_factory=list)
-    overrides: list[tuple[str, ...]] = field(default_factory=list)
-    seeds: list[list[Any]] = field(default_factory=list)
-    launch: Launch | None = None
-
-    def add(self, config: Any, overrides: Sequence[str], seeds: Sequence[Any]) -> None:
-        self.configs.append(config)
-        self.overrides.append(tuple(overrides))
-        self.seeds.append(list(seeds))
-
-    def keep(self, launch: Launch) -> None:
-        self.launch = launch
-
-
 def compose(argv: Sequence[str]) -> Composed | None:
     """Compose a command line as `foundry` takes it.
 
@@ -77,15 +60,14 @@ def compose(argv: Sequence[str]) -> Composed | None:
         InputError: the command line asks for something that does not exist or cannot be read.
     """
     _check_ranges(argv)
-    for folder in _config_dirs(argv):
-        check_configs(folder)
+    own_code.use(config_dirs(argv))
     from hydra.errors import HydraException
     from omegaconf.errors import OmegaConfBaseException
 
     try:
         _check_groups(argv)
-        collected = _run_hydra(argv)
-        return _composed(argv, collected) if collected.configs else None
+        collector = _run_hydra(argv)
+        return _composed(argv, collector) if collector.conditions else None
     except FoundryError:
         raise
     except (HydraException, OmegaConfBaseException) as error:
@@ -99,7 +81,7 @@ def _check_ranges(argv: Sequence[str]) -> None:
         raise InputError(f"'{ranges[0]}' asks for several runs: add -m, as in foundry -m {' '.join(argv)}")
 
 
-def _config_dirs(argv: Sequence[str]) -> Iterator[Path]:
+def config_dirs(argv: Sequence[str]) -> Iterator[Path]:
     """Yield the user's own folders of configurations, in the forms that Hydra takes."""
     for flag, value in zip(argv, [*argv[1:], ""], strict=False):
         if flag in CONFIG_DIR:
@@ -127,20 +109,14 @@ def _check_groups(argv: Sequence[str]) -> None:
             raise not_found(group.capitalize(), override.get_value_string(), options)
 
 
-def _run_hydra(argv: Sequence[str]) -> _Collected:
+def _run_hydra(argv: Sequence[str]) -> Collector:
     """Let Hydra read the command line; nothing is run by it."""
     import hydra
 
-    collected = _Collected()
-
-    def task(config: Any) -> None:
-        collected.add(config, (), [config.seed])
-
-    task.collect = collected.add  # type: ignore[attr-defined]
-    task.keep_launch = collected.keep  # type: ignore[attr-defined]
-    with _hydra_surroundings(argv), _composed_once(argv):
-        hydra.main(version_base="1.3", config_path=str(paths.conf_dir()), config_name="config")(task)()
-    return collected
+    collector = Collector()
+    with _hydra_surroundings(argv), _composed_once(argv), _files_checked():
+        hydra.main(version_base="1.3", config_path=str(paths.conf_dir()), config_name="config")(collector)()
+    return collector
 
 
 @contextlib.contextmanager
@@ -178,24 +154,45 @@ def _composed_once(argv: Sequence[str]) -> Iterator[None]:
         Hydra.get_mode = kept  # type: ignore[method-assign]
 
 
-def _composed(argv: Sequence[str], collected: _Collected) -> Composed:
+@contextlib.contextmanager
+def _files_checked() -> Iterator[None]:
+    """Check each file of a user's own before Hydra reads it, which knows no bounds; the rest stays unread."""
+    from hydra._internal.core_plugins.file_config_source import FileConfigSource
+
+    kept, shipped = FileConfigSource.load_config, paths.conf_dir()
+
+    def checked(self: Any, config_path: str) -> Any:
+        file = Path(self.path) / self._normalize_file_name(config_path)
+        if Path(self.path) != shipped and file.is_file():
+            check_config(file)
+        return kept(self, config_path)
+
+    FileConfigSource.load_config = checked  # type: ignore[method-assign]
+    try:
+        yield
+    finally:
+        FileConfigSource.load_config = kept  # type: ignore[method-assign]
+
+
+def _composed(argv: Sequence[str], collector: Collector) -> Composed:
     from omegaconf import OmegaConf
 
-    plain = [_plain(config) for config in collected.configs]
-    keys = _swept_keys(collected.overrides)
+    first = collector.conditions[0].config
+    plain = [_plain(one.config) for one in collector.conditions]
+    keys = _swept_keys([one.overrides for one in collector.conditions])
     conditions = [
         condition
-        for source, config, seeds in zip(collected.configs, plain, collected.seeds, strict=True)
-        for condition in _conditions(source, config, keys, seeds)
+        for one, config in zip(collector.conditions, plain, strict=True)
+        for condition in _conditions(one.config, config, keys, one.seeds)
     ]
-    settings = {key: value for key, value in plain[0].items() if key not in (*CONDITION_KEYS, "seed")}
+    settings = {key: value for key, value in plain[0].items() if key not in (*CONDITION_KEYS, *_TAKEN_UP)}
     settings["record"] = plain[0]["record"]
     return Composed(
         asked=tuple(argv),
         conditions=tuple(conditions),
         settings=checked_settings(settings),
-        multirun=OmegaConf.to_yaml(collected.configs[0], resolve=False),
-        launch=collected.launch,
+        multirun=OmegaConf.to_yaml(first, resolve=False),
+        launch=collector.launch,
     )
 
 
@@ -231,7 +228,9 @@ def _condition(config: dict[str, Any], keys: Sequence[str], seeds: tuple[int, ..
 
 
 def _parts(config: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: with_public_names(config[key]) for key in CONDITION_KEYS}
+    """Return what a condition is made of; of baselines only those that are chosen."""
+    kept = {key: with_public_names(config[key]) for key in CONDITION_KEYS}
+    return {key: value for key, value in kept.items() if key != "baselines" or value is not None}
 
 
 def _swept_keys(overrides: Sequence[Sequence[str]]) -> list[str]:

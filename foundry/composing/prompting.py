@@ -72,7 +72,7 @@ def find_prompt(
     readers: list[_CachedOrSilent] = []
 
     def reading(one: Model) -> Model:
-        if not one.remote:
+        if not one.costs:
             return one
         readers.append(_CachedOrSilent(one, answers))
         return readers[-1]

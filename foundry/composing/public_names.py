@@ -28,8 +28,8 @@ def with_public_names(value: Any) -> Any:
 def _public_name(target: Any) -> Any:
     try:
         found = target_of(target)
-    except (ImportError, AttributeError, ValueError, TypeError):
-        return target  # told by whoever builds it
+    except Exception:  # noqa: BLE001 - a user's own module may raise anything, which whoever builds it tells
+        return target
     name = vars(found).get("public_name") if isinstance(found, type) else None
     if name is None:
         return f"{found.__module__}.{found.__qualname__}" if isinstance(found, type) else target

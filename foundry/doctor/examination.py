@@ -76,7 +76,7 @@ def _uses(sweep: Sweep, scenarios: Mapping[str, Scenario]) -> Iterator[Use]:
         seen.add(settings_key(parts))
         scenario = scenarios[settings_key(parts["world"])]
         for model in _members(build(parts["model"])):
-            if model.remote:
+            if model.costs:
                 yield Use(model, scenario, prompt_of(condition.config), condition.seeds[0])
 
 

@@ -12,7 +12,7 @@ import msgspec
 from foundry.composing.preflight import scenario_of
 from foundry.errors import InputError, RecordError
 from foundry.records import NOT_JSON
-from foundry.storing.store import RunFolder, kept_file
+from foundry.storing.store import RunFolder, kept_file, last_whole_step
 from foundry.trust.targets import check_targets
 from foundry.worlds.base import Recorded, Redrawing
 
@@ -66,7 +66,8 @@ def read_recording(run: RunFolder, trusted: Sequence[str] = ()) -> Recording:
         numbers = [line.step for line in msgspec.json.Decoder(_StepOf).decode_lines(steps)]
     except NOT_JSON as error:
         raise RecordError(f"The steps of '{run.path}' cannot be read: {error}") from error
-    last = _last_whole(numbers)
+    summary = run.summary()
+    last = last_whole_step(numbers, complete=summary is not None and summary.status == "complete")
     config = run.config()
     return Recording(
         id=run.id,
@@ -93,14 +94,6 @@ def redrawing_of(recording: Recording) -> Redrawing:
 
 def _whole_lines(content: bytes) -> bytes:
     return content[: content.rfind(b"\n") + 1]
-
-
-def _last_whole(numbers: Sequence[int]) -> int:
-    """Return the last step with as many lines as the first one; a crash may have cut the one behind it."""
-    if not numbers:
-        return 0
-    whole = numbers.count(numbers[-1]) == numbers.count(numbers[0])
-    return numbers[-1] if whole else numbers[-1] - 1
 
 
 def _note(run: RunFolder, last: int) -> str:

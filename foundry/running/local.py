@@ -102,7 +102,7 @@ class Runner(ABC):
             infos=job.infos,
             cache=job.cache,
             frame_every=job.frame_every,
-            open_runs=self._open_runs if _remote(runs[0]) else 1,
+            open_runs=self._open_runs if _is_served(runs[0]) else 1,
         )
 
 
@@ -193,7 +193,7 @@ def _phases(job: SweepJob) -> Iterator[list[RunFolder]]:
     little to keep all busy, and short runs are over soon.
     """
     pending = [run for run in job.folder.runs() if not run.ended]
-    for _, runs in itertools.groupby(pending, key=lambda run: _remote(run) and settings_key(run.config()["model"])):
+    for _, runs in itertools.groupby(pending, key=lambda run: _is_served(run) and settings_key(run.config()["model"])):
         yield _longest_first(list(runs))
 
 
@@ -207,7 +207,7 @@ def _free_server(folder: SweepFolder, run: RunFolder) -> None:
     """Unload the model of a phase that is over, if the phase called it, to make room for the next one."""
     config = run.config()["model"]
     tallies = [report["models"].get(config["name"], {}) for report in folder.progress().values()]
-    if not _remote(run) or not any(tally.get("calls", 0) > tally.get("cached", 0) for tally in tallies):
+    if not _is_served(run) or not any(tally.get("calls", 0) > tally.get("cached", 0) for tally in tallies):
         return
     try:
         asyncio.run(_unload(build(config)))
@@ -222,7 +222,7 @@ async def _unload(model: Model) -> None:
         await model.close()
 
 
-def _remote(run: RunFolder) -> bool:
+def _is_served(run: RunFolder) -> bool:
     return is_served(run.config()["model"])
 
 

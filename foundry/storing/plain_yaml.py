@@ -24,18 +24,17 @@ _RUN_LINE = re.compile(r'^- \{"id":"[\w-]+","condition":\d+,"seed":\d+\}$', re.M
 """A run of a sweep, which opens and closes what it opens; there may be very many of them."""
 
 
-def check_configs(folder: Path) -> None:
-    """Check the configuration files of a folder, before they are read by what knows no bounds.
+def check_config(file: Path) -> None:
+    """Check a configuration file, before it is read by what knows no bounds.
 
     Raises:
-        RecordError: one is no YAML of plain values, or grows or nests without bound.
+        RecordError: it is no YAML of plain values, or grows or nests without bound.
     """
-    for file in sorted(folder.rglob("*.yaml")):
-        try:
-            text = file.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise RecordError(f"{file} cannot be read: {error}") from error
-        load_plain(text, file, most=MOST_SETTINGS)
+    try:
+        text = file.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise RecordError(f"{file} cannot be read: {error}") from error
+    load_plain(text, file, most=MOST_SETTINGS)
 
 
 def load_plain(text: str, where: object, *, most: int = MOST_VALUES) -> Any:

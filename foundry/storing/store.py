@@ -32,6 +32,7 @@ from foundry.storing.run_files import cannot_write as cannot_write
 from foundry.storing.run_files import frame_name as frame_name
 from foundry.storing.run_files import json_file, scene_here
 from foundry.storing.run_files import kept_file as kept_file
+from foundry.storing.run_files import last_whole_step as last_whole_step
 from foundry.storing.run_files import lines_of as lines_of
 from foundry.storing.run_files import read_calls as read_calls
 from foundry.storing.run_files import storing as storing
@@ -353,7 +354,28 @@ def _check_same(folder: SweepFolder, sweep: Sweep, models: Sequence[dict[str, An
             f"'{folder.path}' holds another sweep ({len(folder.sweep.runs)} runs, asked as: {asked}): name another "
             "output.dir, or repeat its overrides."
         )
+    check_declared(folder, sweep)
     check_digests(folder, models)
+
+
+def check_declared(folder: SweepFolder, now: Sweep) -> None:
+    """Refuse to continue a sweep whose worlds by now say other things of their records.
+
+    Args:
+        folder: the sweep; what was recorded by 0.1 says nothing.
+        now: the same runs, declared by the worlds as they are now.
+
+    Raises:
+        InputError: one does.
+    """
+    declared = {run.id: now.conditions[run.condition].declared for run in now.runs}
+    for number, run in {run.condition: run.id for run in folder.sweep.runs}.items():
+        then = folder.sweep.conditions[number]
+        if then.declared not in (None, declared[run]):
+            raise InputError(
+                f"World '{then.config['world']['name']}' says other things of its records than when this sweep began: "
+                "put its first version back and say it again, or start a new sweep in another output.dir."
+            )
 
 
 def check_digests(folder: SweepFolder, models: Sequence[dict[str, Any]]) -> None:

@@ -44,6 +44,7 @@ class _Config(msgspec.Struct):
     sampling_seed: Number | None
     record: _Record | msgspec.UnsetType = msgspec.UNSET
     fork: _Fork | msgspec.UnsetType = msgspec.UNSET
+    baselines: list[str] | msgspec.UnsetType = msgspec.UNSET
 
 
 class _Condition(msgspec.Struct):

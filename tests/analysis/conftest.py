@@ -12,8 +12,9 @@ import msgspec
 import numpy as np
 import pytest
 
+from analysis.grid.run import GridRun
 from analysis.load import read_records, read_run
-from analysis.run import GridRun
+from declared_forms import GRID
 from endings import run_summary
 from foundry import seeding
 from foundry.records import GridStep, Message, Outcome
@@ -158,7 +159,7 @@ def condition(model: str, seeds: Sequence[int], factors: Sequence[str] = ("model
     }
     values = {"model": model, "prompt": config["prompt"]["name"], "sampling_seed": config["sampling_seed"]}
     values |= parts.get("values", {})
-    return Condition(factors={key: values[key] for key in factors}, config=config, seeds=tuple(seeds))
+    return Condition({key: values[key] for key in factors}, config, tuple(seeds), parts.get("declared", GRID))
 
 
 def write_sweep(path: Path, conditions: Sequence[Condition], habits: dict[str, Habits] | None = None) -> SweepFolder:

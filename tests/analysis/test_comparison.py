@@ -9,8 +9,8 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from analysis.comparison import compare
 from analysis.stats.intervals import estimate
+from analysis.tables.comparison import compare
 from signature_tables import runs, table
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from analysis import signatures
-from analysis.run import Fire
-from analysis.signatures import clustering, communication, exploration, hazard
+from analysis.grid.run import Fire
+from analysis.grid.signatures import clustering, communication, exploration, hazard
 from foundry.records import Message
 from grid_runs import grid_run
 

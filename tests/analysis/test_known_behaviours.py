@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from analysis import signatures
+from analysis.grid.run import GridRun
+from analysis.grid.walker import expected_cells
 from analysis.load import read_records, read_run
-from analysis.run import GridRun
-from analysis.walker import expected_cells
 from commands import foundry
 from foundry import seeding
 from foundry.storing.store import SweepFolder

@@ -10,8 +10,8 @@ import networkx as nx
 import numpy as np
 import pytest
 
-from analysis.cascade import NEVER, first_step
-from analysis.signatures import warning
+from analysis.grid.cascade import NEVER, first_step
+from analysis.grid.signatures import warning
 from analysis.survival import restricted_mean
 from whole_runs import whole_run
 

@@ -8,7 +8,7 @@ import pytest
 
 import analysis
 from analysis.labelling import FIRES, Agreement, agreement, hand_labelled, model_labelling, question, rule_labelling
-from analysis.warning_rule import is_warning
+from analysis.labelling.warning_rule import is_warning
 from foundry.commands.analyzing import analyze_and_show
 from foundry.errors import InputError, RecordError
 from foundry.records import Labelled, Labels

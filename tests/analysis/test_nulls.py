@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from analysis import signatures
-from analysis.camera_run import CameraRun
-from analysis.described import Measure, Null
-from analysis.run import GridRun
+from analysis.camera.run import CameraRun
+from analysis.grid.run import GridRun
+from analysis.measure import Measure, Null
 from analysis.stats.family import NO_BEHAVIOUR
 from analysis.stats.intervals import student_quantile
 from blind_camera_runs import BlindWalker, blind_camera_run

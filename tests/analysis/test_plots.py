@@ -15,10 +15,12 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontManager, fontManager
 
 from analysis import analyze, signatures
-from analysis.figures.grid import GridGroup, cascade_tree, not_warned, occupancy
 from analysis.figures.measures import dendrogram
+from analysis.figures.members import shown_groups
 from analysis.figures.pictures import means_picture
-from analysis.figures.shown import Shown, shown_groups
+from analysis.figures.shown import Shown
+from analysis.grid.figures import GridGroup, cascade_tree, not_warned, occupancy
+from analysis.grid.run import GridRun, GridSettings
 from analysis.plots import Picture, draw, figures, style
 from analysis.plots.cascade import draw_cascade
 from analysis.plots.fingerprints import FingerprintMap, Merge, draw_dendrogram, draw_fingerprint
@@ -31,7 +33,6 @@ from analysis.plots.saving import settle, styled
 from analysis.plots.slopes import draw_slopes
 from analysis.plots.survival import SurvivalCurve, draw_survival
 from analysis.plots.topdown import CameraPath, TopDown, draw_topdown
-from analysis.run import GridRun, GridSettings
 
 NAN = float("nan")
 LONG = "hf.co/bartowski/Some-Very-Long-Model-Name-Instruct-2507-GGUF:q4_K_M"
@@ -57,7 +58,7 @@ def ticks(ax) -> list[str]:
 
 
 def test_there_is_a_plot_for_every_signature_in_both_formats(plots):
-    expected = {one.name for one in signatures.discover() if GridRun in one.functions}
+    expected = {one.name for one in signatures.discover() if one.part(GridRun)}
     for suffix in (".png", ".svg"):
         assert {path.stem for path in plots.iterdir() if path.suffix == suffix} == expected
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from analysis import signatures
-from analysis.run import GridRun
+from analysis.grid.run import GridRun
 from plain_grid import clustering, communication, cost, idle_rate, outcome, place_choice
 from plain_news import path_efficiency, stability, warning
 from plain_run import Plain
@@ -22,7 +22,7 @@ RECOMPUTED: dict[str, Callable[[Plain], Iterator[tuple[str, float]]]] = {
     )
 }  # fmt: skip
 
-GRID = [signature for signature in signatures.discover() if GridRun in signature.functions]
+GRID = [signature for signature in signatures.discover() if signature.part(GridRun)]
 
 
 def test_every_signature_of_2d_runs_is_recomputed():

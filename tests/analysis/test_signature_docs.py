@@ -8,7 +8,7 @@ import re
 import pytest
 
 from analysis import signatures
-from analysis.described import Measure
+from analysis.measure import Measure
 from foundry import paths
 
 TEXT = (paths.PACKAGE.parent / "docs" / "signatures.md").read_text(encoding="utf-8")

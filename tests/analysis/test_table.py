@@ -10,9 +10,10 @@ import pytest
 
 import analysis
 from analysis import signatures
+from analysis.any.run import AnyRun
+from analysis.grid.run import GridRun
 from analysis.load import read_records, read_run
 from analysis.pipeline import Analysis
-from analysis.run import GridRun
 from foundry.errors import InputError, RecordError
 
 
@@ -50,7 +51,7 @@ def test_the_table_holds_the_measures_of_each_run(make_sweep, make_condition):
 def test_columns_of_a_signature_stay_together(two_models):
     names = [column.partition(".")[0] for column in two_models.runs.columns if "." in column]
     assert names == sorted(names, key=list(dict.fromkeys(names)).index)
-    assert set(names) == {"failure", *(one.name for one in signatures.discover() if GridRun in one.functions)}
+    assert set(names) == {"failure", *(one.name for one in signatures.discover() if one.part(GridRun))}
 
 
 def test_failed_and_unfinished_runs_have_a_row_and_no_values(make_sweep, make_condition, rewrite_run):
@@ -188,11 +189,20 @@ def test_a_damaged_run_is_an_error_that_names_the_file(make_sweep, make_conditio
         analyze([folder.path])
 
 
-def test_runs_of_other_worlds_are_listed_without_signatures(make_sweep, make_condition):
-    folder = make_sweep([make_condition("a", [0])])
-    content = (folder.path / "sweep.yaml").read_text(encoding="utf-8")
-    (folder.path / "sweep.yaml").write_text(content.replace("half_size: 5", "scene: kibo.usd"), encoding="utf-8")
+def test_runs_whose_world_nobody_knows_are_measured_by_what_all_forms_have(make_sweep, make_condition):
+    folder = make_sweep([make_condition("a", [0], declared=None)])
     found = analyze([folder.path])
-    assert found.runs["failure.rate"].tolist() == [0]
-    assert found.headlines(200) == []
-    assert any("is neither a 2D nor a 3D one" in note for note in found.notes)
+    names = {name.partition(".")[0] for name in found.table.measures}
+    general = {one.name for one in signatures.discover() if any(part.run is AnyRun for part in one.parts)}
+    assert "outcome" in names and names <= {"failure", *general}
+    assert found.runs["outcome.readable"].notna().all() and found.headlines(200) != []
+
+
+def test_runs_that_hold_no_decisions_are_listed_without_signatures(make_sweep, make_condition, rewrite_run):
+    folder = make_sweep([make_condition("a", [0], declared=None)])
+    (run,) = folder.runs()
+    (run.path / "steps.jsonl").write_bytes(b'{"step": 1, "agent": 0}\n')
+    rewrite_run(run, "complete")
+    found = analyze([folder.path])
+    assert found.runs["failure.rate"].tolist() == [0] and found.headlines(200) == []
+    assert any("world small recorded no decisions" in note for note in found.notes)

@@ -15,10 +15,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.comparison import compare
+from analysis.measuring.runs import Source, measure_run
 from analysis.stats.contrasts import contrasts
-from analysis.table import Source, build_table, measure_run
-from analysis.tables import (
+from analysis.tables.comparison import compare
+from analysis.tables.signature_table import build_table
+from analysis.tables.texts import (
     Table,
     comparison_table,
     contrast_table,

@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from analysis.run import OUTCOMES
-from analysis.signatures import path_efficiency
+from analysis.arrays import OUTCOMES
+from analysis.grid.signatures import path_efficiency
 from foundry.records import Outcome
 
 CAFE = {"name": "cafe", "type": "cafe", "center": [0, 0], "extent": [0, 0], "capacity": 1}

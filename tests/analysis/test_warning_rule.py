@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.warning_rule import _labelled, is_warning
+from analysis.labelling.warning_rule import _labelled, is_warning
 from analysis.words import alternatives, indexed
 
 FIRES = ("fire1",)

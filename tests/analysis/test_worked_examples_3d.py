@@ -12,10 +12,10 @@ import pytest
 from scipy import stats
 
 from analysis.agreement import cohen_kappa, fleiss_kappa, pairwise_agreement
-from analysis.cascade import NEVER, Cascade, find_relays, first_step, spread, trace
-from analysis.paths import steps_to
-from analysis.signatures.recognition import agreement, hallucination
-from analysis.signatures.stability import conditional_entropy
+from analysis.camera.signatures.recognition import agreement, hallucination
+from analysis.grid.cascade import NEVER, Cascade, find_relays, first_step, spread, trace
+from analysis.grid.distances import steps_to
+from analysis.repeats import conditional_entropy
 from analysis.survival import restricted_mean, survival
 
 EXAMPLES = json.loads(Path(__file__).with_name("worked_examples_3d.json").read_text(encoding="utf-8"))

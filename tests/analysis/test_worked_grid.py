@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from analysis.arrays import STAY
 from analysis.formulas import entropy, jensen_shannon, longest_run, normalised_entropy
-from analysis.logit import conditional_logit
-from analysis.placements import besag, closeness, random_placements
-from analysis.run import STAY, Fire
-from analysis.signatures import (
+from analysis.grid.placements import besag, closeness, random_placements
+from analysis.grid.run import Fire
+from analysis.grid.signatures import (
     clustering,
     communication,
     exploration,
@@ -24,7 +24,8 @@ from analysis.signatures import (
     place_choice,
     stability,
 )
-from analysis.walker import direction_shares, expected_cells
+from analysis.grid.walker import direction_shares, expected_cells
+from analysis.logit import conditional_logit
 from grid_runs import choices, grid_run
 
 EXAMPLES = json.loads(Path(__file__).with_name("worked_examples.json").read_text(encoding="utf-8"))

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from analysis import analyze, load
 from commands import foundry, statuses
+from foundry.composing.compose import compose
+from foundry.composing.preflight import scenario_of
+from foundry.composing.public_names import with_public_names
+from foundry.storing.declaration import declared_before
 from foundry.storing.store import SweepFolder
+from foundry.sweep import expand
 from foundry.viewer.resources import Resources
 
 DATA = Path(__file__).parents[1] / "data"
@@ -43,3 +50,35 @@ def test_they_are_loaded_measured_and_shown(older: Path):
     for run in SweepFolder.open(older).runs():
         assert shown.get(f"run/{older.name}/{run.id}/track/0").content
     shown.close()
+
+
+@pytest.mark.parametrize(("world", "overrides"), [("cafe_library", []), ("kibo", ["model=scripted/stay"])])
+def test_what_they_leave_unsaid_is_what_their_worlds_say_today(world: str, overrides: list[str]):
+    composed = compose([f"world={world}", *overrides])
+    assert composed is not None
+    config = composed.conditions[0].config
+    assert declared_before(config) == scenario_of(config).declared()
+
+
+def test_they_say_nothing_of_their_form_and_are_gone_on_with_as_what_they_are(older: Path, tmp_path: Path):
+    copy = Path(shutil.copytree(older, tmp_path / "copy"))
+    for run in SweepFolder.open(copy).runs():
+        assert (run.declared_then, run.declared.form) == (None, older.name)
+        shutil.rmtree(run.path)
+    assert foundry("bundle", str(older), "again.tar.zst", cwd=tmp_path).returncode == 0
+    assert foundry("unbundle", "again.tar.zst", cwd=tmp_path).returncode == 0
+    assert "declared:" not in (tmp_path / "again" / "sweep.yaml").read_text()
+    done = foundry("resume", "copy", "--trust-servers", cwd=tmp_path)
+    assert done.returncode == 0 and statuses(copy) == ["complete"] * RUNS[older.name], done.stdout + done.stderr
+    done = foundry("verify", "copy", "--workers", "1", cwd=tmp_path)
+    assert done.returncode == 0 and f"{RUNS[older.name]} identical" in done.stdout
+
+
+def test_their_runs_are_called_as_they_were_wherever_their_classes_are_now(older: Path):
+    sweep = SweepFolder.open(older).sweep
+    moved = [replace(one, config=with_public_names(one.config)) for one in sweep.conditions]
+    assert all(now.config["world"] != then.config["world"] for now, then in zip(moved, sweep.conditions, strict=True))
+    then, now = (expand(sweep.asked, conditions) for conditions in (sweep.conditions, moved))
+    assert then.runs == now.runs and then.definition == now.definition
+    if older.name == "grid":  # of a scene the bundle does not say where it was, which its runs' ids hang on
+        assert now.runs == sweep.runs and now.definition in (older / "sweep.yaml").read_text()

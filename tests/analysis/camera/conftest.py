@@ -13,8 +13,9 @@ import msgspec
 import numpy as np
 import pytest
 
-from analysis.camera_run import CameraRun
+from analysis.camera.run import CameraRun
 from analysis.load import read_records, read_run
+from declared_forms import CAMERA
 from endings import run_summary
 from foundry import seeding
 from foundry.records import CameraEpisode, CameraStep, Outcome, Pose
@@ -141,7 +142,7 @@ def condition(model: str, seeds: int) -> Condition:
         "sampling_seed": None,
         "record": {"frames": False},
     }
-    return Condition(factors={"model": model}, config=config, seeds=tuple(range(seeds)))
+    return Condition({"model": model}, config, tuple(range(seeds)), CAMERA)
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,9 @@ import math
 import pytest
 
 from analysis import signatures
+from analysis.camera.signatures import recognition
+from analysis.form import form_of
 from analysis.labelling import Labelling, agreement, hand_labelled
-from analysis.signatures import recognition
 
 
 def undefined(found: dict[str, float], signature: str) -> set[str]:
@@ -35,7 +36,7 @@ def test_without_a_target_nothing_about_one_is_defined(camera):
 def test_where_nothing_is_labelled_nothing_about_things_is_defined(camera):
     run = camera(1).run
     bare = dataclasses.replace(run, visible_px=({},) * run.decisions)
-    found = recognition.measure_camera(bare)
+    found = recognition.measure(bare)
     about_things = {"chair_i", "chair_s", "mentions", "object_precision", "object_recall", "object_f1"}
     assert all(math.isnan(found[name]) for name in about_things)
     assert found["n_mentions"] == found["n_things"] == 0
@@ -93,4 +94,5 @@ def test_what_a_world_does_not_have_has_no_column(camera, measure):
 
 def test_a_run_in_which_nobody_talks_has_nothing_to_label(camera):
     run = camera(0).run
-    assert Labelling("judge", "1", agreement([None] * len(hand_labelled())), {}).label(run) is run
+    judge = Labelling("judge", "1", agreement([None] * len(hand_labelled())), {})
+    assert form_of("camera").labelled(run, judge) is run

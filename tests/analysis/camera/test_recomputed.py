@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from analysis import signatures
-from analysis.camera_run import CameraRun
+from analysis.camera.run import CameraRun
 
 Row = dict[str, Any]
 OPPOSITE = {
@@ -355,7 +355,7 @@ RECOMPUTED: dict[str, Callable[[Plain], Iterator[tuple[str, float]]]] = {
     )
 }  # fmt: skip
 
-CAMERA = [signature for signature in signatures.discover() if CameraRun in signature.functions]
+CAMERA = [signature for signature in signatures.discover() if signature.part(CameraRun)]
 
 
 def test_every_signature_of_3d_runs_is_recomputed():

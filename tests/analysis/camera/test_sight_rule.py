@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.sight_rule import claims_to_see
+from analysis.camera.sight_rule import claims_to_see
 
 CLAIMS = {
     "JAXA logo": [

@@ -10,7 +10,7 @@ import pytest
 
 import analysis
 from analysis import signatures
-from analysis.camera_run import CameraRun
+from analysis.camera.run import CameraRun
 from analysis.load import read_records, read_run
 from foundry.errors import RecordError
 from foundry.records import Pose
@@ -90,7 +90,7 @@ def test_the_table_and_the_plots_show_what_3d_runs_have(camera_sweep):
     assert found.runs["path_efficiency.spl"].isna().tolist()[1:3] == [True, True]
     assert found.runs["path_efficiency.spl"][0] > 0
     names = {measure.partition(".")[0] for measure, *_ in found.headlines(200)[0].rows}
-    assert names == {one.name for one in signatures.discover() if CameraRun in one.functions}
+    assert names == {one.name for one in signatures.discover() if one.part(CameraRun)}
     assert {path.stem for path in (found.path / "plots").iterdir()} == names
     steps = pd.read_parquet(found.path / "steps.parquet")
     assert len(steps) == 4 * 20

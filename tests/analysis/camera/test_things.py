@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.sight_rule import thing_of, things_claimed
-from analysis.sight_words import AMBIGUOUS, THINGS
-from analysis.signatures import recognition
+from analysis.camera.sight_rule import thing_of, things_claimed
+from analysis.camera.sight_words import AMBIGUOUS, THINGS
+from analysis.camera.signatures import recognition
 
 
 @pytest.mark.parametrize(
@@ -52,7 +52,7 @@ def test_each_thing_counts_once_a_reply_and_against_what_is_in_view(camera):
     replies = run.replies.copy()
     replies[:] = ["I see a door. The door is visible.", "I see a window and a door.", ""]
     pixels = ({"exit door": 400, "plant": 19}, {"exit door": 10, "plant": 400}, {"plant": 400})
-    found = recognition.measure_camera(dataclasses.replace(run, replies=replies, visible_px=pixels))
+    found = recognition.measure(dataclasses.replace(run, replies=replies, visible_px=pixels))
     assert (found["n_mentions"], found["n_things"], found["mentions"]) == (3, 2, 1.5)
     assert found["chair_i"] == pytest.approx(2 / 3)
     assert (found["chair_s"], found["object_recall"], found["object_f1"]) == (0.5, 0.5, pytest.approx(2 / 5))
@@ -62,6 +62,6 @@ def test_an_ambiguous_name_counts_where_the_scene_has_such_a_thing(camera):
     run = camera(0, 1).run
     replies = run.replies.copy()
     replies[:] = ["The picture shows a wall."]
-    hall = recognition.measure_camera(dataclasses.replace(run, replies=replies, visible_px=({"wall": 50},)))
-    gallery = recognition.measure_camera(dataclasses.replace(run, replies=replies, visible_px=({"picture 3": 50},)))
+    hall = recognition.measure(dataclasses.replace(run, replies=replies, visible_px=({"wall": 50},)))
+    gallery = recognition.measure(dataclasses.replace(run, replies=replies, visible_px=({"picture 3": 50},)))
     assert (hall["n_mentions"], gallery["n_mentions"]) == (1, 2)

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.paths import ndtw, resampled, soft_spl, spl, straightness
-from analysis.signatures.recognition import agreement
-from analysis.signatures.recovery import find_detours, wrong_steps
+from analysis.camera.paths import ndtw, resampled, soft_spl, spl, straightness
+from analysis.camera.signatures.recognition import agreement
+from analysis.camera.signatures.recovery import find_detours, wrong_steps
 
 EXAMPLES = json.loads(Path(__file__).with_name("worked_examples.json").read_text(encoding="utf-8"))
 

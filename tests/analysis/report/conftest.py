@@ -36,7 +36,7 @@ def narrowed(found: Material) -> Material:
     estimates = {key: one for key, one in analysis.compared.estimates.items() if key[0].startswith(SHOWN)}
     compared = replace(analysis.compared, estimates=estimates)
     contrasts = analysis.contrasts[analysis.contrasts["measure"].str.startswith(SHOWN)]
-    table = replace(analysis.table, frame=analysis.runs[keys])
+    table = replace(analysis.tables.signature_table, frame=analysis.runs[keys])
     return replace(found, analysis=replace(analysis, table=table, compared=compared, contrasts=contrasts))
 
 

@@ -9,14 +9,14 @@ from typing import Any
 
 import pytest
 
-from analysis.camera_run import CameraRun
+from analysis.form import form_of
+from analysis.prose import joined
 from analysis.report.definitions import Block, blocks, definitions
 from analysis.report.material import Material
-from analysis.report.methods import joined, limits, methods, seeds_text
+from analysis.report.methods import limits, methods, seeds_text
 from analysis.report.provenance import cost_grid, failures_grid, ledger_grid, link, models_grid, runs_grid
-from analysis.report.sections import cascade_grid, energy_grid, variance_grid
+from analysis.report.sections import energy_grid, run_grids, variance_grid
 from analysis.report.worlds import world_differences
-from analysis.run import GridRun
 from analysis.signatures import discover
 from commands import foundry
 from foundry.storing.store import SweepFolder
@@ -73,10 +73,10 @@ def test_models_are_named_with_their_digests(hostile: Material):
 
 
 def test_first_warnings_name_the_run_and_the_step(hostile: Material, hostile_sweep: SweepFolder):
-    grid = cascade_grid(hostile, hostile_sweep.path)
-    assert grid is not None
-    edges = sum(len(tree.edges) for tree in hostile.examples.trees)
-    assert len(grid.rows) == edges > 0
+    ((title, grid),) = run_grids(hostile, hostile_sweep.path)
+    assert title == "First warnings, step by step"
+    assert [[cell.text for cell in row] for row in grid.rows] == [list(row) for row in hostile.examples.tables[0].rows]
+    assert len(grid.rows) > 0
     assert {cell[0].href.split("/")[0] for cell in grid.rows} <= {"runs", "baselines"}
 
 
@@ -128,17 +128,17 @@ def test_docstrings_become_paragraphs_and_items():
 
 def test_definitions_say_what_chance_gives():
     (hazard,) = (one for one in discover() if one.name == "hazard")
-    ((of_grids,),) = (definitions(hazard, {GridRun}),)
+    (of_grids,) = definitions(hazard, [form_of("grid")])
     nulls = {block.name: block.null for block in of_grids.blocks if block.name}
     assert nulls["away_beyond_blind"] == "0: goes and stays without regard to fires"
     assert nulls["exposure"] == ""
 
 
-@pytest.mark.parametrize("kind", [GridRun, CameraRun])
-def test_every_signature_says_how_it_is_measured(kind: type):
+@pytest.mark.parametrize("form", ["grid", "camera", "any"])
+def test_every_signature_says_how_it_is_measured(form: str):
     for signature in discover():
-        found = definitions(signature, {kind})
-        assert all(one.module.startswith("analysis.signatures.") for one in found)
+        found = definitions(signature, [form_of(form)])
+        assert all(one.module.startswith((f"analysis.{form}.signatures.", "analysis.any.signatures.")) for one in found)
         assert not found or any(block.name for one in found for block in one.blocks), signature.name
 
 

@@ -1,0 +1,85 @@
+"""One recorded run of any form as arrays: what the signatures of all forms are computed from.
+
+K decisions in the order of the records, which is that of the steps; N agents; M deliveries.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from analysis.arrays import READABLE, BoolArray, FloatArray, IntArray, TextArray
+from analysis.costs import RunCost
+from foundry.declared import Declared
+
+
+@dataclass(frozen=True, eq=False)
+class AnyRun:
+    """One complete run.
+
+    Attributes:
+        id: the run's id.
+        declared: what its world says of its records.
+        step: 1-based step, never falling, (K,).
+        agent: agent id, (K,).
+        kind: of the question that decided, (K,).
+        action: the label that was decided, (K,); None where nothing was, or the action is a number.
+        number: the number that was decided, (K,); NaN where nothing was, or the action is a label.
+        outcome: of the call, index into OUTCOMES, (K,).
+        utility: what the agent got, (K,); NaN where nothing is said of it.
+        said: the message, or None, (K,).
+        deliveries: rows (step, sender, recipient) of delivered messages, (M, 3).
+        agents: number of agents, N: the greatest id that occurs anywhere, and one.
+        personas: attribute to value by agent id, N of them; empty where an agent has none.
+        cost: what the run took, or None where that is unknown.
+        readable_only: whether the decisions that could not be read are left out of all that is counted.
+    """
+
+    id: str
+    declared: Declared
+    step: IntArray
+    agent: IntArray
+    kind: TextArray
+    action: TextArray
+    number: FloatArray
+    outcome: IntArray
+    utility: FloatArray
+    said: TextArray
+    deliveries: IntArray
+    agents: int
+    personas: tuple[Mapping[str, str], ...]
+    cost: RunCost | None = None
+    readable_only: bool = False
+
+    @property
+    def decisions(self) -> int:
+        """Number of decisions, K."""
+        return len(self.step)
+
+    @cached_property
+    def readable(self) -> BoolArray:
+        """Whether the decision was made by the model, chosen or repaired, (K,)."""
+        return np.isin(self.outcome, READABLE)
+
+    @cached_property
+    def counted(self) -> BoolArray:
+        """Which decisions count, (K,)."""
+        return self.readable if self.readable_only else np.ones(self.outcome.shape, dtype=np.bool_)
+
+    @property
+    def talks(self) -> bool:
+        """Whether its world can send messages; one that declares nothing may."""
+        streams = self.declared.streams
+        return not streams or "messages" in streams or "message" in streams.get("steps", {})
+
+    @property
+    def all_readable(self) -> bool:
+        """Whether every decision could be read, so that leaving out the others changes nothing."""
+        return bool(self.readable.all())
+
+    def only_readable(self) -> AnyRun:
+        """Return the same run with the readable decisions alone counted."""
+        return replace(self, readable_only=True)

@@ -1,0 +1,1 @@
+"""The signatures of runs of every form, one module each."""

@@ -1,0 +1,79 @@
+"""Action: what agents decide, and how evenly."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from analysis.any.decided import Decided, decided
+from analysis.any.run import AnyRun
+from analysis.formulas import entropy, mean, normalised_entropy, ratio, variety
+from analysis.measure import Measure, share
+
+NAME = "action"
+
+PRIMARY = False
+
+MEASURES = {
+    "share_*": share("Decided * (share of actions)"),
+    "variety": share("Pairs of actions that differ (share)"),
+    "variety_*": share("Pairs of actions that differ, * (share)"),
+    "entropy": share("Entropy of actions (of its maximum)"),
+    "entropy_*": share("Entropy of actions, * (of its maximum)"),
+    "bits": Measure("Entropy of actions (bits)", low=0),
+    "bits_*": Measure("Entropy of actions, * (bits)", low=0),
+    "mean": Measure("Mean number decided"),
+    "mean_*": Measure("Mean number decided, *"),
+    "sd": Measure("Standard deviation of the numbers decided", low=0),
+    "sd_*": Measure("Standard deviation of the numbers decided, *", low=0),
+}
+
+HEADLINE = ("share_*", "variety", "variety_*", "mean", "mean_*", "sd", "sd_*")
+
+
+def measure(run: AnyRun) -> dict[str, float]:
+    """Return what was decided in a run, over the counted decisions with an action, of all agents together.
+
+    In a world with several kinds of decisions each kind has its own measures, by names that end in `_<kind>`, and
+    share_<kind>_<label>. Where actions are labels:
+
+    - share_<label>: actions with this label / actions; 0..1. Only of labels that the world declares.
+    - variety: pairs of actions that differ / pairs of actions; 0..1. It is the same however few they are; for L labels
+      alike it is 1 - 1/L. NaN below two actions. Source: Simpson 1949.
+    - bits: entropy of the labels, bits; 0..log2 L. entropy: over log2 L, for the L labels that are declared; 0..1, NaN
+      where none or one is. Both are biased low for few actions, by about (L - 1) / (2 n ln 2) bits of n.
+      Source: Shannon 1948; Miller 1955 for the bias.
+
+    Where they are numbers: mean; sd, the standard deviation (ddof 1), NaN below two actions.
+
+    NaN without actions. Denominator: n_actions.
+    """
+    kinds = decided(run)
+    found: dict[str, float] = {}
+    for one in kinds:
+        suffix = f"_{one.kind}" if len({other.kind for other in kinds}) > 1 else ""
+        measures = _labels(one, suffix, bool(run.declared.actions)) if one.labels else _numbers(one)
+        found |= {name if name.startswith("share_") else f"{name}{suffix}": value for name, value in measures.items()}
+    return found
+
+
+def _labels(one: Decided, suffix: str, declared: bool) -> dict[str, float]:
+    total = len(one.step)
+    names = [f"share{suffix}_{label}" for label in one.labels] if declared else []
+    return {
+        **{name: ratio(int(count), total) for name, count in zip(names, one.counts, strict=False)},
+        "variety": variety(one.counts),
+        "entropy": normalised_entropy(one.counts) if declared else math.nan,
+        "bits": entropy(one.counts),
+        "n_actions": float(total),
+    }
+
+
+def _numbers(one: Decided) -> dict[str, float]:
+    numbers = one.values[:, 0]
+    return {
+        "mean": mean(numbers),
+        "sd": float(np.std(numbers, ddof=1)) if len(numbers) > 1 else math.nan,
+        "n_actions": float(len(numbers)),
+    }

@@ -1,0 +1,77 @@
+"""Communication: how much agents say, how many say anything, and how they answer."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+
+from analysis.any.run import AnyRun
+from analysis.arrays import IntArray
+from analysis.formulas import gini, mean, ratio, variety
+from analysis.measure import Measure, share
+
+NAME = "communication"
+
+MEASURES = {
+    "rate": share("Messages per agent and step"),
+    "reply_rate": share("Messages per agent and step after one was heard"),
+    "silent_share": share("Agents that never speak (share)"),
+    "gini": share("Inequality of speaking (Gini)"),
+    "audience": Measure("Hearers per message", low=0),
+    "length": Measure("Length of a message (characters)", low=0),
+    "variety": share("Pairs of messages with different texts (share)"),
+    "distinct_share": share("Distinct texts (share of messages)"),
+}
+
+HEADLINE = ("rate", "reply_rate", "length", "variety")
+
+
+def measure(run: AnyRun) -> dict[str, float]:
+    """Return the communication of a run, over the counted decisions; nothing of a world that cannot send messages.
+
+    An agent-step is an agent and a step with a decision of it.
+
+    - rate: agent-steps with a message / agent-steps; 0..1.
+    - reply_rate: the same of the agent-steps whose agent was sent a message at the step before; 0..1. NaN when there
+      are none. It is `rate` for who speaks without regard to what it hears, if all speak alike.
+    - silent_share: agents that say nothing in the whole run / agents with any decision; 0..1.
+    - gini: Gini coefficient of the messages by agent; 0 (equal)..1 - 1/N. NaN without messages.
+    - audience: deliveries / messages; 0..N. NaN without messages.
+    - length: mean length of a message, Unicode characters. NaN without messages.
+    - variety: pairs of messages with different texts / pairs of messages; 0..1. NaN below two messages. Unlike
+      distinct_share it does not fall as more is said. Source: Simpson 1949.
+    - distinct_share: different texts / messages; 0..1. NaN without messages.
+
+    Denominators: n_messages, n_deliveries, n_decisions (agent-steps), n_after_one (agent-steps after a message),
+    n_agents (with any decision).
+    """
+    if not run.talks:
+        return {}
+    spoke = run.counted & np.array([text is not None for text in run.said.tolist()], dtype=np.bool_)
+    texts, by_agent = run.said[spoke].tolist(), np.bincount(run.agent[spoke], minlength=run.agents)
+    moments = np.unique(_cells(run, run.step, run.agent)[run.counted])
+    speaking = np.isin(moments, _cells(run, run.step, run.agent)[spoke])
+    told = np.isin(moments, _cells(run, run.deliveries[:, 0] + 1, run.deliveries[:, 2]))
+    deliveries = int(np.isin(_cells(run, run.deliveries[:, 0], run.deliveries[:, 1]), moments[speaking]).sum())
+    present = np.bincount(run.agent[run.counted], minlength=run.agents) > 0
+    return {
+        "rate": mean(speaking),
+        "reply_rate": mean(speaking[told]),
+        "silent_share": mean(by_agent[present] == 0),
+        "gini": gini(by_agent),
+        "audience": ratio(deliveries, len(texts)),
+        "length": mean(len(text) for text in texts),
+        "variety": variety(list(Counter(texts).values())),
+        "distinct_share": ratio(len(set(texts)), len(texts)),
+        "n_messages": float(len(texts)),
+        "n_deliveries": float(deliveries),
+        "n_decisions": float(len(moments)),
+        "n_after_one": float(told.sum()),
+        "n_agents": float(present.sum()),
+    }
+
+
+def _cells(run: AnyRun, step: IntArray, agent: IntArray) -> IntArray:
+    """Return a number for each step and agent (n,)."""
+    return step * run.agents + agent

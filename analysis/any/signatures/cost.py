@@ -1,0 +1,71 @@
+"""Cost: what a run took in calls, tokens and time."""
+
+from __future__ import annotations
+
+import math
+
+from analysis.any.run import AnyRun
+from analysis.costs import RunCost
+from analysis.formulas import ratio
+from analysis.measure import Measure, share
+
+NAME = "cost"
+
+READABLE_TOO = False
+
+MEASURES = {
+    "calls": Measure("Model calls", low=0),
+    "cached": Measure("Calls answered from the cache", low=0),
+    "retries": Measure("Tries that failed", low=0),
+    "prompt_tokens": Measure("Tokens of the prompts", low=0),
+    "output_tokens": Measure("Tokens of the replies", low=0),
+    "model_s": Measure("Seconds of the model", low=0),
+    "wall_s": Measure("Seconds from start to end", low=0),
+    "cached_share": share("Calls answered from the cache (share)"),
+    "calls_per_decision": Measure("Model calls per decision", low=0),
+    "retries_per_decision": Measure("Tries that failed, per decision", low=0),
+    "prompt_tokens_per_decision": Measure("Tokens of the prompts per decision", low=0),
+    "output_tokens_per_decision": Measure("Tokens of the replies per decision", low=0),
+    "model_s_per_decision": Measure("Seconds of the model per decision", low=0),
+    "wall_s_per_decision": Measure("Seconds from start to end, per decision", low=0),
+}
+
+HEADLINE = ("prompt_tokens_per_decision", "output_tokens_per_decision", "model_s_per_decision", "retries")
+
+
+def measure(run: AnyRun) -> dict[str, float]:
+    """Return the cost of a run, as its `run.json` has it; a decision is a line of its steps.
+
+    - calls, cached, retries: model calls; those answered from the cache of answers; tries that failed before an answer.
+    - prompt_tokens, output_tokens: tokens as counted by the server, those of cached answers included.
+    - model_s: seconds from asking to answer, summed over calls, cached ones with what they took at first; calls that
+      are answered side by side each count in full. NaN where it was not recorded.
+    - wall_s: seconds from the run's start to its end: short where the cache answered; runs side by side
+      share the clock.
+    - cached_share: cached calls / calls; 0..1. NaN without calls.
+    - <name>_per_decision: the same / decisions. NaN without decisions.
+
+    All are 0 up, and NaN where the run does not say. Denominator: n_decisions.
+    """
+    return cost_measures(run.cost, run.decisions)
+
+
+def cost_measures(cost: RunCost | None, decisions: int) -> dict[str, float]:
+    """Return the cost in all and per decision; NaN where it is unknown."""
+    if cost is None:
+        return {**dict.fromkeys(MEASURES, math.nan), "n_decisions": float(decisions)}
+    totals = {
+        "calls": cost.calls,
+        "retries": cost.retries,
+        "prompt_tokens": cost.prompt_tokens,
+        "output_tokens": cost.output_tokens,
+        "model_s": cost.model_s,
+        "wall_s": cost.wall_s,
+    }
+    return {
+        **{name: float(value) for name, value in totals.items()},
+        "cached": float(cost.cached),
+        "cached_share": ratio(cost.cached, cost.calls),
+        **{f"{name}_per_decision": ratio(value, decisions) for name, value in totals.items()},
+        "n_decisions": float(decisions),
+    }

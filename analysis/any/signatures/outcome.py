@@ -1,0 +1,63 @@
+"""Outcome: how many of a model's replies could be used.
+
+Show it beside every other signature: a reply that cannot be read decides nothing, and what becomes of the agent then is
+up to the world.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from analysis.any.run import AnyRun
+from analysis.arrays import OUTCOMES, READABLE, IntArray
+from analysis.formulas import ratio
+from analysis.measure import share
+
+NAME = "outcome"
+
+READABLE_TOO = False
+
+MEASURES = {
+    "readable": share("Readable action replies (share)"),
+    "failure_rate": share("Action replies without a decision (share)"),
+    "message_readable": share("Readable message replies (share)"),
+    "message_failure_rate": share("Message replies without a decision (share)"),
+    **{str(outcome): share(f"Action replies: {outcome} (share)") for outcome in OUTCOMES},
+    **{f"message_{outcome}": share(f"Message replies: {outcome} (share)") for outcome in OUTCOMES},
+}
+
+HEADLINE = ("readable", "message_readable", "repaired")
+
+
+def measure(run: AnyRun) -> dict[str, float]:
+    """Return the outcomes of a run's calls.
+
+    Action calls are those of the kinds whose actions the world declares, or all where it declares none; the others
+    are message calls. Their measures are there if the world can send messages.
+
+    - <outcome>: action calls with this outcome / action calls; 0..1. The six shares add up to 1.
+    - message_<outcome>: the same for the message calls.
+    - readable, message_readable: share of `chosen` and `repaired` together; 0..1.
+    - failure_rate, message_failure_rate: share of the other four, decisions that could not be read; 0..1.
+
+    NaN without such calls. Denominators: n_decisions and n_message_decisions, calls of each kind.
+    """
+    acting = np.isin(run.kind, list(run.declared.actions or set(run.kind.tolist())))
+    found = {**outcome_shares(run.outcome[acting]), "n_decisions": float(acting.sum())}
+    if run.talks:
+        messages = outcome_shares(run.outcome[~acting])
+        found |= {f"message_{name}": value for name, value in messages.items()}
+        found["n_message_decisions"] = float((~acting).sum())
+    return found
+
+
+def outcome_shares(outcomes: IntArray) -> dict[str, float]:
+    """Return the share of each outcome and of the readable ones; outcomes of any shape, indices of OUTCOMES."""
+    counts = {name: int((outcomes == index).sum()) for index, name in enumerate(OUTCOMES)}
+    readable = sum(counts[OUTCOMES[index]] for index in READABLE)
+    shares = {str(name): ratio(count, outcomes.size) for name, count in counts.items()}
+    return {
+        "readable": ratio(readable, outcomes.size),
+        "failure_rate": ratio(outcomes.size - readable, outcomes.size),
+        **shares,
+    }

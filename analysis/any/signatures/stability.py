@@ -1,0 +1,93 @@
+"""Stability: how much an agent's next action follows from its last one of the same kind."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from analysis.any.run import AnyRun
+from analysis.arrays import BoolArray, IntArray, TextArray
+from analysis.formulas import ratio
+from analysis.measure import share
+from analysis.repeats import MEASURES as KNOWN
+
+NAME = "stability"
+
+MEASURES = {
+    "persistence": KNOWN["persistence"],
+    "switching": share("Another action than before (share)"),
+    "repeats_beyond_chance": KNOWN["repeats_beyond_chance"],
+    "run_length": KNOWN["run_length"],
+}
+
+HEADLINE = ("persistence", "repeats_beyond_chance")
+
+
+def measure(run: AnyRun) -> dict[str, float]:
+    """Return the action stability of a run.
+
+    Pairs are two decisions in a row of one agent and one kind, whatever lies between them, that both count and both
+    have an action, pooled over agents and kinds, never across them. Numbers are equal where they are the same number.
+
+    - persistence: pairs of equal actions / pairs; 0..1. switching: pairs of different ones / pairs, 1 - persistence.
+    - repeats_beyond_chance: persistence less that of the same actions of each agent and kind in any order: of n counted
+      actions, n_k of sort k, a pair is equal by chance with sum of n_k (n_k - 1) / (n (n - 1)); -1..1. Exact for few
+      actions and for agents with different habits.
+    - run_length: mean length of the runs of equal actions, decisions. A decision without an action, or that does not
+      count, ends a run. NaN without any action.
+
+    The others are NaN without pairs. Denominators: n_pairs, n_runs (of equal actions).
+    """
+    asked = _numbered(run.agent, _codes(run.kind))
+    order = np.argsort(asked, kind="stable")
+    asked, action, acted = asked[order], _actions(run)[order], (run.counted & _has_action(run))[order]
+    pairs = acted[:-1] & acted[1:] & (asked[:-1] == asked[1:])
+    equal = pairs & (action[:-1] == action[1:])
+    repeats, total = int(equal.sum()), int(pairs.sum())
+    return {
+        "persistence": ratio(repeats, total),
+        "switching": ratio(total - repeats, total),
+        "repeats_beyond_chance": ratio(repeats - _by_chance(asked, action, acted, pairs), total),
+        "run_length": ratio(int(acted.sum()), int(acted.sum()) - repeats),
+        "n_pairs": float(total),
+        "n_runs": float(int(acted.sum()) - repeats),
+    }
+
+
+def _by_chance(asked: IntArray, action: IntArray, acted: BoolArray, pairs: BoolArray) -> float:
+    """Return how many pairs would be equal if the actions of each agent and kind came in any order.
+
+    Args:
+        asked: number of the agent and kind, by decision (K,).
+        action: number of the action, (K,).
+        acted: whether it counts and is one, (K,).
+        pairs: whether it and the next one are a pair, (K - 1,).
+    """
+    if not pairs.any():
+        return 0.0
+    cells, sizes = np.unique(_numbered(asked[acted], action[acted]), return_counts=True)
+    whose = cells // (int(action[acted].max()) + 1)
+    alike = np.bincount(whose, weights=sizes * (sizes - 1.0))
+    every = np.bincount(asked[acted])
+    number = np.bincount(asked[:-1][pairs], minlength=len(alike))
+    some = number > 0
+    return float((number[some] * alike[some] / (every[some] * (every[some] - 1.0))).sum())
+
+
+def _has_action(run: AnyRun) -> BoolArray:
+    return np.array([one is not None for one in run.action.tolist()], dtype=np.bool_) | ~np.isnan(run.number)
+
+
+def _actions(run: AnyRun) -> IntArray:
+    """Return a number for each decision that is the same for equal actions, (K,)."""
+    return _numbered(_codes(run.action), np.unique(run.number, return_inverse=True)[1])
+
+
+def _codes(values: TextArray) -> IntArray:
+    """Return a number for each text, the same for the same text, (K,)."""
+    known: dict[str | None, int] = {}
+    return np.array([known.setdefault(one, len(known)) for one in values.tolist()], dtype=np.int64)
+
+
+def _numbered(first: IntArray, second: IntArray) -> IntArray:
+    """Return a number for each pair of numbers."""
+    return first * (int(second.max(initial=0)) + 1) + second

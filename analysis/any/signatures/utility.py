@@ -1,0 +1,68 @@
+"""Utility: what agents get from a run, and how it is spread over them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from analysis.any.decided import Decided, numbers
+from analysis.any.lasting import ALIKE, lasting
+from analysis.any.run import AnyRun
+from analysis.arrays import FloatArray
+from analysis.formulas import gini, mean
+from analysis.measure import Measure, Null, share
+
+NAME = "utility"
+
+MEASURES = {
+    "mean": Measure("Utility per decision (mean of agents)"),
+    "spread": Measure("Spread of utility over agents (standard deviation)", low=0),
+    "gini": share("Inequality of utility (Gini)"),
+    "beyond_shuffled": Measure("Lasting differences of utility, beyond shuffled agents (share)", -1, 1, Null(0, ALIKE)),
+}
+
+HEADLINE = ("mean", "gini", "beyond_shuffled")
+
+
+def measure(run: AnyRun) -> dict[str, float]:
+    """Return the utility of a run, over the counted decisions with one; nothing where the world declares no such key.
+
+    An agent's utility is the mean over its decisions, so that who decides more often does not have more for that.
+
+    - mean: mean over agents, in the world's unit.
+    - spread: standard deviation over agents (ddof 1), in the world's unit. NaN below two agents.
+    - gini: Gini coefficient over agents, sum over pairs of the difference / (N times the sum of the sizes); 0..1 - 1/N.
+      Sizes are taken without their sign, so that losses keep it within these bounds; where there are none it is the
+      usual one. It is not 0 for agents that are alike: luck spreads them, the less the longer the run. Adding the
+      same to everybody's utility changes it. NaN when all are 0.
+    - beyond_shuffled: differences of utility between agents that last, as in `heterogeneity`: 0 for what luck does.
+
+    NaN without utilities. Denominators: n_agents (with one), n_decisions (with one).
+    """
+    if "utility" not in run.declared.streams.get("steps", {}):
+        return {}
+    has_one = run.counted & ~np.isnan(run.utility)
+    by_agent = _means(run)
+    return {
+        "mean": mean(by_agent),
+        "spread": float(np.std(by_agent, ddof=1)) if len(by_agent) > 1 else math.nan,
+        "gini": gini(by_agent),
+        "beyond_shuffled": lasting(list(_by_kind(run)), run.agents).share,
+        "n_agents": float(len(by_agent)),
+        "n_decisions": float(has_one.sum()),
+    }
+
+
+def _means(run: AnyRun) -> FloatArray:
+    """Return the mean utility of each agent with any, (agents with one,)."""
+    has_one = run.counted & ~np.isnan(run.utility)
+    number = np.bincount(run.agent[has_one], minlength=run.agents)
+    total = np.bincount(run.agent[has_one], weights=run.utility[has_one], minlength=run.agents)
+    return np.asarray(total[number > 0] / number[number > 0])
+
+
+def _by_kind(run: AnyRun) -> Iterator[Decided]:
+    for kind in sorted(set(run.kind.tolist())):
+        yield numbers(run, kind, (run.kind == kind) & ~np.isnan(run.utility), run.utility)

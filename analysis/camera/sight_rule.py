@@ -1,0 +1,213 @@
+"""When a reply claims that the target is seen: a rule over its words, the same for every model.
+
+The text is cut into sentences and these, at commas and conjunctions, into clauses. In the clause of every mention of
+the target the cues of `sight_words` decide:
+
+1. what denies or doubts, as the last cue before the mention or the first one behind it: no claim;
+2. behind it that it is visible, or where it is: a claim, unless it is named as still to be found;
+3. the last cue before it: a claim if it is one of seeing ("I see a hatch and the JAXA logo"), none if the target is
+   named as what to find or where to go ("looking for", "towards"), or if a cue of another kind stands at most two
+   words before the seeing ("do not yet see", "if I see", "to see");
+4. no cue in its clause, and at most three words before it and nothing behind: as in the clause before it ("I see a
+   hatch, a rack and the JAXA logo").
+
+One claim in a text is enough. Questions, and what is thought between `<think>` tags, claim nothing. To know where a
+thing is ("I know where the JAXA logo is") is no claim to see it.
+
+A mention is the whole name with synonyms of its last words, its other words at most 14 characters away ("the logo of
+JAXA"); the last word alone behind an article ("the logo"); or "the target". A number at the end of a name must stand
+right behind it, and must not be a measure: "picture 3", not "picture 3 m away". The rule sees words, not meaning.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from functools import lru_cache
+from itertools import accumulate
+
+from analysis.camera import sight_words as words
+from analysis.words import LETTERS, compiled, plain, whole_words
+
+RULE_VERSION = 2
+"""Raised whenever a text could be read otherwise than before."""
+
+_NEAR_WORDS, _NEAR_CHARACTERS = 2, 20
+"""How far before a cue of seeing another one takes it back."""
+
+_LEADING_WORDS = 3
+"""Words before a mention that is one of a list."""
+
+_THINKING = re.compile(r"<think>.*?(?:</think>|$)", re.DOTALL)
+_SENTENCES = re.compile(r"(?<=[!?。！？])|(?<=\.)(?=\s|$)|\n|;")
+_TOPIC = re.compile(r"(?<=[はがをも])、\s*|(?<=[은는이가])，\s*")
+_RELATIVE = re.compile(r",\s*(?=(?:which|that|who)\b)")
+_CONJUNCTIONS = whole_words(
+    "and|but|so(?! that)|because|since|while|although|though|however|as|then|und|aber|doch|et|mais|car|y|pero|e|ma|mas"
+    "|и|но|а"
+)
+_CLAUSES = re.compile(
+    rf",|，|(?<=[ぁ-ん])、|(?<=[すんいるた])(?:が|けれども?|けど|ので|ため)|但是|但|所以|因此|而|지만|(?<=니다)\s|{_CONJUNCTIONS}"
+)
+_CUES = re.compile(
+    "|".join(
+        f"(?P<{kind}>{pattern})"
+        for kind, pattern in (
+            ("unsure", compiled(words.UNSURE, words.UNSURE_UNSPACED)),
+            ("denied", compiled(words.NOT, words.NOT_UNSPACED)),
+            ("placed", whole_words(words.PLACED)),
+            ("seen", compiled(words.SEEN, words.SEEN_UNSPACED)),
+            ("searched", compiled(words.SEARCHED, words.SEARCHED_UNSPACED)),
+            ("headed", compiled(words.HEADED_FOR, words.HEADED_FOR_UNSPACED)),
+        )
+    )
+)
+_NO = ("unsure", "denied")
+_YES = ("seen", "placed")
+_PREPOSITIONS = re.compile(r"\b(?:to|of|in|on|for|with|at|near|by|from)\b")
+_NUMBER_WORD = r"[\s#\-_]*(?:(?:number|no|nr|num|n°|№|番号)\.?[\s#]*)?"
+_UNIT = r"(?!\d|\.\d|\s*(?:m|cm|mm|km|met[a-z]+|deg[a-z]*|steps?|%|°|メートル|度|米|미터)(?![a-z]))"
+_GAP = r"[^,;:.!?。、，\n]{0,14}?"
+
+
+def claims_to_see(reply: str, target: str) -> bool:
+    """Return whether a reply claims that the target is seen.
+
+    Args:
+        reply: the text.
+        target: name of what is to be found.
+    """
+    mention = _mention(plain(target))
+    return any(_sentence_claims(sentence, mention) for sentence in _statements(reply))
+
+
+def things_claimed(reply: str, things: Iterable[str]) -> set[str]:
+    """Return those of some things that a reply claims are seen.
+
+    Rule 4 holds for them wherever they stand in a clause without a cue: "I see a wall and a door on the left".
+
+    Args:
+        reply: the text.
+        things: what they are called, as by `thing_of`.
+    """
+    statements = _statements(reply)
+    return {thing for thing in things if any(_sentence_claims(one, _thing(thing), widely=True) for one in statements)}
+
+
+@lru_cache(maxsize=1024)
+def thing_of(label: str) -> str:
+    """Return what kind of thing a label names: `exit door` is a door, `rack JPM1A1` a rack, `sign to hall B` a sign.
+
+    That is the key of `sight_words.THINGS` that its last words are, or a name of; else its last word. What
+    follows a preposition, and words with digits, name the one thing and not the kind.
+    """
+    named = _PREPOSITIONS.split(plain(label))[0]
+    parts = [part for part in re.findall(r"[^\W_]+", named) if not re.search(r"\d", part)]
+    ends = [" ".join(parts[start:]) for start in range(len(parts))]
+    known = [end for end in ends if end in words.THINGS]
+    called = [thing for end in ends for thing, names in words.THINGS.items() if re.fullmatch(names, end)]
+    return next(iter([*known, *called, *ends[-1:], plain(label)]))
+
+
+def _statements(reply: str) -> list[str]:
+    """Return the sentences of a reply that are no questions, in their plain form."""
+    text = _THINKING.sub(" ", plain(reply)).replace("\u2019", "'")
+    text = _TOPIC.sub("", _RELATIVE.sub(" ", text))
+    return [one for one in _SENTENCES.split(text) if not one.rstrip(" \"'*").endswith(("?", "？"))]
+
+
+def _sentence_claims(sentence: str, mention: re.Pattern[str], *, widely: bool = False) -> bool:
+    if not mention.search(sentence):
+        return False
+    inherited = ""
+    for clause in _clauses(sentence):
+        if _clause_claims(mention.split(clause), inherited, widely):
+            return True
+        inherited = _last_cue(clause) or inherited
+    return False
+
+
+@lru_cache(maxsize=1024)
+def _clauses(sentence: str) -> tuple[str, ...]:
+    return tuple(_CLAUSES.split(sentence))
+
+
+def _clause_claims(parts: list[str], inherited: str, widely: bool) -> bool:
+    """Return whether any mention in a clause is claimed to be seen.
+
+    Args:
+        parts: the texts before, between and behind the mentions.
+        inherited: the last cue of the clauses before.
+        widely: whether a clause without any cue takes up that one wherever the mention stands.
+    """
+    before = list(accumulate(map(_last_cue, parts[:-1]), _latest))
+    after = list(accumulate(map(_first_cue, parts[:0:-1]), _latest))[::-1]
+    if any(_claimed(*cues) for cues in zip(before, after, strict=True)):
+        return True
+    if widely:
+        return len(parts) > 1 and not any(before) and not any(after) and inherited in _YES
+    listed = len(parts) == 2 and not parts[1].strip(" .\"'*)") and len(parts[0].split()) <= _LEADING_WORDS
+    return listed and not before[0] and inherited in _YES
+
+
+def _latest(cue: str, following: str) -> str:
+    return following or cue
+
+
+def _claimed(before: str, after: str) -> bool:
+    """Return whether a mention between two cues, or none, is claimed to be seen."""
+    if before in _NO or after in _NO or (before == "searched" and after != "placed"):
+        return False
+    return (after or before) in _YES
+
+
+def _first_cue(text: str) -> str:
+    """Return the kind of the first cue, or nothing."""
+    found = _CUES.search(text)
+    return str(found.lastgroup) if found else ""
+
+
+@lru_cache(maxsize=1024)
+def _last_cue(text: str) -> str:
+    """Return the kind of the last cue, or nothing; one of seeing that another takes back is of that one's kind."""
+    kind, end = "", 0
+    for found in _CUES.finditer(text):
+        gap = text[end : found.start()]
+        near = len(gap.split()) <= _NEAR_WORDS and len(gap) <= _NEAR_CHARACTERS
+        taken_back = kind and kind not in (*_YES, "headed") and near
+        kind, end = (kind if taken_back and found.lastgroup in _YES else str(found.lastgroup)), found.end()
+    return kind
+
+
+@lru_cache(maxsize=256)
+def _thing(name: str) -> re.Pattern[str]:
+    """Return the pattern of what a kind of thing is called."""
+    return re.compile(_either(words.THINGS.get(name, f"{re.escape(name)}s?")))
+
+
+@lru_cache(maxsize=64)
+def _mention(target: str) -> re.Pattern[str]:
+    """Return the pattern of what the target is called."""
+    parts = re.findall(r"[^\W_]+", target)
+    if not parts:
+        return re.compile(_either(words.THE_TARGET))
+    number = parts.pop() if len(parts) > 1 and parts[-1].isdigit() else ""
+    start = next((i for i in range(len(parts)) if " ".join(parts[i:]) in words.THINGS), max(len(parts) - 1, 0))
+    last = " ".join(parts[start:])
+    noun = _either(words.THINGS.get(last, f"{re.escape(last)}s?"))
+    if number:
+        return re.compile(
+            rf"{noun}{_NUMBER_WORD}0*{number}{_UNIT}|(?<!\d)0*{number}\s*[番号號번](?:目|째)?の?\s*{noun}"
+        )
+    if not start:
+        return re.compile(f"{noun}|{_either(words.THE_TARGET)}")
+    others = _GAP.join(_either(re.escape(part)) for part in parts[:start])
+    alone = rf"{whole_words(words.ARTICLES)}\s+{noun}|(?<![の{LETTERS}ァ-ヶー一-龥가-힣])(?=[ァ-ヶー一-龥가-힣]){noun}"
+    return re.compile(f"{others}{_GAP}{noun}|{noun}{_GAP}{others}|{alone}|{_either(words.THE_TARGET)}")
+
+
+def _either(alternatives: str) -> str:
+    """Return the alternatives as one pattern; those of scripts with blanks are held to whole words."""
+    return (
+        f"(?:(?<![{LETTERS}])(?=[{LETTERS}0-9])(?:{alternatives})(?![{LETTERS}])|(?![{LETTERS}0-9])(?:{alternatives}))"
+    )

@@ -1,0 +1,1 @@
+"""The signatures of runs of 3D worlds, one module each."""

@@ -1,0 +1,43 @@
+"""Idle rate: how often an agent stays where it is, by choice, against an obstacle, or for want of a decision."""
+
+from __future__ import annotations
+
+from analysis.camera.run import CameraRun
+from analysis.formulas import longest_run, mean
+from analysis.measure import Measure, share
+
+NAME = "idle_rate"
+
+MEASURES = {
+    "chosen": share("Chose to stay (share of decisions)"),
+    "blocked": share("Blocked by the edge or an obstacle (share of decisions)"),
+    "invalid": share("No readable decision (share of decisions)"),
+    "immobile": share("Did not move (share of decisions)"),
+    "longest_run": Measure("Longest immobile run (steps, mean of agents)", low=0),
+}
+
+HEADLINE = ("chosen", "blocked", "invalid")
+
+
+def measure(run: CameraRun) -> dict[str, float]:
+    """Return the idle rate of a run of a 3D world, over its counted decisions.
+
+    - chosen: decisions to stay by its own word / decisions; 0..1.
+    - blocked: translations asked for that came to less than a millimetre, for an obstacle / decisions; 0..1. The
+      body may have turned all the same.
+    - invalid: decisions that could not be read, which leave the agent in place / decisions; 0..1.
+    - immobile: decisions after which place, heading and gaze are what they were / decisions; 0..1. Turning on the
+      spot is no idleness, so chosen, blocked and invalid need not add up to it.
+    - longest_run: longest unbroken run of immobile decisions; 0..T.
+
+    All are NaN without decisions. Denominator: n_decisions.
+    """
+    counted = run.counted
+    return {
+        "chosen": mean((run.stay & run.readable)[counted]),
+        "blocked": mean(((run.asked > 0) & ~run.walked & run.collided)[counted]),
+        "invalid": mean(~run.readable[counted]),
+        "immobile": mean(run.immobile[counted]),
+        "longest_run": mean([longest_run(run.immobile[counted])] if counted.any() else []),
+        "n_decisions": float(counted.sum()),
+    }

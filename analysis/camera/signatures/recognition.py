@@ -1,0 +1,154 @@
+"""Recognition: whether an agent of a 3D world says that it sees things when it does, and only then."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from analysis.arrays import BoolArray
+from analysis.camera.run import CameraRun
+from analysis.camera.sight_rule import claims_to_see, thing_of, things_claimed
+from analysis.camera.sight_words import AMBIGUOUS, THINGS
+from analysis.formulas import mean, ratio
+from analysis.measure import Measure, Null, share
+
+NAME = "recognition"
+
+_BLIND = "claims to see it without regard to the image"
+
+MEASURES = {
+    "informedness": Measure("Claims of the target in view, beyond those without (share)", -1, 1, Null(0, _BLIND)),
+    "claim_rate": share("Claims to see the target (share of replies)"),
+    "accuracy": share("Right about the target, seen or not (share of replies)"),
+    "precision": share("True claims to see the target (share of claims)"),
+    "recall": share("Target claimed when in view (share)"),
+    "f1": share("Claims to see the target, F1"),
+    "mcc": Measure("Claims to see the target, Matthews correlation", -1, 1, Null(0, _BLIND)),
+    "miss_rate": share("Target not claimed when in view (share)"),
+    "false_claim_rate": share("Target claimed when not in view (share)"),
+    "hallucinated": share("Claims of a target not in view (share of claims)"),
+    "false_stop": share("Stays without the target in view (share of stays)"),
+    "chair_i": share("Things named that are not in view (share of mentions, CHAIR_i)"),
+    "chair_s": share("Replies that name a thing not in view (share, CHAIR_s)"),
+    "mentions": Measure("Things said to be seen, per reply", low=0),
+    "object_precision": share("Things named that are in view (share of mentions)"),
+    "object_recall": share("Things in view that are named (share)"),
+    "object_f1": share("Things named and in view, F1"),
+    "object_miss_rate": share("Things in view that are not named (share)"),
+}
+
+HEADLINE = ("informedness", "recall", "false_claim_rate", "false_stop", "chair_i", "object_recall")
+
+VISIBLE_PX = 20
+"""Pixels of a thing from which it counts as in view: below, nobody could tell what it is."""
+
+
+def measure(run: CameraRun) -> dict[str, float]:
+    """Return how claims to see things fit what the image showed.
+
+    A claim is a reply that says so by the rule of `sight_rule`. The truth is that VISIBLE_PX pixels or more
+    of the image the model saw belong to the thing. Counted over the decisions that count and whose reply holds any
+    text.
+
+    Of the target:
+
+    - informedness: recall - false_claim_rate; -1..1. 0 for claims without regard to the image, however many and
+      wherever the agent goes; the precision of such claims is the share of images with the target in view. NaN when
+      it is always in view, or never. Source: Youden 1950.
+    - claim_rate: claims / replies; 0..1.
+    - accuracy: (claims with the target in view + other replies without) / replies; 0..1.
+    - precision: claims with the target in view / claims; 0..1. NaN without claims.
+    - hallucinated: 1 - precision; the CHAIR_i of the target alone (Rohrbach et al. 2018).
+    - recall: claims with the target in view / replies with it in view; 0..1. NaN when it never is in view.
+    - miss_rate: 1 - recall: the target missed while visible.
+    - f1: 2 true claims / (claims + replies with the target in view); 0..1. NaN when there is neither.
+    - mcc: Matthews correlation of claims and view; -1..1. NaN when one of them never changes.
+    - false_claim_rate: claims without the target in view / replies without it in view; 0..1. NaN when it always is.
+    - false_stop: decisions to stay without the target in view / decisions to stay: false "target found"; 0..1. NaN
+      without any. These need no claim and no text.
+
+    Of all kinds of things (`thing_of` a label), in the fixed table of `sight_words` or labelled in what the
+    run saw; a kind counts once a reply:
+
+    - chair_i: mentions of kinds not in view / mentions; 0..1. NaN without mentions.
+    - chair_s: replies with such a mention / replies; 0..1.
+    - mentions: mentions / replies; 0 up. A silent model makes no mistake: always show this beside the others.
+    - object_precision: 1 - chair_i.
+    - object_recall: mentions of kinds in view / kinds in view, over all replies; 0..1. NaN when none ever is.
+    - object_miss_rate: 1 - object_recall. object_f1: 2 true mentions / (mentions + kinds in view).
+
+    Those of the target are NaN without one, those of things where the scene labels none. What a scene shows and does
+    not label counts as not there. Denominators: n_claims, n_visible, n_replies, n_stays, n_decisions, n_mentions,
+    n_things (in view, over replies).
+    Source: Rohrbach et al. 2018 (CHAIR), Li et al. 2023 (yes/no probing: accuracy, f1, claim_rate).
+    """
+    told = run.counted & np.array([bool(text.strip()) for text in run.replies.tolist()], dtype=np.bool_)
+    replies = run.replies[told].tolist()
+    claims = {text: run.has_target and claims_to_see(text, run.episode.target) for text in set(replies)}
+    claimed = np.array([claims[text] for text in replies], dtype=np.bool_)
+    visible: BoolArray = run.target_px >= VISIBLE_PX
+    stays = run.stay & run.readable & run.counted
+    found = {
+        **agreement(claimed, visible[told]),
+        "false_stop": ratio(int((stays & ~visible).sum()), int(stays.sum())),
+    }
+    return {
+        **(found if run.has_target else dict.fromkeys(found, math.nan)),
+        **_of_things(run, told, replies),
+        "n_claims": float(claimed.sum()),
+        "n_visible": float(visible[told].sum()),
+        "n_replies": float(told.sum()),
+        "n_stays": float(stays.sum()),
+        "n_decisions": float(run.counted.sum()),
+    }
+
+
+def agreement(claimed: BoolArray, visible: BoolArray) -> dict[str, float]:
+    """Return how well claims agree with the truth; both (n,)."""
+    true, claims, present = int((claimed & visible).sum()), int(claimed.sum()), int(visible.sum())
+    absent = len(claimed) - present
+    rejected = absent - (claims - true)
+    spread = claims * (len(claimed) - claims) * present * absent
+    return {
+        "informedness": ratio(true, present) - ratio(claims - true, absent),
+        "claim_rate": ratio(claims, len(claimed)),
+        "accuracy": ratio(true + rejected, len(claimed)),
+        "precision": ratio(true, claims),
+        "hallucinated": ratio(claims - true, claims),
+        "recall": ratio(true, present),
+        "miss_rate": ratio(present - true, present),
+        "f1": ratio(2 * true, claims + present),
+        "mcc": ratio(true * rejected - (claims - true) * (present - true), math.sqrt(spread)),
+        "false_claim_rate": ratio(claims - true, absent),
+    }
+
+
+def hallucination(mentioned: Sequence[set[str]], visible: Sequence[set[str]]) -> dict[str, float]:
+    """Return how well what is named in each frame agrees with what is in view in it; sets of kinds, one a frame."""
+    false = [len(named - seen) for named, seen in zip(mentioned, visible, strict=True)]
+    mentions, things = sum(map(len, mentioned)), sum(map(len, visible))
+    true = mentions - sum(false)
+    return {
+        "chair_i": ratio(sum(false), mentions),
+        "chair_s": mean(count > 0 for count in false),
+        "mentions": ratio(mentions, len(mentioned)),
+        "object_precision": ratio(true, mentions),
+        "object_recall": ratio(true, things),
+        "object_f1": ratio(2 * true, mentions + things),
+        "object_miss_rate": ratio(things - true, things),
+        "n_mentions": float(mentions),
+        "n_things": float(things),
+    }
+
+
+def _of_things(run: CameraRun, told: BoolArray, replies: Sequence[str]) -> dict[str, float]:
+    labels = {label: thing_of(label) for label in set().union(*run.visible_px)}
+    frames = [run.visible_px[index] for index in np.flatnonzero(told).tolist()]
+    visible = [{labels[name] for name, count in pixels.items() if count >= VISIBLE_PX} for pixels in frames]
+    known = sorted({*labels.values(), *(thing for thing in THINGS if thing not in AMBIGUOUS)})
+    named = {reply: things_claimed(reply, known) if labels else set() for reply in set(replies)}
+    mentioned = [named[reply] for reply in replies]
+    found = hallucination(mentioned, visible)
+    return found if labels else {name: 0.0 if name.startswith("n_") else math.nan for name in found}

@@ -1,0 +1,115 @@
+"""Recovery: how often an agent of a 3D world goes away from its goal, and whether it comes back."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.arrays import BoolArray, FloatArray
+from analysis.camera.run import STILL_M, CameraRun
+from analysis.formulas import mean, ratio
+from analysis.measure import Measure, share
+from analysis.survival import restricted_mean
+
+NAME = "recovery"
+
+HORIZON = 10
+"""Decisions up to which the restricted mean time to recovery looks: the same for all runs, whatever their length."""
+
+MEASURES = {
+    "wrong_rate": share("Decisions that lead away from the goal (share)"),
+    "recovered": share("Detours made good (share)"),
+    "time": Measure("Decisions until a detour was made good", low=1),
+    "rmst": Measure("Mean time to recovery (decisions, restricted)", 1, HORIZON),
+    "max_excess": Measure("Greatest detour (m)", low=0),
+    "detour_cost": Measure("Way beyond the shortest (share of the shortest)", low=-1),
+}
+
+HEADLINE = ("wrong_rate", "recovered", "rmst", "max_excess", "detour_cost")
+
+
+@dataclass(frozen=True)
+class Detour:
+    """A stretch that begins with a step away from the goal.
+
+    Attributes:
+        steps: until the distance was again no greater than before it; if it never was, those until the end.
+        recovered: whether it ever was.
+        excess: greatest distance on it, less the one before it, metres.
+    """
+
+    steps: int
+    recovered: bool
+    excess: float
+
+
+def measure(run: CameraRun) -> dict[str, float]:
+    """Return the recovery of a run from wrong decisions.
+
+    g(t) is the geodesic distance to the goal at state t, metres; states where it is unknown are left out, and so are
+    those after decisions that do not count. A decision is wrong when g grows by STILL_M or more. The distance is that
+    of the place alone, so turning is never wrong: a geodesic over places and headings would need a price of turning in
+    metres, which these worlds do not have. A detour opens at a wrong decision, with the distance before it as its
+    base, and closes at the first state where g is less than STILL_M above the base; one that is open at the end is
+    right-censored.
+
+    - wrong_rate: wrong decisions / decisions; 0..1.
+    - recovered: closed detours / detours; 0..1. NaN without detours. Low for detours that open late.
+    - time: mean decisions of the closed detours; 1 up. NaN when there is none. Leaves out the detours that last.
+    - rmst: restricted mean time to recovery, decisions, 1..HORIZON: area under the Kaplan-Meier curve of all detours
+      up to HORIZON, open ones censored. NaN without detours. Low is fast. Source: Kaplan and Meier 1958.
+    - max_excess: greatest g on a detour less its base, metres; 0 up. NaN without detours.
+    - detour_cost: (p - l) / l, p the way covered and l the shortest one; for runs with the goal reached at the end,
+      else NaN. Slightly negative when a stop within the radius saves some of the way; -1 up.
+
+    All are NaN without a target. There is no counterpart in 2D worlds: their agents declare no goal that could be
+    read from the records. Denominators: n_steps, n_wrong, n_detours, n_recovered.
+    """
+    known = _known_distances(run)
+    wrong, detours = wrong_steps(known), find_detours(known)
+    times = np.array([one.steps for one in detours], dtype=np.int64)
+    closed = np.array([one.recovered for one in detours], dtype=np.bool_)
+    shortest = run.episode.shortest_m or 0.0
+    reached = run.has_target and bool(run.success[-1:].any())
+    return {
+        "wrong_rate": mean(wrong),
+        "recovered": mean(closed),
+        "time": mean(times[closed]),
+        "rmst": restricted_mean(times, closed, HORIZON),
+        "max_excess": max((one.excess for one in detours), default=math.nan),
+        "detour_cost": ratio(run.path_length - shortest, shortest) if reached else math.nan,
+        "n_steps": float(len(wrong)),
+        "n_wrong": float(wrong.sum()),
+        "n_detours": float(len(detours)),
+        "n_recovered": float(closed.sum()),
+    }
+
+
+def _known_distances(run: CameraRun) -> FloatArray:
+    """Return the known distances to the goal, at the start and after each decision that counts, metres, (n,)."""
+    if not run.has_target:
+        return run.distance[:0]
+    kept = run.distance[np.concatenate(([True], run.counted))]
+    return kept[~np.isnan(kept)]
+
+
+def wrong_steps(distances: FloatArray) -> BoolArray:
+    """Return which steps lead away from the goal, (n - 1,); distances by state, metres, (n,)."""
+    return np.asarray(np.diff(distances) >= STILL_M)
+
+
+def find_detours(distances: FloatArray) -> list[Detour]:
+    """Return the detours in their order; distances by state, metres, (n,)."""
+    wrong, found, state = wrong_steps(distances), [], 0
+    while state < len(wrong):
+        if not wrong[state]:
+            state += 1
+            continue
+        later = distances[state + 1 :] - distances[state]
+        back = np.flatnonzero(later < STILL_M)
+        steps = int(back[0]) if len(back) else len(later)
+        found.append(Detour(steps, bool(len(back)), float(later[:steps].max())))
+        state += steps + 1 if len(back) else len(wrong)
+    return found

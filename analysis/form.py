@@ -1,0 +1,204 @@
+"""What the analysis knows of a form: how its records become arrays, and what is shown and said of its runs.
+
+It is found by the form's name: in `analysis/<form>/`, in a user's own `forms/<form>.py`, else that of any form.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+from analysis.arrays import BoolArray, IntArray
+from foundry.declared import Declared
+from foundry.errors import InputError, RecordError
+from foundry.own_code import OwnModule, own_folders, own_modules
+from foundry.records import Message, RunSummary
+from foundry.storing.store import RunFolder
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import pyarrow as pa  # type: ignore[import-untyped]
+
+    from analysis.figures.shown import Shown
+    from analysis.labelling import Labelling
+    from analysis.plots import Picture
+
+ANY = "any"
+"""The form whose code reads runs of all others, by the keys that all have."""
+
+
+class NoDecisionsError(RecordError):
+    """The lines of a run are no decisions, and its world, one of 0.1, never said what they are."""
+
+
+class Records(Protocol):
+    """The lines of one run."""
+
+    @property
+    def messages(self) -> list[Message]:
+        """The deliveries."""
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return the decisions as rows of a table."""
+
+    def columns(self, names: Iterable[str]) -> dict[str, list[Any]]:
+        """Return the decisions by column."""
+
+    def decisions(self) -> dict[str, list[Any]]:
+        """Return the keys that all forms have, by column: `step`, `agent`, `kind`, `action`, `outcome` and others."""
+
+    def arrays(self, folder: RunFolder) -> Any:
+        """Return a complete run as arrays, as the form's `run`.
+
+        Raises:
+            NoDecisionsError: nobody said what the lines are, and they are no decisions.
+            RecordError: the lines do not make up a run.
+        """
+
+
+@dataclass(frozen=True)
+class Decisions:
+    """What was decided in one kind of call of a run.
+
+    Attributes:
+        choice: index of the choice, by step and agent, (T, N).
+        readable: whether it could be read, (T, N).
+    """
+
+    choice: IntArray
+    readable: BoolArray
+
+
+@dataclass(frozen=True)
+class RunTable:
+    """Rows about single runs, for the report; the first text of each row is a run's id."""
+
+    title: str
+    caption: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    labels: int
+
+
+class Figures(Protocol):
+    """Gathers what is shown of runs, so that none of them has to be kept."""
+
+    def add(self, shown: Shown, run: Any, seed: int) -> None:
+        """Take what is shown of a run of a group."""
+
+    def pictures(self, order: Sequence[Shown]) -> list[Picture]:
+        """Return the pictures, the groups in this order."""
+
+    def tables(self, order: Sequence[Shown]) -> list[RunTable]:
+        """Return the tables."""
+
+
+def _nothing(*_: Any) -> tuple[str, ...]:
+    return ()
+
+
+@dataclass(frozen=True)
+class Words:
+    """What is said of runs of a form.
+
+    Attributes:
+        unread: what becomes of replies that could not be read, after "the others".
+        unread_decision: the same of decisions, after "could not be read".
+        notes: what a reader of the tables must know, from the table of runs and who labelled the messages.
+        methods: sentences for the paragraph on methods, from who labelled the messages.
+        limits: what a reader must know before any number, from who labelled the messages.
+    """
+
+    unread: str = "decide nothing"
+    unread_decision: str = "and decided nothing"
+    notes: Callable[[pd.DataFrame, Sequence[Labelling]], Sequence[str]] = _nothing
+    methods: Callable[[Sequence[Labelling]], Sequence[str]] = _nothing
+    limits: Callable[[Sequence[Labelling]], Sequence[str]] = _nothing
+
+
+def _as_it_is(run: Any, _: Labelling) -> Any:
+    return run
+
+
+def _schema_of_any(declared: Declared) -> pa.Schema:
+    return _any().schema(declared)
+
+
+@dataclass(frozen=True)
+class FormAnalysis:
+    """What the analysis knows of a form; all but the first three may be left out.
+
+    Attributes:
+        name: the form.
+        run: the class of its runs as arrays; what a function takes says whether it measures them.
+        read: reads the lines of a run, the torn last one of a run that has not ended left out.
+        schema: the columns of `steps.parquet` behind `run`; by default those of any form.
+        labelled: returns a run with its messages labelled; as it is by default.
+        decided: what was decided in a run, by kind of call, for test-retest consistency; by default the actions.
+        figures: gathers what is shown of runs; is told the seed whose runs are shown one by one. None by default.
+        words: what is said of them.
+    """
+
+    name: str
+    run: type
+    read: Callable[[RunFolder, RunSummary | None], Records]
+    schema: Callable[[Declared], pa.Schema] = _schema_of_any
+    labelled: Callable[[Any, Labelling], Any] = _as_it_is
+    decided: Callable[[Any], Mapping[str, Decisions]] | None = None
+    figures: Callable[[int], Figures] | None = None
+    words: Words = field(default_factory=Words)
+
+
+def form_of(name: str) -> FormAnalysis:
+    """Return what is known of a form: the shipped one, the user's own, else that of any form.
+
+    Raises:
+        InputError: the user's own cannot be used; names its file.
+    """
+    return _form_of(name, own_folders())
+
+
+def forms_of(folders: Iterable[RunFolder]) -> list[FormAnalysis]:
+    """Return the forms of these runs, in the order of their first run."""
+    return [form_of(name) for name in dict.fromkeys(folder.declared.form for folder in folders)]
+
+
+@cache
+def _form_of(name: str, _folders: tuple[Path, ...]) -> FormAnalysis:
+    return shipped(name) or _own(name) or replace(_any(), name=name)
+
+
+def shipped(name: str) -> FormAnalysis | None:
+    """Return what the package's room of this name knows of its form; None where there is no such room."""
+    room = f"{__package__}.{name}"
+    if importlib.util.find_spec(room) is None:
+        return None
+    found = getattr(importlib.import_module(room), "ANALYSIS", None)
+    return found if isinstance(found, FormAnalysis) else None
+
+
+def _any() -> FormAnalysis:
+    found = shipped(ANY)
+    assert found is not None, "the package has a room for any form"
+    return found
+
+
+def _own(name: str) -> FormAnalysis | None:
+    return next((analysis_in(one) for one in own_modules("forms") if one.name == name), None)
+
+
+def analysis_in(module: OwnModule) -> FormAnalysis | None:
+    """Return what a user's own module says of its form; None where it leaves the analysis to that of any form.
+
+    Raises:
+        InputError: it cannot be imported, or says something else.
+    """
+    found = getattr(module.load(), "ANALYSIS", None)
+    if found is not None and not isinstance(found, FormAnalysis):
+        raise InputError(f"{module.origin}: ANALYSIS is no analysis.form.FormAnalysis.")
+    return found

@@ -1,0 +1,186 @@
+"""How news spreads among agents: who told whom first, and whom it could have reached.
+
+Order within a step: agents perceive, speak, and hear what was said at this step; so what is heard at step t can be
+passed on from step t + 1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.arrays import BoolArray, FloatArray, IntArray
+from analysis.formulas import mean, ratio
+
+NEVER: int = np.iinfo(np.int64).max
+"""The step of what does not happen."""
+
+NOBODY = -1
+
+
+@dataclass(frozen=True)
+class Cascade:
+    """Who learnt of a fire how; arrays by agent, (N,).
+
+    Attributes:
+        direct: perceived a fire itself, and was not warned before.
+        told: received a warning before it perceived a fire, if it ever did.
+        told_at: step of the first received warning, or NEVER.
+        parent: sender of that warning where it makes an edge of the forest, else NOBODY.
+    """
+
+    direct: BoolArray
+    told: BoolArray
+    told_at: IntArray
+    parent: IntArray
+
+    @property
+    def edges(self) -> int:
+        """Number of edges of the forest."""
+        return int((self.parent != NOBODY).sum())
+
+    @cached_property
+    def depths(self) -> IntArray:
+        """Edges between each agent and the root of its tree, (N,)."""
+        depths = np.zeros(len(self.parent), dtype=np.int64)
+        for agent in self._downwards():
+            depths[agent] = depths[self.parent[agent]] + 1
+        return depths
+
+    @property
+    def depth(self) -> int:
+        """Number of edges on the longest path of the forest from a root."""
+        return int(self.depths.max(initial=0))
+
+    @property
+    def trees(self) -> int:
+        """Number of trees with two agents or more."""
+        parents = np.unique(self.parent[self.parent != NOBODY])
+        return int((self.parent[parents] == NOBODY).sum())
+
+    @property
+    def virality(self) -> float:
+        """Structural virality, mean over the trees of two agents or more; NaN when there is none.
+
+        That of a tree is the mean distance over all pairs of its n agents: 2 - 2/n for a star, (n + 1)/3 for a chain.
+        Source: Goel et al. 2015.
+        """
+        below, roots = self._below_and_roots()
+        pairs = np.zeros(len(below), dtype=np.float64)
+        linked = np.flatnonzero(self.parent != NOBODY)
+        # An edge lies on the paths between the agents below it and all others of its tree.
+        np.add.at(pairs, roots[linked], below[linked] * (below[roots[linked]] - below[linked]))
+        sizes = below[np.unique(roots[linked])]
+        sums = pairs[np.unique(roots[linked])]
+        return mean(
+            ratio(2 * total, size * (size - 1)) for total, size in zip(sums.tolist(), sizes.tolist(), strict=True)
+        )
+
+    def _downwards(self) -> list[int]:
+        """Return the agents that have a parent, parents first: a parent with an edge into it was told earlier."""
+        order = np.argsort(self.told_at, kind="stable")
+        return [int(agent) for agent in order if self.parent[agent] != NOBODY]
+
+    def _below_and_roots(self) -> tuple[IntArray, IntArray]:
+        """Return the size of the subtree under each agent, itself included, and the root of its tree, (N,) each."""
+        below, roots = np.ones(len(self.parent), dtype=np.int64), np.arange(len(self.parent))
+        for agent in reversed(self._downwards()):
+            below[self.parent[agent]] += below[agent]
+        for agent in self._downwards():
+            roots[agent] = roots[self.parent[agent]]
+        return below, roots
+
+
+def first_step(flags: BoolArray) -> IntArray:
+    """Return the 1-based step at which each agent's flag is first set, or NEVER; flags (T, N), result (N,)."""
+    return np.where(flags.any(axis=0), flags.argmax(axis=0) + 1, NEVER)
+
+
+def trace(perceived_at: IntArray, warned_at: IntArray, heard: IntArray) -> Cascade:
+    """Return who learnt how.
+
+    The parent of an agent is the sender of its first warning: lowest step, then lowest id.
+
+    Args:
+        perceived_at: step at which each agent first perceives a fire, or NEVER, (N,).
+        warned_at: step at which each agent first sends a warning, or NEVER, (N,).
+        heard: rows (step, sender, recipient) of delivered warnings, (M, 3).
+    """
+    told_at = np.full(len(perceived_at), NEVER)
+    sender = np.full(len(perceived_at), NOBODY)
+    # Written from the last to the first, so that the first stays.
+    ordered = heard[np.lexsort((heard[:, 1], heard[:, 0]))[::-1]]
+    told_at[ordered[:, 2]], sender[ordered[:, 2]] = ordered[:, 0], ordered[:, 1]
+    told = told_at < perceived_at
+    return Cascade(
+        direct=(perceived_at < NEVER) & ~told,
+        told=told,
+        told_at=told_at,
+        parent=np.where(told & (warned_at > told_at), sender, NOBODY),
+    )
+
+
+def spread(perceived_at: IntArray, links: IntArray) -> IntArray:
+    """Return when each agent is first reached if all that know use all links.
+
+    Args:
+        perceived_at: step from which each agent knows by itself, or NEVER, (N,).
+        links: rows (step, from, to), (K, 3); one link a step, since what is heard is passed on a step later.
+
+    Returns:
+        Step at which news first arrives over a link, or NEVER, (N,).
+    """
+    reached = np.full(len(perceived_at), NEVER)
+    ordered = links[np.argsort(links[:, 0], kind="stable")]
+    steps, starts = np.unique(ordered[:, 0], return_index=True)
+    for step, rows in zip(steps.tolist(), np.split(ordered, starts[1:]), strict=False):
+        knows = (perceived_at <= step) | (reached < NEVER)  # so far only what was heard at earlier steps is noted
+        arrived = rows[knows[rows[:, 1]], 2]
+        reached[arrived] = np.minimum(reached[arrived], step)
+    return reached
+
+
+@dataclass(frozen=True)
+class Relays:
+    """How many told agents could pass a warning on, and how many did, by labelling of the messages, (S,) each."""
+
+    could: IntArray
+    did: IntArray
+
+    @property
+    def shares(self) -> FloatArray:
+        """Those that did over those that could; NaN where none could."""
+        return np.asarray(np.where(self.could > 0, self.did / np.maximum(self.could, 1), np.nan))
+
+
+def find_relays(
+    warned: BoolArray, told_at: IntArray, perceived_at: IntArray, *, able: BoolArray, within: int
+) -> Relays:
+    """Return who passed a warning on, for several labellings of the same messages at once.
+
+    Args:
+        warned: whether an agent sent a warning, by labelling, step and agent, (S, T, N).
+        told_at: step of the first received warning, or NEVER, by labelling and agent, (S, N).
+        perceived_at: step at which each agent first perceives a fire, or NEVER, (N,); told is who was warned before.
+        able: whether the agent decided on a message, (T, N); one that never did in time could not.
+        within: the number of steps behind `told_at` that count; those from `perceived_at` on do not, since what is
+            sent then may be of the agent's own sight.
+    """
+    rows, agents = np.ogrid[: warned.shape[0], : warned.shape[2]]
+    start = np.minimum(told_at, warned.shape[1])
+    # An agent that is not told has no such steps; it must not look back, either.
+    end = np.maximum(np.minimum(np.minimum(start + within, warned.shape[1]), perceived_at - 1), start)
+    decided, sent = _running(able[None])[0], _running(warned)
+    could = (told_at < perceived_at) & (decided[end, agents] > decided[start, agents])
+    did = could & (sent[rows, end, agents] > sent[rows, start, agents])
+    return Relays(could.sum(axis=1), did.sum(axis=1))
+
+
+def _running(flags: BoolArray) -> NDArray[np.int32]:
+    """Return how many flags were set before each step, (S, T + 1, N); flags (S, T, N)."""
+    counts = np.zeros((flags.shape[0], flags.shape[1] + 1, flags.shape[2]), dtype=np.int32)
+    np.cumsum(flags, axis=1, out=counts[:, 1:])
+    return counts

@@ -1,0 +1,72 @@
+"""Distances on the grid of a 2D world, from cells to what stands there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from analysis.arrays import BoolArray, FloatArray, IntArray
+from analysis.grid.run import GridSettings
+
+_AT_ONCE = 2**20
+
+
+def to_nearest_place(world: GridSettings, x: IntArray, y: IntArray) -> FloatArray:
+    """Return the fewest moves into any place, 0 inside one; x and y of any shape, result the same; NaN without places.
+
+    Moves go to the four adjacent cells and nothing stands in the way, so this Manhattan distance is the geodesic.
+    """
+    found: FloatArray = np.full(x.shape, np.nan)
+    for place in world.places:
+        (left, bottom), (right, top) = place.low, place.high
+        across = np.maximum(np.maximum(left - x, x - right), 0)
+        np.fmin(found, across + np.maximum(np.maximum(bottom - y, y - top), 0), out=found)
+    return found
+
+
+def to_fires(world: GridSettings, x: IntArray, y: IntArray, *, straight: bool = True) -> FloatArray:
+    """Return the distance to every fire, Euclidean if straight, else in moves; shape of x and y and (..., F)."""
+    centres = np.array([fire.position for fire in world.fires], dtype=np.int64).reshape(-1, 2)
+    across, along = np.abs(x[..., None] - centres[:, 0]), np.abs(y[..., None] - centres[:, 1])
+    return np.asarray(np.hypot(across, along) if straight else across + along, dtype=np.float64)
+
+
+def to_nearest_agent(x: IntArray, y: IntArray, standing_x: IntArray, standing_y: IntArray, own: IntArray) -> FloatArray:
+    """Return the fewest moves to where the nearest other agent stands; NaN when there is no other.
+
+    Args:
+        x: columns of the cells that are asked about, (R, k).
+        y: rows of the cells, (R, k).
+        standing_x: columns where all agents stand, (R, N).
+        standing_y: rows where they stand, (R, N).
+        own: index of the agent that is no other, (R,).
+    """
+    rows, agents = standing_x.shape
+    if agents < 2:
+        return np.full(x.shape, np.nan)
+    found = np.empty(x.shape)
+    size = max(1, _AT_ONCE // (agents * x.shape[1]))
+    for start in range(0, rows, size):
+        part = slice(start, start + size)
+        away = np.abs(x[part, :, None] - standing_x[part, None]) + np.abs(y[part, :, None] - standing_y[part, None])
+        away[np.arange(len(away)), :, own[part]] = np.iinfo(away.dtype).max
+        found[part] = away.min(axis=2)
+    return found
+
+
+def steps_to(goal: BoolArray, free: BoolArray) -> IntArray:
+    """Return the fewest steps from every cell of a grid to the nearest goal cell, -1 where there is no way, (W, H).
+
+    Args:
+        goal: the goal cells, (W, H).
+        free: the cells that can be entered, (W, H); a step goes to one of the four next to it.
+    """
+    steps, reached, number = np.full(goal.shape, -1), goal & free, 0
+    front = reached
+    while front.any():
+        steps[front] = number
+        number += 1
+        padded = np.pad(front, 1)
+        around = padded[2:, 1:-1] | padded[:-2, 1:-1] | padded[1:-1, 2:] | padded[1:-1, :-2]
+        front = around & free & ~reached
+        reached = reached | front
+    return steps

@@ -1,0 +1,149 @@
+"""What plots of 2D worlds show: where agents were, how long until they were warned, who warned whom."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from analysis.arrays import FloatArray, IntArray
+from analysis.figures.shown import Shown
+from analysis.grid.cascade import NEVER, NOBODY, Cascade, first_step, trace
+from analysis.grid.run import GridRun, GridSettings
+from analysis.grid.signatures.warning import find_labels, waiting_times
+from analysis.plots.cascade import CascadeEdge, CascadeTree
+from analysis.plots.occupancy import GridPaths, OccupancyMap
+from analysis.plots.survival import SurvivalCurve
+from analysis.stats.intervals import estimates
+from analysis.survival import survival
+
+
+@dataclass
+class GridGroup:
+    """Gathers what is shown of the runs of one group, so that none of them has to be kept.
+
+    Attributes:
+        shown: the group.
+        seed: the seed whose run is shown.
+        world: the settings of their world.
+        counts: agent-steps by run and cell, as shares, summed over runs.
+        curves: how many agents are not warned yet, by run.
+        example: the run of the seed that is shown.
+        runs: how many runs were added.
+    """
+
+    shown: Shown
+    seed: int
+    world: GridSettings
+    counts: FloatArray = field(init=False)
+    curves: list[FloatArray] = field(default_factory=list)
+    example: GridRun | None = None
+    runs: int = 0
+
+    def __post_init__(self) -> None:
+        self.counts = np.zeros((self.world.width, self.world.width))
+
+    def add(self, run: GridRun, seed: int) -> None:
+        """Add a run."""
+        self.counts += occupancy(run)
+        if run.perceived.any():
+            self.curves.append(not_warned(run))
+        if seed == self.seed and self.example is None:
+            self.example = run
+        self.runs += 1
+
+    def occupancy_map(self) -> OccupancyMap:
+        """Return where the agents were, the mean over runs."""
+        return OccupancyMap(self.shown.label, self.world, self.counts / self.runs, self.runs, self.shown.baseline)
+
+    def survival_curve(self) -> SurvivalCurve | None:
+        """Return how many agents are not warned yet, with an interval over runs; None when no run has a fire seen."""
+        if not self.curves:
+            return None
+        steps = min(len(curve) for curve in self.curves)
+        values = np.array([curve[:steps] for curve in self.curves]).T
+        found = estimates(values, np.zeros(steps), np.ones(steps))
+        return SurvivalCurve(
+            label=self.shown.label,
+            remaining=found.mean,
+            low=found.low,
+            high=found.high,
+            runs=len(self.curves),
+            index=self.shown.index,
+            baseline=self.shown.baseline,
+        )
+
+
+def occupancy(run: GridRun) -> FloatArray:
+    """Return the share of agent-steps by row and column of the grid, without the start, (W, W)."""
+    half, width = run.world.half_size, run.world.width
+    counts = np.zeros((width, width), dtype=np.float64)
+    np.add.at(counts, (run.y[1:] + half, run.x[1:] + half), 1.0)
+    share: FloatArray = counts / counts.sum()
+    return share
+
+
+def cascade_of(run: GridRun) -> tuple[Cascade, IntArray]:
+    """Return who learnt of a fire how, and when each agent first perceived one, (N,)."""
+    warned, _ = find_labels(run)
+    perceived_at = first_step(run.perceived)
+    heard = run.deliveries[warned[run.deliveries[:, 0] - 1, run.deliveries[:, 1]]]
+    return trace(perceived_at, first_step(warned), heard), perceived_at
+
+
+def not_warned(run: GridRun) -> FloatArray:
+    """Return the Kaplan-Meier estimate of the share that is not warned yet at steps 0..T, (T + 1,).
+
+    An agent that perceives a fire itself, untold, is censored the step before.
+    """
+    events, remaining = survival(*waiting_times(run, find_labels(run)[0]))
+    after = np.searchsorted(events, np.arange(run.steps + 1), side="right")
+    curve: FloatArray = np.concatenate(([1.0], remaining))[after]
+    return curve
+
+
+def cascade_tree(run: GridRun, shown: Shown) -> CascadeTree:
+    """Return who warned whom in a run."""
+    warned, _ = find_labels(run)
+    found, perceived_at = cascade_of(run)
+    learnt = np.minimum(found.told_at, perceived_at)
+    linked = [int(agent) for agent in np.flatnonzero(found.parent != NOBODY)]
+    senders = np.isin(np.arange(run.agents), found.parent[linked])
+    unfounded = senders & (first_step(warned) < learnt)
+    since = np.where(unfounded, first_step(warned), learnt)
+    known = [int(agent) for agent in np.flatnonzero(since < NEVER)]
+    return CascadeTree(
+        label=shown.label,
+        run=run.id,
+        steps=run.steps,
+        rows=tuple(_in_order(known, since, found.parent)),
+        since={agent: int(since[agent]) for agent in known},
+        direct=frozenset(agent for agent in known if found.direct[agent]),
+        unfounded=frozenset(np.flatnonzero(unfounded).tolist()),
+        informed=int((learnt < NEVER).sum()),
+        edges=tuple(CascadeEdge(int(found.told_at[agent]), int(found.parent[agent]), agent) for agent in linked),
+        agents=run.agents,
+        colour=shown.colour,
+        baseline=shown.baseline,
+    )
+
+
+def _in_order(known: Sequence[int], since: IntArray, parent: IntArray) -> list[int]:
+    """Return the agents so that each stands below the one that told it, earlier ones first."""
+    below: dict[int, list[int]] = {}
+    for agent in sorted(known, key=lambda one: (int(since[one]), one)):
+        below.setdefault(int(parent[agent]), []).append(agent)
+    ordered: list[int] = []
+    waiting = list(reversed(below.get(NOBODY, [])))
+    while waiting:
+        agent = waiting.pop()
+        ordered.append(agent)
+        waiting += reversed(below.get(agent, []))
+    return ordered
+
+
+def grid_paths(run: GridRun, shown: Shown) -> GridPaths:
+    """Return the ways of the agents of a run."""
+    x, y = run.x.astype(np.float64), run.y.astype(np.float64)
+    return GridPaths(shown.label, run.id, run.world, x, y, shown.colour, shown.baseline)

@@ -1,0 +1,1 @@
+"""The signatures of runs of 2D worlds, one module each."""

@@ -1,0 +1,143 @@
+"""Clustering: how close together the agents are, and who can hear whom.
+
+The start, state 0, never counts: it is drawn by the world, not chosen by the model.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from analysis.arrays import FloatArray, IntArray
+from analysis.formulas import ratio, weighted_mean
+from analysis.grid.placements import besag, closeness, random_placements
+from analysis.grid.run import GridRun
+from analysis.measure import Measure, Null, share
+
+NAME = "clustering"
+
+_ANYWHERE = "is anywhere alike, without regard to others"
+
+MEASURES = {
+    "largest_group": share("Largest group (share of agents)"),
+    "groups": Measure("Groups of two or more", low=0),
+    "isolated": share("Agents with nobody in reach (share)"),
+    "nni": Measure("Nearest-neighbour index (1: as random placements)", low=0, null=Null(1, _ANYWHERE)),
+    "nni_z": Measure("Nearest-neighbour distance (standard deviations from random)", null=Null(0, _ANYWHERE)),
+    "nni_donnelly": Measure("Nearest-neighbour index, Donnelly's edge correction", low=0),
+    "nni_naive": Measure("Nearest-neighbour index, no edge correction", low=0),
+    "pairs_in_reach": share("Pairs within the communication distance (share)"),
+    "ripley": Measure("Ripley's K at the communication distance (cells squared)", low=0),
+    "besag": Measure("Besag's L(r) - r at the communication distance (cells)"),
+    "besag_excess": Measure("Besag's L(r) beyond random placements (cells)", null=Null(0, _ANYWHERE)),
+}
+
+HEADLINE = ("largest_group", "isolated", "nni")
+
+_DONNELLY = (0.0514, 0.0412)
+
+
+def measure(run: GridRun) -> dict[str, float]:
+    """Return the clustering of a run; all measures are NaN with fewer than two agents.
+
+    Means over states are weighted by the number of counted decisions that led to each state. Distances are
+    Euclidean, as the world's own.
+
+    - largest_group: agents in the largest connected component of the graph of recorded neighbours (who can hear
+      whom) / N. Mean over states 1..T-1, for which neighbours are recorded; 1/N..1. NaN with one step.
+    - groups: number of components with two agents or more, same mean; 0..N/2.
+    - isolated: agents without neighbours whose own decision led there / agents whose own decision led there, pooled
+      over the same states; 0..1.
+    - nni: d_obs / mean of d_sim; d is the mean over agents of the distance to the nearest other one, d_sim that of 999
+      random placements under the world's own rules (each cell as likely, several agents may share one; the same
+      placements wherever N and the grid are the same). Mean over states 1..T; 0 (all in one cell) up; below 1
+      clustered, 1 random, above 1 regular. Source: Clark and Evans 1954, with a Monte Carlo expectation, since no
+      formula holds for points on a grid.
+    - nni_z: (d_obs - mean of d_sim) / standard deviation of d_sim (ddof 0), same mean; negative clustered.
+    - nni_donnelly: d_obs over its expectation for points in a continuous rectangle of area W*H with Donnelly's edge
+      correction, same mean. Source: Donnelly 1978.
+    - nni_naive: the same without the correction; about 1.1 to 1.25 under randomness on small grids.
+    - pairs_in_reach: pairs of agents within r of one another / pairs, same mean; 0..1; r is the communication
+      distance, walls of places not minded. Times A it is Ripley's K(r) without edge correction.
+    - ripley: K(r) = A / (N (N - 1)) * sum over ordered pairs within r of A / ((W - |dx|)(H - |dy|)), the translation
+      edge correction; cells squared, same mean; 0 up. Source: Ripley 1977,
+      Ohser 1983.
+    - besag: sqrt(K / pi) - r, cells, same mean; -r up; above 0 clustered at that scale. Source: Besag 1977.
+    - besag_excess: besag less its mean over the random placements, cells: what is left when the grid's own part (a
+      disc of cells is not a disc) is taken off.
+
+    Denominators: n_states (with weight, of the indices), n_group_states (of the groups; NaN there when it is 0),
+    n_isolation (agent-states).
+    """
+    if run.agents < 2:
+        return dict.fromkeys(MEASURES, math.nan) | {"n_states": 0.0, "n_group_states": 0.0, "n_isolation": 0.0}
+    return {**_groups(run), **_indices(run)}
+
+
+def _groups(run: GridRun) -> dict[str, float]:
+    # Neighbours are recorded before a move: those of step t + 1 stand in state t, where the decisions of step t led.
+    led = run.counted[:-1]
+    weights, alone = led.sum(axis=1), run.neighbours[1:] == 0
+    groups = group_shape(run.contacts, run.steps, run.agents)[1:]
+    return {
+        "largest_group": weighted_mean(groups[:, 0], weights),
+        "groups": weighted_mean(groups[:, 1], weights),
+        "isolated": ratio(int((alone & led).sum()), int(led.sum())),
+        "n_group_states": float((weights > 0).sum()),
+        "n_isolation": float(led.sum()),
+    }
+
+
+def _indices(run: GridRun) -> dict[str, float]:
+    side, radius = run.world.width, run.world.communication_distance
+    weights = run.counted.sum(axis=1)
+    null = random_placements(run.agents, side, radius)
+    found = closeness(run.x[1:], run.y[1:], side, radius)
+    observed = weighted_mean(found.nearest, weights)
+    excess = weighted_mean(besag(found.ripley, radius), weights)
+    return {
+        "nni": ratio(observed, null.nearest),
+        "nni_z": ratio(observed - null.nearest, null.deviation),
+        "nni_donnelly": observed / expected_distance(run.agents, side, side),
+        "nni_naive": observed / expected_distance(run.agents, side, side, corrected=False),
+        "pairs_in_reach": weighted_mean(found.pairs, weights),
+        "ripley": weighted_mean(found.ripley, weights),
+        "besag": excess,
+        "besag_excess": excess - null.besag,
+        "n_states": float((weights > 0).sum()),
+    }
+
+
+def expected_distance(agents: int, width: float, height: float, *, corrected: bool = True) -> float:
+    """Return the mean nearest-neighbour distance of random points in a rectangle, Donnelly's if corrected."""
+    naive = 0.5 * math.sqrt(width * height / agents)
+    if not corrected:
+        return naive
+    constant, per_root = _DONNELLY
+    return naive + (constant + per_root / math.sqrt(agents)) * 2 * (width + height) / agents
+
+
+def group_shape(contacts: IntArray, steps: int, agents: int) -> FloatArray:
+    """Return the groups before each step's move.
+
+    Args:
+        contacts: rows (1-based step, agent, neighbour), (K, 3).
+        steps: number of steps, T.
+        agents: number of agents, N.
+
+    Returns:
+        (T, 3): largest component / N, components of two or more, isolated agents / N.
+    """
+    count = steps * agents
+    first = (contacts[:, 0] - 1) * agents
+    ends = (first + contacts[:, 1], first + contacts[:, 2])
+    # One graph for all steps: the agents of different steps are different nodes.
+    graph = coo_array((np.ones(len(contacts), dtype=np.int8), ends), shape=(count, count))
+    labels = connected_components(graph, directed=False)[1]
+    sizes = np.bincount(labels, minlength=1)[labels].reshape(steps, agents).astype(np.float64)
+    grouped = np.where(sizes > 1, 1 / sizes, 0.0).sum(axis=1)
+    isolated = (sizes == 1).sum(axis=1)
+    return np.column_stack([sizes.max(axis=1) / agents, np.round(grouped), isolated / agents])

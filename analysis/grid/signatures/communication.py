@@ -1,0 +1,121 @@
+"""Communication: how much agents say, to how many, in what rhythm."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+import numpy as np
+
+from analysis.arrays import BoolArray, IntArray
+from analysis.formulas import gini, mean, ratio, variety
+from analysis.grid.run import GridRun
+from analysis.measure import Measure, share
+
+NAME = "communication"
+
+MEASURES = {
+    "rate": share("Messages per agent and step"),
+    "conditional_rate": share("Messages per agent and step with someone in reach"),
+    "silent_share": share("Agents that never speak (share)"),
+    "gini": share("Inequality of speaking (Gini)"),
+    "burstiness": Measure("Burstiness, B", low=-1, high=1),
+    "burstiness_finite": Measure("Burstiness, corrected for few messages", low=-1, high=1),
+    "reciprocity": share("Links that go both ways (share)"),
+    "audience": Measure("Hearers per message", low=0),
+    "length": Measure("Length of a message (characters)", low=0),
+    "variety": share("Pairs of messages with different texts (share)"),
+    "distinct_share": share("Distinct texts (share of messages)"),
+}
+
+HEADLINE = ("rate", "conditional_rate", "length", "variety")
+
+_FEWEST_MESSAGES = 3
+"""Messages of one agent that make two intervals, the least that has a spread."""
+
+
+def measure(run: GridRun) -> dict[str, float]:
+    """Return the communication of a run; a message counts as said even when nobody is near enough to hear it.
+
+    What counts are the decisions on messages, made by the message call.
+
+    - rate: messages / decisions; 0..1.
+    - conditional_rate: messages at decisions with a neighbour / decisions with a neighbour; 0..1. NaN
+      when nobody ever has one.
+    - silent_share: agents that say nothing in the whole run / agents with any decision; 0..1.
+    - gini: Gini coefficient of the messages by agent; 0 (equal)..1 - 1/N. NaN without messages.
+    - burstiness: B = (r - 1) / (r + 1), r = sd / mean (ddof 0) of the steps between an agent's messages;
+      -1 (regular)..1. Mean over the agents with three messages or more; NaN when there is none.
+      Source: Goh and Barabasi 2008.
+    - burstiness_finite: the same with the correction for n intervals of Kim and Jo 2016,
+      (sqrt(n+1) r - sqrt(n-1)) / ((sqrt(n+1) - 2) r + sqrt(n-1)).
+    - reciprocity: directed links (who ever reached whom) with a link back / links; 0..1. NaN without deliveries.
+    - audience: deliveries / messages; 0..N-1. NaN without messages.
+    - length: mean length of a message, Unicode characters. NaN without messages.
+    - variety: pairs of messages with different texts / pairs of messages; 0..1. NaN below two messages. Unlike
+      distinct_share it does not fall as more is said. Source: Simpson 1949.
+    - distinct_share: different texts / messages; 0..1. NaN without messages.
+
+    Denominators: n_messages, n_deliveries, n_decisions, n_with_neighbour (decisions), n_links, n_rhythmic (agents with
+    three messages or more), n_agents (with any decision).
+    """
+    counted = run.message_counted
+    spoke, heard = run.spoke & counted, (run.neighbours > 0) & counted
+    by_agent, present = spoke.sum(axis=0), counted.any(axis=0)
+    messages, texts = int(by_agent.sum()), run.said[spoke].tolist()
+    deliveries = run.deliveries[counted[run.deliveries[:, 0] - 1, run.deliveries[:, 1]]]
+    return {
+        "rate": ratio(messages, int(counted.sum())),
+        "conditional_rate": ratio(int((spoke & heard).sum()), int(heard.sum())),
+        "silent_share": ratio(int((by_agent == 0)[present].sum()), int(present.sum())),
+        "gini": gini(by_agent),
+        **_rhythm(spoke),
+        **_links(deliveries, run.agents),
+        "audience": ratio(len(deliveries), messages),
+        "length": mean(len(text) for text in texts),
+        "variety": variety(list(Counter(texts).values())),
+        "distinct_share": ratio(len(set(texts)), messages),
+        "n_messages": float(messages),
+        "n_deliveries": float(len(deliveries)),
+        "n_decisions": float(counted.sum()),
+        "n_with_neighbour": float(heard.sum()),
+        "n_agents": float(present.sum()),
+    }
+
+
+def _rhythm(spoke: BoolArray) -> dict[str, float]:
+    times = [np.flatnonzero(flags) for flags in spoke.T]
+    rhythms = [steps for steps in times if len(steps) >= _FEWEST_MESSAGES]
+    return {
+        "burstiness": mean(burstiness(steps) for steps in rhythms),
+        "burstiness_finite": mean(burstiness(steps, finite=True) for steps in rhythms),
+        "n_rhythmic": float(len(rhythms)),
+    }
+
+
+def _links(deliveries: IntArray, agents: int) -> dict[str, float]:
+    links = np.zeros((agents, agents), dtype=np.bool_)
+    links[deliveries[:, 1], deliveries[:, 2]] = True
+    return {"reciprocity": reciprocity(links), "n_links": float(links.sum())}
+
+
+def burstiness(times: IntArray, *, finite: bool = False) -> float:
+    """Return the burstiness of event times, -1..1; NaN with fewer than two intervals.
+
+    Args:
+        times: ascending event times, (n + 1,).
+        finite: whether to correct for the number of intervals n.
+    """
+    gaps = np.diff(times).astype(np.float64)
+    if len(gaps) < _FEWEST_MESSAGES - 1:
+        return math.nan
+    spread = float(gaps.std() / gaps.mean())
+    if not finite:
+        return (spread - 1) / (spread + 1)
+    above, below = math.sqrt(len(gaps) + 1), math.sqrt(len(gaps) - 1)
+    return (above * spread - below) / ((above - 2) * spread + below)
+
+
+def reciprocity(links: BoolArray) -> float:
+    """Return the share of directed links with a link back; links from row to column (N, N); NaN without links."""
+    return ratio(int((links & links.T).sum()), int(links.sum()))

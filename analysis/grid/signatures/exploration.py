@@ -1,0 +1,79 @@
+"""Exploration: how much of their world agents come through."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from analysis.arrays import BoolArray, FloatArray, IntArray
+from analysis.formulas import entropy, mean
+from analysis.grid.run import GridRun
+from analysis.grid.walker import expected_cells
+from analysis.measure import Measure, Null, share
+
+NAME = "exploration"
+
+MEASURES = {
+    "coverage": share("Visited cells (share of those in reach, mean of agents)"),
+    "group_coverage": share("Cells visited by anyone (share of the grid)"),
+    "unique_ratio": share("New cells per state"),
+    "walker_ratio": Measure(
+        "Different cells, over a walker's from the same start", low=0, null=Null(1, "goes all ways alike, never stays")
+    ),
+    "visit_entropy": share("Entropy of visits (of its maximum)"),
+    "gyration": Measure("Radius of gyration (cells)", low=0),
+    "revisit_rate": share("Revisits (share of states)"),
+}
+
+HEADLINE = ("coverage", "walker_ratio", "group_coverage", "gyration")
+
+
+def measure(run: GridRun) -> dict[str, float]:
+    """Return the exploration of a run, mean over agents.
+
+    An agent's states are its start and those that its counted decisions led to; T is the number of these decisions.
+
+    - coverage: different cells an agent was in / cells of the grid, all reachable; above 0..1. Bounded by
+      T + 1, so never compare runs of different T by it.
+    - group_coverage: cells that any agent was in / cells of the grid.
+    - unique_ratio: different cells / (T + 1); above 0..1.
+    - walker_ratio: different cells / expected different cells of a walker that makes T moves from the same start, any
+      legal move as likely; above 0. The expectation is exact: the sum over all cells of the probability to have
+      been there, edges included. Source of the quantity: Dvoretzky and Erdos 1951.
+    - visit_entropy: entropy of an agent's visits over cells / log2 of the cells of the grid; 0..1. NaN on one cell.
+    - gyration: root mean square distance of an agent's states from their mean, cells; 0 up.
+    - revisit_rate: 1 - unique_ratio: share of states in a cell visited before; 0..1.
+
+    An agent that never moves has one cell, entropy 0 and revisit rate T / (T + 1). Undefined nowhere else.
+    Denominators: n_agents, n_states (T + 1, mean over agents), n_cells.
+    """
+    kept = np.vstack([np.ones(run.agents, dtype=np.bool_), run.counted])
+    cell = (run.x + run.world.half_size) * run.world.width + run.y + run.world.half_size
+    cells, states = run.world.cells, kept.sum(axis=0)
+    visits = [np.unique_counts(own[flags]).counts for own, flags in zip(cell.T, kept.T, strict=True)]
+    unique = np.array([len(counts) for counts in visits])
+    expected = expected_cells(run.x[0], run.y[0], states - 1, run.world.half_size)
+    return {
+        "coverage": mean(unique / cells),
+        "group_coverage": len(np.unique(cell[kept])) / cells,
+        "unique_ratio": mean(unique / states),
+        "walker_ratio": mean(unique / expected),
+        "visit_entropy": mean(visit_entropy(counts, cells) for counts in visits),
+        "gyration": mean(_gyrations(run.x, run.y, kept)),
+        "revisit_rate": mean(1 - unique / states),
+        "n_agents": float(run.agents),
+        "n_states": mean(states),
+        "n_cells": float(cells),
+    }
+
+
+def visit_entropy(visits: IntArray, cells: int) -> float:
+    """Return the entropy of visits by cell (k,) over that of as many visits to each reachable cell, 0..1."""
+    return entropy(visits) / math.log2(cells) if cells > 1 else math.nan
+
+
+def _gyrations(x: IntArray, y: IntArray, kept: BoolArray) -> FloatArray:
+    """Return the radius of gyration of each agent over its kept states, cells, (N,); x, y, kept (T + 1, N)."""
+    spread = np.var(x, axis=0, where=kept) + np.var(y, axis=0, where=kept)
+    return np.asarray(np.sqrt(spread))

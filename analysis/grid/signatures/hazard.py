@@ -1,0 +1,268 @@
+"""Hazard sensitivity: whether agents go away from a fire that they perceive, and how soon.
+
+A decision is exposed when the agent perceives a fire before it. Distances to fires are Euclidean, as what is
+perceived. Going away is a step after which the distance to the nearest of the fires perceived before it has grown; on
+this grid every move along or across the way to a single fire changes it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.arrays import STAY, BoolArray, FloatArray, IntArray
+from analysis.formulas import mean, ratio
+from analysis.grid.distances import to_fires, to_nearest_agent, to_nearest_place
+from analysis.grid.run import GridRun
+from analysis.grid.walker import blind_chances, legal_moves, moves_to
+from analysis.logit import conditional_logit
+from analysis.measure import Measure, Null, share
+from analysis.survival import restricted_mean
+
+NAME = "hazard"
+
+_BLIND, _UNBIASED = "goes and stays without regard to fires", "goes all ways alike, stays as it likes"
+
+MEASURES = {
+    "exposure": share("Decisions with a fire in sight (share)"),
+    "away": share("Steps away from a fire in sight (share)"),
+    "away_moving": share("Moves away from a fire in sight (share of moves)"),
+    "walker_away": share("Steps away from a fire in sight, of a walker (share)"),
+    "away_beyond_blind": Measure("Steps away from a fire, beyond a blind agent's (difference)", -1, 1, Null(0, _BLIND)),
+    "difference_walker_moving": Measure(
+        "Moves away from a fire, beyond a walker's (difference)", -1, 1, Null(0, _UNBIASED)
+    ),
+    "difference_matched": Measure(
+        "Steps away from a fire, beyond those before it burnt (difference)", -1, 1, Null(0, _UNBIASED)
+    ),
+    "log_risk_ratio": Measure(
+        "Steps away from a fire, over those before it burnt (log ratio)", null=Null(0, _UNBIASED)
+    ),
+    "log_odds_ratio": Measure(
+        "Odds to step away from a fire, over those before it burnt (log ratio)", null=Null(0, _UNBIASED)
+    ),
+    "distance_change": Measure("Change of the distance to a fire in sight (cells per step)", -1, 1),
+    "distance_beyond_blind": Measure(
+        "Change of the distance to a fire, beyond a blind agent's (cells per step)", -2, 2, Null(0, _BLIND)
+    ),
+    "beta_fire": Measure("Pull of a cell more to the fire (log odds)", null=Null(0, _UNBIASED)),
+    "beta_place": Measure("Pull of a cell more to the nearest place (log odds)"),
+    "beta_agent": Measure("Pull of a cell more to the nearest agent (log odds)"),
+    "latency": Measure("Decisions until the first step away (restricted mean)", low=0),
+}
+
+HEADLINE = ("away_beyond_blind", "distance_beyond_blind", "exposure")
+
+FEWEST_CHOICES = 30
+"""Choices among moves below which the pulls are not estimated; a rule of thumb."""
+
+
+@dataclass(frozen=True)
+class Contrast:
+    """How much more often something happens than without: difference, and logs of the ratios of risks and odds."""
+
+    difference: float
+    log_risk_ratio: float
+    log_odds_ratio: float
+
+
+@dataclass(frozen=True)
+class _Exposed:
+    """The exposed, counted decisions in the order of steps and agents, (E,) each.
+
+    Attributes:
+        step: 0-based step.
+        agent: the agent.
+        nearest: index of the nearest perceived fire; the first one of equally near ones.
+        before: distance to it, cells.
+        change: change of the distance to the nearest of the perceived fires, cells.
+    """
+
+    step: IntArray
+    agent: IntArray
+    nearest: IntArray
+    before: FloatArray
+    change: FloatArray
+
+
+@dataclass(frozen=True)
+class _Options:
+    """The moves up, down, left and right of the exposed decisions, (E, 4) each.
+
+    Attributes:
+        x: column that each leads to.
+        y: row that it leads to.
+        legal: whether the edge allows it.
+        change: of the distance to the nearest of the perceived fires, cells.
+    """
+
+    x: IntArray
+    y: IntArray
+    legal: BoolArray
+    change: FloatArray
+
+    @property
+    def walker_away(self) -> FloatArray:
+        """Share of the legal moves that lead away, (E,); NaN where nothing is legal."""
+        count = self.legal.sum(axis=1)
+        away = ((self.change > 0) & self.legal).sum(axis=1)
+        return np.asarray(np.divide(away, count, out=np.full(len(count), np.nan), where=count > 0))
+
+
+def measure(run: GridRun) -> dict[str, float]:
+    """Return the hazard sensitivity of a run; the unit is the counted decision, pooled over agents.
+
+    All but exposure are NaN without exposed decisions. Show n_exposed beside them: who avoids fires sees few.
+
+    - exposure: exposed decisions / decisions; 0..1.
+    - away: exposed decisions after which the distance has grown / exposed decisions; 0..1. away_moving: the same among
+      those with a move; NaN without one.
+    - walker_away: expectation of `away` for a walker that makes any legal move as likely, in closed form: mean over the
+      exposed decisions of (legal moves that lead away / legal moves); 0..1. NaN where nothing is legal.
+    - away_beyond_blind: exposed decisions that lead away less those expected of a blind agent (`analysis.grid.walker`),
+      which stays where the agent stayed and else goes the legal ways by their shares in the run / exposed decisions;
+      -1..1. 0 for who stays, goes at random or prefers a way, wherever fires are. Who flees on some decisions and
+      stays on others has its moves counted over all of them.
+    - difference_walker_moving: away_moving less the expectation for a walker over the same decisions, those with a
+      move; -1..1. NaN without a move. Not 0 for who prefers a way and is blind to fires.
+    - difference_matched: risk difference against a matched control. The controls of an exposed decision are the counted
+      decisions of all agents before its nearest perceived fire burns, at the same distance to where it will burn in
+      whole cells (rounded down), and with no other fire in sight; they count together as one decision. Those of the
+      same agent alone would not do: an agent that is at that distance again later went away less often than others.
+      Over the exposed decisions with at least one control: share away - share away of controls; -1..1. NaN without
+      controls, as when the fire burns early or nobody came so near before.
+    - log_odds_ratio: ln((a + .5) (d + .5) / ((b + .5) (c + .5))), a, b exposed decisions away and not, c, d those of
+      the controls; 0: no difference. log_risk_ratio: ln((a + .5) / (a + b + .5)) less the same of the controls. NaN
+      without controls. With few controls both are rough. Source: Haldane 1956, Anscombe 1956; Walter 1975.
+    - distance_change: mean change of the distance to the nearest of the perceived fires, cells per step; -1..1. Above
+      0 for who looks at nothing, since from a cell beside a fire more ways lead away than to it.
+    - distance_beyond_blind: the same less the expectation for the blind agent; cells per step. 0 as away_beyond_blind.
+    - beta_fire, beta_place, beta_agent: step selection. Conditional logit of the move made among the legal ones, at the
+      exposed decisions with a move, on the change of the distance to the nearest of the perceived fires (Euclidean), of
+      the fewest moves into a place and of those to where the nearest other agent stands: log odds per cell; above 0
+      away. What is not there (no places, one agent) has no part in the fit. NaN below FEWEST_CHOICES such decisions,
+      or when the fit has no greatest likelihood. Source: McFadden 1974; Fortin et al. 2005.
+    - latency: restricted mean of the number of exposed decisions up to an agent's first step away, the first one is 1;
+      an agent that never steps away is censored at its last exposed decision; area under the Kaplan-Meier curve from
+      0 to T; 1..T. High for who seldom moves, whatever it looks at.
+
+    Denominators: n_decisions, n_exposed, n_exposed_moves, n_matched (exposed decisions with a control), n_controls,
+    n_choices (of the fit, also when it is too few), n_exposed_agents.
+    """
+    exposed = _exposed(run)
+    away = exposed.change > 0
+    moved = run.moved[exposed.step, exposed.agent]
+    options = _options(run, exposed)
+    walker = options.walker_away
+    chances = np.where(moved[:, None], blind_chances(run, options.legal), 0.0)
+    return {
+        "exposure": ratio(len(away), int(run.counted.sum())),
+        "away": mean(away),
+        "away_moving": mean(away[moved]),
+        "walker_away": mean(walker),
+        "away_beyond_blind": mean(away - (chances * (options.change > 0)).sum(axis=1)),
+        "difference_walker_moving": mean(away[moved]) - mean(walker[moved]),
+        **_matched(run, exposed),
+        "distance_change": mean(exposed.change),
+        "distance_beyond_blind": mean(exposed.change - (chances * options.change).sum(axis=1)),
+        **_selection(run, exposed, options, np.flatnonzero(moved)),
+        **_latency(exposed, run.steps),
+        "n_decisions": float(run.counted.sum()),
+        "n_exposed": float(len(away)),
+        "n_exposed_moves": float(moved.sum()),
+    }
+
+
+def _exposed(run: GridRun) -> _Exposed:
+    step, agent = np.nonzero(run.perceived & run.counted)
+    seen = run.fires[step, agent]
+    before = np.where(seen, to_fires(run.world, run.x[step, agent], run.y[step, agent]), np.inf)
+    nearest = before.argmin(axis=1) if before.shape[1] else np.zeros(0, dtype=np.int64)
+    after = _near_perceived(run, seen, run.x[step + 1, agent], run.y[step + 1, agent])
+    least = before.min(axis=1, initial=np.inf)
+    return _Exposed(step, agent, nearest, least, after - least)
+
+
+def _near_perceived(run: GridRun, seen: BoolArray, x: IntArray, y: IntArray) -> FloatArray:
+    """Return the distance to the nearest of the fires that were seen, (E, F); x, y and result (E,) or (E, k)."""
+    masks = seen if x.ndim == 1 else seen[:, None]
+    return np.asarray(np.where(masks, to_fires(run.world, x, y), np.inf).min(axis=-1, initial=np.inf))
+
+
+def _options(run: GridRun, exposed: _Exposed) -> _Options:
+    x, y = run.x[exposed.step, exposed.agent], run.y[exposed.step, exposed.agent]
+    to_x, to_y = moves_to(x, y)
+    seen = run.fires[exposed.step, exposed.agent]
+    change = _near_perceived(run, seen, to_x, to_y) - exposed.before[:, None]
+    return _Options(to_x, to_y, legal_moves(x, y, run.world.half_size), change)
+
+
+def contrast(away: float, other: float, control_away: float, control_other: float) -> Contrast:
+    """Return the contrast of a table of counts, or of weighted ones; NaN where there is nothing on one side.
+
+    Half a case is added to each count of the logs, whether or not one is 0 (Haldane 1956, Anscombe 1956; for risks
+    Walter 1975): they are defined for every table, and their bias is of second order. The mean of plain ratios is above
+    1 where nothing differs.
+    """
+    total, controls = away + other, control_away + control_other
+    if not total or not controls:
+        return Contrast(math.nan, math.nan, math.nan)
+    return Contrast(
+        difference=away / total - control_away / controls,
+        log_risk_ratio=math.log((away + 0.5) / (total + 0.5)) - math.log((control_away + 0.5) / (controls + 0.5)),
+        log_odds_ratio=math.log((away + 0.5) / (other + 0.5)) - math.log((control_away + 0.5) / (control_other + 0.5)),
+    )
+
+
+def _matched(run: GridRun, exposed: _Exposed) -> dict[str, float]:
+    distances = to_fires(run.world, run.x, run.y)
+    starts = np.array([fire.start for fire in run.world.fires])
+    early = np.arange(1, run.steps + 1)[:, None] < starts
+    free = early[:, None] & (run.counted & ~run.perceived)[:, :, None]
+    cells = int(distances.max(initial=0)) + 1
+
+    def stratum(fires: IntArray, at: FloatArray) -> IntArray:
+        return fires * cells + np.floor(at).astype(np.int64)
+
+    size = len(starts) * cells
+    keys = stratum(np.nonzero(free)[2], distances[:-1][free])
+    grew = (distances[1:] > distances[:-1])[free]
+    controls, away = np.bincount(keys, minlength=size), np.bincount(keys, weights=grew, minlength=size)
+    mine = stratum(exposed.nearest, exposed.before)
+    matched = controls[mine] > 0
+    total, left = int(matched.sum()), int((exposed.change > 0)[matched].sum())
+    left_before = float((away[mine][matched] / controls[mine][matched]).sum())
+    found = contrast(left, total - left, left_before, total - left_before)
+    return {
+        "difference_matched": found.difference,
+        "log_risk_ratio": found.log_risk_ratio,
+        "log_odds_ratio": found.log_odds_ratio,
+        "n_matched": float(total),
+        "n_controls": float(controls[np.unique(mine)].sum()),
+    }
+
+
+def _selection(run: GridRun, exposed: _Exposed, options: _Options, rows: IntArray) -> dict[str, float]:
+    """Return the step selection at these rows of the exposed decisions."""
+    names = ("beta_fire", "beta_place", "beta_agent")
+    if len(rows) < FEWEST_CHOICES:
+        return {**dict.fromkeys(names, math.nan), "n_choices": float(len(rows))}
+    step, agent = exposed.step[rows], exposed.agent[rows]
+    to_x, to_y = options.x[rows], options.y[rows]
+    x, y = run.x[step, agent][:, None], run.y[step, agent][:, None]
+    place = to_nearest_place(run.world, to_x, to_y) - to_nearest_place(run.world, x, y)
+    others = run.x[step], run.y[step]
+    other = to_nearest_agent(to_x, to_y, *others, agent) - to_nearest_agent(x, y, *others, agent)
+    covariates: FloatArray = np.nan_to_num(np.stack([options.change[rows], place, other], axis=2))
+    beta = conditional_logit(covariates, options.legal[rows], run.choice[step, agent] - STAY - 1)
+    return {**dict(zip(names, beta.tolist(), strict=True)), "n_choices": float(len(rows))}
+
+
+def _latency(exposed: _Exposed, steps: int) -> dict[str, float]:
+    agents = np.unique(exposed.agent)
+    away = [exposed.change[exposed.agent == agent] > 0 for agent in agents]
+    observed = np.array([bool(flags.any()) for flags in away], dtype=np.bool_)
+    times = np.array([flags.argmax() + 1 if flags.any() else len(flags) for flags in away], dtype=np.int64)
+    return {"latency": restricted_mean(times, observed, steps), "n_exposed_agents": float(len(agents))}

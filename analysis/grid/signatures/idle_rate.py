@@ -1,0 +1,88 @@
+"""Idle rate: how often agents stay where they are, by choice, against an obstacle, or for want of a decision."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from analysis.arrays import STAY, BoolArray
+from analysis.formulas import longest_run, mean, ratio
+from analysis.grid.run import OUTSIDE, GridRun
+from analysis.measure import Measure, share
+
+NAME = "idle_rate"
+
+MEASURES = {
+    "chosen": share("Chose to stay (share of decisions)"),
+    "blocked": share("Blocked by the edge or an obstacle (share of decisions)"),
+    "invalid": share("No readable decision (share of decisions)"),
+    "immobile": share("Did not move (share of decisions)"),
+    "longest_run": Measure("Longest immobile run (steps, mean of agents)", low=0),
+    "chosen_in_place": share("Chose to stay in a place (share of decisions there)"),
+    "chosen_in_crowd": share("Chose to stay in a crowded place (share of decisions there)"),
+    "chosen_near_fire": share("Chose to stay with a fire in sight (share of decisions then)"),
+    "immobile_in_place": share("Did not move in a place (share of decisions there)"),
+    "immobile_in_crowd": share("Did not move in a crowded place (share of decisions there)"),
+    "immobile_near_fire": share("Did not move with a fire in sight (share of decisions then)"),
+}
+
+HEADLINE = ("chosen", "blocked", "invalid")
+
+
+def measure(run: GridRun) -> dict[str, float]:
+    """Return the idle rate of a run, over the counted decisions of all agents together.
+
+    - chosen: decisions read as `stay` / decisions; 0..1.
+    - blocked: moves asked for over the edge, so not made / decisions; 0..1.
+    - invalid: decisions that could not be read, which leave the agent in place / decisions; 0..1.
+    - immobile: steps without a change of position / decisions; chosen + blocked + invalid.
+    - longest_run: longest unbroken run of immobile steps among an agent's counted ones, steps, mean over the agents
+      with any; 0..T.
+    - chosen_in_place, chosen_in_crowd, chosen_near_fire: `chosen` among the decisions of agents that are in a place
+      before them; in one with more agents than its capacity; that perceive a fire. NaN when there is none.
+    - immobile_in_place, immobile_in_crowd, immobile_near_fire: `immobile` among the same.
+
+    NaN without decisions. Denominators: n_decisions, n_in_place, n_in_crowd, n_near_fire. A uniform walker over stay
+    and the moves has chosen = 1/5.
+    """
+    stay, counted = run.choice == STAY, run.counted
+    contexts = _contexts(run)
+    longest = [longest_run(~run.moved[kept, agent]) for agent, kept in enumerate(counted.T) if kept.any()]
+    return {
+        **idle_parts(stay[counted], run.moved[counted], run.readable[counted]),
+        "longest_run": mean(longest),
+        **{f"chosen_{name}": mean((stay & run.readable)[kept]) for name, kept in contexts.items()},
+        **{f"immobile_{name}": mean(~run.moved[kept]) for name, kept in contexts.items()},
+        **{f"n_{name}": float(kept.sum()) for name, kept in contexts.items()},
+    }
+
+
+def _contexts(run: GridRun) -> dict[str, BoolArray]:
+    """Return which counted decisions are made in which context, (T, N) each."""
+    place = run.place[:-1]
+    crowded = np.zeros(place.shape, dtype=np.bool_)
+    for index, one in enumerate(run.world.places):
+        there = place == index
+        crowded |= there & (there.sum(axis=1, keepdims=True) > one.capacity)
+    return {
+        "in_place": (place != OUTSIDE) & run.counted,
+        "in_crowd": crowded & run.counted,
+        "near_fire": run.perceived & run.counted,
+    }
+
+
+def idle_parts(stay: BoolArray, moved: BoolArray, readable: BoolArray) -> dict[str, float]:
+    """Return the shares of the kinds of immobility, and the number of decisions.
+
+    Args:
+        stay: whether the decision was, or was taken as, to stay; any shape.
+        moved: whether the position changed; same shape.
+        readable: whether the decision could be read; same shape.
+    """
+    decisions = stay.size
+    return {
+        "chosen": ratio(int((stay & readable).sum()), decisions),
+        "blocked": ratio(int((~stay & ~moved).sum()), decisions),
+        "invalid": ratio(int((~readable).sum()), decisions),
+        "immobile": ratio(int((~moved).sum()), decisions),
+        "n_decisions": float(decisions),
+    }

@@ -1,0 +1,31 @@
+"""Outcome: how many of a model's replies could be used.
+
+Show it beside every other signature: a reply that cannot be read leaves the agent in place and silent, which
+raises idle rate, persistence and clustering and lowers exploration and communication.
+"""
+
+from __future__ import annotations
+
+from analysis.any.signatures.outcome import HEADLINE, MEASURES, NAME, READABLE_TOO, outcome_shares
+from analysis.grid.run import GridRun
+
+__all__ = ["HEADLINE", "MEASURES", "NAME", "READABLE_TOO", "measure"]
+
+
+def measure(run: GridRun) -> dict[str, float]:
+    """Return the outcomes of a run's calls.
+
+    - <outcome>: action calls with this outcome / action calls; 0..1. The six shares add up to 1.
+    - message_<outcome>: the same for the message calls.
+    - readable, message_readable: share of `chosen` and `repaired` together; 0..1.
+    - failure_rate, message_failure_rate: share of the other four, decisions that could not be read; 0..1.
+
+    Denominators: n_decisions and n_message_decisions, calls of each kind.
+    """
+    actions, messages = outcome_shares(run.outcome), outcome_shares(run.message_outcome)
+    return {
+        **actions,
+        **{f"message_{name}": value for name, value in messages.items()},
+        "n_decisions": float(run.outcome.size),
+        "n_message_decisions": float(run.message_outcome.size),
+    }

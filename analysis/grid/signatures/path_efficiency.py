@@ -1,0 +1,103 @@
+"""Path efficiency: how directly agents walked to the place they ended in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from analysis.arrays import IntArray
+from analysis.formulas import mean, ratio
+from analysis.grid.distances import steps_to
+from analysis.grid.run import OUTSIDE, GridRun, GridSettings
+from analysis.measure import share
+
+NAME = "path_efficiency"
+
+MEASURES = {
+    "trip_efficiency": share("Trip efficiency, waits included"),
+    "trip_efficiency_moving": share("Trip efficiency, moves alone"),
+    "arrived": share("Agents that end in a place (share)"),
+}
+
+HEADLINE = ("trip_efficiency", "trip_efficiency_moving", "arrived")
+
+
+@dataclass(frozen=True)
+class Trip:
+    """One agent's way to a place.
+
+    Attributes:
+        agent: the agent.
+        start: state in which it was last in the place it left, or 0 if it began outside.
+        end: first state in which it is in the place it enters.
+        shortest: fewest steps in which that place can be reached from where it started.
+    """
+
+    agent: int
+    start: int
+    end: int
+    shortest: int
+
+
+def measure(run: GridRun) -> dict[str, float]:
+    """Return the path efficiency of a run.
+
+    A trip leads from where an agent leaves a place, or from its first state if that is outside, to where it next
+    enters another place. Ways back into the place that was left are returns, not trips; ways that end outside are
+    neither. l is the fewest steps from the trip's first cell to the place it entered: the geodesic on the grid, around
+    whatever cannot be entered.
+
+    - trip_efficiency: l / decisions taken, waits included; mean over trips; above 0..1.
+    - trip_efficiency_moving: l / changes of position; mean over trips; above 0..1.
+    - arrived: agents in a place at state T / N; 0..1.
+
+    The efficiencies are NaN when there is no trip. They know nothing of agents that never arrive, so show
+    `arrived` beside them. Denominators: n_trips, n_returns, n_agents.
+    """
+    trips, returns = find_trips(run)
+    waited = [int(run.counted[trip.start : trip.end, trip.agent].sum()) for trip in trips]
+    moved = [int(run.moved[trip.start : trip.end, trip.agent].sum()) for trip in trips]
+    return {
+        "trip_efficiency": mean(trip.shortest / steps for trip, steps in zip(trips, waited, strict=True)),
+        "trip_efficiency_moving": mean(trip.shortest / steps for trip, steps in zip(trips, moved, strict=True)),
+        "arrived": ratio(int((run.place[-1] != OUTSIDE).sum()), run.agents),
+        "n_trips": float(len(trips)),
+        "n_returns": float(returns),
+        "n_agents": float(run.agents),
+    }
+
+
+def find_trips(run: GridRun) -> tuple[list[Trip], int]:
+    """Return the trips of a run by agent, and the number of returns."""
+    trips, returns = [], 0
+    for agent in range(run.agents):
+        # The states where the place changes, and the first: between two of them the agent stays in one place, or out.
+        places = run.place[:, agent]
+        changes = [0, *(np.flatnonzero(np.diff(places)) + 1).tolist()]
+        left, start = OUTSIDE, 0
+        for change, following in zip(changes, [*changes[1:], len(places)], strict=True):
+            entered = int(places[change])
+            if entered == OUTSIDE:
+                continue
+            if change and entered != left:
+                trips.append(Trip(agent, start, change, _shortest(run, agent, start, entered)))
+            returns += entered == left
+            left, start = entered, following - 1
+    return trips, returns
+
+
+def _shortest(run: GridRun, agent: int, state: int, place: int) -> int:
+    half = run.world.half_size
+    return int(_steps_to(run.world, place)[run.x[state, agent] + half, run.y[state, agent] + half])
+
+
+@lru_cache(maxsize=64)
+def _steps_to(world: GridSettings, place: int) -> IntArray:
+    """Return the steps from every cell to a place, (W, W), x first: every cell of these worlds can be entered."""
+    edge = np.arange(-world.half_size, world.half_size + 1)
+    x, y = np.meshgrid(edge, edge, indexing="ij")
+    (left, bottom), (right, top) = world.places[place].low, world.places[place].high
+    inside = (x >= left) & (x <= right) & (y >= bottom) & (y <= top)
+    return steps_to(inside, np.ones_like(inside))

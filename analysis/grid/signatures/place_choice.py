@@ -1,0 +1,157 @@
+"""Place choice: where agents spend their time, and whether they crowd.
+
+Counted over states 1..T; the start, state 0, is drawn by the world. Capacities are numbers that agents are
+told: nothing enforces them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from analysis.arrays import BoolArray, IntArray
+from analysis.formulas import (
+    jensen_shannon,
+    mean,
+    normalised_entropy,
+    ratio,
+    weighted_mean,
+    weighted_variance,
+)
+from analysis.grid.run import OUTSIDE, GridRun
+from analysis.measure import Measure, share
+
+NAME = "place_choice"
+
+MEASURES = {
+    "share_*": share("Time in * (share)"),
+    "share_outside": share("Time outside all places (share)"),
+    "first_choice_*": share("* entered first (share of entering agents)"),
+    "switch_rate": share("Changes of place (per decision spent in places)"),
+    "overcrowding_since_entry": share("Steps over capacity since the first entry (share, mean of places)"),
+    "overcrowding": share("Steps over capacity (share, mean of places)"),
+    "overcrowding_*": share("Steps over capacity in * (share)"),
+    "utilisation_since_entry": share("Used capacity since the first entry (share, mean of places)"),
+    "utilisation": share("Used capacity (share, mean of places)"),
+    "utilisation_*": share("Used capacity of * (share)"),
+    "volatility_since_entry": Measure("Volatility of attendance since the first entry (variance / N)", low=0),
+    "volatility": Measure("Volatility of attendance (variance / N, mean of places)", low=0),
+    "volatility_*": Measure("Volatility of attendance of * (variance / N)", low=0),
+    "entropy": share("Entropy over places and outside (of its maximum)"),
+    "entropy_places": share("Entropy over places alone (of its maximum)"),
+    "capacity_divergence": share("Choice of places, divergence from their capacities"),
+}
+
+HEADLINE = ("share_*", "overcrowding", "utilisation")
+
+
+def measure(run: GridRun) -> dict[str, float]:
+    """Return the place choice of a run; x_k(t) is the number of agents in place k at state t, C_k its capacity.
+
+    An agent-state counts if the agent's own decision led there; a state by the number of counted decisions that did.
+
+    - share_<place>: agent-states in place k / agent-states, so the mean of x_k / N; 0..1. share_outside: the same for
+      agents in no place.
+    - first_choice_<place>: agents whose first entered place is k / agents that enter any; 0..1. Entering is
+      being in a place at state t and not in it at t - 1. NaN when nobody enters.
+    - switch_rate: entries into another place than the one the agent was in last / agent-states in places; 0..1. NaN
+      when nobody is in one.
+    - overcrowding_<place>: share of states with x_k > C_k (strictly); 0..1.
+    - utilisation_<place>: mean of min(x_k, C_k) / C_k; 0..1. 0 when nobody enters. NaN without capacity.
+    - volatility_<place>: Var_t(x_k) / N, ddof 0; 0..N/4. Independent coin flips at p give p(1 - p).
+      Source: minority game, Challet and Zhang 1997.
+    - overcrowding, utilisation, volatility: means over the places. NaN without places.
+    - overcrowding_since_entry, utilisation_since_entry, volatility_since_entry: the same, each place from the first
+      state 1..T on in which anyone is in it, so without the way there; mean over the places ever used. NaN when
+      there is none.
+    - entropy: entropy of the agent-states over the places and outside / log of their number; 0..1. NaN
+      without places. Low for who stays where it starts, since its states are few different ones.
+    - entropy_places: the same over the places alone; NaN when nobody is in one, or with fewer than two.
+    - capacity_divergence: Jensen-Shannon divergence (base 2) between the agent-states in the places and the places'
+      capacities; 0 (in proportion)..1. NaN as entropy_places. Source: Lin 1991.
+
+    Denominators: n_states (with weight), n_agent_states, n_in_place (agent-states), n_entering (agents).
+    """
+    places = range(len(run.world.places))
+    inside = np.array([(run.place[1:] == index) & run.counted for index in places]).reshape(-1, run.decisions)
+    totals, every = inside.sum(axis=1), int(run.counted.sum())
+    outside = every - int(totals.sum())
+    names = [place.name for place in run.world.places]
+    entered = _entered(run)
+    first = _first_entered(run.place, entered)
+    entering = int((first != OUTSIDE).sum())
+    return {
+        **{f"share_{name}": ratio(int(total), every) for name, total in zip(names, totals, strict=True)},
+        "share_outside": ratio(outside, every),
+        **{f"first_choice_{name}": ratio(int((first == k).sum()), entering) for k, name in enumerate(names)},
+        "switch_rate": ratio(count_switches(run.place, entered), int(totals.sum())),
+        **_crowding(run),
+        "entropy": normalised_entropy([*totals, outside]) if every else math.nan,
+        "entropy_places": normalised_entropy(totals),
+        "capacity_divergence": _capacity_divergence(run, totals),
+        "n_states": float(run.counted.any(axis=1).sum()),
+        "n_agent_states": float(every),
+        "n_in_place": float(totals.sum()),
+        "n_entering": float(entering),
+    }
+
+
+def _capacity_divergence(run: GridRun, totals: IntArray) -> float:
+    capacities = [place.capacity for place in run.world.places]
+    return jensen_shannon(totals, capacities) if len(capacities) > 1 else math.nan
+
+
+def _crowding(run: GridRun) -> dict[str, float]:
+    weights, attendance = run.counted.sum(axis=1), count_attendance(run)
+    found: dict[str, float] = {}
+    since: dict[str, list[float]] = {"overcrowding": [], "utilisation": [], "volatility": []}
+    for place, present in zip(run.world.places, attendance.T, strict=True):
+        for name, value in attendance_measures(present, place.capacity, run.agents, weights).items():
+            found[f"{name}_{place.name}"] = value
+        used = np.flatnonzero(present)
+        if len(used):
+            later = attendance_measures(present[used[0] :], place.capacity, run.agents, weights[used[0] :])
+            for name, value in later.items():
+                since[name].append(value)
+    whole = {
+        name: mean(found[f"{name}_{place.name}"] for place in run.world.places)
+        for name in ("overcrowding", "utilisation", "volatility")
+    }
+    return {**found, **whole, **{f"{name}_since_entry": mean(values) for name, values in since.items()}}
+
+
+def attendance_measures(present: IntArray, capacity: int, agents: int, weights: IntArray) -> dict[str, float]:
+    """Return overcrowding, utilisation and volatility of a place; attendance and the states' weights (T,)."""
+    used = np.minimum(present, capacity) / capacity if capacity else np.full(len(present), math.nan)
+    return {
+        "overcrowding": weighted_mean(present > capacity, weights),
+        "utilisation": weighted_mean(used, weights),
+        "volatility": weighted_variance(present, weights) / agents,
+    }
+
+
+def count_attendance(run: GridRun) -> IntArray:
+    """Return the number of agents in each place at states 1..T, (T, places)."""
+    counts = [(run.place[1:] == index).sum(axis=1) for index in range(len(run.world.places))]
+    return np.array(counts, dtype=np.int64).reshape(-1, run.steps).T
+
+
+def _entered(run: GridRun) -> BoolArray:
+    """Return at which of the states 1..T an agent has entered a place by a counted decision, (T, N)."""
+    place = run.place
+    return np.asarray((place[1:] != OUTSIDE) & (place[1:] != place[:-1]) & run.counted)
+
+
+def _first_entered(place: IntArray, entered: BoolArray) -> IntArray:
+    """Return the place each agent enters first, or OUTSIDE; place (T + 1, N), entered (T, N), result (N,)."""
+    agents = np.arange(place.shape[1])
+    return np.where(entered.any(axis=0), place[1:][entered.argmax(axis=0), agents], OUTSIDE)
+
+
+def count_switches(place: IntArray, entered: BoolArray) -> int:
+    """Return how often an agent enters another place than it was in last; place (T + 1, N), entered (T, N)."""
+    states = np.arange(len(place))[:, None]
+    last = np.maximum.accumulate(np.where(place != OUTSIDE, states, -1), axis=0)[:-1]
+    before = np.where(last >= 0, np.take_along_axis(place, np.maximum(last, 0), axis=0), place[1:])
+    return int((entered & (before != place[1:])).sum())

@@ -1,0 +1,241 @@
+"""Warning propagation: how far news of a fire travels by word of mouth.
+
+What counts as a warning is said by a labeller: the rule of `warning_rule`, or what `analysis.labelling` reads.
+The order within a step is that of `grid.cascade`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from analysis.arrays import BoolArray, IntArray
+from analysis.formulas import mean, ratio
+from analysis.grid.cascade import NEVER, NOBODY, Cascade, find_relays, first_step, spread, trace
+from analysis.grid.run import GridRun
+from analysis.labelling.warning_rule import is_warning
+from analysis.measure import Measure, Null, share
+from analysis.survival import restricted_mean
+from foundry import seeding
+
+NAME = "warning"
+
+_SIGHT = "warns of fires it has in sight alone"
+
+MEASURES = {
+    "informed_fraction": share("Informed agents (share)"),
+    "social_reach": share("Told before seeing a fire (share of those not first to see)"),
+    "traced_reach": share("Told by a chain from someone who saw a fire (share)"),
+    "oracle_reach": share("Reachable if everyone relayed (share)"),
+    "normalised_reach": share("Told / reachable if everyone relayed"),
+    "relay_probability": share("Told agents that warn in turn (share)", Null(0, _SIGHT)),
+    "relay_above_chance": Measure(
+        "Told agents that warn in turn, beyond chance (share)", -1, 1, Null(0, "warns without regard to what it hears")
+    ),
+    "reproduction": share("Told by an informed agent, per informed agent (R)"),
+    "depth": Measure("Longest chain of warnings", low=0),
+    "trees": Measure("Separate chains of warnings", low=0),
+    "virality": Measure("Distance within a chain of warnings (structural virality)", low=1),
+    "rmst": Measure("Mean time to the first warning (steps, restricted)", low=0),
+    "false_alarm_rate": share("False alarms (share of messages)", Null(0, _SIGHT)),
+    "warning_share": share("Warnings (share of messages)"),
+    "unknown": share("Messages of which the labeller says neither (share)"),
+}
+
+HEADLINE = ("social_reach", "relay_probability", "false_alarm_rate")
+
+RELAY_WITHIN = 5
+"""Steps after being told within which a warning counts as a relay."""
+
+SHUFFLES = 100
+"""Shuffles of the labels that chance is estimated from."""
+
+
+def measure(run: GridRun) -> dict[str, float]:
+    """Return the warning propagation of a run.
+
+    An agent is *told* when it receives a warning at an earlier step than it first perceives a fire (or ever
+    receives one, if it never does); *direct* when it perceives a fire and was not told; *informed* when either.
+
+    - informed_fraction: informed agents / N; 0..1.
+    - social_reach: told agents / (N - direct agents); 0..1. NaN when all are direct.
+    - traced_reach: the same with warnings that go back to a perceived fire only: the sender has perceived one
+      by then, or has at an earlier step received such a warning. Equals social_reach when nobody cries wolf.
+    - oracle_reach: the same had everyone relayed at every step to all recorded neighbours: a bound that is set
+      by where agents went.
+    - normalised_reach: agents told by traced warnings / agents told under the oracle; 0..1. NaN when the
+      oracle reaches nobody. Low means that news was not passed on, not that nobody was near.
+    - relay_probability: told agents that send a warning 1..RELAY_WITHIN steps after being told, and before they
+      perceive a fire themselves / told agents that decided on a message in these steps; 0..1. NaN when there is none.
+      From its own first sight of a fire on an agent may warn of what it sees.
+    - relay_above_chance: relay_probability less its mean over SHUFFLES shuffles of the labels among the messages of
+      the run, who is told being found anew each time; -1..1. 0 for who warns no likelier for having been warned, and
+      where all messages are warnings, which no shuffle can tell from chance; NaN as relay_probability.
+    - reproduction: R, edges / informed agents; 0..1. An edge leads from the sender of an agent's first warning
+      (lowest step, then lowest id) to that agent, if it is told and had sent no warning of its own by then;
+      else it begins a chain of its own. So the edges form a forest.
+    - depth: edges on the longest path of the forest; 0..N-1.
+    - trees: trees of the forest with two agents or more.
+    - virality: mean distance over the pairs of agents of a tree, averaged over the trees with two agents or more;
+      1..(N+1)/3, at least 1. NaN when there is none.
+    - rmst: restricted mean time to the first warning, steps, 0..T: area under the Kaplan-Meier curve of
+      `waiting_times`, from the run's start to T. After the last event the curve stays level. NaN when all are direct.
+    - false_alarm_rate: warnings whose sender has perceived no fire by then and received no warning at an
+      earlier step / messages said; 0..1. NaN without messages.
+    - warning_share: warnings / messages said; 0..1. NaN without messages.
+    - unknown: messages without a label / messages said; 0..1. NaN without messages.
+
+    All but the last two are NaN when no agent perceives a fire (so also without fires). Perceived but never
+    passed on gives a reach, R and depth of 0.
+
+    Messages without a label, such as those in a language that the rule does not read, are in neither part of
+    false_alarm_rate and warning_share. All else is measured twice, with them as warnings
+    and with them as none, and is NaN where the two differ. With readable decisions alone, the other messages are
+    as if they were not said.
+
+    Denominators: n_agents, n_direct, n_told, n_reachable, n_chances (of relays), n_warnings (labelled ones),
+    n_messages, n_unlabelled (messages).
+    Source: Goel et al. 2015 for the forest and virality; Kaplan and Meier 1958.
+    """
+    said = run.spoke & run.message_counted
+    warned, labelled = find_labels(run)
+    unknown = said & ~labelled
+    found = _measure(run, said & warned, said & labelled)
+    if unknown.any():
+        other = _measure(run, said & (warned | ~labelled), said & labelled)
+        found = {name: value if value == other[name] else math.nan for name, value in found.items()}
+    counts = {"n_messages": float(said.sum()), "n_unlabelled": float(unknown.sum())}
+    return found | counts | {"unknown": ratio(int(unknown.sum()), int(said.sum()))}
+
+
+def find_labels(run: GridRun) -> tuple[BoolArray, BoolArray]:
+    """Return which messages were warnings, and which have a label at all, (T, N) each; silence is no warning."""
+    texts = set(run.said[run.spoke].tolist())
+    labels = run.labels
+    if labels is None:
+        fires = tuple(fire.name for fire in run.world.fires)
+        by_rule = {text: is_warning(text, fires) for text in texts}
+        labels = {text: label for text, label in by_rule.items() if label is not None}
+    said = run.said.ravel().tolist()
+    warned = np.array([labels.get(text, False) for text in said], dtype=np.bool_)
+    labelled = np.array([text is None or text in labels for text in said], dtype=np.bool_)
+    return warned.reshape(run.said.shape), labelled.reshape(run.said.shape)
+
+
+def waiting_times(run: GridRun, warned: BoolArray) -> tuple[IntArray, BoolArray]:
+    """Return how long each agent was waited for until its first warning, steps, and whether it came then, (N,) each.
+
+    An agent that perceives a fire itself, untold, at step d is censored at d - 1; one that does neither, at T. For
+    `analysis.survival`; `warned` (T, N) as from `find_labels`.
+    """
+    perceived_at = first_step(run.perceived)
+    return _waited(perceived_at, trace(perceived_at, first_step(warned), _heard(run, warned)), run.steps)
+
+
+def _waited(perceived_at: IntArray, cascade: Cascade, steps: int) -> tuple[IntArray, BoolArray]:
+    waited = np.where(cascade.told, cascade.told_at, np.where(cascade.direct, perceived_at - 1, steps))
+    return waited, cascade.told
+
+
+def _heard(run: GridRun, warned: BoolArray) -> IntArray:
+    """Return the deliveries of warnings."""
+    return run.deliveries[warned[run.deliveries[:, 0] - 1, run.deliveries[:, 1]]]
+
+
+def _measure(run: GridRun, warned: BoolArray, labelled: BoolArray) -> dict[str, float]:
+    """Return the measures for given warnings; `labelled` are the messages that shares are of, (T, N)."""
+    perceived_at, heard = first_step(run.perceived), _heard(run, warned)
+    cascade = trace(perceived_at, first_step(warned), heard)
+    reachable = spread(perceived_at, run.contacts) < perceived_at
+    traced = spread(perceived_at, heard) < perceived_at
+    relays = _relays(run, warned, perceived_at)
+    found = relays | _reach(run, cascade, perceived_at, traced=traced, reachable=reachable)
+    if not (perceived_at < NEVER).any():
+        found = dict.fromkeys(found, math.nan) | {"n_chances": relays["n_chances"]}
+    grounded = _informed(perceived_at, cascade.told_at, run.steps)
+    return found | {
+        "false_alarm_rate": ratio(int((warned & labelled & ~grounded).sum()), int(labelled.sum())),
+        "warning_share": ratio(int((warned & labelled).sum()), int(labelled.sum())),
+        "n_agents": float(run.agents),
+        "n_direct": float(cascade.direct.sum()),
+        "n_told": float(cascade.told.sum()),
+        "n_reachable": float(reachable.sum()),
+        "n_warnings": float((warned & labelled).sum()),
+    }
+
+
+def _reach(
+    run: GridRun, cascade: Cascade, perceived_at: IntArray, *, traced: BoolArray, reachable: BoolArray
+) -> dict[str, float]:
+    """Return the measures of who was told, which need a perceived fire."""
+    told, direct = int(cascade.told.sum()), int(cascade.direct.sum())
+    waited, observed = _waited(perceived_at, cascade, run.steps)
+    return {
+        "informed_fraction": (told + direct) / run.agents,
+        "social_reach": ratio(told, run.agents - direct),
+        "traced_reach": _share_reached(traced, perceived_at),
+        "oracle_reach": _share_reached(reachable, perceived_at),
+        "normalised_reach": ratio(int(traced.sum()), int(reachable.sum())),
+        "reproduction": ratio(cascade.edges, told + direct),
+        "depth": float(cascade.depth),
+        "trees": float(cascade.trees),
+        "virality": cascade.virality,
+        "rmst": restricted_mean(waited, observed, run.steps) if direct < run.agents else math.nan,
+    }
+
+
+def _share_reached(reached: BoolArray, perceived_at: IntArray) -> float:
+    """Return the reached agents over those that did not perceive a fire first."""
+    first_hand = (perceived_at < NEVER) & ~reached
+    return ratio(int(reached.sum()), int((~first_hand).sum()))
+
+
+def _informed(perceived_at: IntArray, heard_at: IntArray, steps: int) -> BoolArray:
+    """Return whether an agent had a ground to warn when it spoke at a step, (T, N)."""
+    step = np.arange(1, steps + 1)[:, None]
+    return (perceived_at <= step) | (heard_at < step)
+
+
+def _relays(run: GridRun, warned: BoolArray, perceived_at: IntArray) -> dict[str, float]:
+    """Return the measures of passing on, of the labels as they are and against their shuffles."""
+    said = run.spoke & run.message_counted
+    labels = _with_shuffles(warned[said])
+    told_at = _told_at(run, said, labels)
+    spread_out = np.zeros((len(labels), *said.shape), dtype=np.bool_)
+    spread_out[:, said] = labels
+    relays = find_relays(spread_out, told_at, perceived_at, able=run.message_counted, within=RELAY_WITHIN)
+    chance = relays.shares[1:]
+    relayed = float(relays.shares[0])
+    return {
+        "relay_probability": relayed,
+        "relay_above_chance": relayed - mean(chance[~np.isnan(chance)].tolist()),
+        "n_chances": float(relays.could[0]),
+    }
+
+
+def _with_shuffles(labels: BoolArray) -> BoolArray:
+    """Return the labels of M messages, and SHUFFLES shuffles of them, (1 + SHUFFLES, M); the same ones every time."""
+    rows = np.tile(labels, (1 + SHUFFLES, 1))
+    rows[1:] = seeding.stream(0, "labels of messages").permuted(rows[1:], axis=1)
+    return rows
+
+
+def _told_at(run: GridRun, said: BoolArray, labels: BoolArray) -> IntArray:
+    """Return when each agent first hears a warning, or NEVER, by labelling, (S, N).
+
+    Args:
+        run: the run.
+        said: which messages have labels, M of them, (T, N).
+        labels: by labelling and message, (S, M).
+    """
+    number = np.full(said.shape, NOBODY)
+    number[said] = np.arange(labels.shape[1])
+    rows = run.deliveries[np.argsort(run.deliveries[:, 2], kind="stable")]
+    rows = rows[number[rows[:, 0] - 1, rows[:, 1]] != NOBODY]
+    told_at = np.full((len(labels), run.agents), NEVER)
+    recipients, starts = np.unique(rows[:, 2], return_index=True)
+    if len(recipients):
+        heard = np.where(labels[:, number[rows[:, 0] - 1, rows[:, 1]]], rows[:, 0], NEVER)
+        told_at[:, recipients] = np.minimum.reduceat(heard, starts, axis=1)
+    return told_at

@@ -1,0 +1,128 @@
+"""What agents would do that look at nothing, exactly and not by simulation: the null of several signatures.
+
+The legal walker makes one of the moves that the edge allows at every step, each as likely; it never stays. The blind
+agent stays whenever the agent of the run did, and else goes one of the legal ways by the shares that the ways have in
+the run: it has the same habits, and no eyes.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from analysis.arrays import STAY, BoolArray, FloatArray, IntArray
+from analysis.grid.run import CHOICES, HEADINGS, GridRun
+
+_CELLS_AT_ONCE = 2**17
+
+
+def moves_to(x: IntArray, y: IntArray) -> tuple[IntArray, IntArray]:
+    """Return where up, down, left and right would lead, over the edge too; x and y of any shape, results (..., 4)."""
+    ways = HEADINGS[STAY + 1 :]
+    return x[..., None] + ways[:, 0], y[..., None] + ways[:, 1]
+
+
+def legal_moves(x: IntArray, y: IntArray, half_size: int) -> BoolArray:
+    """Return which of up, down, left and right stay on the grid; x and y of any shape, result (..., 4)."""
+    to_x, to_y = moves_to(x, y)
+    return np.asarray((np.abs(to_x) <= half_size) & (np.abs(to_y) <= half_size))
+
+
+def blind_chances(run: GridRun, legal: BoolArray) -> FloatArray:
+    """Return the chances of up, down, left and right of a blind agent that moves, (E, 4); 0 where nothing is legal.
+
+    The shares of the ways are those of the moves made by counted decisions of all agents from cells where all four
+    are legal, half a move more of each (Jeffreys' prior), so that no legal way is impossible.
+
+    Args:
+        run: the run.
+        legal: which moves the edge allows, by decision, (E, 4).
+    """
+    free = legal_moves(run.x[:-1], run.y[:-1], run.world.half_size).all(axis=2)
+    made = np.bincount(run.choice[run.moved & run.counted & free], minlength=len(CHOICES))[STAY + 1 :] + 0.5
+    chances = np.where(legal, made, 0.0)
+    total = chances.sum(axis=1, keepdims=True)
+    return np.asarray(np.divide(chances, total, out=np.zeros_like(chances), where=total > 0))
+
+
+def direction_shares(legal: BoolArray) -> FloatArray:
+    """Return the mean share of each move of a walker, (4,): of 1 / legal moves; NaN without any legal move.
+
+    Args:
+        legal: which moves are legal, by state, (S, 4).
+    """
+    able = legal[legal.any(axis=1)]
+    if not len(able):
+        return np.full(legal.shape[1], np.nan)
+    return np.asarray((able / able.sum(axis=1, keepdims=True)).mean(axis=0))
+
+
+def expected_cells(x: IntArray, y: IntArray, moves: IntArray, half_size: int) -> FloatArray:
+    """Return the expected number of different cells of a walker, its start included.
+
+    Args:
+        x: columns of the starts, (N,).
+        y: rows of the starts, (N,).
+        moves: moves that it makes from there, (N,).
+        half_size: cells from the centre of the grid to its edge.
+    """
+    side, horizon = 2 * half_size + 1, int(moves.max(initial=0))
+    if side == 1:
+        return np.ones(len(x))
+    # An edge that is further away than a walker can go does not matter, so a small grid stands for a large one.
+    table_side = min(side, 2 * horizon + 1)
+    column, row = (_in_table(at + half_size, side, table_side, horizon) for at in (x, y))
+    return np.asarray(_cells_table(table_side, horizon)[moves, column, row])
+
+
+def _in_table(at: IntArray, side: int, table_side: int, horizon: int) -> IntArray:
+    if side == table_side:
+        return at
+    return np.minimum(at, horizon) + np.maximum(horizon - (side - 1 - at), 0)
+
+
+@lru_cache(maxsize=8)
+def _cells_table(side: int, horizon: int) -> FloatArray:
+    """Return the expected number of different cells by moves made and start, (horizon + 1, side, side).
+
+    It is the sum over all cells of the probability that the walker gets there in time, each the solution of one
+    absorbing chain. The eight symmetries of the square leave an eighth of the cells to be solved.
+    """
+    middle = (side + 1) // 2
+    targets = [(a, b) for a in range(middle) for b in range(a, middle)]
+    size = max(1, _CELLS_AT_ONCE // side**2)
+    table = np.zeros((horizon + 1, side, side))
+    for start in range(0, len(targets), size):
+        table += _reaching(np.array(targets[start : start + size]), side, horizon)
+    table = table + table[:, ::-1]
+    table = table + table[:, :, ::-1]
+    return np.asarray(table + table.transpose(0, 2, 1))
+
+
+def _reaching(targets: IntArray, side: int, horizon: int) -> FloatArray:
+    """Return the weighted sum over targets (k, 2) of the probability of having been there, by moves made and start.
+
+    The weight of a target is the number of its images under the symmetries of the square, over eight.
+    """
+    a, b = targets.T
+    images = np.where(a == b, 4, 8) // np.where(b == side // 2, 2, 1)
+    images = np.where((a == b) & (b == side // 2), 1, images)
+    ways = np.full((side, side), 4.0)
+    ways[[0, -1]] -= 1
+    ways[:, [0, -1]] -= 1
+    index = np.arange(len(targets))
+    reached = np.zeros((len(targets), side + 2, side + 2))
+    following = np.empty((len(targets), side, side))
+    found = np.empty((horizon + 1, side, side))
+    inside = reached[:, 1:-1, 1:-1]
+    for moves in range(horizon + 1):
+        if moves:
+            np.add(reached[:, 2:, 1:-1], reached[:, :-2, 1:-1], out=following)
+            following += reached[:, 1:-1, 2:]
+            following += reached[:, 1:-1, :-2]
+            following /= ways
+            inside[...] = following
+        inside[index, a, b] = 1.0
+        found[moves] = np.einsum("k,kij->ij", images / 8, inside)
+    return found

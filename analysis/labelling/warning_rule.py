@@ -1,0 +1,271 @@
+"""When a message is a warning: a rule over its words, the same for every model.
+
+A text in a language that `language` does not read is neither a warning nor none: its label is missing.
+
+A text is a warning when a clause of it mentions a fire and nothing takes the mention back. A mention is the name of a
+configured fire, or a word for fire, flames, smoke, burning, evacuation or urgent flight, unless it is part of an
+expression with another sense ("fire drill", "smoke-free"); also a word for danger with a position in its sentence, or
+where the text tells to get away. The text is cut into sentences and these, at commas and conjunctions, into clauses. A
+mention is taken back by, in its clause:
+
+1. a denial before it ("no sign of any fire"), or, in languages where it stands there, behind it ("火事はありません"),
+   but not a denial of harm or of a drill ("nobody was hurt by the fire");
+2. that it is over ("extinguished", "false alarm", "only steam"), also when said of it in the rest of the sentence or
+   the next one, unless that says so of another fire than one that goes on ("fire1 is out, fire2 still burns");
+3. another time ("yesterday"), a supposition or a tale before it ("if you see a fire", "a book about fires");
+4. a question, unless it takes for granted what it says ("did you notice that the bar burns?"); what is stated in the
+   same sentence before the question stays ("there is a fire, shall we go?").
+
+What is denied of going there or of its end takes nothing back ("do not go near the fire", "not out yet", "until it is
+out"). A clause of at most three words shares the fate of the denied mention before it ("no fire, smoke, or flames").
+
+Case, width (full-width letters) and Unicode composition make no difference. The words, in twelve languages, are those
+of `warning_words`, `warning_denials` and `warning_sentences`; those of alphabets with blanks
+between words match whole words, Chinese, Japanese and Korean ones anywhere (`fire1` is found in both kinds of text).
+Time is linear in the text, of which the first 20,000 characters are read. The rule sees words, not meaning.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+from analysis.labelling import warning_denials as denials
+from analysis.labelling import warning_sentences as sentences
+from analysis.labelling import warning_words as words
+from analysis.labelling.language import is_read
+from analysis.words import LETTERS, indexed, plain, whole_words
+
+RULE_VERSION = 3
+"""Raised whenever a text could be labelled otherwise than before."""
+
+_CACHED_LENGTH = 4096
+"""Characters of the longest text whose label is kept."""
+
+_READ_LENGTH = 20_000
+"""Characters that are read of a text; no message of a model is nearly as long."""
+
+_FAR, _NEAR = 60, 8
+"""Characters between a denial and what it denies: at most, and where it stands behind the end of a fire."""
+
+_SHARING_WORDS = 3
+"""Words of a clause that shares the fate of the one before it."""
+
+_IN_NAMES = LETTERS + "0-9_"
+"""Characters that make up names: `fire1` is not found in `fire12`, though the word `fire` is."""
+
+_NAME = "\ue000"
+"""What stands in a text for the name of a fire: a character of private use."""
+
+_PLACE = "\ue001"
+"""What stands in a text for a position, such as (3, 4): another one."""
+
+_DENYING_BEHIND = ("German", "Dutch", "Russian", "Polish")
+"""Languages whose denials may stand behind what they deny."""
+
+
+def _either(spaced: str, unspaced: str = "") -> str:
+    guarded = f"|(?=[\u2e80-\uffff])(?:{indexed(unspaced)})" if unspaced else ""
+    return whole_words(indexed(spaced)) + guarded
+
+
+def _joined(table: dict[str, str]) -> str:
+    return indexed("|".join(table.values()))
+
+
+def _all(*tables: dict[str, str]) -> str:
+    """Return the pattern of tables by language: of whole words, the last one of words without blanks if it is."""
+    spaced = [one for table in tables for language, one in table.items() if language not in words.UNSPACED]
+    unspaced = [one for table in tables for language, one in table.items() if language in words.UNSPACED]
+    return _either("|".join(spaced), "|".join(unspaced))
+
+
+_SHUNNED = f"(?:{_all(words.SHUN)})[^.!?,]{{0,20}}{_PLACE}|{_PLACE} ?(?:付近|周辺|の近く)?に(?:は)?近(?:づ|寄)"
+_FIRE = f"{_NAME}|{_SHUNNED}|{_all(words.FIRE, words.FIRE_UNSPACED, words.FLEE, words.FLEE_UNSPACED)}|{words.PICTURED}"
+_HAZARD = _all(words.HAZARD, words.HAZARD_UNSPACED)
+_DENIED_BEHIND = "|".join(denials.NOT[language] for language in _DENYING_BEHIND)
+_KINDS = (
+    ("forbidden", _all(denials.FORBIDDEN, denials.FORBIDDEN_UNSPACED)),
+    ("mistaken", _all(denials.MISTAKEN, denials.MISTAKEN_UNSPACED)),
+    ("over", _all(denials.OVER, denials.OVER_UNSPACED)),
+    ("until", _all(denials.UNTIL, denials.UNTIL_UNSPACED)),
+    ("aside", _all(denials.PAST, denials.PAST_UNSPACED, denials.SUPPOSED_UNSPACED)),
+    ("supposed", _all(denials.SUPPOSED)),
+    ("fire", _FIRE),
+    ("hazard", _HAZARD),
+    ("doubt", _all(denials.DOUBT)),
+    ("denied", _either(_DENIED_BEHIND, "|".join(denials.NOT_UNSPACED.values()))),
+    ("not", _all(denials.NOT)),
+    ("go", _all(denials.GO)),
+)
+_CUES = re.compile("|".join(f"(?P<{kind}>{pattern})" for kind, pattern in _KINDS))
+_MENTION = re.compile(f"{_FIRE}|{_HAZARD}")
+_ESCAPE = re.compile(_all(words.ESCAPE, words.ESCAPE_UNSPACED))
+_LASTING = re.compile(_all(denials.LASTING, denials.LASTING_UNSPACED))
+_PHRASES = re.compile(_all(denials.HARM, denials.HARM_UNSPACED, words.OTHER_SENSE, words.OTHER_SENSE_UNSPACED))
+_FACTIVE = re.compile(
+    f"(?<![{LETTERS}])(?:{_joined(sentences.FACTIVE)})(?:(?<=[ ,'])|(?![{LETTERS}]))|{sentences.FACTIVE_UNSPACED}"
+)
+_COORDINATES = re.compile(
+    r"\((?=\D{0,8}\d)[-+\d\s,.xy=:]{1,24}\)|(?<![\w.,])-?\d{1,3} ?, ?-?\d{1,3}(?![\w.,])"
+    r"|\bx\W{0,3}\d{1,4}\W{1,3}y\W{0,3}\d{1,4}"
+)
+_TOPIC = re.compile("(?<=[はもを])、")
+_ASIDE = re.compile(f"({_all(denials.PAST, denials.PAST_UNSPACED, denials.SUPPOSED, denials.SUPPOSED_UNSPACED)})[,、]")
+_SENTENCES = re.compile(r"(?<=[!?。])|(?<=\.)(?=\s|$)|\n|;|¿|¡")
+_CLAUSES = re.compile(f"[,:、]|{whole_words(sentences.LINKS)}|{sentences.LINKS_UNSPACED}")
+_STATED = re.compile(f"{whole_words(sentences.STATED)}|[{_NAME}\u2e80-\ud7ff]")
+_ASKED = re.compile(sentences.ASKED_UNSPACED)
+_UNSPACED_CHARACTER = re.compile("[\u2e80-\uabff\uf900-\uffff]")
+
+
+@dataclass(frozen=True)
+class _Clause:
+    """What a clause says: that there is a fire, that it is denied or over, or that it goes on."""
+
+    mentions: bool
+    taken_back: bool
+    over: bool
+    lasting: bool
+    words: int
+
+
+@dataclass(frozen=True)
+class _Cue:
+    kind: str
+    start: int
+    end: int
+
+
+@dataclass(frozen=True)
+class _Warned:
+    """The number of the sentence that warned last, and whether of a fire that goes on."""
+
+    number: int
+    lasting: bool
+
+
+def is_warning(text: str, fires: Iterable[str] = ()) -> bool | None:
+    """Return whether a message is a warning; None for one in a language that is not read.
+
+    Args:
+        text: the message.
+        fires: names of the world's fires.
+    """
+    return (_kept if len(text) <= _CACHED_LENGTH else _labelled)(text[:_READ_LENGTH], tuple(fires))
+
+
+def _labelled(text: str, fires: tuple[str, ...]) -> bool | None:
+    named = plain(text).replace(_NAME, " ").replace(_PLACE, " ").replace("\u2019", "'")
+    if fires:
+        named = _names(fires).sub(_NAME, named)
+    return _warns(named) if is_read(named) else None
+
+
+_kept = lru_cache(maxsize=4096)(_labelled)
+
+
+def _warns(named: str) -> bool:
+    """Return whether a text that is read is a warning, the names of fires in it being replaced."""
+    placed = _COORDINATES.sub(f" {_PLACE} ", named)
+    if not _MENTION.search(placed):
+        return False
+    meant = _PHRASES.sub(" ", placed)
+    warned: _Warned | None = None
+    urges = _ESCAPE.search(meant) is not None
+    said = _SENTENCES.split(_ASIDE.sub(r"\1 ", _TOPIC.sub("", meant)))
+    for number, sentence in enumerate(one for one in said if one.strip()):
+        if warned is not None and number > warned.number + 1:
+            return True
+        warned = _after(sentence, number, warned, urges=urges or _PLACE in sentence)
+    return warned is not None
+
+
+def _after(sentence: str, number: int, warned: _Warned | None, *, urges: bool) -> _Warned | None:
+    """Return the sentence that warned last, this one included, or None if what it said is taken back."""
+    denied = False
+    for clause in _statements(sentence):
+        read = _read(clause, urges=urges)
+        if read.over and not (read.mentions and warned is not None and warned.lasting):
+            warned = None
+        if read.mentions:
+            denied = not read.over and (read.taken_back or (denied and read.words <= _SHARING_WORDS))
+            warned = warned if read.taken_back or denied else _Warned(number, read.lasting)
+    return warned
+
+
+def _statements(sentence: str) -> Iterator[str]:
+    """Yield the clauses of a sentence that are no questions, or questions that take for granted what they say."""
+    stated = _FACTIVE.sub(" ", sentence)
+    asks = stated == sentence
+    clauses = [one.strip(" \"'*.!。" if asks else " \"'*.!。?吗嗎") for one in _CLAUSES.split(stated)]
+    clauses = [one for one in clauses if one]
+    if not asks or not sentence.rstrip(" \"'*").endswith("?"):
+        yield from (one for one in clauses if not asks or not _ASKED.search(one))
+        return
+    for clause in clauses[:-1]:
+        if not _STATED.match(clause) or _ASKED.search(clause):
+            return
+        yield clause
+
+
+def _read(clause: str, *, urges: bool) -> _Clause:
+    cues = [_Cue(str(one.lastgroup), one.start(), one.end()) for one in _CUES.finditer(clause)]
+    cues = _effective([replace(one, kind="fire") if one.kind == "hazard" and urges else one for one in cues])
+    kinds = {cue.kind for cue in cues}
+    over = not kinds.isdisjoint(("over", "mistaken"))
+    taken_back = over or "aside" in kinds or _is_denied(cues)
+    length = max(len(clause.split()), len(_UNSPACED_CHARACTER.findall(clause)) // 2)
+    return _Clause("fire" in kinds, taken_back, over, _LASTING.search(clause) is not None, length)
+
+
+def _effective(cues: list[_Cue]) -> list[_Cue]:
+    """Return the cues without denials of going there or of the end, and without ends that are still to come."""
+    left: list[_Cue] = []
+    awaited = False
+    for cue in (one for one in cues if one.kind != "forbidden"):
+        before = left[-1] if left else None
+        denies = before is not None and before.kind in ("not", "doubt", "denied") and cue.start - before.end <= _FAR
+        awaited = awaited or cue.kind in ("until", "doubt")
+        if cue.kind in ("go", "over") and denies:
+            left[-1] = _Cue("open", cue.start, cue.end)
+        elif cue.kind == "over" and awaited:
+            left = [one for one in left if one.kind != "doubt"]
+            left.append(_Cue("open", cue.start, cue.end))
+        elif cue.kind == "denied" and before is not None and _is_open(before, cue):
+            left[-1] = _Cue("open", cue.start, cue.end)
+        elif cue.kind != "go":
+            left.append(cue)
+    return left
+
+
+def _is_open(end: _Cue, denial: _Cue) -> bool:
+    """Return whether an end is denied by what stands behind it."""
+    return end.kind in ("over", "open") and denial.start - end.end <= _NEAR
+
+
+def _is_denied(cues: list[_Cue]) -> bool:
+    """Return whether every mention of a fire is denied or supposed."""
+    denials = [cue for cue in cues if cue.kind in ("not", "doubt", "denied", "supposed")]
+    fires = [cue for cue in cues if cue.kind == "fire"]
+    if not denials or not fires:
+        return False
+    first = fires[0]
+    before = any(cue.kind == "supposed" or first.start - cue.end <= _FAR for cue in denials if cue.end <= first.start)
+    behind = any(0 <= cue.start - fires[-1].end <= _FAR for cue in denials if cue.kind == "denied")
+    return before or behind
+
+
+@lru_cache(maxsize=64)
+def _names(fires: tuple[str, ...]) -> re.Pattern[str]:
+    """Return the pattern of the names of fires, the longest first."""
+    return re.compile("|".join(_bounded(plain(name)) for name in sorted(fires, key=len, reverse=True)))
+
+
+def _bounded(name: str) -> str:
+    """Return the pattern of a name, held to whole words where the name begins or ends with a letter."""
+    before = f"(?<![{_IN_NAMES}])" if re.match(f"[{_IN_NAMES}]", name) else ""
+    after = f"(?![{_IN_NAMES}])" if re.search(f"[{_IN_NAMES}]$", name) else ""
+    return before + re.escape(name) + after

@@ -1,0 +1,1 @@
+"""Measures runs, and remembers what was measured."""

@@ -1,0 +1,159 @@
+"""Remembers what was measured, so that a second analysis measures only the runs that are new or changed.
+
+A SQLite file in the analysis folder; like all of that folder it can be deleted at any time.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import msgspec
+import pyarrow as pa  # type: ignore[import-untyped]
+
+from foundry.storing.store import RunFolder
+
+_KEPT_EVERY = 64
+"""Runs between two commits; a commit waits for the disk."""
+
+_PATIENCE_S = 0.3
+"""Seconds to wait for another process; measuring a run takes less."""
+
+_NOWHERE = ":memory:"
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What is measured of one run.
+
+    Attributes:
+        measures: by `<signature>.<measure>`.
+        steps: its steps without texts; None unless it is a complete run.
+    """
+
+    measures: dict[str, float]
+    steps: pa.Table | None
+
+
+class Memory:
+    """The measures and steps of runs, by a key that changes with the run's files and with the code.
+
+    It saves time and is nothing else. So where the file cannot be used any more, since another analysis holds it or the
+    disk is full, it forgets what it cannot keep, and no one needs to know.
+    """
+
+    def __init__(self, connection: sqlite3.Connection) -> None:
+        self._connection = connection
+        self._pending = 0
+        self._usable = True
+        self._known = {key for (key,) in connection.execute("SELECT key FROM measured")}
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._known
+
+    def recall(self, key: str) -> Measured | None:
+        """Return what is kept under the key; None where nothing is, or it cannot be read."""
+        found = None
+        with self._giving_up():
+            query = "SELECT measures, steps FROM measured WHERE key = ?"
+            found = self._connection.execute(query, (key,)).fetchone() if key in self._known else None
+        if found is None:
+            return None
+        measures, steps = found
+        with pa.ipc.open_stream(steps) as reader:
+            return Measured(msgspec.msgpack.decode(measures, type=dict[str, float]), reader.read_all())
+
+    def keep(self, key: str, found: Measured) -> None:
+        """Keep what was measured, steps included."""
+        assert found.steps is not None
+        if not self._usable:
+            return
+        sink = pa.BufferOutputStream()
+        with pa.ipc.new_stream(sink, found.steps.schema, options=pa.ipc.IpcWriteOptions(compression="lz4")) as writer:
+            writer.write_table(found.steps)
+        row = (key, msgspec.msgpack.encode(found.measures), sink.getvalue().to_pybytes())
+        with self._giving_up():
+            self._connection.execute("INSERT OR REPLACE INTO measured VALUES (?, ?, ?)", row)
+            self._pending += 1
+            if self._pending % _KEPT_EVERY == 0:
+                self._connection.commit()
+
+    def forget_others(self, keys: set[str]) -> None:
+        """Forget all but these keys, such as runs of an older version of the code."""
+        stale = [(key,) for key in self._known - keys]
+        if self._usable and stale:
+            with self._giving_up():
+                self._connection.executemany("DELETE FROM measured WHERE key = ?", stale)
+
+    def close(self) -> None:
+        """Write what is not written yet, and let go of the file."""
+        with closing(self._connection), self._giving_up():
+            if self._usable:
+                self._connection.commit()
+
+    @contextmanager
+    def _giving_up(self) -> Iterator[None]:
+        """Use the file; where that fails, never again, for each try may wait for whoever holds it."""
+        try:
+            yield
+        except sqlite3.Error:
+            self._usable = False
+
+
+@contextmanager
+def open_memory(path: Path) -> Iterator[Memory]:
+    """Open the memory of a sweep, a new one where there is none or a damaged one; where none can be, one for now."""
+    memory = _opened(path)
+    try:
+        yield memory
+    finally:
+        memory.close()
+
+
+def _opened(path: Path) -> Memory:
+    try:
+        return _connected(path)
+    except sqlite3.OperationalError:  # held by another process, or on a disk that is full
+        return _connected(_NOWHERE)
+    except sqlite3.DatabaseError:  # damaged
+        path.unlink()
+    try:
+        return _connected(path)
+    except sqlite3.OperationalError:
+        return _connected(_NOWHERE)
+
+
+def _connected(path: Path | str) -> Memory:
+    connection = sqlite3.connect(path, timeout=_PATIENCE_S)
+    try:
+        connection.execute("PRAGMA synchronous = OFF")  # what a crash loses is measured again
+        connection.execute("CREATE TABLE IF NOT EXISTS measured (key TEXT PRIMARY KEY, measures BLOB, steps BLOB)")
+        return Memory(connection)
+    except sqlite3.DatabaseError:
+        connection.close()
+        raise
+
+
+def key_of(folder: RunFolder, labels: str) -> str:
+    """Return the key of a run: its id, the state of its files, the labels of its messages, and the code.
+
+    Args:
+        folder: the run.
+        labels: a text that changes with what counts as a warning.
+    """
+    parts = "\0".join((code_version(), labels, folder.id, folder.stamp()))
+    return hashlib.blake2b(parts.encode(), digest_size=16).hexdigest()
+
+
+@lru_cache(maxsize=1)
+def code_version() -> str:
+    """Return a hash of everything that decides a measure: the sources of this package."""
+    state = hashlib.blake2b(digest_size=16)
+    for path in sorted(Path(__file__).parents[1].rglob("*.py")):
+        state.update(path.read_bytes())
+    return state.hexdigest()

@@ -1,0 +1,149 @@
+"""Measures runs: what the analysis takes from each of them, every measure of every signature included."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from analysis import signatures
+from analysis.any import general_run
+from analysis.any.run import AnyRun
+from analysis.labelling import Labelling, rule_labelling
+from analysis.lines import COMPLETE, FAILED
+from analysis.load import further_factors, identity, measurable, status
+from analysis.measuring.compact import Values
+from analysis.measuring.memory import Measured, Memory, key_of
+from analysis.measuring.steps_file import steps_table
+from analysis.signatures import FAILURE_RATE
+from foundry.storing.store import RunFolder, SweepFolder
+
+if TYPE_CHECKING:
+    import pyarrow as pa  # type: ignore[import-untyped]
+
+PARALLEL_FROM = 65
+"""Runs from which several processes are faster than one, their start included."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """Runs to measure: those of a sweep, or of the baselines beside it.
+
+    Attributes:
+        path: the folder.
+        name: name of the sweep in tables.
+        baseline: whether these are its baselines.
+        labelling: who says which messages are warnings.
+    """
+
+    path: Path
+    name: str
+    baseline: bool = False
+    labelling: Labelling = field(default_factory=rule_labelling)
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What the analysis takes from one run.
+
+    Attributes:
+        sweep: name of its sweep.
+        keys: the columns `analysis.tables.signature_table.KEYS`.
+        form: the form of its world.
+        factors: the further swept settings.
+        config: its effective configuration.
+        baseline: whether it is one of the scripted runs made for comparison.
+        measures: by `<signature>.<measure>`; FAILURE_RATE alone unless it is a complete run.
+        steps: its steps without texts; None in the same cases.
+    """
+
+    sweep: str
+    keys: dict[str, Any]
+    form: str
+    factors: dict[str, Any]
+    config: dict[str, Any]
+    baseline: bool
+    measures: Values
+    steps: pa.Table | None
+
+    def without_steps(self) -> RunResult:
+        """Return the same without the steps, which are large."""
+        return replace(self, steps=None)
+
+
+def measure_runs(sources: Sequence[Source], memory: Memory) -> Iterator[RunResult]:
+    """Yield every run of the sweeps, in their order; what is in the memory is not measured again.
+
+    Args:
+        sources: the sweeps.
+        memory: what was measured before; gets what is measured now, and forgets all else.
+    """
+    seen: set[str] = set()
+    for source in sources:
+        sweep = SweepFolder.open(source.path)
+        folders = sweep.runs()
+        keys = [key_of(folder, source.labelling.version) for folder in folders]
+        fresh = [folder for folder, key in zip(folders, keys, strict=True) if key not in memory]
+        measured = _measure_fresh(source, sweep, fresh)
+        for folder, key in zip(folders, keys, strict=True):
+            seen.add(key)
+            found = (memory.recall(key) or _measured(folder, source)) if key in memory else next(measured)
+            if key not in memory and found.steps is not None:
+                memory.keep(key, found)
+            yield _described(folder, source, found)
+    memory.forget_others(seen)
+
+
+def _measure_fresh(source: Source, sweep: SweepFolder, fresh: Sequence[RunFolder]) -> Iterator[Measured]:
+    """Measure these runs of a sweep, by several processes where that is faster."""
+    if len(fresh) < PARALLEL_FROM:
+        yield from (_measured(folder, source) for folder in fresh)
+        return
+    import joblib
+
+    size = 16  # few enough for an even load and little memory, many enough to pay for the way to another process
+    parts = [sweep.part(fresh[start : start + size]) for start in range(0, len(fresh), size)]
+    work = joblib.Parallel(n_jobs=-1, return_as="generator")
+    for results in work(joblib.delayed(_measure_part)(source, part) for part in parts):
+        yield from results
+
+
+def _measure_part(source: Source, part: SweepFolder) -> list[Measured]:
+    return [_measured(folder, source) for folder in part.runs()]
+
+
+def measure_run(folder: RunFolder, source: Source) -> RunResult:
+    """Measure one run; one that is not complete has none.
+
+    Raises:
+        InputError: the settings of its world cannot be read, or a user's own code cannot be used.
+        RecordError: a recorded file is damaged.
+    """
+    return _described(folder, source, _measured(folder, source))
+
+
+def _measured(folder: RunFolder, source: Source) -> Measured:
+    found = folder.summary()
+    ended = status(folder, found)
+    measures = {FAILURE_RATE: {COMPLETE: 0.0, FAILED: 1.0}.get(ended, math.nan)}
+    whole = measurable(folder, found)
+    if whole is None:
+        return Measured(measures, None)
+    form, run = whole.form, whole.form.labelled(whole.run, source.labelling)
+    measures |= signatures.measure(run, run if form.run is AnyRun else general_run(folder, whole.records))
+    return Measured(measures, steps_table(folder.id, whole.records, form.schema(folder.declared)))
+
+
+def _described(folder: RunFolder, source: Source, found: Measured) -> RunResult:
+    return RunResult(
+        sweep=source.name,
+        keys=identity(folder),
+        form=folder.declared.form,
+        factors=further_factors(folder),
+        config=folder.config(),
+        baseline=source.baseline,
+        measures=Values(found.measures),
+        steps=found.steps,
+    )

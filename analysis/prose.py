@@ -1,0 +1,16 @@
+"""What people read: names in a row, and the names of groups."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+
+def joined(names: Iterable[str]) -> str:
+    """Return names as a list in a sentence."""
+    *first, last = list(names) or ["nothing"]
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def group_label(group: Sequence[str]) -> str:
+    """Return the name of a group for people."""
+    return " / ".join(group)

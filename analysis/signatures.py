@@ -1,0 +1,181 @@
+"""The signatures: modules that are found by being in `analysis/<form>/signatures/`, or a user's own.
+
+A module defines
+
+- `NAME`: the prefix of its columns;
+- `measure(run: GridRun) -> dict[str, float]`: its measures of one run, without the prefix. What the run is annotated
+  as says whose runs are measured: those of one form, or with `AnyRun` those of every form. Undefined is NaN, never 0;
+  counts that are denominators are named `n_...`. Which names there are does not depend on what happened in the run;
+- `MEASURES`: what each measure is called, between which values it can lie, and what chance alone gives, where there
+  is such a number; a `*` stands for the name of a place or another configured thing;
+- `HEADLINE`: the measures that its plot and the short table show, in their order, `*` included; claims rest on the
+  first of them unless others are declared, so none of them may differ between policies that are alike in what it is
+  about: `tests/analysis/test_nulls.py` plays such policies;
+- optionally `READABLE_TOO = False`, where it makes no sense to leave out the decisions that could not be read;
+- optionally `PRIMARY = False`, where no claim rests on it unless that is declared.
+
+Modules of several forms that have one `NAME` are one signature: a name means the same in all. Where a form has a
+module of the name that one for every form has, too, the form's own measures its runs.
+
+Every measure is there twice: over all decisions as `<signature>.<measure>`, and as
+`<signature>.<measure>_readable` over those alone that could be read, that is whose outcome is `chosen` or
+`repaired`. A module counts what the run says that counts: `run.counted` and `run.message_counted`. What is counted by
+decision, counts these decisions. What is a mean over states is weighted by the number of counted decisions that led to
+each state; what belongs to one agent in a state counts if the agent's own decision that led there does. Of pairs of
+decisions both must count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+from analysis.any.run import AnyRun
+from analysis.finding import Part, parts
+from analysis.measure import Measure, share
+from foundry.own_code import own_folders
+
+FAILURE_RATE = "failure.rate"
+"""The one column that comes from how runs ended: 1 for a failed run, 0 for a complete one, NaN for others."""
+
+READABLE_SUFFIX = "_readable"
+"""How the measures over the readable decisions alone end."""
+
+
+@dataclass(frozen=True)
+class Signature:
+    """The modules of one name.
+
+    Attributes:
+        name: the prefix of its columns.
+        parts: the modules, those for one form before the one for all.
+    """
+
+    name: str
+    parts: tuple[Part, ...]
+
+    @property
+    def primary(self) -> bool:
+        """Whether claims rest on it where nothing is declared."""
+        return any(one.primary for one in self.parts)
+
+    @property
+    def readable_too(self) -> bool:
+        """Whether it has measures over the readable decisions alone."""
+        return any(one.readable_too for one in self.parts)
+
+    @cached_property
+    def measures(self) -> Mapping[str, Measure]:
+        """What its measures are."""
+        return {name: one.measures[name] for one in reversed(self.parts) for name in one.measures}
+
+    @property
+    def headline(self) -> tuple[str, ...]:
+        """The measures that are shown first."""
+        return tuple(dict.fromkeys(name for one in self.parts for name in one.headline))
+
+    def part(self, run: type) -> Part | None:
+        """Return what measures runs of the form with this class; None where nothing does."""
+        return next((one for one in self.parts if one.run in (run, AnyRun)), None)
+
+    def measure(self, run: Any) -> dict[str, float]:
+        """Return the measures of a run over the decisions that count in it; none if there are none for its class."""
+        part = self.part(type(run))
+        return part.measure(run) if part is not None else {}
+
+    def columns(self, run: Any, readable: Any) -> dict[str, float]:
+        """Return the columns of a run: its measures, then those of the same run with the readable decisions alone."""
+        part, every = self.part(type(run)), self.measure(run)
+        found = {f"{self.name}.{name}": value for name, value in every.items()}
+        if part is not None and part.readable_too:
+            alone = every if run.all_readable else part.measure(readable)
+            found |= {f"{self.name}.{name}{READABLE_SUFFIX}": value for name, value in alone.items()}
+        return found
+
+    def is_readable_only(self, measure: str) -> bool:
+        """Return whether a measure, without the signature's name, is over the readable decisions alone."""
+        return self.readable_too and measure.endswith(READABLE_SUFFIX)
+
+    def describe(self, measure: str) -> Measure:
+        """Return what a measure is; `measure` is without the signature's name."""
+        if self.is_readable_only(measure):
+            found = self.describe(measure.removesuffix(READABLE_SUFFIX))
+            return replace(found, label=f"{found.label}, readable alone")
+        if measure in self.measures:
+            return self.measures[measure]
+        for pattern, described in self.measures.items():
+            start, star, end = pattern.partition("*")
+            if star and measure.startswith(start) and measure.endswith(end):
+                return described.of(measure[len(start) : len(measure) - len(end)])
+        return Measure(measure.replace("_", " "), low=0) if measure.startswith("n_") else Measure(measure)
+
+    def headline_columns(self, columns: Iterable[str]) -> list[str]:
+        """Return those columns of a table that are this signature's headline over all decisions, in its order."""
+        prefix = f"{self.name}."
+        present = [name.removeprefix(prefix) for name in columns if name.startswith(prefix)]
+        return [
+            f"{prefix}{name}"
+            for pattern in self.headline
+            for name in present
+            if not self.is_readable_only(name) and self._means(pattern, name)
+        ]
+
+    def _means(self, pattern: str, measure: str) -> bool:
+        """Return whether a measure is one of a pattern, and of none that says more of its name."""
+        start, star, _ = pattern.partition("*")
+        if not star:
+            return measure == pattern
+        further = (one.partition("*")[0] for one in (*self.measures, "n_*") if "*" in one)
+        return measure.startswith(start) and not any(
+            len(one) > len(start) and measure.startswith(one) for one in further
+        )
+
+
+def discover() -> tuple[Signature, ...]:
+    """Return all signatures by name, the user's own among them.
+
+    Raises:
+        InputError: a module of the user's own cannot be used; names its file.
+    """
+    return _discover(own_folders())
+
+
+@cache
+def _discover(_folders: tuple[Path, ...]) -> tuple[Signature, ...]:
+    found = sorted(parts(), key=lambda one: (one.name, one.run is AnyRun))
+    return tuple(Signature(name, tuple(same)) for name, same in groupby(found, key=lambda one: one.name))
+
+
+def measure(run: Any, general: AnyRun | None = None) -> dict[str, float]:
+    """Return every measure of every signature, over all decisions and over the readable ones alone.
+
+    Args:
+        run: a run as its form has it.
+        general: the same run as every form has it; without it the signatures of every form are left out.
+    """
+    views = {type(one): (one, one.only_readable()) for one in (general, run) if one is not None}
+    found: dict[str, float] = {}
+    for signature in discover():
+        part = signature.part(type(run))
+        if part is not None and part.run in views:
+            found |= signature.columns(*views[part.run])
+    return found
+
+
+def is_readable_only(column: str) -> bool:
+    """Return whether the column `<signature>.<measure>` is over the readable decisions alone."""
+    name, _, measure = column.partition(".")
+    return any(one.name == name and one.is_readable_only(measure) for one in discover())
+
+
+def describe(column: str) -> Measure:
+    """Return what the column `<signature>.<measure>` is."""
+    if column == FAILURE_RATE:
+        return share("Failed runs (share)")
+    name, _, measure = column.partition(".")
+    by_name = {signature.name: signature for signature in discover()}
+    return by_name[name].describe(measure) if name in by_name else Measure(column)

@@ -1,0 +1,86 @@
+"""Describes groups of runs: mean and interval of every measure in each; what differs is in `analysis.stats`."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+import pandas as pd
+
+from analysis.arrays import IntArray
+from analysis.signatures import describe
+from analysis.stats.intervals import Estimate, Estimates, estimates
+from analysis.stats.paired import are_outcomes
+from analysis.stats.values import Group, SeedValues, seed_values
+from analysis.tables.signature_table import SignatureTable
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The compared groups.
+
+    Attributes:
+        frame: one row per measure and group: `measure`, the columns that tell the groups apart, `baseline`, `runs`
+            (of whatever status), then `n`, `mean`, `sd`, `low`, `high`, `interval`, `note` over seeds.
+        group_columns: the columns that tell the groups apart.
+        values: by group and measure, the value of each seed: mean of the runs of that seed, such as repeats with
+            other sampling seeds.
+        estimates: mean and interval by measure and group, as in the frame; only of what the group's runs have, so
+            none of measures of 2D worlds for runs of 3D ones.
+        baselines: the groups of scripted models that others are seen against.
+    """
+
+    frame: pd.DataFrame
+    group_columns: tuple[str, ...]
+    values: dict[Group, pd.DataFrame]
+    estimates: dict[tuple[str, Group], Estimate]
+    baselines: frozenset[Group] = frozenset()
+
+    @property
+    def groups(self) -> list[Group]:
+        """The groups in the order of their first run."""
+        return list(self.values)
+
+
+def compare(table: SignatureTable, groups: pd.DataFrame | None = None) -> Comparison:
+    """Describe groups of runs by the measures that their runs have.
+
+    Within a group the value of a seed is the mean over its runs; the independent values are those of the seeds.
+    Intervals are 95 % ones, clipped to the possible range of the measure, see `analysis.stats.intervals`.
+
+    Args:
+        table: the runs.
+        groups: the columns that tell groups apart, one row per run; by default what was swept.
+    """
+    values = seed_values(table, groups)
+    measure, group = np.nonzero(values.present.T)
+    found = _estimates(values, measure, group)
+    keys = [(values.measures[m], values.groups[g]) for m, g in zip(measure, group, strict=True)]
+    estimated = {key: found.row(index) for index, key in enumerate(keys)}
+    rows = [
+        {
+            "measure": name,
+            **dict(zip(values.columns, key, strict=True)),
+            "baseline": bool(values.baseline[g]),
+            "runs": int(values.runs[g]),
+            **asdict(estimated[name, key]),
+        }
+        for (name, key), g in zip(keys, group, strict=True)
+    ]
+    by_group = {key: _of_group(values, index) for index, key in enumerate(values.groups)}
+    baselines = frozenset(key for key, is_one in zip(values.groups, values.baseline, strict=True) if is_one)
+    return Comparison(pd.DataFrame(rows), values.columns, by_group, estimated, baselines)
+
+
+def _estimates(values: SeedValues, measure: IntArray, group: IntArray) -> Estimates:
+    described = [describe(name) for name in values.measures]
+    low, high = (np.array([getattr(one, end) for one in described]) for end in ("low", "high"))
+    outcome = are_outcomes(values.values)
+    return estimates(values.values[group, :, measure], low[measure], high[measure], outcome[measure])
+
+
+def _of_group(values: SeedValues, index: int) -> pd.DataFrame:
+    """Return the values of a group by the seeds that it was asked for."""
+    asked = values.asked[index]
+    seeds = pd.Index([seed for seed, mine in zip(values.seeds, asked, strict=True) if mine], name="seed")
+    return pd.DataFrame(values.values[index, asked], index=seeds, columns=list(values.measures))

@@ -1,0 +1,87 @@
+"""Which runs belong together: everything but the seeds is equal."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+
+from analysis.measuring.runs import RunResult
+from analysis.tables.signature_table import SignatureTable
+from foundry.storing.store import without_servers
+
+PARTS = ("world", "model", "prompt")
+"""The parts of a configuration that have a name."""
+
+_MOST_SHOWN = 40
+"""Characters of differing settings beyond which a hash stands for them."""
+
+
+def group_columns(results: Sequence[RunResult], table: SignatureTable) -> pd.DataFrame:
+    """Return the columns that tell the groups apart, one row per run of the table.
+
+    `model` is always there; `world`, `prompt` and the further swept settings when they differ between runs.
+    Runs whose worlds (models, prompts) bear the same name but are configured differently, and differ in
+    nothing that was swept, are told apart by the settings in which they differ, behind the name.
+    """
+    frame = table.frame[["model", "world", "prompt", *_factors(table)]].astype(str)
+    for part in PARTS:
+        # By its own name and what was swept alone: two models in different worlds of one name must not look comparable.
+        keys = list(frame[[part, *_factors(table)]].itertuples(index=False, name=None))
+        configs = [_settings(result.config[part]) for result in results]
+        frame[part] = _told_apart(frame[part].tolist(), configs, keys)
+    return frame[["model", *(name for name in frame.columns[1:] if frame[name].nunique() > 1)]]
+
+
+def swept_columns(table: SignatureTable) -> pd.DataFrame:
+    """Return what `group_columns` does as far as the table alone tells it: without differences that names hide."""
+    frame = table.frame[["model", "world", "prompt", *_factors(table)]].astype(str)
+    return frame[["model", *(name for name in frame.columns[1:] if frame[name].nunique() > 1)]]
+
+
+def _factors(table: SignatureTable) -> list[str]:
+    return [key for key in table.factors if key != "sampling_seed"]
+
+
+def _settings(config: Mapping[str, Any]) -> dict[str, str]:
+    """Return the leaves of a configuration by their path, without how a server is reached."""
+    return dict(leaves({key: value for key, value in without_servers(config).items() if key != "name"}))
+
+
+def leaves(value: Any, path: str = "") -> Iterator[tuple[str, str]]:
+    """Yield the leaves of a configuration by their path, as JSON."""
+    if isinstance(value, Mapping) and value:
+        for key, inner in value.items():
+            yield from leaves(inner, f"{path}.{key}" if path else str(key))
+    elif isinstance(value, Sequence) and not isinstance(value, str) and value:
+        for index, inner in enumerate(value):
+            yield from leaves(inner, f"{path}[{index}]")
+    else:
+        yield path, json.dumps(value, ensure_ascii=False)
+
+
+def _told_apart(names: list[str], configs: list[dict[str, str]], keys: list[tuple[str, ...]]) -> list[str]:
+    """Return the names, those that hide a difference with that difference behind them."""
+    first = {key: config for key, config in reversed(list(zip(keys, configs, strict=True)))}
+    hiding = {name for name, config, key in zip(names, configs, keys, strict=True) if config != first[key]}
+    variants: dict[str, list[dict[str, str]]] = {name: [] for name in hiding}
+    for name, config in zip(names, configs, strict=True):
+        if name in hiding and config not in variants[name]:
+            variants[name].append(config)
+    return [
+        f"{name} {_difference(config, variants[name])}" if name in hiding else name
+        for name, config in zip(names, configs, strict=True)
+    ]
+
+
+def _difference(config: dict[str, str], variants: Sequence[dict[str, str]]) -> str:
+    """Return the settings in which a configuration differs from others, or a hash when they are long."""
+    paths = dict.fromkeys(path for variant in variants for path in variant)
+    differing = [path for path in paths if len({variant.get(path) for variant in variants}) > 1]
+    text = ", ".join(f"{path}={config.get(path, 'none')}" for path in differing)
+    if len(text) > _MOST_SHOWN:
+        return "#" + hashlib.sha256(json.dumps(config, sort_keys=True).encode()).hexdigest()[:6]
+    return f"[{text}]"

@@ -1,0 +1,91 @@
+"""The table of signatures: one row per run, what it is, how it ended, and every measure of every signature."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.arrays import FloatArray
+from analysis.measuring.runs import RunResult
+
+KEYS = ("run", "world", "model", "prompt", "seed", "status")
+"""The first columns of the table."""
+
+ANY_PROMPT = "any"
+"""The prompt of a baseline among several prompts: scripted policies read none."""
+
+
+@dataclass(frozen=True)
+class SignatureTable:
+    """The table and what its columns are.
+
+    Attributes:
+        frame: one row per run, in the order of the sweeps; `sweep` when there are several, KEYS, `baseline` when
+            there are any, the factors, then the measures. What is undefined or missing is NaN.
+        factors: the columns that are further swept settings.
+        measures: the columns that are measures.
+        present: the measures that each row has, defined or not; a run of another kind of world has others.
+    """
+
+    frame: pd.DataFrame
+    factors: tuple[str, ...]
+    measures: tuple[str, ...]
+    present: tuple[frozenset[str], ...]
+
+
+def build_table(results: Sequence[RunResult]) -> SignatureTable:
+    """Return the table of these runs."""
+    factors = list(dict.fromkeys(key for result in results for key in result.factors))
+    kinds = {names: frozenset(names) for names in dict.fromkeys(result.measures.names for result in results)}
+    measures = _measure_columns(kinds)
+    by_sweep = len({result.sweep for result in results}) > 1
+    by_baseline = any(result.baseline for result in results)
+    prompts = {result.keys["prompt"] for result in results if not result.baseline}
+    rows = [
+        {
+            **({"sweep": result.sweep} if by_sweep else {}),
+            **result.keys,
+            **({"prompt": ANY_PROMPT} if result.baseline and len(prompts) > 1 else {}),
+            **({"baseline": result.baseline} if by_baseline else {}),
+            **{key: factor_value(result, key) for key in factors},
+        }
+        for result in results
+    ]
+    head = [*(["sweep"] if by_sweep else []), *KEYS, *(["baseline"] if by_baseline else [])]
+    present = tuple(kinds[result.measures.names] for result in results)
+    values = pd.DataFrame(_values(results, kinds, measures), columns=measures)
+    frame = pd.concat([pd.DataFrame(rows, columns=[*head, *factors]), values], axis=1)
+    return SignatureTable(frame, tuple(factors), tuple(measures), present)
+
+
+def _values(results: Sequence[RunResult], kinds: Iterable[tuple[str, ...]], measures: Sequence[str]) -> FloatArray:
+    """Return the values of all runs (N, M); NaN where a run does not have the measure."""
+    column = {name: index for index, name in enumerate(measures)}
+    columns = {names: [column[name] for name in names] for names in kinds}
+    found = np.full((len(results), len(measures)), np.nan)
+    for row, result in zip(found, results, strict=True):
+        row[columns[result.measures.names]] = result.measures.array
+    return found
+
+
+def _measure_columns(kinds: Iterable[tuple[str, ...]]) -> list[str]:
+    """Return the measures by signature, within one in the order of their first appearance."""
+    found = list(dict.fromkeys(name for names in kinds for name in names))
+    order = {name: index for index, name in enumerate(dict.fromkeys(name.partition(".")[0] for name in found))}
+    return sorted(found, key=lambda name: order[name.partition(".")[0]])
+
+
+def factor_value(result: RunResult, key: str) -> Any:
+    """Return a setting of a run that another sweep swept, too; None where the run has no such setting."""
+    value: Any = result.factors.get(key)
+    if key not in result.factors:
+        value = result.config
+        for part in (key.partition("@")[2] or key).split("."):
+            value = value.get(part) if isinstance(value, dict) else None
+    if isinstance(value, dict):
+        return value.get("name", value.get("_target_", str(value)))
+    return value if isinstance(value, str | int | float | None) else str(value)

@@ -1,0 +1,120 @@
+"""Sweeps run from Python: what the command does, without its printing, in a notebook too."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from foundry.composing.compose import compose
+from foundry.composing.preparing import checked, job_of
+from foundry.errors import InputError
+from foundry.storing.store import SweepFolder
+
+if TYPE_CHECKING:
+    from analysis.load import Loaded
+    from analysis.pipeline import Analysis
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Ran:
+    """What became of a sweep, or of one run.
+
+    Attributes:
+        path: its folder.
+        complete: how many runs are complete.
+        failed: the runs that are not, and why, one line each.
+        notes: what is to be known of its worlds, one line each.
+    """
+
+    path: Path
+    complete: int
+    failed: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    def load(self) -> Loaded:
+        """Return its records as tidy tables; see `foundry.load`."""
+        import foundry
+
+        return foundry.load(self.path)
+
+    def analyze(self, **options: Any) -> Analysis:
+        """Write its tables and plots and return what was found; options are those of `foundry.analyze`."""
+        import foundry
+
+        return foundry.analyze(self.path, **options)
+
+
+def run(*overrides: str, config_dir: Path | str | None = None) -> Ran:
+    """Play one run: `foundry.run("model=scripted/random", "seed=3")`.
+
+    Args:
+        overrides: what stands behind `foundry` on a command line.
+        config_dir: a folder of one's own worlds, prompts and models, and of the code that they name.
+
+    Raises:
+        InputError: something does not exist or does not fit.
+        SweepStopped: no further run can succeed, such as when the server is gone.
+    """
+    return off_the_loop(lambda: _run(_arguments(overrides, config_dir)))
+
+
+def sweep(*overrides: str, config_dir: Path | str | None = None) -> Ran:
+    """Run a sweep: `foundry.sweep("model=scripted/random,scripted/stay", "seed=0-9")`; what has ended stays.
+
+    Args:
+        overrides: what stands behind `foundry -m` on a command line.
+        config_dir: a folder of one's own worlds, prompts and models, and of the code that they name.
+
+    Raises:
+        InputError: something does not exist or does not fit.
+        SweepStopped: no further run can succeed, such as when the server is gone.
+    """
+    return off_the_loop(lambda: _run(["-m", *_arguments(overrides, config_dir)]))
+
+
+def _arguments(overrides: Sequence[str], config_dir: Path | str | None) -> list[str]:
+    for override in overrides:
+        if override.startswith("-"):
+            raise InputError(f"'{override}' is a flag of the command: from Python, give overrides such as seed=3.")
+    return [*overrides, *([] if config_dir is None else ["--config-dir", str(config_dir)])]
+
+
+def _run(arguments: Sequence[str]) -> Ran:
+    composed = compose(arguments)
+    assert composed is not None, "only flags, which are refused, are answered by Hydra itself"
+    found = checked(composed)
+    folder = found.create()
+    found.runner.run(job_of(folder, found.settings, found.infos))
+    return _ran(folder, found.notes)
+
+
+def _ran(folder: SweepFolder, notes: Sequence[str]) -> Ran:
+    ended = [(run.id, run.summary()) for run in folder.runs()]
+    complete = sum(one is not None and one.status == "complete" for _, one in ended)
+    failed = tuple(f"{run}: {one.error}" for run, one in ended if one is not None and one.status != "complete")
+    return Ran(folder.path, complete, failed, tuple(notes))
+
+
+def off_the_loop(work: Callable[[], T]) -> T:
+    """Do some work here, or, where an event loop runs as in a notebook, in a thread that may have its own."""
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        return work()
+    done: Future[T] = Future()
+
+    def doing() -> None:
+        try:
+            done.set_result(work())
+        except BaseException as error:  # noqa: BLE001 - the boundary: handed on to the thread that waits
+            done.set_exception(error)
+
+    threading.Thread(target=doing, daemon=True).start()
+    return done.result()

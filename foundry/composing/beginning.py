@@ -1,0 +1,83 @@
+"""Begins a part of a user's own: files that run as they are, from those in `foundry/new_parts/`."""
+
+from __future__ import annotations
+
+import importlib.util
+import keyword
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from foundry import paths
+from foundry.errors import InputError, StorageError, not_found
+
+_NAME, _CLASS = "part_name", "PartName"
+"""What stands in the files for the name of the part, and for its class."""
+_TRY_IT = "try_it.txt"
+_PLAIN = re.compile(r"[a-z][a-z0-9_]{0,59}")
+
+
+@dataclass(frozen=True)
+class Begun:
+    """What was written, and the command that shows that it runs."""
+
+    files: tuple[Path, ...]
+    try_it: str
+
+
+def begin(kind: str, name: str, into: Path) -> Begun:
+    """Write the files of a part: a world, a signature, a prompt, a model or a policy.
+
+    Args:
+        kind: which of these.
+        name: what it is to be called.
+        into: the folder of the user's own parts, which need not be there.
+
+    Raises:
+        InputError: the kind or the name cannot be, or a file is there already; then nothing is written.
+        StorageError: the system does not let us.
+    """
+    patterns = paths.shipped_parts()
+    kinds = [folder.name for folder in patterns.iterdir() if (folder / _TRY_IT).is_file()]
+    if kind not in kinds:
+        raise not_found("Kind of part", kind, kinds)
+    new = dict(_written(patterns / kind, name, into))
+    _check_name(name, [file for file in new if file.parent == into])
+    for file in new:
+        if file.exists() or file.is_symlink():
+            raise InputError(f"'{file}' is there already and stays as it is: choose another name, or --into=<folder>.")
+    try:
+        for file, text in new.items():
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise StorageError(f"'{into}' cannot be written: {error}") from error
+    try_it = (patterns / kind / _TRY_IT).read_text(encoding="utf-8").strip()
+    return Begun(tuple(new), try_it.format(into=into, name=name))
+
+
+def _written(pattern: Path, name: str, into: Path) -> Iterator[tuple[Path, str]]:
+    """Yield each file of a part and its text."""
+    for source in sorted(pattern.rglob("*.*")):
+        if source.suffix in (".py", ".yaml"):
+            text = source.read_text(encoding="utf-8")
+            place = source.relative_to(pattern)
+            yield into / place.parent / place.name.replace(_NAME, name), _named(text, name, into)
+
+
+def _named(text: str, name: str, into: Path) -> str:
+    in_words = "".join(part.capitalize() for part in name.split("_"))
+    return text.replace(_NAME, name).replace(_CLASS, in_words).replace("--config-dir mine", f"--config-dir {into}")
+
+
+def _check_name(name: str, modules: list[Path]) -> None:
+    """Refuse a name that no module can have, or that another module has, which would be imported instead."""
+    if not _PLAIN.fullmatch(name) or keyword.iskeyword(name):
+        raise InputError(f"'{name}' is no name of a module: give small letters, digits and _, such as el_farol.")
+    for module in modules:
+        found = importlib.util.find_spec(module.stem)
+        if found is not None and module.suffix == ".py":
+            raise InputError(
+                f"'{name}' would not be found, since another module has that name: {found.origin}. Choose another name."
+            )

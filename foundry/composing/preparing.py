@@ -1,0 +1,110 @@
+"""From what was composed to a sweep that is checked, has its folder and can be run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from foundry.composing.collecting import Launch
+from foundry.composing.compose import Composed
+from foundry.composing.launching import LauncherRunner
+from foundry.composing.preflight import check, declare, notes_of
+from foundry.models.answers.addresses import settled
+from foundry.models.answers.opening import check_reachable
+from foundry.models.base import ModelInfo
+from foundry.running.build import build
+from foundry.running.local import Runner, SweepJob
+from foundry.storing.store import SweepFolder, ensure_writable, fresh_folder
+from foundry.sweep import Sweep, expand
+
+OUTPUTS = Path("outputs")
+"""Where sweeps go that name no folder."""
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A sweep in which nothing was found that could be wrong, and of which nothing is written yet.
+
+    Attributes:
+        composed: what was asked for.
+        sweep: its runs.
+        infos: what is known of each model, by `sweep.settings_key`.
+        runner: what runs it.
+        notes: what is to be known before it starts, one line each.
+    """
+
+    composed: Composed
+    sweep: Sweep
+    infos: dict[str, ModelInfo]
+    runner: Runner
+    notes: list[str]
+
+    def create(self) -> SweepFolder:
+        """Create its folder, or take up the one that is there.
+
+        Raises:
+            InputError: it cannot be written, or holds something else.
+        """
+        asked = self.composed.settings["output"]["dir"]
+        ensure_writable(Path(asked) if asked else OUTPUTS)
+        path = Path(asked) if asked else fresh_folder(OUTPUTS)
+        folder = SweepFolder.create(path, self.sweep, self.settings, model_lines(self.infos))
+        folder.write_multirun(self.composed.multirun)
+        return folder
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Where and how it is run, the answer cache at the place that it has from now on."""
+        settings = self.composed.settings
+        return {**settings, "cache": {"path": settled(settings["cache"]["path"])}}
+
+
+def checked(composed: Composed) -> Checked:
+    """Check everything that can be wrong with a sweep.
+
+    Raises:
+        InputError: something is.
+    """
+    sweep = sweep_of(composed)
+    runner = runner_of(composed.settings, composed.launch)
+    infos = check(sweep)
+    sweep = declare(sweep)
+    return Checked(composed, sweep, infos, runner, notes_of(sweep))
+
+
+def job_of(folder: SweepFolder, settings: Mapping[str, Any], infos: Mapping[str, ModelInfo]) -> SweepJob:
+    """Return what is to be run.
+
+    Raises:
+        InputError: the answer cache cannot be reached.
+    """
+    check_reachable(settings["cache"]["path"])
+    return SweepJob(
+        folder=folder, infos=infos, cache=settings["cache"]["path"], frame_every=settings["record"]["frames"]
+    )
+
+
+def sweep_of(composed: Composed) -> Sweep:
+    """Return the runs of what was composed."""
+    return expand(composed.asked, composed.conditions)
+
+
+def model_lines(infos: Mapping[str, ModelInfo]) -> list[dict[str, Any]]:
+    """Return what a sweep remembers of its models, the members of populations among them."""
+    return [
+        {"name": one.name, "digest": one.digest, "server_version": one.server_version}
+        for info in infos.values()
+        for one in (info, *info.members)
+    ]
+
+
+def runner_of(settings: Mapping[str, Any], launch: Launch | None = None) -> Runner:
+    """Return what runs a sweep, or one of Hydra's own launchers where that was asked for.
+
+    Raises:
+        InputError: it cannot be built from its settings.
+    """
+    runner: Runner = build(settings["runner"]) if launch is None else LauncherRunner(launch)
+    return runner

@@ -1,0 +1,114 @@
+"""From what was asked for to what was found: `foundry check world=mine`, or `foundry.check("world=mine")`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from foundry.calling import off_the_loop
+from foundry.composing.baselines import Stage
+from foundry.composing.compose import CONFIG_DIR, compose
+from foundry.composing.preflight import prompt_of, scenario_of
+from foundry.conformance import models, prompts, records, replies, signatures, worlds
+from foundry.conformance.finding import Check, Finding, examine
+from foundry.conformance.measuring import signature_case
+from foundry.conformance.playing import WorldCase
+from foundry.errors import InputError
+from foundry.models.base import Model
+from foundry.models.scripted.random import Random
+from foundry.models.scripted.wander import Wander
+from foundry.running.build import build
+from foundry.sweep import settings_key
+from foundry.worlds.base import Scenario
+
+WORLD_CHECKS = (*worlds.CHECKS, *records.CHECKS, *replies.CHECKS)
+PARTS = ("world", "prompt", "model")
+
+
+def check(*asked: str, config_dir: Path | str | None = None) -> tuple[Finding, ...]:
+    """Check parts of one's own: `foundry.check("world=mine", config_dir="mine")`.
+
+    Args:
+        asked: overrides such as `world=mine`, `model=mine`, `prompt=mine`, of which those parts are checked, and
+            signatures by their names or files.
+        config_dir: a folder of one's own worlds, prompts and models, and of the code that they name.
+
+    Returns:
+        What each check found; `status` is `failed` where something is to be done.
+
+    Raises:
+        InputError: a part does not exist or cannot be built.
+    """
+    folder = [] if config_dir is None else ["--config-dir", str(config_dir)]
+    return off_the_loop(lambda: tuple(check_asked([*asked, *folder])))
+
+
+def check_asked(arguments: Sequence[str]) -> list[Finding]:
+    """Return what the checks of all that a command line names find.
+
+    Raises:
+        InputError: it names nothing, or something that does not exist.
+    """
+    overrides, names = _shared_out(arguments)
+    chosen = [part for part in PARTS if any(one.lstrip("+").startswith(f"{part}=") for one in overrides)]
+    if not chosen and not names:
+        raise InputError("Nothing to check: name it, as in foundry check world=mine, or a signature by name or file.")
+    composed = compose(["-m", *overrides])
+    found: dict[str, list[Finding]] = {}
+    for condition in composed.conditions if composed else ():
+        for key, findings in _checked(condition.config, condition.seeds[0], chosen, names):
+            found.setdefault(key, findings())
+    return [finding for findings in found.values() for finding in findings]
+
+
+def _shared_out(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the overrides, with flags, and the names of signatures."""
+    overrides: list[str] = []
+    names: list[str] = []
+    is_folder = False
+    for argument in arguments:
+        is_name = not is_folder and "=" not in argument and not argument.startswith(("-", "~"))
+        (names if is_name else overrides).append(argument)
+        is_folder = argument in CONFIG_DIR
+    return overrides, names
+
+
+def _checked(
+    config: Mapping[str, Any], seed: int, chosen: Sequence[str], names: Sequence[str]
+) -> Iterator[tuple[str, Callable[[], list[Finding]]]]:
+    """Yield a key for each thing to check, and what finds out."""
+    case = world_case(config, seed)
+    cases: dict[str, tuple[Sequence[Check[Any]], Any]] = {
+        "world": (WORLD_CHECKS, case),
+        "prompt": (
+            prompts.CHECKS,
+            prompts.PromptCase(lambda: prompt_of(config), config["prompt"].get("templates", {}), case),
+        ),
+        "model": (models.CHECKS, models.ModelCase(build, config["model"], case)),
+    }
+    for part in chosen:
+        title = f"{part} {config[part]['name']}"
+        yield settings_key({part: config[part]}), partial(examine, title, *cases[part])
+    for name in names:
+        title = f"signature {Path(name).stem}"
+        key = f"{title} {settings_key(config['world'])}"
+        yield key, partial(_measured, title, name, config, case)
+
+
+def _measured(title: str, name: str, config: Mapping[str, Any], case: WorldCase) -> list[Finding]:
+    return examine(title, signatures.CHECKS, signature_case(name, config, case))
+
+
+def world_case(config: Mapping[str, Any], seed: int) -> WorldCase:
+    """Return the case of a configuration's world, played by its model if that costs nothing."""
+    scenario, model = scenario_of(config), build(config["model"])
+    schemas = config["model"].get("schemas") if config["model"].get("format") == "schema" else None
+    return WorldCase(lambda: scenario_of(config), prompt_of(config), player(scenario, model, seed), schemas, seed)
+
+
+def player(scenario: Scenario, model: Model, seed: int) -> Model | None:
+    """Return what answers in the checks of a world: the chosen policy, a shipped one, or None for its own options."""
+    stage = Stage(scenario, seed)
+    return next((one for one in (model, Random("scripted/random"), Wander("scripted/wander")) if stage.suits(one)), None)

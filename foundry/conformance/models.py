@@ -1,0 +1,199 @@
+"""What every model must hold: its parameters say what decides an answer, and a policy answers the same every time.
+
+A model that costs something is asked nothing here; `foundry doctor` does that.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, replace
+from typing import Any
+
+import msgspec
+
+from foundry.conformance.finding import Skipped, require
+from foundry.conformance.playing import WorldCase, request_of
+from foundry.errors import FoundryError, InputError
+from foundry.models.base import Model, ModelInfo, Reply, Request, RequestKeys, RunContext
+from foundry.sweep import without_servers
+from foundry.worlds.base import ABORTED, LENGTH, STOPPED
+
+_MOST = 60
+"""Questions that a model is asked, at most."""
+_NAMES = ("_target_", "name")
+
+
+@dataclass(frozen=True)
+class ModelCase:
+    """A model to be checked.
+
+    Attributes:
+        build: builds it from settings.
+        settings: those that are checked.
+        world: the world whose questions it answers.
+    """
+
+    build: Callable[[Mapping[str, Any]], Model]
+    settings: Mapping[str, Any]
+    world: WorldCase
+
+    def make(self) -> Model:
+        """Return the model, built anew."""
+        return self.build(self.settings)
+
+    def asked(self) -> list[Request]:
+        """Return requests that cost nothing to answer: the first questions of an episode.
+
+        Raises:
+            Skipped: it costs something, or it cannot answer the world's questions.
+        """
+        model = self.make()
+        if model.costs:
+            raise Skipped("asking it costs something: foundry doctor asks it")
+        seed = self.world.seed
+        requests = [request_of(one, seed) for one in self.world.usual.questions][:_MOST]
+        return [one for one in requests if model.kinds is None or one.kind in model.kinds]
+
+    def placed(self) -> Model:
+        """Return the model as it answers in a run of the world."""
+        model, seed = self.make(), self.world.seed
+        return model.in_run(RunContext(seed, seed, self.world.scenario.personas(seed), ModelInfo(model.name)))
+
+
+def says_its_name_and_kinds(case: ModelCase) -> None:
+    """It has a name, and says which kinds of question it answers: a tuple, or None for any."""
+    model = case.make()
+    require(isinstance(model.name, str) and bool(model.name), f"its name is {model.name!r}: set self.name to a text")
+    plain = model.kinds is None or (isinstance(model.kinds, tuple) and all(isinstance(one, str) for one in model.kinds))
+    require(plain, f"kinds is {model.kinds!r}: give a tuple of texts, or None for any kind")
+
+
+def answers_the_world(case: ModelCase) -> None:
+    """It answers every kind of question that the world asks."""
+    model, scenario = case.make(), case.world.scenario
+    missing = [kind for kind in scenario.kinds if model.kinds is not None and kind not in model.kinds]
+    require(
+        not missing, f"it answers {', '.join(model.kinds or ())}, and {scenario.name} also asks {', '.join(missing)}"
+    )
+    for question in case.world.usual.questions:
+        model.check(question)
+
+
+def says_its_parameters(case: ModelCase) -> None:
+    """`parameters()` is plain JSON and the same every time."""
+    model = case.make()
+    try:
+        content = msgspec.json.encode(model.parameters(), order="deterministic")
+    except (TypeError, ValueError) as error:
+        require(False, f"parameters() cannot be written as JSON ({error}): give texts, numbers, flags, lists and dicts")
+        return
+    again = msgspec.json.encode(case.make().parameters(), order="deterministic")
+    require(
+        again == content, "parameters() of two equal models differ: let it say what is configured, and nothing else"
+    )
+
+
+def tells_its_settings_apart(case: ModelCase) -> None:
+    """Every setting that may decide an answer is among the parameters, so that no other model's answers are taken."""
+    model = case.make()
+    kept = RequestKeys(model, None).key((), 0)
+    for key, changed in _changes(without_servers(case.settings)):
+        try:
+            other = case.build({**case.settings, **changed})
+            same = RequestKeys(other, None).key((), 0) == kept
+        except (FoundryError, TypeError, ValueError):
+            continue  # the setting takes no such value, so nothing is known of it
+        require(
+            not same, f"with another '{key}' the parameters() are the same: add it, else answers of both are mixed up"
+        )
+
+
+def _changes(settings: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield each setting that has a plain value, and the settings in which it alone has another one."""
+    for key, value in settings.items():
+        if key in _NAMES:
+            continue
+        if isinstance(value, Mapping):
+            yield from ((f"{key}.{name}", {key: {**value, name: other}}) for name, other in _others(value))
+        else:
+            yield from ((name, {name: other}) for name, other in _others({key: value}))
+
+
+def _others(settings: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    for key, value in settings.items():
+        if isinstance(value, bool):
+            yield key, not value
+        elif isinstance(value, int | float):
+            yield key, value / 2 if value else 1
+
+
+def answers_the_same(case: ModelCase) -> None:
+    """The same request gets the same reply, in any order, from a copy too."""
+    requests = case.asked()
+    one, other = case.placed(), case.placed()
+    first = asyncio.run(one.ask_all(requests))
+    _check_replies(first, requests)
+    back = asyncio.run(other.ask_all(requests[::-1]))[::-1]
+    alone = [asyncio.run(one.ask(request)) for request in requests]
+    for request, *replies in zip(requests, first, back, alone, strict=True):
+        require(
+            replies[0].text == replies[1].text == replies[2].text,
+            f"a '{request.kind}' of agent {request.agent} gets other replies when it is asked again, in another order "
+            "or of a copy: draw from the generator of the request alone, keep no state and the order of requests",
+        )
+
+
+def _check_replies(replies: Sequence[Reply], requests: Sequence[Request]) -> None:
+    require(len(replies) == len(requests), f"ask_all() gives {len(replies)} replies to {len(requests)} requests")
+    for reply in replies:
+        require(
+            isinstance(reply, Reply) and isinstance(reply.text, str),
+            f"a reply is {reply!r}: return a Reply with a text",
+        )
+        require(reply.ending in (STOPPED, LENGTH, ABORTED), f"a reply ended by '{reply.ending}': see Reply.ending")
+
+
+def leaves_the_observation_as_it_is(case: ModelCase) -> None:
+    """Answering changes nothing of what the world told."""
+    requests = case.asked()
+    before = [deepcopy(dict(request.observation)) for request in requests]
+    asyncio.run(case.placed().ask_all(requests))
+    changed = [one.kind for one, kept in zip(requests, before, strict=True) if dict(one.observation) != kept]
+    require(not changed, f"answering '{changed[0] if changed else ''}' changes the observation: copy what is changed")
+
+
+def refuses_other_kinds(case: ModelCase) -> None:
+    """A kind of question that it has no answer to is refused in one line."""
+    requests = case.asked()
+    if case.make().kinds is None:
+        raise Skipped("it answers any kind")
+    try:
+        asyncio.run(case.placed().ask(replace(requests[0], kind="no such kind")))
+    except InputError:
+        return
+    require(False, "a question of an unknown kind gets an answer: raise foundry.InputError")
+
+
+def fits_into_a_run(case: ModelCase) -> None:
+    """`in_run` gives a model of the same name and parameters, the same for the same run."""
+    one, other = case.placed(), case.placed()
+    for placed in (one, other):
+        require(isinstance(placed, Model), f"in_run() gives {placed!r}: return a Model")
+        require(placed.name == case.make().name, f"in_run() gives a model named '{placed.name}': keep the name")
+    require(
+        one.roster() == other.roster(), "in_run() shares the agents out differently for the same run: draw by its seed"
+    )
+
+
+CHECKS = (
+    says_its_name_and_kinds,
+    answers_the_world,
+    says_its_parameters,
+    tells_its_settings_apart,
+    answers_the_same,
+    leaves_the_observation_as_it_is,
+    refuses_other_kinds,
+    fits_into_a_run,
+)

@@ -1,0 +1,26 @@
+"""The model part_name holds what every model must hold, and plays an episode."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import foundry
+
+MINE = Path(__file__).parent
+SMALL = ("world.agents=4", "world.steps=3")
+
+
+def test_it_holds_what_every_model_must_hold() -> None:
+    """Every check of `foundry check` passes; it is asked nothing."""
+    found = foundry.check("model=part_name", *SMALL, config_dir=MINE)
+    assert [one for one in found if one.status == "failed"] == []
+
+
+def test_it_plays_an_episode(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its replies are read."""
+    monkeypatch.chdir(tmp_path)
+    ran = foundry.run("model=part_name", "output.dir=out", *SMALL, config_dir=MINE)
+    assert (ran.complete, ran.failed) == (1, ())
+    assert set(ran.load().steps["outcome"]) <= {"chosen", "repaired"}

@@ -1,0 +1,24 @@
+"""The policy part_name: change what it does to what you want to compare models with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from numpy.random import Generator
+
+from foundry import ScriptedModel
+from foundry.models.scripted.grid import act, legal_moves, say
+
+
+class PartName(ScriptedModel):
+    """Walks to the right until the edge, and says nothing; each method answers the kind of question of its name."""
+
+    def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Say nothing."""
+        return say(None, reasoning="I keep to myself.")
+
+    def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Go right while there is room; draw from `rng` alone where chance is wanted."""
+        choice = "right" if "right" in legal_moves(observation) else "stay"
+        return act(choice, reasoning="I go to the right.")

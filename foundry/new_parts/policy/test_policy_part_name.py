@@ -1,0 +1,27 @@
+"""The policy part_name holds what every policy must hold, and does what it should."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import foundry
+
+MINE = Path(__file__).parent
+SMALL = ("world.agents=4", "world.steps=3")
+
+
+def test_it_holds_what_every_policy_must_hold() -> None:
+    """Every check of `foundry check` passes."""
+    found = foundry.check("model=part_name", *SMALL, config_dir=MINE)
+    assert [one for one in found if one.status == "failed"] == []
+
+
+def test_it_goes_to_the_right(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every step leads to the right, or nowhere."""
+    monkeypatch.chdir(tmp_path)
+    ran = foundry.run("model=part_name", "output.dir=out", *SMALL, config_dir=MINE)
+    assert ran.failed == ()
+    steps = ran.load().steps
+    assert set(steps["x_next"] - steps["x"]) <= {0, 1}

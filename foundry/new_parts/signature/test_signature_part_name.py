@@ -1,0 +1,26 @@
+"""The signature part_name holds what every signature must hold, and counts what it should."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import foundry
+
+MINE = Path(__file__).parent
+SMALL = ("world.agents=4", "world.steps=3")
+
+
+def test_it_holds_what_every_signature_must_hold() -> None:
+    """Every check of `foundry check` passes."""
+    found = foundry.check("part_name", *SMALL, config_dir=MINE)
+    assert [one for one in found if one.status == "failed"] == []
+
+
+def test_who_always_does_the_same_has_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where every decision is the same, its share is 1."""
+    monkeypatch.chdir(tmp_path)
+    ran = foundry.run("model=scripted/stay", "output.dir=out", *SMALL, config_dir=MINE)
+    table = ran.analyze(plots=False).runs
+    assert list(table["part_name.commonest"]) == [1.0]

@@ -1,0 +1,51 @@
+"""The world part_name: change its rules to yours."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from foundry.worlds.rounds.table import Table
+from foundry.worlds.rounds.world import Play, RoundsScenario
+
+from foundry import Actions
+
+
+class PartName(RoundsScenario):
+    """A world of rounds.
+
+    Description:
+        Every round all agents say at the same time how many of their tokens they give. What is given is doubled and
+        shared out among all.
+
+    Observation:
+        `given`: what all gave together in the round before, or None; and what every world of rounds tells.
+
+    Questions:
+        One `gift` question per agent and round.
+
+    Actions:
+        A whole number from 0 to `tokens`; giving 0 is doing nothing.
+
+    Termination:
+        After `steps` rounds.
+    """
+
+    kinds: ClassVar[tuple[str, ...]] = ("gift",)
+
+    def __init__(self, *, name: str, agents: int, steps: int, tokens: int) -> None:
+        super().__init__(name=name, agents=agents, steps=steps)
+        self.tokens = tokens
+
+    def actions(self) -> Mapping[str, Actions]:
+        """Return what can be decided, by kind of question."""
+        return {"gift": Actions(low=0, high=self.tokens, idle=0)}
+
+    def play(self, table: Table) -> Play:
+        """Play one episode: ask all, then record what each of them gave and got."""
+        given = None
+        for _ in table.rounds(self.steps):
+            decisions = yield [table.ask(agent, "gift", given=given, tokens=self.tokens) for agent in table.agents]
+            given = sum(int(one.taken) for one in decisions)
+            for one in decisions:
+                table.record(one, utility=self.tokens - int(one.taken) + 2 * given / self.agents)

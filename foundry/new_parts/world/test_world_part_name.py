@@ -1,0 +1,25 @@
+"""The world part_name holds what every world must hold, and its own rules."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import foundry
+
+MINE = Path(__file__).parent
+
+
+def test_it_holds_what_every_world_must_hold() -> None:
+    """Every check of `foundry check` passes."""
+    found = foundry.check("world=part_name", config_dir=MINE)
+    assert [one for one in found if one.status == "failed"] == []
+
+
+def test_who_gives_nothing_keeps_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """When nobody gives, each keeps its tokens."""
+    monkeypatch.chdir(tmp_path)
+    ran = foundry.run("world=part_name", "model=scripted/stay", "output.dir=out", config_dir=MINE)
+    assert (ran.complete, ran.failed) == (1, ())
+    assert set(ran.load().steps["utility"]) == {10.0}

@@ -1,0 +1,286 @@
+"""Who is alike looks alike, whatever its habits and whatever moves all at once; who differs, by as much as it does."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from analysis.any.run import AnyRun
+from analysis.any.shuffles import DRAWS, over_shuffles, p_value
+from analysis.any.signatures import heterogeneity, persona_effect, utility
+from analysis.stats.intervals import student_quantile
+from blind_any_runs import BID, CHOICE, LABELS, Crowd, any_run
+from foundry.declared import Actions, Declared
+
+ALIKE = {
+    "one by one": Crowd(),
+    "all in one mood": Crowd(mood=0.8),
+    "in habits": Crowd(habit=0.6, steps=36),
+    "as many as there is room": Crowd(quota=True, shares=((0.5, 0.25, 0.25),)),
+    "each as often as it likes": Crowd(present=(0.2, 0.4, 0.6, 0.8, 1, 1, 1, 1), mood=0.5),
+    "in turns": Crowd(turns=True, steps=120, agents=4),
+    "few": Crowd(agents=3, steps=12),
+    "with lost replies": Crowd(lost=0.3, mood=0.3),
+}
+"""Crowds whose agents are alike, and draw their personas by lot."""
+
+STEADY = ALIKE | {"each one thing for ever": Crowd(habit=1.0)}
+"""Crowds whose agents act without regard to their personas."""
+
+Found = dict[str, np.ndarray]
+
+
+def found(runs: Iterable[AnyRun], module: object, *names: str) -> Found:
+    measured = [module.measure(run) for run in runs]  # type: ignore[attr-defined]
+    values = {name: np.array([one[name] for one in measured]) for name in names}
+    return {name: own[~np.isnan(own)] for name, own in values.items()}
+
+
+def half_width(values: np.ndarray, rows: int = 1) -> float:
+    """Return half of the interval of the mean, such that all of as many rows cover theirs in 99 % of such studies."""
+    return student_quantile(len(values) - 1, 1 - 0.005 / rows) * float(values.std(ddof=1)) / math.sqrt(len(values))
+
+
+def check_null(values: np.ndarray, p: np.ndarray, rows: int) -> None:
+    assert len(values) > 20 and abs(values.mean()) <= half_width(values, rows)
+    for level in (0.05, 0.25, 0.5):
+        # Where actions are few kinds, so are the values, and p keeps on the safe side of even.
+        assert (p <= level).mean() <= level + 3.3 * math.sqrt(level * (1 - level) / len(p)), level
+
+
+@pytest.mark.parametrize("crowd", ALIKE.values(), ids=ALIKE)
+def test_agents_that_are_alike_do_not_differ(crowd: Crowd):
+    own = found(map(crowd.play, range(40)), heterogeneity, "beyond_shuffled", "p")
+    check_null(own["beyond_shuffled"], own["p"], len(ALIKE))
+
+
+@pytest.mark.parametrize("crowd", STEADY.values(), ids=STEADY)
+def test_personas_that_nobody_minds_have_no_effect(crowd: Crowd):
+    own = found(map(crowd.play, range(40)), persona_effect, "role", "p_role")
+    check_null(own["role"], own["p_role"], len(STEADY))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("crowd", ALIKE.values(), ids=ALIKE)
+def test_agents_that_are_alike_do_not_differ_in_many_runs(crowd: Crowd):
+    own = found(map(crowd.play, range(1500)), heterogeneity, "beyond_shuffled", "p")
+    check_null(own["beyond_shuffled"], own["p"], len(ALIKE))
+    assert half_width(own["beyond_shuffled"]) < 0.02
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("crowd", STEADY.values(), ids=STEADY)
+def test_personas_that_nobody_minds_have_no_effect_in_many_runs(crowd: Crowd):
+    own = found(map(crowd.play, range(1500)), persona_effect, "role", "p_role")
+    check_null(own["role"], own["p_role"], len(STEADY))
+    assert half_width(own["role"]) < 0.04
+
+
+@pytest.mark.slow
+def test_p_is_even_where_values_are_many():
+    crowd = Crowd(agents=12, steps=45, mood=0.3, groups=["a"] * 5 + ["b"] * 4 + ["c"] * 3)
+    runs = list(map(crowd.play, range(1500)))
+    for p in (found(runs, heterogeneity, "p")["p"], found(runs, persona_effect, "p_role")["p_role"]):
+        shares = [(p <= level).mean() for level in (0.05, 0.25, 0.5, 0.75, 0.95)]
+        assert shares == pytest.approx([0.05, 0.25, 0.5, 0.75, 0.95], abs=0.04)
+
+
+def differing(shares: np.ndarray) -> float:
+    """Return how many pairs of agents decide differently at a step, in the mean; chances of labels by agent (N, L)."""
+    return float(np.mean([1 - one @ other for one, other in combinations(shares, 2)]))
+
+
+def between(shares: np.ndarray) -> float:
+    """Return the variance of the chances between agents (ddof 1), over all labels."""
+    return float(shares.var(axis=0, ddof=1).sum())
+
+
+TWO_SORTS = np.array([(0.6, 0.2, 0.2), (0.2, 0.6, 0.2)])
+
+
+@pytest.mark.parametrize(
+    "crowd",
+    [
+        Crowd(shares=TWO_SORTS.tolist(), steps=30, agents=10),
+        Crowd(shares=TWO_SORTS.tolist(), steps=30, agents=10, present=(0.7,)),
+        Crowd(shares=TWO_SORTS.tolist(), steps=30, agents=10, lost=0.3),
+        Crowd(shares=TWO_SORTS.tolist(), steps=300, agents=10, turns=True),
+    ],
+    ids=["all at once", "who is there", "who is read", "in turns"],
+)
+def test_agents_of_two_sorts_differ_by_the_variance_of_their_chances(crowd: Crowd):
+    every = np.resize(TWO_SORTS, (10, 3))
+    values = found(map(crowd.play, range(60)), heterogeneity, "beyond_shuffled")["beyond_shuffled"]
+    assert values.mean() == pytest.approx(between(every) / differing(every), abs=half_width(values))
+    assert half_width(values) < 0.06
+
+
+@pytest.mark.parametrize("groups", [["a", "b"] * 5, ["a", "b", "a2", "b2", "a2"] * 2], ids=["two", "four"])
+def test_what_goes_with_a_persona_is_the_variance_of_the_chances_between_its_groups(groups: list[str]):
+    chances = {"a": TWO_SORTS[0], "a2": TWO_SORTS[0], "b": TWO_SORTS[1], "b2": TWO_SORTS[1]}
+    every = np.array([chances[one] for one in groups])
+    crowd = Crowd(shares=every.tolist(), steps=30, agents=10, groups=groups)
+    values = found(map(crowd.play, range(60)), persona_effect, "role")["role"]
+    assert values.mean() == pytest.approx(between(every) / differing(every), abs=half_width(values))
+    assert half_width(values) < 0.03
+
+
+def test_what_goes_with_a_persona_is_the_same_in_longer_runs_and_larger_crowds():
+    sizes = [(20, 6), (60, 6), (20, 18)]
+    means = []
+    for steps, agents in sizes:
+        crowd = Crowd(shares=TWO_SORTS.tolist(), steps=steps, agents=agents, groups=["a", "b"] * (agents // 2))
+        values = found(map(crowd.play, range(80)), persona_effect, "role")["role"]
+        every = np.resize(TWO_SORTS, (agents, 3))
+        means.append(values.mean() / (between(every) / differing(every)))
+    assert means == pytest.approx([1, 1, 1], abs=0.12)
+
+
+def numbers(rows: Sequence[Sequence[float]]) -> AnyRun:
+    """Return a run of numbers by step and agent."""
+    decided = [(t + 1, i, one) for t, row in enumerate(rows) for i, one in enumerate(row)]
+    return any_run(decided, kind="bid", declared=BID)
+
+
+def test_numbers_of_two_sorts_differ_by_the_variance_of_their_means():
+    stream = np.random.default_rng(5)
+    offset = np.tile([0.0, 1.0], 5)
+    runs = [numbers(offset + stream.normal(size=(30, 1)) * 9 + stream.normal(size=(30, 10))) for _ in range(60)]
+    values = found(runs, heterogeneity, "beyond_shuffled")["beyond_shuffled"]
+    variance = offset.var(ddof=1)
+    assert values.mean() == pytest.approx(variance / (1 + variance), abs=half_width(values))
+
+
+def test_the_unit_of_numbers_makes_no_difference():
+    rows = np.random.default_rng(6).normal(size=(12, 5))
+    plain, large = heterogeneity.measure(numbers(rows)), heterogeneity.measure(numbers(1e300 * rows + 1e300))
+    assert plain == pytest.approx(large)
+
+
+def acts(*rows: str, **changes: object) -> AnyRun:
+    """Return a run: a word a step, a letter an agent (g, s, w; a point for none)."""
+    letters = {"g": "go", "s": "stay", "w": "wait"}
+    decided = [(t + 1, i, letters[one]) for t, row in enumerate(rows) for i, one in enumerate(row) if one in letters]
+    return any_run(decided, **changes)  # type: ignore[arg-type]
+
+
+def roles(*names: str) -> list[dict[str, str]]:
+    return [{"role": name} for name in names]
+
+
+def test_two_agents_that_each_do_their_own_thing_differ_wholly_and_prove_nothing():
+    assert heterogeneity.measure(acts("gs", "gs")) == pytest.approx({"beyond_shuffled": 1, "p": 0.5, "n_agents": 2})
+
+
+def test_two_agents_that_swap_ways_differ_the_other_way_round():
+    assert heterogeneity.measure(acts("gs", "sg")) == pytest.approx({"beyond_shuffled": -1, "p": 1, "n_agents": 2})
+
+
+def test_a_worked_example_of_lasting_differences():
+    # Three agents, three steps: the first and the last count. Deviations from the step's mean, (go, stay):
+    # first (1/3, -1/3) twice and (-2/3, 2/3); last (2/3, -2/3) and (-1/3, 1/3) twice. Their products sum up to
+    # 2 (2/9 - 1/9 + 2/9) = 2/3, over two for three agents 1/3; four of six pairs differ. Four of the six orders of
+    # the last give as much.
+    found = heterogeneity.measure(acts("ggs", "www", "gss"))
+    assert found == {"beyond_shuffled": pytest.approx(1 / 3 / (4 / 6)), "p": pytest.approx(4 / 6), "n_agents": 3}
+
+
+def test_a_worked_example_of_a_persona():
+    # Deviations (go, stay) from the mean 3/4: three of 1/4 and one of -3/4. Within the pairs' sums 1/2 and -1/2.
+    # Between: 2 (1/4 / 2 + 1/4 / 2) = 1/2 of 2 (3/16 + 9/16) = 3/2, by chance a third of that. Nothing goes with it.
+    found = persona_effect.measure(acts("gggs", personas=roles("a", "a", "b", "b")))
+    assert found == {"n_agents": 4, "role": pytest.approx(0), "p_role": 1}
+
+
+def test_a_persona_that_decides_alone_is_all_there_is():
+    found = persona_effect.measure(acts("ggss", "ssgg", personas=roles("a", "a", "b", "b")))
+    assert found["role"] == 0 and found["p_role"] == 1  # over the run all are alike
+    found = persona_effect.measure(acts("ggss", "ggww", personas=roles("a", "a", "b", "b")))
+    assert found["role"] == pytest.approx(1) and found["p_role"] == pytest.approx(8 / 24)
+
+
+UNDEFINED = {
+    "no decision": any_run([], personas=roles("a", "b")),
+    "one step": acts("gs", personas=roles("a", "b")),
+    "one agent": acts("g", "s", "g", personas=roles("a")),
+    "all do the same": acts("ggg", "sss", "www", personas=roles("a", "b", "b")),
+    "nobody stays": acts("gs..", "..gs", personas=roles("a", "b", "a", "b")),
+}
+
+
+@pytest.mark.parametrize("run", UNDEFINED.values(), ids=UNDEFINED)
+def test_without_any_who_could_differ_lastingly_it_is_undefined(run: AnyRun):
+    found = heterogeneity.measure(run)
+    assert math.isnan(found["beyond_shuffled"]) and math.isnan(found["p"]) and found["n_agents"] == 0
+
+
+@pytest.mark.parametrize("names", [("a", "a", "a"), ("a", "b", "c")], ids=["one group", "each its own"])
+def test_without_groups_there_is_no_persona_effect(names: tuple[str, ...]):
+    found = persona_effect.measure(acts("gsg", "ggs", personas=roles(*names)))
+    assert math.isnan(found["role"]) and math.isnan(found["p_role"]) and found["n_agents"] == 3
+
+
+def test_where_nobody_has_a_persona_there_are_no_attributes():
+    assert persona_effect.measure(acts("gs", "gs")) == {"n_agents": 0}
+
+
+def test_agents_without_an_attribute_are_left_out_of_it():
+    some = acts("ggssw", "ggssw", personas=[*roles("a", "a", "b", "b"), {"age": "9"}])
+    assert persona_effect.measure(some)["p_role"] == pytest.approx(8 / 24)
+    assert math.isnan(persona_effect.measure(some)["age"])
+
+
+def test_agents_that_are_asked_other_questions_are_not_held_against_one_another():
+    both = Declared(form="ring", actions={**CHOICE.actions, "judge": Actions(labels=LABELS)}, streams=CHOICE.streams)
+    rows = [(t, i, LABELS[i % 2]) for t in (1, 2, 3) for i in range(4)]
+    kinds = ["choice", "choice", "judge", "judge"] * 3
+    run = any_run(rows, kind=kinds, declared=both, personas=roles("a", "a", "b", "b"))
+    found = heterogeneity.measure(run)
+    assert found["beyond_shuffled"] == pytest.approx(1) and found["p"] == pytest.approx(1 / 4, abs=0.05)
+    assert found["n_agents"] == 4
+    assert math.isnan(persona_effect.measure(run)["role"])  # what is asked goes with the role, and is no effect of it
+
+
+def test_the_order_of_agents_makes_no_difference():
+    crowd = Crowd(shares=TWO_SORTS.tolist(), groups=list("aabbabab"))
+    run = crowd.play(3)
+    turned = replace(run, agent=7 - run.agent, personas=run.personas[::-1])
+    for module in (heterogeneity, persona_effect):
+        assert module.measure(turned) == pytest.approx(module.measure(run), abs=0.03)
+
+
+def test_a_second_look_gives_the_same_to_the_bit():
+    play = Crowd(agents=9, groups=3).play
+    for module in (heterogeneity, persona_effect):
+        assert module.measure(play(1)) == module.measure(play(1))
+
+
+def test_luck_makes_no_lasting_difference_of_utility_and_skill_does():
+    stream = np.random.default_rng(7)
+    run = Crowd(agents=10, steps=30).play(0)
+    lucky = [replace(run, utility=stream.normal(size=run.decisions)) for _ in range(40)]
+    values = found(lucky, utility, "beyond_shuffled", "spread")
+    assert abs(values["beyond_shuffled"].mean()) <= half_width(values["beyond_shuffled"]) and values["spread"].min() > 0
+    skilled = [replace(run, utility=stream.normal(size=run.decisions) + run.agent % 2) for _ in range(40)]
+    values = found(skilled, utility, "beyond_shuffled")
+    variance = np.tile([0, 1], 5).var(ddof=1)
+    own = values["beyond_shuffled"]
+    assert own.mean() == pytest.approx(variance / (1 + variance), abs=half_width(own))
+
+
+def test_all_orders_of_a_few_agents_are_taken_and_of_many_the_same_random_ones():
+    few = over_shuffles(lambda rows: rows @ np.array([1, 10, 100]), 1, 0, 3)
+    assert sorted(few.tolist()) == [12, 21, 102, 120, 201, 210] and few[0] == 210
+    many = over_shuffles(lambda rows: rows[:, 0] * 1.0, 1, 0, 2000)
+    assert len(many) == DRAWS + 1 and many[0] == 0 and 900 < many.mean() < 1100
+    assert (many == over_shuffles(lambda rows: rows[:, 0] * 1.0, 1, 0, 2000)).all()
+    assert not np.array_equal(many, over_shuffles(lambda rows: rows[:, 0] * 1.0, 1, 1, 2000))
+
+
+def test_p_counts_the_run_itself_and_what_is_as_great_but_for_rounding():
+    assert p_value(np.array([0.3, 0.1 + 0.2, 0.4, 0.1])) == 0.75

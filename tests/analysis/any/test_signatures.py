@@ -1,0 +1,185 @@
+"""Hand-worked examples of the signatures of every form."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from analysis.any.run import AnyRun
+from analysis.any.signatures import action, communication, cost, idle_rate, outcome, stability, utility
+from analysis.arrays import OUTCOMES
+from analysis.costs import RunCost
+from blind_any_runs import BID, CHOICE, any_run
+from foundry.declared import Actions, Declared
+from foundry.records import Outcome
+
+BOTH = Declared(form="ring", actions={**CHOICE.actions, "bid": Actions(low=0, high=9, idle=0)}, streams=CHOICE.streams)
+
+
+def with_outcomes(run: AnyRun, *outcomes: Outcome) -> AnyRun:
+    return replace(run, outcome=np.array([OUTCOMES.index(one) for one in outcomes]))
+
+
+def saying(run: AnyRun, said: list[str | None], heard: list[tuple[int, int, int]]) -> AnyRun:
+    return replace(run, said=np.array(said, dtype=np.object_), deliveries=np.array(heard).reshape(-1, 3))
+
+
+def getting(run: AnyRun, *utilities: float) -> AnyRun:
+    return replace(run, utility=np.array(utilities))
+
+
+def undefined(found: dict[str, float]) -> set[str]:
+    return {name for name, value in found.items() if math.isnan(value)}
+
+
+def test_actions_are_counted_by_the_labels_that_are_declared():
+    found = action.measure(any_run([(1, 0, "go"), (1, 1, "go"), (2, 0, "stay"), (2, 1, None)]))
+    assert found["share_go"] == 2 / 3 and found["share_stay"] == 1 / 3 and found["share_wait"] == 0
+    assert found["variety"] == pytest.approx(2 / 3)  # two of three pairs
+    assert found["bits"] == pytest.approx(math.log2(3) - 2 / 3)
+    assert found["entropy"] == pytest.approx((math.log2(3) - 2 / 3) / math.log2(3))
+    assert found["n_actions"] == 3
+
+
+def test_numbers_have_a_mean_and_a_spread():
+    found = action.measure(any_run([(1, 0, 1), (1, 1, 2.0), (2, 0, 6)], kind="bid", declared=BID))
+    assert found == {"mean": 3.0, "sd": pytest.approx(math.sqrt(7)), "n_actions": 3.0}
+    assert undefined(action.measure(any_run([(1, 0, 1)], kind="bid", declared=BID))) == {"sd"}
+
+
+def test_each_of_several_kinds_has_measures_of_its_own():
+    found = action.measure(any_run([(1, 0, "go"), (1, 0, 4)], kind=["choice", "bid"], declared=BOTH))
+    assert found["share_choice_go"] == 1 and found["mean_bid"] == 4
+    assert {"variety_choice", "entropy_choice", "n_actions_choice", "n_actions_bid"} <= set(found)
+
+
+def test_the_names_of_actions_do_not_depend_on_what_is_decided():
+    assert list(action.measure(any_run([]))) == list(action.measure(any_run([(1, 0, "go")])))
+    assert undefined(action.measure(any_run([]))) == set(action.measure(any_run([]))) - {"n_actions"}
+
+
+def test_a_world_that_declares_no_actions_has_variety_and_no_shares():
+    found = action.measure(any_run([(1, 0, "up"), (2, 0, "down")], declared=Declared(form="any")))
+    assert found["variety"] == 1 and found["bits"] == 1 and undefined(found) == {"entropy"}
+
+
+def test_idle_is_what_the_world_declares_as_doing_nothing():
+    kinds = ["choice", "choice", "bid", "bid", "choice", "talk"]
+    rows: list[tuple[int, int, Any]] = [(1, 0, "stay"), (1, 1, "go"), (1, 0, 0), (1, 1, 5), (2, 0, None), (2, 1, None)]
+    run = any_run(rows, kind=kinds, declared=BOTH)
+    run = with_outcomes(run, *[Outcome.CHOSEN] * 4, Outcome.EMPTY, Outcome.CHOSEN)
+    assert idle_rate.measure(run) == {"chosen": 2 / 5, "invalid": 1 / 5, "n_decisions": 5.0}
+    assert idle_rate.measure(run.only_readable()) == {"chosen": 1 / 2, "invalid": 0.0, "n_decisions": 4.0}
+
+
+def test_what_could_not_be_read_is_not_chosen_even_where_the_world_makes_it_idle():
+    run = with_outcomes(any_run([(1, 0, "stay"), (1, 1, "stay")]), Outcome.CHOSEN, Outcome.UNREADABLE)
+    assert idle_rate.measure(run)["chosen"] == idle_rate.measure(run)["invalid"] == 1 / 2
+
+
+def test_a_world_without_an_idle_action_has_no_idle_rate():
+    assert undefined(idle_rate.measure(any_run([(1, 0, 3)], kind="bid", declared=BID))) == {"chosen", "invalid"}
+
+
+def test_outcomes_of_actions_and_of_talk_are_told_apart():
+    run = any_run([(1, 0, "go"), (1, 0, None), (2, 0, None), (2, 0, None)], kind=["choice", "talk", "choice", "talk"])
+    found = outcome.measure(with_outcomes(run, Outcome.CHOSEN, Outcome.REPAIRED, Outcome.EMPTY, Outcome.FAILED))
+    assert (found["chosen"], found["empty"], found["readable"], found["n_decisions"]) == (0.5, 0.5, 0.5, 2)
+    assert (found["message_repaired"], found["message_failed"], found["message_readable"]) == (0.5, 0.5, 0.5)
+    silent = replace(run, declared=BID)
+    assert not [name for name in outcome.measure(silent) if "message" in name]
+
+
+def test_cost_is_by_decision():
+    run = any_run([(1, 0, "go"), (1, 1, "go")])
+    spent = RunCost(calls=4, cached=1, retries=0, prompt_tokens=100, output_tokens=10, model_s=2.0, wall_s=1.0)
+    assert cost.measure(replace(run, cost=spent))["calls_per_decision"] == 2
+    assert undefined(cost.measure(run)) == set(cost.MEASURES)
+
+
+def test_pairs_are_of_one_agent_and_one_kind_whatever_lies_between():
+    rows: list[tuple[int, int, Any]] = [
+        (1, 0, "go"), (1, 1, "stay"), (1, 0, 2), (3, 0, "go"), (3, 1, "go"), (3, 0, 3), (4, 0, "stay"), (4, 0, 3),
+    ]  # fmt: skip
+    kinds = ["choice", "choice", "bid", "choice", "choice", "bid", "choice", "bid"]
+    found = stability.measure(any_run(rows, kind=kinds, declared=BOTH))
+    # Agent 0: go go stay and 2 3 3; agent 1: stay go.
+    assert found["n_pairs"] == 5 and found["persistence"] == 2 / 5 and found["switching"] == 3 / 5
+    # By chance one of three pairs of each of the first two, which have two pairs, and none of the last.
+    assert found["repeats_beyond_chance"] == pytest.approx((2 - 2 / 3 - 2 / 3) / 5)
+    assert found["n_runs"] == 6 and found["run_length"] == 8 / 6
+
+
+def test_a_decision_that_does_not_count_or_decides_nothing_parts_a_pair():
+    run = any_run([(1, 0, "go"), (2, 0, "go"), (3, 0, None), (4, 0, "go"), (5, 0, "go")])
+    run = with_outcomes(run, Outcome.CHOSEN, Outcome.EMPTY, Outcome.EMPTY, Outcome.CHOSEN, Outcome.CHOSEN)
+    assert stability.measure(run)["n_pairs"] == 2 and stability.measure(run.only_readable())["n_pairs"] == 1
+    assert stability.measure(run)["repeats_beyond_chance"] == 0
+
+
+def test_without_pairs_stability_is_undefined():
+    found = stability.measure(any_run([(1, 0, "go"), (1, 1, "go")]))
+    assert undefined(found) == {"persistence", "switching", "repeats_beyond_chance"} and found["run_length"] == 1
+    assert undefined(stability.measure(any_run([]))) == {*stability.MEASURES}
+
+
+def test_messages_are_counted_by_agent_and_step():
+    run = any_run([(1, 0, "go"), (1, 1, "go"), (1, 1, None), (2, 0, "go"), (2, 1, "go"), (3, 0, "go"), (3, 2, "go")])
+    run = saying(run, ["hi", None, "oh", "hi", "no", None, None], [(1, 0, 1), (1, 1, 0), (2, 0, 2), (2, 0, 1)])
+    found = communication.measure(run)
+    assert found["rate"] == 4 / 6 and found["n_decisions"] == 6 and found["n_messages"] == 4
+    # Agents 0 and 1 at step 2, agent 2 at step 3; agent 1 has no step 3.
+    assert found["reply_rate"] == pytest.approx(2 / 3) and found["n_after_one"] == 3
+    assert found["silent_share"] == pytest.approx(1 / 3) and found["gini"] == pytest.approx(1 / 3)
+    assert found["audience"] == 1 and found["length"] == 2
+    assert found["variety"] == 5 / 6 and found["distinct_share"] == 3 / 4 and found["n_agents"] == 3
+
+
+def test_what_could_not_be_read_says_nothing():
+    run = saying(any_run([(1, 0, "go"), (1, 1, "go")]), ["hi", "ho"], [(1, 0, 1), (1, 1, 0)])
+    found = communication.measure(with_outcomes(run, Outcome.CHOSEN, Outcome.FAILED).only_readable())
+    assert (found["n_messages"], found["n_deliveries"], found["n_decisions"], found["n_agents"]) == (1, 1, 1, 1)
+
+
+def test_silence_is_a_rate_of_nothing_and_a_world_without_messages_has_no_measures_of_them():
+    found = communication.measure(any_run([(1, 0, "go")]))
+    assert found["rate"] == 0 and found["silent_share"] == 1
+    assert undefined(found) == {"reply_rate", "gini", "audience", "length", "variety", "distinct_share"}
+    assert communication.measure(any_run([(1, 0, 1)], kind="bid", declared=BID)) == {}
+
+
+def test_utility_is_by_agent_and_decision():
+    run = any_run([(1, 0, "go"), (1, 1, "go"), (2, 0, "go"), (2, 1, "go"), (2, 2, "go")])
+    found = utility.measure(getting(run, 1, 4, 3, math.nan, 0))
+    assert found["mean"] == 2 and found["spread"] == 2 and found["n_agents"] == 3 and found["n_decisions"] == 4
+    assert found["gini"] == pytest.approx(16 / (2 * 9 * 2))  # of 2, 4 and 0
+
+
+@pytest.mark.parametrize(
+    ("utilities", "gini"),
+    [
+        ((1, 1, 1, 1), 0),
+        ((0, 0, 0, 8), 3 / 4),
+        ((-2, -2, -2, -2), 0),
+        ((0, 0, 0, -8), 3 / 4),
+        ((-4, 0, 0, 4), 3 / 4),  # as unequal as it can be: all losses with one, all gains with another
+        ((-1, 1, -1, 1), 1 / 2),
+    ],
+)
+def test_the_gini_of_gains_and_losses_stays_within_its_bounds(utilities: tuple[float, ...], gini: float):
+    run = any_run([(1, agent, "go") for agent in range(4)])
+    assert utility.measure(getting(run, *utilities))["gini"] == pytest.approx(gini)
+
+
+def test_without_any_utility_it_is_undefined_and_a_world_without_the_key_has_none():
+    found = utility.measure(any_run([(1, 0, "go")]))
+    assert undefined(found) == {*utility.MEASURES} and found["n_agents"] == 0
+    assert utility.measure(any_run([(1, 0, 1)], kind="bid", declared=BID)) == {}
+    assert undefined(utility.measure(getting(any_run([(1, 0, "go"), (1, 1, "go")]), 0, 0))) == {
+        "gini",
+        "beyond_shuffled",
+    }

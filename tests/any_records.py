@@ -1,0 +1,76 @@
+"""Writes runs of a world of no shipped form, line by line, without any world or model."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from foundry.declared import Actions, Declared
+from foundry.records import Agent, Counts, Message
+from foundry.storing.run_writer import write_run_summary
+from foundry.storing.store import RunFolder, SweepFolder
+from foundry.sweep import Condition, expand
+from made_up_runs import summary
+
+STREAMS = {
+    "steps": {
+        "step": "integer",
+        "agent": "integer",
+        "kind": "text",
+        "action": "other?",
+        "outcome": "label",
+        "utility": "number?",
+        "message": "text?",
+        "thoughts": "text",
+        "mood": "label",
+        "crowd": "integer",
+        "wants in": "flag?",
+    },
+    "messages": {"step": "integer", "sender": "integer", "recipient": "integer", "text": "text"},
+    "agents": {"agent": "integer", "persona": "other"},
+}
+BAR = Declared(
+    form="ring",
+    actions={
+        "choice": Actions(labels=("go", "stay"), idle="stay"),
+        "bid": Actions(low=0, high=10),
+    },
+    streams=STREAMS,
+)
+
+
+def line(step: int, agent: int, /, **changes: Any) -> dict[str, Any]:
+    """Return a decision as a line has it."""
+    return {
+        "step": step, "agent": agent, "kind": "choice", "action": "go", "outcome": "chosen", "utility": 1,
+        "message": None, "thoughts": "hm", "mood": "calm", "crowd": 3, "wants in": None,
+    } | changes  # fmt: skip
+
+
+def any_folder(
+    path: Path,
+    lines: Sequence[Mapping[str, Any]],
+    *,
+    declared: Declared | None = BAR,
+    messages: Sequence[Message] = (),
+    personas: Sequence[Agent] = (),
+    ended: bool = True,
+) -> RunFolder:
+    """Write a sweep of one run with these lines."""
+    config = {"world": {"name": "bar", "_target_": "own.Bar"}, "model": {"name": "m"}, "prompt": {"name": "p"}}
+    condition = Condition(factors={}, config={**config, "sampling_seed": None}, seeds=(0,), declared=declared)
+    folder = SweepFolder.create(path, expand(["-m"], [condition]), {}, []).runs()[0]
+    files = {"steps": lines, "messages": messages, **({"agents": personas} if personas else {})}
+    folder.path.mkdir(parents=True)
+    hashes: dict[str, str] = {}
+    for name, content in files.items():
+        text = b"".join(msgspec.json.encode(one) + b"\n" for one in content)
+        folder.stream_path(name).write_bytes(text)
+        hashes[f"{name}.jsonl"] = hashlib.sha256(text).hexdigest()
+    if ended:
+        write_run_summary(folder, msgspec.structs.replace(summary(folder, Counts(), None), records_sha256=hashes))
+    return folder

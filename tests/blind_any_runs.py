@@ -1,0 +1,115 @@
+"""Runs of any form whose policies are known exactly: what the measures of every form must say of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator
+
+from analysis.any.run import AnyRun
+from analysis.arrays import OUTCOMES, IntArray
+from foundry import seeding
+from foundry.declared import Actions, Declared
+from foundry.records import Outcome
+
+LABELS = ("go", "stay", "wait")
+CHOICE = Declared(
+    form="ring",
+    actions={"choice": Actions(labels=LABELS, idle="stay")},
+    streams={"steps": {"step": "integer", "utility": "number?", "message": "text?"}},
+)
+BID = Declared(form="ring", actions={"bid": Actions(whole=False)}, streams={"steps": {"step": "integer"}})
+
+
+def any_run(
+    rows: Sequence[tuple[int, int, Any]],
+    *,
+    kind: str | Sequence[str] = "choice",
+    declared: Declared = CHOICE,
+    personas: Sequence[Mapping[str, str]] = (),
+    **changes: Any,
+) -> AnyRun:
+    """Return a run of decisions (step, agent, action), in this order."""
+    size = len(rows)
+    agents = max([len(personas), *(agent + 1 for _, agent, _ in rows)])
+    kinds = [kind] * size if isinstance(kind, str) else list(kind)
+    fields: dict[str, Any] = {
+        "id": "run",
+        "declared": declared,
+        "step": np.array([step for step, _, _ in rows], dtype=np.int64),
+        "agent": np.array([agent for _, agent, _ in rows], dtype=np.int64),
+        "kind": np.array(kinds, dtype=np.object_),
+        "action": np.array([one if isinstance(one, str) else None for _, _, one in rows], dtype=np.object_),
+        "number": np.array([np.nan if isinstance(one, str | None) else one for _, _, one in rows], dtype=np.float64),
+        "outcome": np.full(size, OUTCOMES.index(Outcome.CHOSEN)),
+        "utility": np.full(size, np.nan),
+        "said": np.full(size, None, dtype=np.object_),
+        "deliveries": np.zeros((0, 3), dtype=np.int64),
+        "agents": agents,
+        "personas": (*personas, *({} for _ in range(agents - len(personas)))),
+    }
+    return AnyRun(**{**fields, **changes})
+
+
+@dataclass(frozen=True)
+class Crowd:
+    """Agents whose every action is drawn from known chances, by whose habits, and seen through whose replies.
+
+    Attributes:
+        shares: chances of LABELS by agent, (N, 3); one row for all that are alike.
+        steps: number of steps.
+        mood: how far the chances of all change together from step to step: the weight of a draw common to all.
+        habit: chance that an agent does what it did last.
+        quota: whether as many agents as the shares say decide each label, at every step.
+        present: chance that an agent decides at a step, by agent or of all.
+        lost: chance that a reply cannot be read.
+        turns: whether one agent alone decides at each step.
+        groups: the persona of each agent, or how many groups they are drawn from.
+    """
+
+    shares: Sequence[Sequence[float]] = ((0.5, 0.3, 0.2),)
+    steps: int = 24
+    agents: int = 8
+    mood: float = 0.0
+    habit: float = 0.0
+    quota: bool = False
+    present: Sequence[float] = (1.0,)
+    lost: float = 0.0
+    turns: bool = False
+    groups: Sequence[str] | int = 3
+
+    def play(self, seed: int) -> AnyRun:
+        """Return one run."""
+        stream = seeding.stream(seed, "crowd")
+        drawn = self._actions(stream)
+        here = stream.random(drawn.shape) < np.resize(self.present, self.agents)
+        if self.turns:
+            here &= np.arange(self.steps)[:, None] % self.agents == np.arange(self.agents)
+        lost = stream.random(drawn.shape) < self.lost
+        cells = np.argwhere(here).tolist()
+        run = any_run(
+            [(t + 1, i, None if lost[t, i] else LABELS[drawn[t, i]]) for t, i in cells], personas=self._personas(stream)
+        )
+        outcomes = [OUTCOMES.index(Outcome.EMPTY if lost[t, i] else Outcome.CHOSEN) for t, i in cells]
+        return replace(run, outcome=np.array(outcomes, dtype=np.int64))
+
+    def _actions(self, stream: Generator) -> IntArray:
+        """Return indices of LABELS, (T, N)."""
+        shares = np.resize(np.array(self.shares), (self.agents, len(LABELS)))
+        found = np.zeros((self.steps, self.agents), dtype=np.int64)
+        for step in range(self.steps):
+            chances = (1 - self.mood) * shares + self.mood * stream.dirichlet([0.3] * len(LABELS))
+            fresh = (stream.random((self.agents, 1)) > chances.cumsum(axis=1)[:, :-1]).sum(axis=1)
+            if self.quota:
+                fresh = stream.permutation(np.repeat(np.arange(3), np.round(shares[0] * self.agents).astype(int)))
+            again = (stream.random(self.agents) < self.habit) & (step > 0)
+            found[step] = np.where(again, found[step - 1], fresh)
+        return found
+
+    def _personas(self, stream: Generator) -> list[dict[str, str]]:
+        if isinstance(self.groups, int):
+            return [{"role": str(one)} for one in stream.integers(self.groups, size=self.agents)]
+        return [{"role": one} for one in self.groups]

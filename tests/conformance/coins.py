@@ -1,0 +1,310 @@
+"""A small world that holds all that a world must hold, and worlds that break one rule each."""
+
+from __future__ import annotations
+
+import io
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import msgspec
+import numpy as np
+from PIL import Image
+
+from foundry import seeding
+from foundry.declared import Actions
+from foundry.records import Agent, Outcome, Record, RoundStep
+from foundry.worlds.base import (
+    Answer,
+    Question,
+    Recorded,
+    Redrawing,
+    Scenario,
+    World,
+    unanswered,
+    undecided_outcome,
+)
+
+CALLS = ("heads", "tails", "pass")
+
+
+class Round(World):
+    """Every agent calls the coin; what it showed is told in the next step."""
+
+    def __init__(self, scenario: Coins, seed: int) -> None:
+        self.scenario, self.seed = scenario, seed
+        self.completed, self.shown, self.calls = 0, "nothing yet", ()
+
+    @property
+    def finished(self) -> bool:
+        return self.completed >= self.scenario.steps
+
+    @property
+    def step(self) -> int:
+        return self.completed
+
+    def coin(self) -> str:
+        return CALLS[int(seeding.stream(self.seed, f"coin {self.completed}").integers(2))]
+
+    def opening(self) -> Sequence[Record]:
+        return [Agent(agent=agent, persona=one) for agent, one in enumerate(self.scenario.personas(self.seed))]
+
+    def question(self, agent: int) -> Question:
+        observation = {"agent": agent, "step": self.completed + 1, "shown": self.shown}
+        return Question(
+            self.completed + 1, agent, "call", observation, secret={"coin": self.coin()}, options=CALLS, idle="pass"
+        )
+
+    def pending(self) -> Sequence[Question]:
+        return () if self.finished else [self.question(agent) for agent in range(self.scenario.agents)]
+
+    def row(self, agent: int, answer: Answer) -> RoundStep:
+        text = answer.text.strip()
+        called = text if text in CALLS and unanswered(answer) is None else None
+        outcome = unanswered(answer) or (Outcome.CHOSEN if called else undecided_outcome(answer))
+        return RoundStep(
+            step=self.completed + 1, agent=agent, kind="call", action=called, outcome=outcome,
+            utility=float(called == self.coin()),
+        )  # fmt: skip
+
+    def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
+        rows = [self.row(agent, answer) for agent, answer in enumerate(answers)]
+        self.shown, self.calls = self.coin(), tuple(row.action for row in rows)
+        self.completed += 1
+        return rows
+
+    def draw(self) -> bytes:
+        return drawn(self.completed, self.calls)
+
+
+def drawn(step: int, calls: Sequence[object]) -> bytes:
+    pixels = [(step * 20 % 256, CALLS.index(one) if one else 200, 0) for one in calls] or [(step, 0, 0)]
+    image = Image.new("RGB", (len(pixels), 1))
+    image.putdata(pixels)
+    png = io.BytesIO()
+    image.save(png, format="PNG")
+    return png.getvalue()
+
+
+class Coins(Scenario):
+    """A configured world of coins."""
+
+    form: ClassVar[str] = "rounds"
+    kinds: ClassVar[tuple[str, ...]] = ("call",)
+    records: ClassVar[tuple[type[Record], ...]] = (RoundStep, Agent)
+    world: ClassVar[type[Round]] = Round
+
+    def __init__(self, agents: int = 3, steps: int = 3) -> None:
+        self.name, self.agents, self.steps = "coins", agents, steps
+
+    def start(self, seed: int) -> World:
+        return self.world(self, seed)
+
+    def actions(self) -> Mapping[str, Actions]:
+        return {"call": Actions(labels=CALLS, idle="pass")}
+
+    def personas(self, seed: int) -> Sequence[Mapping[str, str]]:
+        moods = seeding.stream(seed, "personas").integers(2, size=self.agents)
+        return [{"mood": ("calm", "bold")[mood]} for mood in moods]
+
+    def count_calls(self) -> int:
+        return self.agents * self.steps
+
+    def redraw(self, recorded: Recorded) -> Redrawing:
+        return Redrawn(msgspec.json.Decoder(RoundStep).decode_lines(recorded.steps))
+
+
+class Redrawn(Redrawing):
+    def __init__(self, rows: Sequence[RoundStep]) -> None:
+        self.rows = rows
+
+    def draw(self, step: int) -> bytes:
+        return drawn(step, [row.action for row in self.rows if row.step == step])
+
+
+def with_world(name: str, **members: Any) -> type[Coins]:
+    """Return the scenario whose episodes have other members."""
+    return type(name, (Coins,), {"world": type(f"{name}Round", (Round,), members)})
+
+
+def with_scenario(name: str, **members: Any) -> type[Coins]:
+    return type(name, (Coins,), members)
+
+
+def question_with(**changes: Any) -> Any:
+    """Return a `question` with other fields, which may be functions of the world and the agent."""
+
+    def question(self: Round, agent: int) -> Question:
+        made = {key: value(self, agent) if callable(value) else value for key, value in changes.items()}
+        return msgspec_replace(Round.question(self, agent), **made)
+
+    return question
+
+
+def row_with(**changes: Any) -> Any:
+    """Return a `row` with other keys, which may be functions of the world, the row and the answer."""
+
+    def row(self: Round, agent: int, answer: Answer) -> RoundStep:
+        found = Round.row(self, agent, answer)
+        made = {key: value(self, found, answer) if callable(value) else value for key, value in changes.items()}
+        return msgspec.structs.replace(found, **made)
+
+    return row
+
+
+def msgspec_replace(question: Question, **changes: Any) -> Question:
+    from dataclasses import replace
+
+    return replace(question, **changes)
+
+
+def _ever_higher(self: Round) -> Sequence[Question]:
+    self.peeked = getattr(self, "peeked", 0) + 1
+    return [msgspec_replace(one, observation={**one.observation, "peeked": self.peeked}) for one in Round.pending(self)]
+
+
+def _counts_openings(self: Round) -> Sequence[Record]:
+    self.opened = getattr(self, "opened", -1) + 1
+    return Round.opening(self)[self.opened :]
+
+
+def _moves_on(self: Round) -> bytes:
+    self.shown = "drawn"
+    return Round.draw(self)
+
+
+NUMBERS = itertools.count()
+
+
+class Forgetful(Coins):
+    """Forgets a setting on its way through pickle."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**vars(self), "steps": 1}
+
+
+class Shared(Coins):
+    """Keeps what an episode did for the next one."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.started = 0
+
+    def start(self, seed: int) -> World:
+        self.started += 1
+        world = Round(self, seed)
+        world.shown = f"start {self.started}"
+        return world
+
+
+class Stranger(RoundStep, frozen=True, kw_only=True):
+    pass
+
+
+class Bare(Record, frozen=True, kw_only=True):
+    stream: ClassVar[str] = "steps"
+    step: int
+
+
+def _raises_on_oddities(self: Round, agent: int, answer: Answer) -> RoundStep:
+    answer.text.encode("ascii")
+    return Round.row(self, agent, answer)
+
+
+def _tells_all(self: Round, answers: Sequence[Answer]) -> Sequence[Record]:
+    rows = Round.advance(self, answers)
+    self.shown = answers[-1].text[:50]
+    return rows
+
+
+def _unsure(self: Round, answers: Sequence[Answer]) -> Sequence[Record]:
+    rows = Round.advance(self, answers)
+    if any(row.action is None for row in rows):
+        self.shown = f"unsure {next(NUMBERS)}"
+    return rows
+
+
+def _half(self: Round, answers: Sequence[Answer]) -> Sequence[Record]:
+    return Round.advance(self, answers)[1:]
+
+
+def _other_class(self: Round, answers: Sequence[Answer]) -> Sequence[Record]:
+    return [Stranger(**msgspec.structs.asdict(row)) for row in Round.advance(self, answers)]
+
+
+BROKEN = [
+    (with_world("Endless", finished=False), "plays to its end", "let finished become true"),
+    (with_world("Stuck", pending=lambda self: ()), "plays to its end", "never end"),
+    (
+        with_world("Late", pending=lambda self: [self.question(agent) for agent in range(3)]),
+        "plays to its end",
+        "pending after the end",
+    ),
+    (with_scenario("Modest", count_calls=lambda self: 1), "counts its calls", "9 questions were asked"),
+    (with_world("Guess", question=question_with(kind="guess")), "asks what it says", "'guess'"),
+    (with_world("Zero", question=question_with(step=lambda self, agent: self.step)), "asks what it says", "count from 1"),
+    (with_world("Twice", question=question_with(agent=0)), "asks what it says", "3 times"),
+    (
+        with_world("Array", question=question_with(observation={"shown": np.float64(1)})),
+        "observes plain data",
+        "numpy.float64",
+    ),
+    (with_world("Peeking", pending=_ever_higher), "asks without side effects", "pending()"),
+    (with_world("Opening", opening=_counts_openings), "opens without side effects", "opening()"),
+    (with_world("Drawing", draw=_moves_on), "opens without side effects", "drawn"),
+    (
+        with_world("Clock", question=question_with(observation=lambda self, agent: {"shown": next(NUMBERS)})),
+        "is equal from equal settings",
+        "foundry.seeding.stream",
+    ),
+    (Forgetful, "is equal from a pickle", "pickle"),
+    (Shared, "starts afresh", "beside another"),
+    (
+        with_scenario("Lonely", personas=lambda self, seed: [{}]),
+        "has a persona for every agent",
+        "one persona",
+    ),
+    (
+        with_world("Telltale", question=question_with(observation=lambda self, agent: {"coin": self.coin()})),
+        "keeps its secrets",
+        "coin",
+    ),
+    (with_world("Painter", question=question_with(images=(b"\x89PNG",))), "shows images where it says", "1 images"),
+    (with_scenario("Formless", form=None), "declares its records", "form is None"),
+    (with_scenario("Sparse", records=(Bare, Agent)), "declares its records", "no agent, outcome"),
+    (
+        with_scenario("Idler", actions=lambda self: {"call": Actions(labels=CALLS, idle="nothing")}),
+        "declares its records",
+        "idle action",
+    ),
+    (with_world("Strangers", advance=_other_class), "writes what it declares", "Stranger"),
+    (with_world("Misnumbered", row=row_with(step=0)), "writes what it declares", "says step 0"),
+    (with_world("Halved", advance=_half), "records every step", "no record of agent 0"),
+    (with_world("Freely", row=row_with(action="edge")), "decides as declared", "not declared"),
+    (
+        with_world("Inventive", row=row_with(action=lambda self, row, answer: row.action or "pass")),
+        "decides as declared",
+        "no model said",
+    ),
+    (with_world("Nameless", row=row_with(outcome="fine")), "decides as declared", "use foundry.records.Outcome"),
+    (with_world("Undefined", row=row_with(utility=float("nan"))), "loads its records back", "utility"),
+    (with_world("Silent", opening=lambda self: ()), "opens with its personas", "opening() records"),
+    (with_world("Blank", draw=lambda self: drawn(0, ())), "redraws what it drew", "step 1"),
+    (with_world("Strict", row=_raises_on_oddities), "survives bad replies", "UnicodeEncodeError"),
+    (
+        with_world("Lumped", row=row_with(outcome=lambda self, row, answer: row.outcome if row.action else Outcome.FAILED)),
+        "survives bad replies",
+        "instead of empty",
+    ),
+    (with_world("Gossip", advance=_tells_all), "takes bad replies for no decision", "others are told"),
+    (
+        with_world("Fined", row=row_with(utility=lambda self, row, answer: -float(len(answer.text)))),
+        "takes bad replies for no decision",
+        "let both decide nothing",
+    ),
+    (with_world("Unsure", advance=_unsure), "gives the same when played again", "differ"),
+    (with_world("Doubled", question=question_with(options=("heads", " heads"))), "reads the options it offers", "same"),
+    (with_world("Misleading", question=question_with(options=("edge",))), "reads the options it offers", "read as"),
+    (with_world("Busy", question=question_with(idle="heads")), "reads its idle reply", "'heads'"),
+]  # fmt: skip
+"""A world, the check that must see what is wrong with it, and words of what that says."""
