@@ -21,7 +21,7 @@ SHIPPED = "foundry"
 """The origin of the package's own modules."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Part:
     """One module of a signature.
 
@@ -33,7 +33,7 @@ class Part:
         headline: those that are shown first.
         readable_too: whether it has measures over the readable decisions alone.
         primary: whether claims rest on it where nothing is declared.
-        module: the module's full name, or its file.
+        module: the module's full name; of a user's own, the name of its file.
         origin: where it comes from, for people.
         sha256: hash of its source.
     """
@@ -119,7 +119,7 @@ def _part(module: ModuleType, origin: str, sha256: str) -> Part:
         headline=tuple(module.HEADLINE),
         readable_too=getattr(module, "READABLE_TOO", True),
         primary=getattr(module, "PRIMARY", True),
-        module=module.__name__ if origin == SHIPPED else str(module.__file__),
+        module=module.__name__ if origin == SHIPPED else Path(str(module.__file__)).name,
         origin=origin,
         sha256=sha256,
     )

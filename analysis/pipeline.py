@@ -12,6 +12,7 @@ import msgspec
 import pandas as pd
 import pyarrow as pa  # type: ignore[import-untyped]
 
+from analysis import signatures
 from analysis.form import FormAnalysis, form_of
 from analysis.labelling import model_labelling, rule_labelling
 from analysis.lines import COMPLETE
@@ -55,6 +56,7 @@ class Analysis:
         variance: how much of the variation goes with what, as in `variance.csv`.
         fingerprint: the groups as a whole; its energy tests are in `fingerprint.csv`.
         retest: test-retest consistency, as in `retest.csv`; no rows where nothing was sampled again.
+        sources: where each signature comes from, as in `sources.csv`; see `analysis.signatures.sources`.
         declared: the measures that claims rest on.
     """
 
@@ -68,6 +70,7 @@ class Analysis:
     variance: pd.DataFrame
     fingerprint: Fingerprint
     retest: pd.DataFrame
+    sources: pd.DataFrame
     declared: tuple[str, ...]
 
     @property
@@ -149,6 +152,7 @@ def analyze(
         variance=variance_split(table, groups),
         fingerprint=fingerprint(table, groups),
         retest=retest([source.path for source in sources if not source.baseline]),
+        sources=pd.DataFrame(signatures.sources(forms)),
         declared=tuple(family or primary_measures(table.measures)),
     )
     written = [*found.written, *_write_tables(found), *(_plot(folder, compared) if plots else ())]
@@ -209,6 +213,7 @@ def _write_tables(found: Analysis) -> list[Path]:
     found.runs.to_parquet(parquet, index=False)
     frames = {
         "signatures": found.runs,
+        "sources": found.sources,
         "variance": found.variance,
         "fingerprint": found.fingerprint.energy,
         "retest": found.retest,

@@ -20,10 +20,10 @@ import numpy as np
 import pandas as pd
 
 from analysis.agreement import fleiss_kappa, pairwise_agreement
-from analysis.any import decided, general_run
+from analysis.any.general import choices, general_run
 from analysis.arrays import IntArray
 from analysis.form import Decisions
-from analysis.load import Folders, Measurable, folders_of, further_factors, identity, measurable
+from analysis.load import Folders, folders_of, further_factors, identity, measurable
 from foundry.storing.store import RunFolder, SweepFolder, without_servers
 
 
@@ -67,15 +67,14 @@ def _rows(group: Sequence[RunFolder]) -> Iterator[dict[str, Any]]:
     """Yield the rows of runs that differ in `sampling_seed` alone, one per kind of call."""
     if len({folder.config()["sampling_seed"] for folder in group}) < 2:
         return
-    found = ((folder, measurable(folder, folder.summary())) for folder in group)
-    complete = {_sampling(folder): (folder, whole) for folder, whole in found if whole is not None}
+    found = ((folder, _decisions(folder)) for folder in group)
+    complete = {_sampling(folder): (folder, decided) for folder, decided in found if decided is not None}
     if len(complete) < 2:
         return
-    folders = [folder for folder, _ in complete.values()]
+    folders, made = zip(*complete.values(), strict=True)
     first = folders[0]
     known = {**identity(first), **further_factors(first)}
     keys = {name: known[name] for name in known if name not in ("run", "status", "sampling_seed")}
-    made = [_decisions(folder, whole) for folder, whole in complete.values()]
     states = _states(folders)
     for kind in made[0]:
         mine = states.get(kind, {})
@@ -90,10 +89,13 @@ def _sampling(folder: RunFolder) -> int:
     return int(config["seed"] if config["sampling_seed"] is None else config["sampling_seed"])
 
 
-def _decisions(folder: RunFolder, whole: Measurable) -> Mapping[str, Decisions]:
-    """Return what was decided in a run, by kind of call."""
+def _decisions(folder: RunFolder) -> Mapping[str, Decisions] | None:
+    """Return what was decided in a complete run, by kind of call; None of any other."""
+    whole = measurable(folder, folder.summary())
+    if whole is None:
+        return None
     form = whole.form
-    return form.decided(whole.run) if form.decided else decided(general_run(folder, whole.records))
+    return form.decided(whole.run) if form.decided else choices(general_run(folder, whole.records))
 
 
 State = tuple[int, int, bytes]

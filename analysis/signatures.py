@@ -36,6 +36,7 @@ from typing import Any
 
 from analysis.any.run import AnyRun
 from analysis.finding import Part, parts
+from analysis.form import FormAnalysis
 from analysis.measure import Measure, share
 from foundry.own_code import own_folders
 
@@ -84,15 +85,14 @@ class Signature:
 
     def measure(self, run: Any) -> dict[str, float]:
         """Return the measures of a run over the decisions that count in it; none if there are none for its class."""
-        part = self.part(type(run))
-        return part.measure(run) if part is not None else {}
+        return next((one.measure(run) for one in self.parts if one.run is type(run)), {})
 
     def columns(self, run: Any, readable: Any) -> dict[str, float]:
         """Return the columns of a run: its measures, then those of the same run with the readable decisions alone."""
-        part, every = self.part(type(run)), self.measure(run)
+        every = self.measure(run)
         found = {f"{self.name}.{name}": value for name, value in every.items()}
-        if part is not None and part.readable_too:
-            alone = every if run.all_readable else part.measure(readable)
+        if self.readable_too:
+            alone = every if run.all_readable else self.measure(readable)
             found |= {f"{self.name}.{name}{READABLE_SUFFIX}": value for name, value in alone.items()}
         return found
 
@@ -164,6 +164,20 @@ def measure(run: Any, general: AnyRun | None = None) -> dict[str, float]:
         if part is not None and part.run in views:
             found |= signature.columns(*views[part.run])
     return found
+
+
+def sources(forms: Iterable[FormAnalysis]) -> list[dict[str, str]]:
+    """Return where the signatures of these forms come from, a row a form and signature.
+
+    The keys: `form`, `signature`, `origin` (`foundry`, or the user's own file or package), `module` (its full name, or
+    the file's name), and `sha256` of its source.
+    """
+    kept = [(form.name, one.part(form.run)) for form in forms for one in discover()]
+    return [
+        {"form": form, "signature": part.name, "origin": part.origin, "module": part.module, "sha256": part.sha256}
+        for form, part in kept
+        if part is not None
+    ]
 
 
 def is_readable_only(column: str) -> bool:

@@ -8,16 +8,12 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TypeVar
 
 from foundry.composing.compose import compose
 from foundry.composing.preparing import checked, job_of
 from foundry.errors import InputError
 from foundry.storing.store import SweepFolder
-
-if TYPE_CHECKING:
-    from analysis.load import Loaded
-    from analysis.pipeline import Analysis
 
 T = TypeVar("T")
 
@@ -27,7 +23,7 @@ class Ran:
     """What became of a sweep, or of one run.
 
     Attributes:
-        path: its folder.
+        path: its folder, which `foundry.load` and `foundry.analyze` take.
         complete: how many runs are complete.
         failed: the runs that are not, and why, one line each.
         notes: what is to be known of its worlds, one line each.
@@ -37,18 +33,6 @@ class Ran:
     complete: int
     failed: tuple[str, ...]
     notes: tuple[str, ...]
-
-    def load(self) -> Loaded:
-        """Return its records as tidy tables; see `foundry.load`."""
-        import foundry
-
-        return foundry.load(self.path)
-
-    def analyze(self, **options: Any) -> Analysis:
-        """Write its tables and plots and return what was found; options are those of `foundry.analyze`."""
-        import foundry
-
-        return foundry.analyze(self.path, **options)
 
 
 def run(*overrides: str, config_dir: Path | str | None = None) -> Ran:

@@ -17,7 +17,7 @@ from typer.models import CommandInfo
 from foundry import commands, own_code
 from foundry.commands.application import EXIT_FAILED, EXIT_INPUT, EXIT_INTERRUPTED, EXIT_OK, app, fail
 from foundry.commands.sweeps import run_overrides
-from foundry.composing.compose import CONFIG_DIR, config_dirs
+from foundry.composing.compose import config_dirs, folders_last
 from foundry.errors import FoundryError, InputError, RecordError, not_found
 
 DISK_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
@@ -35,7 +35,7 @@ def main() -> None:
 def run(argv: Sequence[str]) -> int:
     """Run a command line and return the exit code: 0 complete, 2 bad input, 3 runs failed, 130 interrupted."""
     try:
-        argv = _folder_last(argv)
+        argv = folders_last(argv)
         if _is_typer(argv):
             return _run_typer(_with_own_code(argv))
         return run_overrides(argv)
@@ -66,16 +66,6 @@ def _in_the_way(error: ImportError) -> FoundryError:
     raise error
 
 
-def _folder_last(argv: Sequence[str]) -> list[str]:
-    """Return the command line with the user's folder of configurations behind what it is given before."""
-    rest = list(argv)
-    flags: list[str] = []
-    while rest and rest[0].partition("=")[0] in CONFIG_DIR:
-        taken = 1 if "=" in rest[0] else 2
-        flags, rest = [*flags, *rest[:taken]], rest[taken:]
-    return [*rest, *flags]
-
-
 def _is_typer(argv: Sequence[str]) -> bool:
     """Return whether Typer reads this command line; refuses a word that is no command and no override."""
     if "_FOUNDRY_COMPLETE" in os.environ:
@@ -101,12 +91,9 @@ def _with_own_code(argv: Sequence[str]) -> list[str]:
     composing = {_name_of(command) for command in app.registered_commands if command.context_settings}
     if composing.intersection(argv[:1]):
         return list(argv)
-    own_code.use(config_dirs(argv))
-    rest = list(argv)
-    while flag := next((one for one in rest if one.partition("=")[0] in CONFIG_DIR), None):
-        place = rest.index(flag)
-        del rest[place : place + (1 if "=" in flag else 2)]
-    return rest
+    folders = list(config_dirs(argv))
+    own_code.use(folders)
+    return list(argv[: len(argv) - 2 * len(folders)])
 
 
 def _run_typer(argv: Sequence[str]) -> int:

@@ -56,7 +56,7 @@ def any_run(
 
 @dataclass(frozen=True)
 class Crowd:
-    """Agents whose every action is drawn from known chances, by whose habits, and seen through whose replies.
+    """Agents that act by known chances and get what luck gives them.
 
     Attributes:
         shares: chances of LABELS by agent, (N, 3); one row for all that are alike.
@@ -94,7 +94,8 @@ class Crowd:
             [(t + 1, i, None if lost[t, i] else LABELS[drawn[t, i]]) for t, i in cells], personas=self._personas(stream)
         )
         outcomes = [OUTCOMES.index(Outcome.EMPTY if lost[t, i] else Outcome.CHOSEN) for t, i in cells]
-        return replace(run, outcome=np.array(outcomes, dtype=np.int64))
+        luck = stream.normal(size=len(cells))
+        return replace(run, outcome=np.array(outcomes, dtype=np.int64), utility=luck)
 
     def _actions(self, stream: Generator) -> IntArray:
         """Return indices of LABELS, (T, N)."""
@@ -113,3 +114,16 @@ class Crowd:
         if isinstance(self.groups, int):
             return [{"role": str(one)} for one in stream.integers(self.groups, size=self.agents)]
         return [{"role": one} for one in self.groups]
+
+
+CROWDS = {
+    "one by one": Crowd(),
+    "all in one mood": Crowd(mood=0.8),
+    "in habits": Crowd(habit=0.6, steps=36),
+    "as many as there is room": Crowd(quota=True, shares=((0.5, 0.25, 0.25),)),
+    "each as often as it likes": Crowd(present=(0.2, 0.4, 0.6, 0.8, 1, 1, 1, 1), mood=0.5),
+    "in turns": Crowd(turns=True, steps=120, agents=4),
+    "few": Crowd(agents=3, steps=12),
+    "with lost replies": Crowd(lost=0.3, mood=0.3),
+}
+"""Crowds whose agents are alike, and draw their personas by lot."""

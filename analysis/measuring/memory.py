@@ -16,6 +16,7 @@ from pathlib import Path
 import msgspec
 import pyarrow as pa  # type: ignore[import-untyped]
 
+from foundry.own_code import own_folders, own_modules
 from foundry.storing.store import RunFolder
 
 _KEPT_EVERY = 64
@@ -25,6 +26,8 @@ _PATIENCE_S = 0.3
 """Seconds to wait for another process; measuring a run takes less."""
 
 _NOWHERE = ":memory:"
+
+_GROUPS = ("signatures", "forms")
 
 
 @dataclass(frozen=True)
@@ -140,20 +143,27 @@ def _connected(path: Path | str) -> Memory:
 
 
 def key_of(folder: RunFolder, labels: str) -> str:
-    """Return the key of a run: its id, the state of its files, the labels of its messages, and the code.
+    """Return the key of a run: its id and form, the state of its files, the labels of its messages, and the code.
 
     Args:
         folder: the run.
         labels: a text that changes with what counts as a warning.
     """
-    parts = "\0".join((code_version(), labels, folder.id, folder.stamp()))
+    parts = "\0".join((code_version(own_folders()), labels, folder.id, folder.declared.form, folder.stamp()))
     return hashlib.blake2b(parts.encode(), digest_size=16).hexdigest()
 
 
-@lru_cache(maxsize=1)
-def code_version() -> str:
-    """Return a hash of everything that decides a measure: the sources of this package."""
+@lru_cache(maxsize=4)
+def code_version(folders: tuple[Path, ...]) -> str:
+    """Return a hash of everything that decides a measure: the sources of this package, and the user's own.
+
+    Args:
+        folders: the user's own folders; what lies in them, or below them in folders of signatures and forms, counts.
+    """
     state = hashlib.blake2b(digest_size=16)
-    for path in sorted(Path(__file__).parents[1].rglob("*.py")):
+    own = [file for folder in folders for place in ("", *_GROUPS) for file in sorted((folder / place).glob("*.py"))]
+    for path in [*sorted(Path(__file__).parents[1].rglob("*.py")), *own]:
         state.update(path.read_bytes())
+    for one in (one for group in _GROUPS for one in own_modules(group)):
+        state.update(f"{one.origin} {one.sha256}".encode())
     return state.hexdigest()

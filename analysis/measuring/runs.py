@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from analysis import signatures
-from analysis.any import general_run
+from analysis.any.general import general_run
 from analysis.any.run import AnyRun
 from analysis.labelling import Labelling, rule_labelling
 from analysis.lines import COMPLETE, FAILED
@@ -18,6 +18,7 @@ from analysis.measuring.compact import Values
 from analysis.measuring.memory import Measured, Memory, key_of
 from analysis.measuring.steps_file import steps_table
 from analysis.signatures import FAILURE_RATE
+from foundry.own_code import own_folders, use
 from foundry.storing.store import RunFolder, SweepFolder
 
 if TYPE_CHECKING:
@@ -106,11 +107,13 @@ def _measure_fresh(source: Source, sweep: SweepFolder, fresh: Sequence[RunFolder
     size = 16  # few enough for an even load and little memory, many enough to pay for the way to another process
     parts = [sweep.part(fresh[start : start + size]) for start in range(0, len(fresh), size)]
     work = joblib.Parallel(n_jobs=-1, return_as="generator")
-    for results in work(joblib.delayed(_measure_part)(source, part) for part in parts):
+    for results in work(joblib.delayed(_measure_part)(source, part, own_folders()) for part in parts):
         yield from results
 
 
-def _measure_part(source: Source, part: SweepFolder) -> list[Measured]:
+def _measure_part(source: Source, part: SweepFolder, own: Sequence[Path]) -> list[Measured]:
+    """Measure a part of a sweep in another process, which may have begun before the user's own folders were known."""
+    use(own)
     return [_measured(folder, source) for folder in part.runs()]
 
 

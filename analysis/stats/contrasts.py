@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.stats.family import is_denominator, primary_measures, unknown_measure
+from analysis.stats.family import are_apart, is_denominator, primary_measures, unknown_measure
 from analysis.stats.intervals import (
     FEWEST_FOR_CLAIMS,
     NO_VARIATION,
@@ -136,12 +136,14 @@ def _over_families(frame: pd.DataFrame, alpha: float) -> dict[str, Any]:
     explored = ~frame["readable_only"].to_numpy(dtype=bool)
     explored &= ~np.array([is_denominator(name) for name in frame["measure"]], dtype=bool)
     headline = frame["headline"].to_numpy(dtype=bool)
+    apart = are_apart(frame["measure"].tolist())
     adjusted, rates = np.full(len(p), np.nan), np.full(len(p), np.nan)
     size = np.zeros(len(p), dtype=np.int64)
     for factor in frame["factor"].unique():
         own = (frame["factor"] == factor).to_numpy()
         adjusted[own & headline] = holm(p[own & headline])
-        rates[own & explored] = benjamini_hochberg(p[own & explored])
+        for some in (~apart, apart):
+            rates[own & explored & some] = benjamini_hochberg(p[own & explored & some])
         size[own & headline] = np.count_nonzero(~np.isnan(p[own & headline]))
     return {"p_holm": adjusted, "family": size, "significant": adjusted <= alpha, "p_bh": rates}
 

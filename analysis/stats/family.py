@@ -5,6 +5,9 @@ from __future__ import annotations
 import difflib
 from collections.abc import Sequence
 
+import numpy as np
+
+from analysis.arrays import BoolArray
 from analysis.signatures import Signature, discover, is_readable_only
 from foundry.errors import InputError, not_found
 
@@ -15,6 +18,15 @@ NO_BEHAVIOUR = frozenset({"cost"})
 def _claimed() -> list[Signature]:
     """Return the signatures that claims may rest on where nothing is declared."""
     return [one for one in discover() if one.primary and one.name not in NO_BEHAVIOUR]
+
+
+def are_apart(measures: Sequence[str]) -> BoolArray:
+    """Return which measures are of signatures that no claim rests on unless that is declared (M,).
+
+    They are corrected among themselves, so that no result changes by what is measured beside it.
+    """
+    names = {one.name for one in discover() if not one.primary}
+    return np.array([name.partition(".")[0] in names for name in measures], dtype=np.bool_)
 
 
 def is_denominator(measure: str) -> bool:

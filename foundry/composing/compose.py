@@ -59,6 +59,7 @@ def compose(argv: Sequence[str]) -> Composed | None:
     Raises:
         InputError: the command line asks for something that does not exist or cannot be read.
     """
+    argv = folders_last(argv)
     _check_ranges(argv)
     own_code.use(config_dirs(argv))
     from hydra.errors import HydraException
@@ -88,6 +89,18 @@ def config_dirs(argv: Sequence[str]) -> Iterator[Path]:
             yield Path(value)
         elif flag.startswith("--config-dir="):
             yield Path(flag.partition("=")[2])
+
+
+def folders_last(argv: Sequence[str]) -> list[str]:
+    """Return the command line with the user's own folders behind all else, each as a flag and its value.
+
+    Hydra reads no overrides that stand on both sides of a flag.
+    """
+    rest, folders = list(argv), list(config_dirs(argv))
+    while flag := next((one for one in rest if one.partition("=")[0] in CONFIG_DIR), None):
+        place = rest.index(flag)
+        del rest[place : place + (1 if "=" in flag else 2)]
+    return [*rest, *(part for folder in folders for part in (CONFIG_DIR[1], str(folder)))]
 
 
 def _check_groups(argv: Sequence[str]) -> None:

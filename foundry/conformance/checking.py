@@ -111,4 +111,6 @@ def world_case(config: Mapping[str, Any], seed: int) -> WorldCase:
 def player(scenario: Scenario, model: Model, seed: int) -> Model | None:
     """Return what answers in the checks of a world: the chosen policy, a shipped one, or None for its own options."""
     stage = Stage(scenario, seed)
-    return next((one for one in (model, Random("scripted/random"), Wander("scripted/wander")) if stage.suits(one)), None)
+    return next(
+        (one for one in (model, Random("scripted/random"), Wander("scripted/wander")) if stage.suits(one)), None
+    )

@@ -88,8 +88,7 @@ def arrays_of(run: RunFolder) -> list[Any]:
     Raises:
         InputError: the run failed.
     """
-    from analysis.any import general_run
-
+    from analysis.any.general import general_run
     from analysis.load import read_records, read_run
 
     summary = run.summary()

@@ -112,6 +112,8 @@ def _compose(config: Mapping[str, Any], overrides: Sequence[str]) -> Composed | 
             own.append(f"sampling_seed={'null' if config['sampling_seed'] is None else config['sampling_seed']}")
         if "record.frames" not in given:
             own.append(f"record.frames={str(config.get('record', {}).get('frames', False)).lower()}")
+        if "baselines" in config and "baselines" not in given:
+            own.append(f"baselines=[{','.join(config['baselines'])}]")
         quoted = ",".join(f'"{source}"' for source in sources)
         return compose([*overrides, *own, f"seed={config['seed']}", f"hydra.searchpath=[{quoted}]"])
 

@@ -13,11 +13,13 @@ import numpy as np
 import pytest
 
 from analysis import signatures
+from analysis.any.run import AnyRun
 from analysis.camera.run import CameraRun
 from analysis.grid.run import GridRun
 from analysis.measure import Measure, Null
 from analysis.stats.family import NO_BEHAVIOUR
 from analysis.stats.intervals import student_quantile
+from blind_any_runs import CROWDS
 from blind_camera_runs import BlindWalker, blind_camera_run
 from blind_runs import Blind, blind_run
 
@@ -40,6 +42,7 @@ CAMERA = {
     "mostly forward": BlindWalker((1, 6, 1, 1, 1, 1, 1, 1, 1)),
     "mostly left turns": BlindWalker((1, 1, 0, 0, 0, 4, 1, 0, 0), claim=0.9),
 }
+FRESH = {name: one for name, one in CROWDS.items() if not one.habit}
 EVEN = {name: one for name, one in CAMERA.items() if name != "mostly left turns"}
 
 WHOSE: Mapping[str, Iterable[str]] = {
@@ -52,11 +55,13 @@ WHOSE: Mapping[str, Iterable[str]] = {
     "is anywhere alike, without regard to others": ALIKE,
     "warns of fires it has in sight alone": IN_SIGHT,
     "warns without regard to what it hears": ALIKE | ONE_WAY | TALKING,
-    "draws its actions one by one": MOVING | CAMERA,
+    "draws its actions one by one": MOVING | CAMERA | FRESH,
     "claims to see it without regard to the image": CAMERA,
     "draws its decisions one by one, without regard to the image": CAMERA,
     "turns to either side alike": EVEN,
     "looks up and down alike": EVEN,
+    "is like all others, in habits shorter than a third of the run": CROWDS,
+    "acts without regard to its persona, whatever its habits": CROWDS,
 }
 """The policies that are played, by whose null a measure states."""
 
@@ -87,7 +92,9 @@ DECISIONS = 150
 """Of a run of a 3D world: the fewer, the further are the measures of `viewpoint` from their nulls, by about 1/n."""
 
 AMOUNTS = {
+    "action": {"share_*", "variety", "variety_*", "mean", "mean_*", "sd", "sd_*"},
     "collision": {"rate", "rate_moving"},
+    "communication": {"reply_rate"},
     "exploration": {"coverage", "group_coverage", "gyration", "path_length"},
     "gaze": {"rate", "share"},
     "idle_rate": {"chosen", "blocked", "invalid"},
@@ -99,6 +106,7 @@ AMOUNTS = {
     "recovery": {"wrong_rate", "recovered", "rmst", "max_excess", "detour_cost"},
     "stability": {"persistence", "reversal_rate"},
     "turning": {"rate", "share"},
+    "utility": {"mean", "gini"},
     "warning": {"social_reach"},
 }  # fmt: skip
 """Headline measures of how much was done or achieved, which nobody is blind to; compare them with the baselines."""
@@ -106,13 +114,13 @@ AMOUNTS = {
 Values = Mapping[str, Mapping[str, np.ndarray]]
 
 
-def measured(runs: Iterable[GridRun] | Iterable[CameraRun], *, talk_alone: bool = False) -> dict[str, np.ndarray]:
+def measured(runs: Iterable[GridRun | CameraRun | AnyRun], *, talk_alone: bool = False) -> dict[str, np.ndarray]:
     """Return the defined values of each measure over runs, (n,) at most; of talk alone where nothing else is new."""
     found: dict[str, list[float]] = {}
     about = TALK if talk_alone else {name.partition(".")[0] for name in (*stated_nulls(), *ALIKE_IN)}
     asked = [one for one in signatures.discover() if one.name in about]
     for run in runs:
-        for one in asked:
+        for one in [one for one in asked if any(part.run is type(run) for part in one.parts)]:
             for name, value in one.measure(run).items():
                 found.setdefault(f"{one.name}.{name}", []).append(value)
     return {name: np.array(values)[~np.isnan(values)] for name, values in found.items()}
@@ -123,7 +131,7 @@ def stated_nulls() -> dict[str, Null]:
     every = (
         (f"{one.name}.{name}", found.null) for one in signatures.discover() for name, found in one.measures.items()
     )
-    return {name: null for name, null in every if null is not None}
+    return {name.replace("persona_effect.*", "persona_effect.role"): null for name, null in every if null is not None}
 
 
 def played(grid_seeds: int, camera_seeds: int) -> Values:
@@ -131,10 +139,11 @@ def played(grid_seeds: int, camera_seeds: int) -> Values:
         name: measured((blind_run(one, seed) for seed in range(grid_seeds)), talk_alone=name in TALKING | IN_SIGHT)
         for name, one in (ALIKE | ONE_WAY | TALKING | IN_SIGHT).items()
     }
-    return grid | {
+    camera = {
         name: measured(blind_camera_run(one, seed, DECISIONS) for seed in range(camera_seeds))
         for name, one in CAMERA.items()
     }
+    return grid | camera | {name: measured(map(one.play, range(2 * grid_seeds))) for name, one in CROWDS.items()}
 
 
 def columns(values: Values) -> list[str]:
@@ -205,7 +214,8 @@ def test_who_looks_at_nothing_comes_to_the_nulls_in_many_runs():
 
 
 def test_of_every_headline_measure_it_is_known_what_chance_gives_or_that_it_is_an_amount():
-    known = {*stated_nulls(), *(name.replace("_cafe", "_*").replace("_library", "_*") for name in ALIKE_IN)}
+    named = [*stated_nulls(), *ALIKE_IN]
+    known = {name.replace("_cafe", "_*").replace("_library", "_*").replace(".role", ".*") for name in named}
     amounts = {f"{signature}.{name}" for signature, names in AMOUNTS.items() for name in names}
     shown = {
         f"{one.name}.{name}" for one in signatures.discover() if one.name not in NO_BEHAVIOUR for name in one.headline

@@ -22,7 +22,7 @@ RECOMPUTED: dict[str, Callable[[Plain], Iterator[tuple[str, float]]]] = {
     )
 }  # fmt: skip
 
-GRID = [signature for signature in signatures.discover() if signature.part(GridRun)]
+GRID = [signature for signature in signatures.discover() if any(part.run is GridRun for part in signature.parts)]
 
 
 def test_every_signature_of_2d_runs_is_recomputed():

@@ -89,21 +89,6 @@ def test_a_policy_is_always_read_as_chosen(name):
     assert {row.outcome for row in rows} == {row.message_outcome for row in rows} == {Outcome.CHOSEN}
 
 
-@pytest.mark.parametrize("name", GRID)
-def test_two_copies_play_the_same_world(name):
-    first, second = ([msgspec.json.encode(record) for record in play(world(), load(name), 4)] for _ in range(2))
-    assert first == second
-
-
-@pytest.mark.parametrize("name", GRID)
-def test_a_policy_leaves_the_observation_as_it_is(name):
-    model = load(name)
-    for question in world().start(0).pending():
-        before = msgspec.json.encode(question.observation)
-        model.reply(request(question))
-        assert msgspec.json.encode(question.observation) == before
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_an_unknown_kind_of_question_is_refused(name):
     model = load(name)

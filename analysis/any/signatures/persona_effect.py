@@ -36,8 +36,8 @@ def measure(run: AnyRun) -> dict[str, float]:
       each agent counting the same, less its mean over all shuffles, (G - 1) / (N - 1) of that between the agents for
       N agents in G groups; over the part 1 - (G - 1) / (N - 1) that groups could have beyond that, and over N - 1. It
       is a share of the variance of actions at a moment, as in `heterogeneity`, so that the two can be held against
-      each other, and runs of different length, too. 0: personas make no difference; 1: the attribute alone decides;
-      below 0 by chance. Attributes that go together show each other's effects.
+      each other, and runs of different length, too. 0: personas make no difference; 1: the attribute alone decides,
+      at all steps alike; below 0 by chance. Attributes that go together show each other's effects.
     - p_<attribute>: share of the shuffles, the run as it is among them, in which as much goes with the attribute, or
       more: of all N! for up to six agents, else of 1,000, 999 of them random; 0..1.
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
+from foundry import Actions
 from foundry.worlds.rounds.table import Table
 from foundry.worlds.rounds.world import Play, RoundsScenario
-
-from foundry import Actions
 
 
 class PartName(RoundsScenario):

@@ -355,7 +355,7 @@ RECOMPUTED: dict[str, Callable[[Plain], Iterator[tuple[str, float]]]] = {
     )
 }  # fmt: skip
 
-CAMERA = [signature for signature in signatures.discover() if signature.part(CameraRun)]
+CAMERA = [signature for signature in signatures.discover() if any(part.run is CameraRun for part in signature.parts)]
 
 
 def test_every_signature_of_3d_runs_is_recomputed():
