@@ -19,7 +19,7 @@ def measure(run: CameraRun) -> dict[str, float]:
     """Return the action stability of a run of a 3D world, over kinds of command.
 
     The kind of a command is its translation if it has one, else its turn, else its gaze, each by its side: see
-    `command_kinds.KINDS`; a reply that moves nothing, for whatever reason, counts as stay. Amounts make no difference.
+    COMMAND_KINDS; a reply that moves nothing, for whatever reason, counts as stay. Amounts make no difference.
     Pairs are two decisions in a row that both count.
 
     - persistence: pairs of equal kinds / pairs; 0..1. NaN with fewer than two decisions.
