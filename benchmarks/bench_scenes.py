@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from joblib.externals.loky import ProcessPoolExecutor
+from loky import ProcessPoolExecutor
 from measuring import at_least, at_most, print_table, print_title, run_sweep, scratch
 
 from foundry import paths

@@ -111,6 +111,7 @@ class Asker:
             cached=reply.cached,
             server_version=reply.server_version,
             served_model=reply.served_model,
+            cached_tokens=reply.cached_tokens,
         )
 
     def _source(self, request: Request) -> Source:

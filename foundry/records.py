@@ -29,6 +29,7 @@ class Counts(msgspec.Struct, kw_only=True):
     """Totals over a run: calls and where their answers came from, tokens, records and outcomes.
 
     `model_s` is the seconds that the answers took, cached ones with what they took at first; null where unknown.
+    `cached_tokens` is how many of the prompts' tokens servers took from their own prompt caches; null where none said.
     """
 
     calls: int = 0
@@ -37,10 +38,18 @@ class Counts(msgspec.Struct, kw_only=True):
     prompt_tokens: int = 0
     output_tokens: int = 0
     model_s: float | None = None
+    cached_tokens: int | None = None
     steps: int = 0
     messages: int = 0
     outcomes: dict[str, int] = msgspec.field(default_factory=dict)
     message_outcomes: dict[str, int] = msgspec.field(default_factory=dict)
+
+    def add_tokens(self, call: Call) -> None:
+        """Count the tokens of a call."""
+        self.prompt_tokens += call.prompt_tokens or 0
+        self.output_tokens += call.output_tokens or 0
+        if call.cached_tokens is not None:
+            self.cached_tokens = (self.cached_tokens or 0) + call.cached_tokens
 
 
 def _increment(counter: dict[str, int], key: str) -> None:
@@ -332,6 +341,7 @@ class Call(msgspec.Struct, frozen=True, kw_only=True):
         cached: whether the answer came from the cache.
         server_version: version of that server, or its fingerprint where it has none, or null.
         served_model: name of the model as that server told it, or null.
+        cached_tokens: tokens of the prompt that the server took from its prompt cache, or null where it does not say.
     """
 
     step: int
@@ -354,6 +364,7 @@ class Call(msgspec.Struct, frozen=True, kw_only=True):
     cached: bool
     server_version: str | None = None
     served_model: str | None = None
+    cached_tokens: int | None = None
 
 
 class Member(msgspec.Struct, frozen=True, kw_only=True):

@@ -39,7 +39,7 @@ class ChatCase:
     finish_reason: str | None = "stop"
     model: str | None = None
     fingerprint: str = "fp_44709d6fcb"
-    usage: Mapping[str, int] | None = None
+    usage: Mapping[str, object] | None = None
     status: int = 200
     error: Any = None
     headers: Mapping[str, str] = field(default_factory=dict)

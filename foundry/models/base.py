@@ -83,7 +83,8 @@ class Reply(msgspec.Struct, frozen=True, kw_only=True):
         host: base URL of the server that answered, or None.
         server_version: version of the server, or its fingerprint where it has none, or None.
         served_model: name of the model as the server told it with this reply, or None.
-        cached: whether this came from the cache.
+        cached_tokens: tokens of the prompt from the prompt cache of the server, or None where it does not say.
+        cached: whether this came from the cache of answers.
         source: which model gave it; None for the one that was asked.
     """
 
@@ -97,6 +98,7 @@ class Reply(msgspec.Struct, frozen=True, kw_only=True):
     host: str | None = None
     server_version: str | None = None
     served_model: str | None = None
+    cached_tokens: int | None = None
     cached: bool = False
     source: Source | None = None
 

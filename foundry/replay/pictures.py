@@ -49,7 +49,7 @@ def pictures(recordings: Sequence[Recording], steps: Sequence[int], *, workers: 
 
 
 def _drawn_elsewhere(runs: tuple[Recording, ...], chunks: Sequence[tuple[int, ...]], workers: int) -> Iterator[Picture]:
-    from joblib.externals.loky import ProcessPoolExecutor
+    from loky import ProcessPoolExecutor
 
     pool = ProcessPoolExecutor(max_workers=workers, initializer=_start_worker)
     waiting: deque[Future[list[Picture]]] = deque()

@@ -27,6 +27,7 @@ def reply_of(call: Call) -> Reply:
         ending=call.ending,
         prompt_tokens=call.prompt_tokens,
         output_tokens=call.output_tokens,
+        cached_tokens=call.cached_tokens,
         timings=call.timings,
         attempts=call.attempts,
         host=call.host,

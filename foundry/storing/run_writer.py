@@ -108,8 +108,7 @@ class RunWriter:
         self.counts.calls += 1
         self.counts.cached += call.cached
         self.counts.retries += 0 if call.cached else len(call.attempts)
-        self.counts.prompt_tokens += call.prompt_tokens or 0
-        self.counts.output_tokens += call.output_tokens or 0
+        self.counts.add_tokens(call)
         self.counts.model_s = (self.counts.model_s or 0.0) + call.timings.get("latency", 0.0)
 
     def frame(self, step: int, png: bytes) -> None:

@@ -100,8 +100,7 @@ class Comparer:
         """Count the calls; the asker, which put the questions, has compared them."""
         for call in calls:
             self.counts.calls += 1
-            self.counts.prompt_tokens += call.prompt_tokens or 0
-            self.counts.output_tokens += call.output_tokens or 0
+            self.counts.add_tokens(call)
 
     def frame(self, step: int, png: bytes) -> None:
         """Compare a picture of the state."""

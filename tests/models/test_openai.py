@@ -40,6 +40,20 @@ def test_tokens_host_fingerprint_and_the_models_full_name_are_kept(ask_openai):
     assert reply.timings["latency"] > 0
 
 
+@pytest.mark.parametrize(
+    ("told", "cached"),
+    [
+        ({"prompt_tokens": 90, "completion_tokens": 3, "prompt_tokens_details": {"cached_tokens": 64}}, 64),
+        ({"prompt_tokens": 90, "completion_tokens": 3, "prompt_tokens_details": {"cached_tokens": 0}}, 0),
+        ({"prompt_tokens": 90, "completion_tokens": 3, "prompt_tokens_details": None}, None),
+        ({"prompt_tokens": 90, "completion_tokens": 3}, None),
+    ],
+)
+def test_tokens_from_the_servers_prompt_cache_are_kept_where_it_tells_them(ask_openai, told, cached):
+    reply, _ = ask_openai(ChatCase("Left.", usage=told))
+    assert reply.cached_tokens == cached
+
+
 def test_images_are_data_uris_before_the_text(ask_openai, make_request):
     _, body = ask_openai("A door.", request=make_request("What is there?", images=(PNG, JPEG)), image_detail="low")
     *images, text = body["messages"][0]["content"]

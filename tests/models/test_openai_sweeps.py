@@ -8,7 +8,7 @@ from commands import SMALL, foundry, statuses, sweep_folder
 from foundry.errors import InputError
 from foundry.models.openai.secret import Secret
 from foundry.storing.store import SweepFolder
-from openai_server import OpenAIServer, refused
+from openai_server import ChatCase, OpenAIServer, refused
 
 KEY = "sk-tests/4f9d8c7b6a5e"
 
@@ -59,6 +59,20 @@ def test_a_sweep_over_models_is_complete_comes_from_the_cache_next_time_and_hold
     kept = everything_below(workspace) + (first.stdout + first.stderr + again.stdout).encode()
     assert b"OPENAI_API_KEY" in kept and b"openai/a" in kept
     assert KEY.encode() not in kept and KEY.replace("/", "\\/").encode() not in kept
+
+
+def test_a_run_counts_the_tokens_that_the_server_took_from_its_prompt_cache(openai, workspace: Path):
+    usage = {"prompt_tokens": 90, "completion_tokens": 3, "prompt_tokens_details": {"cached_tokens": 64}}
+    with OpenAIServer(lambda body: ChatCase("I stay.", usage=usage)) as server:
+        done = openai(server, "model=openai/a", "analyze=false", *SMALL)
+        again = openai(server, "model=openai/a", "analyze=false", "output.dir=again", *SMALL)
+    for path in (workspace / sweep_folder(done.stdout), workspace / "again"):
+        run = SweepFolder.open(path).runs()[0]
+        counts = run.summary().counts
+        assert (counts.cached_tokens, counts.prompt_tokens) == (64 * counts.calls, 90 * counts.calls)
+        assert {call.cached_tokens for call in run.calls()} == {64}
+    assert again.returncode == 0 and counts.cached == counts.calls
+    assert foundry("verify", str(workspace / "again"), cwd=workspace).returncode == 0
 
 
 def test_a_server_that_repeats_the_key_in_its_refusal_gets_it_nowhere(openai, workspace: Path):

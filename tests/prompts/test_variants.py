@@ -284,10 +284,15 @@ def words(text: str) -> set[str]:
     return set(re.findall(r"\d+(?:\.\d+)?|[A-Z]\d(?!\d)", text))
 
 
+SAID_MORE = {("paper_prefix", "message"): {"305", "1", *map(str, range(320, 332))}}
+"""What a variant tells in one kind of question beside what `paper` does: places and edges, in the common preamble."""
+
+
 @pytest.mark.parametrize("kind", ["message", "action"])
 @pytest.mark.parametrize("name", VARIANTS)
 def test_every_variant_says_all_that_the_paper_says_and_nothing_else(name, kind):
     expected = words(render("paper", kind, DISTINCT)) - (PERSONAS if name == "no_persona" else set())
+    expected |= SAID_MORE.get((name, kind), set())
     assert words(render(name, kind, DISTINCT)) == expected
     assert expected >= {"301", "302", "306", "307", "308.25", "314.15", "318.5"}
 
@@ -295,6 +300,7 @@ def test_every_variant_says_all_that_the_paper_says_and_nothing_else(name, kind)
 @pytest.mark.parametrize("name", VARIANTS)
 def test_the_message_prompt_hides_where_agents_are(name):
     hidden = {"303", "304", "305", "333", "334", "336", "337", *map(str, range(320, 332))}
+    hidden -= SAID_MORE.get((name, "message"), set())
     assert not words(render(name, "message", DISTINCT)) & hidden
 
 
@@ -336,6 +342,15 @@ def test_every_variant_is_without_ragged_blank_lines(name):
             text = render(name, kind, observation)
             assert text == text.strip()
             assert "\n\n\n" not in text
+
+
+def test_the_kinds_of_question_share_a_preamble_with_paper_prefix_and_agents_all_that_is_fixed():
+    other = ALONE | {"agent": 14, "step": 9, "persona": {"gender": "male"}, "x": -3, "y": 4}
+    kinds = os.path.commonprefix([render("paper_prefix", kind, EXAMPLE) for kind in ("message", "action")])
+    assert kinds.endswith("\n\n=== ") and "=== PLACE LOCATIONS" in kinds and "=== AVAILABLE ACTIONS" in kinds
+    for kind in ("message", "action"):
+        agents = os.path.commonprefix([render("paper_prefix", kind, seen) for seen in (EXAMPLE, other)])
+        assert agents.startswith(kinds) and agents.endswith("}\n\nYou are Agent ")
 
 
 @pytest.mark.parametrize("kind", ["message", "action"])

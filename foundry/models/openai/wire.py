@@ -134,6 +134,7 @@ def read_reply(content: bytes, request: Request, settings: ChatSettings, origin:
         host=origin.host,
         server_version=name_in(body.get("system_fingerprint")),
         served_model=name_in(body.get("model")),
+        cached_tokens=_cached_tokens(body, origin),
     )
     _check_context(reply, settings.context_length, origin)
     if reply.ending == STOPPED and not reply.text.strip() and not reply.thinking:
@@ -167,6 +168,15 @@ def _text(value: Any) -> str:
 def _count(body: Mapping[str, Any], key: str, origin: Origin) -> int | None:
     usage = body.get("usage")
     return count_in(usage, key, origin) if isinstance(usage, dict) else None
+
+
+def _cached_tokens(body: Mapping[str, Any], origin: Origin) -> int | None:
+    """Return the tokens of the prompt that came from the server's prompt cache, as OpenAI or llama.cpp tells it."""
+    usage, timings = body.get("usage"), body.get("timings")
+    details = usage.get("prompt_tokens_details") if isinstance(usage, dict) else None
+    if isinstance(details, dict):
+        return count_in(details, "cached_tokens", origin)
+    return count_in(timings, "cache_n", origin) if isinstance(timings, dict) else None
 
 
 def _check_context(reply: Reply, context_length: int | None, origin: Origin) -> None:

@@ -27,7 +27,7 @@
           message.images_sha256 ? ` · ${message.images_sha256.length} image(s) ${message.images_sha256.map((one) => one.slice(0, 12)).join(", ")}` : null),
         quote(message.content, "prompt")]),
       facts([["model", call.model], ["host", call.host], ["sampling seed", String(call.seed)], ["times", seconds(call.timings)],
-        ["tokens", `${number(call.prompt_tokens)} in, ${number(call.output_tokens)} out`],
+        ["tokens", `${number(call.prompt_tokens)} in${call.cached_tokens === null || call.cached_tokens === undefined ? "" : ` (${number(call.cached_tokens)} from the server's prompt cache)`}, ${number(call.output_tokens)} out`],
         ["parameters", quote(JSON.stringify(call.parameters, null, 1), "small")]]));
   }
 
