@@ -20,7 +20,7 @@ LAYERS = {
         *("provenance", "unread"),
     ),
     "running": (
-        *("build", "asking", "trust.difference", "trust.recorded", "trust.continuing", "lane", "lanes"),
+        *("build", "asking", "trust.difference", "trust.recorded", "trust.continuing", "sharing", "lane", "lanes"),
         *("lane_process", "remote", "remote_runs", "progress", "runner", "dask_cluster", "runner_dask"),
     ),
     "using": (
