@@ -62,7 +62,8 @@ class LaneSpec:
         cache: where the answer cache is: a file or a database.
         frame_every: keep a picture of every n-th step; 0 keeps none.
         open_runs: how many runs it plays at once; more where a server that it asks has room for more calls.
-        askers: how many workers ask the same servers and see nothing of each other.
+        workers: how many workers begin at once, each with its part of every limit on the calls in flight.
+        apart: whether they see nothing of each other's reports, so that it stays at that.
         parent: process that must be alive for the work to make sense; None for this very process.
     """
 
@@ -74,7 +75,8 @@ class LaneSpec:
     suspects: tuple[str, ...] = ()
     frame_every: int = 0
     open_runs: int = 1
-    askers: int = 1
+    workers: int = 1
+    apart: bool = False
     parent: int | None = None
 
 
@@ -156,7 +158,7 @@ class Lane:
     _changes: list[ModelChangedError] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self._limits = Shared(self.spec.name, askers=self.spec.askers)
+        self._limits = Shared(self.spec.name, self.spec.workers, apart=self.spec.apart)
 
     def run(self) -> str | None:
         """Work until no run is left; returns the cause that must end the sweep, or None."""

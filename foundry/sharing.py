@@ -20,6 +20,8 @@ from foundry.models.serving import InFlight
 
 SILENT_S = 5.0
 """A worker whose report stays the same for so long is taken to be gone."""
+PATIENCE_S = 2.0
+"""So long a worker that is to have others beside it waits for their first reports."""
 SELDOM = 0.5
 """Where calls waited for a limit for less than this share of the time, there is room for more."""
 
@@ -72,21 +74,27 @@ class Group:
 class Shared:
     """The limits of one worker, of which others may have a part."""
 
-    def __init__(self, name: str, *, askers: int = 1, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, name: str, workers: int = 1, *, apart: bool = False, clock: Callable[[], float] = time.monotonic
+    ) -> None:
         """Set who this is.
 
         Args:
             name: of the worker.
-            askers: workers that ask the same servers and cannot see each other: each gets as much of the bounds.
+            workers: how many begin at once; until they hear of each other, each has its part of every limit.
+            apart: whether they never hear of each other, so that each finds a limit within its part of the bounds.
             clock: the time in seconds.
         """
         self._name = name
-        self._askers = askers
+        self._workers = workers
+        self._apart = apart
         self._clock = clock
         self._limits: dict[str, Limit] = {}
+        self._made: dict[str, float] = {}
         self._groups: dict[str, Group] = {}
         self._heard: dict[str, tuple[Parts, float]] = {}
         self._seen: dict[str, Sums] = {}
+        self._totals: dict[str, int] = {}
 
     @property
     def limits(self) -> tuple[Limit, ...]:
@@ -99,8 +107,12 @@ class Shared:
 
         def make(bounds: InFlight) -> Limit:
             key = hashlib.blake2b(f"{len(self._limits) - first} {model}".encode(), digest_size=8).hexdigest()
-            self._limits[key] = Limit(_part_of(bounds, self._askers))
-            return self._limits[key]
+            limit = self._limits[key] = Limit(_part_of(bounds, self._workers) if self._apart else bounds)
+            self._made[key] = self._clock()
+            if self._workers > 1 and not self._apart:
+                limit.share()
+                limit.allow(max(1, bounds.initial // self._workers))
+            return limit
 
         return make
 
@@ -141,15 +153,18 @@ class Shared:
         return {worker: parts for worker, (parts, since) in heard.items() if now - since < SILENT_S}
 
     def _find_alone(self, key: str, limit: Limit) -> None:
+        """Find the limit alone: what was found together is known, what a worker was given to begin with is not."""
         group = self._groups.pop(key, None)
-        if limit.is_shared:
-            limit.find(limit.allowed if group is None else group.total)
+        known = self._totals.pop(key, None) if group is None else group.total
+        if known is not None:
+            limit.find(known, found=True)
+        elif limit.is_shared and self._clock() - self._made[key] >= PATIENCE_S:
+            limit.find(limit.bounds.initial, found=False)
 
     def _lead(self, key: str, limit: Limit, parts: Parts) -> None:
         if key not in self._groups:
-            led = [part.total for part in parts.values() if part.shares]
-            total = max(led, default=limit.allowed + sum(part.total for part in parts.values()))
-            self._groups[key] = Group(limit.bounds, total)
+            together = limit.allowed + sum(part.total for part in parts.values())
+            self._groups[key] = Group(limit.bounds, self._totals.pop(key, together))
             limit.share()
         group = self._groups[key]
         group.take({**parts, self._name: self._part(key)})
@@ -159,6 +174,7 @@ class Shared:
         self._groups.pop(key, None)
         limit.share()
         led = parts[min(parts)]
+        self._totals[key] = led.total
         limit.allow(led.shares.get(self._name, max(1, led.total // (len(parts) + 1))))
 
     def _part(self, key: str) -> Part:

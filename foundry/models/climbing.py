@@ -182,7 +182,7 @@ class Climb:
         if self._settle and sums.calls - self._start.calls >= self._settle:
             self._start, self._settle = sums.copy(), 0.0
         calls = sums.calls - self._start.calls
-        if self._settle or calls < max(min(LEAST_CALLS, 4 * self.limit), self.limit):
+        if self._settle or calls < max(min(LEAST_CALLS, 2 * self.limit), self.limit):
             return
         if sums.calls - self._judged >= self.limit / 16:  # not at every call, which would cost time
             self._judged = sums.calls

@@ -92,9 +92,9 @@ class Limit:
         """Take the number from others from now on."""
         self._climb = None
 
-    def find(self, total: int) -> None:
-        """Find the number alone from now on, beginning at this one."""
-        self._climb = climb_within(self.bounds, total, found=True)
+    def find(self, initial: int, *, found: bool) -> None:
+        """Find the number alone from now on, beginning at this one, which may have been found before."""
+        self._climb = climb_within(self.bounds, initial, found=found)
         self.allow(self._climb.limit)
 
     @property
