@@ -87,7 +87,7 @@ def install_packages(*names: str) -> None:
 
 def draws() -> bool:
     """Return whether this machine can draw a 3D scene."""
-    probe = "from foundry.worlds.usd.glcheck import check_rendering; check_rendering()"
+    probe = "from foundry.worlds.camera.eye.glcheck import check_rendering; check_rendering()"
     return subprocess.run([str(BIN / "python"), "-c", probe], capture_output=True, check=False).returncode == 0
 
 

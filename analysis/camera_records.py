@@ -17,7 +17,7 @@ from analysis.lines import STEPS
 from analysis.run import OUTCOMES, FloatArray
 from foundry.errors import RecordError
 from foundry.records import CameraEpisode, CameraStep, Message, Pose
-from foundry.store import RunFolder
+from foundry.storing.store import RunFolder
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from analysis.lines import STEPS
 from analysis.run import CHOICES, OUTCOMES, OUTSIDE, GridRun, GridSettings, IntArray
 from foundry.errors import InputError, RecordError
 from foundry.records import GridStep, Message
-from foundry.store import RunFolder
+from foundry.storing.store import RunFolder
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 
 from analysis.table import RunResult, SignatureTable
-from foundry.store import without_servers
+from foundry.storing.store import without_servers
 
 PARTS = ("world", "model", "prompt")
 """The parts of a configuration that have a name."""

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from foundry.errors import RecordError
 from foundry.records import Record, RunSummary
-from foundry.store import RunFolder, lines_of
+from foundry.storing.store import RunFolder, lines_of
 
 COMPLETE, FAILED, UNFINISHED, NOT_STARTED = "complete", "failed", "unfinished", "not started"
 """How a run stands; the first two as in `run.json`."""

@@ -16,7 +16,7 @@ from analysis.grid_records import GridRecords, is_grid, settings
 from analysis.lines import AGENTS, EPISODE, MESSAGES, NOT_STARTED, STEPS, UNFINISHED, read_lines
 from analysis.run import GridRun
 from foundry.records import Agent, CameraEpisode, CameraStep, GridStep, Message, RunSummary
-from foundry.store import RunFolder, SweepFolder
+from foundry.storing.store import RunFolder, SweepFolder
 
 Records: TypeAlias = GridRecords | CameraRecords
 """The lines of one run, by the kind of its world."""

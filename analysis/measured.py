@@ -16,7 +16,7 @@ from pathlib import Path
 import msgspec
 import pyarrow as pa  # type: ignore[import-untyped]
 
-from foundry.store import RunFolder
+from foundry.storing.store import RunFolder
 
 _KEPT_EVERY = 64
 """Runs between two commits; a commit waits for the disk."""

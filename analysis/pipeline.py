@@ -27,7 +27,7 @@ from analysis.stats.variance import variance_split
 from analysis.table import RunResult, SignatureTable, Source, build_table, measure_runs
 from analysis.tables import Table, write_tables
 from foundry.errors import InputError
-from foundry.store import RunFolder, SweepFolder, ensure_writable
+from foundry.storing.store import RunFolder, SweepFolder, ensure_writable
 
 _READABLE = "outcome.readable"
 _READABLE_ENOUGH = 0.95

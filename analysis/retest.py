@@ -26,7 +26,7 @@ from analysis.command_kinds import command_kinds
 from analysis.lines import COMPLETE
 from analysis.load import Folders, folders_of, further_factors, identity, read_records, read_run
 from analysis.run import BoolArray, GridRun, IntArray
-from foundry.store import RunFolder, SweepFolder, without_servers
+from foundry.storing.store import RunFolder, SweepFolder, without_servers
 
 SILENT, SPOKEN = 0, 1
 """The choices of a message."""

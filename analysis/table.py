@@ -19,7 +19,7 @@ from analysis.measured import Measured, Memory, key_of
 from analysis.measures import Measures
 from analysis.run import FloatArray
 from analysis.signatures import FAILURE_RATE
-from foundry.store import RunFolder, SweepFolder
+from foundry.storing.store import RunFolder, SweepFolder
 
 if TYPE_CHECKING:
     import pyarrow as pa  # type: ignore[import-untyped]

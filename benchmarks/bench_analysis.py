@@ -16,7 +16,7 @@ from measuring import ROOT, Stopwatch, at_most, most_runs, print_table, print_ti
 
 from analysis import signatures
 from analysis.load import read_records, read_run
-from foundry.store import RunFolder
+from foundry.storing.store import RunFolder
 
 MODELS = ("random", "herd", "avoid", "flaky", "stay")
 SIZES = (100, 1_000, 5_000)

@@ -6,7 +6,7 @@ import hydra
 from measuring import at_most, cost_of, cost_of_command, print_table, print_title
 
 from foundry import paths
-from foundry.compose import compose
+from foundry.composing.compose import compose
 from foundry.sweep import expand
 
 FEW, MANY = 10, 1010

@@ -26,7 +26,7 @@ from measuring import (
 )
 
 from foundry.records import Call
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 
 JSON = {"content-type": "application/json"}
 Post = Callable[[bytes], Awaitable[None]]

@@ -11,7 +11,7 @@ from measuring import at_most, cost_of_command, print_table, print_title, run_sw
 
 from foundry.replay.pictures import pictures
 from foundry.replay.recording import read_recording
-from foundry.store import RunFolder
+from foundry.storing.store import RunFolder
 
 AGENTS, STEPS, TARGET_S = 20, 200, 20.0
 PICTURES = 20

@@ -38,8 +38,8 @@ def rate(draw: Callable[[int], Any], frames: int = FRAMES) -> float:
 
 
 def foundry_view(name: str) -> Callable[[int], Any]:
-    from foundry.worlds.usd.rendering import renderer_for
-    from foundry.worlds.usd.stage import load_scene
+    from foundry.worlds.camera.eye.rendering import renderer_for
+    from foundry.worlds.camera.loading.stage import load_scene
 
     scene = load_scene(paths.assets_dir() / f"{name}.usdz")
     renderer = renderer_for(scene, width=SIZE[0], height=SIZE[1], fov_deg=70)
@@ -49,9 +49,9 @@ def foundry_view(name: str) -> Callable[[int], Any]:
 
 def bare_vtk(name: str) -> Callable[[int], Any]:
     """Return a loop that only aims and renders: the same actors, window and lens, nothing read back."""
-    from foundry.worlds.usd.directions import direction
-    from foundry.worlds.usd.rendering import renderer_for
-    from foundry.worlds.usd.stage import load_scene
+    from foundry.worlds.camera.eye.directions import direction
+    from foundry.worlds.camera.eye.rendering import renderer_for
+    from foundry.worlds.camera.loading.stage import load_scene
 
     foundry_view(name)(0)  # sets the lens
     scene = load_scene(paths.assets_dir() / f"{name}.usdz")
@@ -85,7 +85,7 @@ def two_workers(name: str) -> float:
 
 
 def load_seconds(name: str) -> float:
-    from foundry.worlds.usd.stage import load_scene
+    from foundry.worlds.camera.loading.stage import load_scene
 
     started = time.perf_counter()
     load_scene(paths.assets_dir() / f"{name}.usdz")
@@ -94,10 +94,10 @@ def load_seconds(name: str) -> float:
 
 def move_seconds(scene: Path) -> float:
     """Return the mean time of a sliding move of a random walk."""
-    from foundry.worlds.usd.body import Body
-    from foundry.worlds.usd.collision import Collider
-    from foundry.worlds.usd.navigation import Navigator
-    from foundry.worlds.usd.stage import load_scene
+    from foundry.worlds.camera.body.collision import Collider
+    from foundry.worlds.camera.body.navigation import Navigator
+    from foundry.worlds.camera.body.size import Body
+    from foundry.worlds.camera.loading.stage import load_scene
 
     place, body, rng = load_scene(scene), Body(0.25, 1.75, 0.25), np.random.default_rng(9)
     navigator = Navigator(Collider(place), body)

@@ -7,11 +7,11 @@ from pathlib import Path
 from measuring import Cost, at_most, cost_of, cost_of_command, fastest, print_table, print_title, run_sweep, scratch
 
 from foundry import seeding
-from foundry.build import build
-from foundry.compose import compose
+from foundry.composing.compose import compose
+from foundry.composing.preflight import scenario_of
 from foundry.models.base import Request
 from foundry.models.scripted.base import ScriptedModel
-from foundry.preflight import scenario_of
+from foundry.running.build import build
 from foundry.worlds.base import Answer, Question, Scenario
 
 AGENTS, STEPS, SEED = 20, 50, 0

@@ -9,7 +9,7 @@ from measuring import Stopwatch, at_most, print_table, print_title, run_sweep, s
 from analysis import signatures
 from analysis.load import read_records, read_run
 from analysis.run import GridRun
-from foundry.store import RunFolder
+from foundry.storing.store import RunFolder
 
 MODELS = ("random", "herd", "avoid", "flaky")
 REPEATS = 20

@@ -15,10 +15,10 @@ from playwright.sync_api import Page, sync_playwright
 from synthetic import summary, sweep, write_run, write_signatures
 
 from foundry.records import Counts
-from foundry.run_writer import RunWriter, write_run_summary
-from foundry.store import SweepFolder
-from viewer.resources import Resources
-from viewer.server import serving
+from foundry.storing.run_writer import RunWriter, write_run_summary
+from foundry.storing.store import SweepFolder
+from foundry.viewer.resources import Resources
+from foundry.viewer.server import serving
 
 AGENTS, STEPS, RUNS = 1000, 500, 2000
 PLAY_S = 6

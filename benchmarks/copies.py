@@ -9,9 +9,9 @@ from pathlib import Path
 import msgspec
 from measuring import run_sweep
 
-from foundry.compose import compose
-from foundry.run_writer import write_run_summary
-from foundry.store import RunFolder, SweepFolder
+from foundry.composing.compose import compose
+from foundry.storing.run_writer import write_run_summary
+from foundry.storing.store import RunFolder, SweepFolder
 from foundry.sweep import expand
 
 PLAYED_SEEDS = 8

@@ -16,12 +16,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from foundry.build import build
-from foundry.compose import compose
-from foundry.preflight import check
+from foundry.composing.compose import compose
+from foundry.composing.preflight import check
 from foundry.records import RunSummary
-from foundry.runner import SweepJob
-from foundry.store import SweepFolder
+from foundry.running.build import build
+from foundry.running.local import SweepJob
+from foundry.storing.store import SweepFolder
 from foundry.sweep import expand
 
 ROOT = Path(__file__).resolve().parent.parent

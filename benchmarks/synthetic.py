@@ -10,8 +10,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from foundry.records import Call, Counts, GridStep, Message, Outcome, RunSummary
-from foundry.run_writer import RunWriter, write_run_summary
-from foundry.store import RunFolder, SweepFolder
+from foundry.storing.run_writer import RunWriter, write_run_summary
+from foundry.storing.store import RunFolder, SweepFolder
 from foundry.sweep import Condition, expand
 
 DIRECTIONS = {1: "up", 2: "down", 3: "left", 4: "right"}

@@ -15,8 +15,8 @@ from pathlib import Path
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
-from foundry.store import SweepFolder
-from viewer.server import serving
+from foundry.storing.store import SweepFolder
+from foundry.viewer.server import serving
 
 IMAGES = Path(__file__).resolve().parent / "images"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from foundry import commands
 from foundry.commands.application import EXIT_FAILED, EXIT_INPUT, EXIT_INTERRUPTED, EXIT_OK, app, fail
 from foundry.commands.sweeps import run_overrides
-from foundry.compose import CONFIG_DIR
+from foundry.composing.compose import CONFIG_DIR
 from foundry.errors import FoundryError, InputError, RecordError, not_found
 
 DISK_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})

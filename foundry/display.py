@@ -14,9 +14,9 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 from rich.table import Table
 from rich.text import Text
 
-from foundry.planning import PlannedRun
-from foundry.progress import Speed, SweepProgress, Totals
-from foundry.store import SweepFolder
+from foundry.composing.planning import PlannedRun
+from foundry.running.progress import Speed, SweepProgress, Totals
+from foundry.storing.store import SweepFolder
 from foundry.texts import visible
 
 REFRESH_S = 0.25

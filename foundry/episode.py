@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from foundry import seeding
 from foundry.models.base import Model, Reply, Request, RequestKeys, Source, logged
-from foundry.prompts import Prompt
+from foundry.prompts.prompt import Prompt
 from foundry.records import Call, Record
 from foundry.worlds.base import Answer, Question, World
 

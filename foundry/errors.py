@@ -39,6 +39,10 @@ class StorageError(FoundryError):
     """A file of a sweep or the answer cache cannot be written or read; no run can go on, so it ends the sweep."""
 
 
+class UndeclaredError(FoundryError):
+    """A world wrote a record of a kind that it did not declare; ends the run."""
+
+
 class BackendError(FoundryError):
     """A model's server did not give an answer."""
 

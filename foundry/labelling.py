@@ -14,7 +14,7 @@ import msgspec
 from foundry.errors import InputError, RecordError
 from foundry.models.base import ChatMessage, Model, Request, RequestKeys
 from foundry.records import Labelled, Labels
-from foundry.store import RunFolder, SweepFolder, lines_of
+from foundry.storing.store import RunFolder, SweepFolder, lines_of
 from foundry.worlds.replies import without_thinking
 
 KIND = "label"

@@ -57,7 +57,7 @@ class Record(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Agent(Record, frozen=True, kw_only=True):
-    """What an agent of a 2D world is for the whole run (`agents.jsonl`, where the world has personas).
+    """What an agent is for the whole run (`agents.jsonl`, where the world has personas).
 
     Attributes:
         agent: agent id, 0-based.
@@ -68,6 +68,36 @@ class Agent(Record, frozen=True, kw_only=True):
 
     agent: int
     persona: dict[str, str]
+
+
+class RoundStep(Record, frozen=True, kw_only=True):
+    """One decision in a world of rounds (`steps.jsonl`); a world adds keys of its own by a class below this one.
+
+    Attributes:
+        step: 1-based round.
+        agent: agent id, 0-based.
+        kind: of the question that decided it.
+        action: a label or a number as the world declares them; null where nothing was decided, as in talk, or where
+            the reply could not be read.
+        outcome: of the call.
+        utility: what the agent got from the round with this decision, or null.
+        message: what it said, or null.
+    """
+
+    stream: ClassVar[str] = "steps"
+
+    step: int
+    agent: int
+    kind: str
+    action: str | int | float | None
+    outcome: Outcome
+    utility: float | None = None
+    message: str | None = None
+
+    def tally(self, counts: Counts) -> None:
+        """Count the decision and its outcome."""
+        counts.steps += 1
+        _increment(counts.outcomes, self.outcome)
 
 
 class GridStep(Record, frozen=True, kw_only=True):
@@ -362,6 +392,7 @@ class RunSummary(msgspec.Struct, frozen=True, kw_only=True):
         members: the models of a mixed population; empty where one model answers for all agents.
         origin: where a forked run comes from; null for all others.
         readers: version of what read the replies (`foundry.provenance.READERS`).
+        form: what its records are (`Declared.form`); null in sweeps of 0.1.
     """
 
     run: str
@@ -388,6 +419,7 @@ class RunSummary(msgspec.Struct, frozen=True, kw_only=True):
     members: tuple[Member, ...] = ()
     origin: Origin | None = None
     readers: int = 1
+    form: str | None = None
 
 
 class Labelled(msgspec.Struct, frozen=True, kw_only=True):

@@ -10,7 +10,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from foundry.declared import Declared
 from foundry.errors import InputError
+from foundry.naming import with_first_names
 from foundry.texts import visible
 
 SEED_KEYS = ("seed", "sampling_seed")
@@ -33,11 +35,13 @@ class Condition:
         factors: the swept overrides and their values at this point.
         config: composed configuration without `seed`.
         seeds: the seeds it is run with.
+        declared: what its world says of its records; None where that was not asked or not recorded.
     """
 
     factors: Mapping[str, Any]
     config: Mapping[str, Any]
     seeds: tuple[int, ...]
+    declared: Declared | None = None
 
 
 @dataclass(frozen=True)
@@ -151,7 +155,7 @@ def identity(config: Mapping[str, Any]) -> dict[str, Any]:
         kept["model"] = without_servers(kept["model"])
     if "fork" in kept:
         kept["fork"] = {key: value for key, value in kept["fork"].items() if key != "sweep"}
-    return kept
+    return {key: with_first_names(value) for key, value in kept.items()}
 
 
 def without_servers(part: Mapping[str, Any]) -> dict[str, Any]:
@@ -188,9 +192,9 @@ def _changed_within(value: Any, change: Callable[[Mapping[str, Any]], dict[str, 
     return [_changed_within(part, change) for part in value] if isinstance(value, list | tuple) else value
 
 
-def model_key(model: Mapping[str, Any]) -> str:
-    """Return a text that is equal for equal model configurations."""
-    return json.dumps(model, sort_keys=True, default=str)
+def settings_key(part: Mapping[str, Any]) -> str:
+    """Return a text that is equal for equal configurations."""
+    return json.dumps(part, sort_keys=True, default=str)
 
 
 def with_hosts(sweep: Sweep, hosts: str, key: str = "hosts") -> Sweep:
@@ -213,7 +217,7 @@ def _moved(model: Mapping[str, Any], hosts: str, key: str) -> dict[str, Any]:
 def _by_model(conditions: Sequence[Condition]) -> list[int]:
     """Return the indices of the conditions, those of one model together, models by first appearance."""
     first: dict[str, int] = {}
-    keys = [model_key(condition.config["model"]) for condition in conditions]
+    keys = [settings_key(condition.config["model"]) for condition in conditions]
     for index, key in enumerate(keys):
         first.setdefault(key, index)
     return sorted(range(len(keys)), key=lambda index: first[keys[index]])

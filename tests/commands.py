@@ -19,7 +19,7 @@ from typing import Any
 import msgspec
 
 from foundry.cli import run
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 
 SMALL = ("world.agents=4", "world.steps=4", "analyze=false")
 PATIENCE_S = 60.0

@@ -6,7 +6,8 @@ import sqlite3
 from abc import ABC, abstractmethod
 from pathlib import Path
 
-from foundry.models.answers import Answers, open_answers
+from foundry.models.answers.base import Answers
+from foundry.models.answers.opening import open_answers
 
 
 class Store(ABC):

@@ -19,9 +19,9 @@ import numpy as np
 
 from commands import PATIENCE_S, started, wait_until
 from faulty_server import Books, FaultyServer
-from foundry.build import build
 from foundry.models.base import ChatMessage, RequestKeys
-from foundry.store import SweepFolder
+from foundry.running.build import build
+from foundry.storing.store import SweepFolder
 from ollama_cases import Body
 
 _ADDRESS = re.compile(r"http://127\.0\.0\.1:\d+")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from foundry.records import Counts, RunSummary
-from foundry.store import RunFolder
+from foundry.storing.store import RunFolder
 
 
 def run_summary(folder: RunFolder, status: str, digests: dict[str, str]) -> RunSummary:

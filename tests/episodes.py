@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 
 import msgspec
 
-from foundry.build import build
-from foundry.compose import Composed, compose
+from foundry.composing.compose import Composed, compose
+from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.episode import Asker, play
-from foundry.preflight import prompt_of, scenario_of
 from foundry.records import Call, CameraEpisode, CameraStep, Record, SeenImage
+from foundry.running.build import build
 
 
 @dataclass

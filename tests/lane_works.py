@@ -7,7 +7,7 @@ import signal
 import sys
 
 from foundry.errors import FoundryError
-from foundry.lane import LaneSpec
+from foundry.running.lane import LaneSpec
 
 
 def echoing(spec: LaneSpec) -> str | None:

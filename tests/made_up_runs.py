@@ -10,8 +10,8 @@ from typing import Any
 import msgspec
 
 from foundry.records import Agent, Call, Counts, GridStep, Message, Outcome, RunSummary
-from foundry.run_writer import RunWriter, write_run_summary
-from foundry.store import RunFolder, SweepFolder
+from foundry.storing.run_writer import RunWriter, write_run_summary
+from foundry.storing.store import RunFolder, SweepFolder
 from foundry.sweep import Condition, expand
 
 AGENTS, STEPS = 4, 6

@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from foundry.store import RunFolder
+from foundry.storing.store import RunFolder
 
 HOSTILE: tuple[bytes, ...] = (
     *(b"null", b"true", b"-1", b"0.5", b"1e308", b"1e999", b"NaN", b"Infinity", b"-0.0", b"[]", b"{}", b'""'),

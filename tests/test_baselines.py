@@ -8,11 +8,11 @@ import pytest
 
 from analysis import analyze
 from commands import statuses
-from foundry.baselines import baselines_of
 from foundry.cli import run
 from foundry.commands.analyzing import run_baselines
-from foundry.compose import compose
-from foundry.store import SweepFolder
+from foundry.composing.baselines import baselines_of
+from foundry.composing.compose import compose
+from foundry.storing.store import SweepFolder
 from foundry.sweep import Sweep, expand
 
 SHORT = ("world.agents=3", "world.steps=3", "analyze=false")

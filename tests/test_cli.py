@@ -16,7 +16,7 @@ import yaml
 
 from commands import SMALL, calls, foundry, records, statuses, sweep_folder
 from foundry.cli import run
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 from ollama_cases import BAD_OPTION, RUNNER_DIED, Body, ChatCase, grid_answer, refused
 from ollama_server import OllamaServer
 
@@ -124,7 +124,7 @@ def test_tags_of_other_registries_are_models_too(workspace: Path, capsys: pytest
 
 @pytest.mark.parametrize("name", ["paper_2d", "cross_model", "prompt_sensitivity", "smoke"])
 def test_every_shipped_sweep_composes(name: str, workspace: Path):
-    from foundry.compose import compose
+    from foundry.composing.compose import compose
 
     composed = compose([f"+sweep={name}"])
     assert composed is not None
@@ -141,7 +141,8 @@ def test_users_add_their_own_parts_with_config_dir(workspace: Path):
     (workspace / "mine" / "prompt").mkdir(parents=True)
     (workspace / "mine" / "world").mkdir()
     (workspace / "mine" / "prompt" / "terse.yaml").write_text(
-        "_target_: foundry.prompts.Prompt\nname: terse\ntemplates:\n  message: 'Say? {{ agent }}'\n  action: 'Act?'\n"
+        "_target_: foundry.prompts.prompt.Prompt\nname: terse\n"
+        "templates:\n  message: 'Say? {{ agent }}'\n  action: 'Act?'\n"
     )
     (workspace / "mine" / "world" / "plain.yaml").write_text(
         "defaults:\n  - cafe_library\n  - _self_\nname: plain\nfires: []\n"

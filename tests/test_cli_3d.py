@@ -12,7 +12,7 @@ import pytest
 from commands import foundry, records, statuses
 from foundry import paths
 from foundry.cli import run
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 from ollama_cases import Body
 from ollama_server import OllamaServer
 

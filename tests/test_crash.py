@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from commands import cached_answers, foundry, kill, started, statuses, wait_until
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 from holding import CALLS, SWEEP, Holding, assert_nothing_lost_or_paid_twice
 from ollama_server import OllamaServer
 

@@ -10,7 +10,7 @@ import yaml
 from commands import foundry
 from foundry import paths
 from foundry.cli import run
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 from hydra_plugins.foundry_plugins.sources import open_key
 from ollama_cases import FakeModel
 from ollama_server import OllamaServer

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from commands import foundry, statuses
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 from own_backend import Paid
 
 SMALL = ("world.agents=6", "world.steps=2", "analyze=false", "runner.workers=1")

@@ -18,11 +18,11 @@ from rich.console import Console
 
 from commands import environment, foundry, wait_until
 from foundry.cli import run
-from foundry.compose import compose
+from foundry.composing.compose import compose
 from foundry.display import ProgressDisplay, status_table
-from foundry.lane import Tally
-from foundry.progress import Pace, Totals
-from foundry.store import SweepFolder, write_atomically
+from foundry.running.lane import Tally
+from foundry.running.progress import Pace, Totals
+from foundry.storing.store import SweepFolder, write_atomically
 from foundry.sweep import Sweep, expand
 from ollama_cases import Body, ChatCase, grid_answer
 from ollama_server import OllamaServer

@@ -9,12 +9,12 @@ import pytest
 
 from commands import SMALL, foundry, records
 from foundry.errors import FoundryError, InputError
-from foundry.lane import LaneSpec
 from foundry.models.base import ModelInfo
-from foundry.remote import RemoteSweep, fetch
-from foundry.remote_runs import Chunk, part_of, play_chunk
-from foundry.store import SweepFolder
-from foundry.sweep import model_key
+from foundry.running.lane import LaneSpec
+from foundry.running.remote import RemoteSweep, fetch
+from foundry.running.remote_runs import Chunk, part_of, play_chunk
+from foundry.storing.store import SweepFolder
+from foundry.sweep import settings_key
 
 pytest.importorskip("fsspec", reason="needs the extra remote: pip install 'foundry-worlds[remote]'")
 SWEEP = ("-m", "model=scripted/random", "seed=0-2", *SMALL, "runner.workers=1")
@@ -103,7 +103,7 @@ def test_a_name_that_leads_out_of_the_folder_is_not_followed(swept: SweepFolder,
 
 def test_a_chunk_plays_what_is_not_complete_and_sends_it(swept: SweepFolder, sent: RemoteSweep, tmp_path: Path):
     last = swept.runs()[-1]
-    infos = {model_key(last.config()["model"]): ModelInfo(name="scripted/random")}
+    infos = {settings_key(last.config()["model"]): ModelInfo(name="scripted/random")}
     spec = LaneSpec("0", swept, tuple(run.id for run in swept.runs()), infos, cache="")
     before = {run.id: (tmp_path / "bucket" / "x" / "runs" / run.id / "run.json").stat() for run in swept.runs()[:-1]}
     played = play_chunk(Chunk(spec, sent.url))
@@ -116,7 +116,7 @@ def test_a_chunk_plays_what_is_not_complete_and_sends_it(swept: SweepFolder, sen
 
 def test_a_chunk_whose_url_cannot_be_written_to_says_so(swept: SweepFolder, tmp_path: Path):
     (tmp_path / "file").write_text("no folder")
-    infos = {model_key(swept.runs()[0].config()["model"]): ModelInfo(name="scripted/random")}
+    infos = {settings_key(swept.runs()[0].config()["model"]): ModelInfo(name="scripted/random")}
     spec = LaneSpec("0", swept, (swept.runs()[0].id,), infos, cache="")
     with pytest.raises(FoundryError, match="cannot be used"):
         play_chunk(Chunk(spec, (tmp_path / "file").as_uri()))

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from commands import cached_answers, calls, foundry, kill, records, started, statuses, wait_until
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 from ollama_server import OllamaServer
 from openai_server import ChatCase, OpenAIServer, grid_reply
 from replaced import MODEL, Replaced

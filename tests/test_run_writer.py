@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from foundry.errors import StorageError
-from foundry.run_writer import RunWriter
-from foundry.store import RunFolder
+from foundry.storing.run_writer import RunWriter
+from foundry.storing.store import RunFolder
 from made_up_runs import step, sweep
 
 resource = pytest.importorskip("resource", reason="sets the limits of a process")

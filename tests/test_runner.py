@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from commands import foundry, statuses
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 
 TESTS = Path(__file__).parent
-PROMPT = "_target_: foundry.prompts.Prompt\nname: terse\ntemplates: {message: 'Say?', action: 'Act?'}\n"
+PROMPT = "_target_: foundry.prompts.prompt.Prompt\nname: terse\ntemplates: {message: 'Say?', action: 'Act?'}\n"
 WORLD = "defaults: [cafe_library, _self_]\nname: fate\nagents: 1\nsteps: 2\n"
 
 

@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 
 from commands import SMALL, foundry
-from foundry.dask_cluster import Site, check_cache, check_folder, connected
 from foundry.errors import InputError
-from foundry.models.answers import open_answers
-from foundry.remote import RemoteSweep
-from foundry.runner_dask import DaskRunner
+from foundry.models.answers.opening import open_answers
+from foundry.running.dask import DaskRunner
+from foundry.running.dask_cluster import Site, check_cache, check_folder, connected
+from foundry.running.remote import RemoteSweep
 
 FREE = ("-m", "model=scripted/random", "seed=0-1", *SMALL, "output.dir=sweep")
 

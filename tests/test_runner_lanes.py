@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from foundry.errors import FoundryError
-from foundry.lane import LaneSpec
-from foundry.lane_process import LaneProcess, WorkerDied
-from foundry.store import SweepFolder
+from foundry.running.lane import LaneSpec
+from foundry.running.lane_process import LaneProcess, WorkerDied
+from foundry.storing.store import SweepFolder
 from foundry.sweep import Sweep
 from lane_works import blocked, dying, echoing, failing, waiting
 

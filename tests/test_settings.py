@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from commands import foundry
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 
 TINY = ("model=scripted/random", "world.agents=2", "world.steps=2", "analyze=false")
 REFUSED = {

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from commands import SMALL, foundry
 from foundry.models.base import Reply
-from foundry.models.climbing import Sums
-from foundry.models.limited import Limit
 from foundry.models.serving import InFlight
-from foundry.sharing import PATIENCE_S, SILENT_S, Group, Part, Parts, Shared, divided
+from foundry.models.wrappers.climbing import Sums
+from foundry.models.wrappers.limited import Limit
+from foundry.running.sharing import PATIENCE_S, SILENT_S, Group, Part, Parts, Shared, divided
 from models.slot_servers import Timed
 from ollama_server import OllamaServer
 

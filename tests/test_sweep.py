@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from foundry.compose import compose
+from foundry.composing.compose import compose
 from foundry.errors import InputError
 from foundry.sweep import Condition, expand, expand_ranges, has_range, slug
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from commands import foundry
-from foundry.store import SweepFolder
-from foundry.unread import unread
+from foundry.storing.store import SweepFolder
+from foundry.storing.unread import unread
 from ollama_cases import Body
 from ollama_server import OllamaServer
 

@@ -10,7 +10,7 @@ from analysis.grid_records import GridRecords
 from analysis.load import Run
 from episodes import Kept, composed, play_through
 from foundry.records import GridStep, Message
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 from foundry.sweep import expand
 
 

@@ -12,7 +12,7 @@ from analysis.groups import group_label
 from analysis.lines import COMPLETE, FAILED
 from analysis.plots import style
 from foundry.records import Outcome, RunSummary
-from foundry.store import RunFolder
+from foundry.storing.store import RunFolder
 
 _READ = (Outcome.CHOSEN, Outcome.REPAIRED)
 

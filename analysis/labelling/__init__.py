@@ -26,7 +26,7 @@ from analysis.run import GridRun
 from analysis.warning_rule import RULE_VERSION, is_warning
 from foundry.errors import InputError
 from foundry.records import Labelled
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 
 FIRES = ("fire1", "fire2", "east_fire")
 """Names of fires in the texts that were labelled by hand."""

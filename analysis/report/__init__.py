@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from foundry.errors import InputError
-from foundry.store import write_atomically
+from foundry.storing.store import write_atomically
 
 if TYPE_CHECKING:
     from analysis.load import Folders

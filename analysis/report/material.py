@@ -15,7 +15,7 @@ from analysis.labelling import Labelling, model_labelling, rule_labelling
 from analysis.load import Folders, folders_of
 from analysis.pipeline import Analysis, analyze
 from analysis.run import GridRun
-from foundry.store import RunFolder, SweepFolder
+from foundry.storing.store import RunFolder, SweepFolder
 
 
 @dataclass(frozen=True)

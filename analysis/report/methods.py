@@ -13,8 +13,8 @@ from analysis.run import GridRun
 from analysis.stats.contrasts import ALPHA, MCNEMAR, SIGN_FLIP
 from analysis.stats.intervals import BOOTSTRAP_T, FEWEST_FOR_CLAIMS, STUDENT, WILSON
 from foundry import __version__
-from foundry.store import is_served
-from foundry.unread import unread
+from foundry.storing.store import is_served
+from foundry.storing.unread import unread
 
 _ENOUGH = 20
 """Seeds from which claims are made."""

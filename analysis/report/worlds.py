@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from analysis.groups import leaves
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 
 
 def world_differences(sweeps: Sequence[SweepFolder]) -> list[tuple[str, ...]]:

@@ -83,11 +83,11 @@ def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
     Raises:
         typer.Exit: the user interrupted them.
     """
-    from foundry.baselines import baselines_of
     from foundry.commands.sweeps import run_folder, runner_of
-    from foundry.preflight import check
-    from foundry.store import SweepFolder
-    from foundry.targets import check_sweep_targets
+    from foundry.composing.baselines import baselines_of
+    from foundry.composing.preflight import check
+    from foundry.storing.store import SweepFolder
+    from foundry.trust.targets import check_sweep_targets
 
     opened = SweepFolder.open(path)
     check_sweep_targets(opened.sweep, {}, trusted)
@@ -95,7 +95,7 @@ def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
     if not sweep.runs:
         print(f"{path} compares every baseline itself")
         return EXIT_OK
-    local = {"_target_": "foundry.runner.JoblibRunner"}
+    local = {"_target_": "foundry.running.local.LocalRunner"}
     settings = {"runner": local, "cache": {"path": ""}, "analyze": False, "view": None, "record": {"frames": 0}}
     folder = SweepFolder.create(opened.baselines_dir, sweep, settings, [])
     code = run_folder(folder, settings, check(sweep), runner_of(settings))

@@ -23,8 +23,8 @@ def prompt(
 
     Later steps are reached by playing the episode with the given model, which must be scripted or cached.
     """
-    from foundry.compose import compose
-    from foundry.prompting import find_prompt
+    from foundry.composing.compose import compose
+    from foundry.composing.prompting import find_prompt
 
     composed = compose(context.args)
     if composed is None:
@@ -49,7 +49,7 @@ def models(
     import asyncio
 
     from foundry.display import models_table
-    from foundry.models.ollama_info import list_models
+    from foundry.models.ollama.info import list_models
 
     hosts = host or os.environ.get("OLLAMA_HOST") or "127.0.0.1"
     if pull is not None:
@@ -59,7 +59,7 @@ def models(
 
 async def _pull(name: str, hosts: str) -> None:
     """Fetch a model; each thing the server does is one line, with its share done on a terminal."""
-    from foundry.models.ollama_info import pull_model
+    from foundry.models.ollama.info import pull_model
 
     shown = ""
     async for now in pull_model(name, hosts):

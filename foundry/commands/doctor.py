@@ -22,7 +22,7 @@ def doctor(
     import msgspec
 
     from foundry.commands.sweeps import sweep_of
-    from foundry.compose import compose
+    from foundry.composing.compose import compose
     from foundry.display import frame_table
     from foundry.doctor import Status, examine
 

@@ -19,7 +19,7 @@ def fetch(
 
     foundry fetch s3://bucket/prefix outputs/mine
     """
-    from foundry.remote import fetch as fetch_runs
+    from foundry.running.remote import fetch as fetch_runs
     from foundry.texts import without_secrets
 
     fetched = fetch_runs(url, folder)

@@ -11,10 +11,10 @@ from foundry.commands.application import OVERRIDES, Folder, TrustedServers, app
 from foundry.errors import FoundryError, InputError, ModelChangedError
 
 if TYPE_CHECKING:
-    from foundry.compose import Composed
+    from foundry.composing.compose import Composed
     from foundry.labelling import Text
     from foundry.records import Labels
-    from foundry.store import SweepFolder
+    from foundry.storing.store import SweepFolder
 
 
 @app.command(context_settings=OVERRIDES)
@@ -33,10 +33,10 @@ def label(
     import asyncio
 
     from analysis.labelling import model_labelling
-    from foundry import reaching
-    from foundry.compose import compose
+    from foundry.composing.compose import compose
     from foundry.labelling import texts_of
-    from foundry.store import SweepFolder
+    from foundry.storing.store import SweepFolder
+    from foundry.trust import reaching
 
     opened = SweepFolder.open(folder)
     if not trust_servers:
@@ -57,7 +57,7 @@ def label(
 
 def _cache_of(sweep: SweepFolder, composed: Composed) -> str:
     """Return the sweep's cache of answers, or the usual one where the sweep was moved away from its own."""
-    from foundry.models.answers import is_database
+    from foundry.models.answers.addresses import is_database
 
     own: str | None = sweep.settings.get("cache", {}).get("path")
     is_there = own is not None and (is_database(own) or Path(own).exists())
@@ -66,9 +66,10 @@ def _cache_of(sweep: SweepFolder, composed: Composed) -> str:
 
 async def _ask(composed: Composed, cache: str, texts: list[Text]) -> Labels:
     from analysis.labelling import FIRES, hand_labelled, question
-    from foundry.build import build, model_stack
     from foundry.labelling import Text, label, steady
-    from foundry.models.answers import Answers, open_answers
+    from foundry.models.answers.base import Answers
+    from foundry.models.answers.opening import open_answers
+    from foundry.running.build import build, model_stack
 
     opened: list[Answers] = []
 

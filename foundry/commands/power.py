@@ -44,7 +44,7 @@ def _plan(folder: Folder, difference: float | None, target: float, measure: str 
     from analysis.groups import group_columns
     from analysis.stats.power import power as plan
     from analysis.table import Source, build_table, measure_run
-    from foundry.store import SweepFolder
+    from foundry.storing.store import SweepFolder
 
     source = Source(folder, folder.name)
     results = [measure_run(run, source).without_steps() for run in SweepFolder.open(folder).runs()]

@@ -13,7 +13,7 @@ from foundry.errors import InputError
 
 if TYPE_CHECKING:
     from foundry.replay.pictures import Picture
-    from foundry.store import RunFolder
+    from foundry.storing.store import RunFolder
 
 
 @app.command()
@@ -47,7 +47,7 @@ def replay(
     from foundry.replay.film import check_film, write_film
     from foundry.replay.pictures import pictures
     from foundry.replay.recording import read_recording
-    from foundry.store import find_run
+    from foundry.storing.store import find_run
 
     found = [find_run(path) for path in runs]
     if window:

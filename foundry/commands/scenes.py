@@ -20,7 +20,7 @@ def interpret(
     """Print what the interpreter of the 3D worlds reads from a reply, one JSON object a reply."""
     import msgspec
 
-    from foundry.worlds.usd.reading import read_replies
+    from foundry.worlds.camera.reading import read_replies
 
     lines = sys.stdin if text == "-" else [msgspec.json.encode(text).decode()]
     for line in read_replies(lines, limited=limits):
@@ -39,7 +39,7 @@ def scene(
     ] = None,
 ) -> None:
     """Show what is in a USD file, and what will not be drawn, or make a picture of it."""
-    from foundry.worlds.usd.showing import describe_scene, shoot_scene
+    from foundry.worlds.camera.showing import describe_scene, shoot_scene
 
     what = what.lower()
     if what not in ("info", "shot"):

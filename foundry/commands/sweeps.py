@@ -26,17 +26,17 @@ from foundry.commands.view import check_view, watched
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
-    from foundry.compose import Composed, Launch
-    from foundry.models.answers import Answers
+    from foundry.composing.compose import Composed, Launch
+    from foundry.models.answers.base import Answers
     from foundry.models.base import ModelInfo
-    from foundry.runner import Runner
-    from foundry.store import SweepFolder
+    from foundry.running.local import Runner
+    from foundry.storing.store import SweepFolder
     from foundry.sweep import Sweep
 
 
 def run_overrides(argv: Sequence[str]) -> int:
     """Compose what the overrides ask for and run it; returns the exit code."""
-    from foundry.compose import compose
+    from foundry.composing.compose import compose
 
     composed = compose(argv)
     return EXIT_OK if composed is None else run_composed(composed)
@@ -51,14 +51,15 @@ def sweep_of(composed: Composed) -> Sweep:
 
 def run_composed(composed: Composed, prepare: Callable[[SweepFolder], None] = lambda folder: None) -> int:
     """Check everything, then run what is asked for in its folder, once that is prepared."""
-    from foundry.models.answers import settled
-    from foundry.preflight import check, notes_of
-    from foundry.store import SweepFolder, ensure_writable, fresh_folder
+    from foundry.composing.preflight import check, declare, notes_of
+    from foundry.models.answers.addresses import settled
+    from foundry.storing.store import SweepFolder, ensure_writable, fresh_folder
 
     check_view(composed.settings["view"])
     sweep = sweep_of(composed)
     runner = runner_of(composed.settings, composed.launch)
     infos = check(sweep)
+    sweep = declare(sweep)
     for line in notes_of(sweep):
         print(line)
     asked = composed.settings["output"]["dir"]
@@ -89,8 +90,8 @@ def runner_of(settings: Mapping[str, Any], launch: Launch | None = None) -> Runn
     Raises:
         InputError: it cannot be built from its settings.
     """
-    from foundry.build import build
-    from foundry.runner_launcher import LauncherRunner
+    from foundry.composing.launching import LauncherRunner
+    from foundry.running.build import build
 
     runner: Runner = build(settings["runner"]) if launch is None else LauncherRunner(launch)
     return runner
@@ -99,8 +100,8 @@ def runner_of(settings: Mapping[str, Any], launch: Launch | None = None) -> Runn
 def run_folder(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], runner: Runner) -> int:
     """Run what has not ended, then say how it went; the exit code says it too."""
     from foundry.display import ProgressDisplay
-    from foundry.models.answers import check_reachable
-    from foundry.runner import SweepInterrupted, SweepJob, SweepStopped
+    from foundry.models.answers.opening import check_reachable
+    from foundry.running.local import SweepInterrupted, SweepJob, SweepStopped
 
     check_reachable(settings["cache"]["path"])
     job = SweepJob(
@@ -143,7 +144,7 @@ def _report_end(folder: SweepFolder) -> int:
 
 def _print_unread(folder: SweepFolder) -> None:
     """Say which models' replies could not be read, where that is more than a few."""
-    from foundry.unread import unread
+    from foundry.storing.unread import unread
 
     for one in unread(folder.runs()):
         print("\n".join(one.lines()))
@@ -158,11 +159,11 @@ def plan(
 
     Takes what `foundry` takes: foundry plan -m model=llama3.2 seed=0-9
     """
-    from foundry.compose import compose
+    from foundry.composing.compose import compose
+    from foundry.composing.planning import plan as plan_runs
+    from foundry.composing.preflight import notes_of
     from foundry.display import plan_table
-    from foundry.planning import plan as plan_runs
-    from foundry.preflight import notes_of
-    from foundry.store import SweepFolder
+    from foundry.storing.store import SweepFolder
 
     composed = compose(context.args)
     if composed is None:
@@ -182,14 +183,14 @@ def plan(
 
 def existing_answers(composed: Composed) -> Answers | None:
     """Return the answer cache, or None when there is none yet."""
-    from foundry.models import answers
+    from foundry.models.answers import opening as answers
 
     return answers.existing_answers(composed.settings["cache"]["path"])
 
 
 def known_models(sweep: Sweep) -> tuple[dict[str, ModelInfo], str]:
     """Return what the servers say, or nothing and the reason, since a plan needs no server."""
-    from foundry.preflight import check
+    from foundry.composing.preflight import check
 
     try:
         return check(sweep), ""
@@ -203,12 +204,12 @@ def resume(folder: Folder, trust_targets: Trusted = None, trust_servers: Trusted
 
     OLLAMA_HOST and OPENAI_BASE_URL, where they are set, replace the servers that the sweep began with.
     """
-    from foundry import reaching
-    from foundry.preflight import check
-    from foundry.settings import checked_settings
-    from foundry.store import SweepFolder, check_digests
+    from foundry.composing.preflight import check
+    from foundry.composing.settings import checked_settings
+    from foundry.storing.store import SweepFolder, check_digests
     from foundry.sweep import with_hosts
-    from foundry.targets import check_sweep_targets
+    from foundry.trust import reaching
+    from foundry.trust.targets import check_sweep_targets
 
     opened = SweepFolder.open(folder)
     opened.check_runnable()
@@ -230,7 +231,7 @@ def resume(folder: Folder, trust_targets: Trusted = None, trust_servers: Trusted
 def status(folder: Folder) -> None:
     """Show how far a sweep is, and why runs failed."""
     from foundry.display import failures, status_table
-    from foundry.store import SweepFolder
+    from foundry.storing.store import SweepFolder
 
     opened = SweepFolder.open(folder)
     console().print(status_table(opened))

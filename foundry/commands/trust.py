@@ -20,8 +20,8 @@ from foundry.commands.application import (
 )
 
 if TYPE_CHECKING:
-    from foundry.store import RunFolder, SweepFolder
-    from foundry.trust.differing import Drift
+    from foundry.storing.store import RunFolder, SweepFolder
+    from foundry.trust.diff import Drift
     from foundry.trust.verifying import Verified
 
 
@@ -36,8 +36,8 @@ def verify(
 
     The exit code is 3 when something differs, or was recorded by a foundry that read its replies otherwise.
     """
-    from foundry.store import runs_at
-    from foundry.targets import check_sweep_targets
+    from foundry.storing.store import runs_at
+    from foundry.trust.targets import check_sweep_targets
     from foundry.trust.verifying import Verdict
 
     folder, runs = runs_at(path)
@@ -87,8 +87,8 @@ def diff(
     """Show where two runs part - question, answer, state - and how far they drift from each other after that."""
     import msgspec
 
-    from foundry.store import find_run
-    from foundry.trust.differing import compare
+    from foundry.storing.store import find_run
+    from foundry.trust.diff import compare
 
     left, right = find_run(one), find_run(other)
     parting = compare(left, right)
@@ -164,11 +164,11 @@ def fork(
 
     foundry fork outputs/pilot/runs/<run> --at 20 -m model=qwen3:4b,llama3.2 sampling_seed=0-4
     """
-    from foundry import reaching
     from foundry.commands.sweeps import run_composed
-    from foundry.store import find_run, runs_at
-    from foundry.targets import check_sweep_targets
+    from foundry.storing.store import find_run, runs_at
+    from foundry.trust import reaching
     from foundry.trust.forking import compose_fork, keep_origin
+    from foundry.trust.targets import check_sweep_targets
 
     origin, (folder, _) = find_run(run), runs_at(run)
     check_sweep_targets(folder.sweep, folder.settings, trust_targets or ())

@@ -52,8 +52,8 @@ def watched(folder: Path, asked: object) -> Iterator[None]:
     if asked is None:
         yield
         return
-    from viewer.live import serve_live
-    from viewer.server import open_in_browser
+    from foundry.viewer.live import serve_live
+    from foundry.viewer.server import open_in_browser
 
     with serve_live(folder) as url:
         print(f"watch at {url}", flush=True)
@@ -62,7 +62,7 @@ def watched(folder: Path, asked: object) -> Iterator[None]:
 
 
 def _newest() -> Path:
-    from foundry.store import sweeps_in
+    from foundry.storing.store import sweeps_in
 
     outputs = Path("outputs")
     if not outputs.is_dir():
@@ -71,14 +71,14 @@ def _newest() -> Path:
 
 
 def _export(root: Path, out: Path) -> None:
-    from viewer.export import export
+    from foundry.viewer.export import export
 
     exported = export(root, out)
     print(f"{exported.runs} runs in {exported.files} files, {exported.size / 1e6:,.1f} MB: open {exported.page}")
 
 
 def _serve(root: Path, *, host: str, port: int, browser: bool) -> None:
-    from viewer.server import ViewServer, is_loopback, open_in_browser
+    from foundry.viewer.server import ViewServer, is_loopback, open_in_browser
 
     server = ViewServer(root, host=host, port=port)
     if not is_loopback(host):

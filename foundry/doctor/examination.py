@@ -7,14 +7,14 @@ from collections.abc import AsyncIterator, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from foundry.build import build
+from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.doctor.finding import Finding
 from foundry.doctor.machine import check_disk, check_drawing, check_versions
 from foundry.doctor.models import Use, examine_model
 from foundry.models.base import Model
-from foundry.preflight import prompt_of, scenario_of
-from foundry.store import SweepFolder
-from foundry.sweep import Sweep, model_key
+from foundry.running.build import build
+from foundry.storing.store import SweepFolder
+from foundry.sweep import Sweep, settings_key
 from foundry.worlds.base import Scenario
 
 
@@ -30,7 +30,7 @@ def examine(sweep: Sweep, settings: Mapping[str, Any], *, calls: bool = True) ->
         InputError: a world, a prompt or a model cannot be built.
     """
     yield check_versions()
-    scenarios = {model_key(one.config["world"]): scenario_of(one.config) for one in sweep.conditions}
+    scenarios = {settings_key(one.config["world"]): scenario_of(one.config) for one in sweep.conditions}
     yield from check_drawing(scenarios.values())
     yield _disk(sweep, settings, scenarios)
     with asyncio.Runner() as runner:
@@ -57,7 +57,7 @@ def _disk(sweep: Sweep, settings: Mapping[str, Any], scenarios: Mapping[str, Sce
     calls = images = frames = 0
     for run in sweep.runs:
         config = sweep.conditions[run.condition].config
-        scenario = scenarios[model_key(config["world"])]
+        scenario = scenarios[settings_key(config["world"])]
         calls += scenario.count_calls()
         images += scenario.count_calls() if scenario.shows_images else 0
         every = int(config["record"]["frames"])
@@ -71,10 +71,10 @@ def _uses(sweep: Sweep, scenarios: Mapping[str, Scenario]) -> Iterator[Use]:
     seen: set[str] = set()
     for condition in sweep.conditions:
         parts = {name: condition.config[name] for name in ("world", "prompt", "model")}
-        if model_key(parts) in seen:
+        if settings_key(parts) in seen:
             continue
-        seen.add(model_key(parts))
-        scenario = scenarios[model_key(parts["world"])]
+        seen.add(settings_key(parts))
+        scenario = scenarios[settings_key(parts["world"])]
         for model in _members(build(parts["model"])):
             if model.remote:
                 yield Use(model, scenario, prompt_of(condition.config), condition.seeds[0])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from foundry.prompts import Prompt
+from foundry.prompts.prompt import Prompt
 from foundry.worlds.base import Answer, Question, Scenario
 
 CHARACTERS_PER_TOKEN = 5

@@ -39,7 +39,7 @@ def check_drawing(scenarios: Iterable[Scenario]) -> Iterator[Finding]:
     if not seen:
         return
     # The world's own module decides how it draws; only those that show images bring VTK in.
-    from foundry.worlds.usd.glcheck import check_rendering
+    from foundry.worlds.camera.eye.glcheck import check_rendering
 
     try:
         check_rendering()

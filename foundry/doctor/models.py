@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import AsyncIterator, Iterator
 from dataclasses import dataclass, replace
 
+from foundry.composing.preflight import check_sight, first_questions
 from foundry.doctor.finding import Finding, Status
 from foundry.doctor.load import LoadResult, measure_load
 from foundry.doctor.longest import LongestPrompt, longest_prompt
 from foundry.episode import Asker
 from foundry.errors import FoundryError, InputError, RequestError
 from foundry.models.base import Model, ModelInfo, Request
-from foundry.models.retried import RetriedModel
 from foundry.models.serving import serving_of
-from foundry.preflight import check_sight, first_questions
-from foundry.prompts import Prompt
+from foundry.models.wrappers.retried import RetriedModel
+from foundry.prompts.prompt import Prompt
 from foundry.worlds.base import Question, Scenario
 
 UNLIMITED_REPLY = 1024

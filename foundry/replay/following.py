@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from foundry.errors import InputError
 from foundry.replay.recording import read_recording, redrawing_of
-from foundry.store import RunFolder
-from foundry.worlds.usd.overview import OverviewFrame
-from foundry.worlds.usd.redrawing import CameraRedrawing
+from foundry.storing.store import RunFolder
+from foundry.worlds.camera.eye.overview import OverviewFrame
+from foundry.worlds.camera.redrawing import CameraRedrawing
 
 
 class Follower:

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import msgspec
 
+from foundry.composing.preflight import scenario_of
 from foundry.errors import InputError, RecordError
-from foundry.preflight import scenario_of
 from foundry.records import NOT_JSON
-from foundry.store import RunFolder, kept_file
-from foundry.targets import check_targets
+from foundry.storing.store import RunFolder, kept_file
+from foundry.trust.targets import check_targets
 from foundry.worlds.base import Recorded, Redrawing
 
 

@@ -16,12 +16,12 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkActor2D, vtkImageMapper
 
 from foundry.replay.following import Follower
-from foundry.store import RunFolder
-from foundry.worlds.usd.avatar import avatar_meshes, trail_meshes
-from foundry.worlds.usd.batches import scene_actors
-from foundry.worlds.usd.overview import ASIDE_DEG, INSET_WIDTH, LAYERS, SCENE_OPACITY, overview_camera
-from foundry.worlds.usd.polydata import byte_values
-from foundry.worlds.usd.scene import Scene, UInt8Array
+from foundry.storing.store import RunFolder
+from foundry.worlds.camera.eye.avatar import avatar_meshes, trail_meshes
+from foundry.worlds.camera.eye.batches import scene_actors
+from foundry.worlds.camera.eye.overview import ASIDE_DEG, INSET_WIDTH, LAYERS, SCENE_OPACITY, overview_camera
+from foundry.worlds.camera.loading.polydata import byte_values
+from foundry.worlds.camera.scene import Scene, UInt8Array
 
 SIZE = (1280, 860)
 TICK_MS = 100

@@ -17,8 +17,7 @@ import zstandard
 from foundry import provenance
 from foundry.errors import InputError
 from foundry.records import Attempt, Call
-from foundry.store import (
-    RECORD_STREAMS,
+from foundry.storing.store import (
     SCENES_FILE,
     RunFolder,
     SweepFolder,
@@ -27,8 +26,8 @@ from foundry.store import (
     kept_file,
     read_calls,
 )
+from foundry.storing.sweep_file import sweep_text, to_yaml
 from foundry.sweep import Sweep
-from foundry.sweep_file import sweep_text, to_yaml
 from foundry.trust.manifest import FORMAT, NAME, BundledFile, Manifest, check_names
 from foundry.trust.privacy import Scrubber
 from foundry.trust.scenes import BundledScene, scenes_of
@@ -38,7 +37,7 @@ CITATION = "CITATION.cff"
 NEUTRAL = {
     "output": {"dir": None},
     "cache": {"path": "outputs/answers.sqlite"},
-    "runner": {"_target_": "foundry.runner.JoblibRunner", "workers": None, "open_runs": 16},
+    "runner": {"_target_": "foundry.running.local.LocalRunner", "workers": None, "open_runs": 16},
 }
 """Where and how a bundled sweep is run: as anywhere, not as it was here."""
 
@@ -153,7 +152,7 @@ def _run_entries(run: RunFolder, sweep: Sweep, scrubber: Scrubber, prefix: str) 
     yield _text(f"{prefix}config.yaml", lambda: to_yaml(sweep.config(run.run)), scrubber)
     if run.ended:
         yield _text(f"{prefix}run.json", partial(_summary, run, scrubber), scrubber)
-    for stream in RECORD_STREAMS:
+    for stream in run.streams:
         if run.stream_path(stream).exists():
             yield Entry(f"{prefix}{stream}.jsonl", partial(_checked, run.stream_path(stream), scrubber))
     yield Entry(f"{prefix}calls.jsonl.zst", partial(_calls, run.calls, f"{run.id}/calls.jsonl.zst", scrubber))

@@ -14,16 +14,16 @@ from typing import Any
 import msgspec
 
 from foundry import paths
-from foundry.build import build
-from foundry.compose import Composed, compose
+from foundry.composing.compose import Composed, compose
 from foundry.episode import play
 from foundry.errors import InputError, RecordError
-from foundry.plain_yaml import load_plain
 from foundry.records import Call
-from foundry.store import RECORD_STREAMS, RunFolder, SweepFolder, calls_bytes, lines_of, write_atomically
-from foundry.sweep import Condition, calls_seed, model_key
-from foundry.sweep_file import to_yaml
-from foundry.trust.recorded import Departed, NotRecorded, RecordedAsker, past_wordings
+from foundry.running.build import build
+from foundry.running.recorded import Departed, NotRecorded, RecordedAsker, past_wordings
+from foundry.storing.plain_yaml import load_plain
+from foundry.storing.store import RunFolder, SweepFolder, calls_bytes, lines_of, write_atomically
+from foundry.storing.sweep_file import to_yaml
+from foundry.sweep import Condition, calls_seed, settings_key
 from foundry.trust.verifying import Comparer, EndOfRecords
 
 _INTERPOLATION = re.compile(r"(\\*)\$\{")
@@ -54,7 +54,7 @@ def compose_fork(run: RunFolder, sweep: str, at: int, overrides: Sequence[str]) 
         return None
     fork = _fork_block(run, config, sweep, at)
     conditions = tuple(replace(one, config={**one.config, "fork": fork}) for one in composed.conditions)
-    for condition in {model_key(one.config["world"]): one for one in conditions}.values():
+    for condition in {settings_key(one.config["world"]): one for one in conditions}.values():
         _check_past(run, condition, at)
     return replace(composed, asked=("fork", f"{sweep}/{run.id}", f"at={at}", *overrides), conditions=conditions)
 
@@ -141,7 +141,7 @@ def _shared_digests(run: RunFolder, at: int) -> dict[str, str]:
     """Return the SHA-256 of the lines before a step, by the name of their file."""
     return {
         f"{stream}.jsonl": hashlib.sha256(_shared(run, stream, at)).hexdigest()
-        for stream in RECORD_STREAMS
+        for stream in run.streams
         if run.stream_path(stream).exists()
     }
 

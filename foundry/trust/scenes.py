@@ -12,7 +12,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from foundry.errors import InputError
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,8 @@ def scenes_of(folder: SweepFolder) -> list[BundledScene]:
 
 def _scene(asset: str, here: Mapping[str, Any]) -> BundledScene:
     """Return a scene with those of its files that it may read: they are below one folder, by default its own."""
-    from foundry.worlds.usd.locating import find_asset
-    from foundry.worlds.usd.scene_files import scene_files
+    from foundry.worlds.camera.loading.locating import find_asset
+    from foundry.worlds.camera.loading.scene_files import scene_files
 
     main = find_asset(here["asset"]).resolve()
     limit = Path(here["root"]).resolve() if here.get("root") else main.parent
@@ -68,7 +68,7 @@ def _scene(asset: str, here: Mapping[str, Any]) -> BundledScene:
 
 def _check_movable(asset: str, root: Path, main: Path, files: list[Path]) -> None:
     """Check on a copy that the scene finds all its files when it is somewhere else."""
-    from foundry.worlds.usd.scene_files import scene_files
+    from foundry.worlds.camera.loading.scene_files import scene_files
 
     with tempfile.TemporaryDirectory() as name:
         copy = Path(name).resolve()

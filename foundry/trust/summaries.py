@@ -9,12 +9,12 @@ from typing import Any
 import msgspec
 
 from foundry.errors import RecordError
-from foundry.plain_yaml import load_plain
 from foundry.records import Call, Counts, RunSummary
-from foundry.store import RECORD_STREAMS, RunFolder
+from foundry.running.line_difference import NOTHING, Difference, first_difference
+from foundry.running.recorded import Departed
+from foundry.storing.plain_yaml import load_plain
+from foundry.storing.store import RunFolder
 from foundry.sweep import identity
-from foundry.trust.difference import NOTHING, Difference, first_difference
-from foundry.trust.recorded import Departed
 
 COMPLETE = "complete"
 _NOT_REPLAYED = ("cached", "retries", "model_s")
@@ -81,7 +81,7 @@ def check_digests(run: RunFolder, summary: RunSummary | None) -> None:
     # A worker that died could not say what it had written.
     if summary is None or (summary.status != COMPLETE and not summary.records_sha256):
         return
-    for stream in RECORD_STREAMS:
+    for stream in run.streams:
         name, path = f"{stream}.jsonl", run.stream_path(stream)
         now = hashlib.sha256(path.read_bytes()).hexdigest() if path.exists() else NOTHING
         recorded = summary.records_sha256.get(name, NOTHING)

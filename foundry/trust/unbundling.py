@@ -14,7 +14,7 @@ from typing import IO
 import zstandard
 
 from foundry.errors import InputError
-from foundry.store import ensure_writable
+from foundry.storing.store import ensure_writable
 from foundry.trust.manifest import LARGEST_BYTES, NAME, BundledFile, Manifest, read_manifest
 
 GIB = 1 << 30

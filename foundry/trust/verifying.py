@@ -14,14 +14,14 @@ from typing import Any
 import msgspec
 
 from foundry import provenance
-from foundry.build import build
 from foundry.episode import play
 from foundry.errors import ModelChangedError, RecordError, UnconfirmedError
 from foundry.records import NOT_JSON, Call, Counts, Record, RunSummary, SeenImage
-from foundry.store import RECORD_STREAMS, RunFolder, SweepFolder, frame_name, kept_file
-from foundry.sweep import model_key
-from foundry.trust.difference import CALLS, NOTHING, Difference, first_difference
-from foundry.trust.recorded import Departed, NotRecorded, RecordedAsker, wordings
+from foundry.running.build import build
+from foundry.running.line_difference import CALLS, NOTHING, Difference, first_difference
+from foundry.running.recorded import Departed, NotRecorded, RecordedAsker, wordings
+from foundry.storing.store import RECORD_STREAMS, RunFolder, SweepFolder, frame_name, kept_file
+from foundry.sweep import settings_key
 from foundry.trust.summaries import COMPLETE, check_config, check_digests, check_summary
 
 _ENCODE = msgspec.json.Encoder().encode
@@ -172,7 +172,7 @@ def _verify_all(runs: Sequence[RunFolder], frames: bool) -> Iterator[Verified]:
     scenarios: dict[str, Any] = {}
     for run in runs:
         config = run.config()
-        key = model_key(config["world"])
+        key = settings_key(config["world"])
         if run.path.exists() and key not in scenarios:
             scenarios[key] = build(config["world"])
         yield _verify_run(run, config, scenarios.get(key), frames)
@@ -285,7 +285,7 @@ def _streams(run: RunFolder) -> tuple[str, ...]:
     """Return the record files that what recorded a run knew of: beside the first readers there was none of agents."""
     summary = run.summary()
     knew_agents = run.stream_path("agents").exists() if summary is None else summary.readers > 1
-    return tuple(name for name in RECORD_STREAMS if knew_agents or name != "agents")
+    return tuple(name for name in run.streams if knew_agents or name != "agents")
 
 
 def _lines(path: Path, *, whole_only: bool) -> list[bytes]:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, cast
 
+from foundry.declared import Actions, Declared, keys_of
 from foundry.records import Outcome, Record
 
 Observation = Mapping[str, Any]
@@ -31,6 +32,9 @@ class Question:
         observation: what the agent perceives.
         images: PNG or JPEG bytes that the agent sees, in order.
         secret: what only scripted policies are told, by keys that no template can name.
+        options: replies that decide, one for each decision that is legal now; what `scripted/random` draws from. Empty
+            where the scenario does not say.
+        idle: the reply that does nothing, or None where there is none; what `scripted/stay` says.
     """
 
     step: int
@@ -39,6 +43,8 @@ class Question:
     observation: Observation
     images: tuple[bytes, ...] = ()
     secret: Observation | None = None
+    options: tuple[str, ...] = ()
+    idle: str | None = None
 
     @property
     def told(self) -> Observation:
@@ -123,11 +129,18 @@ class Scenario(ABC):
 
     Attributes:
         name: the world's name in tables and records.
+        form: what its records are; names the rooms of code that turn them into arrays, figures and pages.
+        records: the classes of the records that its episodes write; no others are taken.
+        public_name: the path under which the class promises to stay importable, which its runs' ids hang on; that of
+            its definition where it says none.
         kinds: the kinds of question its episodes ask.
         shows_images: whether its questions carry images, which not every model can see.
     """
 
+    form: ClassVar[str]
     kinds: ClassVar[tuple[str, ...]]
+    records: ClassVar[tuple[type[Record], ...]]
+    public_name: ClassVar[str | None] = None
     shows_images: ClassVar[bool] = False
     name: str
 
@@ -138,6 +151,14 @@ class Scenario(ABC):
     @abstractmethod
     def redraw(self, recorded: Recorded) -> Redrawing:
         """Return the pictures of an episode that this scenario once started; no model and no world is needed."""
+
+    def actions(self) -> Mapping[str, Actions]:
+        """Return what can be decided, by the kind of question that decides it; nothing by default."""
+        return {}
+
+    def declared(self) -> Declared:
+        """Return what is to be known of the records of its episodes without building the world."""
+        return Declared(form=self.form, actions=dict(self.actions()), streams=keys_of(self.records))
 
     def personas(self, seed: int) -> Sequence[Mapping[str, str]]:
         """Return the persona of every agent in the run with this seed, by its id; one agent without any by default."""

@@ -16,7 +16,7 @@ from analysis.run import GridRun
 from analysis.walker import expected_cells
 from commands import foundry
 from foundry import seeding
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 
 Cell = tuple[int, int]
 AGENTS, STEPS, HALF = 20, 50, 4

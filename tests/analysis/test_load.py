@@ -7,12 +7,12 @@ import pytest
 import analysis
 from analysis.load import read_records, read_run
 from commands import foundry
+from foundry.composing.preflight import scenario_of
 from foundry.errors import InputError, RecordError
-from foundry.preflight import scenario_of
 from foundry.records import Outcome
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 from foundry.worlds.base import Answer
-from foundry.worlds.grid import GridScenario
+from foundry.worlds.grid.world import GridScenario
 
 
 def test_a_sweep_loads_as_tidy_tables(make_sweep, make_condition):

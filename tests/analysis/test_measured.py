@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from analysis import analyze
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 
 
 @pytest.fixture

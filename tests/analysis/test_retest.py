@@ -11,7 +11,7 @@ import pytest
 
 from analysis.retest import Decisions, counted, retest
 from commands import foundry
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 
 
 @pytest.fixture(scope="module")

@@ -31,7 +31,7 @@ from analysis.tables import (
     with_interval,
     write_tables,
 )
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 
 HARD = "50 % of a_b & {c} $x^2$ #1 \\ ~ <|>"
 TABLE = Table("small", "What it is: 95 %", ("measure", "a_1"), (("x.y_z", "1 [0, 2]"), (HARD, "-")))

@@ -13,7 +13,7 @@ from commands import SMALL, calls, foundry, is_dead, records, started, statuses,
 from dask_servers import Cluster
 from databases import PostgresStore
 from foundry import paths
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 from holding import SWEEP, Holding, assert_nothing_lost_or_paid_twice
 from ollama_server import OllamaServer
 from postgres_server import free_port
@@ -121,7 +121,7 @@ def test_a_run_that_kills_its_process_is_given_up_and_no_worker_of_the_cluster_d
     (mine / "model" / "deadly.yaml").write_text("_target_: policies.Deadly\nname: deadly\n")
     (mine / "world" / "fate.yaml").write_text("defaults: [cafe_library, _self_]\nname: fate\nagents: 1\nsteps: 2\n")
     (mine / "prompt" / "terse.yaml").write_text(
-        "_target_: foundry.prompts.Prompt\nname: terse\ntemplates: {message: 'Say?', action: 'Act?'}\n"
+        "_target_: foundry.prompts.prompt.Prompt\nname: terse\ntemplates: {message: 'Say?', action: 'Act?'}\n"
     )
     done = foundry(
         "-m", "--config-dir", "mine", "model=deadly", "world=fate", "prompt=terse", "seed=0-7", "output.dir=out",
@@ -198,5 +198,5 @@ def lanes_below(pid: int) -> list[int]:
     children = [
         int(one) for task in Path(f"/proc/{pid}/task").iterdir() for one in (task / "children").read_text().split()
     ]
-    mine = [one for one in children if b"foundry.lane_process" in Path(f"/proc/{one}/cmdline").read_bytes()]
+    mine = [one for one in children if b"foundry.running.lane_process" in Path(f"/proc/{one}/cmdline").read_bytes()]
     return [*mine, *(lane for one in children for lane in lanes_below(one))]

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from foundry.compose import compose
+from foundry.composing.compose import compose
 
 
 @pytest.fixture

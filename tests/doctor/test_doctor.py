@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from commands import foundry
+from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.doctor.longest import longest_prompt
-from foundry.preflight import prompt_of, scenario_of
 from ollama_cases import (
     ABORTED,
     ABORTED_500,

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from foundry.records import Outcome
 from foundry.worlds.base import ABORTED, LENGTH, STOPPED, Answer
+from foundry.worlds.camera.language.interpreter import JsonInterpreter, LastSentenceInterpreter, LatestInterpreter
+from foundry.worlds.camera.reading import SHIPPED_LIMITS, command_record
 from foundry.worlds.grid.parsing import read_action, read_message
-from foundry.worlds.usd.interpreter import JsonInterpreter, LastSentenceInterpreter, LatestInterpreter
-from foundry.worlds.usd.reading import SHIPPED_LIMITS, command_record
 
 BATCH = 25
 GRID_BATCHES, SPACE_BATCHES = 8_000, 2_000

@@ -12,7 +12,7 @@ import pytest
 from analysis.load import load, read_records, read_run
 from commands import foundry
 from foundry.errors import FoundryError
-from foundry.store import RunFolder, SweepFolder
+from foundry.storing.store import RunFolder, SweepFolder
 from spoiling import settle, spoiled
 
 FEW, MANY = 60, 10_000

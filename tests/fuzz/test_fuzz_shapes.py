@@ -17,7 +17,7 @@ import pytest
 import yaml
 
 from commands import foundry
-from foundry.store import SweepFolder, to_yaml
+from foundry.storing.store import SweepFolder, to_yaml
 
 FEW, MANY = 20, 6_000
 SMALL = ("world.agents=2", "world.steps=3", "record.frames=2", "analyze=false")

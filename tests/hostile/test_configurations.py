@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from commands import foundry
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 
 LAUGHS = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n" + "".join(
     f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]\n" for n in range(1, 12)
@@ -61,7 +61,7 @@ def test_nothing_that_a_record_names_is_run(part: str, tmp_path: Path):
     assert foundry(*SMALL, cwd=tmp_path).returncode == 0
     file, canary = tmp_path / "out" / "sweep.yaml", tmp_path / "canary"
     (run,) = SweepFolder.open(tmp_path / "out").runs()
-    own = {"runner": "foundry.runner.JoblibRunner"}.get(part) or run.config()[part]["_target_"]
+    own = {"runner": "foundry.running.local.LocalRunner"}.get(part) or run.config()[part]["_target_"]
     text = file.read_text()
     assert f"_target_: {own}\n" in text
     file.write_text(text.replace(f"_target_: {own}\n", "_target_: pathlib.Path.touch\n").replace(own, "os.system"))

@@ -12,7 +12,7 @@ import pytest
 
 from commands import foundry, statuses
 from foundry.errors import RecordError
-from foundry.store import SweepFolder, sweeps_in
+from foundry.storing.store import SweepFolder, sweeps_in
 
 SMALL = ("world.agents=2", "world.steps=2", "record.frames=1", "analyze=false")
 SECRET = "the only copy\n"

@@ -9,8 +9,8 @@ import pytest
 
 from commands import foundry, statuses
 from foundry.errors import InputError, RecordError, StorageError
-from foundry.run_writer import RunWriter
-from foundry.store import SweepFolder, ensure_writable, kept_file
+from foundry.storing.run_writer import RunWriter
+from foundry.storing.store import SweepFolder, ensure_writable, kept_file
 
 SMALL = ("model=scripted/random", "world.agents=2", "world.steps=2", "output.dir=out", "runner.workers=1")
 NAMES = ["../../evil", "..\\..\\evil", "/etc/evil", "con", "aux.txt", "x" * 240, ".", "[/red]", "$HOME", "`id`", "é日"]

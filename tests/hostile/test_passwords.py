@@ -9,15 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from commands import foundry
-from foundry import reaching
 from foundry.errors import FoundryError, InputError
-from foundry.lane import summarise
 from foundry.models.base import ModelInfo
-from foundry.models.ollama_hosts import parse_host
-from foundry.remote import RemoteSweep
-from foundry.store import SweepFolder
-from foundry.sweep import model_key
+from foundry.models.ollama.hosts import parse_host
+from foundry.running.lane import summarise
+from foundry.running.remote import RemoteSweep
+from foundry.storing.store import SweepFolder
+from foundry.sweep import settings_key
 from foundry.texts import holds_secret, without_secrets
+from foundry.trust import reaching
 
 SECRET = "hunter2"
 SMALL = ("world.agents=2", "world.steps=1", "analyze=false", "output.dir=out")
@@ -87,7 +87,7 @@ def test_what_a_record_would_reach_is_shown_without_passwords(monkeypatch: pytes
 def test_the_cause_of_a_failed_run_is_recorded_without_passwords(workspace: Path):
     assert foundry("model=scripted/stay", *SMALL, cwd=workspace).returncode == 0
     (only,) = SweepFolder.open(workspace / "out").runs()
-    infos = {model_key(only.config()["model"]): ModelInfo("stay")}
+    infos = {settings_key(only.config()["model"]): ModelInfo("stay")}
     for error in (FoundryError(f"no http://me:{SECRET}@h"), ValueError(f"no http://me:{SECRET}@h")):
         summary = summarise(only, infos, None, started="", seconds=0.0, error=error)
         assert summary.error == "no http://***@h"

@@ -12,11 +12,11 @@ import pytest
 from commands import SMALL, foundry, statuses
 from foundry.commands.application import for_screen
 from foundry.records import Outcome
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 from foundry.texts import visible
 from foundry.worlds.base import Answer
+from foundry.worlds.camera.language.interpreter import JsonInterpreter, LastSentenceInterpreter, LatestInterpreter
 from foundry.worlds.grid.parsing import read_action, read_message
-from foundry.worlds.usd.interpreter import JsonInterpreter, LastSentenceInterpreter, LatestInterpreter
 from ollama_cases import ChatCase
 from ollama_server import OllamaServer
 from openai_server import ChatCase as OpenAICase

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from foundry.models.climbing import Climb, Sums
+from foundry.models.wrappers.climbing import Climb, Sums
 
 PACE = 2
 """Calls that wait for the limit and may follow one answer; those that come while there is room go at once."""

@@ -12,7 +12,8 @@ import pytest
 
 from databases import PostgresStore, SqliteStore, Store
 from foundry.errors import FoundryError, InputError
-from foundry.models.answers import check_reachable, open_answers, settled
+from foundry.models.answers.addresses import settled
+from foundry.models.answers.opening import check_reachable, open_answers
 from foundry.models.base import Reply
 from postgres_server import PostgresServer, free_port
 

@@ -10,10 +10,10 @@ import pytest
 
 from databases import SqliteStore, Store
 from foundry.errors import StorageError, TransientError
-from foundry.models.answers import Answers
+from foundry.models.answers.base import Answers
+from foundry.models.answers.unconfirmed import Unconfirmed
 from foundry.models.base import ChatMessage, Model, Reply, Request, RequestKeys
-from foundry.models.cached import CachedModel
-from foundry.models.unconfirmed import Unconfirmed
+from foundry.models.wrappers.cached import CachedModel
 
 
 class Counting(Model):

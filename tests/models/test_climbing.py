@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from foundry.models.climbing import Climb, Sums
+from foundry.models.wrappers.climbing import Climb, Sums
 from models.slot_servers import Timed
 
 

@@ -7,9 +7,9 @@ import pytest
 
 from foundry.errors import TransientError
 from foundry.models.base import Model, Reply
-from foundry.models.limited import Limit, LimitedModel
-from foundry.models.retried import RetriedModel
 from foundry.models.serving import InFlight
+from foundry.models.wrappers.limited import Limit, LimitedModel
+from foundry.models.wrappers.retried import RetriedModel
 from ollama_cases import ChatCase, grid_answer
 from ollama_server import OllamaServer
 

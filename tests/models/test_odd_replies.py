@@ -21,11 +21,16 @@ from hypothesis import strategies as st
 import ollama_cases as cases
 from commands import foundry, statuses
 from foundry.errors import BackendError, InputError, ServerError, TransientError
-from foundry.models import ollama_errors, ollama_inspect, ollama_wire, openai_errors, openai_info, openai_wire
 from foundry.models.base import ChatMessage, ModelInfo, Reply, Request
-from foundry.models.pausing import seconds_to_wait, wait_asked
-from foundry.models.transport import LARGEST_BODY, Origin, _say_unknown
-from foundry.store import SweepFolder
+from foundry.models.http.pausing import seconds_to_wait, wait_asked
+from foundry.models.http.transport import LARGEST_BODY, Origin, _say_unknown
+from foundry.models.ollama import errors as ollama_errors
+from foundry.models.ollama import inspect as ollama_inspect
+from foundry.models.ollama import wire as ollama_wire
+from foundry.models.openai import errors as openai_errors
+from foundry.models.openai import info as openai_info
+from foundry.models.openai import wire as openai_wire
+from foundry.storing.store import SweepFolder
 from local_server import LocalServer
 from ollama_server import OllamaServer
 from openai_server import ChatCase

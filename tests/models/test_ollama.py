@@ -6,10 +6,10 @@ import json
 import pytest
 
 import ollama_cases as cases
-from foundry.build import build
-from foundry.compose import compose
+from foundry.composing.compose import compose
 from foundry.errors import InputError, TransientError
-from foundry.models.ollama_wire import load_body
+from foundry.models.ollama.wire import load_body
+from foundry.running.build import build
 from ollama_server import OllamaServer
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import ollama_cases as cases
 from foundry.errors import RequestError, ServerError, TransientError
-from foundry.models.pausing import seconds_to_wait
+from foundry.models.http.pausing import seconds_to_wait
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from foundry.errors import InputError, RequestError, TransientError
-from foundry.models.hosts import HostPool
-from foundry.models.ollama_hosts import parse_host, parse_hosts
+from foundry.models.http.hosts import HostPool
+from foundry.models.ollama.hosts import parse_host, parse_hosts
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,8 @@ import asyncio
 import pytest
 
 from foundry.errors import InputError
-from foundry.models.ollama_info import list_models
-from foundry.models.ollama_inspect import full_tag
+from foundry.models.ollama.info import list_models
+from foundry.models.ollama.inspect import full_tag
 from ollama_cases import FakeModel
 from ollama_server import OllamaServer
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 import ollama_cases as cases
 from foundry.errors import RequestError
 from foundry.models.base import UnusableReply
-from foundry.models.ollama_wire import chat_body, without_surrogates
+from foundry.models.ollama.wire import chat_body, without_surrogates
 
 PIXEL = b"\x89PNG\r\n"
 OPTIONS = {

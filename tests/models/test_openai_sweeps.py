@@ -6,8 +6,8 @@ import pytest
 
 from commands import SMALL, foundry, statuses, sweep_folder
 from foundry.errors import InputError
-from foundry.models.openai_secret import Secret
-from foundry.store import SweepFolder
+from foundry.models.openai.secret import Secret
+from foundry.storing.store import SweepFolder
 from openai_server import OpenAIServer, refused
 
 KEY = "sk-tests/4f9d8c7b6a5e"

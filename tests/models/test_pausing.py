@@ -7,11 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from foundry.errors import ServerError, TransientError
-from foundry.models.limited import Limit, LimitedModel
-from foundry.models.pausing import Pause, parse_reset, wait_asked
-from foundry.models.retried import RetriedModel
+from foundry.models.http.pausing import Pause, parse_reset, wait_asked
+from foundry.models.http.transport import Origin
 from foundry.models.serving import InFlight
-from foundry.models.transport import Origin
+from foundry.models.wrappers.limited import Limit, LimitedModel
+from foundry.models.wrappers.retried import RetriedModel
 from openai_server import ChatCase, OpenAIServer, in_turn, limited
 
 HERE = Origin(host="http://h/v1", model="a", server="The server")

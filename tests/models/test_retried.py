@@ -7,7 +7,7 @@ import pytest
 import ollama_cases as cases
 from foundry.errors import RequestError, ServerError, TransientError
 from foundry.models.base import Reply, UnusableReply
-from foundry.models.retried import RetriedModel
+from foundry.models.wrappers.retried import RetriedModel
 from ollama_server import OllamaServer
 
 DOWN = TransientError("down")

@@ -21,8 +21,8 @@ from foundry.models.scripted.random import Random
 from foundry.paths import conf_dir
 from foundry.records import GridStep, Message, Outcome, Record
 from foundry.worlds.base import Answer, Question
-from foundry.worlds.grid import GridScenario
 from foundry.worlds.grid.layouts import Explicit, Uniform
+from foundry.worlds.grid.world import GridScenario
 
 NAMES = sorted(path.stem for path in (conf_dir() / "model" / "scripted").glob("*.yaml"))
 GRID = [name for name in NAMES if {"message", "action"} <= set(

@@ -8,8 +8,8 @@ import pytest
 
 from databases import Store
 from foundry.errors import ModelChangedError
+from foundry.models.answers.unconfirmed import Unconfirmed
 from foundry.models.base import ModelInfo, Reply
-from foundry.models.unconfirmed import Unconfirmed
 
 HOST, OTHER_HOST = "http://one:1", "http://two:2"
 FIRST = ModelInfo("m", digest="d4" * 32, states={HOST: "monday"})

@@ -12,7 +12,7 @@ from omegaconf import OmegaConf
 
 from foundry.paths import conf_dir
 from foundry.worlds.base import Question
-from foundry.worlds.usd.interpreter import JsonInterpreter, interpret
+from foundry.worlds.camera.language.interpreter import JsonInterpreter, interpret
 
 VARIANTS = sorted(
     path.stem for path in (conf_dir() / "prompt").glob("*.yaml") if "\n  move:" in path.read_text("utf-8")

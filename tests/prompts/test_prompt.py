@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from foundry.errors import InputError
-from foundry.prompts import Prompt
+from foundry.prompts.prompt import Prompt
 from foundry.worlds.base import Question
 
 

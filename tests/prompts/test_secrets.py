@@ -6,9 +6,9 @@ import pytest
 
 from episodes import composed
 from foundry.cli import run
+from foundry.composing.preflight import first_questions, scenario_of
 from foundry.errors import InputError
-from foundry.preflight import first_questions, scenario_of
-from foundry.prompts import Prompt
+from foundry.prompts.prompt import Prompt
 from foundry.worlds.base import Question
 
 SECRET = {"way", "near", "reached", "target_yaw", "target_pitch"}

@@ -10,7 +10,7 @@ from pxr import Gf
 
 from commands import foundry
 from foundry.paths import conf_dir
-from foundry.store import RunFolder, SweepFolder
+from foundry.storing.store import RunFolder, SweepFolder
 from worlds.usd.usd_files import mesh, write_stage
 
 EVERY = 3
@@ -33,7 +33,7 @@ def swept(folder: Path, *overrides: str) -> list[RunFolder]:
 @pytest.fixture(scope="session")
 def grid_runs(tmp_path_factory: pytest.TempPathFactory) -> list[RunFolder]:
     """Every 2D world with every 2D prompt, agents that talk and fires that burn."""
-    worlds, prompts = named("world", "grid.GridScenario"), named("prompt", "message: |")
+    worlds, prompts = named("world", "grid.world.GridScenario"), named("prompt", "message: |")
     overrides = (f"world={worlds}", f"prompt={prompts}", "model=scripted/echo", "world.agents=6", "world.steps=6")
     return swept(tmp_path_factory.mktemp("grid"), *overrides, f"record.frames={EVERY}")
 

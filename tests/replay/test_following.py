@@ -9,7 +9,7 @@ import pytest
 
 from foundry.errors import InputError
 from foundry.replay.following import Follower
-from foundry.store import RunFolder, find_run
+from foundry.storing.store import RunFolder, find_run
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from PIL import Image
 
 from foundry.replay.pictures import CHUNK, Picture, pictures
 from foundry.replay.recording import Recording, read_recording
-from foundry.store import RunFolder
+from foundry.storing.store import RunFolder
 
 
 def saved(run: RunFolder) -> dict[str, bytes]:

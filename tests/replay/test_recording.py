@@ -14,7 +14,7 @@ from foundry.replay.choosing import chosen_steps
 from foundry.replay.pictures import pictures
 from foundry.replay.recording import Recording, read_recording
 from foundry.replay.tiling import captions
-from foundry.store import RunFolder, find_run
+from foundry.storing.store import RunFolder, find_run
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 from commands import foundry
-from foundry.store import RunFolder
+from foundry.storing.store import RunFolder
 
 
 def replay(*arguments: object, cwd: Path, **changes: str) -> subprocess.CompletedProcess[str]:

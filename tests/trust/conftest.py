@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 from commands import foundry
-from foundry.store import RunFolder, SweepFolder, to_yaml
+from foundry.storing.store import RunFolder, SweepFolder, to_yaml
 from ollama_server import OllamaServer
 from worlds.usd.usd_files import bind, mesh, picture, texture_coordinates, textured, write_stage
 

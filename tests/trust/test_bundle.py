@@ -16,7 +16,7 @@ import zstandard
 from analysis import analyze
 from commands import foundry
 from foundry.errors import InputError
-from foundry.store import SweepFolder, calls_bytes
+from foundry.storing.store import SweepFolder, calls_bytes
 from foundry.trust.bundling import write_bundle
 from foundry.trust.manifest import Manifest
 from foundry.trust.unbundling import unpack_bundle

@@ -9,7 +9,7 @@ import msgspec
 import pytest
 
 from commands import foundry
-from foundry.trust.differing import compare
+from foundry.trust.diff import compare
 from trust.conftest import MIX, run_of, runs
 
 

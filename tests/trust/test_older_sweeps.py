@@ -8,8 +8,8 @@ import pytest
 
 from analysis import analyze, load
 from commands import foundry, statuses
-from foundry.store import SweepFolder
-from viewer.resources import Resources
+from foundry.storing.store import SweepFolder
+from foundry.viewer.resources import Resources
 
 DATA = Path(__file__).parents[1] / "data"
 RUNS = {"grid": 8, "camera": 2}

@@ -10,14 +10,14 @@ import pytest
 from commands import foundry
 from foundry.errors import InputError
 from foundry.paths import conf_dir
-from foundry.plain_yaml import load_plain
-from foundry.reaching import check_models, check_settings
+from foundry.storing.plain_yaml import load_plain
 from foundry.sweep import Condition, Sweep, expand, models_in, with_hosts
+from foundry.trust.reaching import check_models, check_settings
 from openai_server import OpenAIServer
 from trust.conftest import SMALL, play, rewrite, runs
 
 AWAY = "http://192.0.2.1:8000/v1"
-OPENAI, MIXED = "foundry.models.openai.OpenAIModel", "foundry.models.mixed.MixedModel"
+OPENAI, MIXED = "foundry.models.openai.model.OpenAIModel", "foundry.models.mixed.MixedModel"
 
 
 @pytest.fixture(autouse=True)
@@ -41,7 +41,7 @@ def mixed(model: dict[str, Any]) -> dict[str, Any]:
      "http://127.0.0.1.evil.example/v1", "http://127.0.0.1@evil.example/v1"],
 )  # fmt: skip
 def test_a_key_goes_to_no_server_that_only_the_record_names(url: str | list[str]):
-    wrapped = {"_target_": "foundry.models.warmed.WarmedModel", "inner": mixed(served(url))}
+    wrapped = {"_target_": "foundry.models.wrappers.warmed.WarmedModel", "inner": mixed(served(url))}
     for model in (served(url), mixed(served(url)), mixed(mixed(served(url))), wrapped, mixed({"deep": [wrapped]})):
         with pytest.raises(InputError, match="OPENAI_API_KEY sent to .*--trust-servers"):
             check_models([model])
@@ -100,7 +100,7 @@ def recorded_openai(base_url: str) -> dict[str, Any]:
 
 
 def wrapped(model: dict[str, Any]) -> dict[str, Any]:
-    return {"_target_": "foundry.models.warmed.WarmedModel", "inner": model}
+    return {"_target_": "foundry.models.wrappers.warmed.WarmedModel", "inner": model}
 
 
 @pytest.mark.parametrize("nest", [lambda one: one, mixed, lambda one: mixed(mixed(one)), wrapped])

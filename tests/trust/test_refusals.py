@@ -12,12 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from commands import foundry
-from foundry.build import build
 from foundry.errors import InputError, RecordError
 from foundry.paths import conf_dir
-from foundry.plain_yaml import load_plain
-from foundry.store import SweepFolder
-from foundry.targets import check_targets
+from foundry.running.build import build
+from foundry.storing.plain_yaml import load_plain
+from foundry.storing.store import SweepFolder
+from foundry.trust.targets import check_targets
 from ollama_server import OllamaServer
 from trust.conftest import MIX, rewrite, run_of
 
@@ -31,9 +31,9 @@ class Echo:
 
 @pytest.mark.parametrize(
     "target",
-    ["os.system", "foundry.paths.os.system", "foundry.cli.run", "foundry.models.answers.Answers", "builtins.eval",
+    ["os.system", "foundry.paths.os.system", "foundry.cli.run", "foundry.models.answers.base.Answers", "builtins.eval",
      "foundry.models.base.asyncio.run", "foundry.worlds.base.ABC", "foundry.models.nothing.X", "subprocess.Popen",
-     "foundry.models.base.Path", "foundry.store.write_atomically", ["os", "system"], None, "foundry", ""],
+     "foundry.models.base.Path", "foundry.storing.store.write_atomically", ["os", "system"], None, "foundry", ""],
 )  # fmt: skip
 def test_a_target_that_is_not_a_part_of_foundry_is_refused(target: Any):
     for config in ({"model": {"_target_": target}}, {"world": {"deep": [{"down": {"_target_": target}}]}}):
@@ -43,7 +43,7 @@ def test_a_target_that_is_not_a_part_of_foundry_is_refused(target: Any):
 
 def test_a_part_in_the_wrong_place_is_refused():
     with pytest.raises(InputError, match="it is no Scenario"):
-        check_targets({"world": {"_target_": "foundry.prompts.Prompt"}}, (), "here")
+        check_targets({"world": {"_target_": "foundry.prompts.prompt.Prompt"}}, (), "here")
 
 
 @pytest.mark.parametrize("key", ["_partial_", "_args_", "_recursive_", "_convert_"])
@@ -55,7 +55,9 @@ def test_what_else_instantiation_would_do_is_refused(key: str):
 
 def test_every_command_that_builds_refuses_and_a_trusted_package_passes(copied: Path, tmp_path: Path):
     text = (copied / "sweep.yaml").read_text()
-    (copied / "sweep.yaml").write_text(text.replace("foundry.worlds.grid.GridScenario", "antigravity.GridScenario"))
+    (copied / "sweep.yaml").write_text(
+        text.replace("foundry.worlds.grid.world.GridScenario", "antigravity.GridScenario")
+    )
     run = str(SweepFolder.open(copied).runs()[0].path)
     for command in (("verify", str(copied)), ("resume", str(copied)), ("fork", run, "--at", "2")):
         done = foundry(*command, cwd=tmp_path)
@@ -72,11 +74,11 @@ BUILDING = ("verify", "resume", "fork", "replay", "analyze")
 def test_what_a_refusal_advises_is_an_option_of_the_command_that_refuses(
     command: str, grid_sweep: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    (tmp_path / "my_worlds.py").write_text("from foundry.worlds.grid import GridScenario\n")
+    (tmp_path / "my_worlds.py").write_text("from foundry.worlds.grid.world import GridScenario\n")
     monkeypatch.syspath_prepend(tmp_path)
     sweep = Path(shutil.copytree(grid_sweep, tmp_path / "copy"))
     for file in (sweep / "sweep.yaml", *(run.config_file for run in SweepFolder.open(sweep).runs())):
-        file.write_text(file.read_text().replace("foundry.worlds.grid.GridScenario", "my_worlds.GridScenario"))
+        file.write_text(file.read_text().replace("foundry.worlds.grid.world.GridScenario", "my_worlds.GridScenario"))
     run = str(run_of(sweep, MIX).path)
     asked = {
         "verify": (str(sweep), "--workers", "1"),
@@ -142,9 +144,13 @@ def test_shared_parts_are_read_as_before():
 
 
 def test_every_runner_of_foundry_is_taken_from_a_record_and_nothing_else_in_its_place():
-    check_targets({"runner": {"_target_": "foundry.runner.JoblibRunner"}}, (), "here")
-    check_targets({"runner": {"_target_": "foundry.runner_dask.DaskRunner", "address": "tcp://x:1"}}, (), "here")
-    for target in ("foundry.runner_launcher.LauncherRunner", "foundry.runner_dask.SweepJob", "foundry.prompts.Prompt"):
+    check_targets({"runner": {"_target_": "foundry.running.local.LocalRunner"}}, (), "here")
+    check_targets({"runner": {"_target_": "foundry.running.dask.DaskRunner", "address": "tcp://x:1"}}, (), "here")
+    for target in (
+        "foundry.composing.launching.LauncherRunner",
+        "foundry.running.dask.SweepJob",
+        "foundry.prompts.prompt.Prompt",
+    ):
         with pytest.raises(InputError, match="is refused"):
             check_targets({"runner": {"_target_": target}}, (), "here")
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 
 from commands import foundry, statuses
-from foundry.store import calls_bytes
+from foundry.storing.store import calls_bytes
 from trust.conftest import MIX, SMALL, play, run_of, runs
 
 

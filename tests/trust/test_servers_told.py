@@ -9,7 +9,7 @@ import pytest
 import zstandard
 
 from commands import foundry, statuses
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 from ollama_server import OllamaServer
 
 SWEEP = ("model=qwen3:4b", "world.agents=3", "world.steps=2", "analyze=false", "runner.workers=1")

@@ -12,7 +12,7 @@ import msgspec
 import pytest
 
 from commands import foundry
-from foundry.store import RunFolder, calls_bytes
+from foundry.storing.store import RunFolder, calls_bytes
 from trust.conftest import MIX, play, run_of, runs
 
 

@@ -6,9 +6,9 @@ from typing import Any
 import pytest
 
 from browser import browser_page, put_aside, taken_up
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
+from foundry.viewer.server import ViewServer, serving
 from made_up_runs import Playing, whole_sweep
-from viewer.server import ViewServer, serving
 
 
 @pytest.fixture(scope="session")

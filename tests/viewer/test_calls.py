@@ -5,10 +5,10 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from foundry.store import RunFolder
+from foundry.storing.store import RunFolder
+from foundry.viewer import calls
+from foundry.viewer.calls import CallLog
 from made_up_runs import Playing, sweep
-from viewer import calls
-from viewer.calls import CallLog
 
 
 @pytest.fixture

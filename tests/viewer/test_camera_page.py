@@ -11,12 +11,12 @@ import pytest
 from PIL import Image
 
 from foundry.records import CameraEpisode, CameraStep, Outcome, Pose, SeenImage
-from foundry.run_writer import RunWriter, write_run_summary
-from foundry.store import RunFolder, SweepFolder
+from foundry.storing.run_writer import RunWriter, write_run_summary
+from foundry.storing.store import RunFolder, SweepFolder
 from foundry.sweep import Condition, expand
+from foundry.viewer.export import export
+from foundry.viewer.server import serving
 from made_up_runs import HOSTILE, summary
-from viewer.export import export
-from viewer.server import serving
 from viewer_pages import go
 
 pytestmark = pytest.mark.browser

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from commands import foundry
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 from made_up_runs import sweep
 
 

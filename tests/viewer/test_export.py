@@ -8,9 +8,9 @@ import pytest
 import viewer_pages
 from browser import browser_page
 from foundry.errors import InputError
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
+from foundry.viewer.export import Exported, export
 from made_up_runs import STEPS, sweep
-from viewer.export import Exported, export
 
 pytestmark = pytest.mark.browser
 

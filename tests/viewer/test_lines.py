@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from foundry.errors import RecordError
-from viewer import lines
-from viewer.lines import StepLines, by_agent, lines_of_agent
+from foundry.viewer import lines
+from foundry.viewer.lines import StepLines, by_agent, lines_of_agent
 
 
 def encoded(rows: list[tuple[int, int]], text: str = "") -> bytes:

@@ -13,16 +13,16 @@ from typing import Any
 import pytest
 
 from commands import wait_until
+from foundry.viewer.live import serve_live
+from foundry.viewer.server import serving
 from made_up_runs import Playing, mishaps, sweep
-from viewer.live import serve_live
-from viewer.server import serving
 
 pytestmark = pytest.mark.browser
 
 CODE = """
 import sys, time
 from pathlib import Path
-from viewer.live import serve_live
+from foundry.viewer.live import serve_live
 with serve_live(Path(sys.argv[1])) as url:
     print(url, flush=True)
     time.sleep(60)

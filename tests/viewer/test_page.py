@@ -9,9 +9,9 @@ import pytest
 
 import viewer_pages
 from browser import browser_page
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
+from foundry.viewer.server import ViewServer, serving
 from made_up_runs import STEPS, sweep, whole_run
-from viewer.server import ViewServer, serving
 from viewer_pages import PLAYER_READY
 
 pytestmark = pytest.mark.browser

@@ -9,9 +9,9 @@ import msgspec
 import pytest
 
 from foundry.errors import InputError, RecordError
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
+from foundry.viewer.resources import Resources, addresses_of_run, resources_of_agents
 from made_up_runs import AGENTS, STEPS, Playing, sweep, whole_run
-from viewer.resources import Resources, addresses_of_run, resources_of_agents
 
 
 @pytest.fixture

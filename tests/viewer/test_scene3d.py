@@ -19,7 +19,7 @@ from PIL import Image
 from browser import browser_page, put_aside, taken_up
 from episodes import Kept, composed, episode
 from foundry.paths import PACKAGE
-from viewer.scene_export import scene_glb
+from foundry.viewer.camera.scene_export import scene_glb
 
 pytestmark = pytest.mark.browser
 

@@ -19,10 +19,10 @@ from commands import foundry
 from episodes import composed
 from foundry.errors import InputError
 from foundry.paths import assets_dir
-from foundry.store import RunFolder, SweepFolder
-from foundry.worlds.usd.scene import Scene
-from foundry.worlds.usd.stage import load_scene
-from viewer.scene_export import LARGEST_PX, kept_scene_glb, scene_glb
+from foundry.storing.store import RunFolder, SweepFolder
+from foundry.viewer.camera.scene_export import LARGEST_PX, kept_scene_glb, scene_glb
+from foundry.worlds.camera.loading.stage import load_scene
+from foundry.worlds.camera.scene import Scene
 
 KINDS = {5126: "<f4", 5125: "<u4", 5121: "u1"}
 CHANGED = ("world.camera.fov=50", "world.scene.exclude=[/World/Racks]")

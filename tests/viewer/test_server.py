@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from foundry.errors import InputError
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
+from foundry.viewer.server import ViewServer, is_loopback, serving
 from made_up_runs import sweep, whole_run
-from viewer.server import ViewServer, is_loopback, serving
 
 
 def ask(server: ViewServer, path: str, method: str = "GET", **headers: str) -> tuple[http.client.HTTPResponse, bytes]:

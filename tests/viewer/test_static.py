@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from viewer.files import POLICY, STATIC
+from foundry.viewer.files import POLICY, STATIC
 
 OWN = sorted(path for path in STATIC.iterdir() if path.suffix in (".js", ".css", ".html"))
 MARKUP = re.compile(

@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 import msgspec
 
 from foundry import seeding
+from foundry.declared import Actions
 from foundry.records import Agent, GridStep, Message, Outcome, Record
 from foundry.worlds.base import Answer, Question, Recorded, Redrawing, Scenario, World, filler
 from foundry.worlds.grid.drawing import GridFrame, draw, make_frame
@@ -49,7 +50,9 @@ class GridScenario(Scenario):
         SD-AgentFoundry-2D, in "Minimal local simulation foundations".
     """
 
+    form: ClassVar[str] = "grid"
     kinds: ClassVar[tuple[str, ...]] = (MESSAGE, ACTION)
+    records: ClassVar[tuple[type[Record], ...]] = (GridStep, Message, Agent)
 
     def __init__(self, **settings: Any) -> None:
         self.settings: GridSettings = read_grid_settings(settings)
@@ -77,6 +80,10 @@ class GridScenario(Scenario):
         way = ("left" if x > 0 else "right") if x else ("down" if y > 0 else "up")
         action = {"action": "move", "direction": way} if x or y else {"action": "stay"}
         return json.dumps({**action, "memory": text, "reasoning": ""})
+
+    def actions(self) -> dict[str, Actions]:
+        """Return what an agent can do: stay, or move in one of the directions."""
+        return {ACTION: Actions(labels=("stay", *OFFSETS), idle="stay")}
 
     def count_calls(self) -> int:
         """Return how many calls a whole episode makes: two per agent and step."""

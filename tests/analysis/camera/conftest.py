@@ -18,7 +18,7 @@ from analysis.load import read_records, read_run
 from endings import run_summary
 from foundry import seeding
 from foundry.records import CameraEpisode, CameraStep, Outcome, Pose
-from foundry.store import RunFolder, SweepFolder
+from foundry.storing.store import RunFolder, SweepFolder
 from foundry.sweep import Condition, expand
 
 GOAL = (6.0, 5.0)

@@ -13,7 +13,7 @@ import pytest
 from analysis.report import render
 from analysis.report.material import Material, gather
 from foundry.records import Counts, RunSummary
-from foundry.store import RunFolder, SweepFolder
+from foundry.storing.store import RunFolder, SweepFolder
 
 HOSTILE = "<script>document.title='owned'</script>&\"'"
 LONG = "hf.co/someone/some-model-Instruct-GGUF:Q4_K_M"

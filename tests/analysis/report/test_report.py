@@ -19,7 +19,7 @@ from analysis.report.worlds import world_differences
 from analysis.run import GridRun
 from analysis.signatures import discover
 from commands import foundry
-from foundry.store import SweepFolder
+from foundry.storing.store import SweepFolder
 
 
 def texts(grid: Any) -> list[list[str]]:

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 from pxr import Gf
 
-from foundry.worlds.usd.scene import Scene
-from foundry.worlds.usd.stage import load_scene
+from foundry.worlds.camera.loading.stage import load_scene
+from foundry.worlds.camera.scene import Scene
 from worlds.usd.usd_files import mesh, write_stage
 
 WALLS = {

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from foundry.worlds.usd.interpreter import Command, interpret
+from foundry.worlds.camera.language.interpreter import Command, interpret
 
 HALVES = ("dev", "held")
 """`held` was never looked at while the interpreter was written."""

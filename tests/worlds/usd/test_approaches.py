@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from foundry.paths import assets_dir
-from foundry.worlds.usd.body import Body
-from foundry.worlds.usd.collision import Collider
-from foundry.worlds.usd.navigation import Navigator
-from foundry.worlds.usd.stage import load_scene
+from foundry.worlds.camera.body.collision import Collider
+from foundry.worlds.camera.body.navigation import Navigator
+from foundry.worlds.camera.body.size import Body
+from foundry.worlds.camera.loading.stage import load_scene
 from quad_scenes import box, floor, scene, wall
 
 BODY = Body(radius_m=0.25, height_m=1.6, step_m=0.25)

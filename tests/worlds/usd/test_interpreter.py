@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from foundry.errors import InputError
 from foundry.records import Outcome
-from foundry.worlds.usd.interpreter import (
+from foundry.worlds.camera.language.interpreter import (
     Command,
     JsonInterpreter,
     LastSentenceInterpreter,

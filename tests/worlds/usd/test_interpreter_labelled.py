@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from foundry.worlds.usd.interpreter import Command, interpret
+from foundry.worlds.camera.language.interpreter import Command, interpret
 from worlds.usd.reply_shares import by, counted, labelled, verdict
 
 SHARES = {"dev": (1.0, 0), "held": (154 / 161, 5)}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from foundry.records import Outcome
-from foundry.worlds.usd.interpreter import Translation, interpret
+from foundry.worlds.camera.language.interpreter import Translation, interpret
 from reply_readings import GAZES, INFERRED, MOVES, SEVERAL, STAYS, TURNS
 from reply_refusals import NOTHING
 

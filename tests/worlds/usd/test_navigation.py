@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 from foundry.errors import InputError
 from foundry.paths import assets_dir
 from foundry.seeding import stream
-from foundry.worlds.usd.collision import Body, Collider
-from foundry.worlds.usd.navigation import Field, Navigator
-from foundry.worlds.usd.scene import Scene, SceneMesh
-from foundry.worlds.usd.stage import load_scene
+from foundry.worlds.camera.body.collision import Body, Collider
+from foundry.worlds.camera.body.navigation import Field, Navigator
+from foundry.worlds.camera.loading.stage import load_scene
+from foundry.worlds.camera.scene import Scene, SceneMesh
 from quad_scenes import box, floor, quad, scene, wall
 
 BODY = Body(radius_m=0.25, height_m=1.6, step_m=0.25)
@@ -304,9 +304,9 @@ def test_ways_through_every_shipped_scene_can_be_walked(path: Path):
 
 def test_neither_module_needs_a_screen_or_a_gl_library():
     code = (
-        "import sys, foundry.worlds.usd.collision\n"
+        "import sys, foundry.worlds.camera.body.collision\n"
         "assert not [m for m in sys.modules if m.startswith('vtk')]\n"
-        "import foundry.worlds.usd.navigation\n"
+        "import foundry.worlds.camera.body.navigation\n"
         "assert not [m for m in sys.modules if 'Rendering' in m or 'pyvista' in m]\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -16,8 +16,8 @@ import pytest
 from PIL import Image
 from pxr import Gf, Sdf
 
-from foundry.worlds.usd.rendering import Renderer, png, renderer_for
-from foundry.worlds.usd.scene import Scene, SceneMesh
+from foundry.worlds.camera.eye.rendering import Renderer, png, renderer_for
+from foundry.worlds.camera.scene import Scene, SceneMesh
 from worlds.usd.usd_files import bind, load, material, mesh, picture, texture_coordinates, textured
 
 EYE = np.array([0.0, 0.0, 2.0])
@@ -165,8 +165,8 @@ def test_another_process_gives_the_same_bytes(room: Scene) -> None:
 import hashlib, sys
 from pathlib import Path
 import numpy as np
-from foundry.worlds.usd.rendering import png, renderer_for
-from foundry.worlds.usd.stage import load_scene
+from foundry.worlds.camera.eye.rendering import png, renderer_for
+from foundry.worlds.camera.loading.stage import load_scene
 renderer = renderer_for(load_scene(Path(sys.argv[1])), width=128, height=96, fov_deg=60.0)
 print(hashlib.sha256(png(renderer.view(np.array([0.0, 0.0, 2.0]), 37, -12))).hexdigest())
 """

@@ -10,7 +10,7 @@ from ctypes.util import find_library
 import pytest
 
 from foundry.errors import InputError
-from foundry.worlds.usd.glcheck import check_rendering, choose_window, install_line
+from foundry.worlds.camera.eye.glcheck import check_rendering, choose_window, install_line
 
 
 @pytest.fixture

@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import Delaunay
 
-from foundry.worlds.usd.captions import captioned, with_inset
-from foundry.worlds.usd.insets import layout, projected
-from foundry.worlds.usd.overview import ABOVE_DEG, ASIDE_DEG, overview_camera
-from foundry.worlds.usd.rendering import OverviewFrame, png, renderer_for
-from foundry.worlds.usd.scene import Scene
+from foundry.worlds.camera.eye.captions import captioned, with_inset
+from foundry.worlds.camera.eye.insets import layout, projected
+from foundry.worlds.camera.eye.overview import ABOVE_DEG, ASIDE_DEG, overview_camera
+from foundry.worlds.camera.eye.rendering import OverviewFrame, png, renderer_for
+from foundry.worlds.camera.scene import Scene
 
 FOOT = np.array([0.5, 0.5, 0.0])
 TRAIL = np.array([[-1.5, -1.5, 0], [-0.5, -1.5, 0], [-0.5, -1.5, 0], [0.5, 0.5, 0]])

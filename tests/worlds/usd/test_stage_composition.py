@@ -11,7 +11,7 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSemantics, UsdUtils
 
 from foundry.errors import InputError
-from foundry.worlds.usd.stage import load_scene
+from foundry.worlds.camera.loading.stage import load_scene
 from worlds.usd.usd_files import facing, load, mesh, write_stage
 
 

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from pxr import Gf, Sdf, UsdGeom, UsdLux, UsdShade, UsdSkel
 
-from foundry.worlds.usd import walking
-from foundry.worlds.usd.stage import load_scene
+from foundry.worlds.camera.loading import traversal as walking
+from foundry.worlds.camera.loading.stage import load_scene
 from worlds.usd.usd_files import bind, load, material, mesh, picture, primvar, shader, texture_coordinates, textured
 
 NAMES = Sdf.ValueTypeNames

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
-from foundry.worlds.usd.topology import triangulated
+from foundry.worlds.camera.loading.topology import triangulated
 from worlds.usd.usd_files import area, facing, load, mesh, primvar
 
 NAMES = Sdf.ValueTypeNames

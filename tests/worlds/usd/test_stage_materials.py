@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, UsdGeom, UsdShade, UsdUtils
 
-from foundry.worlds.usd.stage import load_scene
+from foundry.worlds.camera.loading.stage import load_scene
 from worlds.usd.usd_files import (
     bind,
     load,

@@ -10,12 +10,12 @@ import pytest
 
 from episodes import Kept, composed, episode, play_through
 from foundry import paths
-from foundry.compose import compose
+from foundry.composing.compose import compose
+from foundry.composing.preflight import scenario_of
 from foundry.errors import InputError
-from foundry.preflight import scenario_of
 from foundry.records import CameraEpisode, CameraStep, Outcome
 from foundry.worlds.base import Answer
-from foundry.worlds.usd.rendering import png
+from foundry.worlds.camera.eye.rendering import png
 
 WORLDS = ("kibo", "office", "gallery")
 KIBO_FIRST = ("kibo", *(pytest.param(name, marks=pytest.mark.slow) for name in WORLDS[1:]))

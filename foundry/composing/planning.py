@@ -1,0 +1,170 @@
+"""What a sweep would do: which runs are complete, which answers are already there, what would be sent."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from foundry.composing.preflight import prompt_of, scenario_of
+from foundry.episode import Interrupted, play
+from foundry.errors import InputError
+from foundry.models.answers.base import Answers
+from foundry.models.base import Model, ModelInfo, Reply, Request
+from foundry.models.wrappers.base import Wrapper
+from foundry.prompts.prompt import Prompt
+from foundry.records import Call, Record
+from foundry.running.asking import asker_of, in_run
+from foundry.running.build import build
+from foundry.storing.store import RunFolder
+from foundry.sweep import Run, Sweep, settings_key
+from foundry.worlds.base import Scenario
+
+
+@dataclass(frozen=True)
+class PlannedRun:
+    """One run of a plan.
+
+    Attributes:
+        run: the run.
+        model: name of the model.
+        prompt: name of the prompt variant.
+        world: name of the world.
+        calls: calls of a whole episode, at most.
+        served: those of them that a server answers.
+        cached: calls whose answers are there, as far as the episode can be followed; None where unknown.
+        complete: whether the run is complete in the sweep's folder.
+    """
+
+    run: Run
+    model: str
+    prompt: str
+    world: str
+    calls: int
+    served: int
+    cached: int | None
+    complete: bool
+
+    @property
+    def to_send(self) -> int:
+        """Calls that would be sent, at most."""
+        return 0 if self.complete else self.served - (self.cached or 0)
+
+
+class _Silent:
+    """Keeps nothing."""
+
+    def append(self, records: Sequence[Record]) -> None:
+        """Drop the records."""
+
+    def append_calls(self, calls: Sequence[Call]) -> None:
+        """Drop the calls."""
+
+    def frame(self, step: int, png: bytes) -> None:
+        """Drop the picture."""
+
+
+class _CacheOnly(Wrapper):
+    """Answers from the cache, and ends the episode where it does not reach."""
+
+    def __init__(self, inner: Model, answers: Answers) -> None:
+        super().__init__(inner)
+        self._answers = answers
+        self.hits = 0
+
+    async def ask(self, request: Request) -> Reply:
+        """Answer one request from the cache."""
+        return (await self.ask_all([request]))[0]
+
+    async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
+        """Answer from the cache if all answers are there."""
+        found = self._answers.get([request.key for request in requests])
+        self.hits += sum(request.key in found for request in requests)
+        if len(found) < len({request.key for request in requests}):
+            raise Interrupted
+        return [found[request.key] for request in requests]
+
+
+def plan(
+    sweep: Sweep, infos: dict[str, ModelInfo], answers: Answers | None, folders: dict[str, RunFolder]
+) -> list[PlannedRun]:
+    """Return what every run would do.
+
+    Args:
+        sweep: the sweep.
+        infos: what is known of the models; a model that is not in it cannot be looked up in the cache.
+        answers: the answer cache, or None when there is none yet.
+        folders: the runs of the sweep's folder that exist already, by id.
+    """
+    parts = [_Parts.of(condition.config) for condition in sweep.conditions]
+    return [
+        _planned(sweep.config(run), run, parts[run.condition], infos, answers, folders.get(run.id))
+        for run in sweep.runs
+    ]
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """What the runs of a condition share."""
+
+    scenario: Scenario
+    prompt: Prompt
+    model: Model
+
+    @classmethod
+    def of(cls, config: Mapping[str, Any]) -> _Parts:
+        return cls(scenario_of(config), prompt_of(config), build(config["model"]))
+
+
+def _planned(
+    config: Mapping[str, Any],
+    run: Run,
+    parts: _Parts,
+    infos: dict[str, ModelInfo],
+    answers: Answers | None,
+    folder: RunFolder | None,
+) -> PlannedRun:
+    summary = folder.summary() if folder else None
+    complete = summary is not None and summary.status == "complete"
+    model = parts.model
+    cached: int | None = 0
+    if model.remote and not complete and answers is not None:
+        info = infos.get(settings_key(config["model"]))
+        cached = None if info is None else asyncio.run(_count_hits(config, parts, info, answers))
+    return PlannedRun(
+        run=run,
+        model=model.name,
+        prompt=config["prompt"]["name"],
+        world=parts.scenario.name,
+        calls=parts.scenario.count_calls(),
+        served=_served(config, parts),
+        cached=cached,
+        complete=complete,
+    )
+
+
+def _served(config: Mapping[str, Any], parts: _Parts) -> int:
+    """Return how many calls of a run go to a server; all agents are asked equally often."""
+    calls, agents = parts.scenario.count_calls(), len(parts.scenario.personas(config["seed"]))
+    try:
+        placed = in_run(parts.model, config, parts.scenario, ModelInfo(parts.model.name))
+    except InputError:  # told beside the plan, as what keeps the sweep from starting
+        return calls if parts.model.remote else 0
+    return calls * sum(map(placed.is_served, range(agents))) // agents
+
+
+async def _count_hits(config: Mapping[str, Any], parts: _Parts, info: ModelInfo, answers: Answers) -> int:
+    readers: list[_CacheOnly] = []
+
+    def reading(one: Model) -> Model:
+        if not one.remote:
+            return one
+        readers.append(_CacheOnly(one, answers))
+        return readers[-1]
+
+    asker = asker_of(config, parts.scenario, parts.prompt, parts.model.wrapped(reading), info)
+    with contextlib.suppress(Interrupted):
+        await play(parts.scenario.start(config["seed"]), asker, _Silent())
+    return sum(reader.hits for reader in readers)

@@ -1,0 +1,181 @@
+"""Everything that can be wrong with a sweep is checked once, before it starts."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from foundry.declared import Declared
+from foundry.errors import InputError
+from foundry.models.base import Model, ModelInfo
+from foundry.prompts.prompt import Prompt
+from foundry.running.asking import in_run
+from foundry.running.build import build
+from foundry.sweep import Condition, Sweep, settings_key
+from foundry.worlds.base import Answer, Question, Scenario
+
+MAX_ROUNDS = 4
+"""Rounds of questions within which every kind must have been asked once."""
+
+
+@dataclass(frozen=True)
+class _Opened:
+    """A world that a condition is in, and its first question of every kind."""
+
+    scenario: Scenario
+    questions: tuple[Question, ...]
+
+
+def check(sweep: Sweep) -> dict[str, ModelInfo]:
+    """Build every part of the sweep once, render every prompt once and ask the servers about the models.
+
+    Returns:
+        What is known of each model, by `sweep.settings_key`.
+
+    Raises:
+        InputError: something does not exist, does not fit, or cannot be reached.
+    """
+    worlds: dict[str, _Opened] = {}
+    models: dict[str, Model] = {}
+    seeing: dict[str, str] = {}
+    for condition in sweep.conditions:
+        key = settings_key(condition.config["model"])
+        model = models.setdefault(key, build(condition.config["model"]))
+        parts = _parts_key(condition, model)
+        if parts not in worlds:
+            worlds[parts] = _check_condition(condition, model)
+        _check_answers(model, worlds[parts].questions)
+        if worlds[parts].scenario.shows_images and model.remote:
+            seeing[key] = worlds[parts].scenario.name
+    infos = asyncio.run(_inspect(models))
+    for condition in sweep.conditions:
+        _check_in_runs(condition, models, infos, worlds)
+    for key, world in seeing.items():
+        check_sight(infos[key], world)
+    return infos
+
+
+def _parts_key(condition: Condition, model: Model) -> str:
+    return settings_key({name: condition.config[name] for name in ("world", "prompt")}) + str(model.kinds)
+
+
+def _check_in_runs(
+    condition: Condition, models: Mapping[str, Model], infos: Mapping[str, ModelInfo], worlds: Mapping[str, _Opened]
+) -> None:
+    """Check that a model that answers otherwise in every run can do so in all of them."""
+    key = settings_key(condition.config["model"])
+    model, scenario = models[key], worlds[_parts_key(condition, models[key])].scenario
+    for seed in condition.seeds:
+        if in_run(model, {**condition.config, "seed": seed}, scenario, infos[key]) is model:
+            return
+
+
+def check_sight(info: ModelInfo, world: str) -> None:
+    """Refuse a model that does not see in a world that shows images.
+
+    Raises:
+        InputError: it does not, or its server does not say.
+    """
+    if "vision" in info.undeclared:
+        raise InputError(
+            f"World '{world}' shows images, and the server of '{info.name}' does not say whether the model sees: "
+            "set model.vision=true if it does."
+        )
+    if "vision" not in info.capabilities:
+        raise InputError(
+            f"Model '{info.name}' cannot see images, which world '{world}' shows: "
+            "choose one with the capability 'vision' (foundry models lists them)."
+        )
+
+
+def scenario_of(config: Mapping[str, Any]) -> Scenario:
+    """Return the scenario of a run's configuration."""
+    scenario: Scenario = build(config["world"])
+    return scenario
+
+
+def prompt_of(config: Mapping[str, Any]) -> Prompt:
+    """Return the prompt variant of a run's configuration."""
+    prompt: Prompt = build(config["prompt"])
+    return prompt
+
+
+def notes_of(sweep: Sweep) -> list[str]:
+    """Return what is to be known of the worlds of a sweep before it starts, one line each."""
+    worlds = {settings_key(condition.config["world"]): condition.config for condition in sweep.conditions}
+    return list(dict.fromkeys(note for config in worlds.values() for note in scenario_of(config).notes()))
+
+
+def declare(sweep: Sweep) -> Sweep:
+    """Return the sweep with what its worlds say of their records.
+
+    Raises:
+        InputError: a world says nothing of its form.
+    """
+    found: dict[str, Declared] = {}
+    for condition in sweep.conditions:
+        key = settings_key(condition.config["world"])
+        if key not in found:
+            found[key] = _declared(scenario_of(condition.config))
+    known = (replace(one, declared=found[settings_key(one.config["world"])]) for one in sweep.conditions)
+    return replace(sweep, conditions=tuple(known))
+
+
+def _declared(scenario: Scenario) -> Declared:
+    try:
+        return scenario.declared()
+    except AttributeError as error:
+        raise InputError(
+            f"World '{scenario.name}' does not say what its records are ({error}): give its Scenario a `form`, such as "
+            "'rounds', and the classes of its `records`."
+        ) from error
+
+
+def _check_answers(model: Model, questions: Sequence[Question]) -> None:
+    """Check that a model, or each of those it routes to, can answer a world's questions."""
+
+    def checked(one: Model) -> Model:
+        for question in questions:
+            one.check(question.kind, question.told)
+        return one
+
+    model.wrapped(checked)
+
+
+def _check_condition(condition: Condition, model: Model) -> _Opened:
+    scenario, prompt = scenario_of(condition.config), prompt_of(condition.config)
+    missing = [kind for kind in scenario.kinds if model.kinds is not None and kind not in model.kinds]
+    if missing:
+        raise InputError(
+            f"Model '{model.name}' cannot act in world '{scenario.name}': it answers "
+            f"{', '.join(model.kinds or ())}, the world also asks {', '.join(missing)}."
+        )
+    questions = tuple(first_questions(scenario, condition.seeds[0]))
+    for question in questions:
+        prompt.render(question)
+    return _Opened(scenario, questions)
+
+
+def first_questions(scenario: Scenario, seed: int) -> Iterator[Question]:
+    """Yield the first question of every kind, from an episode whose agents answer nothing."""
+    world = scenario.start(seed)
+    seen: set[str] = set()
+    for _ in range(MAX_ROUNDS):
+        if world.finished or len(seen) == len(scenario.kinds):
+            return
+        questions = world.pending()
+        for question in questions:
+            if question.kind not in seen:
+                seen.add(question.kind)
+                yield question
+        world.advance([Answer("") for _ in questions])
+
+
+async def _inspect(models: Mapping[str, Model]) -> dict[str, ModelInfo]:
+    try:
+        return {key: await model.inspect() for key, model in models.items()}
+    finally:
+        for model in models.values():
+            await model.close()

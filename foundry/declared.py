@@ -1,0 +1,70 @@
+"""What a world says of its episodes' records before the first one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from enum import Enum
+from types import UnionType
+from typing import Any, Literal, Union, get_args, get_origin
+
+import msgspec
+
+
+class Actions(msgspec.Struct, frozen=True, kw_only=True):
+    """What a decision of one kind can be: a label from a closed set, or a number from a range.
+
+    Attributes:
+        labels: the set; empty for a number.
+        low: the least number, or null.
+        high: the greatest number, or null.
+        whole: whether only whole numbers are decisions.
+        idle: the label or number that means doing nothing, or null where there is none.
+    """
+
+    labels: tuple[str, ...] = ()
+    low: float | None = None
+    high: float | None = None
+    whole: bool = True
+    idle: str | float | None = None
+
+
+class Declared(msgspec.Struct, frozen=True, kw_only=True):
+    """What a world says of its episodes' records before the first one (`sweep.yaml`).
+
+    Attributes:
+        form: what the records are and how they become arrays; names the rooms of code that know.
+        actions: what can be decided, by the kind of question that decides it.
+        streams: the keys of each record file and their types (`integer`, `number`, `text`, `flag`, `label`, `other`,
+            with `?` where null is allowed), by the file's name without its ending.
+    """
+
+    form: str
+    actions: dict[str, Actions] = {}
+    streams: dict[str, dict[str, str]] = {}
+
+
+_KINDS: dict[type, str] = {int: "integer", float: "number", str: "text", bool: "flag"}
+
+
+def keys_of(records: Iterable[type[Any]]) -> dict[str, dict[str, str]]:
+    """Return the keys and their types of each record file, as `Declared.streams` has them."""
+    return {
+        one.stream: {field.encode_name: _type_of(field.type) for field in msgspec.structs.fields(one)}
+        for one in records
+    }
+
+
+def _type_of(annotation: Any) -> str:
+    choices = [one for one in get_args(annotation) if one is not type(None)] or [annotation]
+    is_union = get_origin(annotation) in (Union, UnionType)
+    optional = "?" if is_union and len(choices) < len(get_args(annotation)) else ""
+    if not is_union:
+        choices = [annotation]
+    found = {_type_name(one) for one in choices}
+    return (found.pop() if len(found) == 1 else "other") + optional
+
+
+def _type_name(annotation: Any) -> str:
+    if get_origin(annotation) is Literal or (isinstance(annotation, type) and issubclass(annotation, Enum)):
+        return "label"
+    return _KINDS.get(annotation, "other")

@@ -1,0 +1,1 @@
+"""The answers that were given before."""

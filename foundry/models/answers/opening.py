@@ -1,0 +1,42 @@
+"""Opens the answers that an address names."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from foundry.models.answers.addresses import is_database
+from foundry.models.answers.base import Answers
+
+
+def open_answers(where: str | Path) -> Answers:
+    """Open or create a cache: a file, or a database `postgresql://host/database`.
+
+    Raises:
+        InputError: it cannot be used.
+    """
+    if is_database(where):
+        from foundry.models.answers.postgres import PostgresAnswers
+
+        return PostgresAnswers(str(where))
+    from foundry.models.answers.sqlite import SqliteAnswers
+
+    return SqliteAnswers(Path(where))
+
+
+def existing_answers(where: str | Path) -> Answers | None:
+    """Open a cache, or return None where there is none yet.
+
+    Raises:
+        InputError: it cannot be used.
+    """
+    return open_answers(where) if is_database(where) or Path(where).exists() else None
+
+
+def check_reachable(where: str) -> None:
+    """Open a database once, so that a wrong address is told before a sweep starts; files are told of by themselves.
+
+    Raises:
+        InputError: it cannot be used.
+    """
+    if is_database(where):
+        open_answers(where).close()

@@ -1,0 +1,147 @@
+"""Answers in a PostgreSQL database, shared by machines."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+from foundry.errors import InputError, StorageError
+from foundry.models.answers.addresses import check_address
+from foundry.models.answers.base import Answers, Kept, Row
+from foundry.models.base import Reply
+
+_SCHEMA = (
+    """CREATE TABLE IF NOT EXISTS answers (
+    key TEXT PRIMARY KEY, model TEXT NOT NULL, reply BYTEA NOT NULL, crc BIGINT NOT NULL
+)""",
+    """CREATE TABLE IF NOT EXISTS unconfirmed (
+    number BIGSERIAL PRIMARY KEY, key TEXT NOT NULL UNIQUE, mark TEXT NOT NULL
+)""",
+    "CREATE TABLE IF NOT EXISTS removals (number BIGSERIAL PRIMARY KEY, mark TEXT NOT NULL)",
+)
+"""A database without the last two gets them when it is opened: its answers count as confirmed."""
+_CREATION_LOCK = 0x666F756E
+"""Two sessions that create a table at once may both fail, whatever IF NOT EXISTS says; so they take turns."""
+_FIND = "SELECT key, reply, crc, mark FROM answers LEFT JOIN unconfirmed USING (key) WHERE key = ANY(%s)"
+_PUT = """INSERT INTO answers VALUES (%s, %s, %s, %s)
+ON CONFLICT (key) DO UPDATE SET model = EXCLUDED.model, reply = EXCLUDED.reply, crc = EXCLUDED.crc"""
+_MARK = """INSERT INTO unconfirmed (key, mark) VALUES (%s, %s)
+ON CONFLICT (key) DO UPDATE SET number = EXCLUDED.number, mark = EXCLUDED.mark"""
+_REMOVE = """WITH gone AS (DELETE FROM unconfirmed WHERE mark = ANY(%s) RETURNING key)
+DELETE FROM answers WHERE key IN (SELECT key FROM gone)"""
+_INSTALL = "pip install 'foundry-worlds[postgres]'"
+_RESTART_S = 60
+"""How long a server may be away, as for its restart, before the sweep ends."""
+
+
+class PostgresAnswers(Answers):
+    """Replies in a table `answers`. The password comes from PGPASSWORD or from the password file, never from the URL.
+
+    A connection that the server closed is opened anew.
+    """
+
+    def __init__(self, url: str) -> None:
+        """Connect, and create the table where it is missing.
+
+        Raises:
+            InputError: the URL holds a password, the driver is missing, or the database cannot be used.
+        """
+        super().__init__()
+        check_address(url)
+        try:
+            import psycopg
+            import tenacity
+        except ImportError as error:
+            raise InputError(f"cache='{url}' needs a driver that is not installed: {_INSTALL}") from error
+        self.url = url
+        self._driver = psycopg
+        self._until_back = tenacity.Retrying(
+            retry=tenacity.retry_if_exception_type(psycopg.OperationalError),
+            stop=tenacity.stop_after_delay(_RESTART_S),
+            wait=tenacity.wait_exponential(multiplier=0.1, max=2),
+            reraise=True,
+        )
+        try:
+            self._connection = self._connect()
+            with self._connection.transaction():
+                self._connection.execute("SELECT pg_advisory_xact_lock(%s)", (_CREATION_LOCK,))
+                for table in _SCHEMA:
+                    self._connection.execute(table)
+        except psycopg.Error as error:
+            cause = " ".join(str(error).split())
+            raise InputError(f"The answer cache '{url}' cannot be used ({cause}).") from error
+
+    def _connect(self) -> Any:
+        return self._driver.connect(self.url, autocommit=True, connect_timeout=10)
+
+    def find(self, keys: Sequence[str]) -> dict[str, Kept]:
+        """Return the answers that are there, by key; damaged rows are left out."""
+        rows = self._again(lambda connection: connection.execute(_FIND, (list(keys),)).fetchall())
+        return self._intact(keys, ((key, bytes(blob), crc, mark) for key, blob, crc, mark in rows))
+
+    def put(self, replies: Mapping[str, Reply], model: str, marks: Mapping[str, str] | None = None) -> None:
+        """Store replies in one transaction, by key, so that two writers cannot block each other."""
+        rows, marked = sorted(self._rows(replies, model)), sorted((marks or {}).items())
+        self._again(lambda connection: _insert(connection, rows, marked))
+
+    def newest(self) -> int:
+        """Return the number of the newest unconfirmed answer; 0 when there is none.
+
+        One that is numbered and not yet committed was given before this was asked, too.
+        """
+        return self._number("SELECT coalesce(max(number), 0) FROM unconfirmed")
+
+    def confirm(self, marks: Collection[str], newest: int) -> None:
+        """Take the marks from the answers that have one of these and were there when this number was the newest."""
+        delete = "DELETE FROM unconfirmed WHERE mark = ANY(%s) AND number <= %s"
+        self._again(lambda connection: connection.execute(delete, (list(marks), newest)))
+
+    def remove(self, marks: Collection[str]) -> int:
+        """Delete the answers that have one of these marks; returns how many there were."""
+        removed: int = self._again(lambda connection: _delete(connection, list(marks)))
+        return removed
+
+    def removals(self, marks: Collection[str]) -> int:
+        """Return a number that grows whenever answers with one of these marks are removed, by whomever."""
+        return self._number("SELECT coalesce(max(number), 0) FROM removals WHERE mark = ANY(%s)", list(marks))
+
+    def _number(self, query: str, *parameters: Any) -> int:
+        return int(self._again(lambda connection: connection.execute(query, parameters).fetchone()[0]))
+
+    def _again(self, work: Any) -> Any:
+        """Do the work, again over a new connection if the old one is gone: all of it can be repeated.
+
+        Raises:
+            StorageError: the server cannot be reached, or refuses the work.
+        """
+        try:
+            return self._until_back(self._once, work)
+        except self._driver.Error as error:
+            cause = " ".join(str(error).split())
+            raise StorageError(f"The answer cache '{self.url}' cannot be used any more ({cause}).") from error
+
+    def _once(self, work: Any) -> Any:
+        if self._connection.closed:
+            self._connection = self._connect()
+        return work(self._connection)
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._connection.close()
+
+
+def _insert(connection: Any, rows: Sequence[Row], marked: Sequence[tuple[str, str]]) -> None:
+    with connection.transaction(), connection.cursor() as cursor:
+        cursor.executemany(_PUT, rows)
+        unmarked = sorted({row[0] for row in rows} - {key for key, _ in marked})
+        if unmarked:
+            cursor.execute("DELETE FROM unconfirmed WHERE key = ANY(%s)", (unmarked,))
+        cursor.executemany(_MARK, marked)
+
+
+def _delete(connection: Any, marks: list[str]) -> int:
+    with connection.transaction():
+        removed = int(connection.execute(_REMOVE, (marks,)).rowcount)
+        if removed:
+            connection.execute("INSERT INTO removals (mark) SELECT unnest(%s::text[])", (marks,))
+    return removed

@@ -1,0 +1,1 @@
+"""What backends over HTTP share."""

@@ -1,0 +1,71 @@
+"""What models behind HTTP servers share, whatever API these speak."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from foundry.errors import InputError, not_found
+from foundry.models.http.hosts import HostPool
+from foundry.models.http.pausing import Pause
+from foundry.models.http.transport import Transport
+from foundry.models.serving import HttpServing, ServedModel
+
+FORMATS = (None, "schema")
+
+
+class HttpModel(ServedModel):
+    """Asks one or more equal servers; a subclass calls `_reach` and sets the schemas of replies."""
+
+    server: HttpServing
+    _pool: HostPool
+    _pauses: Mapping[str, Pause]
+    _transport: Transport
+    _schemas: Mapping[str, Any] | None
+
+    def _reach(self, hosts: tuple[str, ...], ways_on: str, headers: Mapping[str, str] | None = None) -> None:
+        """Set the servers, by their base URLs; no connection is opened yet.
+
+        Args:
+            hosts: their base URLs.
+            ways_on: what to do when none answers, the end of that error.
+            headers: sent with every call.
+        """
+        self._pool = HostPool(hosts)
+        self._pauses = {host: Pause(self.server.longest_pause_s) for host in hosts}
+        self._transport = Transport(self.server, ways_on, headers)
+
+    @property
+    def hosts(self) -> tuple[str, ...]:
+        """Base URLs of the servers."""
+        return self._pool.hosts
+
+    @property
+    def kinds(self) -> tuple[str, ...] | None:
+        """The kinds of question there is a schema for; None, for any, without schemas."""
+        return None if self._schemas is None else tuple(self._schemas)
+
+    async def close(self) -> None:
+        """Free connections; a later call opens new ones, in another event loop if need be."""
+        await self._transport.close()
+
+
+def check_format(format: str | None) -> None:
+    """Refuse a format of replies that is not known.
+
+    Raises:
+        InputError: it is neither None nor `schema`.
+    """
+    if format not in FORMATS:
+        raise not_found("model.format", str(format), ["null", "schema"])
+
+
+def schemas_of(format: str | None, schemas: Mapping[str, Any] | None) -> Mapping[str, Any] | None:
+    """Return the schemas that replies are held to, by kind of question, or None for free text.
+
+    Raises:
+        InputError: schemas are asked for, and there are none.
+    """
+    if format == "schema" and not schemas:
+        raise InputError("format=schema needs a JSON Schema per kind of question under `schemas`.")
+    return schemas if format == "schema" else None

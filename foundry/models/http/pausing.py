@@ -1,0 +1,137 @@
+"""The pauses that servers ask for: what their headers say, and how long calls are held back."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import math
+import re
+import time
+from collections.abc import Awaitable, Callable, Mapping
+from datetime import UTC, datetime
+from email.utils import parsedate_to_datetime
+from typing import Any
+
+from foundry.errors import BackendError, ServerError, TransientError
+from foundry.models.http.transport import Origin
+
+SAID_FROM_S = 30.0
+"""A pause of so many seconds is said, since nothing moves meanwhile."""
+LONGEST_RESET_S = 1e8
+"""What is longer is a point in time, as some services give it, and no duration."""
+KINDS = ("requests", "tokens")
+SECONDS = {"h": 3600.0, "m": 60.0, "s": 1.0, "ms": 1e-3, "us": 1e-6}
+DURATION = re.compile(r"(?:\d+(?:\.\d+)?(?:ms|us|h|m|s))+")
+PART = re.compile(r"(\d+(?:\.\d+)?)(ms|us|h|m|s)")
+
+
+class Pause:
+    """Holds the calls to one server back for as long as it asks."""
+
+    def __init__(
+        self,
+        longest_s: float,
+        *,
+        sleep: Callable[[float], Awaitable[Any]] = asyncio.sleep,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """Set the bound.
+
+        Args:
+            longest_s: the longest pause that is kept, seconds.
+            sleep: waits; tests pass one that only notes how long.
+            clock: the time in seconds.
+        """
+        self._longest_s = longest_s
+        self._sleep = sleep
+        self._clock = clock
+        self._until = 0.0
+
+    def note(self, wait_s: float | None, origin: Origin) -> None:
+        """Take up that the server asked for this wait; a shorter one never ends a longer one."""
+        if not wait_s:
+            return
+        now = self._clock()
+        if self._until <= now and SAID_FROM_S <= wait_s <= self._longest_s:
+            logging.getLogger("foundry").warning("%s asks for a pause of %.0f s; calls to it wait.", origin, wait_s)
+        self._until = max(self._until, now + wait_s)
+
+    async def over(self, origin: Origin) -> None:
+        """Wait until calls may be sent.
+
+        Raises:
+            ServerError: that is too far away.
+        """
+        while (left_s := self._until - self._clock()) > 0:
+            if left_s > self._longest_s:
+                raise self._too_long(origin, left_s)
+            await self._sleep(left_s)
+
+    def judged(self, error: BackendError, origin: Origin) -> BackendError:
+        """Return the error, or the end of the sweep where it asks for too long a wait."""
+        wait_s = error.retry_after_s if isinstance(error, TransientError) else None
+        return self._too_long(origin, wait_s) if wait_s is not None and wait_s > self._longest_s else error
+
+    def _too_long(self, origin: Origin, wait_s: float) -> ServerError:
+        return ServerError(
+            f"{origin} asks for a pause of {wait_s:.0f} s, longer than model.server.longest_pause_s "
+            f"({self._longest_s:g}). Go on then with: foundry resume"
+        )
+
+
+def wait_asked(headers: Mapping[str, str]) -> float | None:
+    """Return the seconds that a response asks to wait before the next call, or None.
+
+    `Retry-After` (and `Retry-After-Ms`) is an order; else a count of requests or tokens that has come to
+    nothing asks for the time until it is reset.
+    """
+    milliseconds = seconds_to_wait(headers.get("retry-after-ms"), datetime.now(UTC))
+    if milliseconds is not None:
+        return milliseconds / 1e3
+    ordered = seconds_to_wait(headers.get("retry-after"), datetime.now(UTC))
+    if ordered is not None:
+        return ordered
+    resets = [parse_reset(headers.get(f"x-ratelimit-reset-{kind}", "")) for kind in KINDS if _used_up(headers, kind)]
+    return max((reset for reset in resets if reset is not None), default=None)
+
+
+def parse_reset(text: str) -> float | None:
+    """Return the seconds in a duration such as `20ms`, `1s`, `6m0s` or plain `12.5`, else None."""
+    text = text.strip()
+    try:
+        seconds = _duration(text) if DURATION.fullmatch(text) else float(text)
+    except ValueError:
+        return None
+    return seconds if 0 <= seconds < LONGEST_RESET_S else None
+
+
+def _duration(text: str) -> float:
+    return sum(float(number) * SECONDS[unit] for number, unit in PART.findall(text))
+
+
+def _used_up(headers: Mapping[str, str], kind: str) -> bool:
+    try:
+        return float(headers.get(f"x-ratelimit-remaining-{kind}", "")) <= 0
+    except ValueError:
+        return False
+
+
+def seconds_to_wait(retry_after: str | None, now: datetime) -> float | None:
+    """Return the seconds that a `Retry-After` header asks for, given as a number or as a date, else None."""
+    if retry_after is None:
+        return None
+    try:
+        seconds = float(retry_after)
+    except ValueError:
+        return _seconds_until(retry_after, now)
+    return seconds if math.isfinite(seconds) and seconds >= 0 else None
+
+
+def _seconds_until(date: str, now: datetime) -> float | None:
+    try:
+        moment = parsedate_to_datetime(date)
+    except (ValueError, OverflowError):
+        return None
+    if moment.tzinfo is None:
+        moment = moment.replace(tzinfo=UTC)
+    return max(0.0, (moment - now).total_seconds())

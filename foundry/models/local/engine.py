@@ -1,0 +1,245 @@
+"""A model of the `transformers` library at work: prompts in, texts out, several at a time."""
+
+from __future__ import annotations
+
+import gc
+import io
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+import transformers
+from jinja2 import TemplateError
+from PIL import Image, UnidentifiedImageError
+from safetensors import SafetensorError
+from transformers import AutoConfig, AutoModelForCausalLM, AutoModelForImageTextToText, AutoProcessor, GenerationConfig
+
+from foundry.errors import FoundryError, InputError, RequestError, ServerError
+from foundry.models.base import ChatMessage, Reply, Request
+from foundry.models.local.sampling import SeededRows
+from foundry.models.local.settings import Sampling
+from foundry.worlds.base import LENGTH, STOPPED
+
+LONGEST_REASON = 300
+VERSIONS = f"transformers {transformers.__version__}, torch {torch.__version__}"
+
+
+def quiet() -> None:
+    """Let the library print nothing but errors: the terminal is foundry's."""
+    transformers.logging.set_verbosity_error()
+    transformers.logging.disable_progress_bar()
+
+
+def device_of(asked: str) -> Any:
+    """Return the device of this name; `auto` is a GPU where there is one.
+
+    Raises:
+        InputError: there is no such device.
+    """
+    if asked == "auto":
+        asked = "cuda" if torch.cuda.is_available() else "mps" if torch.backends.mps.is_available() else "cpu"
+    try:
+        return torch.empty(0, device=asked).device
+    except (RuntimeError, AssertionError) as error:
+        reason = str(error).splitlines()[0]
+        raise InputError(
+            f"model.server.device={asked} cannot be used: {reason} Write auto, cpu, cuda or mps."
+        ) from None
+
+
+@dataclass(frozen=True)
+class Description:
+    """What a model's files say, its weights apart.
+
+    Attributes:
+        processor: makes tensors of messages; a tokenizer, or one that knows images too.
+        config: the model's configuration.
+    """
+
+    processor: Any
+    config: Any
+
+    @classmethod
+    def read(cls, folder: Path) -> Description:
+        """Read the files.
+
+        Raises:
+            InputError: they are damaged, or no model that chats.
+        """
+        quiet()
+        try:
+            config = AutoConfig.from_pretrained(folder, local_files_only=True)
+            processor = AutoProcessor.from_pretrained(folder, local_files_only=True)
+        except (OSError, ValueError, KeyError) as error:
+            raise InputError(f"The model in '{folder}' cannot be read: {_one_line(error)}") from error
+        except ImportError as error:
+            raise InputError(f"The model in '{folder}' needs a further library: {_one_line(error)}") from error
+        description = cls(processor, config)
+        if description.template is None:
+            raise InputError(f"The model in '{folder}' has no chat template: name one that was trained to chat.")
+        return description
+
+    @property
+    def tokenizer(self) -> Any:
+        """The tokenizer, which may be a part of the processor."""
+        return getattr(self.processor, "tokenizer", self.processor)
+
+    @property
+    def sees(self) -> bool:
+        """Whether the model takes images."""
+        return getattr(self.processor, "image_processor", None) is not None
+
+    @property
+    def template(self) -> Any:
+        """The chat template, or None."""
+        return getattr(self.processor, "chat_template", None) or self.tokenizer.chat_template
+
+    @property
+    def context_length(self) -> int | None:
+        """The longest context in tokens, or None where unknown."""
+        length = getattr(self.config.get_text_config(), "max_position_embeddings", None)
+        return length if isinstance(length, int) else None
+
+
+class Engine:
+    """A loaded model; not safe for several threads."""
+
+    def __init__(
+        self, folder: Path, *, dtype: str, device: str, sampling: Sampling, template: Mapping[str, Any]
+    ) -> None:
+        """Load the weights.
+
+        Raises:
+            ServerError: they cannot be loaded.
+        """
+        self._described = Description.read(folder)
+        self._sampling = sampling
+        self._template = dict(template)
+        self._device = device_of(device)
+        kind = AutoModelForImageTextToText if self._described.sees else AutoModelForCausalLM
+        try:
+            model = kind.from_pretrained(folder, dtype=dtype, local_files_only=True)
+            self._model = model.to(self._device).eval()
+        except (OSError, ValueError, RuntimeError, SafetensorError) as error:
+            line = f"The weights in '{folder}' cannot be loaded on {self._device}: {_one_line(error)}"
+            raise ServerError(line) from error
+        tokenizer = self._described.tokenizer
+        tokenizer.padding_side = "left"
+        if tokenizer.pad_token_id is None:
+            tokenizer.pad_token = tokenizer.eos_token
+        self._ends = _end_tokens(self._model.generation_config.eos_token_id, tokenizer.eos_token_id)
+        self._generation = GenerationConfig(
+            do_sample=False,
+            max_new_tokens=sampling.max_new_tokens,
+            eos_token_id=sorted(self._ends),
+            pad_token_id=tokenizer.pad_token_id,
+        )
+        # The model's own defaults would fill what is not set here: penalties, beams, forced tokens.
+        self._model.generation_config = self._generation
+        self.version = f"{VERSIONS}, {self._device}"
+
+    def close(self) -> None:
+        """Free the memory."""
+        del self._model
+        gc.collect()
+        if self._device.type == "cuda":
+            torch.cuda.empty_cache()
+
+    def answer(self, requests: Sequence[Request]) -> list[Reply | Exception]:
+        """Return for each request its reply, or why there is none."""
+        results: dict[int, Reply | Exception] = {}
+        for index, request in enumerate(requests):
+            refusal = self._refusal(request)
+            if refusal is not None:
+                results[index] = refusal
+        fitting = [index for index in range(len(requests)) if index not in results]
+        if fitting:
+            results.update(zip(fitting, self._generate([requests[index] for index in fitting]), strict=True))
+        return [results[index] for index in range(len(requests))]
+
+    def _refusal(self, request: Request) -> FoundryError | None:
+        """Return why this request can never be answered, or None: a prompt is never cut."""
+        try:
+            tokens = int(self._encoded([request])["input_ids"].shape[1])
+        except (TemplateError, UnidentifiedImageError) as error:
+            return RequestError(f"The prompt cannot be given to the model: {_one_line(error)}")
+        longest = self._described.context_length
+        if longest is not None and tokens + self._sampling.max_new_tokens > longest:
+            return RequestError(
+                f"A prompt of {tokens} tokens and a reply of up to {self._sampling.max_new_tokens} do not fit the "
+                f"context of {longest}: shorten the prompt or model.options.max_new_tokens."
+            )
+        return None
+
+    def _generate(self, requests: Sequence[Request]) -> list[Reply]:
+        started = time.perf_counter()
+        encoded = self._encoded(requests)
+        rows = SeededRows(self._sampling, [request.seed for request in requests])
+        try:
+            with torch.inference_mode():
+                made = self._model.generate(
+                    **encoded.to(self._device), generation_config=self._generation, logits_processor=[rows]
+                )
+        except torch.OutOfMemoryError as error:
+            few = f"{self._device} has too little memory for {len(requests)} calls at once"
+            raise ServerError(f"{few}: lower model.server.batch_size.") from error
+        seconds = time.perf_counter() - started
+        width = encoded["input_ids"].shape[1]
+        prompts = encoded["attention_mask"].sum(dim=1).tolist()
+        outputs = made[:, width:].tolist()
+        return [self._reply(output, prompt, seconds) for output, prompt in zip(outputs, prompts, strict=True)]
+
+    def _reply(self, output: Sequence[int], prompt_tokens: int, seconds: float) -> Reply:
+        end = next((index for index, token in enumerate(output) if token in self._ends), None)
+        kept = output if end is None else output[:end]
+        return Reply(
+            text=self._described.tokenizer.decode(kept, skip_special_tokens=True),
+            ending=LENGTH if end is None else STOPPED,
+            prompt_tokens=prompt_tokens,
+            output_tokens=len(kept) + (end is not None),
+            timings={"output": seconds},
+            server_version=self.version,
+        )
+
+    def _encoded(self, requests: Sequence[Request]) -> Any:
+        """Return the tensors of these prompts, padded on the left to one length."""
+        template = self._described.template
+        texts = [
+            self._described.tokenizer.apply_chat_template(
+                [self._message(message) for message in request.messages],
+                chat_template=template if isinstance(template, str) else None,
+                tokenize=False,
+                add_generation_prompt=True,
+                **self._template,
+            )
+            for request in requests
+        ]
+        # The template has written every special token already.
+        settings: dict[str, Any] = {"padding": True, "return_tensors": "pt", "add_special_tokens": False}
+        images = [[_picture(image) for message in r.messages for image in message.images] for r in requests]
+        if any(images):
+            return self._described.processor(text=texts, images=images, **settings)
+        return self._described.tokenizer(text=texts, **settings)
+
+    def _message(self, message: ChatMessage) -> dict[str, Any]:
+        if message.images and not self._described.sees:
+            raise TemplateError("it holds images, and the model sees none.")
+        if not self._described.sees:
+            return {"role": message.role, "content": message.content}
+        parts: list[dict[str, str]] = [{"type": "image"} for _ in message.images]
+        return {"role": message.role, "content": [*parts, {"type": "text", "text": message.content}]}
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())[:LONGEST_REASON]
+
+
+def _picture(image: bytes) -> Any:
+    return Image.open(io.BytesIO(image)).convert("RGB")
+
+
+def _end_tokens(*ids: int | list[int] | None) -> set[int]:
+    return {token for one in ids for token in (one if isinstance(one, list) else [one]) if token is not None}

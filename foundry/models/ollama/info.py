@@ -1,0 +1,136 @@
+"""What Ollama servers say about the models they have installed."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import httpx
+from ollama import AsyncClient, ResponseError
+
+from foundry.errors import InputError
+from foundry.models.http.transport import error_text
+from foundry.models.ollama.errors import WAYS_ON
+from foundry.models.ollama.hosts import parse_hosts
+from foundry.models.ollama.inspect import context_length
+
+FETCHING = (
+    "It is the server that fetches: its machine must reach the registry (registry.ollama.ai, or the first part of a "
+    "name such as hf.co/...), and the registry have that name and tag."
+)
+TIMEOUT = httpx.Timeout(30.0, connect=5.0)
+
+
+@dataclass(frozen=True, slots=True)
+class InstalledModel:
+    """One model on one server.
+
+    Attributes:
+        host: base URL of the server.
+        name: full tag.
+        digest: SHA-256 of its manifest: weights, template and parameters.
+        size: bytes on disk.
+        parameter_size: such as `4.0B`.
+        quantization: such as `Q4_K_M`.
+        context_length: longest context in tokens, or None where unknown.
+        capabilities: such as `completion`, `vision`, `thinking`.
+        loaded: whether it is in memory now.
+    """
+
+    host: str
+    name: str
+    digest: str
+    size: int
+    parameter_size: str
+    quantization: str
+    context_length: int | None
+    capabilities: tuple[str, ...]
+    loaded: bool
+
+
+async def list_models(hosts: str | Iterable[str]) -> list[InstalledModel]:
+    """Return every model on these hosts, in any form that `OLLAMA_HOST` takes, by host and name.
+
+    Raises:
+        InputError: a server cannot be reached.
+    """
+    found = await asyncio.gather(*map(_installed, parse_hosts(hosts)))
+    return [model for models in found for model in models]
+
+
+@dataclass(frozen=True, slots=True)
+class PullProgress:
+    """How far a download is: what the server does now, and bytes of the layer it fetches, where it says so."""
+
+    status: str
+    completed: int
+    total: int
+
+
+async def pull_model(name: str, hosts: str | Iterable[str]) -> AsyncIterator[PullProgress]:
+    """Have every host fetch a model, one after the other, and yield how far it is.
+
+    Raises:
+        InputError: a server cannot be reached, or cannot get the model.
+    """
+    for host in parse_hosts(hosts):
+        try:
+            with _reading(host):
+                async with _client(host, timeout=None) as client:
+                    async for part in await client.pull(name, stream=True):
+                        yield PullProgress(part.status or "", part.completed or 0, part.total or 0)
+        except InputError as error:
+            if not isinstance(error.__cause__, ResponseError):
+                raise
+            raise InputError(f"'{name}' was not fetched. {error} {FETCHING}") from error
+
+
+async def _installed(host: str) -> list[InstalledModel]:
+    with _reading(host):
+        async with _client(host) as client:
+            rows = (await client.list()).models
+            running = {row.digest for row in (await client.ps()).models}
+            shown = await asyncio.gather(*(client.show(str(row.model)) for row in rows))
+    return [
+        InstalledModel(
+            host=host,
+            name=str(row.model),
+            digest=row.digest or "",
+            size=int(row.size or 0),
+            parameter_size=(row.details and row.details.parameter_size) or "",
+            quantization=(row.details and row.details.quantization_level) or "",
+            context_length=context_length(show.modelinfo or {}),
+            capabilities=tuple(show.capabilities or ()),
+            loaded=row.digest in running,
+        )
+        for row, show in sorted(zip(rows, shown, strict=True), key=lambda pair: str(pair[0].model))
+    ]
+
+
+def _client(host: str, timeout: Any = TIMEOUT) -> AsyncClient:
+    """Return a client that ignores proxies, redirects and any key in the environment."""
+    # Reading all certificates takes longer than the calls, and without redirects http stays http.
+    verify = host.startswith("https:")
+    return AsyncClient(host, timeout=timeout, follow_redirects=False, trust_env=False, auth=_without_key, verify=verify)
+
+
+def _without_key(request: httpx.Request) -> httpx.Request:
+    """Drop OLLAMA_API_KEY, which the client would send to whatever host it is given."""
+    request.headers.pop("authorization", None)
+    return request
+
+
+@contextmanager
+def _reading(host: str) -> Iterator[None]:
+    try:
+        yield
+    except (ConnectionError, httpx.TransportError) as error:
+        raise InputError(f"No Ollama server answers at {host} ({type(error).__name__}). {WAYS_ON}") from error
+    except ResponseError as error:
+        status = f" ({error.status_code})" if error.status_code > 0 else ""
+        raise InputError(f"Ollama at {host} says{status}: {error_text(error.error.encode())}.") from error
+    except ValueError as error:
+        raise InputError(f"What answers at {host} is not an Ollama server. {WAYS_ON}") from error

@@ -1,0 +1,61 @@
+"""What an Ollama server says about one model, read from its replies; nothing here opens a connection."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from foundry.errors import InputError, not_found
+from foundry.models.base import ModelInfo
+from foundry.models.http.transport import length_in, name_in, names_in
+from foundry.models.ollama.errors import WAYS_ON
+
+
+def full_tag(name: str) -> str:
+    """Return the name with its tag; without one Ollama takes `latest`."""
+    return name if ":" in name.rsplit("/", 1)[-1] else f"{name}:latest"
+
+
+def installed_row(listing: Mapping[str, Any], name: str, host: str) -> Mapping[str, Any]:
+    """Return the row of a model in the object that `GET /api/tags` gave.
+
+    Raises:
+        InputError: this is no list of models, or the model is not in it.
+    """
+    models = listing.get("models")
+    if not isinstance(models, list):
+        raise InputError(f"What answers at {host} is not an Ollama server. {WAYS_ON}")
+    rows = {str(row.get("model")): row for row in models if isinstance(row, dict)}
+    tag = next((tag for tag in rows if tag.casefold() == full_tag(name).casefold()), None)
+    if tag is None:
+        raise not_found("Model", name, rows, f"Get it on {host} with: ollama pull {name}")
+    return rows[tag]
+
+
+def described(name: str, row: Mapping[str, Any], shown: Mapping[str, Any], version: str, host: str) -> ModelInfo:
+    """Return what is known of a model on one server.
+
+    A tag that is taken away and put back has its digest again, but is written anew.
+
+    Args:
+        name: what the model is called here.
+        row: its row in the list of models.
+        shown: the object that `POST /api/show` gave.
+        version: version of the server.
+        host: base URL of the server.
+    """
+    return ModelInfo(
+        name=name,
+        digest=name_in(row.get("digest")),
+        server_version=version,
+        states={host: name_in(row.get("modified_at")) or ""},
+        capabilities=names_in(shown.get("capabilities")),
+        context_length=context_length(shown.get("model_info")),
+    )
+
+
+def context_length(info: Any) -> int | None:
+    """Return the longest context in tokens, which stands under the name of the model's architecture."""
+    if not isinstance(info, Mapping):
+        return None
+    return length_in(info.get(f"{info.get('general.architecture')}.context_length"))

@@ -1,0 +1,75 @@
+"""What a server that speaks OpenAI's API says about a model in its list."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from foundry.errors import InputError, not_found
+from foundry.models.base import ModelInfo
+from foundry.models.http.transport import Origin, decoded, length_in
+
+LASTING = ("id", "owned_by", "root", "parent", "max_model_len", "quantization", "meta", "hugging_face_id", "version")
+"""Fields of a row that say what the model is; others change with the time, the price or the server's start."""
+LENGTHS = ("max_model_len", "context_length", "context_window", "max_context_length")
+
+
+def listed_info(served: str, name: str, listing: bytes | None, origin: Origin, *, vision: bool | None) -> ModelInfo:
+    """Return what is known of a model.
+
+    The protocol has no digest. What stands for it is a hash of what the server says lastingly about the
+    model, or of the server's address where it lists none: it tells servers apart, not weights.
+
+    Args:
+        served: the model's name on the server.
+        name: its name in tables and records.
+        listing: the body of `GET /models`, or None where the server is not asked.
+        origin: who answered.
+        vision: whether the model sees images, where the settings say so.
+
+    Raises:
+        InputError: the server does not list the model.
+    """
+    unlisted: Mapping[str, Any] = {"id": served, "base_url": origin.host}
+    row = unlisted if listing is None else _row(listing, served, origin)
+    kept = {key: row[key] for key in (*LASTING, "base_url") if row.get(key) is not None}
+    digest = hashlib.sha256(json.dumps(kept, sort_keys=True).encode()).hexdigest()
+    sees = _sees(row) if vision is None else vision
+    return ModelInfo(
+        name=name,
+        digest=f"listed-{digest[:32]}",
+        capabilities=("completion", *(("vision",) if sees else ())),
+        undeclared=("vision",) if sees is None else (),
+        states={origin.host: ""},
+        context_length=next(filter(None, (length_in(row.get(key)) for key in LENGTHS)), None),
+    )
+
+
+def _row(listing: bytes, served: str, origin: Origin) -> Mapping[str, Any]:
+    body = decoded(listing)
+    rows = body.get("data") if isinstance(body, dict) else body
+    if not isinstance(rows, list):
+        raise InputError(
+            f"{origin}: GET /models gave no list. Check model.server.base_url (it often ends with /v1), "
+            "or set model.server.lists_models=false."
+        )
+    listed = {str(row["id"]): row for row in rows if isinstance(row, dict) and "id" in row}
+    if served not in listed:
+        hint = f"{origin.host} lists these; if it serves others too, set model.server.lists_models=false."
+        raise not_found("Model", served, listed, hint)
+    row: Mapping[str, Any] = listed[served]
+    return row
+
+
+def _sees(row: Mapping[str, Any]) -> bool | None:
+    """Return whether the model sees images, or None where its row does not say."""
+    architecture, capabilities = row.get("architecture"), row.get("capabilities")
+    if isinstance(architecture, dict) and isinstance(architecture.get("input_modalities"), list):
+        return "image" in architecture["input_modalities"]
+    if isinstance(capabilities, dict) and isinstance(capabilities.get("vision"), bool):
+        return bool(capabilities["vision"])
+    if isinstance(capabilities, list):
+        return bool({"vision", "multimodal"} & {str(one) for one in capabilities})
+    return None

@@ -1,0 +1,180 @@
+"""OpenAI's chat completions on the wire: bodies to send, replies to read; nothing here opens a connection."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from foundry.errors import BackendError, RequestError, TransientError
+from foundry.models.base import ChatMessage, Reply, Request, UnusableReply
+from foundry.models.http.transport import Origin, aborted_reply, count_in, json_object, name_in
+from foundry.models.openai.errors import refusal
+from foundry.texts import without_surrogates
+from foundry.worlds.base import LENGTH, STOPPED
+
+PNG = b"\x89PNG"
+ENDINGS: Mapping[object, str] = {
+    **dict.fromkeys(("stop", "eos", "eos_token", "stop_sequence", "tool_calls", "function_call"), STOPPED),
+    **dict.fromkeys(("length", "max_tokens", "model_length"), LENGTH),
+}
+"""Reasons that let a text stand; with any other (`content_filter`, `abort`, `error`) the backend gave up."""
+
+
+@dataclass(frozen=True, slots=True)
+class ChatSettings:
+    """What decides a model's answers beside the prompt and the seed.
+
+    Attributes:
+        model: name of the model on the server.
+        options: options of the protocol and of the server, without the seed.
+        seed_field: what the server calls the seed; None sends none.
+        image_detail: how closely a hosted model looks at images; None does not say.
+        schemas: JSON Schema of the reply by kind of question, or None for free text.
+        schema_strict: whether the server is asked for its strict mode.
+        context_length: tokens that the server gives one call; None where unknown.
+        revision: a word that stands for the weights; never sent.
+    """
+
+    model: str
+    options: Mapping[str, Any]
+    seed_field: str | None = "seed"
+    image_detail: str | None = None
+    schemas: Mapping[str, Any] | None = None
+    schema_strict: bool = False
+    context_length: int | None = None
+    revision: str | None = None
+
+
+def chat_parameters(settings: ChatSettings) -> dict[str, Any]:
+    """Return everything that decides an answer beside messages and seed; response formats by kind of question."""
+    parameters: dict[str, Any] = {"model": settings.model, "stream": False, **settings.options}
+    if settings.schemas is not None:
+        parameters["response_format"] = {kind: _response_format(settings, kind) for kind in settings.schemas}
+    told = {"seed_field": settings.seed_field, "image_detail": settings.image_detail, "revision": settings.revision}
+    return {**parameters, **{key: value for key, value in told.items() if value is not None}}
+
+
+def chat_body(settings: ChatSettings, request: Request) -> dict[str, Any]:
+    """Return the exact body of one call.
+
+    Raises:
+        RequestError: there is no schema for this kind of question.
+    """
+    body: dict[str, Any] = {
+        "model": settings.model,
+        "messages": [_message(message, settings.image_detail) for message in request.messages],
+        "stream": False,
+        **settings.options,
+    }
+    if settings.seed_field is not None:
+        body[settings.seed_field] = request.seed
+    if settings.schemas is not None:
+        if request.kind not in settings.schemas:
+            known = ", ".join(sorted(settings.schemas))
+            raise RequestError(f"No schema for questions of kind '{request.kind}'; there are: {known}.")
+        body["response_format"] = _response_format(settings, request.kind)
+    return body
+
+
+def _response_format(settings: ChatSettings, kind: str) -> dict[str, Any]:
+    assert settings.schemas is not None
+    named = {"name": kind, "strict": settings.schema_strict, "schema": settings.schemas[kind]}
+    return {"type": "json_schema", "json_schema": named}
+
+
+def _message(message: ChatMessage, detail: str | None) -> dict[str, Any]:
+    """Return a message; images stand before the text, where models were trained to find them."""
+    text = without_surrogates(message.content)
+    if not message.images:
+        return {"role": message.role, "content": text}
+    parts = [_image_part(image, detail) for image in message.images]
+    return {"role": message.role, "content": [*parts, {"type": "text", "text": text}]}
+
+
+def _image_part(image: bytes, detail: str | None) -> dict[str, Any]:
+    kind = "png" if image.startswith(PNG) else "jpeg"
+    url = {"url": f"data:image/{kind};base64,{base64.b64encode(image).decode()}"}
+    return {"type": "image_url", "image_url": url if detail is None else {**url, "detail": detail}}
+
+
+def read_reply(content: bytes, request: Request, settings: ChatSettings, origin: Origin, *, latency_s: float) -> Reply:
+    """Return the reply in the body of a call that came with status 200.
+
+    Args:
+        content: the body.
+        request: what was asked.
+        settings: how it was asked.
+        origin: who answered.
+        latency_s: seconds from asking to answer, by the client's clock.
+
+    Raises:
+        UnusableReply: the server gave up on this call, or the model said nothing at all.
+        TransientError: the body is not a reply.
+        RequestError: prompt and reply do not fit the context, so that something was cut.
+    """
+    body = json_object(content, origin)
+    if body.get("error"):
+        raise _error_with_200(body["error"], content, origin)
+    choice = _choice(body, origin)
+    message = choice["message"]
+    finish_reason = name_in(choice.get("finish_reason"))
+    ending = ENDINGS.get(finish_reason)
+    if ending is None:
+        reason = f"{origin}: the reply ended by '{finish_reason}'."
+        raise UnusableReply(reason, aborted_reply(origin))
+    reply = Reply(
+        text=_text(message.get("content")) or _text(message.get("refusal")),
+        thinking=_text(message.get("reasoning_content")) or _text(message.get("reasoning")) or None,
+        ending=ending,
+        prompt_tokens=_count(body, "prompt_tokens", origin),
+        output_tokens=_count(body, "completion_tokens", origin),
+        timings={"latency": latency_s},
+        host=origin.host,
+        server_version=name_in(body.get("system_fingerprint")),
+        served_model=name_in(body.get("model")),
+    )
+    _check_context(reply, settings.context_length, origin)
+    if reply.ending == STOPPED and not reply.text.strip() and not reply.thinking:
+        raise UnusableReply(f"{origin}: the reply is empty.", reply)
+    return reply
+
+
+def _error_with_200(error: Any, content: bytes, origin: Origin) -> BackendError:
+    """Return what an error stands for that came with status 200, as gateways send it."""
+    code = error.get("code") if isinstance(error, dict) else None
+    status = code if isinstance(code, int) and 400 <= code < 600 else 500
+    return refusal(origin, status, content)
+
+
+def _choice(body: Mapping[str, Any], origin: Origin) -> Mapping[str, Any]:
+    choices = body.get("choices")
+    choice = choices[0] if isinstance(choices, list) and choices else None
+    if not isinstance(choice, dict) or not isinstance(choice.get("message"), dict):
+        raise TransientError(f"{origin}: its reply holds no message.")
+    return choice
+
+
+def _text(value: Any) -> str:
+    """Return the text of a content: a string, or parts of which those of another type are no reply."""
+    if isinstance(value, list):
+        parts = (part.get("text") for part in value if isinstance(part, dict) and part.get("type") == "text")
+        value = "".join(part for part in parts if isinstance(part, str))
+    return without_surrogates(value) if isinstance(value, str) else ""
+
+
+def _count(body: Mapping[str, Any], key: str, origin: Origin) -> int | None:
+    usage = body.get("usage")
+    return count_in(usage, key, origin) if isinstance(usage, dict) else None
+
+
+def _check_context(reply: Reply, context_length: int | None, origin: Origin) -> None:
+    if context_length is None or reply.prompt_tokens is None:
+        return
+    used = reply.prompt_tokens + (reply.output_tokens or 0)
+    if used > context_length:
+        raise RequestError(
+            f"{origin}: prompt ({reply.prompt_tokens} tokens) and reply ({reply.output_tokens}) overflowed the "
+            f"context, so that something was cut. Raise the server's and model.context_length ({context_length})."
+        )

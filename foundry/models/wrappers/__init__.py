@@ -1,0 +1,1 @@
+"""What stands around a model: cache, warm-up, limit, retry, confirmation."""

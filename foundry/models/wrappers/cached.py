@@ -1,0 +1,93 @@
+"""A model whose answers are kept: what was answered once is never asked, or paid, again."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+
+import msgspec
+
+from foundry.models.answers.unconfirmed import Unconfirmed
+from foundry.models.base import Model, Reply, Request
+from foundry.models.wrappers.base import Wrapper
+
+
+class CachedModel(Wrapper):
+    """Looks in the cache first; a hit costs no slot and no call, equal requests in flight cost one call.
+
+    An answer is committed before anyone sees it, so a process killed at any moment loses at most the calls
+    that were in flight.
+    """
+
+    def __init__(self, inner: Model, answers: Unconfirmed) -> None:
+        super().__init__(inner)
+        self._answers = answers
+        self._in_flight: dict[str, asyncio.Future[Reply]] = {}
+        self._unsaved: dict[str, Reply] = {}
+        self._saved: asyncio.Future[None] | None = None
+
+    async def ask(self, request: Request) -> Reply:
+        """Answer one request from the cache, else from the wrapped model."""
+        return (await self.ask_all([request]))[0]
+
+    async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
+        """Answer several requests; those not in the cache are asked all at once."""
+        hits = self._answers.find([request.key for request in requests])
+        if len(hits) < len(requests):
+            missing = {r.key: r for r in requests if r.key not in hits}
+            return await self._ask_missing(requests, missing, hits)
+        return [_marked(hits[request.key]) for request in requests]
+
+    async def _ask_missing(
+        self, requests: Sequence[Request], missing: dict[str, Request], hits: dict[str, Reply]
+    ) -> list[Reply]:
+        results = await asyncio.gather(*map(self._ask_once, missing.values()), return_exceptions=True)
+        fresh: dict[str, Reply] = {}
+        for key, result in zip(missing, results, strict=True):
+            if isinstance(result, BaseException):
+                raise result
+            fresh[key] = result
+        return [fresh[r.key] if r.key in fresh else _marked(hits[r.key]) for r in requests]
+
+    async def _ask_once(self, request: Request) -> Reply:
+        """Ask the wrapped model, unless the same request is in flight already."""
+        leader = self._in_flight.get(request.key)
+        if leader is not None:
+            return _marked(await asyncio.shield(leader))
+        future: asyncio.Future[Reply] = asyncio.get_running_loop().create_future()
+        self._in_flight[request.key] = future
+        try:
+            reply = await self.inner.ask(request)
+            await asyncio.shield(self._save(request.key, reply))
+        except BaseException as error:
+            future.set_exception(error)
+            future.exception()  # a follower may or may not be there to see it
+            raise
+        finally:
+            del self._in_flight[request.key]
+        future.set_result(reply)
+        return reply
+
+    def _save(self, key: str, reply: Reply) -> asyncio.Future[None]:
+        """Return when the reply is committed; all replies of one turn of the loop share a transaction."""
+        loop = asyncio.get_running_loop()
+        self._unsaved[key] = reply
+        if self._saved is None:
+            self._saved = loop.create_future()
+            loop.call_soon(self._commit)
+        return self._saved
+
+    def _commit(self) -> None:
+        replies, saved = self._unsaved, self._saved
+        assert saved is not None
+        self._unsaved, self._saved = {}, None
+        try:
+            self._answers.keep(replies, self.name)
+        except Exception as error:  # noqa: BLE001 - handed on to everyone who waits for the commit
+            saved.set_exception(error)
+            return
+        saved.set_result(None)
+
+
+def _marked(reply: Reply) -> Reply:
+    return msgspec.structs.replace(reply, cached=True)

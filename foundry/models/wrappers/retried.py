@@ -1,0 +1,137 @@
+"""A model that is asked again when a call fails in a way that another try may cure."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Awaitable, Callable
+from typing import Any, TypeVar
+
+import msgspec
+import numpy as np
+
+from foundry.errors import ServerError, TransientError
+from foundry.models.base import Model, Reply, Request, UnusableReply
+from foundry.models.serving import Retry
+from foundry.models.wrappers.base import Wrapper
+from foundry.records import Attempt
+from foundry.texts import without_secrets
+
+T = TypeVar("T")
+Sleep = Callable[[float], Awaitable[Any]]
+Noted = Callable[[TransientError, float], None]
+LONGEST_ASKED_S = 86_400.0
+"""The longest wait that is granted, seconds; backends may grant less, as those over HTTP do (`longest_pause_s`)."""
+
+
+def _not_noted(error: TransientError, started: float) -> None:
+    """Take no notice."""
+
+
+class RetriedModel(Wrapper):
+    """Tries a call again after a `TransientError`, with jittered, doubling waits.
+
+    The jitter keeps many callers that failed together from coming back together, so it is drawn from fresh
+    entropy: it decides when a call is made, never what is answered.
+    """
+
+    def __init__(
+        self,
+        inner: Model,
+        *,
+        attempts: int,
+        wait_initial_s: float,
+        wait_max_s: float,
+        unusable_attempts: int = 2,
+        sleep: Sleep = asyncio.sleep,
+        noted: Noted = _not_noted,
+    ) -> None:
+        """Wrap a model; waits are in seconds.
+
+        Args:
+            inner: the model to ask.
+            attempts: tries of a call in all, the first one included.
+            wait_initial_s: longest wait after the first failure; doubles with every further one.
+            wait_max_s: longest wait, unless the server asks for a longer one.
+            unusable_attempts: tries of a call that was answered with nothing usable; an equal seed makes an
+                equal answer likely, so more of them seldom help.
+            sleep: waits; tests pass one that only notes how long.
+            noted: told of every try that failed, and when it began (`time.perf_counter`).
+        """
+        super().__init__(inner)
+        self._noted = noted
+        self._attempts = attempts
+        self._unusable_attempts = unusable_attempts
+        self._wait_initial_s = wait_initial_s
+        self._wait_max_s = wait_max_s
+        self._sleep = sleep
+        self._jitter = np.random.default_rng()
+
+    @classmethod
+    def as_set(cls, retry: Retry, model: Model, noted: Noted = _not_noted) -> RetriedModel:
+        """Return a model that is tried as often as these settings say."""
+        return cls(
+            model,
+            attempts=retry.attempts,
+            unusable_attempts=retry.unusable_attempts,
+            wait_initial_s=retry.wait_initial_s,
+            wait_max_s=retry.wait_max_s,
+            noted=noted,
+        )
+
+    async def ask(self, request: Request) -> Reply:
+        """Answer one request; the tries that failed are noted in the reply.
+
+        When the tries are used up, a reply without anything usable stands and any other failure is raised.
+        """
+        failures: list[Attempt] = []
+        try:
+            reply = await self._tried(lambda: self.inner.ask(request), failures)
+        except UnusableReply as error:
+            reply = error.reply
+        return msgspec.structs.replace(reply, attempts=tuple(failures)) if failures else reply
+
+    async def confirm(self) -> None:
+        """Have the wrapped model confirmed, again after a failure that another try may cure."""
+        await self._tried(self.inner.confirm, [])
+
+    async def warm_up(self) -> None:
+        """Load the wrapped model, again after a failure that another try may cure."""
+        await self._tried(self.inner.warm_up, [])
+
+    async def _tried(self, call: Callable[[], Awaitable[T]], failures: list[Attempt]) -> T:
+        unusable = 0
+        while True:
+            started = time.perf_counter()
+            try:
+                return await call()
+            except TransientError as error:
+                self._noted(error, started)
+                elapsed = time.perf_counter() - started
+                failures.append(Attempt(error=without_secrets(str(error)), elapsed_s=elapsed, busy=error.busy))
+                unusable += isinstance(error, UnusableReply)
+                if len(failures) >= self._attempts or unusable >= self._unusable_attempts:
+                    raise _given_up(error, len(failures)) from error.__cause__
+                wait_s = self._wait_s(error, len(failures))
+            await self._sleep(wait_s)
+
+    def _wait_s(self, error: TransientError, tries: int) -> float:
+        """Return the wait in seconds: at random between half of the back-off and all of it, but as long as asked.
+
+        Raises:
+            ServerError: what is asked for is no wait any more.
+        """
+        asked_s = error.retry_after_s or 0.0
+        if asked_s > LONGEST_ASKED_S:
+            raise ServerError(f"{error} It asks to wait {asked_s:.0f} s. Go on then with: foundry resume") from error
+        backoff = min(self._wait_max_s, self._wait_initial_s * 2.0 ** (tries - 1))
+        jittered = backoff * float(self._jitter.uniform(0.5, 1.0))
+        return max(jittered, asked_s)
+
+
+def _given_up(error: TransientError, tries: int) -> TransientError:
+    """Return the last failure; its message says how often the call was tried."""
+    if isinstance(error, UnusableReply) or tries == 1:
+        return error
+    said = f"{str(error).rstrip('.')}. Given up after {tries} tries."
+    return TransientError(said, busy=error.busy, retry_after_s=error.retry_after_s)

@@ -1,0 +1,51 @@
+"""What the classes that configurations build are called: now, and in sweeps that were recorded before they moved.
+
+Run ids and keys of answers hang on the name that a class had first, so that moving it changes none of them.
+"""
+
+from __future__ import annotations
+
+import pkgutil
+from collections.abc import Mapping
+from typing import Any
+
+MOVED: Mapping[str, str] = {
+    "foundry.models.ollama.OllamaModel": "foundry.models.ollama.model.OllamaModel",
+    "foundry.models.openai.OpenAIModel": "foundry.models.openai.model.OpenAIModel",
+    "foundry.models.replay.ReplayModel": "foundry.running.replayed.ReplayModel",
+    "foundry.models.transformers_model.TransformersModel": "foundry.models.local.model.TransformersModel",
+    "foundry.prompts.Prompt": "foundry.prompts.prompt.Prompt",
+    "foundry.runner.JoblibRunner": "foundry.running.local.LocalRunner",
+    "foundry.runner_dask.DaskRunner": "foundry.running.dask.DaskRunner",
+    "foundry.worlds.grid.GridScenario": "foundry.worlds.grid.world.GridScenario",
+    "foundry.worlds.usd.interpreter.LatestInterpreter": "foundry.worlds.camera.language.interpreter.LatestInterpreter",
+    "foundry.worlds.usd.world.UsdScenario": "foundry.worlds.camera.world.CameraScenario",
+}
+"""The names under which sweeps of 0.1 recorded classes that have moved since, and where these are now."""
+_FIRST = {now: first for first, now in MOVED.items()}
+
+
+def present(target: Any) -> Any:
+    """Return where the class of a recorded target is now; what is no target stays as it is."""
+    return MOVED.get(target, target) if isinstance(target, str) else target
+
+
+def with_first_names(value: Any) -> Any:
+    """Return a configuration with every `_target_`, at any depth, by the name that identity hangs on."""
+    if isinstance(value, Mapping):
+        return {
+            key: _FIRST.get(present(inner), inner) if key == "_target_" else with_first_names(inner)
+            for key, inner in value.items()
+        }
+    return [with_first_names(inner) for inner in value] if isinstance(value, list | tuple) else value
+
+
+def target_of(target: str) -> Any:
+    """Return what a target names, where it is now.
+
+    Raises:
+        ImportError: its module is not there.
+        AttributeError: its module has no such thing.
+        ValueError: it is no name.
+    """
+    return pkgutil.resolve_name(present(target))

@@ -1,0 +1,97 @@
+"""Code of a user's own: found beside `--config-dir`, or by the entry points of an installed package.
+
+A file `mine/signatures/greed.py` is the signature module `greed`; a package that names the entry point `greed` in the
+group `foundry.signatures` brings one too. Whatever is in `mine/` is importable, after all else, so that nothing in it
+stands before a module of foundry or of a library.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import importlib.util
+import os
+import sys
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+
+from foundry.errors import InputError
+
+VARIABLE = "FOUNDRY_MINE"
+"""The folders, for the processes that a command starts."""
+
+
+def use(folders: Iterable[Path]) -> None:
+    """Make a user's own folders known to this process and to those that it starts."""
+    known = tuple(dict.fromkeys([*own_folders(), *(folder.absolute() for folder in folders)]))
+    os.environ[VARIABLE] = os.pathsep.join(map(str, known))
+    importable(known)
+
+
+def importable(folders: Iterable[Path]) -> None:
+    """Let modules in these folders be imported, where no other module has their name."""
+    sys.path.extend(str(folder) for folder in folders if str(folder) not in sys.path)
+
+
+def own_folders() -> tuple[Path, ...]:
+    """Return the user's own folders."""
+    return tuple(Path(one) for one in os.environ.get(VARIABLE, "").split(os.pathsep) if one)
+
+
+@dataclass(frozen=True)
+class OwnModule:
+    """A module of a user's own.
+
+    Attributes:
+        name: what it is called among its like.
+        origin: where it comes from, for people.
+        target: the file, or the module's full name where it is installed.
+    """
+
+    name: str
+    origin: str
+    target: Path | str
+
+    def load(self) -> ModuleType:
+        """Import it.
+
+        Raises:
+            InputError: it cannot be; names it.
+        """
+        try:
+            return importlib.import_module(self.target) if isinstance(self.target, str) else _imported(self.target)
+        except Exception as error:  # the boundary: whatever a user's file raises, it is told by its name
+            cause = " ".join(f"{type(error).__name__}: {error}".split())
+            raise InputError(f"{self.origin} cannot be imported: {cause}") from error
+
+    @property
+    def sha256(self) -> str:
+        """Hash of its source, or `unknown` where it has none."""
+        spec = None if isinstance(self.target, Path) else importlib.util.find_spec(self.target)
+        file = self.target if isinstance(self.target, Path) else Path((spec and spec.origin) or os.devnull)
+        return hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else "unknown"
+
+
+def own_modules(group: str) -> Iterator[OwnModule]:
+    """Yield the user's own modules of a group (`signatures`, `forms`, `edits`): first files, then entry points."""
+    for folder in own_folders():
+        for file in sorted((folder / group).glob("*.py")):
+            if not file.name.startswith("_"):
+                yield OwnModule(file.stem, f"{folder.name}/{group}/{file.name}", file)
+    for point in importlib.metadata.entry_points(group=f"foundry.{group}"):
+        package = point.dist.name if point.dist else "an installed package"
+        yield OwnModule(point.name, f"{point.value} of {package}", point.value)
+
+
+@cache
+def _imported(file: Path) -> ModuleType:
+    name = f"foundry_own_{file.parent.name}_{file.stem}"
+    spec = importlib.util.spec_from_file_location(name, file)
+    assert spec is not None and spec.loader is not None, "a .py file has a loader"
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module

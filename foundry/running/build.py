@@ -1,0 +1,90 @@
+"""From configuration to objects: `_target_` is the only registry."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from foundry.errors import FoundryError, InputError
+from foundry.models.answers.base import Answers
+from foundry.models.answers.unconfirmed import Unconfirmed
+from foundry.models.base import Model, ModelInfo
+from foundry.models.serving import InFlight, serving_of
+from foundry.models.wrappers.cached import CachedModel
+from foundry.models.wrappers.confirmed import ConfirmedModel
+from foundry.models.wrappers.limited import Limit, LimitedModel
+from foundry.models.wrappers.retried import RetriedModel
+from foundry.models.wrappers.warmed import WarmedModel
+from foundry.naming import target_of
+
+
+def build(config: Mapping[str, Any]) -> Any:
+    """Build the object that a configuration's `_target_` names, its other keys being the arguments.
+
+    Parts with a `_target_` of their own are built first. Hydra's `instantiate` would resolve every `${...}` in a text
+    once more, also in a prompt or in a configuration that someone else recorded.
+
+    Raises:
+        InputError: there is no such target, or it does not take these settings.
+    """
+    if "_target_" not in config:
+        raise InputError(f"The configuration of '{config.get('name', '?')}' has no _target_ to build.")
+    try:
+        return _built(config)
+    except FoundryError:
+        raise
+    except Exception as error:
+        name = config.get("name", config["_target_"])
+        raise InputError(f"'{name}' cannot be built from its settings: {_one_line(error)}") from error
+
+
+def _built(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        parts = {key: _built(inner) for key, inner in value.items() if key != "_target_"}
+        return target_of(value["_target_"])(**parts) if "_target_" in value else parts
+    return [_built(inner) for inner in value] if isinstance(value, list | tuple) else value
+
+
+def model_stack(
+    model: Model,
+    answers: Callable[[], Answers],
+    info: ModelInfo | None = None,
+    limit: Callable[[InFlight], Limit] = Limit,
+) -> Model:
+    """Wrap a model that costs something, or each of its members.
+
+    Args:
+        model: the model.
+        answers: opens the cache, once it is needed.
+        info: what its server said when the sweep was checked, which it must go on saying; None to take any.
+        limit: makes the limit on its calls in flight.
+    """
+    known = iter(() if info is None else _each(info))
+    return model.wrapped(lambda one: _stacked(one, answers, next(known, None), limit))
+
+
+def _each(info: ModelInfo) -> Iterator[ModelInfo]:
+    """Yield what is known of a model, or of its members in their order, in which they are wrapped."""
+    if not info.members:
+        yield info
+    for member in info.members:
+        yield from _each(member)
+
+
+def _stacked(
+    model: Model, answers: Callable[[], Answers], info: ModelInfo | None, limit: Callable[[InFlight], Limit]
+) -> Model:
+    """Wrap a model that costs something: cache, then one warm-up, then limit, then retry, then its weights."""
+    if not model.remote:
+        return model
+    serving = serving_of(model)
+    may_change = model.replaceable and info is not None and info.digest is not None
+    unconfirmed = Unconfirmed(answers(), info if may_change else None, model.weights_of)
+    confirmed = ConfirmedModel(model, unconfirmed) if may_change else model
+    in_flight = limit(serving.in_flight)
+    retried = RetriedModel.as_set(serving.retry, confirmed, in_flight.note_failure)
+    return CachedModel(WarmedModel(LimitedModel(retried, in_flight)), unconfirmed)
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).split())

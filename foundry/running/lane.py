@@ -1,0 +1,465 @@
+"""One worker: takes runs that nobody else has, plays several at once in one event loop, reports how far it is."""
+
+from __future__ import annotations
+
+import asyncio
+import datetime
+import logging
+import os
+import signal
+import sys
+import threading
+import time
+import traceback
+from collections import deque
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import msgspec
+
+from foundry import provenance
+from foundry.episode import Interrupted, play
+from foundry.errors import (
+    FoundryError,
+    InputError,
+    ModelChangedError,
+    ServerError,
+    StorageError,
+    TransientError,
+    UnconfirmedError,
+)
+from foundry.models.answers.base import Answers
+from foundry.models.answers.opening import open_answers
+from foundry.models.base import Model, ModelInfo
+from foundry.records import Counts, RunSummary
+from foundry.running.asking import asker_of
+from foundry.running.build import build, model_stack
+from foundry.running.continuing import forked, origin_of
+from foundry.running.sharing import Shared
+from foundry.storing.run_writer import RunWriter, write_run_summary
+from foundry.storing.store import RunFolder, SweepFolder, cannot_write, write_atomically
+from foundry.storing.sweep_file import to_yaml
+from foundry.sweep import settings_key
+from foundry.texts import without_secrets
+
+REPORT_EVERY_S = 0.25
+RETRY_CLAIM_S = 0.25
+MOST_NOTES = 20
+MOST_OPEN = 64
+"""Runs that are opened at once to fill a server; each holds a few files open."""
+
+
+@dataclass(frozen=True)
+class LaneSpec:
+    """What a worker is given.
+
+    Attributes:
+        name: the worker's name in the sweep's folder.
+        folder: the sweep.
+        runs: ids of the runs it may take, in order; those that another worker has are left to it.
+        suspects: ids it takes first and one at a time, since they were open when a worker died.
+        infos: what the server said about each model, by `sweep.settings_key`.
+        cache: where the answer cache is: a file or a database.
+        frame_every: keep a picture of every n-th step; 0 keeps none.
+        open_runs: how many runs it plays at once; more where a server that it asks has room for more calls.
+        workers: how many workers begin at once, each with its part of every limit on the calls in flight.
+        apart: whether they see nothing of each other's reports, so that it stays at that.
+        parent: process that must be alive for the work to make sense; None for this very process.
+    """
+
+    name: str
+    folder: SweepFolder
+    runs: tuple[str, ...]
+    infos: Mapping[str, ModelInfo]
+    cache: str
+    suspects: tuple[str, ...] = ()
+    frame_every: int = 0
+    open_runs: int = 1
+    workers: int = 1
+    apart: bool = False
+    parent: int | None = None
+
+
+@dataclass
+class Tally:
+    """How far a worker is with one model; `spared` are calls that ended runs could have made and did not."""
+
+    complete: int = 0
+    failed: int = 0
+    calls: int = 0
+    cached: int = 0
+    retries: int = 0
+    spared: int = 0
+
+    def add(self, counts: Counts) -> None:
+        """Add the totals of a run."""
+        self.calls += counts.calls
+        self.cached += counts.cached
+        self.retries += counts.retries
+
+    def end(self, summary: RunSummary, most: int = 0) -> None:
+        """Add a run that ended; it could have made this many calls at most."""
+        self.complete += summary.status == "complete"
+        self.failed += summary.status != "complete"
+        self.add(summary.counts)
+        self.spared += max(0, most - summary.counts.calls)
+
+
+class Notes(logging.Handler):
+    """Keeps what a worker has to say for its report: on a terminal, a process of its own would write into the bars."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.lines: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep a line, each only once."""
+        line = record.getMessage()
+        if line not in self.lines:
+            self.lines.append(line)
+
+
+@dataclass(frozen=True)
+class Played:
+    """A run that was begun, and no longer is at work.
+
+    Attributes:
+        folder: the run.
+        writer: what wrote its records.
+        started: ISO time of the start.
+        seconds: wall time.
+    """
+
+    folder: RunFolder
+    writer: RunWriter
+    started: str
+    seconds: float
+
+
+@dataclass
+class Lane:
+    """A worker at work; `notes` is what it has to say."""
+
+    spec: LaneSpec
+    notes: Notes = field(default_factory=Notes)
+    fatal: str | None = None
+    stopping: bool = False
+    _tallies: dict[str, Tally] = field(default_factory=dict)
+    _open: dict[str, tuple[str, RunWriter]] = field(default_factory=dict)
+    _most: dict[str, int] = field(default_factory=dict)
+    _limits: Shared = field(init=False)
+    _parts: dict[str, Any] = field(default_factory=dict)
+    _more: int = 0
+    _built: dict[str, Any] = field(default_factory=dict)
+    _models: dict[str, Model] = field(default_factory=dict)
+    _texts: dict[int, str] = field(default_factory=dict)
+    _answers: Answers | None = None
+    _stopped: list[Played] = field(default_factory=list)
+    _changes: list[ModelChangedError] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._limits = Shared(self.spec.name, self.spec.workers, apart=self.spec.apart)
+
+    def run(self) -> str | None:
+        """Work until no run is left; returns the cause that must end the sweep, or None."""
+        self.stopping = self.spec.folder.stop_asked
+        stop_reporting = threading.Event()
+        reporter = threading.Thread(target=self._report_until, args=(stop_reporting,), daemon=True)
+        reporter.start()
+        try:
+            asyncio.run(self._work())
+        finally:
+            stop_reporting.set()
+            reporter.join()
+            self._report()
+            if self._answers is not None:
+                self._answers.close()
+        return self.fatal
+
+    async def _work(self) -> None:
+        folders = {folder.id: folder for folder in self.spec.folder.runs()}
+        exchange = asyncio.create_task(self._exchange())
+        try:
+            await self._take([folders[run] for run in self.spec.suspects], at_once=1)
+            await self._take([folders[run] for run in self.spec.runs], at_once=self.spec.open_runs)
+            await self._confirm()
+            self._fail_spoiled()
+        finally:
+            exchange.cancel()
+            self._parts = {}
+            for model in self._models.values():
+                await model.close()
+
+    async def _exchange(self) -> None:
+        """Share what is known of the servers with the other workers, again and again."""
+        while True:
+            await asyncio.sleep(REPORT_EVERY_S)
+            if self._limits.limits:
+                reports = await asyncio.to_thread(self.spec.folder.progress)
+                self._limits.exchange({name: report.get("limits", {}) for name, report in reports.items()})
+                self._parts = self._limits.report()
+                if self._limits.have_room():
+                    self._more = min(MOST_OPEN, 1 + self._more + len(self._open) // 8)
+
+    async def _confirm(self) -> None:
+        """Ask the servers at the end whether they still have the models that they had at the start."""
+        for model in self._models.values():
+            try:
+                await model.confirm()
+            except ServerError as error:
+                self._stop(error)
+            except TransientError as error:
+                logging.getLogger("foundry").warning("%s", error)
+
+    def _fail_spoiled(self) -> None:
+        """End the runs that were stopped before their end if answers that they used are no longer trusted."""
+        for played in self._stopped:
+            if any(self._is_spoiled(played.folder, change) for change in self._changes):
+                with played.folder.claim() as mine:
+                    if mine and not played.folder.ended:
+                        self._end(played, self._changes[0])
+
+    @staticmethod
+    def _is_spoiled(folder: RunFolder, change: ModelChangedError) -> bool:
+        return any(call.key in change.keys for call in folder.calls())
+
+    async def _take(self, folders: Iterable[RunFolder], *, at_once: int) -> None:
+        waiting, elsewhere = deque(folders), deque[RunFolder]()
+        tasks: dict[asyncio.Task[bool], RunFolder] = {}
+        while (waiting or elsewhere or tasks) and not (self.stopping and not tasks):
+            while waiting and len(tasks) < self._open_runs(at_once) and not self.stopping:
+                folder = waiting.popleft()
+                if not folder.ended:
+                    tasks[asyncio.create_task(self._settle(folder))] = folder
+            if tasks:
+                done, _ = await asyncio.wait(tasks, timeout=REPORT_EVERY_S, return_when=asyncio.FIRST_COMPLETED)
+                settled = {tasks.pop(task): task.result() for task in done}
+                elsewhere.extend(folder for folder, mine in settled.items() if not mine)
+            elif elsewhere:
+                await asyncio.sleep(RETRY_CLAIM_S)
+                waiting, elsewhere = elsewhere, deque()
+
+    def _open_runs(self, least: int) -> int:
+        """Return how many runs to play at once: more than said where a server has room, unless one was said."""
+        return least if least == 1 else max(least, min(MOST_OPEN, least + self._more))
+
+    async def _settle(self, folder: RunFolder) -> bool:
+        """Play the run unless it ended or another worker has it; returns False in the latter case."""
+        try:
+            with folder.claim() as mine:
+                if mine and not folder.ended:
+                    await self._play(folder)
+                return mine
+        except StorageError as error:
+            self._stop(error)
+            return True
+
+    async def _play(self, folder: RunFolder) -> None:
+        config = folder.config()
+        name = str(config["model"]["name"])
+        writer = RunWriter(folder, self._config_text(folder))
+        self._open[folder.id] = name, writer
+        self._report()
+        started, clock = _now(), time.perf_counter()
+        failure: Exception | None = None
+        was_stopped = False
+        try:
+            await self._episode(folder, config, writer)
+            await self._settle_answers(folder, self._model(config["model"]))
+        except Interrupted:
+            was_stopped = True
+        except StorageError:
+            raise
+        except ServerError as error:
+            failure = error
+            self._stop(error)
+        except Exception as error:  # noqa: BLE001 - the boundary: a run that fails is data, with its cause
+            failure = error
+        finally:
+            del self._open[folder.id]
+            writer.close()
+        played = Played(folder, writer, started, time.perf_counter() - clock)
+        if was_stopped:
+            self._stopped.append(played)
+        else:
+            self._end(played, failure)
+
+    async def _settle_answers(self, folder: RunFolder, model: Model) -> None:
+        """Have the server confirm the answers of a run that is over: only then is it complete.
+
+        Raises:
+            ModelChangedError: the run used answers that are no longer trusted.
+            UnconfirmedError: the server does not say.
+        """
+        try:
+            await model.confirm()
+        except TransientError as error:
+            raise UnconfirmedError(f"The run is over, but {error}") from error
+        except ModelChangedError as error:
+            self._stop(error)
+            if self._is_spoiled(folder, error):
+                raise
+
+    def _end(self, played: Played, failure: Exception | None) -> None:
+        """Write how a run ended."""
+        summary = summarise(
+            played.folder,
+            self.spec.infos,
+            played.writer,
+            started=played.started,
+            seconds=played.seconds,
+            error=failure,
+        )
+        write_run_summary(played.folder, summary)
+        self._tallies.setdefault(summary.model, Tally()).end(summary, self._most.pop(played.folder.id, 0))
+
+    async def _episode(self, folder: RunFolder, config: dict[str, Any], writer: RunWriter) -> None:
+        scenario = self._shared(config["world"])
+        self._most[folder.id] = scenario.count_calls()
+        prompt = self._shared(config["prompt"])
+        info = self.spec.infos[settings_key(config["model"])]
+        asker = asker_of(config, scenario, prompt, self._model(config["model"]), info)
+        writer.members = asker.model.roster()
+        await play(
+            scenario.start(config["seed"]),
+            forked(asker, config, self.spec.folder),
+            writer,
+            frame_every=self.spec.frame_every,
+            stopping=lambda: self.stopping,
+        )
+
+    def _config_text(self, folder: RunFolder) -> str:
+        """Return the effective configuration as YAML; only the seed differs within a condition."""
+        index = folder.run.condition
+        if index not in self._texts:
+            self._texts[index] = to_yaml(dict(self.spec.folder.sweep.conditions[index].config))
+        return f"{self._texts[index]}seed: {folder.run.seed}\n"
+
+    def _shared(self, config: Mapping[str, Any]) -> Any:
+        """Build a configured object once and share it between the runs."""
+        key = settings_key(config)
+        if key not in self._built:
+            self._built[key] = build(config)
+        return self._built[key]
+
+    def _model(self, config: Mapping[str, Any]) -> Model:
+        key = settings_key(config)
+        if key not in self._models:
+            limit = self._limits.maker(key)
+            self._models[key] = model_stack(build(config), self._cache, self.spec.infos[key], limit)
+        return self._models[key]
+
+    def _cache(self) -> Answers:
+        if self._answers is None:
+            try:
+                self._answers = open_answers(self.spec.cache)
+            except InputError as error:
+                raise StorageError(str(error)) from error
+        return self._answers
+
+    def _stop(self, error: FoundryError) -> None:
+        """Let the open runs come to rest and the sweep end: no further run could escape this error."""
+        self.fatal, self.stopping = self.fatal or str(error), True
+        if isinstance(error, ModelChangedError) and error not in self._changes:
+            self._changes.append(error)
+
+    def _report_until(self, stop: threading.Event) -> None:
+        while not stop.wait(REPORT_EVERY_S):
+            if self.spec.parent is not None and os.getppid() != self.spec.parent:
+                os._exit(1)
+            self.stopping = self.stopping or self.spec.folder.stop_asked
+            self._report()
+
+    def _report(self) -> None:
+        """Write how far this worker is, for whoever watches the sweep."""
+        models = {name: Tally(**vars(tally)) for name, tally in list(self._tallies.items())}
+        opened = list(self._open.items())
+        for _, (name, writer) in opened:
+            models.setdefault(name, Tally()).add(writer.counts)
+        report = {
+            "pid": os.getpid(),
+            "open": [run for run, _ in opened],
+            "counts": {run: _calls_so_far(writer.counts) for run, (_, writer) in opened},
+            "models": {name: vars(tally) for name, tally in models.items()},
+            "limits": self._parts,
+            "removed": sum(change.removed for change in list(self._changes)),
+            "notes": self.notes.lines[-MOST_NOTES:],
+        }
+        try:
+            write_atomically(self.spec.folder.progress_file(self.spec.name), msgspec.json.encode(report))
+        except FileNotFoundError:  # the command that this worker works for has ended its session
+            return
+        except OSError as error:
+            self._stop(cannot_write(self.spec.folder.path, error))
+
+
+def run_lane(spec: LaneSpec) -> str | None:
+    """Work in a process of its own; Ctrl-C is the parent's to handle."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # Mesa's software driver takes all cores for one picture; as many workers draw faster with one core each.
+    os.environ.setdefault("LP_NUM_THREADS", "0")
+    lane = Lane(spec)
+    if sys.stderr.isatty():
+        logging.getLogger("foundry").addHandler(lane.notes)
+    return lane.run()
+
+
+def _calls_so_far(counts: Counts) -> dict[str, int]:
+    return {"calls": counts.calls, "cached": counts.cached, "retries": counts.retries}
+
+
+def _now() -> str:
+    return datetime.datetime.now(datetime.UTC).isoformat(timespec="milliseconds")
+
+
+def summarise(
+    folder: RunFolder,
+    infos: Mapping[str, ModelInfo],
+    writer: RunWriter | None,
+    *,
+    started: str,
+    seconds: float,
+    error: Exception | None,
+) -> RunSummary:
+    """Return how a run ended.
+
+    Args:
+        folder: the run.
+        infos: what the server said about each model.
+        writer: what wrote its records; None when the process that did is gone.
+        started: ISO time of the start.
+        seconds: wall time.
+        error: what ended it early, or None.
+    """
+    config = folder.config()
+    info = infos[settings_key(config["model"])]
+    versions = provenance.versions()
+    expected = isinstance(error, FoundryError)
+    return RunSummary(
+        run=folder.id,
+        status="complete" if error is None else "failed",
+        world=config["world"]["name"],
+        model=config["model"]["name"],
+        prompt=config["prompt"]["name"],
+        seed=config["seed"],
+        sampling_seed=config["sampling_seed"],
+        foundry_version=versions["foundry"],
+        python_version=versions["python"],
+        packages={name: versions[name] for name in provenance.PACKAGES},
+        git_commit=provenance.git_commit(),
+        model_digest=info.digest,
+        server_version=info.server_version,
+        counts=writer.counts if writer else Counts(),
+        started=started,
+        ended=_now(),
+        duration_s=round(seconds, 6),
+        error=None if error is None else without_secrets(str(error)) or type(error).__name__,
+        error_type=None if error is None else type(error).__name__,
+        traceback=None if error is None or expected else without_secrets("".join(traceback.format_exception(error))),
+        records_sha256=writer.digests() if writer else {},
+        members=writer.members if writer else (),
+        origin=origin_of(config),
+        readers=provenance.READERS,
+        form=folder.declared.form,
+    )

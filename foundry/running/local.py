@@ -1,0 +1,245 @@
+"""Schedules the runs of a sweep, model after model; on worker processes of this machine; stops in order."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import functools
+import itertools
+import logging
+import signal
+import threading
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
+from types import FrameType
+from typing import Any, TypeAlias
+
+import joblib
+
+from foundry.errors import BackendError, FoundryError, InputError, ModelChangedError
+from foundry.models.base import Model, ModelInfo
+from foundry.running.build import build
+from foundry.running.lane import Lane, LaneSpec
+from foundry.running.lanes import Lanes
+from foundry.running.progress import most_calls
+from foundry.storing.store import RunFolder, SweepFolder
+from foundry.sweep import is_served, models_in, settings_key
+
+
+class SweepStopped(FoundryError):
+    """The sweep was ended early by an error that no further run could escape."""
+
+
+class SweepInterrupted(Exception):
+    """The user stopped the sweep."""
+
+
+@dataclass(frozen=True)
+class SweepJob:
+    """What is to be run.
+
+    Attributes:
+        folder: the sweep.
+        infos: what the server said about each model, by `sweep.settings_key`.
+        cache: where the answer cache is: a file or a database.
+        frame_every: keep a picture of every n-th step; 0 keeps none.
+    """
+
+    folder: SweepFolder
+    infos: Mapping[str, ModelInfo]
+    cache: str
+    frame_every: int
+
+
+PlayPhase: TypeAlias = Callable[[Sequence[RunFolder], int], None]
+"""Plays the runs of a phase, which has a number; returns when all have ended or the sweep stops."""
+
+
+class Runner(ABC):
+    """Runs a sweep, phase after phase, wherever its workers are."""
+
+    def __init__(self, open_runs: int) -> None:
+        """Set the size.
+
+        Args:
+            open_runs: runs that one worker plays at once where a server answers the calls.
+
+        Raises:
+            InputError: it is no number of runs.
+        """
+        self._open_runs = _count("runner.open_runs", open_runs)
+
+    def run(self, job: SweepJob) -> None:
+        """Run everything that has not ended; returns when all has, or raises.
+
+        Raises:
+            InputError: the workers cannot be reached, or cannot do this sweep.
+            SweepStopped: a failure that no further run could escape.
+            SweepInterrupted: the user asked to stop.
+        """
+        with self.at_work(job) as play:
+            job.folder.start_progress()
+            for run in job.folder.runs():
+                run.forget_failure()
+            try:
+                with _stop_on_interrupt(job.folder):
+                    _play_phases(job, play)
+            finally:
+                job.folder.end_progress()
+
+    @abstractmethod
+    def at_work(self, job: SweepJob) -> AbstractContextManager[PlayPhase]:
+        """Reach the workers and check that they can do the sweep, before anything of it is changed."""
+
+    def spec(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> LaneSpec:
+        """Return what the workers of a phase are given."""
+        return LaneSpec(
+            name=f"{number}",
+            folder=job.folder,
+            runs=tuple(run.id for run in runs),
+            infos=job.infos,
+            cache=job.cache,
+            frame_every=job.frame_every,
+            open_runs=self._open_runs if _remote(runs[0]) else 1,
+        )
+
+
+class LocalRunner(Runner):
+    """Runs a sweep on worker processes of this machine."""
+
+    def __init__(self, workers: int | None = None, open_runs: int = 16) -> None:
+        """Set the size.
+
+        Args:
+            workers: worker processes; None for one a core. One works in this very process.
+            open_runs: runs that one worker plays at once where a server answers the calls.
+
+        Raises:
+            InputError: one is no number of workers or runs.
+        """
+        super().__init__(open_runs)
+        self._workers = worker_count(workers) or joblib.cpu_count()
+
+    @contextlib.contextmanager
+    def at_work(self, job: SweepJob) -> Iterator[PlayPhase]:
+        """Start nothing yet: every phase starts its own processes."""
+        yield functools.partial(self._play, job)
+
+    def _play(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> None:
+        spec = self.spec(job, runs, number)
+        workers = workers_for(runs, self._workers)
+        alone = workers == 1
+        fatal = Lane(replace(spec, name=f"{number}-0")).run() if alone else Lanes(spec, workers).run()
+        raise_if_stopped(fatal, job.folder)
+
+
+def worker_count(workers: object) -> int | None:
+    """Return the setting `runner.workers`: a number from 1, or None, which leaves it to the runner.
+
+    Raises:
+        InputError: it is something else.
+    """
+    return None if workers is None else _count("runner.workers", workers)
+
+
+def _count(key: str, value: object) -> int:
+    if not isinstance(value, int) or isinstance(value, bool) or value < 1:
+        raise InputError(f"{key}={value} is no number of them: give a whole number from 1.")
+    return value
+
+
+def workers_for(runs: Sequence[RunFolder], available: int) -> int:
+    """Return how many workers a phase takes; each would load weights that are not on a server."""
+    servers = [one.get("server") or {} for one in models_in(runs[0].config()["model"])]
+    limits: list[int | None] = [server.get("workers") for server in servers]
+    return min([available, len(runs), *filter(None, limits)])
+
+
+def raise_if_stopped(fatal: str | None, folder: SweepFolder) -> None:
+    """Raise what ended the sweep early, if anything did.
+
+    Raises:
+        SweepStopped: a failure that no further run could escape.
+        SweepInterrupted: the user asked to stop.
+    """
+    if fatal is not None:
+        raise SweepStopped(fatal + _undone(folder))
+    if folder.stop_asked:
+        raise SweepInterrupted
+
+
+def _undone(folder: SweepFolder) -> str:
+    """Return how much was undone because a model changed; nothing when none did."""
+    removed = sum(report.get("removed", 0) for report in folder.progress().values())
+    summaries = (run.summary() for run in folder.runs())
+    failed = sum(one is not None and one.error_type == ModelChangedError.__name__ for one in summaries)
+    return f" ({removed} answers removed, {failed} runs failed)" if removed or failed else ""
+
+
+def _play_phases(job: SweepJob, play: PlayPhase) -> None:
+    phases = list(_phases(job))
+    for number, phase in enumerate(phases):
+        play(phase, number)
+        if number + 1 < len(phases):
+            _free_server(job.folder, phase[0])
+
+
+def _phases(job: SweepJob) -> Iterator[list[RunFolder]]:
+    """Yield the runs that have not ended: those of one served model after those of another, the rest at once.
+
+    A server then loads each model once. In each part the longest runs come first, since what is left at the end is too
+    little to keep all busy, and short runs are over soon.
+    """
+    pending = [run for run in job.folder.runs() if not run.ended]
+    for _, runs in itertools.groupby(pending, key=lambda run: _remote(run) and settings_key(run.config()["model"])):
+        yield _longest_first(list(runs))
+
+
+def _longest_first(runs: list[RunFolder]) -> list[RunFolder]:
+    """Return the runs by the calls that they take at most, equal ones in their order."""
+    most = most_calls(runs)
+    return sorted(runs, key=lambda run: -most[run.run.condition])
+
+
+def _free_server(folder: SweepFolder, run: RunFolder) -> None:
+    """Unload the model of a phase that is over, if the phase called it, to make room for the next one."""
+    config = run.config()["model"]
+    tallies = [report["models"].get(config["name"], {}) for report in folder.progress().values()]
+    if not _remote(run) or not any(tally.get("calls", 0) > tally.get("cached", 0) for tally in tallies):
+        return
+    try:
+        asyncio.run(_unload(build(config)))
+    except BackendError as error:
+        logging.getLogger("foundry").warning("%s could not be unloaded: %s", config["name"], error)
+
+
+async def _unload(model: Model) -> None:
+    try:
+        await model.unload()
+    finally:
+        await model.close()
+
+
+def _remote(run: RunFolder) -> bool:
+    return is_served(run.config()["model"])
+
+
+@contextlib.contextmanager
+def _stop_on_interrupt(folder: SweepFolder) -> Iterator[None]:
+    """Make the first Ctrl-C ask the workers to stop in order, and the second one stop at once."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def handle(number: int, frame: FrameType | None) -> None:
+        if folder.stop_file.exists():
+            raise KeyboardInterrupt
+        folder.stop_file.touch()
+
+    before: Any = signal.signal(signal.SIGINT, handle)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

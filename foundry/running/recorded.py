@@ -1,0 +1,156 @@
+"""Puts the questions of a run once more and answers them from its log of calls."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+
+from foundry import seeding
+from foundry.errors import RecordError
+from foundry.models.base import Reply, Request, RequestKeys, Source, logged
+from foundry.prompts.prompt import Prompt
+from foundry.records import Call
+from foundry.running.build import build
+from foundry.running.line_difference import CALLS, Difference, first_difference
+from foundry.running.replayed import reply_of
+from foundry.sweep import calls_seed
+from foundry.worlds.base import Question
+
+Place = tuple[int, int, str]
+"""Step, agent and kind of a question."""
+
+
+class Departed(RecordError):
+    """The episode is not the recorded one.
+
+    Attributes:
+        difference: where it first differs.
+    """
+
+    def __init__(self, difference: Difference) -> None:
+        super().__init__(difference.line())
+        self.difference = difference
+
+
+class NotRecorded(RecordError):
+    """The log of calls holds no such question."""
+
+    def __init__(self, place: Place) -> None:
+        step, agent, kind = place
+        super().__init__(f"no answer to the {kind} question of agent {agent} at step {step} is recorded")
+        self.place = place
+
+
+@dataclass(frozen=True)
+class Wording:
+    """How the questions before a step were put.
+
+    Attributes:
+        before: the first step that it does not hold for; None for the rest of the run.
+        prompt: the prompt variant.
+        seed: the seed that the sampling seeds were derived from.
+    """
+
+    before: int | None
+    prompt: Prompt
+    seed: int
+
+
+def past_wordings(config: Mapping[str, Any]) -> list[Wording]:
+    """Return how the questions that a fork shares with its origin were put; nothing for a run that is no fork."""
+    past = config["fork"]["past"] if "fork" in config else []
+    return [Wording(part["before"], build(part["prompt"]), part["seed"]) for part in past]
+
+
+def wordings(config: Mapping[str, Any]) -> list[Wording]:
+    """Return how the questions of a run are put, by step; more than one wording where the run is a fork."""
+    return [*past_wordings(config), Wording(None, build(config["prompt"]), calls_seed(config))]
+
+
+class RecordedAsker:
+    """Puts questions as the run did, and answers from its log; what it would put otherwise is a difference.
+
+    Attributes:
+        calls: the log.
+        used: how many of its answers were asked for.
+    """
+
+    def __init__(self, calls: Iterable[Call], asked: Sequence[Wording]) -> None:
+        """Index the log.
+
+        Args:
+            calls: the logged calls, in their order.
+            asked: how questions are put, by step.
+        """
+        self.calls = list(calls)
+        self._calls = {place_of(call): (number, call) for number, call in enumerate(self.calls, start=1)}
+        self._asked = asked
+        self._keys: list[tuple[Source, RequestKeys]] = []
+        self.used = 0
+
+    @property
+    def recorded(self) -> int:
+        """How many calls there are."""
+        return len(self.calls)
+
+    def request(self, question: Question) -> Request:
+        """Return the request as it was sent.
+
+        Raises:
+            NotRecorded: the log does not hold it.
+            Departed: it was put in other words or with another seed.
+        """
+        place = (question.step, question.agent, question.kind)
+        if place not in self._calls:
+            raise NotRecorded(place)
+        number, call = self._calls[place]
+        wording = next(one for one in self._asked if one.before is None or question.step < one.before)
+        messages = wording.prompt.render(question)
+        now = {
+            "seed": seeding.sampling_seed(wording.seed, step=question.step, agent=question.agent, kind=question.kind),
+            "messages": [logged(message) for message in messages],
+            "key": "",
+        }
+        now["key"] = self._keys_of(call).key(messages, call.seed)
+        then = {"seed": call.seed, "messages": call.messages, "key": call.key}
+        found = first_difference(then, now)
+        if found is not None:
+            raise Departed(Difference(CALLS, number, *found, place=place))
+        return Request(
+            messages=messages,
+            seed=call.seed,
+            kind=question.kind,
+            observation=question.told,
+            step=question.step,
+            agent=question.agent,
+            key=call.key,
+        )
+
+    def _keys_of(self, call: Call) -> RequestKeys:
+        source = reply_of(call).source
+        assert source is not None
+        for known, keys in self._keys:
+            if known.model == source.model and known.digest == source.digest and known.parameters == source.parameters:
+                return keys
+        self._keys.append((source, RequestKeys.of(source)))
+        return self._keys[-1][1]
+
+    async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
+        """Return the recorded replies."""
+        self.used += len(requests)
+        return [reply_of(self._call(request)) for request in requests]
+
+    def call(self, request: Request, reply: Reply) -> Call:
+        """Return the recorded call, as one that cost nothing this time."""
+        return msgspec.structs.replace(self._call(request), cached=True)
+
+    def _call(self, request: Request) -> Call:
+        return self._calls[request.step, request.agent, request.kind][1]
+
+
+def place_of(call: Call) -> Place:
+    """Return which question a call put."""
+    return call.step, call.agent, call.kind

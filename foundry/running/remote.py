@@ -1,0 +1,200 @@
+"""A sweep's runs at an fsspec URL, in the layout of its folder: each is sent when it has ended and fetched whole."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import shutil
+import tempfile
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from foundry.errors import FoundryError, InputError
+from foundry.records import RunSummary
+from foundry.storing.store import ENDED_RUNS, SWEEP_FILE, RunFolder, SweepFolder, write_atomically
+from foundry.texts import without_secrets
+
+_INSTALL = "pip install 'foundry-worlds[remote]'"
+
+
+@dataclass(frozen=True)
+class Fetched:
+    """What was fetched.
+
+    Attributes:
+        folder: the sweep's folder on this machine.
+        runs: ids of the runs that came.
+        damaged: ids of runs whose files are not those that their `run.json` tells of; they count as not ended.
+    """
+
+    folder: SweepFolder
+    runs: tuple[str, ...]
+    damaged: tuple[str, ...]
+
+
+class RemoteSweep:
+    """A sweep's folder at a URL; nothing there is ever appended to, since object stores cannot."""
+
+    def __init__(self, url: str, filesystem: Any, root: str) -> None:
+        self.url = url
+        self._shown = without_secrets(url)
+        self._filesystem = filesystem
+        self._root = root.rstrip("/")
+
+    @classmethod
+    def open(cls, url: str) -> RemoteSweep:
+        """Open a URL; what is there is not looked at yet.
+
+        Raises:
+            InputError: the extra or the URL's driver is not installed, or there is no such kind of URL.
+        """
+        try:
+            from fsspec.core import url_to_fs
+        except ImportError as error:
+            raise InputError(f"'{without_secrets(url)}' needs a package that is not installed: {_INSTALL}") from error
+        try:
+            filesystem, root = url_to_fs(url)
+        except (ImportError, ValueError) as error:
+            raise InputError(f"'{without_secrets(url)}' cannot be opened: {without_secrets(str(error))}") from error
+        return cls(url, filesystem, root)
+
+    def ended(self) -> set[str]:
+        """Return the ids of the runs that have ended."""
+        with self._told():
+            return {name.rsplit("/", 2)[-2] for name in self._filesystem.glob(f"{self._root}/{ENDED_RUNS}")}
+
+    def complete(self, folder: SweepFolder, run: RunFolder) -> bool:
+        """Return whether a run is there, and did not fail."""
+        with self._told():
+            try:
+                content = self._filesystem.cat_file(self._place(folder, run.path / "run.json"))
+            except FileNotFoundError:
+                return False
+        summary = _summary(content)
+        return summary is not None and summary.status == "complete"
+
+    def put(self, folder: SweepFolder, run: RunFolder) -> None:
+        """Send the files of a run that has ended, `run.json` last."""
+        self._send(folder, run.files())
+
+    def put_sweep(self, folder: SweepFolder) -> None:
+        """Send the sweep's definition, unless it is there.
+
+        Raises:
+            InputError: another sweep is there, or nothing can be written there.
+        """
+        try:
+            if not self._same_definition(folder):
+                self._send(folder, [folder.path / SWEEP_FILE])
+        except FoundryError as error:
+            raise InputError(str(error)) from error
+
+    def fetch_sweep(self, path: Path) -> SweepFolder:
+        """Fetch the definition into a folder that may hold the sweep already; returns the folder.
+
+        Raises:
+            InputError: there is no sweep at the URL, or the folder holds another one.
+        """
+        if (path / SWEEP_FILE).exists():
+            folder = SweepFolder.open(path)
+            if self._same_definition(folder):
+                return folder
+        else:
+            with self._told(), contextlib.suppress(FileNotFoundError):
+                content = self._filesystem.cat_file(f"{self._root}/{SWEEP_FILE}")
+                path.mkdir(parents=True, exist_ok=True)
+                write_atomically(path / SWEEP_FILE, content)
+                return SweepFolder.open(path)
+        raise InputError(f"There is no sweep at '{self._shown}': give the URL that was its runner.remote.")
+
+    def fetch(self, folder: SweepFolder, runs: Iterable[RunFolder]) -> Fetched:
+        """Fetch those of the runs that ended there and not here."""
+        there = self.ended()
+        wanted = [run for run in runs if run.id in there and not run.ended]
+        whole = {run.id: self._get(folder, run) for run in wanted}
+        damaged = tuple(run for run, came in whole.items() if not came)
+        return Fetched(folder, tuple(run for run, came in whole.items() if came), damaged)
+
+    def _get(self, folder: SweepFolder, run: RunFolder) -> bool:
+        """Fetch a run, `run.json` last; returns whether its records are those that `run.json` tells of."""
+        shutil.rmtree(run.path, ignore_errors=True)
+        place = self._place(folder, run.path)
+        with self._told():
+            for name in self._filesystem.find(place):
+                file = (run.path / name[len(place) + 1 :]).resolve()
+                if file.name != "run.json" and file.is_relative_to(run.path.resolve()):
+                    file.parent.mkdir(parents=True, exist_ok=True)
+                    self._filesystem.get_file(name, str(file))
+            content = self._filesystem.cat_file(f"{place}/run.json")
+        summary = _summary(content)
+        if summary is None or any(_digest(run.path / name) != sha for name, sha in summary.records_sha256.items()):
+            return False
+        run.path.mkdir(parents=True, exist_ok=True)
+        write_atomically(run.path / "run.json", content)
+        return True
+
+    def _same_definition(self, folder: SweepFolder) -> bool:
+        """Return whether the sweep is there; False when none is."""
+        with self._told(), tempfile.TemporaryDirectory() as scratch:
+            try:
+                content = self._filesystem.cat_file(f"{self._root}/{SWEEP_FILE}")
+            except FileNotFoundError:
+                return False
+            (Path(scratch) / SWEEP_FILE).write_bytes(content)
+            there = SweepFolder.open(scratch)
+        if there.sweep.definition != folder.sweep.definition:
+            raise InputError(
+                f"'{self._shown}' holds another sweep than '{folder.path}' ({len(there.sweep.runs)} runs, "
+                f"{len(folder.sweep.runs)} here): name another URL or another folder."
+            )
+        return True
+
+    def _send(self, folder: SweepFolder, files: Iterable[Path]) -> None:
+        with self._told():
+            for file in files:
+                place = self._place(folder, file)
+                self._filesystem.makedirs(place.rpartition("/")[0], exist_ok=True)
+                self._filesystem.put_file(str(file), place)
+
+    def _place(self, folder: SweepFolder, path: Path) -> str:
+        return f"{self._root}/{path.relative_to(folder.path).as_posix()}"
+
+    @contextlib.contextmanager
+    def _told(self) -> Iterator[None]:
+        """Name the URL in whatever its driver raises."""
+        try:
+            yield
+        except FoundryError:
+            raise
+        except Exception as error:  # the boundary: every driver has errors of its own
+            cause = without_secrets(" ".join(str(error).split())) or type(error).__name__
+            raise FoundryError(f"'{self._shown}' cannot be used ({type(error).__name__}: {cause}).") from error
+
+
+def fetch(url: str, path: Path) -> Fetched:
+    """Fetch every run that has ended at a URL and not in a folder, which may hold a part of the sweep already.
+
+    Raises:
+        InputError: there is no sweep at the URL, or the folder holds another one.
+    """
+    remote = RemoteSweep.open(url)
+    folder = remote.fetch_sweep(path)
+    return remote.fetch(folder, folder.runs())
+
+
+def _summary(content: bytes) -> RunSummary | None:
+    try:
+        return msgspec.json.decode(content, type=RunSummary)
+    except msgspec.DecodeError:
+        return None
+
+
+def _digest(path: Path) -> str | None:
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except FileNotFoundError:
+        return None

@@ -1,0 +1,198 @@
+"""Answers from a recorded sweep, and from nowhere else."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import OrderedDict
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from foundry.errors import InputError, RequestError, not_found
+from foundry.models.base import Model, Reply, Request, RunContext, Source, logged
+from foundry.records import Call
+from foundry.storing.store import RunFolder, SweepFolder
+
+_KEPT_SEEDS = 8
+"""Seeds whose answers are kept in memory at once."""
+
+
+def reply_of(call: Call) -> Reply:
+    """Return the reply that a logged call got, as if it came from the cache."""
+    return Reply(
+        text=call.text,
+        thinking=call.thinking,
+        ending=call.ending,
+        prompt_tokens=call.prompt_tokens,
+        output_tokens=call.output_tokens,
+        timings=call.timings,
+        attempts=call.attempts,
+        host=call.host,
+        server_version=call.server_version,
+        served_model=call.served_model,
+        cached=True,
+        source=Source(model=call.model, digest=call.digest, parameters=call.parameters, key=call.key),
+    )
+
+
+def question_key(kind: str, seed: int, messages: Iterable[Mapping[str, Any]]) -> bytes:
+    """Return the hash of a question: its kind, its sampling seed, its messages as logged, images by their SHA-256."""
+    lines = [(line["role"], line["content"], line.get("images_sha256", [])) for line in messages]
+    return hashlib.blake2b(msgspec.json.encode((kind, seed, lines)), digest_size=20).digest()
+
+
+class ReplayModel(Model):
+    """Answers each question as a recorded sweep did; one that was not asked there ends the run.
+
+    A question is found again by its kind, its sampling seed and its messages, images included, so that other prompts
+    or other worlds find an answer only as far as they ask the same.
+    """
+
+    def __init__(self, name: str, recorded: str, of: str | None = None) -> None:
+        """Open the recorded sweep.
+
+        Args:
+            name: name of the model in tables.
+            recorded: the sweep's folder; `<folder>@<model>` gives `of` too.
+            of: the model, or the run's id, whose answers are taken; None where there is one model only.
+
+        Raises:
+            InputError: there is no such sweep, or it does not say whose answers to take.
+        """
+        self.name = name
+        path, of = _split(recorded, of)
+        self._sweep = SweepFolder.open(path)
+        self._runs = _chosen(self._sweep, of)
+        self._of = self._runs[0].config()["model"]["name"]
+        self._tables: OrderedDict[int, AnswerTable] = OrderedDict()
+
+    def parameters(self) -> dict[str, Any]:
+        """Return whose answers are replayed, and of which sweep."""
+        return {"replays": self._of, "sweep": self._sweep.sweep.definition}
+
+    def in_run(self, context: RunContext) -> Model:
+        """Return the answers that were recorded with the seed of this run's calls.
+
+        Raises:
+            InputError: there are none.
+        """
+        found = [run for run in self._runs if run.calls_seed == context.calls_seed]
+        if not found:
+            raise InputError(
+                f"'{self._sweep.path}' holds no run of '{self._of}' whose calls have the seed {context.calls_seed}: "
+                f"it has {_some(sorted({run.calls_seed for run in self._runs}))}."
+            )
+        return Replayed(self, found, context.calls_seed)
+
+    async def ask(self, request: Request) -> Reply:
+        """Answer one request from all chosen runs."""
+        return AnswerTable(self._sweep.path, self._runs).reply(request)
+
+    def table(self, runs: Sequence[RunFolder], calls_seed: int) -> AnswerTable:
+        """Return the answers of these runs; those of the latest seeds are kept."""
+        if calls_seed not in self._tables:
+            self._tables[calls_seed] = AnswerTable(self._sweep.path, runs)
+            if len(self._tables) > _KEPT_SEEDS:
+                self._tables.popitem(last=False)
+        return self._tables[calls_seed]
+
+
+class Replayed(Model):
+    """The recorded answers to the calls of one seed; read when the first is asked for."""
+
+    def __init__(self, model: ReplayModel, runs: Sequence[RunFolder], calls_seed: int) -> None:
+        self.name = model.name
+        self._model = model
+        self._runs = runs
+        self._calls_seed = calls_seed
+
+    def parameters(self) -> dict[str, Any]:
+        """Return whose answers are replayed, and of which sweep."""
+        return self._model.parameters()
+
+    async def ask(self, request: Request) -> Reply:
+        """Answer one request."""
+        return (await self.ask_all([request]))[0]
+
+    async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
+        """Answer several requests in their order, without a task for each."""
+        table = self._model.table(self._runs, self._calls_seed)
+        return [table.reply(request) for request in requests]
+
+
+class AnswerTable:
+    """The answers of some runs of a sweep, by their questions."""
+
+    def __init__(self, path: Path, runs: Sequence[RunFolder]) -> None:
+        self._path = path
+        self._replies: dict[bytes, tuple[str, Reply]] = {}
+        self._disputed: dict[bytes, tuple[str, str]] = {}
+        self._asked: dict[tuple[int, int, str, int], str] = {}
+        for run in runs:
+            for call in run.calls():
+                self._add(run.id, call)
+
+    def _add(self, run: str, call: Call) -> None:
+        key, reply = question_key(call.kind, call.seed, call.messages), reply_of(call)
+        self._asked.setdefault((call.step, call.agent, call.kind, call.seed), run)
+        first, known = self._replies.setdefault(key, (run, reply))
+        if (known.text, known.ending) != (reply.text, reply.ending):
+            self._disputed[key] = (first, run)
+
+    def reply(self, request: Request) -> Reply:
+        """Return the recorded answer.
+
+        Raises:
+            RequestError: the question was not asked, or got different answers.
+        """
+        key = question_key(request.kind, request.seed, map(logged, request.messages))
+        what = f"the {request.kind} question of agent {request.agent} at step {request.step}"
+        if key in self._disputed:
+            raise RequestError(
+                f"'{self._path}' answers {what} in different ways, in the runs {' and '.join(self._disputed[key])}: "
+                "name one of them with model.of=<run>."
+            )
+        if key not in self._replies:
+            raise RequestError(
+                f"'{self._path}' holds no answer to {what} (sampling seed {request.seed}): {self._why(request)}."
+            )
+        return self._replies[key][1]
+
+    def _why(self, request: Request) -> str:
+        run = self._asked.get((request.step, request.agent, request.kind, request.seed))
+        return "it was not asked" if run is None else f"in run {run} it was asked in other words"
+
+
+def _split(recorded: str, of: str | None) -> tuple[Path, str | None]:
+    """Return the folder and the model of `<folder>@<model>`."""
+    parts = recorded.split("@")
+    for count in range(1, len(parts)):
+        folder = Path("@".join(parts[:count]))
+        if of is None and folder.is_dir():
+            return folder, "@".join(parts[count:])
+    return Path(recorded), of
+
+
+def _chosen(sweep: SweepFolder, of: str | None) -> list[RunFolder]:
+    runs = sweep.runs()
+    models: dict[str, list[RunFolder]] = {}
+    for run in runs:
+        models.setdefault(str(run.config()["model"]["name"]), []).append(run)
+    if of is None:
+        if len(models) > 1:
+            raise InputError(
+                f"'{sweep.path}' holds several models: say which one answers, as in model=replay/{sweep.path}@"
+                f"{next(iter(models))}. It has: {', '.join(sorted(models))}."
+            )
+        return runs
+    found = models.get(of) or [run for run in runs if run.id == of]
+    if not found:
+        raise not_found(f"Model or run of '{sweep.path}'", of, models)
+    return found
+
+
+def _some(numbers: Sequence[int]) -> str:
+    shown = ", ".join(map(str, numbers[:8]))
+    return f"{shown} ... {numbers[-1]}" if len(numbers) > 8 else shown

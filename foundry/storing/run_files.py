@@ -1,0 +1,331 @@
+"""The files of one run; the part of `foundry.storing.store` that deals with a run's folder, and offered there."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import threading
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path, PurePath
+from typing import Any, TypeVar
+
+import msgspec
+import zstandard
+from filelock import FileLock, Timeout
+
+from foundry.errors import RecordError, StorageError
+from foundry.records import NOT_JSON, Call, RunSummary
+from foundry.storing.declaration import declared_in
+from foundry.storing.plain_files import check_folder, is_there, plain
+from foundry.sweep import Run, Sweep, calls_seed
+
+RECORD_STREAMS = ("steps", "messages", "episode", "agents")
+ALWAYS_THERE = ("steps", "messages")
+"""The record files that every run has, if only empty ones."""
+IMAGES = "images"
+KEPT = ("frames", IMAGES)
+"""The folders of pictures."""
+_OWN_HOUSE = frozenset((*RECORD_STREAMS, *KEPT))
+_ENCODE = msgspec.json.Encoder().encode
+T = TypeVar("T")
+
+
+def write_atomically(path: Path, content: bytes) -> None:
+    """Write a file so that a reader or a crash sees either all of it or none."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}.tmp")
+    try:
+        temporary.write_bytes(content)
+        temporary.replace(path)
+    except OSError:
+        temporary.unlink(missing_ok=True)  # what is left of it would fill a full disk further
+        raise
+
+
+def cannot_write(path: Path, error: OSError) -> StorageError:
+    """Return what the system said against writing as an error that ends the sweep."""
+    cause = errno.errorcode.get(error.errno or 0, "error")
+    return StorageError(
+        f"'{path}' cannot be written ({cause}: {error.strerror}): make room or mend it, then go on with foundry resume."
+    )
+
+
+@contextlib.contextmanager
+def storing(path: Path) -> Iterator[None]:
+    """Write at this path.
+
+    Raises:
+        StorageError: the system does not let us.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise cannot_write(path, error) from error
+
+
+def scene_here(config: Mapping[str, Any], scenes: Mapping[str, str], sweep: Path) -> dict[str, Any]:
+    """Return a configuration with its scene read from the sweep's folder, if it came with it.
+
+    Args:
+        config: of a run or a condition.
+        scenes: the files of the scenes that came with the sweep, by the names that it knows them by.
+        sweep: the sweep's folder.
+    """
+    scene = config["world"].get("scene") if isinstance(config.get("world"), Mapping) else None
+    if not isinstance(scene, Mapping):
+        return dict(config)
+    found = scenes.get(str(scene.get("asset")))
+    if found is None:
+        return dict(config)
+    here = {"asset": found, "root": str(sweep)}
+    return {**config, "world": {**config["world"], "scene": {**scene, **here}}}
+
+
+class RunFolder:
+    """Where one run's files are; reads them.
+
+    Attributes:
+        id: the run's id.
+        path: its folder; exists once the run was started.
+        run: the run.
+        factors: the swept overrides and their values for this run's condition.
+        declared: what its world says of its records.
+        streams: the names of its record files without their endings: those that any world may write, then its own.
+        replay_dir: where pictures that are made again from the records go; disposable.
+    """
+
+    def __init__(self, sweep_path: Path, run: Run, sweep: Sweep, scenes: Mapping[str, str] | None = None) -> None:
+        self.id = run.id
+        self.run = run
+        self.path = sweep_path / "runs" / run.id
+        condition = sweep.conditions[run.condition]
+        self.factors = dict(condition.factors)
+        self.declared = condition.declared or declared_in({"config": condition.config})
+        self.streams = (*RECORD_STREAMS, *(name for name in self.declared.streams if name not in _OWN_HOUSE))
+        self._sweep = sweep
+        self._scenes = scenes or {}
+        self._lock_path = sweep_path / "locks" / f"{run.id}.lock"
+        self.replay_dir = sweep_path / "analysis" / "replay" / run.id
+
+    def config(self) -> dict[str, Any]:
+        """Return the effective configuration; a scene that came with the sweep is read from its folder."""
+        return scene_here(self.recorded_config(), self._scenes, self.path.parent.parent)
+
+    def recorded_config(self) -> dict[str, Any]:
+        """Return the effective configuration as the sweep's definition has it."""
+        return self._sweep.config(self.run)
+
+    def pictures(self) -> list[str]:
+        """Return the names of the kept frames and images, relative to the run's folder."""
+        found = [file for kept in KEPT for file in sorted(plain(self.path / kept).glob("*"))]
+        return [file.relative_to(self.path).as_posix() for file in found if plain(file).is_file()]
+
+    @property
+    def calls_seed(self) -> int:
+        """The seed that the sampling seeds of its calls are derived from."""
+        return calls_seed(self.config())
+
+    @property
+    def ended(self) -> bool:
+        """Whether `run.json` is there, so that the run is complete or failed."""
+        return is_there(self.path / "run.json")
+
+    def summary(self) -> RunSummary | None:
+        """Return how the run ended, or None when it has not.
+
+        Raises:
+            RecordError: `run.json` cannot be read.
+        """
+        return json_file(self.path / "run.json", RunSummary)
+
+    def stream_path(self, name: str) -> Path:
+        """Return the file of a stream, whether it is there or not; `calls` is the compressed log.
+
+        Raises:
+            RecordError: it is no file.
+        """
+        return plain(self.path / ("calls.jsonl.zst" if name == "calls" else f"{name}.jsonl"))
+
+    @property
+    def config_file(self) -> Path:
+        """Where the effective configuration is written when the run is started.
+
+        Raises:
+            RecordError: it is no file.
+        """
+        return plain(self.path / "config.yaml")
+
+    def check_plain(self) -> None:
+        """Check that its folder holds files and folders alone.
+
+        Raises:
+            RecordError: it does not.
+        """
+        check_folder(self.path)
+
+    @property
+    def beginning(self) -> str:
+        """A text that changes when the run is started anew, from its first step; empty before the first start."""
+        try:
+            found = self.config_file.stat()
+        except FileNotFoundError:
+            return ""
+        return f"{found.st_mtime_ns:x}-{found.st_ino:x}"
+
+    def steps_bytes(self) -> bytes:
+        """Return the raw lines of `steps.jsonl`; empty when there are none yet."""
+        return self._bytes("steps.jsonl")
+
+    def messages_bytes(self) -> bytes:
+        """Return the raw lines of `messages.jsonl`; empty when there are none yet."""
+        return self._bytes("messages.jsonl")
+
+    def agents_bytes(self) -> bytes:
+        """Return the raw lines of `agents.jsonl`; empty when the world has no personas."""
+        return self._bytes("agents.jsonl")
+
+    def episode_bytes(self) -> bytes:
+        """Return the raw line of `episode.jsonl`; empty when the world writes none."""
+        return self._bytes("episode.jsonl")
+
+    def calls(self) -> Iterator[Call]:
+        """Yield the logged calls; a log cut by a crash yields the calls that are whole."""
+        yield from read_calls(self.path / "calls.jsonl.zst")
+
+    def _bytes(self, name: str) -> bytes:
+        return _content(self.path / name) or b""
+
+    def stamp(self) -> str:
+        """Return a text that changes whenever a file of the run does."""
+        found = []
+        for name in ("run.json", *(f"{stream}.jsonl" for stream in self.streams), "calls.jsonl.zst"):
+            with contextlib.suppress(FileNotFoundError, NotADirectoryError):
+                status = plain(self.path / name).stat()
+                found.append(f"{name} {status.st_size} {status.st_mtime_ns}")
+        return "\n".join(found)
+
+    def files(self) -> list[Path]:
+        """Return its files, `run.json` last."""
+        self.check_plain()
+        found = sorted(file for file in self.path.rglob("*") if file.is_file())
+        return sorted(found, key=lambda file: file.name == "run.json")
+
+    def scene_path(self, key: str) -> Path:
+        """Return where the viewer keeps the exported scene of this and other runs of the sweep; disposable."""
+        return self.path.parent.parent / "viewer" / f"{key}.glb"
+
+    def forget_failure(self) -> None:
+        """Let a failed run be started again."""
+        summary = self.summary()
+        if summary is not None and summary.status != "complete":
+            (self.path / "run.json").unlink()
+
+    @contextlib.contextmanager
+    def claim(self) -> Iterator[bool]:
+        """Hold the run for this process; yields whether it could be had. The system frees it on a crash."""
+        lock = FileLock(self._lock_path, timeout=0)
+        try:
+            self._lock_path.parent.mkdir(parents=True, exist_ok=True)
+            lock.acquire()
+        except Timeout:
+            yield False
+            return
+        except OSError as error:
+            raise cannot_write(self._lock_path, error) from error
+        try:
+            yield True
+        finally:
+            lock.release()
+
+
+def _content(path: Path) -> bytes | None:
+    """Return what a file holds; None when it is not there."""
+    try:
+        return plain(path).read_bytes()
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise RecordError(f"{path} cannot be read: {error}") from error
+
+
+def lines_of(content: bytes, kind: type[T], where: object) -> list[T]:
+    """Return what lines of JSON hold.
+
+    Raises:
+        RecordError: they cannot be read.
+    """
+    try:
+        return msgspec.json.Decoder(kind).decode_lines(content)
+    except NOT_JSON as error:
+        raise RecordError(f"{where} cannot be read: {error}") from error
+
+
+def json_file(path: Path, kind: type[T]) -> T | None:
+    """Return what a JSON file holds; None when it is not there.
+
+    Raises:
+        RecordError: it cannot be read.
+    """
+    content = _content(path)
+    if content is None:
+        return None
+    try:
+        return msgspec.json.decode(content, type=kind)
+    except NOT_JSON as error:
+        raise RecordError(f"{path} cannot be read: {error}") from error
+
+
+def read_calls(path: Path) -> Iterator[Call]:
+    """Yield the calls of a log; none if it is not there, and those that are whole if it was cut."""
+    if not is_there(path):
+        return
+    decode = msgspec.json.Decoder(Call).decode
+    with path.open("rb") as file, zstandard.ZstdDecompressor().stream_reader(file) as reader:
+        try:
+            yield from (decode(line) for line in _whole_lines(reader))
+        except NOT_JSON as error:
+            raise RecordError(f"{path} cannot be read: {error}") from error
+
+
+def calls_bytes(calls: Iterable[Call]) -> bytes:
+    """Return a log of calls as it is kept."""
+    return zstandard.ZstdCompressor(level=3).compress(b"".join(_ENCODE(call) + b"\n" for call in calls))
+
+
+def _whole_lines(reader: Any) -> Iterator[bytes]:
+    rest = b""
+    while True:
+        try:
+            chunk = reader.read(1 << 20)
+        except zstandard.ZstdError:
+            return
+        if not chunk:
+            return
+        *lines, rest = (rest + chunk).split(b"\n")
+        yield from lines
+
+
+def frame_name(step: int) -> str:
+    """Return the path of the picture after a step in its run's folder (0: the initial state)."""
+    return f"frames/step_{step:04d}.png"
+
+
+def kept_file(run: Path, name: str) -> bytes | None:
+    """Return a picture in the folder of a run by the name that its records say, or None when it was not kept.
+
+    Raises:
+        RecordError: the name leads out of the folder.
+    """
+    try:
+        for part in list(PurePath(name).parents)[-2::-1]:
+            plain(run / part)
+        file = plain(run / name).resolve(strict=True)
+        inside = file.is_relative_to(run.resolve())
+        content = file.read_bytes() if inside else b""
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as error:
+        raise RecordError(f"The picture {name!r} of {run.name} cannot be read: {error}") from error
+    if not inside:
+        raise RecordError(f"The picture {name!r} of {run.name} is refused: it is not in the run's folder.")
+    return content

@@ -1,0 +1,175 @@
+"""Writes the files of one run; the part of `foundry.storing.store` that a worker needs."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import io
+import shutil
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import msgspec
+import zstandard
+
+from foundry.errors import StorageError, UndeclaredError
+from foundry.records import Call, Counts, Member, Record, RunSummary, SeenImage
+from foundry.storing.store import (
+    ALWAYS_THERE,
+    IMAGES,
+    KEPT,
+    RECORD_STREAMS,
+    RunFolder,
+    frame_name,
+    storing,
+    write_atomically,
+)
+
+_ENCODE = msgspec.json.Encoder().encode
+
+
+class RunWriter:
+    """Writes one run's files; `run.json` is written last, from what it counted.
+
+    Everything here raises StorageError when the system does not let it write.
+
+    Attributes:
+        folder: the run.
+        counts: totals so far.
+        members: the models of a mixed population.
+    """
+
+    def __init__(self, folder: RunFolder, config_text: str) -> None:
+        self.folder = folder
+        self.counts = Counts()
+        self.members: tuple[Member, ...] = ()
+        self._files: dict[str, io.FileIO] = {}
+        self._hashes: dict[str, hashlib._Hash] = {}
+        with storing(folder.path), contextlib.ExitStack() as undo:
+            undo.callback(self._close_files)
+            self._begin(folder.path, config_text)
+            undo.pop_all()
+
+    def _begin(self, path: Path, config_text: str) -> None:
+        path.mkdir(parents=True, exist_ok=True)
+        if path.is_symlink() or path.parent.is_symlink():  # what is there is not the sweep's, and would be removed
+            raise StorageError(f"'{path}' is refused: it is a link to another place, not a run's folder.")
+        (path / "run.json").unlink(missing_ok=True)
+        for kept in KEPT:
+            _clear(path / kept)
+        for name in set(self.folder.streams).difference(ALWAYS_THERE):
+            (path / f"{name}.jsonl").unlink(missing_ok=True)
+        write_atomically(path / "config.yaml", config_text.encode())
+        for name in ALWAYS_THERE:
+            self._open(name)
+        self._calls_file = _fresh(path / "calls.jsonl.zst").open("wb")
+        self._calls = zstandard.ZstdCompressor(level=3).stream_writer(self._calls_file)
+
+    def _open(self, name: str) -> None:
+        self._files[name] = _fresh(self.folder.path / f"{name}.jsonl").open("wb", buffering=0)
+        self._hashes[name] = hashlib.sha256()
+
+    def append(self, records: Sequence[Record]) -> None:
+        """Append records to their files, one write a file, so that a crash leaves whole lines.
+
+        Raises:
+            UndeclaredError: the world did not say that it writes such records.
+        """
+        by_stream: dict[str, list[Record]] = {}
+        for record in records:
+            by_stream.setdefault(record.stream, []).append(record)
+        self._check_declared(by_stream)
+        for name, mine in by_stream.items():
+            if name != IMAGES:
+                with storing(self.folder.stream_path(name)):
+                    self._append(name, b"\n".join(map(_ENCODE, mine)) + b"\n")
+        for record in records:
+            record.tally(self.counts)
+            if isinstance(record, SeenImage):
+                self._keep(record.path, record.content)
+
+    def _check_declared(self, names: Iterable[str]) -> None:
+        known = self.folder.declared.streams or dict.fromkeys((*RECORD_STREAMS, IMAGES))
+        for name in names:
+            if name not in known:
+                raise UndeclaredError(
+                    f"the world wrote a record of stream '{name}', which it did not declare: it declares "
+                    f"{', '.join(known)}; add the record's class to `records` of its Scenario."
+                )
+
+    def _append(self, name: str, content: bytes) -> None:
+        if name not in self._files:
+            self._open(name)
+        left = memoryview(content)
+        while left:  # a disk that is almost full takes a part and raises no error
+            left = left[self._files[name].write(left) :]
+        self._hashes[name].update(content)
+
+    def append_calls(self, calls: Iterable[Call]) -> None:
+        """Append calls to the compressed log and flush a block."""
+        with storing(self.folder.stream_path("calls")):
+            for call in calls:
+                self._calls.write(_ENCODE(call) + b"\n")
+                self._count(call)
+            self._calls.flush(zstandard.FLUSH_BLOCK)
+            self._calls_file.flush()
+
+    def _count(self, call: Call) -> None:
+        self.counts.calls += 1
+        self.counts.cached += call.cached
+        self.counts.retries += 0 if call.cached else len(call.attempts)
+        self.counts.prompt_tokens += call.prompt_tokens or 0
+        self.counts.output_tokens += call.output_tokens or 0
+        self.counts.model_s = (self.counts.model_s or 0.0) + call.timings.get("latency", 0.0)
+
+    def frame(self, step: int, png: bytes) -> None:
+        """Keep a picture of the state after `step` (0: the initial state)."""
+        self._keep(frame_name(step), png)
+
+    def _keep(self, name: str, content: bytes) -> None:
+        path = self.folder.path / name
+        with storing(path):
+            path.parent.mkdir(exist_ok=True)
+            path.write_bytes(content)
+
+    def digests(self) -> dict[str, str]:
+        """Return the SHA-256 of every record file as written so far."""
+        return {f"{name}.jsonl": state.hexdigest() for name, state in self._hashes.items()}
+
+    def close(self) -> None:
+        """Close the files; what was appended stays."""
+        with storing(self.folder.path):
+            try:
+                self._calls.close()  # type: ignore[no-untyped-call]
+            finally:
+                self._close_files()
+
+    def _close_files(self) -> None:
+        for file in self._files.values():
+            file.close()
+
+
+def _clear(folder: Path) -> None:
+    """Remove a folder with all that is in it; of a link, which would be written through, the link alone."""
+    if folder.is_dir() and not folder.is_symlink():
+        shutil.rmtree(folder)
+    else:
+        folder.unlink(missing_ok=True)
+
+
+def _fresh(path: Path) -> Path:
+    """Return the path with nothing there, since a link there would be followed."""
+    path.unlink(missing_ok=True)
+    return path
+
+
+def write_run_summary(folder: RunFolder, summary: RunSummary) -> None:
+    """Write `run.json` atomically.
+
+    Raises:
+        StorageError: the system does not let us.
+    """
+    content = msgspec.json.format(_ENCODE(summary), indent=2)
+    with storing(folder.path / "run.json"):
+        folder.path.mkdir(parents=True, exist_ok=True)
+        write_atomically(folder.path / "run.json", content + b"\n")

@@ -1,0 +1,96 @@
+"""The content of `sweep.yaml`: a sweep as asked and as expanded."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import msgspec
+import yaml
+
+from foundry.storing.declaration import declared_in
+from foundry.storing.plain_yaml import load_plain
+from foundry.storing.sweep_shape import check_shape
+from foundry.sweep import Condition, Run, Sweep, check_names
+
+_ENCODE = msgspec.json.Encoder().encode
+_RUNS = "\nruns:\n"
+_RUN_ID = re.compile(r"[a-z0-9][a-z0-9-]{0,99}")
+_RUN_LINES = re.compile(r'(?:- \{"id":"[\w-]+","condition":\d+,"seed":\d+\}\n)*')
+_Dumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+
+
+def to_yaml(value: Any) -> str:
+    """Return the value as block-style YAML, keys in their order, non-ASCII text as it is."""
+    return str(yaml.dump(value, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=110))
+
+
+def sweep_text(sweep: Sweep, settings: Mapping[str, Any], models: Sequence[Mapping[str, Any]]) -> str:
+    """Return the content of `sweep.yaml`."""
+    head = {
+        "asked": list(sweep.asked),
+        "definition": sweep.definition,
+        "models": [dict(model) for model in models],
+        "settings": dict(settings),
+        "conditions": [
+            {
+                "factors": dict(condition.factors),
+                "seeds": list(condition.seeds),
+                "config": dict(condition.config),
+                **({} if condition.declared is None else {"declared": msgspec.to_builtins(condition.declared)}),
+            }
+            for condition in sweep.conditions
+        ],
+    }
+    text = io.StringIO()
+    text.write(to_yaml(head))
+    # One JSON object a line is YAML too, and many times faster to write than nested blocks.
+    text.write("runs:\n")
+    for run in sweep.runs:
+        line = {"id": run.id, "condition": run.condition, "seed": run.seed}
+        text.write(f"- {_ENCODE(line).decode()}\n")
+    return text.getvalue()
+
+
+def sweep_content(text: str, where: object) -> Any:
+    """Return what `sweep.yaml` holds; its runs, which may be very many, are read as the JSON that they are.
+
+    Args:
+        text: the content of the file.
+        where: what an error calls it.
+
+    Raises:
+        RecordError: it is no YAML of plain values, or too much of it.
+    """
+    head, found, runs = text.rpartition(_RUNS)
+    if not found or not _RUN_LINES.fullmatch(runs):
+        return load_plain(text, where)
+    lines = runs.replace("- {", "{")
+    return load_plain(head, where) | {"runs": msgspec.json.Decoder(dict[str, Any]).decode_lines(lines)}
+
+
+def sweep_from(content: Mapping[str, Any]) -> Sweep:
+    """Return the sweep that `sweep.yaml` describes.
+
+    Raises:
+        InputError: a part has a name that no table can show.
+        ValueError: a part has another shape, or a run has a name that is no run's, which might lead elsewhere, or no
+            condition.
+    """
+    check_shape(content)
+    conditions = tuple(
+        Condition(entry["factors"], entry["config"], tuple(entry["seeds"]), declared_in(entry))
+        for entry in content["conditions"]
+    )
+    runs = tuple(Run(entry["id"], entry["condition"], entry["seed"]) for entry in content["runs"])
+    check_names(conditions)
+    if not runs:
+        raise ValueError("it has no runs")
+    for run in runs:
+        if not _RUN_ID.fullmatch(run.id):
+            raise ValueError(f"{run.id!r} is no id of a run")
+        if run.condition not in range(len(conditions)):
+            raise ValueError(f"run {run.id} has no condition")
+    return Sweep(asked=tuple(content["asked"]), conditions=conditions, runs=runs)

@@ -1,0 +1,138 @@
+"""Which replies of a sweep could not be read: how many, some of them, and what can be done about it."""
+
+from __future__ import annotations
+
+import contextlib
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import islice
+from typing import Any
+
+import msgspec
+
+from foundry.errors import RecordError
+from foundry.records import NOT_JSON, Call, Outcome, RunSummary
+from foundry.storing.store import RunFolder
+from foundry.texts import visible
+
+LEAST_SHARE = 0.02
+"""From this share on a model's unread replies are worth a word."""
+
+_UNREAD = {Outcome.UNREADABLE: "without a decision in them", Outcome.TRUNCATED: "cut by the length limit before it"}
+_EXAMPLES = 3
+_SHOWN = 160
+"""Characters of an example."""
+
+_OUTCOME = "outcome"
+
+
+@dataclass
+class Unread:
+    """What of a model's replies could not be read.
+
+    Attributes:
+        model: its name.
+        replies: how many there are.
+        outcomes: how many could not be read, by outcome.
+        examples: some of them, each on one line.
+        schema: whether `model.format=schema` would hold them to the form that is asked for.
+    """
+
+    model: str
+    replies: int = 0
+    outcomes: Counter[str] = field(default_factory=Counter)
+    examples: list[str] = field(default_factory=list)
+    schema: bool = False
+
+    @property
+    def share(self) -> float:
+        """Share of the replies that could not be read, 0 to 1."""
+        return self.outcomes.total() / self.replies if self.replies else 0.0
+
+    def lines(self) -> list[str]:
+        """Return what there is to say; the texts of the model are safe to show on a terminal."""
+        kinds = ", ".join(f"{count:,} {_UNREAD[Outcome(outcome)]}" for outcome, count in self.outcomes.items())
+        said = f"{visible(self.model)}: {self.share:.1%} of {self.replies:,} replies could not be read ({kinds})"
+        said += ", such as" if self.examples else ""
+        hint = ["model.format=schema holds this model's replies to the form that is asked for"] if self.schema else []
+        return [said, *(f"  {example}" for example in self.examples), *(f"  {line}" for line in hint)]
+
+
+def unread(runs: Iterable[RunFolder], least: float = LEAST_SHARE) -> list[Unread]:
+    """Return what could not be read of each model of which that is at least such a share.
+
+    Args:
+        runs: the runs of a sweep; those that have not ended do not count.
+        least: the share, 0 to 1.
+
+    Raises:
+        RecordError: the summary of a run cannot be read.
+    """
+    found: dict[str, Unread] = {}
+    having: dict[str, list[RunFolder]] = {}
+    for run in runs:
+        summary = run.summary()
+        if summary is None:
+            continue
+        one = found.setdefault(summary.model, Unread(summary.model))
+        outcomes = _outcomes(summary)
+        one.replies += outcomes.total()
+        lost = Counter({outcome: outcomes[outcome] for outcome in _UNREAD if outcomes[outcome]})
+        one.outcomes += lost
+        if lost:
+            having.setdefault(summary.model, []).append(run)
+    told = [one for one in found.values() if one.outcomes and one.share >= least]
+    for one in told:
+        _illustrate(one, having[one.model])
+    return told
+
+
+def _outcomes(summary: RunSummary) -> Counter[str]:
+    return Counter(summary.counts.outcomes) + Counter(summary.counts.message_outcomes)
+
+
+def _illustrate(one: Unread, runs: Iterable[RunFolder]) -> None:
+    """Add examples with different texts, and whether a schema would help with what they were asked."""
+    asked = ((run, call) for run in runs for call in _unread_calls(run))
+    texts: dict[str, tuple[RunFolder, Call]] = {}
+    for run, call in asked:
+        texts.setdefault(call.text, (run, call))
+        if len(texts) == _EXAMPLES:
+            break
+    for run, call in texts.values():
+        place = f"{run.id}, step {call.step}, agent {call.agent}, {call.kind}"
+        one.examples.append(f"{place}: {_shortened(call.text)}")
+        one.schema = one.schema or _takes_schema(run.config()["model"], call.kind)
+
+
+def _unread_calls(run: RunFolder) -> Iterator[Call]:
+    """Yield the calls of a run whose replies could not be read; none from where its files are damaged."""
+    with contextlib.suppress(RecordError, *NOT_JSON):
+        places = set(islice(_unread_places(run), _EXAMPLES * 20))
+        for call in run.calls() if places else ():
+            if {(call.step, call.agent, call.kind), (call.step, call.agent, "")} & places:
+                yield call
+
+
+def _unread_places(run: RunFolder) -> Iterator[tuple[int, int, str]]:
+    """Yield step, agent and kind of question; the kind is "" where a step has but one outcome."""
+    for line in run.steps_bytes().splitlines():
+        step = msgspec.json.decode(line, type=dict[str, Any])
+        names = [name for name in step if name.endswith(_OUTCOME)]
+        for name in names:
+            if str(step[name]) in _UNREAD:
+                kind = name.removesuffix(_OUTCOME).rstrip("_") or ("action" if len(names) > 1 else "")
+                yield step.get("step", 0), step.get("agent", 0), kind
+
+
+def _takes_schema(config: Mapping[str, Any], kind: str) -> bool:
+    """Tell whether a model, or a member of a population, could be held to a schema of this question and is not."""
+    if "format" in config and config["format"] is None and kind in (config.get("schemas") or {}):
+        return True
+    return any(_takes_schema(value, kind) for value in config.values() if isinstance(value, Mapping))
+
+
+def _shortened(text: str) -> str:
+    said = " ".join(visible(text[: _SHOWN * 4]).split())
+    return said if len(said) <= _SHOWN else f"{said[: _SHOWN - 3]}..."

@@ -1,0 +1,1 @@
+"""Runs of the camera form in the viewer."""

@@ -1,0 +1,290 @@
+"""A run's scene as GLB (binary glTF 2.0), for the 3D part of the viewer.
+
+It shows what the model was shown: the triangles, pictures and colours as foundry draws them, light included, so that
+nothing is lit again (`KHR_materials_unlit`). The file also holds the agent's eye as a glTF camera, at its height
+above the foot, with the body's height in the camera node's `extras`; the root node's `extras.targets` are the boxes
+around the prims that may be asked for, in metres, Z up.
+
+Written by hand: libraries that write GLB leave the packing of the buffers to their caller or cannot write unlit
+materials, and the format is a header, a JSON text and one block of bytes.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import io
+import struct
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+
+from foundry.errors import InputError
+from foundry.storing.store import RunFolder, write_atomically
+
+if TYPE_CHECKING:
+    from foundry.worlds.camera.scene import Scene, SceneMesh, UInt8Array
+
+LARGEST_PX = 1024
+"""A larger texture is reduced: it would be most of the file, and a browser shows no more of it."""
+JPEG_QUALITY = 80
+
+_FLOAT, _UINT32, _UINT8 = 5126, 5125, 5121
+_VERTICES, _INDICES = 34962, 34963
+_WRAPS = {"repeat": 10497, "mirror": 33648, "clamp": 33071}
+_TO_Y_UP = (-0.7071067811865476, 0.0, 0.0, 0.7071067811865476)
+"""Quaternion (x, y, z, w) that turns foundry's Z up into glTF's Y up."""
+
+
+def kept_scene_glb(run: RunFolder) -> bytes | None:
+    """Return the scene of a run as GLB; exported once a sweep, then read from the sweep's folder.
+
+    None when the world has no scene, or nothing is recorded yet. A sweep that was looked at once needs its scene's
+    file no more.
+
+    Raises:
+        InputError: the scene's file is not there any more, or is another one.
+    """
+    line = run.episode_bytes().partition(b"\n")[0]
+    if not line:
+        return None
+    sha256 = str(msgspec.json.decode(line)["scene_sha256"])
+    kept = run.scene_path(_key(run.config(), sha256))
+    if kept.is_file():
+        return kept.read_bytes()
+    content = scene_glb(run.config(), sha256=sha256)
+    if content is not None:
+        # Where the folder may only be read, the scene is exported again the next time.
+        with contextlib.suppress(OSError):
+            kept.parent.mkdir(exist_ok=True)
+            write_atomically(kept, content)
+    return content
+
+
+def _key(run_config: Mapping[str, Any], scene_sha256: str) -> str:
+    """Return a digest of all that the GLB of a scene depends on."""
+    world = run_config["world"]
+    parts = [scene_sha256, *(world[name] for name in ("scene", "camera", "body", "targets"))]
+    return hashlib.sha256(msgspec.json.encode(parts, order="sorted")).hexdigest()[:16]
+
+
+def scene_glb(run_config: Mapping[str, Any], *, sha256: str | None = None) -> bytes | None:
+    """Return the scene of a run as GLB, Y up and in metres; None when its world has none.
+
+    Args:
+        run_config: the effective configuration of the run.
+        sha256: the digest that the scene must have; None for any.
+
+    Raises:
+        InputError: the scene's file is not there any more, or is another one.
+    """
+    world = run_config["world"]
+    asset = world.get("scene")
+    if not isinstance(asset, Mapping):
+        return None
+    from foundry.worlds.camera.loading.locating import find_asset
+    from foundry.worlds.camera.loading.stage import load_scene
+
+    scene = load_scene(find_asset(str(asset["asset"])), exclude=tuple(asset["exclude"]), root=asset.get("root"))
+    if sha256 is not None and scene.sha256 != sha256:
+        raise InputError(
+            f"Scene '{scene.source}' is not the one of the run (SHA-256 {scene.sha256[:12]}, in the records "
+            f"{sha256[:12]}): give the file back that the run was in."
+        )
+    return _to_glb(scene, world["camera"], world["body"], _target_boxes(scene, world["targets"]))
+
+
+def _target_boxes(scene: Scene, targets: Sequence[Mapping[str, Any]]) -> dict[str, list[list[float]]]:
+    """Return the lowest and the highest corner of the prims that may be asked for, by path, metres."""
+    from foundry.worlds.camera.surroundings import is_below
+
+    patterns = [pattern for target in targets for pattern in target["prims"]]
+    wanted = [mesh for mesh in scene.meshes if any(is_below(mesh.path, pattern) for pattern in patterns)]
+    return {mesh.path: [mesh.points.min(axis=0).tolist(), mesh.points.max(axis=0).tolist()] for mesh in wanted}
+
+
+def _to_glb(
+    scene: Scene, camera: Mapping[str, Any], body: Mapping[str, Any], targets: Mapping[str, list[list[float]]]
+) -> bytes:
+    """Return a scene and the agent's eye as GLB.
+
+    Args:
+        scene: the scene.
+        camera: width and height, pixels, and `fov`, the vertical field of view, degrees.
+        body: `height` and `eye_height`, metres.
+        targets: boxes of the prims that may be asked for, by path.
+    """
+    file = _File()
+    root = file.add("nodes", {"name": scene.name, "rotation": _TO_Y_UP, "extras": {"targets": targets}})
+    children = [file.add("nodes", {"mesh": file.mesh(batch)}) for batch in _batches(scene.meshes)]
+    lens = {"yfov": float(np.radians(camera["fov"])), "aspectRatio": camera["width"] / camera["height"], "znear": 0.02}
+    eye = {
+        "name": "eye",
+        "camera": file.add("cameras", {"type": "perspective", "perspective": lens}),
+        "translation": [0.0, 0.0, body["eye_height"]],
+        "extras": {"body_height": body["height"]},
+    }
+    file.parts["nodes"][root]["children"] = [*children, file.add("nodes", eye)]
+    return file.content(root)
+
+
+def _batches(meshes: Sequence[SceneMesh]) -> list[list[SceneMesh]]:
+    """Return the meshes that look alike together, the opaque ones first; invisible ones are left out."""
+    found: dict[tuple[object, ...], list[SceneMesh]] = {}
+    for mesh in meshes:
+        if mesh.opacity > 0:
+            found.setdefault((mesh.opacity, id(mesh.texture), mesh.wrap), []).append(mesh)
+    return sorted(found.values(), key=lambda batch: -batch[0].opacity)
+
+
+@dataclass
+class _File:
+    """A glTF file in the making: its JSON by arrays, its bytes, and the textures that are in it."""
+
+    parts: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
+    _bytes: bytearray = field(default_factory=bytearray)
+    _textures: dict[tuple[int, str], int] = field(default_factory=dict)
+
+    def add(self, kind: str, part: dict[str, Any]) -> int:
+        """Append a part to one of the arrays and return its number."""
+        array = self.parts.setdefault(kind, [])
+        array.append(part)
+        return len(array) - 1
+
+    def mesh(self, batch: Sequence[SceneMesh]) -> int:
+        """Add meshes that look alike as one."""
+        corners = _corners(batch)
+        attributes = {
+            "POSITION": self._accessor(corners.points, _FLOAT, "VEC3", _VERTICES, bounded=True),
+            "COLOR_0": self._accessor(corners.colours, _UINT8, "VEC4", _VERTICES),
+        }
+        if batch[0].texture is not None:
+            attributes["TEXCOORD_0"] = self._accessor(corners.uvs, _FLOAT, "VEC2", _VERTICES)
+        indices = self._accessor(corners.triangles.reshape(-1, 1), _UINT32, "SCALAR", _INDICES)
+        primitive = {"attributes": attributes, "indices": indices, "material": self._material(batch[0])}
+        return self.add("meshes", {"primitives": [primitive]})
+
+    def _material(self, mesh: SceneMesh) -> int:
+        look: dict[str, Any] = {"baseColorFactor": [1.0, 1.0, 1.0, mesh.opacity], "metallicFactor": 0.0}
+        translucent = mesh.opacity < 1
+        if mesh.texture is not None:
+            look["baseColorTexture"] = {"index": self._texture(mesh.texture, mesh.wrap)}
+            translucent = translucent or _has_holes(mesh.texture)
+        return self.add(
+            "materials",
+            {
+                "pbrMetallicRoughness": look,
+                "alphaMode": "BLEND" if translucent else "OPAQUE",
+                "doubleSided": True,
+                "extensions": {"KHR_materials_unlit": {}},
+            },
+        )
+
+    def _texture(self, pixels: UInt8Array, wrap: str) -> int:
+        key = (id(pixels), wrap)
+        if key not in self._textures:
+            kind, content = _encoded(pixels)
+            image = self.add("images", {"mimeType": kind, "bufferView": self._view(content)})
+            sampler = self.add("samplers", {"wrapS": _WRAPS[wrap], "wrapT": _WRAPS[wrap]})
+            self._textures[key] = self.add("textures", {"source": image, "sampler": sampler})
+        return self._textures[key]
+
+    def _accessor(
+        self, values: npt.NDArray[Any], component: int, kind: str, target: int, *, bounded: bool = False
+    ) -> int:
+        part: dict[str, Any] = {
+            "bufferView": self._view(values.tobytes(), target),
+            "componentType": component,
+            "count": len(values),
+            "type": kind,
+        }
+        if component == _UINT8:
+            part["normalized"] = True
+        if bounded:
+            part |= {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()}
+        return self.add("accessors", part)
+
+    def _view(self, content: bytes, target: int | None = None) -> int:
+        part = {"buffer": 0, "byteOffset": len(self._bytes), "byteLength": len(content)}
+        self._bytes += content + b"\0" * (-len(content) % 4)
+        return self.add("bufferViews", part if target is None else {**part, "target": target})
+
+    def content(self, root: int) -> bytes:
+        """Return the file, showing one node and what is below it."""
+        head = {
+            "asset": {"version": "2.0", "generator": "foundry"},
+            "extensionsUsed": ["KHR_materials_unlit"],
+            "scene": 0,
+            "scenes": [{"nodes": [root]}],
+            **self.parts,
+            "buffers": [{"byteLength": len(self._bytes)}],
+        }
+        text = msgspec.json.encode(head)
+        text += b" " * (-len(text) % 4)
+        chunks = struct.pack("<I4s", len(text), b"JSON") + text
+        chunks += struct.pack("<I4s", len(self._bytes), b"BIN\0") + bytes(self._bytes)
+        return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
+@dataclass(frozen=True, eq=False)
+class _Corners:
+    """Distinct corners: points (n, 3), linear colours (n, 4), texture coordinates (n, 2); triangles (m, 3)."""
+
+    points: npt.NDArray[np.float32]
+    colours: UInt8Array
+    uvs: npt.NDArray[np.float32]
+    triangles: npt.NDArray[np.uint32]
+
+
+def _corners(batch: Sequence[SceneMesh]) -> _Corners:
+    """Return the corners of meshes, those alike only once: colours hold the light, so normals need not differ."""
+    from foundry.worlds.camera.eye.batches import lit_colours, with_normals
+    from foundry.worlds.camera.loading.placing import weld
+
+    meshes = [with_normals(mesh) for mesh in batch]
+    starts = np.cumsum([0, *(len(mesh.points) for mesh in meshes)])
+    points = np.concatenate([mesh.points for mesh in meshes])
+    colours = _linear(np.concatenate([lit_colours(mesh) for mesh in meshes]))
+    uvs = np.concatenate([np.zeros((len(mesh.points), 2)) if mesh.uvs is None else mesh.uvs for mesh in meshes])
+    triangles = np.concatenate([mesh.triangles + start for mesh, start in zip(meshes, starts, strict=False)])
+    first, distinct = weld([points, colours, uvs])
+    return _Corners(
+        points=points[first].astype(np.float32),
+        colours=np.pad(colours[first], ((0, 0), (0, 1)), constant_values=255),
+        # A texture's origin is at its lower left in foundry, at its upper left in glTF.
+        uvs=(uvs[first] * [1, -1] + [0, 1]).astype(np.float32),
+        triangles=distinct[triangles].astype(np.uint32),
+    )
+
+
+def _linear(srgb: UInt8Array) -> UInt8Array:
+    """Return colours as linear light, as glTF has them at the corners."""
+    from foundry.worlds.camera.loading.textures import to_linear
+
+    return np.round(to_linear(srgb / 255.0) * 255).astype(np.uint8)
+
+
+def _has_holes(pixels: UInt8Array) -> bool:
+    return pixels.shape[2] == 4 and bool((pixels[..., 3] < 255).any())
+
+
+def _encoded(pixels: UInt8Array) -> tuple[str, bytes]:
+    """Return the media type and the content of a texture, as PNG or JPEG, whichever is smaller and can hold it."""
+    holes = _has_holes(pixels)
+    picture = Image.fromarray(pixels).convert("RGBA" if holes else "RGB")
+    picture.thumbnail((LARGEST_PX, LARGEST_PX))
+    found = {"image/png": _saved(picture, "PNG", optimize=True)}
+    if not holes:
+        found["image/jpeg"] = _saved(picture, "JPEG", quality=JPEG_QUALITY)
+    return min(found.items(), key=lambda one: len(one[1]))
+
+
+def _saved(picture: Image.Image, kind: str, **options: Any) -> bytes:
+    content = io.BytesIO()
+    picture.save(content, kind, **options)
+    return content.getvalue()

@@ -1,0 +1,88 @@
+"""A run of a 3D world: its decisions one by one, and the facts of its episode."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import msgspec
+
+from foundry.errors import RecordError
+from foundry.records import NOT_JSON, CameraEpisode, CameraStep
+from foundry.viewer.run_view import OUTCOMES, UNDECIDED, RunView
+
+_OUTCOME_CODES = {name: code for code, name in enumerate(OUTCOMES)}
+
+
+class CameraView(RunView):
+    """See `docs/viewer.md` for the keys of what is returned."""
+
+    kind = "camera"
+
+    @property
+    def agents(self) -> int:
+        """Number of agents."""
+        return 1
+
+    def about_world(self) -> dict[str, Any]:
+        """Return the facts of the episode, null until the run has begun, and where its images are."""
+        return {"episode": self.episode(), "folder": self._folder}
+
+    @property
+    def _folder(self) -> str:
+        return "/".join(self.folder.path.parts[-2:])
+
+    def images(self) -> list[str]:
+        """Return the images that the steps name, by their path in the sweep's folder."""
+        return [f"{self._folder}/{row.image}" for row in self._rows(1, self.done) if row.image is not None]
+
+    def episode(self) -> CameraEpisode | None:
+        """Return the facts of the episode, or None until the run has begun.
+
+        Raises:
+            RecordError: they cannot be read.
+        """
+        lines = self.folder.episode_bytes().splitlines(keepends=True)
+        if not lines or not lines[0].endswith(b"\n"):
+            return None
+        try:
+            return msgspec.json.decode(lines[0], type=CameraEpisode)
+        except NOT_JSON as error:
+            raise RecordError(f"{self.folder.stream_path('episode')} cannot be read: {error}") from error
+
+    def frames(self, first: int, last: int) -> dict[str, Any]:
+        """Return the records as they are."""
+        return {"first": first, "last": last, "steps": self._rows(first, last)}
+
+    def marks(self, first: int, last: int) -> dict[str, list[int]]:
+        """Return, by step, whether it was undecided, repaired, stopped by a boundary, or at the goal."""
+        rows = self._rows(first, last)
+        return {
+            "undecided": [int(row.outcome in UNDECIDED) for row in rows],
+            "repaired": [int(row.outcome == "repaired") for row in rows],
+            "boundary": [int(row.boundary is not None) for row in rows],
+            "success": [int(row.success) for row in rows],
+        }
+
+    def texts(self, first: int, last: int) -> list[tuple[int, int, str]]:
+        """Return the replies."""
+        return [(row.step, row.agent, row.reply) for row in self._rows(first, last)]
+
+    def track(self, agent: int) -> dict[str, Any]:
+        """Return the poses and the outcomes."""
+        rows = self._rows(1, self.done)
+        return {
+            "poses": [row.pose for row in rows] + [row.pose_next for row in rows[-1:]],
+            "outcome": [_OUTCOME_CODES[row.outcome] for row in rows],
+        }
+
+    def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
+        """Yield the one agent's track."""
+        yield 0, self.track(0)
+
+    def received(self, first: int, last: int, agent: int | None = None) -> Mapping[int, list[tuple[int, int, str]]]:
+        """Return nothing: there is nobody to talk to."""
+        return {}
+
+    def _rows(self, first: int, last: int) -> Sequence[CameraStep]:
+        return self.read_steps(first, last, CameraStep)

@@ -1,0 +1,113 @@
+"""Writes the page and the records as a folder of files that a browser opens without any server."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from foundry.errors import InputError
+from foundry.storing.store import RunFolder
+from foundry.viewer.camera.view import CameraView
+from foundry.viewer.catalog import ROWS_PER_PAGE, CatalogedSweep
+from foundry.viewer.files import STATIC, inside
+from foundry.viewer.resources import Resources, addresses_of_run, resources_of_agents
+
+DECISIONS_PER_CHUNK = 50
+"""Steps of one agent in a file: few files, and none too large."""
+_NOT_COPIED = ("source_http.js", "source_files.js")
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What was written.
+
+    Attributes:
+        page: the file to open.
+        runs: number of runs.
+        files: number of files.
+        size: bytes.
+    """
+
+    page: Path
+    runs: int
+    files: int
+    size: int
+
+
+def export(root: Path, out: Path) -> Exported:
+    """Write the page of a sweep, or of a folder of sweeps, into a new folder.
+
+    Raises:
+        InputError: there is no sweep, or the folder to write to holds files.
+        RecordError: a record cannot be read.
+    """
+    resources = Resources(root, decisions_per_chunk=DECISIONS_PER_CHUNK)
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise InputError(f"'{out}' holds files: name a new or an empty folder for the export.")
+    shutil.copytree(STATIC, out, ignore=shutil.ignore_patterns(*_NOT_COPIED), dirs_exist_ok=True)
+    shutil.copyfile(STATIC / "source_files.js", out / "source.js")
+    runs = 0
+    try:
+        _write(out, "sweeps", resources.get("sweeps").content)
+        for sweep in resources.catalog.sweeps():
+            runs += _export_sweep(resources, sweep, out)
+    finally:
+        resources.close()
+    files = [path for path in out.rglob("*") if path.is_file()]
+    return Exported(out / "index.html", runs, len(files), sum(path.stat().st_size for path in files))
+
+
+def _export_sweep(resources: Resources, sweep: CatalogedSweep, out: Path) -> int:
+    for address in _addresses_of_sweep(sweep):
+        _write(out, address, resources.get(address).content)
+    for link in sweep.head()["links"]:
+        _copy(sweep, link["path"], out)
+    for folder in sweep.runs():
+        _export_run(resources, sweep, folder, out)
+    return len(sweep.runs())
+
+
+def _export_run(resources: Resources, sweep: CatalogedSweep, folder: RunFolder, out: Path) -> None:
+    view, run = resources.view(sweep.id, folder.id), f"run/{sweep.id}/{folder.id}"
+    for part in addresses_of_run(view):
+        address = f"{run}/{part}"
+        _write(out, address, _scene(resources, address) if part == "scene" else resources.get(address).content)
+    for part, resource in resources_of_agents(view):
+        _write(out, f"{run}/{part}", resource.content)
+    if isinstance(view, CameraView):
+        for image in view.images():
+            _copy(sweep, image, out)
+
+
+def _addresses_of_sweep(sweep: CatalogedSweep) -> Iterator[str]:
+    yield f"sweep/{sweep.id}"
+    yield from (f"sweep/{sweep.id}/rows/{page}" for page in range(-(-len(sweep.runs()) // ROWS_PER_PAGE)))
+    yield from (f"sweep/{sweep.id}/measure/{index}" for index in range(len(sweep.measures())))
+
+
+def _scene(resources: Resources, address: str) -> bytes:
+    """Return the scene, or nothing when its files are not there any more: the way is shown without it."""
+    try:
+        return resources.get(address).content
+    except InputError:
+        return b""
+
+
+def _copy(sweep: CatalogedSweep, relative: str, out: Path) -> None:
+    source = inside(sweep.folder.path, relative)
+    if source is not None:
+        target = out / "files" / sweep.id / relative
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(source, target)
+
+
+def _write(out: Path, address: str, content: bytes) -> None:
+    """Write a resource as a script; base64, so that no text of a record is ever part of a script."""
+    packed = base64.b64encode(gzip.compress(content, 6, mtime=0)).decode()
+    target = out / "data" / f"{address}.js"
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_text(f'"use strict";Foundry.received("{address}","{packed}");\n', encoding="ascii")

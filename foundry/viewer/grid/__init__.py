@@ -1,0 +1,1 @@
+"""Runs of the grid form in the viewer."""

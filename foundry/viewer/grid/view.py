@@ -1,0 +1,179 @@
+"""A run of a 2D world, as columns of small numbers that a page can draw."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any
+
+import msgspec
+
+from foundry.errors import RecordError
+from foundry.records import Agent, GridStep, Message
+from foundry.storing.store import RunFolder, lines_of
+from foundry.viewer.lines import StepLines, lines_of_agent
+from foundry.viewer.run_view import OUTCOMES, UNDECIDED, RunView
+
+DIRECTIONS = ("stay", "up", "down", "left", "right")
+SAID, MOVED, ALARMED = 1, 2, 4
+"""Bits of `flags`: said something, changed its cell, perceived a fire."""
+DECISIONS_PER_CHUNK = 20_000
+_OUTCOME_CODES = {name: code for code, name in enumerate(OUTCOMES)}
+_DIRECTION_CODES: dict[str | None, int] = {name: code for code, name in enumerate(DIRECTIONS)} | {None: 0}
+_DELIVERY = re.compile(rb'^\{"step":(\d+),"sender":(\d+),"recipient":(\d+),', re.MULTILINE)
+_READ_STEP = msgspec.json.Decoder(GridStep).decode
+_READ_MESSAGES = msgspec.json.Decoder(Message).decode_lines
+
+
+class _Place(msgspec.Struct):
+    name: str
+
+
+class _Grid(msgspec.Struct):
+    """What is read here of a world's settings."""
+
+    agents: Annotated[int, msgspec.Meta(ge=1)]
+    places: list[_Place]
+
+
+class GridView(RunView):
+    """See `docs/viewer.md` for the keys of what is returned."""
+
+    kind = "grid"
+
+    def __init__(self, folder: RunFolder, *, decisions_per_chunk: int = 10) -> None:
+        super().__init__(folder, decisions_per_chunk=decisions_per_chunk)
+        try:
+            self._grid = msgspec.convert(self.world, _Grid)
+        except msgspec.ValidationError as error:
+            raise RecordError(f"The world of run '{folder.id}' cannot be shown: {error}") from error
+        self.steps_per_chunk = max(1, min(50, DECISIONS_PER_CHUNK // self.agents))
+        self.messages = StepLines(folder.stream_path("messages"))
+        self._places = {place.name: index for index, place in enumerate(self._grid.places)}
+
+    @property
+    def agents(self) -> int:
+        """Number of agents."""
+        return self._grid.agents
+
+    def about_world(self) -> dict[str, Any]:
+        """Return the grid, its places and fires."""
+        keys = ("half_size", "places", "fires", "communication_distance")
+        return {key: self.world.get(key) for key in keys} | {"directions": DIRECTIONS}
+
+    def frames(self, first: int, last: int) -> dict[str, Any]:
+        """Return positions, actions, outcomes, links and deliveries."""
+        rows = self._rows(first, last)
+        links: list[list[int]] = [[] for _ in range(first, last + 1)]
+        for row in rows:
+            for other in row.neighbours:
+                if other > row.agent:
+                    links[row.step - first] += (row.agent, other)
+        final = rows[len(rows) - self.agents :]
+        return {
+            "first": first,
+            "last": last,
+            "x": [row.x for row in rows] + [row.x_next for row in final],
+            "y": [row.y for row in rows] + [row.y_next for row in final],
+            "action": [self._code(_DIRECTION_CODES, row.direction, row) for row in rows],
+            "outcome": [_OUTCOME_CODES[row.outcome] for row in rows],
+            "message_outcome": [_OUTCOME_CODES[row.message_outcome] for row in rows],
+            "flags": [_flags(row) for row in rows],
+            "place": [-1 if row.place is None else self._code(self._places, row.place, row) for row in rows],
+            "links": links,
+            "deliveries": self._deliveries(first, last),
+        }
+
+    def _code(self, codes: Mapping[Any, int], name: str | None, row: GridStep) -> int:
+        if name not in codes:
+            known = ", ".join(str(one) for one in codes)
+            raise RecordError(f"{self.steps.path}: step {row.step}, agent {row.agent}: '{name}' is none of {known}.")
+        return codes[name]
+
+    def marks(self, first: int, last: int) -> dict[str, list[int]]:
+        """Return, by step, how many decisions were undecided or repaired, how many spoke and how many moved."""
+        marks = {name: [0] * max(0, last - first + 1) for name in ("undecided", "repaired", "said", "moved")}
+        for row in self._rows(first, last):
+            at = row.step - first
+            outcomes = (row.outcome, row.message_outcome)
+            marks["undecided"][at] += sum(outcome in UNDECIDED for outcome in outcomes)
+            marks["repaired"][at] += sum(outcome == "repaired" for outcome in outcomes)
+            marks["said"][at] += row.message is not None
+            marks["moved"][at] += row.moved
+        return marks
+
+    def texts(self, first: int, last: int) -> list[tuple[int, int, str]]:
+        """Return what was said."""
+        return [(row.step, row.agent, row.message) for row in self._rows(first, last) if row.message is not None]
+
+    def track(self, agent: int) -> dict[str, Any]:
+        """Return the agent's cells, outcomes and persona; the cells have one entry more than there are steps."""
+        spans = ((first, min(first + self.steps_per_chunk, self.done + 1) - 1) for first in self._firsts())
+        lines = [line for span in spans for line in lines_of_agent(self.steps.read(*span), agent, *span)]
+        return self._track([_READ_STEP(line) for line in lines], self._personas().get(agent, {}))
+
+    def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
+        """Yield what `track` returns for every agent, reading everything once."""
+        rows: list[list[GridStep]] = [[] for _ in range(self.agents)]
+        for first in self._firsts():
+            for row in self._rows(first, min(first + self.steps_per_chunk - 1, self.done)):
+                rows[row.agent].append(row)
+        personas = self._personas()
+        for agent, mine in enumerate(rows):
+            yield agent, self._track(mine, personas.get(agent, {}))
+
+    def _personas(self) -> dict[int, dict[str, str]]:
+        """Return the agents' personas, as far as the run recorded them."""
+        content = self.folder.agents_bytes()
+        lines = lines_of(content[: content.rfind(b"\n") + 1], Agent, self.folder.stream_path("agents"))
+        return {line.agent: line.persona for line in lines}
+
+    def _firsts(self) -> range:
+        """Return the first step of every chunk."""
+        return range(1, self.done + 1, self.steps_per_chunk)
+
+    def _track(self, rows: Sequence[GridStep], persona: Mapping[str, str]) -> dict[str, Any]:
+        final = rows[-1:]
+        return {
+            "x": [row.x for row in rows] + [row.x_next for row in final],
+            "y": [row.y for row in rows] + [row.y_next for row in final],
+            "outcome": [_OUTCOME_CODES[row.outcome] for row in rows],
+            "message_outcome": [_OUTCOME_CODES[row.message_outcome] for row in rows],
+            "flags": [_flags(row) for row in rows],
+            "persona": persona,
+        }
+
+    def received(self, first: int, last: int, agent: int | None = None) -> Mapping[int, list[tuple[int, int, str]]]:
+        """Return what agents were told, by recipient."""
+        self.messages.grow()
+        lines = self.messages.read(first, last)
+        if agent is not None:
+            of_agent = rb'^\{"step":\d+,"sender":\d+,"recipient":%d,.*\n' % agent
+            lines = b"".join(re.findall(of_agent, lines, re.MULTILINE))
+        found: dict[int, list[tuple[int, int, str]]] = {}
+        for heard in _READ_MESSAGES(lines):
+            found.setdefault(heard.recipient, []).append((heard.step, heard.sender, heard.text))
+        return found
+
+    def _rows(self, first: int, last: int) -> Sequence[GridStep]:
+        """Return the records of these steps, agent by agent.
+
+        Raises:
+            RecordError: they are not one per step and agent.
+        """
+        rows = self.read_steps(first, last, GridStep)
+        shape = (range(first, last + 1), range(self.agents))
+        if [(row.step, row.agent) for row in rows] != [(step, agent) for step in shape[0] for agent in shape[1]]:
+            raise RecordError(f"{self.steps.path}: steps {first} to {last} are not one line per agent and step.")
+        return rows
+
+    def _deliveries(self, first: int, last: int) -> list[list[int]]:
+        self.messages.grow()
+        found: list[list[int]] = [[] for _ in range(first, last + 1)]
+        for step, sender, recipient in _DELIVERY.findall(self.messages.read(first, last)):
+            found[int(step) - first] += (int(sender), int(recipient))
+        return found
+
+
+def _flags(row: GridStep) -> int:
+    return SAID * (row.message is not None) + MOVED * row.moved + ALARMED * bool(row.fires)

@@ -1,0 +1,57 @@
+"""Shows a sweep while it runs: a server in a process of its own, so that watching never slows what is watched."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from foundry.errors import InputError
+
+LINGER_S = 1.0
+"""How long an open page is still answered after the end, so that it learns of it."""
+
+
+@contextmanager
+def serve_live(folder: Path) -> Iterator[str]:
+    """Serve a sweep's folder from another process while the block runs; yields the address of its page.
+
+    Raises:
+        InputError: the server cannot be started.
+    """
+    command = [sys.executable, "-m", "foundry.viewer.live", str(folder)]
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    assert process.stdin is not None and process.stdout is not None
+    try:
+        url = process.stdout.readline().strip()
+        if not url:
+            raise InputError("The page of view=live cannot be served; run without it, and look with: foundry view.")
+        yield url
+    finally:
+        process.stdin.close()
+        process.wait()
+        process.stdout.close()
+
+
+def main(folder: str) -> None:
+    """Serve until standard input ends, which it does with the process that started this one, however that ends."""
+    from foundry.viewer.server import serving
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(os, "nice"):
+        os.nice(10)
+    with serving(Path(folder)) as server:
+        sys.stdout.write(f"{server.url}\n")
+        sys.stdout.flush()
+        sys.stdin.read()
+        if time.monotonic() - server.last_asked < LINGER_S:
+            time.sleep(LINGER_S)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -1,0 +1,1 @@
+"""Where the agent can stand, walk and get to."""

@@ -1,0 +1,169 @@
+"""The cells of a scene's floors on which a body has room, and the steps between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from foundry.errors import InputError
+from foundry.worlds.camera.body.ground import Ground
+from foundry.worlds.camera.body.legs import LEVEL_M
+from foundry.worlds.camera.body.outlines import SPACING_M, cut, dotted
+from foundry.worlds.camera.body.size import Body
+from foundry.worlds.camera.scene import FloatArray, IntArray
+
+OFFSETS = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2))
+"""Half of the 16 steps from a cell: 8 neighbours and the knight's moves; the other half are their opposites."""
+
+LAYER_M = 0.02
+"""Difference in height within which floors are looked at together."""
+
+FAR_M = 1.0
+"""Clearances beyond this are not told apart."""
+
+MOST_CELLS = 4_000_000
+"""Cells of a scene's bounds, at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Walkable:
+    """A graph of places on which a body has room.
+
+    Attributes:
+        places: (n, 3) where a foot can stand, metres.
+        clearance: (n,) distance from the body's axis to the nearest obstacle, metres, at most `FAR_M`.
+        edges: (m, 2) pairs of places with free ways between them, in both directions.
+    """
+
+    places: FloatArray
+    clearance: FloatArray
+    edges: IntArray
+
+    def graph(self) -> csr_array:
+        """Return the (n, n) lengths of the ways seen from above, metres."""
+        lengths = np.hypot(*(self.places[self.edges[:, 0], :2] - self.places[self.edges[:, 1], :2]).T)
+        return graph_of(self.edges, lengths, len(self.places))
+
+
+def graph_of(edges: IntArray, weights: FloatArray, size: int) -> csr_array:
+    """Return the symmetric (size, size) graph of (m, 2) edges."""
+    rows, columns = np.concatenate([edges, edges[:, ::-1]]).T
+    return csr_array(coo_array((np.tile(weights, 2), (rows, columns)), shape=(size, size)))
+
+
+def find_walkable(ground: Ground, bounds: FloatArray, body: Body, cell_m: float) -> Walkable:
+    """Return all places within (2, 3) bounds, a cell apart, on which the body has room."""
+    low = np.ceil(bounds[0, :2] / cell_m - 0.5).astype(np.int64)
+    high = np.floor(bounds[1, :2] / cell_m - 0.5).astype(np.int64)
+    if np.prod(np.maximum(high - low + 1, 0)) > MOST_CELLS:
+        width, depth = (bounds[1] - bounds[0])[:2]
+        side = MOST_CELLS**0.5 * cell_m
+        raise InputError(
+            f"The bounds are {width:,.0f} x {depth:,.0f} m, more than the {side:.0f} x {side:.0f} m that can be walked "
+            "in: set world.bounds=[[x,y,z],[x,y,z]] (metres) to a part of the scene, or leave out prims that lie far "
+            "off with world.scene.exclude. `foundry scene info` shows the sizes."
+        )
+    cells, heights = _floors(ground, low, high, body, cell_m)
+    carried = (heights >= bounds[0, 2] - LEVEL_M) & (heights <= bounds[1, 2] + LEVEL_M)
+    if ground.floor_height is None:
+        cells, heights = cells[carried], heights[carried]
+    large = _without_islands(cells, heights, body, cell_m)
+    cells, places = cells[large], np.column_stack([(cells[large] + 0.5) * cell_m, heights[large]])
+    clearance = clearances(ground, places, body)
+    wide = clearance >= body.radius_m
+    cells, places, clearance = cells[wide], places[wide], clearance[wide]
+    if not len(places):
+        raise InputError("Nowhere within the bounds has the body room on a floor. Check `bounds`, `floor` and `body`.")
+    edges = np.concatenate([_neighbours(cells, places[:, 2], offset, body.step_m) for offset in OFFSETS])
+    return Walkable(places, clearance, edges[_free(ground, places, clearance, edges, body)])
+
+
+def _floors(ground: Ground, low: IntArray, high: IntArray, body: Body, cell_m: float) -> tuple[IntArray, FloatArray]:
+    """Return the (n, 2) cells and (n,) heights of floors with nothing above the centre at the body's height."""
+    column, row, height = ground.surfaces.columns(low, high, cell_m)
+    if ground.floor_height is not None:
+        bottom, top = body.span(ground.floor_height)
+        taken = np.zeros(np.maximum(high - low + 1, 0), np.bool_)
+        within = (height >= bottom) & (height <= top)
+        taken[column[within] - low[0], row[within] - low[1]] = True
+        cells = np.argwhere(~taken) + low
+        return cells, np.full(len(cells), ground.floor_height)
+    order = np.lexsort((height, row, column))
+    cells, height = np.column_stack([column, row])[order], height[order]
+    above = np.append(height[1:], np.inf) - height
+    last = np.append((cells[1:] != cells[:-1]).any(axis=1), True)[: len(height)]
+    able = last | (above[: len(height)] > body.height_m)
+    return cells[able], height[able]
+
+
+def _without_islands(cells: IntArray, heights: FloatArray, body: Body, cell_m: float) -> IntArray:
+    """Return the floors that are part of a surface as large as four bodies, by ascending index."""
+    edges = np.concatenate([_neighbours(cells, heights, offset, body.step_m) for offset in OFFSETS[:2]])
+    labels = connected_components(graph_of(edges, np.ones(len(edges)), len(cells)), directed=False)[1]
+    smallest = 4 * (2 * body.radius_m / cell_m) ** 2
+    return np.flatnonzero(np.bincount(labels, minlength=1)[labels] >= smallest)
+
+
+def _neighbours(cells: IntArray, heights: FloatArray, offset: tuple[int, int], step_m: float) -> IntArray:
+    """Return the (m, 2) pairs of floors whose cells lie an offset apart, at most a step higher or lower."""
+    if not len(cells):
+        return np.empty((0, 2), np.int64)
+    low = cells.min(axis=0) - 2
+    width = int(cells[:, 1].max()) - low[1] + 3
+    keys = (cells[:, 0] - low[0]) * width + cells[:, 1] - low[1]
+    order = np.argsort(keys, kind="stable")
+    wanted = keys + offset[0] * width + offset[1]
+    first, last = (np.searchsorted(keys[order], wanted, side=side) for side in ("left", "right"))
+    counts = last - first
+    start = np.repeat(np.arange(len(cells)), counts)
+    within = np.arange(len(start)) - np.repeat(np.cumsum(counts) - counts, counts)
+    end = order[np.repeat(first, counts) + within]
+    close = np.abs(heights[start] - heights[end]) <= step_m
+    return np.asarray(np.column_stack([start, end])[close])
+
+
+def clearances(ground: Ground, places: FloatArray, body: Body) -> FloatArray:
+    """Return how far obstacles are, at least, from a body's axis at (n, 3) places; metres, at most `FAR_M`.
+
+    Not looked for is what lies right above the place: a table so large that its edges are farther off.
+    """
+    result = np.full(len(places), FAR_M)
+    layers = np.floor(places[:, 2] / LAYER_M)
+    for layer in np.unique(layers):
+        chosen = np.flatnonzero(layers == layer)
+        here = places[chosen]
+        bottom, top = body.span(here[:, 2].min())[0], body.span(here[:, 2].max())[1]
+        low, high = here[:, :2].min(axis=0) - FAR_M, here[:, :2].max(axis=0) + FAR_M
+        near = ground.surfaces.near(np.append(low, bottom), np.append(high, top))
+        points = dotted(cut(ground.surfaces.corners[near], bottom, top))
+        if len(points):
+            gaps = KDTree(points).query(here[:, :2], distance_upper_bound=FAR_M)[0]
+            gaps = np.sqrt(np.maximum(gaps**2 - (SPACING_M / 2) ** 2, 0.0))
+            result[chosen] = np.minimum(gaps, FAR_M)
+    return result
+
+
+def _free(ground: Ground, places: FloatArray, clearance: FloatArray, edges: IntArray, body: Body) -> IntArray:
+    """Return the indices of the edges along which the body has room all the way, ascending."""
+    starts, ends = places[edges[:, 0]], places[edges[:, 1]]
+    lengths = np.hypot(*(starts - ends)[:, :2].T)
+    room = np.minimum(clearance[edges[:, 0]], clearance[edges[:, 1]])
+    unsure = np.flatnonzero(clearance[edges].sum(axis=1) - lengths < 2 * body.radius_m)
+    for middle in _middles(starts[unsure], ends[unsure]):
+        room[unsure] = np.minimum(room[unsure], clearances(ground, middle, body))
+    # An obstacle beside the way is at most a quarter of its length from the nearest of the three places looked at.
+    needed = np.hypot(body.radius_m, lengths / 4)
+    free = np.ones(len(edges), np.bool_)
+    free[unsure] = room[unsure] >= needed[unsure]
+    return np.flatnonzero(free)
+
+
+def _middles(starts: FloatArray, ends: FloatArray) -> Iterator[FloatArray]:
+    """Yield the (n, 3) places half way, at the height of either end."""
+    for side in (starts, ends):
+        yield np.column_stack([(starts[:, :2] + ends[:, :2]) / 2, side[:, 2]])

@@ -1,0 +1,1 @@
+"""What the agent sees, and the views from above."""

@@ -1,0 +1,305 @@
+"""Reads the motions that one sentence asks for, and leaves alone what it only talks about."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from foundry.worlds.camera.language.arguments import ARGUMENTS, HARMLESS, collect, words_after
+from foundry.worlds.camera.language.motions import Arguments, Category, Motion, bare_motion, made, motion
+from foundry.worlds.camera.language.scopes import Bar, Scopes
+from foundry.worlds.camera.language.sentences import Segment, Sentence
+from foundry.worlds.camera.language.telling import Telling
+from foundry.worlds.camera.language.tokens import Token
+from foundry.worlds.camera.language.vocabulary.words import Act, Dimension, Form, Kind, Way
+
+_AND = frozenset(("and", "&", "und", "y", "et"))
+_BUT = frozenset(("but", "sondern", "sino", "sino que", "mais", "而是"))
+_ENABLING = ("allow", "enabl", "let", "help", "give")
+_THEN = frozenset(("then", "and then", "and"))
+_POSITIONAL = frozenset(("ahead", "straight ahead", "directly ahead", "dead ahead"))
+
+
+def read_sentence(sentence: Sentence) -> list[Motion]:
+    """Return the motions of a sentence in their order, those it says not to make included."""
+    return [] if sentence.question else _Reader(sentence).read()
+
+
+class _Reader:
+    """Reads one sentence, segment by segment."""
+
+    def __init__(self, sentence: Sentence) -> None:
+        self._sentence = sentence
+        self._scopes = Scopes()
+        self._telling = Telling(sentence.segments)
+        self._found: list[Motion] = []
+        self._found_in: list[int] = []
+        self._told_of: list[Motion] = []
+        self._act: Act | None = None
+        self._verbs = False
+        self._strange = not sentence.whole
+        self._known = sentence.whole and all(map(_is_plain, sentence.segments))
+        self._index = 0
+        self._later = False
+
+    def read(self) -> list[Motion]:
+        for index, segment in enumerate(self._sentence.segments):
+            self._index = index
+            if not self._segment(segment):
+                break
+        return self._found + self._told_of
+
+    def _segment(self, segment: Segment) -> bool:
+        """Read one segment; return whether the next ones are worth reading."""
+        tokens = segment.tokens
+        before = len(self._found)
+        bars, told = self._scopes.bars(segment), self._told(segment)
+        if any(told):
+            bars = [_stronger(*pair) for pair in zip(bars, told, strict=True)]
+        low = 0
+        for at, token in enumerate(tokens):
+            if bars[at] is Bar.EXAMPLE:
+                return False
+            if token.kind is Kind.VERB and at >= low:
+                low = self._verb(segment, bars, low, at)
+            elif token.kind in (Kind.STAY, Kind.PAUSE):
+                self._stay(segment, bars, at)
+            elif token.kind in (Kind.FIRST, Kind.RETRACT) or token.text in _INSTEAD:
+                self._take_back(token)
+            self._strange = self._strange or _is_strange(token)
+        self._bare(segment, bars, low, len(tokens))
+        if segment.joint is not None and segment.joint.kind is Kind.OR:
+            self._drop_alternatives(before)
+        return True
+
+    def _verb(self, segment: Segment, bars: Sequence[Bar | None], low: int, at: int) -> int:
+        """Read one verb; return the index behind its words."""
+        tokens, verb = segment.tokens, segment.tokens[at]
+        said = collect(tokens, low, at)
+        if verb.word.act is Act.MAKE and not _makes(tokens, at, said):
+            return at + 1
+        if verb.text == "step" and said.amount is not None and said.amount.dimension is None and not said.ways:
+            return said.end  # "step 3:" numbers the steps
+        self._bare(segment, bars, low, said.start)
+        self._verbs = True
+        bar = bars[at]
+        if bar is None and self._is_description(segment, at, said):
+            bar = Bar.PERHAPS
+        word = made(said) if verb.word.act is Act.MAKE else verb.word
+        self._later = bar is Bar.NEXT
+        self._note(
+            None if self._later else bar, motion(word, said), verb, said, _joined(tokens[said.start : said.last])
+        )
+        self._later = False
+        return said.end
+
+    def _note(self, bar: Bar | None, read: Motion | str, verb: Token, said: Arguments, text: str) -> None:
+        """Keep what a verb was read as."""
+        act = verb.word.act
+        negated = bar is Bar.NOT or bar is Bar.WILL_NOT or verb.word.negated
+        if negated and isinstance(read, str) and not said.ways and not said.closed:
+            if act is Act.MOVE and (bar is Bar.WILL_NOT or verb.word.negated):
+                self._add(Motion(Category.STAY, text=text if verb.word.negated else f"not {text}"))
+            elif act is Act.TURN:
+                self._add(Motion(Category.TURN, text=text, wanted=False))
+        elif isinstance(read, str):
+            self._act = act if bar is None else self._act
+        elif negated:
+            self._add(replace(read, text=text, wanted=False))
+        elif bar in (Bar.TOLD, Bar.LATER):
+            self._told_of.append(replace(read, text=text, wanted=False, told=True))
+        elif bar is None:
+            self._act = act
+            self._add(replace(read, text=text))
+
+    def _add(self, found: Motion) -> None:
+        self._found.append(replace(found, later=True) if self._later else found)
+        self._found_in.append(self._index)
+
+    def _told(self, segment: Segment) -> list[Bar | None]:
+        """Return what keeps each token from being a command because it is told."""
+        bars = self._telling.told(self._index)
+        if self._index == 0 and segment.tokens[0].kind is Kind.OPTION:
+            return [Bar.EXAMPLE] * len(bars)
+        return bars
+
+    def _take_back(self, token: Token) -> None:
+        """Take back what the sentence said so far; what the reply said so far, if the words say so."""
+        if token.kind in (Kind.FIRST, Kind.RETRACT):
+            while any(found.wanted for found in self._found):
+                self._forget()
+        if token.kind is not Kind.FIRST and all(found.wanted for found in self._found):
+            self._found.insert(0, Motion(Category.RETRACT, wanted=False))
+            self._found_in.insert(0, -1)
+
+    def _is_description(self, segment: Segment, at: int, said: Arguments) -> bool:
+        """Tell whether a verb form says what happens or would happen, rather than what to do."""
+        tokens, word = segment.tokens, segment.tokens[at].word
+        if word.form is Form.THIRD:
+            named = any(token.kind is Kind.GAZE or token.text in ("the", "my", "your") for token in tokens[:at])
+            self._strange = self._strange or named
+            return self._strange
+        if word.form is not Form.ING:
+            return False
+        after = tokens[at + 1 :]
+        if any(token.kind in (Kind.IS, Kind.POSSIBLE) or token.text in ("will", "i will") for token in after) or any(
+            token.kind is Kind.PURPOSE and any(stem in token.text for stem in _ENABLING) for token in after
+        ):
+            return True
+        if said.amount is not None:
+            return False
+        introduced = any(token.kind in (Kind.FRESH, Kind.BY) or token.text == "keep" for token in tokens[:at])
+        return word.act is Act.LOOK or (not introduced and self._goes_on())
+
+    def _goes_on(self) -> bool:
+        following = self._sentence.segments[self._index + 1 :]
+        return bool(following) and following[0].joint is not None and following[0].joint.kind is Kind.BREAK
+
+    def _stay(self, segment: Segment, bars: Sequence[Bar | None], at: int) -> None:
+        tokens, pause = segment.tokens, segment.tokens[at].kind is Kind.PAUSE
+        ends_a_plan = self._index == 0 and segment.joint is not None and segment.joint.text in _THEN
+        if bars[at] is not None or ends_a_plan or tokens[at].word.form is Form.PAST:
+            return
+        follows = tokens[at + 1] if at + 1 < len(tokens) else None
+        if follows is None:
+            stays = not pause or (not self._verbs and not self._goes_on() and self._plain_before(segment, at))
+        elif pause:
+            stays = follows.kind is Kind.PLACE
+        else:
+            stays = follows.kind in HARMLESS | {Kind.CONDITION, Kind.AT} or follows.text == "in"
+        if stays:
+            self._add(Motion(Category.STAY, text=_joined(tokens[at:])))
+
+    def _plain_before(self, segment: Segment, at: int) -> bool:
+        return all(token.kind in HARMLESS for token in segment.tokens[:at])
+
+    def _bare(self, segment: Segment, bars: Sequence[Bar | None], low: int, high: int) -> None:
+        """Read words that stand without a verb: "30 degrees to the left", "forward"."""
+        tokens = segment.tokens[low:high]
+        if not any(token.kind in ARGUMENTS for token in tokens):
+            return
+        plain = all(token.kind in HARMLESS or token.kind in ARGUMENTS for token in tokens)
+        if not plain or any(bar is not Bar.NEXT for bar in bars[low:high] if bar is not None):
+            return
+        self._later = Bar.NEXT in bars[low:high]
+        self._plain_words(segment, tokens)
+        self._later = False
+
+    def _plain_words(self, segment: Segment, tokens: Sequence[Token]) -> None:
+        said = words_after(tokens, 0, None)
+        if said.end < len(tokens):
+            return
+        if said.ways:
+            self._bare_way(segment, tokens, said)
+        elif self._found and self._found[-1].wanted and self._found[-1].amount is None:
+            self._complete(said)
+
+    def _bare_way(self, segment: Segment, tokens: Sequence[Token], said: Arguments) -> None:
+        if self._makes_diagonal(segment, said):
+            return
+        shared = self._known and not self._found and segment.joint is not None and segment.joint.text == ":"
+        if segment.joint is not None and segment.joint.text in _BUT and self._found and not self._found[-1].wanted:
+            self._act, shared = _ACTS.get(self._found[-1].category), True
+        read = bare_motion(said, self._act, shared=shared)
+        if isinstance(read, Motion) and self._is_licensed(tokens, said, read):
+            self._add(replace(read, text=_joined(tokens)))
+        elif segment.joint is not None and segment.joint.kind is Kind.OR and self._found:
+            self._forget()
+
+    def _is_licensed(self, tokens: Sequence[Token], said: Arguments, read: Motion) -> bool:
+        """Tell whether words without a verb are a command: by themselves, or behind another command."""
+        if any(token.text in _POSITIONAL for token in tokens) and not self._known:
+            return False
+        if self._known or any(found.wanted for found in self._found) or self._corrects():
+            return True
+        along = read.category is not Category.TRANSLATE or bool({Way.FORWARD, Way.BACK} & {*said.ways})
+        return self._act is not None and said.amount is not None and along
+
+    def _corrects(self) -> bool:
+        """Tell whether words follow "not left, but", or "I need to get closer:"."""
+        segment, before = self._sentence.segments[self._index], self._sentence.segments[max(self._index - 1, 0)].tokens
+        joint = segment.joint.text if segment.joint is not None and self._index else ""
+        if joint in _BUT:
+            return any(not found.wanted for found in self._found)
+        first_person = any(token.kind is Kind.FRESH for token in before)
+        return joint == ":" and first_person and not any(token.kind is Kind.IS for token in before)
+
+    def _makes_diagonal(self, segment: Segment, said: Arguments) -> bool:
+        """Join "forward" and "to the left" of two segments."""
+        joint = segment.joint
+        if joint is None or joint.text not in _AND or not self._found or self._found_in[-1] != self._index - 1:
+            return False
+        last = self._found[-1]
+        behind = self._sentence.segments[self._index - 1].tokens[-1].kind is not Kind.WAY
+        if last.category is not Category.TRANSLATE or (last.amount is not None and behind) or last.small:
+            return False
+        if not last.wanted or (last.amount is not None and said.amount is not None):
+            return False
+        if said.amount is not None and said.amount.dimension is Dimension.ANGLE:
+            return False
+        along = {0.0: Way.FORWARD, 180.0: Way.BACK}.get(last.direction)
+        if along is None or not {*said.ways} <= {Way.LEFT, Way.RIGHT}:
+            return False
+        said.ways.insert(0, along)
+        said.amount = said.amount or last.amount
+        read = bare_motion(said, Act.MOVE)
+        if isinstance(read, Motion):
+            self._found[-1] = replace(read, text=f"{last.text} {joint.text} {segment.text}")
+        return True
+
+    def _complete(self, said: Arguments) -> None:
+        """Give the last motion an amount that follows it: "turn right (30 degrees)"."""
+        last, amount = self._found[-1], said.amount
+        if last.category is Category.STAY or (amount is None and not said.small):
+            return
+        along = last.category is Category.TRANSLATE
+        lengths = (None, Dimension.LENGTH, Dimension.STEP)
+        if amount is not None and amount.dimension not in (lengths if along else _ANGLES):
+            return
+        if amount is not None and amount.number < 0:
+            self._forget()
+            return
+        text = f"{last.text}, {amount.text}" if amount is not None else last.text
+        self._found[-1] = replace(last, amount=amount, small=last.small or said.small, text=text)
+
+    def _drop_alternatives(self, before: int) -> None:
+        """Take nothing from "turn left or move forward"."""
+        if len(self._found) > before > 0 and self._found[before].wanted:
+            while len(self._found) >= before:
+                self._forget()
+
+    def _forget(self) -> None:
+        self._found.pop()
+        self._found_in.pop()
+
+
+_ANGLES = (None, Dimension.ANGLE)
+_ACTS = {Category.TRANSLATE: Act.MOVE, Category.TURN: Act.TURN, Category.GAZE: Act.LOOK}
+_INSTEAD = frozenset(("instead", "stattdessen", "plutôt", "代わりに", "かわりに", "en su lugar"))
+
+
+def _stronger(bar: Bar | None, told: Bar | None) -> Bar | None:
+    """Return which of two bars counts."""
+    return bar if bar is Bar.EXAMPLE or told is None or (told is Bar.NEXT and bar is not None) else told
+
+
+def _makes(tokens: Sequence[Token], at: int, said: Arguments) -> bool:
+    """Tell whether "take" and what follows it is a motion: "take a step back", "take a left"."""
+    if said.end < len(tokens) and tokens[said.end].kind is Kind.VERB:
+        return False
+    if said.amount is not None or any(token.word.dimension is Dimension.STEP for token in tokens[at + 1 : said.end]):
+        return True
+    article = at + 1 < len(tokens) and tokens[at + 1].kind is Kind.ARTICLE
+    return article and bool(said.ways) and {*said.ways} <= {Way.LEFT, Way.RIGHT}
+
+
+def _joined(tokens: Sequence[Token]) -> str:
+    return " ".join(token.text for token in tokens)
+
+
+def _is_plain(segment: Segment) -> bool:
+    return not any(map(_is_strange, segment.tokens))
+
+
+def _is_strange(token: Token) -> bool:
+    return token.kind not in HARMLESS and token.kind not in ARGUMENTS and token.kind not in (Kind.VERB, Kind.NOT)

@@ -1,0 +1,116 @@
+"""A movement, as data and in words."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from foundry.errors import InputError
+from foundry.records import Outcome
+from foundry.worlds.camera.language.motions import BEARINGS
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """What is read where the text names no amount, and how much one command may ask for.
+
+    Attributes:
+        max_distance_m: longest translation, None for any.
+        max_turn_deg: largest turn of the body to either side, None for any.
+        max_gaze_deg: largest turn of the gaze up or down, None for any.
+        default_distance_m: a translation without a distance.
+        default_turn_deg: a turn without an angle.
+        default_gaze_deg: a turn of the gaze without an angle.
+        small_factor: "a bit" is this part of the default.
+        step_length_m: length of a step.
+    """
+
+    max_distance_m: float | None = None
+    max_turn_deg: float | None = None
+    max_gaze_deg: float | None = None
+    default_distance_m: float = 1.0
+    default_turn_deg: float = 30.0
+    default_gaze_deg: float = 15.0
+    small_factor: float = 0.5
+    step_length_m: float = 0.7
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if value is not None and not 0 < value < float("inf"):
+                raise InputError(f"limits.{field.name} is {value}; give a number above 0.")
+
+
+@dataclass(frozen=True)
+class Translation:
+    """A translation of the body.
+
+    Attributes:
+        bearing: degrees from the heading, counter-clockwise: 0 forward, 90 left, 180 back, -90 right.
+        distance: metres.
+    """
+
+    bearing: float
+    distance: float
+
+
+@dataclass(frozen=True)
+class Command:
+    """What a reply asks for; None where it asks for nothing of the kind.
+
+    Attributes:
+        translate: translation of the body.
+        turn: turn of the body, degrees, left positive.
+        gaze: turn of the gaze, degrees, up positive.
+        stay: whether it asks to stay; then nothing moves.
+        outcome: `chosen`, `repaired` or `unreadable`.
+        notes: how the text was read, one line each.
+    """
+
+    translate: Translation | None = None
+    turn: float | None = None
+    gaze: float | None = None
+    stay: bool = False
+    outcome: Outcome = Outcome.UNREADABLE
+    notes: tuple[str, ...] = ()
+
+    @property
+    def idle(self) -> bool:
+        """Whether it moves nothing: "stay", nothing understood, or amounts of zero."""
+        return not (self.turn or self.gaze or (self.translate is not None and self.translate.distance))
+
+
+def render_command(command: Command) -> str:
+    """Return a command in words that are read back as this command, as far as it moves or stays."""
+    parts = []
+    if command.translate is not None:
+        parts.append(_rendered_translation(command.translate))
+    if command.turn is not None:
+        parts.append(f"turn {'right' if command.turn < 0 else 'left'} {_number(command.turn)} degrees")
+    if command.gaze is not None:
+        parts.append(f"look {'down' if command.gaze < 0 else 'up'} {_number(command.gaze)} degrees")
+    return ", ".join(parts) or ("stay" if command.stay else "nothing understood")
+
+
+def _rendered_translation(translation: Translation) -> str:
+    distance = f"move {_number(translation.distance)} m"
+    for ways, bearing in BEARINGS.items():
+        if bearing == translation.bearing:
+            return f"{distance} {'-'.join(sorted(way.value for way in ways))}"
+    side = "right" if translation.bearing < 0 else "left"
+    return f"{distance} at an angle of {_number(translation.bearing)} degrees to the {side}"
+
+
+def _number(value: float) -> str:
+    """Return the shortest digits that give this number again, without sign and exponent."""
+    return np.format_float_positional(abs(value), trim="-")
+
+
+def limited(name: str, asked: float, largest: float | None, unit: str, notes: list[str]) -> float:
+    """Return an amount, clamped to its limit on either side; a note says so."""
+    if largest is None or abs(asked) <= largest:
+        return float(asked)
+    notes.append(f"{name}: {abs(asked):g} {unit} clamped to {largest:g} {unit}")
+    return math.copysign(largest, asked)

@@ -1,0 +1,1 @@
+"""From USD files to triangles."""

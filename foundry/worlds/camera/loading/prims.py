@@ -1,0 +1,220 @@
+"""One drawable prim of a stage as meshes in its own space: its geometry, its primvars and its materials."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from pxr import UsdGeom, UsdShade
+
+from foundry.worlds.camera.loading.findings import Findings
+from foundry.worlds.camera.loading.materials import Materials
+from foundry.worlds.camera.loading.placing import weld
+from foundry.worlds.camera.loading.polydata import corner_normals
+from foundry.worlds.camera.loading.shading import Look
+from foundry.worlds.camera.loading.shapes import AXES, SHAPES
+from foundry.worlds.camera.loading.textures import to_srgb
+from foundry.worlds.camera.loading.topology import Topology, triangulated
+from foundry.worlds.camera.loading.values import LARGEST, Values
+from foundry.worlds.camera.scene import Colour, FloatArray, IntArray, SceneMesh, UInt8Array
+
+GREY: Colour = (0.7, 0.7, 0.7)
+"""sRGB of what has no colour of its own."""
+
+_UV_TYPES = ("texCoord2f[]", "texCoord2d[]", "texCoord2h[]", "float2[]")
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """Some triangles of a prim under one look; `rows` are indices of triangles."""
+
+    path: str
+    rows: IntArray
+    look: Look
+
+
+class GprimReader:
+    """Reads the drawable prims of one stage."""
+
+    def __init__(self, materials: Materials, findings: Findings, values: Values) -> None:
+        self._materials, self._findings, self._values = materials, findings, values
+
+    def read(self, prim: Any) -> Iterator[SceneMesh]:
+        """Yield the prim's meshes in its own space: one, or one for each geom subset; none when it has no faces."""
+        topology = self._topology(prim)
+        if topology is None or not len(topology.triangles):
+            return
+        normals = self._normals(prim, topology)
+        for part in self._parts(prim, topology):
+            yield self._mesh(prim, _rows(topology, part.rows), normals[part.rows], part)
+
+    def _topology(self, prim: Any) -> Topology | None:
+        kind = str(prim.GetTypeName())
+        if prim.IsA(UsdGeom.Mesh):
+            return self._faces(UsdGeom.Mesh(prim))
+        if kind in SHAPES:
+            return self._shape(prim, kind)
+        self._findings.add(f"{kind} prims are not drawn", str(prim.GetPath()))
+        return None
+
+    def _shape(self, prim: Any, kind: str) -> Topology:
+        """Make a primitive shape; an attribute of a wrong kind counts as its schema's fallback."""
+        definition = prim.GetPrimDefinition()
+
+        def size(name: str) -> float:
+            return self._values.number(prim.GetAttribute(name), float(definition.GetAttributeFallbackValue(name)))
+
+        def axis() -> str:
+            chosen = self._values.text(prim.GetAttribute("axis"), "Z")
+            return chosen if chosen in AXES else "Z"
+
+        return SHAPES[kind](size, axis)
+
+    def _faces(self, mesh: Any) -> Topology | None:
+        points = self._values.triples(mesh.GetPointsAttr())
+        counts = self._values.indices(mesh.GetFaceVertexCountsAttr())
+        indices = self._values.indices(mesh.GetFaceVertexIndicesAttr())
+        holes = self._values.indices(mesh.GetHoleIndicesAttr())
+        if points is None or counts is None or indices is None:
+            return None
+        holes = np.zeros(0, np.int64) if holes is None else holes
+        if not _is_consistent(points, counts, indices):
+            self._findings.add("Mesh whose points and faces do not fit together", str(mesh.GetPath()))
+            return None
+        topology = triangulated(points, counts, indices, holes)
+        left_handed = self._values.text(mesh.GetOrientationAttr(), "") == UsdGeom.Tokens.leftHanded
+        return topology.flipped() if left_handed else topology
+
+    def _normals(self, prim: Any, topology: Topology) -> FloatArray:
+        """Return the (m, 3, 3) authored normals of the corners, or made ones where none are authored."""
+        primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar("normals")
+        authored = None
+        if primvar and primvar.HasValue():
+            authored = self._spread(primvar, topology)
+        elif prim.IsA(UsdGeom.Mesh):
+            mesh = UsdGeom.Mesh(prim)
+            values = self._values.triples(mesh.GetNormalsAttr())
+            if values is not None and len(values):
+                authored = self._corners(values, mesh.GetNormalsInterpolation(), topology, f"{prim.GetPath()}.normals")
+        if authored is None or authored.shape[-1] != 3:
+            return corner_normals(topology.points, topology.triangles)
+        lengths = np.linalg.norm(authored, axis=-1, keepdims=True)
+        return np.asarray(authored / np.where(lengths == 0, 1, lengths))
+
+    def _parts(self, prim: Any, topology: Topology) -> Iterator[_Part]:
+        """Yield the geom subsets that have a material of their own, then all the other faces."""
+        path, rest = str(prim.GetPath()), np.ones(len(topology.faces), np.bool_)
+        for subset in UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets():
+            faces = self._values.indices(subset.GetIndicesAttr())
+            inside = np.isin(topology.faces, [] if faces is None else faces) & rest
+            if inside.any():
+                look = self._materials.look(subset.GetPrim())
+                yield _Part(f"{path}/{subset.GetPrim().GetName()}", np.flatnonzero(inside), look)
+            rest &= ~inside
+        if rest.any():
+            yield _Part(path, np.flatnonzero(rest), self._materials.look(prim))
+
+    def _mesh(self, prim: Any, topology: Topology, normals: FloatArray, part: _Part) -> SceneMesh:
+        look = part.look
+        uvs = None if look.texture is None else self._uvs(prim, look, topology)
+        if look.texture is not None and uvs is None:
+            look = self._without_coordinates(look, part.path)
+        colour, colours = self._colour(prim, look, topology)
+        columns: list[npt.NDArray[np.generic]] = [topology.triangles.reshape(-1, 1), _rows3(normals)]
+        columns += [values.reshape(len(columns[0]), -1) for values in (uvs, colours) if values is not None]
+        first, corners = weld(columns)
+        points = topology.points[topology.triangles.reshape(-1)[first]]
+        return SceneMesh(
+            path=part.path,
+            points=points,
+            triangles=corners.reshape(-1, 3),
+            normals=_rows3(normals)[first],
+            uvs=None if uvs is None else uvs.reshape(-1, 2)[first],
+            colour=colour,
+            vertex_colours=None if colours is None else colours.reshape(-1, 3)[first],
+            opacity=self._opacity(prim) if look.opacity is None else min(max(look.opacity, 0.0), 1.0),
+            texture=look.texture,
+            wrap=look.wrap,
+            emissive=look.emissive,
+            double_sided=self._values.flag(UsdGeom.Gprim(prim).GetDoubleSidedAttr(), False),
+        )
+
+    def _without_coordinates(self, look: Look, path: str) -> Look:
+        """Give a surface without texture coordinates the average colour of its texture."""
+        self._findings.add("Texture on a surface without texture coordinates", path)
+        assert look.texture is not None
+        red, green, blue = (look.texture[..., :3].mean(axis=(0, 1)) / 255).tolist()
+        return replace(look, texture=None, colour=(red, green, blue))
+
+    def _uvs(self, prim: Any, look: Look, topology: Topology) -> FloatArray | None:
+        primvar = self._uv_primvar(prim, look.uv_primvar)
+        uvs = None if primvar is None else self._spread(primvar, topology)
+        if uvs is None or uvs.shape[-1] != 2:
+            return None
+        return np.asarray(uvs @ look.uv_transform[:2] + look.uv_transform[2])
+
+    def _uv_primvar(self, prim: Any, name: str | None) -> Any | None:
+        api = UsdGeom.PrimvarsAPI(prim)
+        if name is not None:
+            named = api.FindPrimvarWithInheritance(name)
+            if named and named.HasValue():
+                return named
+        found = [one for one in api.FindPrimvarsWithInheritance() if str(one.GetTypeName()) in _UV_TYPES]
+        return min(found, key=lambda one: (one.GetPrimvarName() != "st", one.GetPrimvarName()), default=None)
+
+    def _colour(self, prim: Any, look: Look, topology: Topology) -> tuple[Colour, UInt8Array | None]:
+        """Return the one colour, or grey and the (m, 3, 3) colours of the corners."""
+        if look.colour is not None:
+            return look.colour, None
+        primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(look.colour_primvar)
+        colours = self._spread(primvar, topology) if primvar and primvar.HasValue() else None
+        if colours is None or colours.shape[-1] != 3:
+            return GREY, None
+        shown = to_srgb(colours)
+        if (shown == shown[0, 0]).all():
+            red, green, blue = shown[0, 0].tolist()
+            return (red, green, blue), None
+        return (1.0, 1.0, 1.0), np.round(shown * 255).astype(np.uint8)
+
+    def _opacity(self, prim: Any) -> float:
+        primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance("displayOpacity")
+        values = self._values.flattened(primvar) if primvar and primvar.HasValue() else None
+        return 1.0 if values is None or not values.size else float(np.clip(values.mean(), 0, 1))
+
+    def _spread(self, primvar: Any, topology: Topology) -> FloatArray | None:
+        values = self._values.flattened(primvar)
+        if values is None:
+            return None
+        return self._corners(values, primvar.GetInterpolation(), topology, str(primvar.GetAttr().GetPath()))
+
+    def _corners(self, values: FloatArray, interpolation: str, topology: Topology, path: str) -> FloatArray | None:
+        """Return (m, 3, k): the value of each corner of each triangle; None when there are too few values."""
+        index = {
+            UsdGeom.Tokens.constant: np.zeros_like(topology.corners),
+            UsdGeom.Tokens.uniform: np.repeat(topology.faces[:, None], 3, axis=1),
+            UsdGeom.Tokens.faceVarying: topology.corners,
+        }.get(interpolation, topology.triangles)
+        if not len(values) or index.max() >= len(values):
+            self._findings.add("Values that do not fit the faces they are for", path)
+            return None
+        return np.asarray(values[index])
+
+
+def _is_consistent(points: FloatArray, counts: IntArray, indices: IntArray) -> bool:
+    if not len(counts) and not len(indices):
+        return True
+    numbered = counts.min(initial=0) >= 0 and counts.max(initial=0) <= len(indices) == counts.sum()
+    fits = numbered and (np.abs(points) <= LARGEST).all()
+    return bool(fits and indices.min(initial=0) >= 0 and indices.max(initial=-1) < len(points))
+
+
+def _rows(topology: Topology, rows: IntArray) -> Topology:
+    return Topology(topology.points, topology.triangles[rows], topology.corners[rows], topology.faces[rows])
+
+
+def _rows3(values: FloatArray) -> FloatArray:
+    """Return values as (c, 3) in single precision, so that equal corners are found to be equal."""
+    return values.reshape(-1, 3).astype(np.float32).astype(np.float64)

@@ -1,0 +1,139 @@
+"""The settings of a 3D world, checked."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+import msgspec
+
+from foundry.errors import InputError, not_found
+from foundry.worlds.camera.language.interpreter import Limits
+from foundry.worlds.validation import read_settings, refuse_repeated_names
+
+Positive = Annotated[float, msgspec.Meta(gt=0)]
+Size = Annotated[int, msgspec.Meta(ge=16, le=4096)]
+Point2 = tuple[float, float]
+Point3 = tuple[float, float, float]
+
+BOUNDARIES = ("stop", "slide")
+IMAGE_FORMATS = ("png", "jpeg")
+
+
+class SceneSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Which file, which of its prims are left out, and the folder that it may read from; None for its own."""
+
+    asset: str
+    exclude: list[str] = []
+    root: str | None = None
+
+
+class BodySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The agent's body, metres."""
+
+    radius: Positive
+    height: Positive
+    eye_height: Positive
+    step_height: Annotated[float, msgspec.Meta(ge=0)]
+
+
+class CameraSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The agent's eye: pixels, and degrees (`fov` is the vertical field of view)."""
+
+    width: Size
+    height: Size
+    fov: Annotated[float, msgspec.Meta(gt=1, lt=170)]
+    pitch_limit: Annotated[float, msgspec.Meta(gt=0, lt=90)]
+
+
+class StartSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A first pose, or the region it is drawn from; metres and degrees."""
+
+    region: tuple[Point2, Point2] | None = None
+    x: float | None = None
+    y: float | None = None
+    z: float | None = None
+    yaw: float | None = None
+    pitch: float = 0.0
+
+
+class TargetSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Something to be found: its name, patterns of its prims, and how near counts as reached, metres."""
+
+    name: str
+    prims: list[str]
+    radius: Positive
+
+
+class _PlainSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    name: str
+    task: str
+    steps: Annotated[int, msgspec.Meta(ge=1)]
+    floor: float | None
+    bounds: tuple[Point3, Point3] | None
+    boundary: str
+    history: Annotated[int, msgspec.Meta(ge=0)]
+    image_format: str
+    keep_images: bool
+
+
+class UsdSettings(_PlainSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """All settings of a 3D world; see `conf/world/usd.yaml`."""
+
+    scene: SceneSettings
+    start: StartSettings
+    targets: list[TargetSettings]
+    body: BodySettings
+    camera: CameraSettings
+
+
+_PARTS: dict[str, type[msgspec.Struct]] = {
+    "scene": SceneSettings,
+    "start": StartSettings,
+    "body": BodySettings,
+    "camera": CameraSettings,
+}
+
+
+def read_usd_settings(values: Mapping[str, Any]) -> UsdSettings:
+    """Return the settings of a 3D world.
+
+    Raises:
+        InputError: a key is unknown or missing, or a value is of the wrong type or out of range.
+    """
+    parts: dict[str, Any] = {key: read_settings(kind, values[key], f"world.{key}") for key, kind in _PARTS.items()}
+    parts["targets"] = [read_settings(TargetSettings, target, "world.targets") for target in values["targets"]]
+    plain = {key: value for key, value in values.items() if key not in parts}
+    rest = read_settings(_PlainSettings, plain, "world")
+    settings = UsdSettings(**parts, **{name: getattr(rest, name) for name in rest.__struct_fields__})
+    _check(settings)
+    return settings
+
+
+def read_limits(values: Mapping[str, Any]) -> Limits:
+    """Return the limits of one command.
+
+    Raises:
+        InputError: a limit is unknown or out of range.
+    """
+    known = [field.name for field in dataclasses.fields(Limits)]
+    for name in values:
+        if name not in known:
+            raise not_found("Setting of world.limits", str(name), known)
+    return Limits(**values)
+
+
+def _check(settings: UsdSettings) -> None:
+    for key, value, known in (
+        ("boundary", settings.boundary, BOUNDARIES),
+        ("image_format", settings.image_format, IMAGE_FORMATS),
+    ):
+        if value not in known:
+            raise InputError(f"world.{key}={value} is not one of: {', '.join(known)}.")
+    start = settings.start
+    if (start.x is None) != (start.y is None):
+        raise InputError("world.start gives only one of x and y: give both, or a region.")
+    if start.x is not None and start.region is not None:
+        raise InputError("world.start gives a place and a region: set one of them to null.")
+    refuse_repeated_names((target.name for target in settings.targets), "world.targets")

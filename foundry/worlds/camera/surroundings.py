@@ -1,0 +1,271 @@
+"""Everything of a scene that its runs share: geometry, collision, ways, targets and the eye; made once a process."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from functools import cached_property, lru_cache
+from itertools import pairwise
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.random import Generator
+from PIL import Image
+
+from foundry import paths
+from foundry.errors import InputError, not_found
+from foundry.records import Pose
+from foundry.worlds.camera.body.collision import Collider
+from foundry.worlds.camera.body.navigation import CELL_M, Field, Navigator
+from foundry.worlds.camera.body.size import Body
+from foundry.worlds.camera.body.targets import TargetSurfaces
+from foundry.worlds.camera.eye.rendering import OverviewFrame, Renderer, png, renderer_for
+from foundry.worlds.camera.loading.locating import find_asset
+from foundry.worlds.camera.loading.stage import load_scene
+from foundry.worlds.camera.motion import foot_of, make_pose
+from foundry.worlds.camera.scene import FloatArray, UInt8Array
+from foundry.worlds.camera.settings import TargetSettings, UsdSettings
+from foundry.worlds.camera.sight import Sight, angles
+
+CLEARANCE_M = 0.1
+"""Room around the body at the start, beside its radius."""
+
+ARRIVED_M = 0.03
+"""A corner of a way that is this near counts as reached: nobody walks by millimetres."""
+
+JPEG_QUALITY = 90
+DRAWS = 100
+"""Places that are drawn before a start outside the goal is given up."""
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """Something to be found.
+
+    Attributes:
+        name: as the task says it.
+        paths: paths of its prims.
+        label: label of its prims, or None.
+        radius: how near counts as reached, metres.
+        surfaces: its geometry.
+        ways: shortest ways to its goal: where it is near enough and can be seen.
+    """
+
+    name: str
+    paths: tuple[str, ...]
+    label: str | None
+    radius: float
+    surfaces: TargetSurfaces
+    ways: Field
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """The shortest way to a goal: points (k, 3), metres, and its length, None where there is none."""
+
+    points: FloatArray
+    length: float | None
+
+    @property
+    def corners(self) -> list[list[float]]:
+        """The points to walk to, [x, y]; without those where the way starts."""
+        gaps = np.hypot(*(self.points - self.points[:1])[:, :2].T)
+        ahead = self.points[int(np.argmax(gaps > ARRIVED_M)) :] if (gaps > ARRIVED_M).any() else self.points[-1:]
+        return [[float(x), float(y)] for x, y, _ in ahead]
+
+
+class Surroundings:
+    """A scene with its body, its targets and its eye."""
+
+    def __init__(self, settings: UsdSettings) -> None:
+        self.settings = settings
+        self.scene = load_scene(
+            find_asset(settings.scene.asset), exclude=tuple(settings.scene.exclude), root=settings.scene.root
+        )
+        if not self.scene.meshes:
+            raise InputError(f"Scene '{settings.scene.asset}' shows nothing: {'; '.join(self.scene.warnings[:3])}.")
+        body = settings.body
+        self.body = Body(body.radius, body.height, body.step_height)
+        bounds = None if settings.bounds is None else np.array(settings.bounds, np.float64)
+        self.collider = Collider(self.scene, bounds=bounds, floor_height=settings.floor)
+        self._targets: dict[str, Target] = {}
+        self._last_way: tuple[tuple[float, float, float], Target | None, Way] | None = None
+
+    @cached_property
+    def navigator(self) -> Navigator:
+        """Where the body can walk; found once per scene and kept on disk."""
+        return Navigator(self.collider, self.body, cell_m=self.cell_m, cache=paths.scene_cache_dir())
+
+    @property
+    def cell_m(self) -> float:
+        """Edge of a cell of the walkable grid, metres."""
+        return CELL_M
+
+    def renderer(self) -> Renderer:
+        """Return the eye of this process."""
+        camera = self.settings.camera
+        return renderer_for(self.scene, width=camera.width, height=camera.height, fov_deg=camera.fov)
+
+    def overview(self, frame: OverviewFrame) -> UInt8Array:
+        """Return a picture of the scene from outside."""
+        return self.renderer().overview(frame)
+
+    def draw_target(self, rng: Generator) -> Target | None:
+        """Return one of the targets at random, or None if there are none."""
+        targets = self.settings.targets
+        return self._target(targets[int(rng.integers(len(targets)))]) if targets else None
+
+    def _target(self, settings: TargetSettings) -> Target:
+        if settings.name not in self._targets:
+            self._targets[settings.name] = self._find_target(settings)
+        return self._targets[settings.name]
+
+    def _find_target(self, settings: TargetSettings) -> Target:
+        chosen = {path for path in self._labels if any(is_below(path, pattern) for pattern in settings.prims)}
+        if not chosen:
+            known = [prim for prims in self.scene.labels.values() for prim in prims]
+            raise not_found(
+                f"Prim of target '{settings.name}'", ", ".join(settings.prims), known or sorted(self._labels)
+            )
+        surfaces = self.navigator.target(sorted(chosen))
+        within = max(settings.radius - CELL_M, 0.0)  # so that all of a goal's cell is near enough
+        goals = self.navigator.goal_cells(surfaces, within, self.settings.body.eye_height)
+        labels = {self._labels[path] for path in chosen}
+        return Target(
+            name=settings.name,
+            paths=tuple(sorted(chosen)),
+            label=labels.pop() if len(labels) == 1 else None,
+            radius=settings.radius,
+            surfaces=surfaces,
+            ways=self.navigator.distance_field(goals),
+        )
+
+    def draw_start(self, rng: Generator, target: Target | None) -> Pose:
+        """Return the first pose, drawn from the start region or as it is configured."""
+        start = self.settings.start
+        yaw = float(rng.uniform(0.0, 360.0)) if start.yaw is None else start.yaw
+        if start.x is not None and start.y is not None:
+            return make_pose(self._stand(start.x, start.y), yaw, start.pitch)
+        for _ in range(DRAWS):
+            foot = self._draw_foot(rng, target)
+            if target is None or target.surfaces.gap(foot) > target.radius:
+                return make_pose(foot, yaw, start.pitch)
+        raise InputError(
+            f"Every start in world.start.region is already within {target.radius if target else 0} m of the target: "
+            "choose a region farther from it."
+        )
+
+    def _draw_foot(self, rng: Generator, target: Target | None) -> FloatArray:
+        start = self.settings.start
+        box = self.collider.bounds[:, :2] if start.region is None else np.array(start.region, np.float64)
+        clearance = self.body.radius_m + CLEARANCE_M
+        field = None if target is None else target.ways
+        return self.navigator.random_foot(rng, box, clearance_m=clearance, field=field)
+
+    def _stand(self, x: float, y: float) -> FloatArray:
+        """Return where a foot at (x, y) comes to stand."""
+        start = self.settings.start
+        top = float(self.collider.bounds[1, 2]) if start.z is None else start.z
+        height = self.collider.floor_below(np.array([x, y, top]), self.body)
+        if height is None:
+            raise InputError(
+                f"There is no floor below the start ({x}, {y}, {top:g}): correct world.start or world.floor."
+            )
+        foot = np.array([x, y, height])
+        hit = self.collider.touching(foot, self.body)
+        if hit is not None:
+            raise InputError(f"At the start ({x}, {y}, {height:g}) the body is inside '{hit}': choose another place.")
+        return foot
+
+    def eye(self, pose: Pose) -> FloatArray:
+        """Return where the eye (3,) is, metres."""
+        return np.array([pose.x, pose.y, pose.z + self.settings.body.eye_height])
+
+    def look(self, pose: Pose, target: Target | None) -> Sight:
+        """Return what is seen from a pose, and what is true of it."""
+        eye, renderer, foot = self.eye(pose), self.renderer(), foot_of(pose)
+        image = renderer.view(eye, pose.yaw, pose.pitch)
+        pixels = renderer.visible(eye, pose.yaw, pose.pitch)
+        clear = target is not None and self.navigator.line_of_sight(eye, target.surfaces)
+        return Sight(
+            pose=pose,
+            image=image,
+            encoded=encode(image, self.settings.image_format),
+            visible_px=self._by_label(pixels),
+            target_px=sum(pixels.get(path, 0) for path in target.paths) if target else 0,
+            distance=_finite(self.navigator.distance(foot, target.ways)) if target else None,
+            near=clear and target is not None and target.surfaces.gap(foot) <= target.radius,
+            line_of_sight=clear,
+        )
+
+    def _by_label(self, pixels: Mapping[str, int]) -> dict[str, int]:
+        labels: dict[str, int] = {}
+        for path, count in pixels.items():
+            label = self._labels.get(path)
+            if label is not None:
+                labels[label] = labels.get(label, 0) + count
+        return dict(sorted(labels.items()))
+
+    @cached_property
+    def _labels(self) -> dict[str, str | None]:
+        return {mesh.path: mesh.label for mesh in self.scene.meshes}
+
+    def way(self, pose: Pose, target: Target | None) -> Way:
+        """Return the shortest way from a pose to the goal; asked again from the same place, the same one."""
+        place = (pose.x, pose.y, pose.z)
+        if self._last_way is None or self._last_way[:2] != (place, target):
+            route = self.navigator.path(foot_of(pose), target.ways) if target else None
+            way = Way(np.zeros((0, 3)), None) if route is None else Way(route.points, float(route.length_m))
+            self._last_way = (place, target, way)
+        return self._last_way[2]
+
+    def direction_of(self, pose: Pose, target: Target | None) -> tuple[float | None, float | None]:
+        """Return the direction (yaw, pitch), degrees, of the target's middle from the eye."""
+        if target is None:
+            return None, None
+        return angles(target.surfaces.points.mean(axis=0) - self.eye(pose))
+
+    def visited(self, places: FloatArray) -> frozenset[int]:
+        """Return the cells that the body covers on its straight ways from one of (k, 3) places to the next."""
+        parts = [places[:1]]
+        for start, end in pairwise(places):
+            count = math.ceil(float(np.linalg.norm(end - start)) / self.cell_m)
+            parts.append(start + (end - start) * np.linspace(0, 1, count + 1)[1:, None])
+        return frozenset(int(cell) for cell in self.navigator.visited(np.concatenate(parts), self.body.radius_m))
+
+    def reachable_cells(self, pose: Pose) -> int:
+        """Return how many cells can be reached from a pose."""
+        return len(self.navigator.reachable(foot_of(pose)))
+
+
+def surroundings_of(settings: UsdSettings) -> Surroundings:
+    """Return the surroundings for these settings; the latest are kept, so that runs and conditions share them."""
+    elsewhere: dict[str, Any] = {"name": "", "task": "", "steps": 1, "history": 0, "boundary": "", "keep_images": True}
+    return _surroundings(msgspec.json.encode(msgspec.structs.replace(settings, **elsewhere)))
+
+
+@lru_cache(maxsize=4)
+def _surroundings(settings: bytes) -> Surroundings:
+    return Surroundings(msgspec.json.decode(settings, type=UsdSettings))
+
+
+def encode(image: UInt8Array, image_format: str) -> bytes:
+    """Return (h, w, 3) RGB as it is sent: PNG or JPEG; the same pixels give the same bytes."""
+    if image_format == "png":
+        return png(image)
+    buffer = io.BytesIO()
+    Image.fromarray(image).save(buffer, "JPEG", quality=JPEG_QUALITY)
+    return buffer.getvalue()
+
+
+def is_below(path: str, pattern: str) -> bool:
+    """Return whether a pattern names a prim or one above it."""
+    return fnmatchcase(path, pattern) or fnmatchcase(path, f"{pattern}/*")
+
+
+def _finite(value: float) -> float | None:
+    return round(float(value), 9) if np.isfinite(value) else None
