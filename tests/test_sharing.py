@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import contextlib
+
 import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from commands import SMALL, foundry
+from foundry.models.answers.opening import open_answers
 from foundry.models.base import Reply
 from foundry.models.serving import InFlight
 from foundry.models.wrappers.climbing import Sums
 from foundry.models.wrappers.limited import Limit
+from foundry.running.build import model_stack
 from foundry.running.sharing import PATIENCE_S, SILENT_S, Group, Part, Parts, Shared, divided
 from models.slot_servers import Timed
 from ollama_server import OllamaServer
+from own_backend import Paid
 
 BOUNDS = InFlight(min=1, max=64, initial=8)
 MODEL = '{"name": "llama3.2"}'
@@ -138,6 +143,16 @@ def test_what_a_worker_did_before_it_was_first_seen_does_not_count():
     for _ in range(3):
         group.take(parts)
     assert group.total == 8
+
+
+@pytest.mark.parametrize(("in_process", "made"), [(False, 1), (True, 0)])
+def test_a_model_that_answers_within_its_worker_has_a_limit_of_its_own(in_process, made, tmp_path):
+    model = Paid("paid")
+    model.in_process = in_process
+    shared = Shared("0-0", 2)
+    with contextlib.closing(open_answers(str(tmp_path / "answers.sqlite"))) as answers:
+        model_stack(model, lambda: answers, limit=shared.maker(MODEL))
+    assert len(shared.limits) == made
 
 
 def test_there_is_room_where_calls_are_made_and_seldom_wait():

@@ -156,6 +156,7 @@ class Model(ABC):
 
     Attributes:
         name: name of the model in tables and records.
+        in_process: whether it answers within the process that asks it, so that each worker has one of its own.
         remote: whether asking costs something, so that answers are cached, limited and retried; how is in its
             attribute `server`, a `serving.Serving`, else as `serving.DEFAULT` says.
         replaceable: whether other weights may come to stand under its name while it is asked, so that what `inspect`
@@ -163,6 +164,7 @@ class Model(ABC):
     """
 
     remote: bool = False
+    in_process: bool = False
     replaceable: bool = True
     name: str
 

@@ -57,7 +57,7 @@ def model_stack(
         model: the model.
         answers: opens the cache, once it is needed.
         info: what its server said when the sweep was checked, which it must go on saying; None to take any.
-        limit: makes the limit on its calls in flight.
+        limit: makes the limit on its calls in flight, where it is not one of this process alone.
     """
     known = iter(() if info is None else _each(info))
     return model.wrapped(lambda one: _stacked(one, answers, next(known, None), limit))
@@ -81,7 +81,7 @@ def _stacked(
     may_change = model.replaceable and info is not None and info.digest is not None
     unconfirmed = Unconfirmed(answers(), info if may_change else None, model.weights_of)
     confirmed = ConfirmedModel(model, unconfirmed) if may_change else model
-    in_flight = limit(serving.in_flight)
+    in_flight = Limit(serving.in_flight) if model.in_process else limit(serving.in_flight)
     retried = RetriedModel.as_set(serving.retry, confirmed, in_flight.note_failure)
     return CachedModel(WarmedModel(LimitedModel(retried, in_flight)), unconfirmed)
 

@@ -33,7 +33,7 @@ REACHED = 0.25
 MOST_UNACCOUNTED = 0.95
 QUEUEING = 1.3
 """In flight over at work by the server's own clock; beyond it (and one more) calls only wait, and the limit falls."""
-REFUSED = 0.2
+REFUSED = 0.3
 """The limit falls when more than this share of the tries is refused."""
 ALL_REFUSED = 0.5
 """It falls to half when it is even this share, and before what was in flight by an earlier limit is over."""
@@ -197,7 +197,7 @@ class Climb:
         if share < (ALL_REFUSED if self._settle else REFUSED):
             return False
         if self._base is not None and self.limit > self._home:
-            self._fail(sums)
+            self._fail(sums, turns=False)
         else:
             self._fall(int(self.limit * (0.5 if share >= ALL_REFUSED else 0.9)), sums)
         return True
@@ -289,7 +289,7 @@ class Climb:
             self._home = self.limit
             self._try_another(found, sums)
 
-    def _fail(self, sums: Sums) -> None:
+    def _fail(self, sums: Sums, *, turns: bool = True) -> None:
         """Go back to the limit before, and turn round; when neither direction pays, rest for long."""
         if self._told and self._base is not None and self._base.queued is not None:
             self._unaccounted = min(MOST_UNACCOUNTED, self._base.queued)  # it was no queue
@@ -297,10 +297,11 @@ class Climb:
         self._failures += int(small)
         # A server that tells of its queue need not be given too little to see whether it was given too much.
         told = self._base is not None and self._base.queued is not None
-        self._up, self._climbing = told or not self._up or (self._climbing and not small), False
+        goes_on = told or not turns or (self._climbing and not small)
+        self._up, self._climbing = goes_on or not self._up, False
         self._step = max(SMALLEST_STEP, math.sqrt(self._step))
         rest = _long_rest(self._home) * (2 if self._failures >= 4 else 1)
-        self._rest_at(self._home, sums, rest if small and self._failures >= 2 else 0)
+        self._rest_at(self._home, sums, rest if small and (self._failures >= 2 or not turns) else 0)
 
     def _fall(self, limit: int, sums: Sums) -> None:
         """Go down at once, and grow again from there with care."""
