@@ -75,7 +75,7 @@ KINDS = (
         "openai",
     ),
     Kind("slower beyond 24", "--slots=1000 --mean=0.4 --best=24", (16, 24, 32), 4_000, 300, "openai"),
-    Kind("16 slots, then 4", "--slots=16 --mean=0.2 --then-slots=4 --then-after=2000", (), 3_000, 300, "openai"),
+    Kind("16 slots, then 4", "--slots=16 --mean=0.2 --then-slots=4 --then-after=2000", (), 5_000, 300, "openai"),
     Kind("4 slots, then 16", "--slots=4 --mean=0.2 --then-slots=16 --then-after=1000", (), 4_000, 300, "openai"),
 )
 CHANGED = {"16 slots, then 4": (2_000, (16, 18), (4, 5)), "4 slots, then 16": (1_000, (4, 5), (16, 18))}
@@ -199,9 +199,9 @@ def measure_changed(kind: Kind, seen: Seen) -> Result:
     calls = int(TAIL * len(seen.ends))
     ideal_s = after / halves[0][1] + (calls - after) / halves[1][1]
     share = ideal_s / (seen.ends[calls - 1] - seen.ends[0])
-    later = Seen(seen.ends[after:], seen.in_flight[after:], seen.queued[after:], seen.work[after:], 0)
+    later = Seen(seen.ends[after:], seen.in_flight[after:], seen.queued[after:], seen.work[after:], seen.refused)
     reached = later.calls_until(0.8 * halves[1][1], LEAST_WINDOW)
-    return _result(halves[1], share, later.per_s(0.5) / halves[1][1], seen, reached)
+    return _result(halves[1], share, later.per_s(0.5) / halves[1][1], later, reached)
 
 
 def _result(best: tuple[int, float], share: float, later: float, seen: Seen, reached: int | None) -> Result:

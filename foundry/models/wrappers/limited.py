@@ -109,7 +109,7 @@ class Limit:
             self.allowed, self._changed = allowed, self._now
 
     def _look(self) -> None:
-        if self._climb is not None:
+        if self._climb is not None and self.bounds.min < self.bounds.max:
             self._climb.look(self._sums)
             self.allow(self._climb.limit)
 
