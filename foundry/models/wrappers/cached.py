@@ -11,7 +11,6 @@ from foundry.models.answers.unconfirmed import Unconfirmed
 from foundry.models.base import Model, Reply, Request
 from foundry.models.wrappers.base import Wrapper
 
-
 MANY = 64
 """With so many calls in flight others end soon, so that a transaction waits for them: it costs as much as ten rows."""
 MOMENT_S = 0.005
@@ -74,7 +73,7 @@ class CachedModel(Wrapper):
         return reply
 
     def _save(self, key: str, reply: Reply) -> asyncio.Future[None]:
-        """Return when the reply is committed; those of one turn of the loop, or of a moment if many come, share that."""
+        """Return when the reply is committed; those of a turn of the loop, or of a moment if many come, share that."""
         loop = asyncio.get_running_loop()
         self._unsaved[key] = reply
         if self._saved is None:
