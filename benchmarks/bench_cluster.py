@@ -63,6 +63,7 @@ def ground(folder: Path) -> Iterator[Ground]:
 
 def sweep(around: Ground, folder: Path, cache: str, workers: int, *more: str) -> Swept:
     """Run so many runs that every worker has a few."""
+    limit = IN_FLIGHT * workers
     return run_sweep(
         folder,
         "runner=dask",
@@ -70,7 +71,7 @@ def sweep(around: Ground, folder: Path, cache: str, workers: int, *more: str) ->
         f"runner.workers={workers}",
         "runner.open_runs=1",
         f"model.server.hosts='{around.url}'",
-        f"model.server.in_flight={{min: {IN_FLIGHT}, max: {IN_FLIGHT}, initial: {IN_FLIGHT}}}",
+        f"model.server.in_flight={{min: {limit}, max: {limit}, initial: {limit}}}",
         f"world.agents={AGENTS}",
         f"world.steps={STEPS}",
         f"seed=0-{RUNS_PER_WORKER * workers - 1}",

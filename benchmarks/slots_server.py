@@ -1,45 +1,232 @@
-"""The test server with so many slots and service times as spread as those of a model: `--slots 4 --mean 0.05`."""
+"""A server that works on several calls at once, as those of models do: `--slots 4 --mean 0.05`.
+
+It has so many slots, replies of unequal length, batches that slow each of their calls down, a queue, a limit on the
+calls per second, as its settings say. `GET /stats` tells how busy it was.
+"""
 
 from __future__ import annotations
 
 import argparse
+import asyncio
+import heapq
+import itertools
 import math
 import sys
 import threading
 import time
+from collections import deque
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from aiohttp import web
 
 sys.path.append(str(Path(__file__).resolve().parent.parent / "tests"))
 
-from ollama_cases import ChatCase, grid_answer
+import ollama_cases
+import openai_server
 from ollama_server import OllamaServer
 
-SPREAD = 0.5
-"""Standard deviation of the logarithm: one call in twenty takes more than twice as long as the median."""
+TOKENS_PER_REPLY = 100
+"""On average."""
+BURST = 10
+"""Calls that a limit on the calls per second lets through at once."""
+
+
+@dataclass(frozen=True)
+class Work:
+    """How a server works.
+
+    Attributes:
+        slots: calls worked on at once.
+        mean: seconds of work of a call on average, were it alone.
+        spread: standard deviation of the logarithm of that.
+        overhead: seconds per call outside of any slot, as a share of the mean.
+        growth: by how much a full batch slows each of its calls.
+        best: calls beyond which a batch does less in all; 0 for none.
+        per_s: calls that are let in per second, the others get 429; 0 for any number.
+        then_slots: slots later on; 0 for no change.
+        then_after: calls after which that is.
+    """
+
+    slots: int
+    mean: float
+    spread: float
+    overhead: float
+    growth: float
+    best: int
+    per_s: float
+    then_slots: int
+    then_after: int
+
+    def slowdown(self, batch: int) -> float:
+        """Return how much longer each of so many calls takes than one alone."""
+        beyond = (batch / self.best) ** 1.5 if self.best else 1.0
+        return (1 + self.growth * (batch - 1) / self.slots) * max(1.0, beyond)
+
+    def seconds(self, seed: int) -> float:
+        """Return the work of a call by its seed."""
+        normal = np.random.default_rng(seed).standard_normal()
+        return self.mean * math.exp(self.spread * normal - self.spread**2 / 2)
+
+
+class Engine:
+    """Works on calls in slots, first come first served, all at one pace that their number sets.
+
+    Attributes:
+        ends: time, calls in flight, calls in the queue and seconds of work at the end of every call.
+        refused: calls that were not let in.
+    """
+
+    def __init__(self, work: Work) -> None:
+        self.work = work
+        self.ends: list[tuple[float, int, int, float]] = []
+        self.refused = 0
+        self._in_flight = 0
+        self._waiting: deque[tuple[float, asyncio.Future[float]]] = deque()
+        self._active: list[tuple[float, int, float, asyncio.Future[float]]] = []
+        self._numbers = itertools.count()
+        self._done, self._now = 0.0, 0.0
+        self._timer: asyncio.TimerHandle | None = None
+        self._allowance, self._allowed_at = float(BURST), 0.0
+
+    def lets_in(self) -> bool:
+        """Return whether one more call is within the limit on the calls per second."""
+        if not self.work.per_s:
+            return True
+        now = time.perf_counter()
+        self._allowance = min(BURST, self._allowance + (now - self._allowed_at) * self.work.per_s)
+        self._allowed_at = now
+        if self._allowance < 1:
+            self.refused += 1
+            return False
+        self._allowance -= 1
+        return True
+
+    async def serve(self, seconds: float) -> float:
+        """Work on a call that would take so long alone; returns how long it was worked on."""
+        self._in_flight += 1
+        try:
+            await asyncio.sleep(self.work.overhead * self.work.mean)
+            ended: asyncio.Future[float] = asyncio.get_running_loop().create_future()
+            self._waiting.append((seconds, ended))
+            self._move_on()
+            return await ended
+        finally:
+            self.ends.append((time.perf_counter(), self._in_flight, len(self._waiting), seconds))
+            self._in_flight -= 1
+
+    @property
+    def _slots(self) -> int:
+        changed = self.work.then_slots and len(self.ends) >= self.work.then_after
+        return self.work.then_slots if changed else self.work.slots
+
+    def _move_on(self) -> None:
+        """Bring everything to the present, begin what can begin, and set the time of the next end."""
+        now = time.perf_counter()
+        if self._active:
+            self._done += (now - self._now) / self.work.slowdown(len(self._active))
+        self._now = now
+        while self._active and self._active[0][0] <= self._done + 1e-9:
+            _, _, began, ended = heapq.heappop(self._active)
+            if not ended.done():
+                ended.set_result(now - began)
+        while self._waiting and len(self._active) < self._slots:
+            seconds, ended = self._waiting.popleft()
+            heapq.heappush(self._active, (self._done + seconds, next(self._numbers), now, ended))
+        if self._timer is not None:
+            self._timer.cancel()
+        if self._active:
+            left_s = (self._active[0][0] - self._done) * self.work.slowdown(len(self._active))
+            self._timer = asyncio.get_running_loop().call_later(left_s, self._move_on)
+
+
+class Watched:
+    """Adds what tells how busy an engine was to a server."""
+
+    engine: Engine
+
+    def stats(self) -> web.Response:
+        """Return it."""
+        return ollama_cases.json_response({"ends": self.engine.ends, "refused": self.engine.refused})
+
+
+class Ollama(Watched, OllamaServer):
+    """Speaks Ollama's API."""
+
+    def __init__(self, engine: Engine, begun: Path | None) -> None:
+        super().__init__(self._answer, on_chat=self._note, keep_bodies=False)
+        self.engine = engine
+        self._begun = begun
+
+    def _answer(self, body: Mapping[str, Any]) -> ollama_cases.ChatCase:
+        return ollama_cases.ChatCase(text=ollama_cases.grid_answer(body))
+
+    def _note(self, number: int, body: Mapping[str, Any]) -> None:
+        if number == 1 and self._begun is not None:
+            self._begun.write_text(f"{time.time()}", encoding="utf-8")
+
+    async def _handle(self, request: web.BaseRequest) -> web.StreamResponse:
+        return self.stats() if request.path == "/stats" else await super()._handle(request)
+
+    async def _play(self, body: dict[str, Any], model: ollama_cases.FakeModel) -> ollama_cases.ChatCase:
+        case = await super()._play(body, model)
+        if case.status != 200:
+            return case
+        seconds = self.engine.work.seconds(body["options"]["seed"])
+        worked_s = await self.engine.serve(seconds)
+        return replace(case, delay_s=worked_s, output_tokens=tokens_in(seconds, self.engine.work))
+
+
+class OpenAI(Watched, openai_server.OpenAIServer):
+    """Speaks OpenAI's API."""
+
+    def __init__(self, engine: Engine) -> None:
+        super().__init__(self._answer)
+        self.engine = engine
+
+    def _answer(self, body: dict[str, Any]) -> openai_server.ChatCase:
+        tokens = tokens_in(self.engine.work.seconds(body["seed"]), self.engine.work)
+        usage = {"prompt_tokens": 100, "completion_tokens": tokens, "total_tokens": 100 + tokens}
+        return openai_server.ChatCase(text=openai_server.grid_reply(body), usage=usage)
+
+    async def _handle(self, request: web.BaseRequest) -> web.StreamResponse:
+        if request.path == "/stats":
+            return self.stats()
+        if request.method == "POST" and not self.engine.lets_in():
+            return openai_server.response_of(openai_server.limited())
+        return await super()._handle(request)
+
+    async def _chat(self, body: dict[str, Any]) -> web.StreamResponse:
+        await self.engine.serve(self.engine.work.seconds(body["seed"]))
+        return await super()._chat(body)
+
+
+def tokens_in(seconds: float, work: Work) -> int:
+    """Return the tokens of a reply that takes so long alone."""
+    return max(1, round(TOKENS_PER_REPLY * seconds / work.mean))
 
 
 def main() -> None:
     """Serve until interrupted."""
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--speaks", choices=("ollama", "openai"), default="ollama")
     parser.add_argument("--slots", type=int, required=True)
     parser.add_argument("--mean", type=float, required=True, help="seconds of work per call, on average")
-    parser.add_argument("--begun", type=Path, required=True, help="file that gets the time of the first call")
-    asked = parser.parse_args()
-
-    def answer(body: Mapping[str, Any]) -> ChatCase:
-        """Answer after a time that the call's seed decides."""
-        normal = np.random.default_rng(body["options"]["seed"]).standard_normal()
-        return ChatCase(text=grid_answer(body), delay_s=asked.mean * math.exp(SPREAD * normal - SPREAD**2 / 2))
-
-    def note(number: int, body: Mapping[str, Any]) -> None:
-        if number == 1:
-            asked.begun.write_text(f"{time.time()}", encoding="utf-8")
-
-    with OllamaServer(answer, slots=asked.slots, on_chat=note, keep_bodies=False) as server:
+    parser.add_argument("--spread", type=float, default=0.5, help="standard deviation of its logarithm")
+    parser.add_argument("--overhead", type=float, default=0.0, help="share of the mean that passes outside of a slot")
+    parser.add_argument("--growth", type=float, default=0.0, help="by how much a full batch slows each of its calls")
+    parser.add_argument("--best", type=int, default=0, help="calls beyond which a batch does less in all")
+    parser.add_argument("--per-s", type=float, default=0.0, help="calls per second that are not refused")
+    parser.add_argument("--then-slots", type=int, default=0, help="slots later on")
+    parser.add_argument("--then-after", type=int, default=0, help="calls after which that is")
+    parser.add_argument("--begun", type=Path, help="file that gets the time of the first call")
+    asked = vars(parser.parse_args())
+    speaks, begun = asked.pop("speaks"), asked.pop("begun")
+    engine = Engine(Work(**asked))
+    with Ollama(engine, begun) if speaks == "ollama" else OpenAI(engine) as server:
         sys.stdout.write(f"{server.url}\n")
         sys.stdout.flush()
         threading.Event().wait()

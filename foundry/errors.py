@@ -52,12 +52,16 @@ class TransientError(BackendError):
 
     Attributes:
         busy: the server said that it has too much to do (503, 429).
+        late: the server did not answer within the time that it was given.
         retry_after_s: how long the server asked to wait, seconds; None when it did not say.
     """
 
-    def __init__(self, message: str, *, busy: bool = False, retry_after_s: float | None = None) -> None:
+    def __init__(
+        self, message: str, *, busy: bool = False, late: bool = False, retry_after_s: float | None = None
+    ) -> None:
         super().__init__(message)
         self.busy = busy
+        self.late = late
         self.retry_after_s = retry_after_s
 
 

@@ -122,7 +122,7 @@ class OpenAIServer(LocalServer):
         if self.key is not None and request.headers.get("authorization") != f"Bearer {self.key}":
             given = request.headers.get("authorization", "").removeprefix("Bearer ")
             text = f"Incorrect API key provided: {given}."
-            return _response(refused(401, text, code="invalid_api_key"))
+            return response_of(refused(401, text, code="invalid_api_key"))
         if (request.method, request.path) == ("GET", "/v1/models") and self.lists:
             rows = [{"id": name, "object": "model", "owned_by": "tests", **row} for name, row in self.models.items()]
             return _json({"object": "list", "data": rows})
@@ -135,15 +135,15 @@ class OpenAIServer(LocalServer):
             self._bodies.append(body)
         if body["model"] not in self.models:
             text = f"The model `{body['model']}` does not exist"
-            return _response(refused(404, text, code="model_not_found"))
+            return response_of(refused(404, text, code="model_not_found"))
         answer = self.answer(body)
         case = ChatCase(text=answer) if isinstance(answer, str) else answer
         if case.hang:
             await self._stop.wait()
-        return _response(case, body["model"])
+        return response_of(case, body["model"])
 
 
-def _response(case: ChatCase, model: str = "") -> web.Response:
+def response_of(case: ChatCase, model: str = "") -> web.Response:
     if case.raw is not None:
         return web.Response(body=case.raw, status=case.status, headers=case.headers)
     if case.error is not None:

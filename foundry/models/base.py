@@ -165,11 +165,13 @@ class Model(ABC):
         name: name of the model in tables and records.
         costs: whether asking costs something, so that answers are cached, limited and retried; how is in its
             attribute `server`, a `serving.Serving`, else as `serving.DEFAULT` says.
+        in_process: whether it answers within the process that asks it, so that each worker has one of its own.
         replaceable: whether other weights may come to stand under its name while it is asked, so that what `inspect`
             says is compared again and again, where it gives a digest.
     """
 
     costs: bool = False
+    in_process: bool = False
     replaceable: bool = True
     name: str
 

@@ -9,10 +9,10 @@ from foundry.errors import FoundryError, InputError
 from foundry.models.answers.base import Answers
 from foundry.models.answers.unconfirmed import Unconfirmed
 from foundry.models.base import Model, ModelInfo
-from foundry.models.serving import serving_of
+from foundry.models.serving import InFlight, serving_of
 from foundry.models.wrappers.cached import CachedModel
 from foundry.models.wrappers.confirmed import ConfirmedModel
-from foundry.models.wrappers.limited import LimitedModel
+from foundry.models.wrappers.limited import Limit, LimitedModel
 from foundry.models.wrappers.retried import RetriedModel
 from foundry.models.wrappers.warmed import WarmedModel
 from foundry.naming import target_of
@@ -50,16 +50,22 @@ def _built(value: Any) -> Any:
     return [_built(inner) for inner in value] if isinstance(value, list | tuple) else value
 
 
-def model_stack(model: Model, answers: Callable[[], Answers], info: ModelInfo | None = None) -> Model:
+def model_stack(
+    model: Model,
+    answers: Callable[[], Answers],
+    info: ModelInfo | None = None,
+    limit: Callable[[InFlight], Limit] = Limit,
+) -> Model:
     """Wrap a model that costs something, or each of its members.
 
     Args:
         model: the model.
         answers: opens the cache, once it is needed.
         info: what its server said when the sweep was checked, which it must go on saying; None to take any.
+        limit: makes the limit on its calls in flight, where it is not one of this process alone.
     """
     known = iter(() if info is None else _each(info))
-    return model.wrapped(lambda one: _stacked(one, answers, next(known, None)))
+    return model.wrapped(lambda one: _stacked(one, answers, next(known, None), limit))
 
 
 def _each(info: ModelInfo) -> Iterator[ModelInfo]:
@@ -70,17 +76,19 @@ def _each(info: ModelInfo) -> Iterator[ModelInfo]:
         yield from _each(member)
 
 
-def _stacked(model: Model, answers: Callable[[], Answers], info: ModelInfo | None) -> Model:
+def _stacked(
+    model: Model, answers: Callable[[], Answers], info: ModelInfo | None, limit: Callable[[InFlight], Limit]
+) -> Model:
     """Wrap a model that costs something: cache, then one warm-up, then limit, then retry, then its weights."""
     if not model.costs:
         return model
     serving = serving_of(model)
     may_change = model.replaceable and info is not None and info.digest is not None
     unconfirmed = Unconfirmed(answers(), info if may_change else None, model.weights_of)
-    retried = RetriedModel.as_set(serving.retry, ConfirmedModel(model, unconfirmed) if may_change else model)
-    in_flight = serving.in_flight
-    limited = LimitedModel(retried, min=in_flight.min, max=in_flight.max, initial=in_flight.initial)
-    return CachedModel(WarmedModel(limited), unconfirmed)
+    confirmed = ConfirmedModel(model, unconfirmed) if may_change else model
+    in_flight = Limit(serving.in_flight) if model.in_process else limit(serving.in_flight)
+    retried = RetriedModel.as_set(serving.retry, confirmed, in_flight.note_failure)
+    return CachedModel(WarmedModel(LimitedModel(retried, in_flight)), unconfirmed)
 
 
 def _one_line(error: BaseException) -> str:

@@ -77,7 +77,8 @@ class DaskRunner(Runner):
         spec = self.spec(job, runs, number)
 
         def attempt() -> str | None:
-            tasks = [joblib.delayed(work)(replace(spec, name=f"{number}-{lane}")) for lane in range(workers)]
+            given = [replace(spec, name=f"{number}-{lane}", workers=workers) for lane in range(workers)]
+            tasks = [joblib.delayed(work)(one) for one in given]
             return _first(_parallel(client, tasks, at_once="all"))
 
         workers = self._size(client, runs)

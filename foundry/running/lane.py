@@ -38,6 +38,7 @@ from foundry.records import Counts, RunSummary
 from foundry.running.asking import asker_of
 from foundry.running.build import build, model_stack
 from foundry.running.continuing import forked, origin_of
+from foundry.running.sharing import Shared
 from foundry.storing.run_writer import RunWriter, write_run_summary
 from foundry.storing.store import RunFolder, SweepFolder, cannot_write, write_atomically
 from foundry.storing.sweep_file import to_yaml
@@ -46,6 +47,8 @@ from foundry.texts import without_secrets
 REPORT_EVERY_S = 0.25
 RETRY_CLAIM_S = 0.25
 MOST_NOTES = 20
+MOST_OPEN = 64
+"""Runs that are opened at once to fill a server; each holds a few files open."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +63,9 @@ class LaneSpec:
         infos: what the server said about each model, by `expansion.settings_key`.
         cache: where the answer cache is: a file or a database.
         frame_every: keep a picture of every n-th step; 0 keeps none.
-        open_runs: how many runs it plays at once.
+        open_runs: how many runs it plays at once; more where a server that it asks has room for more calls.
+        workers: how many workers begin at once, each with its part of every limit on the calls in flight.
+        apart: whether they see nothing of each other's reports, so that it stays at that.
         parent: process that must be alive for the work to make sense; None for this very process.
         own: the user's own folders, whose code the sweep's parts may need.
     """
@@ -73,6 +78,8 @@ class LaneSpec:
     suspects: tuple[str, ...] = ()
     frame_every: int = 0
     open_runs: int = 1
+    workers: int = 1
+    apart: bool = False
     parent: int | None = None
     own: tuple[Path, ...] = ()
 
@@ -144,12 +151,18 @@ class Lane:
     _tallies: dict[str, Tally] = field(default_factory=dict)
     _open: dict[str, tuple[str, RunWriter]] = field(default_factory=dict)
     _most: dict[str, int] = field(default_factory=dict)
+    _limits: Shared = field(init=False)
+    _parts: dict[str, Any] = field(default_factory=dict)
+    _more: int = 0
     _built: dict[str, Any] = field(default_factory=dict)
     _models: dict[str, Model] = field(default_factory=dict)
     _texts: dict[int, str] = field(default_factory=dict)
     _answers: Answers | None = None
     _stopped: list[Played] = field(default_factory=list)
     _changes: list[ModelChangedError] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._limits = Shared(self.spec.name, self.spec.workers, apart=self.spec.apart)
 
     def run(self) -> str | None:
         """Work until no run is left; returns the cause that must end the sweep, or None."""
@@ -169,14 +182,28 @@ class Lane:
 
     async def _work(self) -> None:
         folders = {folder.id: folder for folder in self.spec.folder.runs()}
+        exchange = asyncio.create_task(self._exchange())
         try:
             await self._take([folders[run] for run in self.spec.suspects], at_once=1)
             await self._take([folders[run] for run in self.spec.runs], at_once=self.spec.open_runs)
             await self._confirm()
             self._fail_spoiled()
         finally:
+            exchange.cancel()
+            self._parts = {}
             for model in self._models.values():
                 await model.close()
+
+    async def _exchange(self) -> None:
+        """Share what is known of the servers with the other workers, again and again."""
+        while True:
+            await asyncio.sleep(REPORT_EVERY_S)
+            if self._limits.limits:
+                reports = await asyncio.to_thread(self.spec.folder.progress)
+                self._limits.exchange({name: report.get("limits", {}) for name, report in reports.items()})
+                self._parts = self._limits.report()
+                if self._limits.have_room():
+                    self._more = min(MOST_OPEN, 1 + self._more + len(self._open) // 8)
 
     async def _confirm(self) -> None:
         """Ask the servers at the end whether they still have the models that they had at the start."""
@@ -204,17 +231,21 @@ class Lane:
         waiting, elsewhere = deque(folders), deque[RunFolder]()
         tasks: dict[asyncio.Task[bool], RunFolder] = {}
         while (waiting or elsewhere or tasks) and not (self.stopping and not tasks):
-            while waiting and len(tasks) < at_once and not self.stopping:
+            while waiting and len(tasks) < self._open_runs(at_once) and not self.stopping:
                 folder = waiting.popleft()
                 if not folder.ended:
                     tasks[asyncio.create_task(self._settle(folder))] = folder
             if tasks:
-                done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+                done, _ = await asyncio.wait(tasks, timeout=REPORT_EVERY_S, return_when=asyncio.FIRST_COMPLETED)
                 settled = {tasks.pop(task): task.result() for task in done}
                 elsewhere.extend(folder for folder, mine in settled.items() if not mine)
             elif elsewhere:
                 await asyncio.sleep(RETRY_CLAIM_S)
                 waiting, elsewhere = elsewhere, deque()
+
+    def _open_runs(self, least: int) -> int:
+        """Return how many runs to play at once: more than said where a server has room, unless one was said."""
+        return least if least == 1 else max(least, min(MOST_OPEN, least + self._more))
 
     async def _settle(self, folder: RunFolder) -> bool:
         """Play the run unless it ended or another worker has it; returns False in the latter case."""
@@ -318,7 +349,8 @@ class Lane:
     def _model(self, config: Mapping[str, Any]) -> Model:
         key = settings_key(config)
         if key not in self._models:
-            self._models[key] = model_stack(build(config), self._cache, self.spec.infos[key])
+            limit = self._limits.maker(key)
+            self._models[key] = model_stack(build(config), self._cache, self.spec.infos[key], limit)
         return self._models[key]
 
     def _cache(self) -> Answers:
@@ -353,6 +385,7 @@ class Lane:
             "open": [run for run, _ in opened],
             "counts": {run: _calls_so_far(writer.counts) for run, (_, writer) in opened},
             "models": {name: vars(tally) for name, tally in models.items()},
+            "limits": self._parts,
             "removed": sum(change.removed for change in list(self._changes)),
             "notes": self.notes.lines[-MOST_NOTES:],
         }

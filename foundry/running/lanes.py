@@ -38,7 +38,7 @@ class Lanes:
             workers: how many work at once.
             abandoned: says whether nobody waits for the work any more.
         """
-        self._spec = replace(spec, parent=os.getpid())
+        self._spec = replace(spec, parent=os.getpid(), workers=max(spec.workers, workers))
         self._workers = workers
         self._abandoned = abandoned
         self._numbers = itertools.count()

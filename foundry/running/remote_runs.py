@@ -83,7 +83,8 @@ class RemoteRuns:
             ids = tuple(waiting[start : start + size])
             part = part_of(self._folder.sweep, [self._runs[run].run for run in ids])
             folder = SweepFolder(self._folder.path, part, self._folder.settings, self._folder.models)
-            yield Chunk(replace(spec, name=f"{spec.name}-{start}", folder=folder, runs=ids), self._remote.url)
+            given = replace(spec, name=f"{spec.name}-{start}", folder=folder, runs=ids, workers=workers, apart=True)
+            yield Chunk(given, self._remote.url)
 
     def take(self, played: Played) -> None:
         """Fetch a chunk's runs and count them for whoever watches the sweep."""

@@ -1,5 +1,9 @@
 from __future__ import annotations
 
+import heapq
+from collections import Counter
+from contextlib import AbstractContextManager
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -64,8 +68,28 @@ def test_a_failure_weighs_like_a_call_in_flight_until_the_host_answers():
         raise TransientError("down")
     with pool.least_loaded() as second, pool.least_loaded() as third:
         assert (second, third) == ("b", "a")
-    with pool.least_loaded() as host:
-        assert host == "a"
+    with pool.least_loaded() as fourth, pool.least_loaded() as fifth:
+        assert {fourth, fifth} == {"a", "b"}
+
+
+@pytest.mark.parametrize(("slots", "times"), [((4, 16), 2.0), ((8, 8), 1.0), ((16, 4), 0.5)])
+def test_a_server_that_answers_more_has_more_calls_in_flight_and_equal_ones_equally_many(slots, times):
+    """Two servers that take one unit of time for a call, with as many calls in flight as they have slots."""
+    pool, now = HostPool(("a", "b")), 0.0
+    free_at = {host: [0.0] * number for host, number in zip("ab", slots, strict=True)}
+    under_way: list[tuple[float, int, str, AbstractContextManager[str]]] = []
+    in_flight = Counter[str]()
+    for number in range(1500):
+        if len(under_way) == sum(slots):
+            now, _, _, ended = heapq.heappop(under_way)
+            ended.__exit__(None, None, None)
+        call = pool.least_loaded()
+        host = call.__enter__()
+        ends = max(now, heapq.heappop(free_at[host])) + 1
+        heapq.heappush(free_at[host], ends)
+        heapq.heappush(under_way, (ends, number, host, call))
+        in_flight.update(host for _, _, host, _ in under_way if number >= 500)
+    assert in_flight["b"] / in_flight["a"] == pytest.approx(times, rel=0.1)
 
 
 def test_a_refused_request_says_nothing_against_its_host():

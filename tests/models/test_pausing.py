@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from foundry.errors import ServerError, TransientError
 from foundry.models.http.pausing import Pause, parse_reset, wait_asked
 from foundry.models.http.transport import Origin
-from foundry.models.wrappers.limited import LimitedModel
+from foundry.models.serving import InFlight
+from foundry.models.wrappers.limited import Limit, LimitedModel
 from foundry.models.wrappers.retried import RetriedModel
 from openai_server import ChatCase, OpenAIServer, in_turn, limited
 
@@ -101,21 +102,20 @@ def test_a_pause_that_is_too_long_ends_the_sweep():
     assert pause.judged(kept, HERE) is kept
 
 
-def test_a_429_is_tried_again_after_the_time_that_it_names_and_halves_the_limit(make_openai, make_request, run):
+def test_a_429_is_tried_again_after_the_time_that_it_names_and_told_to_the_limit(make_openai, make_request, run):
     waits: list[float] = []
 
     async def note(seconds: float) -> None:
         waits.append(seconds)
 
     with OpenAIServer(in_turn(limited(retry_after_ms="30"), "Left.")) as server:
-        retried = RetriedModel(
-            make_openai(server.base_url), attempts=3, wait_initial_s=0.001, wait_max_s=0.001, sleep=note
-        )
-        model = LimitedModel(retried, min=1, max=8, initial=4)
-        reply = run(model, lambda m: m.ask(make_request()))
+        limit = Limit(InFlight(min=1, max=8, initial=4))
+        settings = {"attempts": 3, "wait_initial_s": 0.001, "wait_max_s": 0.001, "noted": limit.note_failure}
+        retried = RetriedModel(make_openai(server.base_url), **settings, sleep=note)
+        reply = run(LimitedModel(retried, limit), lambda m: m.ask(make_request()))
     assert (reply.text, [attempt.busy for attempt in reply.attempts]) == ("Left.", [True])
     assert waits == [pytest.approx(0.03)]
-    assert model.limit == 2
+    assert limit.sums.refused == 1
 
 
 def test_the_last_call_of_a_limit_holds_the_next_ones_back(make_openai, make_request, run):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
@@ -77,9 +78,18 @@ def agreed(infos: Mapping[str, ModelInfo], advice: str) -> ModelInfo:
     return replace(first, states=states)
 
 
-class HostPool:
-    """Equal servers; each call goes to the one with the fewest calls in flight, ties by order.
+MEMORY = 50
+"""Answers that are remembered for each host."""
+LEAST_ANSWERED = 1.0
+"""So many are taken to be answered at least, so that a host which was slow is seen to be fast again."""
 
+
+class HostPool:
+    """Equal servers; each call goes to the one with the fewest calls in flight for what it can do, ties by order.
+
+    What it can do is the root of what it answered of late. In proportion to the answers themselves, whoever got more
+    calls would answer more and get more still; by the root, equal servers get equally many, and of unequal ones the
+    faster one, or the one that works on more calls at once, gets more.
     A server that fails answers fast and would draw every call, so each failure in a row weighs like one
     more call in flight until it answers again.
     """
@@ -88,11 +98,12 @@ class HostPool:
         self.hosts = hosts
         self._in_flight = dict.fromkeys(hosts, 0)
         self._failures = dict.fromkeys(hosts, 0)
+        self._answered = dict.fromkeys(hosts, float(MEMORY))
 
     @contextmanager
     def least_loaded(self) -> Iterator[str]:
         """Count one call against the least loaded host, whose base URL is yielded."""
-        host = min(self.hosts, key=lambda host: self._in_flight[host] + self._failures[host])
+        host = min(self.hosts, key=self._load)
         self._in_flight[host] += 1
         try:
             yield host
@@ -101,5 +112,16 @@ class HostPool:
             raise
         else:
             self._failures[host] = 0
+            self._note_answer(host)
         finally:
             self._in_flight[host] -= 1
+
+    def _load(self, host: str) -> float:
+        """Return the calls in flight, were there one more, over what the host can do."""
+        return (self._in_flight[host] + self._failures[host] + 1) / math.sqrt(self._answered[host])
+
+    def _note_answer(self, host: str) -> None:
+        kept = 1 - 1 / (MEMORY * len(self.hosts))
+        for each, answered in self._answered.items():
+            self._answered[each] = max(LEAST_ANSWERED, answered * kept)
+        self._answered[host] += 1

@@ -110,7 +110,8 @@ class Transport:
             limit_s = self._serving.connect_timeout_s
             raise TransientError(f"{origin}: no connection within {limit_s:g} s. {self._ways_on}") from error
         except TimeoutError as error:
-            raise TransientError(f"{origin}: no reply within {read_timeout_s:g} s, or not all of it.") from error
+            said = f"{origin}: no reply within {read_timeout_s:g} s, or not all of it."
+            raise TransientError(said, late=True) from error
         except (aiohttp.ClientError, OSError) as error:
             raise TransientError(f"{origin}: {_cause_line(error)}. {self._ways_on}") from error
 

@@ -31,6 +31,7 @@ class TransformersModel(ServedModel):
     another turn, as on any server that works on several calls at once.
     """
 
+    in_process = True
     replaceable = False
 
     def __init__(

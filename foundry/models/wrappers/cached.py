@@ -11,6 +11,10 @@ from foundry.models.answers.unconfirmed import Unconfirmed
 from foundry.models.base import Model, Reply, Request
 from foundry.models.wrappers.base import Wrapper
 
+MANY = 64
+"""With so many calls in flight others end soon, so that a transaction waits for them: it costs as much as ten rows."""
+MOMENT_S = 0.005
+
 
 class CachedModel(Wrapper):
     """Looks in the cache first; a hit costs no slot and no call, equal requests in flight cost one call.
@@ -69,12 +73,15 @@ class CachedModel(Wrapper):
         return reply
 
     def _save(self, key: str, reply: Reply) -> asyncio.Future[None]:
-        """Return when the reply is committed; all replies of one turn of the loop share a transaction."""
+        """Return when the reply is committed; those of a turn of the loop, or of a moment if many come, share that."""
         loop = asyncio.get_running_loop()
         self._unsaved[key] = reply
         if self._saved is None:
             self._saved = loop.create_future()
-            loop.call_soon(self._commit)
+            if len(self._in_flight) < MANY:
+                loop.call_soon(self._commit)
+            else:
+                loop.call_later(MOMENT_S, self._commit)
         return self._saved
 
     def _commit(self) -> None:

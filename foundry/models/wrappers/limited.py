@@ -5,77 +5,57 @@ from __future__ import annotations
 import asyncio
 import time
 from collections import deque
+from collections.abc import Callable
 
 from foundry.errors import TransientError
 from foundry.models.base import Model, Reply, Request
+from foundry.models.serving import InFlight
 from foundry.models.wrappers.base import Wrapper
+from foundry.models.wrappers.climbing import Climb, Sums
 
-ALPHA = 1.0
-"""Fewer own calls than this in the server's queue: it may be idle at times, so the limit grows."""
-BETA = 3.0
-"""More own calls than this in the server's queue: they only wait there, so the limit shrinks."""
+PACE = 2
+"""Calls that may follow one that ended: where the limit rose, they come one by one and not in a burst."""
 
 
-class LimitedModel(Wrapper):
-    """Keeps the server busy with one to three calls waiting in its queue, as TCP Vegas does with packets.
+class Limit:
+    """Lets so many calls to a server be in flight, first come first served, and sums up what comes of them.
 
-    How many calls a server works on at once depends on its settings, the model and the memory, and is not
-    reported; so the limit is found: per window of `limit` calls, the share of their time spent waiting,
-    times the limit, is the number of own calls in the server's queue. Below `ALPHA` the limit grows, by
-    doubling until the first sign of a queue; above `BETA` it shrinks by one; a refusal (503, 429) halves it.
-    Only calls that started within the window count, so one cause never moves the limit twice.
+    It finds the number itself, unless it is one of several workers' and told its share (`allow`).
+
+    Attributes:
+        bounds: the least and the most that may be in flight, and where to start.
+        allowed: how many may be in flight now.
+        in_flight: how many are.
     """
 
-    def __init__(self, inner: Model, *, min: int, max: int, initial: int) -> None:
-        super().__init__(inner)
-        self._min = min
-        self._max = max
-        self._limit = initial
-        self._in_flight = 0
+    def __init__(self, bounds: InFlight, *, clock: Callable[[], float] = time.perf_counter) -> None:
+        """Set the bounds; `clock` is the time in seconds."""
+        self.bounds = bounds
+        self.allowed = bounds.initial
+        self.in_flight = 0
+        self._climb: Climb | None = climb_within(bounds, bounds.initial, found=False)
+        self._sums = Sums()
         self._waiters: deque[asyncio.Future[None]] = deque()
-        self._doubling = True
-        self._least_latency = float("inf")
-        self._window = 0
-        self._replies = 0
-        self._wait_s = 0.0
-        self._latency_s = 0.0
-        self._reached = False
-
-    @property
-    def limit(self) -> int:
-        """How many calls may be in flight now."""
-        return self._limit
-
-    @property
-    def in_flight(self) -> int:
-        """How many calls are in flight."""
-        return self._in_flight
+        self._clock = clock
+        self._now = self._changed = clock()
 
     @property
     def waiting(self) -> int:
-        """How many calls wait for a slot, first come first served."""
+        """How many calls wait for their turn."""
         return len(self._waiters)
 
-    async def ask(self, request: Request) -> Reply:
-        """Answer one request when a slot is free."""
-        await self._acquire()
-        window, started = self._window, time.perf_counter()
-        try:
-            reply = await self.inner.ask(request)
-        except TransientError as error:
-            self._note_refusal(window, refused=error.busy)
-            raise
-        else:
-            self._note_refusal(window, refused=any(attempt.busy for attempt in reply.attempts))
-            self._note_reply(window, reply, time.perf_counter() - started)
-            return reply
-        finally:
-            self._release()
+    @property
+    def sums(self) -> Sums:
+        """What came of the calls so far."""
+        self._pass_time()
+        return self._sums
 
-    async def _acquire(self) -> None:
-        if self._in_flight < self._limit and not self._waiters:
-            self._take()
-            return
+    async def acquire(self) -> float:
+        """Wait for a turn; returns when it came, in seconds."""
+        self._pass_time()
+        if self.in_flight < self.allowed and not self._waiters:
+            self.in_flight += 1
+            return self._now
         turn = asyncio.get_running_loop().create_future()
         self._waiters.append(turn)
         try:
@@ -83,65 +63,93 @@ class LimitedModel(Wrapper):
         except asyncio.CancelledError:
             if turn in self._waiters:
                 self._waiters.remove(turn)
-            if turn.cancelled():
-                self._admit()
-            else:  # the slot was handed over before the cancellation arrived
-                self._release()
+            if not turn.cancelled():  # the turn was given before the cancellation arrived
+                self.release()
             raise
+        self._pass_time()
+        return self._now
 
-    def _take(self) -> None:
-        self._in_flight += 1
-        self._reached = self._reached or self._in_flight >= self._limit
-
-    def _release(self) -> None:
-        self._in_flight -= 1
+    def release(self) -> None:
+        """Give a turn back, to whoever waits."""
+        self._pass_time()
+        self.in_flight -= 1
         self._admit()
+
+    def note_reply(self, reply: Reply, started: float) -> None:
+        """Take up the answer to a call whose turn came at this time."""
+        self._pass_time()
+        self._sums.note(float(reply.output_tokens or 1), self._now - started, reply.timings.get("queue"))
+        self._look()
+
+    def note_failure(self, error: TransientError, started: float) -> None:
+        """Take up a try that failed; one that was begun under an earlier limit says nothing of this one."""
+        if (error.busy or error.late) and started >= self._changed:
+            self._pass_time()
+            self._sums.refused += 1
+            self._look()
+
+    def share(self) -> None:
+        """Take the number from others from now on."""
+        self._climb = None
+
+    def find(self, initial: int, *, found: bool) -> None:
+        """Find the number alone from now on, beginning at this one, which may have been found before."""
+        self._climb = climb_within(self.bounds, initial, found=found)
+        self.allow(self._climb.limit)
+
+    @property
+    def is_shared(self) -> bool:
+        """Whether the number is told."""
+        return self._climb is None
+
+    def allow(self, allowed: int) -> None:
+        """Let so many calls be in flight from now on."""
+        if allowed != self.allowed:
+            self._pass_time()
+            self.allowed, self._changed = allowed, self._now
+
+    def _look(self) -> None:
+        if self._climb is not None and self.bounds.min < self.bounds.max:
+            self._climb.look(self._sums)
+            self.allow(self._climb.limit)
 
     def _admit(self) -> None:
-        while self._waiters and self._in_flight < self._limit:
-            turn = self._waiters.popleft()
-            if not turn.cancelled():
-                self._take()
-                turn.set_result(None)
+        for _ in range(PACE):
+            while self._waiters and self._waiters[0].cancelled():
+                self._waiters.popleft()
+            if self._waiters and self.in_flight < self.allowed:
+                self.in_flight += 1
+                self._waiters.popleft().set_result(None)
 
-    def _note_refusal(self, window: int, *, refused: bool) -> None:
-        if refused and window == self._window:
-            self._doubling = False
-            self._set_limit(self._limit // 2)
+    def _pass_time(self) -> None:
+        now = self._clock()
+        passed = now - self._now
+        self._now = now
+        self._sums.clock_s += passed
+        self._sums.in_flight_s += passed * self.in_flight
+        if self._waiters:
+            self._sums.waiting_s += passed
 
-    def _note_reply(self, window: int, reply: Reply, elapsed_s: float) -> None:
-        latency = reply.timings.get("latency", elapsed_s)
-        self._least_latency = min(self._least_latency, latency)
-        if window != self._window:
-            return
-        self._latency_s += latency
-        self._wait_s += reply.timings.get("queue", latency - self._least_latency)
-        self._replies += 1
-        if self._replies >= self._limit:
-            self._close_window()
 
-    def _close_window(self) -> None:
-        """Adapt the limit, unless too few calls were there to reach it: then nothing was learnt."""
-        if not self._reached:
-            self._open_window()
-            return
-        queued = self._limit * self._wait_s / self._latency_s if self._latency_s > 0 else 0.0
-        self._doubling = self._doubling and queued < ALPHA
-        if queued < ALPHA:
-            self._set_limit(self._limit * 2 if self._doubling else self._limit + 1)
-        elif queued > BETA:
-            self._set_limit(self._limit - 1)
-        else:
-            self._open_window()
+def climb_within(bounds: InFlight, initial: int, *, found: bool) -> Climb:
+    """Return a climb between the bounds from this limit, which may have been found before."""
+    start = max(bounds.min, min(bounds.max, initial))
+    return Climb(least=bounds.min, most=bounds.max, initial=start, found=found)
 
-    def _set_limit(self, limit: int) -> None:
-        self._limit = min(self._max, max(self._min, limit))
-        self._open_window()
-        self._admit()
 
-    def _open_window(self) -> None:
-        self._window += 1
-        self._replies = 0
-        self._wait_s = 0.0
-        self._latency_s = 0.0
-        self._reached = False
+class LimitedModel(Wrapper):
+    """Asks the wrapped model as often at once as a limit allows; the tries of one call keep its turn."""
+
+    def __init__(self, inner: Model, limit: Limit) -> None:
+        super().__init__(inner)
+        self.limit = limit
+
+    async def ask(self, request: Request) -> Reply:
+        """Answer one request when its turn comes."""
+        started = await self.limit.acquire()
+        try:
+            reply = await self.inner.ask(request)
+            self.limit.note_reply(reply, started)
+            return reply
+        finally:
+            self.limit.release()

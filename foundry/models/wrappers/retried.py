@@ -19,8 +19,13 @@ from foundry.texts import without_secrets
 
 T = TypeVar("T")
 Sleep = Callable[[float], Awaitable[Any]]
+Noted = Callable[[TransientError, float], None]
 LONGEST_ASKED_S = 86_400.0
 """The longest wait that is granted, seconds; backends may grant less, as those over HTTP do (`longest_pause_s`)."""
+
+
+def _not_noted(error: TransientError, started: float) -> None:
+    """Take no notice."""
 
 
 class RetriedModel(Wrapper):
@@ -39,6 +44,7 @@ class RetriedModel(Wrapper):
         wait_max_s: float,
         unusable_attempts: int = 2,
         sleep: Sleep = asyncio.sleep,
+        noted: Noted = _not_noted,
     ) -> None:
         """Wrap a model; waits are in seconds.
 
@@ -50,8 +56,10 @@ class RetriedModel(Wrapper):
             unusable_attempts: tries of a call that was answered with nothing usable; an equal seed makes an
                 equal answer likely, so more of them seldom help.
             sleep: waits; tests pass one that only notes how long.
+            noted: told of every try that failed, and when it began (`time.perf_counter`).
         """
         super().__init__(inner)
+        self._noted = noted
         self._attempts = attempts
         self._unusable_attempts = unusable_attempts
         self._wait_initial_s = wait_initial_s
@@ -60,7 +68,7 @@ class RetriedModel(Wrapper):
         self._jitter = np.random.default_rng()
 
     @classmethod
-    def as_set(cls, retry: Retry, model: Model) -> RetriedModel:
+    def as_set(cls, retry: Retry, model: Model, noted: Noted = _not_noted) -> RetriedModel:
         """Return a model that is tried as often as these settings say."""
         return cls(
             model,
@@ -68,6 +76,7 @@ class RetriedModel(Wrapper):
             unusable_attempts=retry.unusable_attempts,
             wait_initial_s=retry.wait_initial_s,
             wait_max_s=retry.wait_max_s,
+            noted=noted,
         )
 
     async def ask(self, request: Request) -> Reply:
@@ -97,6 +106,7 @@ class RetriedModel(Wrapper):
             try:
                 return await call()
             except TransientError as error:
+                self._noted(error, started)
                 elapsed = time.perf_counter() - started
                 failures.append(Attempt(error=without_secrets(str(error)), elapsed_s=elapsed, busy=error.busy))
                 unusable += isinstance(error, UnusableReply)

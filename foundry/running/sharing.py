@@ -1,0 +1,207 @@
+"""Workers that ask the same server share one limit: one finds it from what all of them saw, each takes its part.
+
+They tell each other through their progress reports, so that it works wherever they share a sweep's folder. Of those
+that ask a server the one with the lowest name leads; when it falls silent, the next one does.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import time
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import msgspec
+
+from foundry.models.serving import InFlight
+from foundry.models.wrappers.climbing import Sums
+from foundry.models.wrappers.limited import Limit, climb_within
+
+SILENT_S = 5.0
+"""A worker whose report stays the same for so long is taken to be gone."""
+PATIENCE_S = 2.0
+"""So long a worker that is to have others beside it waits for their first reports."""
+SELDOM = 0.5
+"""Where calls waited for a limit for less than this share of the time, there is room for more."""
+
+
+class Part(msgspec.Struct, frozen=True):
+    """What a worker reports of its calls to one server.
+
+    Attributes:
+        sums: what came of its calls so far.
+        wanted: calls that it has in flight, or waiting.
+        total: calls that may be in flight: its own, or those of all workers where it leads them.
+        shares: the number of each worker where it leads them, by name.
+    """
+
+    sums: Sums
+    wanted: int
+    total: int
+    shares: dict[str, int]
+
+
+Parts = dict[str, Part]
+"""By server, or by worker."""
+
+
+class Group:
+    """What the leading worker knows of one server."""
+
+    def __init__(self, bounds: InFlight, total: int) -> None:
+        """Begin at this limit."""
+        self._climb = climb_within(bounds, total, found=False)
+        self._sums = Sums()
+        self._last: dict[str, Sums] = {}
+        self.shares: dict[str, int] = {}
+
+    @property
+    def total(self) -> int:
+        """Calls of all workers that may be in flight."""
+        return self._climb.limit
+
+    def take(self, parts: Mapping[str, Part]) -> None:
+        """Take up what came since last time; what a worker did before it was first seen does not count."""
+        for worker, part in parts.items():
+            if worker in self._last:
+                self._sums += part.sums - self._last[worker]
+            self._last[worker] = part.sums
+        self._climb.look(self._sums, len(parts))
+        self.shares = divided(self.total, {worker: part.wanted for worker, part in parts.items()})
+
+
+class Shared:
+    """The limits of one worker, of which others may have a part."""
+
+    def __init__(
+        self, name: str, workers: int = 1, *, apart: bool = False, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        """Set who this is.
+
+        Args:
+            name: of the worker.
+            workers: how many begin at once; until they hear of each other, each has its part of every limit.
+            apart: whether they never hear of each other, so that each finds a limit within its part of the bounds.
+            clock: the time in seconds.
+        """
+        self._name = name
+        self._workers = workers
+        self._apart = apart
+        self._clock = clock
+        self._limits: dict[str, Limit] = {}
+        self._made: dict[str, float] = {}
+        self._groups: dict[str, Group] = {}
+        self._heard: dict[str, tuple[Parts, float]] = {}
+        self._seen: dict[str, Sums] = {}
+        self._totals: dict[str, int] = {}
+
+    @property
+    def limits(self) -> tuple[Limit, ...]:
+        """The limits of this worker."""
+        return tuple(self._limits.values())
+
+    def maker(self, model: str) -> Callable[[InFlight], Limit]:
+        """Return what makes the limits of a model, given by its key, and of those that it routes to."""
+        first = len(self._limits)
+
+        def make(bounds: InFlight) -> Limit:
+            key = hashlib.blake2b(f"{len(self._limits) - first} {model}".encode(), digest_size=8).hexdigest()
+            limit = self._limits[key] = Limit(_part_of(bounds, self._workers) if self._apart else bounds)
+            self._made[key] = self._clock()
+            if self._workers > 1 and not self._apart:
+                limit.share()
+                limit.allow(max(1, bounds.initial // self._workers))
+            return limit
+
+        return make
+
+    def have_room(self) -> bool:
+        """Return whether a limit was seldom reached since this was asked last, though calls were made."""
+        return any([self._room_of(key, limit) for key, limit in self._limits.items()])
+
+    def _room_of(self, key: str, limit: Limit) -> bool:
+        now = limit.sums.copy()
+        passed, self._seen[key] = now - self._seen.get(key, now), now
+        return passed.in_flight_s > 0 and passed.waiting_s < SELDOM * passed.clock_s
+
+    def report(self) -> Parts:
+        """Return what the others are to know."""
+        return {key: self._part(key) for key in self._limits}
+
+    def exchange(self, reports: Mapping[str, Any]) -> None:
+        """Take up what the others reported, by worker: `report` as decoded from JSON."""
+        others = self._alive(reports)
+        for key, limit in self._limits.items():
+            parts = {worker: found[key] for worker, found in others.items() if key in found}
+            if not parts:
+                self._find_alone(key, limit)
+            elif self._name < min(parts):
+                self._lead(key, limit, parts)
+            else:
+                self._follow(key, limit, parts)
+
+    def _alive(self, reports: Mapping[str, Any]) -> dict[str, Parts]:
+        """Return the parts of the others whose reports still change."""
+        now = self._clock()
+        heard = {}
+        for worker, parts in _read(reports):
+            before, since = self._heard.get(worker, (None, now))
+            if worker != self._name:
+                heard[worker] = (parts, since if parts == before else now)
+        self._heard = heard
+        return {worker: parts for worker, (parts, since) in heard.items() if now - since < SILENT_S}
+
+    def _find_alone(self, key: str, limit: Limit) -> None:
+        """Find the limit alone: what was found together is known, what a worker was given to begin with is not."""
+        group = self._groups.pop(key, None)
+        known = self._totals.pop(key, None) if group is None else group.total
+        if known is not None:
+            limit.find(known, found=True)
+        elif limit.is_shared and self._clock() - self._made[key] >= PATIENCE_S:
+            limit.find(limit.bounds.initial, found=False)
+
+    def _lead(self, key: str, limit: Limit, parts: Parts) -> None:
+        if key not in self._groups:
+            together = limit.allowed + sum(part.total for part in parts.values())
+            self._groups[key] = Group(limit.bounds, self._totals.pop(key, together))
+            limit.share()
+        group = self._groups[key]
+        group.take({**parts, self._name: self._part(key)})
+        limit.allow(group.shares[self._name])
+
+    def _follow(self, key: str, limit: Limit, parts: Parts) -> None:
+        self._groups.pop(key, None)
+        limit.share()
+        led = parts[min(parts)]
+        self._totals[key] = led.total
+        limit.allow(led.shares.get(self._name, max(1, led.total // (len(parts) + 1))))
+
+    def _part(self, key: str) -> Part:
+        limit, group = self._limits[key], self._groups.get(key)
+        total, shares = (limit.allowed, {}) if group is None else (group.total, group.shares)
+        return Part(limit.sums.copy(), limit.in_flight + limit.waiting, total, shares)
+
+
+def _read(reports: Mapping[str, Any]) -> Iterator[tuple[str, Parts]]:
+    """Yield what can be read of the reports, by worker."""
+    for worker, report in reports.items():
+        with contextlib.suppress(msgspec.ValidationError):  # of another version of foundry
+            yield worker, msgspec.convert(report, Parts)
+
+
+def divided(total: int, wanted: Mapping[str, int]) -> dict[str, int]:
+    """Return how many calls each worker may have in flight: as many as it wants, else equally many; at least one."""
+    shares: dict[str, int] = {}
+    left = total
+    for number, worker in enumerate(sorted(wanted, key=lambda worker: (wanted[worker], worker))):
+        shares[worker] = max(1, min(wanted[worker], left // (len(wanted) - number)))
+        left -= shares[worker]
+    spare = max(0, left) // len(wanted)
+    return {worker: share + spare for worker, share in shares.items()}
+
+
+def _part_of(bounds: InFlight, askers: int) -> InFlight:
+    """Return bounds for one of so many workers."""
+    least, most, initial = (max(1, bound // askers) for bound in (bounds.min, bounds.max, bounds.initial))
+    return InFlight(min=least, max=most, initial=initial)

@@ -1,0 +1,147 @@
+"""The climb, in a time that only its servers' events move on."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from foundry.models.wrappers.climbing import Climb, Sums
+from models.slot_servers import Timed
+
+
+def climb(initial: int = 4, **changes: int) -> Climb:
+    return Climb(**{"least": 1, "most": 512, "initial": initial, **changes})
+
+
+def batched(batch: int) -> float:
+    """A full batch of 256 takes each of its calls three times as long."""
+    return 1 + 2 * batch / 256
+
+
+SERVERS = {
+    "one slot, told": (dict(slots=1, tells_queue=True), 1, 1500),
+    "4 slots, told": (dict(slots=4, tells_queue=True), 5, 1500),
+    "16 slots, told": (dict(slots=16, tells_queue=True), 17, 2500),
+    "16 slots, told, much that is no queue": (dict(slots=16, tells_queue=True, overhead=0.5), 25, 2500),
+    "16 slots, silent": (dict(slots=16), 17, 2500),
+    "16 slots, silent of tokens too": (dict(slots=16, tells_tokens=False), 17, 4000),
+    "64 slots whose batches slow down": (dict(slots=64, slowdown=batched), 64, 4000),
+    "256 slots whose batches slow down": (dict(slots=256, slowdown=batched), 256, 5000),
+    "no slots, slower beyond 24": (dict(slots=1000, slowdown=lambda batch: max(1, (batch / 24) ** 1.5)), 24, 3000),
+}
+
+
+@pytest.mark.parametrize("name", SERVERS)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_in_the_long_run_the_throughput_is_nearly_the_best_with_little_more_in_flight(name, seed):
+    settings, best, calls = SERVERS[name]
+    ideal = Timed(**settings, seed=9)
+    ideal.serve(1500, fixed=best)
+    server, found = Timed(**settings, seed=seed), climb(initial=1 if settings.get("tells_queue") else 4)
+    server.serve(calls // 2, found)
+    before = server.sums.copy()
+    server.serve(calls // 2, found)
+    later = server.sums - before
+    assert server.rate(calls // 2) >= 0.9 * ideal.rate(1000)
+    assert later.in_flight_s / later.clock_s <= 1.6 * best + 1
+    assert server.most_queued <= 512
+
+
+@pytest.mark.parametrize(("slots", "within"), [(16, 300), (256, 1500)])
+def test_most_of_the_throughput_is_there_after_a_few_hundred_calls(slots, within):
+    server, found = Timed(slots=slots, slowdown=batched), climb()
+    server.serve(within, found)
+    server.serve(200, found)
+    assert server.rate(200) >= 0.8 * slots / batched(slots)
+
+
+@pytest.mark.parametrize(("before", "after"), [(16, 4), (4, 16)])
+@pytest.mark.parametrize("told", [True, False])
+def test_a_server_whose_slots_change_is_followed(before, after, told):
+    server, found = Timed(slots=before, changes={1000: after}, tells_queue=told), climb(initial=1)
+    server.serve(3500, found)
+    server.serve(500, found)
+    assert server.rate(500) >= 0.8 * after
+    assert found.limit <= 2.5 * after
+
+
+def test_a_limit_on_the_calls_per_second_is_approached_and_little_is_refused():
+    server, found = Timed(slots=1000, per_unit=50), climb()
+    server.serve(2000, found)
+    server.refused = 0
+    server.serve(2000, found)
+    assert server.rate(2000) >= 0.8 * 50
+    assert server.refused <= 0.15 * 2000
+
+
+def test_when_most_is_refused_the_limit_falls_at_once_to_its_half():
+    found, sums = climb(initial=64), Sums(calls=20.0)
+    found.look(sums)
+    sums.refused = 40.0
+    found.look(sums)
+    assert found.limit == 32
+
+
+def test_single_refusals_leave_the_limit():
+    found, sums = climb(initial=64), Sums()
+    for calls in range(1, 60):
+        sums.calls, sums.refused = float(calls), 3.0
+        found.look(sums)
+    assert found.limit == 64
+
+
+def test_the_limit_never_leaves_its_bounds():
+    narrow = climb(initial=4, least=3, most=6)
+    server = Timed(slots=100)
+    limits = set()
+    for _ in range(400):
+        server.serve(1, narrow)
+        limits.add(narrow.limit)
+    assert limits <= {3, 4, 5, 6} and 6 in limits
+    for _ in range(20):
+        server.sums.refused += 100
+        narrow.look(server.sums)
+    assert narrow.limit == 3
+
+
+def test_bounds_that_are_one_number_are_a_fixed_limit():
+    server, fixed = Timed(slots=4, tells_queue=True), climb(initial=9, least=9, most=9)
+    server.serve(500, fixed)
+    assert fixed.limit == 9
+
+
+def test_nothing_is_learnt_where_too_few_calls_are_there_to_reach_the_limit():
+    server, found = Timed(slots=100, runs=1), climb(initial=32)
+    server.serve(2000, found)
+    assert found.limit == 32
+
+
+def test_phases_that_leave_the_limit_idle_at_their_ends_do_not_keep_it_low():
+    free, few = Timed(slots=64, runs=4), Timed(slots=64, runs=4)
+    free.serve(1600, fixed=512)
+    few.serve(1600, climb())
+    assert few.rate(800) >= 0.9 * free.rate(800)
+
+
+def test_what_the_server_does_not_account_for_is_no_queue_when_fewer_calls_answer_less():
+    """A share of a queue that is there with any load, and grows with it, keeps the limit low only until it is tried."""
+    server, found = Timed(slots=64, overhead=3.0, tells_queue=True), climb(initial=8)
+    server.serve(5000, found)
+    assert server.rate(1000) >= 0.8 * 64
+
+
+def test_a_limit_that_was_found_before_is_not_doubled_at_once():
+    known, unknown = (Climb(least=1, most=512, initial=16, found=found) for found in (True, False))
+    Timed(slots=16).serve(100, known)
+    Timed(slots=16).serve(100, unknown)
+    assert (known.limit, unknown.limit) == (16, 32)
+
+
+def test_the_sums_of_two_workers_say_what_one_worker_with_both_their_calls_would():
+    one, two = Timed(slots=8, seed=1), Timed(slots=8, seed=2)
+    one.serve(300, fixed=8)
+    two.serve(300, fixed=8)
+    both = one.sums + two.sums
+    assert both.calls == 600 and math.isclose(both.in_flight_s / both.clock_s, 8)
+    assert (both - two.sums).work == pytest.approx(one.sums.work)

@@ -1,0 +1,175 @@
+"""Workers share what they know of a server: in one process with a clock that is set, and as processes."""
+
+from __future__ import annotations
+
+import contextlib
+
+import msgspec
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from commands import SMALL, foundry
+from foundry.models.answers.opening import open_answers
+from foundry.models.base import Reply
+from foundry.models.serving import InFlight
+from foundry.models.wrappers.climbing import Sums
+from foundry.models.wrappers.limited import Limit
+from foundry.running.build import model_stack
+from foundry.running.sharing import PATIENCE_S, SILENT_S, Group, Part, Parts, Shared, divided
+from models.slot_servers import Timed
+from ollama_server import OllamaServer
+from own_backend import Paid
+
+BOUNDS = InFlight(min=1, max=64, initial=8)
+MODEL = '{"name": "llama3.2"}'
+
+
+def worker(name: str, workers: int = 2, **settings) -> tuple[Shared, Limit]:
+    shared = Shared(name, workers, **settings)
+    return shared, shared.maker(MODEL)(BOUNDS)
+
+
+def told(*workers: Shared) -> dict[str, dict]:
+    """Return the workers' reports as they come out of their files."""
+    return {f"0-{n}": msgspec.json.decode(msgspec.json.encode(one.report())) for n, one in enumerate(workers)}
+
+
+@given(st.integers(1, 600), st.dictionaries(st.text(max_size=3), st.integers(0, 500), min_size=1, max_size=9))
+def test_a_limit_is_divided_by_what_each_wants_and_nobody_is_left_without(total, wanted):
+    shares = divided(total, wanted)
+    assert shares.keys() == wanted.keys() and min(shares.values()) >= 1
+    assert sum(shares.values()) <= max(total, len(wanted))
+    if sum(wanted.values()) <= total:
+        assert all(shares[worker] >= wanted[worker] for worker in wanted)
+
+
+def test_who_wants_less_leaves_the_rest_to_the_others():
+    assert divided(16, {"a": 2, "b": 40, "c": 40}) == {"a": 2, "b": 7, "c": 7}
+
+
+def test_until_they_hear_of_each_other_each_has_its_part_and_then_one_leads():
+    (one, first), (two, second) = worker("0-0"), worker("0-1")
+    assert (first.allowed, second.allowed) == (4, 4)
+    one.exchange(told(one, two))
+    two.exchange(told(one, two))
+    assert sum(one.report()[key].total for key in one.report()) == 8
+    assert (first.allowed, second.allowed) == (4, 4) and first.is_shared and second.is_shared
+
+
+def test_what_the_leader_gives_is_taken():
+    (one, first), (two, second) = worker("0-0"), worker("0-1")
+    first.in_flight = 30
+    one.exchange(told(one, two))
+    two.exchange(told(one, two))
+    assert (first.allowed, second.allowed) == (7, 1)
+
+
+def test_a_worker_without_others_begins_where_the_settings_say():
+    now = [0.0]
+    alone, limit = worker("0-0", clock=lambda: now[0])
+    alone.exchange(told(alone))
+    assert (limit.allowed, limit.is_shared) == (4, True)
+    now[0] += PATIENCE_S
+    alone.exchange(told(alone))
+    assert (limit.allowed, limit.is_shared) == (BOUNDS.initial, False)
+
+
+def test_when_the_leader_falls_silent_the_next_one_goes_on_from_its_limit():
+    now = [0.0]
+    (one, _), (two, second) = worker("0-0"), worker("0-1", clock=lambda: now[0])
+    one.exchange(told(one, two))
+    last = told(one)
+    two.exchange(last)
+    assert second.is_shared
+    now[0] += SILENT_S
+    two.exchange(last)
+    assert (second.allowed, second.is_shared) == (8, False)
+
+
+def test_a_worker_that_still_reports_is_not_silent():
+    now = [0.0]
+    (one, limit), (two, second) = worker("0-0"), worker("0-1", clock=lambda: now[0])
+    for _ in range(3):
+        limit.note_reply(Reply(text=""), 0.0)
+        two.exchange(told(one))
+        now[0] += SILENT_S
+    assert second.is_shared
+
+
+def test_workers_that_never_hear_of_each_other_divide_the_bounds():
+    shared, limit = worker("0-0", 4, apart=True)
+    assert limit.bounds == InFlight(min=1, max=16, initial=2)
+    shared.exchange(told(shared))
+    assert (limit.allowed, limit.is_shared) == (2, False)
+
+
+def test_what_another_version_reports_is_left_aside():
+    alone, limit = worker("0-0", 1)
+    alone.exchange({"0-1": {"server": {"sums": "many"}}})
+    assert not limit.is_shared
+
+
+@pytest.mark.parametrize(("slots", "told_of"), [(16, True), (16, False), (64, False)])
+def test_what_two_workers_saw_leads_to_the_limit_of_the_server_and_not_to_twice_that(slots, told_of):
+    server, group = Timed(slots=slots, tells_queue=told_of), Group(BOUNDS, 2)
+
+    class Half:
+        """Two workers with half of the calls each; one reads both reports after every tenth answer."""
+
+        limit = 2
+
+        def look(self, sums: Sums) -> None:
+            if sums.calls % 10 == 0:
+                half = Sums(*(value / 2 for value in msgspec.structs.astuple(sums)))
+                half.clock_s = sums.clock_s
+                group.take({name: Part(half, 40, 0, {}) for name in ("0-0", "0-1")})
+                self.limit = group.total
+
+    half = Half()
+    server.serve(2000, half)
+    before = server.sums.copy()
+    server.serve(2000, half)
+    later = server.sums - before
+    assert server.rate(2000) >= 0.9 * slots
+    assert later.in_flight_s / later.clock_s <= 1.6 * slots
+    assert set(group.shares) == {"0-0", "0-1"} and abs(group.shares["0-0"] - group.shares["0-1"]) <= 1
+
+
+def test_what_a_worker_did_before_it_was_first_seen_does_not_count():
+    group = Group(BOUNDS, 8)
+    busy = Sums(calls=1e6, work=1e6, seconds=1e6, in_flight_s=1e6, waiting_s=1e6, clock_s=1e6)
+    parts: Parts = {"0-0": Part(busy, 8, 8, {}), "0-1": Part(Sums(), 8, 8, {})}
+    for _ in range(3):
+        group.take(parts)
+    assert group.total == 8
+
+
+@pytest.mark.parametrize(("in_process", "made"), [(False, 1), (True, 0)])
+def test_a_model_that_answers_within_its_worker_has_a_limit_of_its_own(in_process, made, tmp_path):
+    model = Paid("paid")
+    model.in_process = in_process
+    shared = Shared("0-0", 2)
+    with contextlib.closing(open_answers(str(tmp_path / "answers.sqlite"))) as answers:
+        model_stack(model, lambda: answers, limit=shared.maker(MODEL))
+    assert len(shared.limits) == made
+
+
+def test_there_is_room_where_calls_are_made_and_seldom_wait():
+    clock = [0.0]
+    shared, limit = worker("0-0", 1)
+    shared._limits = {"server": (limit := Limit(BOUNDS, clock=lambda: clock[0]))}
+    assert not shared.have_room()
+    clock[0] += 1
+    assert not shared.have_room()
+    limit.in_flight = 3
+    clock[0] += 1
+    assert shared.have_room()
+
+
+def test_two_workers_together_keep_to_the_limit_of_one_server(workspace):
+    limit = "model.server.in_flight={min: 4, max: 4, initial: 4}"
+    with OllamaServer(latency_s=0.02) as server:
+        done = foundry("-m", "seed=0-3", *SMALL, limit, "runner.workers=2", cwd=workspace, OLLAMA_HOST=server.url)
+        assert done.returncode == 0, done.stdout + done.stderr
+    assert 3 <= server.counts.most_in_flight <= 6
