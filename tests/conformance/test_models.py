@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-import yaml
 
 from conformance.coins import Coins
 from foundry.conformance.finding import Status, look, name_of
@@ -16,8 +15,6 @@ from foundry.conformance.models import CHECKS, ModelCase
 from foundry.conformance.playing import WorldCase
 from foundry.models.base import Model, Reply, Request, RunContext
 from foundry.models.scripted.base import ScriptedModel
-from foundry.paths import conf_dir
-from foundry.running.build import build
 
 WORLD = WorldCase(Coins)
 BY_NAME = {name_of(check): check for check in CHECKS}

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from analysis import analyze, load
 from commands import foundry, statuses
 from foundry.storing.store import SweepFolder
 from foundry.viewer.resources import Resources
+from kept_tables import TABLES, kept_table
 
 DATA = Path(__file__).parents[1] / "data"
 RUNS = {"grid": 8, "camera": 2}
@@ -43,3 +46,21 @@ def test_they_are_loaded_measured_and_shown(older: Path):
     for run in SweepFolder.open(older).runs():
         assert shown.get(f"run/{older.name}/{run.id}/track/0").content
     shown.close()
+
+
+def test_every_number_of_their_tables_is_what_it_was(older: Path):
+    analyze([older], plots=False)
+    for name in TABLES:
+        kept, found = kept_table(older.name, name), pd.read_csv(older / "analysis" / f"{name}.csv")
+        if "measure" in kept:
+            found = found[found["measure"].isin(set(kept["measure"]))].reset_index(drop=True)
+        assert len(found) == len(kept) and set(kept) <= set(found), name
+        for column in kept:
+            assert alike(found[column], kept[column]), f"{name}: {column}"
+
+
+def alike(found: pd.Series, kept: pd.Series) -> bool:
+    """Return whether a column holds the same texts, or the same numbers up to the last digits that are written."""
+    if pd.api.types.is_numeric_dtype(kept.dtype):
+        return np.allclose(found.astype(float), kept.astype(float), rtol=1e-12, atol=0, equal_nan=True)
+    return found.fillna("").tolist() == kept.fillna("").tolist()
