@@ -85,7 +85,12 @@ def test_the_pictures_are_one_by_round_and_one_by_agent_for_each_kind_that_decid
         for shown in groups:
             figures.add(shown, run(run_id=f"{shown.label}{seed}"), seed)
     pictures = figures.pictures(groups)
-    assert [one.name for one in pictures] == ["evening_by_round", "evening_by_agent", "catch_by_round", "catch_by_agent"]
+    assert [one.name for one in pictures] == [
+        "evening_by_round",
+        "evening_by_agent",
+        "catch_by_round",
+        "catch_by_agent",
+    ]
     for picture in pictures:
         drawn = draw(picture)
         assert drawn.png.startswith(b"\x89PNG") and drawn.svg == draw(picture).svg
