@@ -106,4 +106,4 @@ def arrays_of(run: RunFolder) -> list[Any]:
     records = read_records(run, summary)
     general = general_run(run, records)
     own = read_run(run, records)
-    return [general] if isinstance(own, type(general)) else [own, general]
+    return [own] if type(own) is type(general) else [own, general]

@@ -101,7 +101,13 @@ def shipped(form: str, world: str) -> list[tuple[str, str]]:
 
 
 @pytest.mark.parametrize("check", signatures.CHECKS, ids=name_of)
-@pytest.mark.parametrize(("world", "module"), [*shipped("grid", "cafe_library"), *shipped("camera", "kibo")])
+@pytest.mark.parametrize(
+    ("world", "module"),
+    [
+        *shipped("grid", "cafe_library"),
+        *(pytest.param(*one, marks=pytest.mark.slow) for one in shipped("camera", "kibo")),
+    ],
+)
 def test_a_signature_holds_what_every_signature_must_hold(world: str, module: str, check):
     finding = look(module, check, tried(world)(importlib.import_module(module)))
     assert finding.status is not Status.FAILED, finding
