@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import msgspec
-from foundry.sweep import Condition, expand
 from PIL import Image, ImageDraw, ImageOps
 
 from foundry.declared import Actions
+from foundry.expansion import Condition, expand
 from foundry.records import Agent, Call, Message, Outcome, Record, RoundStep
 from foundry.storing.run_writer import RunWriter, write_run_summary
 from foundry.storing.store import RunFolder, SweepFolder, frame_name
@@ -237,10 +237,10 @@ class Growing(Bar):
 
 
 class GrowingPictures(BarPictures):
-    """Pictures that are higher by a line for every step."""
+    """Pictures that are higher by their first height for every step."""
 
     def draw(self, step: int) -> bytes:
         small = Image.open(io.BytesIO(super().draw(step)))
         content = io.BytesIO()
-        ImageOps.expand(small, (0, 0, 0, 10 * step)).save(content, "PNG")
+        ImageOps.expand(small, (0, 0, 0, 120 * step)).save(content, "PNG")
         return content.getvalue()
