@@ -237,10 +237,10 @@ class Growing(Bar):
 
 
 class GrowingPictures(BarPictures):
-    """Pictures that are higher by a line for every step."""
+    """Pictures that are higher by their first height for every step."""
 
     def draw(self, step: int) -> bytes:
         small = Image.open(io.BytesIO(super().draw(step)))
         content = io.BytesIO()
-        ImageOps.expand(small, (0, 0, 0, 10 * step)).save(content, "PNG")
+        ImageOps.expand(small, (0, 0, 0, 120 * step)).save(content, "PNG")
         return content.getvalue()

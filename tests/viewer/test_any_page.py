@@ -187,6 +187,21 @@ def test_a_run_is_followed_while_it_is_written(page: Any, tmp_path: Path):
         page.goto("about:blank")
 
 
+def test_a_run_started_anew_is_shown_anew(page: Any, tmp_path: Path):
+    made = rounds.sweep(tmp_path / "again", models=("first",))
+    playing = Playing(made.runs()[0])
+    playing.play(1, 4)
+    playing.writer.close()
+    with serving(made.path) as server:
+        viewer_pages.go(page, server.url, f"run/again/{made.runs()[0].id}?step=4")
+        page.wait_for_function(LOADED, arg=4)
+        again = Playing(made.runs()[0], rounds.otherwise)
+        again.play(1, 4)
+        page.wait_for_function("() => Foundry.page.lanes.describe().includes('1 go late')")
+        page.goto("about:blank")
+    again.writer.close()
+
+
 def test_many_agents_are_shown_a_page_of_lines_at_a_time(page: Any, tmp_path: Path):
     made = rounds.sweep(tmp_path / "many", models=("first",), agents=60, steps=2)
     rounds.whole_run(made.runs()[0])

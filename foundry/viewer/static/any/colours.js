@@ -38,14 +38,12 @@
     retone() {
       this.bad = rgb(color("bad"));
       this.quiet = rgb(color("line"));
-      this.idle = rgb(color("soft"));
-      for (const label of this.labels.keys()) if (label === this.declared.idle) this.labels.set(label, this.idle);
+      if (this.labels.has(this.declared.idle)) this.labels.set(this.declared.idle, rgb(color("soft")));
     }
 
     add(label) {
       const {size} = this.labels;
-      const own = size < LABELS.length ? parts(LABELS[size]) : rgb(`hsl(${(size * TURN) % 360} 65% 55%)`);
-      this.labels.set(label, label === this.declared.idle ? this.idle : own);
+      this.labels.set(label, size < LABELS.length ? parts(LABELS[size]) : rgb(`hsl(${(size * TURN) % 360} 65% 55%)`));
     }
 
     /** Learn of an action; returns whether the others may look otherwise by it. */

@@ -165,7 +165,7 @@
       const every = Math.ceil(11 / this.lane);
       for (let agent = 0; agent < this.data.about.agents; agent += every) {
         pen.fillStyle = color(agent === this.selected ? "select" : "soft");
-        pen.fillText(String(agent), GUTTER - 5, (agent + 0.5) * this.lane);
+        pen.fillText(String(agent), GUTTER - 5, Math.max(6, (agent + 0.5) * this.lane));
       }
     }
 
