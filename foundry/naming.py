@@ -18,6 +18,10 @@ MOVED: Mapping[str, str] = {
     "foundry.runner.JoblibRunner": "foundry.running.local.LocalRunner",
     "foundry.runner_dask.DaskRunner": "foundry.running.dask.DaskRunner",
     "foundry.worlds.grid.GridScenario": "foundry.worlds.grid.world.GridScenario",
+    "foundry.worlds.usd.interpreter.JsonInterpreter": "foundry.worlds.camera.language.interpreter.JsonInterpreter",
+    "foundry.worlds.usd.interpreter.LastSentenceInterpreter": (
+        "foundry.worlds.camera.language.interpreter.LastSentenceInterpreter"
+    ),
     "foundry.worlds.usd.interpreter.LatestInterpreter": "foundry.worlds.camera.language.interpreter.LatestInterpreter",
     "foundry.worlds.usd.world.UsdScenario": "foundry.worlds.camera.world.CameraScenario",
 }

@@ -196,6 +196,11 @@ class Pose(msgspec.Struct, frozen=True):
     pitch: float
 
 
+COMMAND_KINDS = ("stay", "forward", "back", "left", "right", "turn left", "turn right", "look up", "look down")
+"""What a command in a 3D world asks for, whatever its amount: the way of its translation if it has one, else the side
+of its turn, else that of its gaze; what moves nothing, for whatever reason, is the first."""
+
+
 class CameraEpisode(Record, frozen=True, kw_only=True):
     """What holds for a whole episode in a 3D world (`episode.jsonl`, one line).
 

@@ -7,10 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from analysis.camera.command_kinds import KINDS
 from analysis.camera.run import CameraRun
 from foundry import seeding
-from foundry.records import CameraEpisode, Pose
+from foundry.records import COMMAND_KINDS, CameraEpisode, Pose
 
 HALF_M = 5.0
 """Half a side of the plane; the body stops at the edge."""
@@ -26,7 +25,7 @@ class BlindWalker:
     """A policy that draws each command from the same shares, and claims to see the target with the same chance.
 
     Attributes:
-        shares: weights of the kinds of command, in the order of `KINDS`, (9,).
+        shares: weights of the kinds of command, in the order of `COMMAND_KINDS`, (9,).
         claim: chance to claim that the target is in view.
     """
 
@@ -67,10 +66,10 @@ def blind_camera_run(policy: BlindWalker, seed: int, decisions: int) -> CameraRu
     rng = seeding.stream(seed, f"blind {policy}")
     goal = tuple(rng.uniform(-HALF_M, HALF_M, size=2).tolist())
     start = Pose(0.0, 0.0, 0.0, float(rng.integers(12) * TURN_DEG - 180), 0.0)
-    kinds = rng.choice(len(KINDS), size=decisions, p=np.array(policy.shares) / sum(policy.shares))
+    kinds = rng.choice(len(COMMAND_KINDS), size=decisions, p=np.array(policy.shares) / sum(policy.shares))
     track = _Track(yaw=start.yaw)
     for kind in kinds.tolist():
-        track.go(KINDS[kind], goal)
+        track.go(COMMAND_KINDS[kind], goal)
     rows = np.array(track.rows)
     states = np.vstack([[0.0, 0.0, start.yaw, 0.0], rows[:, :4]])
     claims = rng.random(decisions) < policy.claim

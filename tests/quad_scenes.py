@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from foundry.worlds.camera.body.size import Body
-from foundry.worlds.camera.scene import FloatArray, Scene, SceneMesh
+from foundry.worlds.camera.loading.scene import FloatArray, Scene, SceneMesh
 
 TWO_TRIANGLES = np.array([[0, 1, 2], [0, 2, 3]])
 SAMPLE_M = 0.03

@@ -39,6 +39,13 @@ def test_a_swept_setting_of_the_world_is_one_of_the_baselines_too():
     assert [dict(condition.factors)["world.steps"] for condition in found.conditions] == [5] * 3 + [8] * 3
 
 
+def test_who_walks_about_is_the_null_in_3d_where_who_draws_could_act_too():
+    composed = compose(["-m", "world=kibo", "model=scripted/spin", "seed=0"])
+    assert composed is not None
+    found = baselines_of(expand(composed.asked, composed.conditions))
+    assert models(found) == ["scripted/wander", "scripted/stay", "scripted/oracle"]
+
+
 def test_a_policy_that_the_sweep_compares_itself_is_left_out():
     assert models(baselines_of(sweep("model=scripted/random,scripted/oracle", "seed=0"))) == ["scripted/stay"]
 

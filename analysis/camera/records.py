@@ -12,12 +12,12 @@ import msgspec
 import numpy as np
 
 from analysis.arrays import OUTCOMES, FloatArray
-from analysis.camera.command_kinds import KINDS, kinds_of
+from analysis.camera.command_kinds import kinds_of
 from analysis.camera.run import CameraRun
 from analysis.costs import RunCost, cost_of
 from analysis.lines import EPISODE, STEPS, read_lines, read_messages
 from foundry.errors import RecordError
-from foundry.records import CameraEpisode, CameraStep, Message, Pose, RunSummary
+from foundry.records import COMMAND_KINDS, CameraEpisode, CameraStep, Message, Pose, RunSummary
 from foundry.storing.store import RunFolder
 
 
@@ -48,7 +48,7 @@ class CameraRecords:
             gaze=_filled(found.pop("gaze"), 0.0),
         )
         nothing: list[Any] = [None] * len(self.steps)
-        labels = [KINDS[kind] for kind in kinds]
+        labels = [COMMAND_KINDS[kind] for kind in kinds]
         return {**found, "kind": ["move"] * len(labels), "action": labels, "utility": nothing, "message": nothing}
 
     def arrays(self, folder: RunFolder) -> CameraRun:

@@ -20,7 +20,7 @@ def interpret(
     """Print what the interpreter of the 3D worlds reads from a reply, one JSON object a reply."""
     import msgspec
 
-    from foundry.worlds.camera.reading import read_replies
+    from foundry.worlds.camera.language.interpreter import read_replies
 
     lines = sys.stdin if text == "-" else [msgspec.json.encode(text).decode()]
     for line in read_replies(lines, limited=limits):

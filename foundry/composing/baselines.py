@@ -18,8 +18,10 @@ from foundry.running.build import build
 from foundry.storing.plain_yaml import load_plain
 from foundry.worlds.base import Question, Scenario
 
-NAMES = ("scripted/random", "scripted/wander", "scripted/stay", "scripted/oracle")
-"""Draws among what is legal, walks in 3D, does nothing at all, or knows the way; each where it can act."""
+NULLS = ("scripted/wander", "scripted/random")
+"""Walks about in 3D, or draws among what is legal: the first of them that can act in a world."""
+BOUNDS = ("scripted/stay", "scripted/oracle")
+"""Does nothing at all, or knows the way; each where it can act."""
 _NAME = re.compile(r"[\w-]+(?:/[\w-]+)*")
 
 
@@ -28,7 +30,7 @@ def baselines_of(sweep: Sweep) -> Sweep:
 
     Scripted policies read no prompt, so each world is run with the first prompt it was run with. A policy that the
     sweep itself compares is left out: its runs are there. Which they are a world may say (`baselines`); where it does
-    not, they are those of `NAMES` that can act in it.
+    not, they are one of `NULLS` and those of `BOUNDS` that can act in it.
 
     Raises:
         InputError: a world cannot be built, or a policy that it names is none, or cannot act in it.
@@ -83,19 +85,25 @@ def _conditions(conditions: list[Condition], compared: set[str]) -> Iterator[Con
     stage = Stage(scenario_of(first.config), seeds[0])
     factors = {key: value for key, value in first.factors.items() if _is_of_world(key)}
     chosen = first.config.get("baselines")
-    for model in map(_model, NAMES if chosen is None else chosen):
-        if model["name"] not in compared and _acts(model, stage, declared=chosen is not None):
+    for model in _suited(stage) if chosen is None else _declared(chosen, stage):
+        if model["name"] not in compared:
             own = {key: value for key, value in first.config.items() if key != "fork"}  # from the first step on
             config = {**own, "model": model, "sampling_seed": None}
             yield Condition({**factors, "model": model["name"]}, config, seeds, stage.scenario.declared())
 
 
-def _acts(model: dict[str, Any], stage: Stage, *, declared: bool) -> bool:
-    """Tell whether a policy can act in a world; one that the world itself names must."""
-    policy: Model = build(model)
-    if declared:
-        stage.check(policy)
-    return declared or stage.suits(policy)
+def _suited(stage: Stage) -> list[dict[str, Any]]:
+    """Return the baselines of a world that names none."""
+    nulls, bounds = ([one for one in map(_model, names) if stage.suits(build(one))] for names in (NULLS, BOUNDS))
+    return [*nulls[:1], *bounds]
+
+
+def _declared(names: Sequence[str], stage: Stage) -> list[dict[str, Any]]:
+    """Return the baselines that a world names; each must be able to act in it."""
+    models = [_model(name) for name in names]
+    for model in models:
+        stage.check(build(model))
+    return models
 
 
 def _model(name: str) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from PIL import Image
 
 from foundry.replay.recording import Recording
 from foundry.worlds.camera.eye.captions import captioned
-from foundry.worlds.camera.scene import UInt8Array
+from foundry.worlds.camera.loading.scene import UInt8Array
 
 WIDEST = 1920
 """Pixels of a whole row; wider ones are scaled down."""

@@ -8,17 +8,23 @@ from typing import Any
 
 import msgspec
 
-from foundry.declared import Declared, keys_of
+from foundry.declared import Actions, Declared, keys_of
 from foundry.naming import present
-from foundry.records import Agent, CameraEpisode, CameraStep, GridStep, Message, SeenImage
+from foundry.records import COMMAND_KINDS, Agent, CameraEpisode, CameraStep, GridStep, Message, SeenImage
 
 UNSAID = "any"
 """The form of records of which nobody said what they are: they are read by the keys that all steps have."""
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 _OLD_FORMS = {
-    "foundry.worlds.grid.world.GridScenario": Declared(form="grid", streams=keys_of((GridStep, Message, Agent))),
+    "foundry.worlds.grid.world.GridScenario": Declared(
+        form="grid",
+        actions={"action": Actions(labels=("stay", "up", "down", "left", "right"), idle="stay")},
+        streams=keys_of((GridStep, Message, Agent)),
+    ),
     "foundry.worlds.camera.world.CameraScenario": Declared(
-        form="camera", streams=keys_of((CameraStep, CameraEpisode, SeenImage))
+        form="camera",
+        actions={"move": Actions(labels=COMMAND_KINDS, idle=COMMAND_KINDS[0])},
+        streams=keys_of((CameraStep, CameraEpisode, SeenImage)),
     ),
 }
 

@@ -46,8 +46,7 @@ def scenes_of(folder: SweepFolder) -> list[BundledScene]:
 
 def _scene(asset: str, here: Mapping[str, Any]) -> BundledScene:
     """Return a scene with those of its files that it may read: they are below one folder, by default its own."""
-    from foundry.worlds.camera.loading.locating import find_asset
-    from foundry.worlds.camera.loading.scene_files import scene_files
+    from foundry.worlds.camera.loading.scene_files import find_asset, scene_files
 
     main = find_asset(here["asset"]).resolve()
     limit = Path(here["root"]).resolve() if here.get("root") else main.parent

@@ -12,8 +12,13 @@ from hypothesis import strategies as st
 
 from foundry.records import Outcome
 from foundry.worlds.base import ABORTED, LENGTH, STOPPED, Answer
-from foundry.worlds.camera.language.interpreter import JsonInterpreter, LastSentenceInterpreter, LatestInterpreter
-from foundry.worlds.camera.reading import SHIPPED_LIMITS, command_record
+from foundry.worlds.camera.language.command import command_record
+from foundry.worlds.camera.language.interpreter import (
+    SHIPPED_LIMITS,
+    JsonInterpreter,
+    LastSentenceInterpreter,
+    LatestInterpreter,
+)
 from foundry.worlds.grid.parsing import read_action, read_message
 
 BATCH = 25

@@ -14,9 +14,9 @@ from pxr import Gf, Sdf, UsdGeom, Vt
 
 from foundry.errors import InputError
 from foundry.worlds.camera.eye.rendering import renderer_for
+from foundry.worlds.camera.loading.scene import Scene
 from foundry.worlds.camera.loading.stage import load_scene
-from foundry.worlds.camera.scene import Scene
-from worlds.usd.usd_files import mesh, picture, write_stage
+from worlds.camera.usd_files import mesh, picture, write_stage
 
 HEAD = """#usda 1.0
 (

@@ -14,7 +14,7 @@ from commands import foundry
 from foundry.errors import InputError
 from foundry.worlds.camera.loading import confinement
 from foundry.worlds.camera.loading.stage import load_scene
-from worlds.usd.usd_files import bind, mesh, picture, texture_coordinates, textured, write_stage
+from worlds.camera.usd_files import bind, mesh, picture, texture_coordinates, textured, write_stage
 
 HEAD = '#usda 1.0\n(upAxis = "Z"\nmetersPerUnit = 1\n{})\n'
 OWN = """def Mesh "Floor"

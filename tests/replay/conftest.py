@@ -11,7 +11,7 @@ from pxr import Gf
 from commands import foundry
 from foundry.paths import conf_dir
 from foundry.storing.store import RunFolder, SweepFolder
-from worlds.usd.usd_files import mesh, write_stage
+from worlds.camera.usd_files import mesh, write_stage
 
 EVERY = 3
 """Steps between the frames that the 2D runs save; the fires of the shipped world begin at 3 and 5."""

@@ -14,7 +14,7 @@ import yaml
 from commands import foundry
 from foundry.storing.store import RunFolder, SweepFolder, to_yaml
 from ollama_server import OllamaServer
-from worlds.usd.usd_files import bind, mesh, picture, texture_coordinates, textured, write_stage
+from worlds.camera.usd_files import bind, mesh, picture, texture_coordinates, textured, write_stage
 
 MIX = "mix/qwen3:4b@50%+scripted/herd@50%"
 SMALL = ("world.agents=4", "world.steps=4", "analyze=false", "runner.workers=1")

@@ -21,7 +21,7 @@ from foundry.trust.bundling import write_bundle
 from foundry.trust.manifest import Manifest
 from foundry.trust.unbundling import unpack_bundle
 from trust.conftest import build_wall, run_of, runs
-from worlds.usd.usd_files import mesh, picture, write_stage
+from worlds.camera.usd_files import mesh, picture, write_stage
 
 
 def members(bundle: Path) -> dict[str, bytes]:

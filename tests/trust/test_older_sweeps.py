@@ -10,8 +10,11 @@ import pytest
 
 from analysis import analyze, load
 from commands import foundry, statuses
+from foundry.composing.compose import compose
+from foundry.composing.preflight import scenario_of
 from foundry.composing.public_names import with_public_names
 from foundry.expansion import expand
+from foundry.storing.declaration import declared_before
 from foundry.storing.store import SweepFolder
 from foundry.viewer.resources import Resources
 
@@ -47,6 +50,14 @@ def test_they_are_loaded_measured_and_shown(older: Path):
     for run in SweepFolder.open(older).runs():
         assert shown.get(f"run/{older.name}/{run.id}/track/0").content
     shown.close()
+
+
+@pytest.mark.parametrize(("world", "overrides"), [("cafe_library", []), ("kibo", ["model=scripted/stay"])])
+def test_what_they_leave_unsaid_is_what_their_worlds_say_today(world: str, overrides: list[str]):
+    composed = compose([f"world={world}", *overrides])
+    assert composed is not None
+    config = composed.conditions[0].config
+    assert declared_before(config) == scenario_of(config).declared()
 
 
 def test_they_say_nothing_of_their_form_and_are_gone_on_with_as_what_they_are(older: Path, tmp_path: Path):

@@ -21,8 +21,8 @@ from foundry.errors import InputError
 from foundry.paths import assets_dir
 from foundry.storing.store import RunFolder, SweepFolder
 from foundry.viewer.camera.scene_export import LARGEST_PX, kept_scene_glb, scene_glb
+from foundry.worlds.camera.loading.scene import Scene
 from foundry.worlds.camera.loading.stage import load_scene
-from foundry.worlds.camera.scene import Scene
 
 KINDS = {5126: "<f4", 5125: "<u4", 5121: "u1"}
 CHANGED = ("world.camera.fov=50", "world.scene.exclude=[/World/Racks]")

@@ -19,8 +19,8 @@ def measure(run: CameraRun) -> dict[str, float]:
     """Return the action stability of a run of a 3D world: the same measures over kinds of command.
 
     The kind of a command is its translation if it has one, else its turn, else its gaze, each by its side: see
-    KINDS; a reply that moves nothing, for whatever reason, counts as stay. Amounts make no difference. Opposite are
-    left and right turns, looking up and down, going forward and back, and to either side; "moves" are all kinds but
+    COMMAND_KINDS; a reply that moves nothing, for whatever reason, counts as stay. Amounts make no difference. Opposite
+    are left and right turns, looking up and down, going forward and back, and to either side; "moves" are all kinds but
     stay. conditional_entropy is at most log2 9 bits.
     """
     return repeats(command_kinds(run)[:, None], run.counted[:, None], _OPPOSITE_KIND)

@@ -7,11 +7,12 @@ import math
 import numpy as np
 
 from analysis.arrays import BoolArray, FloatArray, IntArray
-from analysis.camera.command_kinds import KINDS, command_kinds
+from analysis.camera.command_kinds import command_kinds
 from analysis.camera.run import STILL_M, CameraRun
 from analysis.camera.signatures.recognition import VISIBLE_PX
 from analysis.formulas import entropy, mean
 from analysis.measure import Measure, Null, share
+from foundry.records import COMMAND_KINDS
 
 NAME = "viewpoint"
 
@@ -116,7 +117,7 @@ def _shares_to_come(kind: IntArray) -> FloatArray:
     Which decisions make a pair is settled before its second one, by where the agent went and how it turned until then.
     So the second one's chance to be of the first one's kind, were it blind, is this share, not that of the whole run.
     """
-    flags = kind[:, None] == np.arange(len(KINDS))
+    flags = kind[:, None] == np.arange(len(COMMAND_KINDS))
     return np.asarray(flags[::-1].cumsum(axis=0)[::-1] / np.arange(len(kind), 0, -1)[:, None])
 
 

@@ -43,7 +43,7 @@ class Random(ScriptedModel):
         if not question.options and not is_on_grid(question.kind, question.told):
             raise InputError(
                 f"Model '{self.name}' cannot act in this world: its questions of kind '{question.kind}' do not say "
-                "which replies are legal (Question.options); choose another policy, in 3D such as scripted/wander."
+                "which replies are legal (Question.options); choose another policy."
             )
 
     def reply(self, request: Request) -> Reply:

@@ -28,7 +28,7 @@ from foundry.errors import InputError
 from foundry.storing.store import RunFolder, write_atomically
 
 if TYPE_CHECKING:
-    from foundry.worlds.camera.scene import Scene, SceneMesh, UInt8Array
+    from foundry.worlds.camera.loading.scene import Scene, SceneMesh, UInt8Array
 
 LARGEST_PX = 1024
 """A larger texture is reduced: it would be most of the file, and a browser shows no more of it."""
@@ -87,7 +87,7 @@ def scene_glb(run_config: Mapping[str, Any], *, sha256: str | None = None) -> by
     asset = world.get("scene")
     if not isinstance(asset, Mapping):
         return None
-    from foundry.worlds.camera.loading.locating import find_asset
+    from foundry.worlds.camera.loading.scene_files import find_asset
     from foundry.worlds.camera.loading.stage import load_scene
 
     scene = load_scene(find_asset(str(asset["asset"])), exclude=tuple(asset["exclude"]), root=asset.get("root"))

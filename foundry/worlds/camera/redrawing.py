@@ -12,11 +12,11 @@ from PIL import Image
 from foundry.errors import InputError
 from foundry.records import CameraEpisode, CameraStep, Pose
 from foundry.worlds.base import Recorded, Redrawing
+from foundry.worlds.camera.body.pose import feet_of
 from foundry.worlds.camera.eye.overview import OverviewFrame
 from foundry.worlds.camera.eye.rendering import png
-from foundry.worlds.camera.motion import feet_of
-from foundry.worlds.camera.reading import describe, recorded_command
-from foundry.worlds.camera.scene import UInt8Array
+from foundry.worlds.camera.language.command import describe, recorded_command
+from foundry.worlds.camera.loading.scene import UInt8Array
 from foundry.worlds.camera.surroundings import Surroundings
 
 
@@ -52,10 +52,8 @@ class CameraRedrawing(Redrawing):
 
     def frame(self, step: int) -> OverviewFrame:
         """Return what the overview after a step shows."""
-        record = self._steps[step - 1] if step else None
-        caption = "" if record is None else describe(recorded_command(record), record)
-        height_m = self.around.settings.body.height
-        return overview_after(self._poses[: step + 1], height_m, caption, self.view(step))
+        latest = self._steps[step - 1] if step else None
+        return overview_after(latest, self._poses[: step + 1], self.around.settings.body.height, self.view(step))
 
     def view(self, step: int) -> UInt8Array:
         """Return what is seen after a step: the image that the model got then, if it is kept, else drawn again."""
@@ -67,9 +65,19 @@ class CameraRedrawing(Redrawing):
         return self.around.renderer().view(self.around.eye(pose), pose.yaw, pose.pitch)
 
 
-def overview_after(poses: Sequence[Pose], height_m: float, caption: str, inset: UInt8Array) -> OverviewFrame:
-    """Return the overview of a body of this height that has stood in these poses, the initial one first."""
+def overview_after(
+    latest: CameraStep | None, poses: Sequence[Pose], height_m: float, inset: UInt8Array
+) -> OverviewFrame:
+    """Return what the overview after a decision shows.
+
+    Args:
+        latest: the decision, or None before the first.
+        poses: those that the body has stood in, the initial one first.
+        height_m: the body's height.
+        inset: what it sees now, (h, w, 3) RGB.
+    """
     trail = feet_of(poses)
+    caption = "" if latest is None else describe(recorded_command(latest), latest)
     return OverviewFrame(
         foot=trail[-1],
         yaw_deg=poses[-1].yaw,

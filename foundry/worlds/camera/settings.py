@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import msgspec
 
 from foundry.errors import InputError, not_found
-from foundry.worlds.camera.language.interpreter import Limits
+from foundry.worlds.camera.language.command import Limits
 from foundry.worlds.validation import read_settings, refuse_repeated_names
 
 Positive = Annotated[float, msgspec.Meta(gt=0)]
@@ -38,7 +38,7 @@ class BodySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
     step_height: Annotated[float, msgspec.Meta(ge=0)]
 
 
-class CameraSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+class EyeSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """The agent's eye: pixels, and degrees (`fov` is the vertical field of view)."""
 
     width: Size
@@ -78,25 +78,25 @@ class _PlainSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw
     keep_images: bool
 
 
-class UsdSettings(_PlainSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+class CameraSettings(_PlainSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """All settings of a 3D world; see `conf/world/usd.yaml`."""
 
     scene: SceneSettings
     start: StartSettings
     targets: list[TargetSettings]
     body: BodySettings
-    camera: CameraSettings
+    camera: EyeSettings
 
 
 _PARTS: dict[str, type[msgspec.Struct]] = {
     "scene": SceneSettings,
     "start": StartSettings,
     "body": BodySettings,
-    "camera": CameraSettings,
+    "camera": EyeSettings,
 }
 
 
-def read_usd_settings(values: Mapping[str, Any]) -> UsdSettings:
+def read_camera_settings(values: Mapping[str, Any]) -> CameraSettings:
     """Return the settings of a 3D world.
 
     Raises:
@@ -106,7 +106,7 @@ def read_usd_settings(values: Mapping[str, Any]) -> UsdSettings:
     parts["targets"] = [read_settings(TargetSettings, target, "world.targets") for target in values["targets"]]
     plain = {key: value for key, value in values.items() if key not in parts}
     rest = read_settings(_PlainSettings, plain, "world")
-    settings = UsdSettings(**parts, **{name: getattr(rest, name) for name in rest.__struct_fields__})
+    settings = CameraSettings(**parts, **{name: getattr(rest, name) for name in rest.__struct_fields__})
     _check(settings)
     return settings
 
@@ -124,7 +124,7 @@ def read_limits(values: Mapping[str, Any]) -> Limits:
     return Limits(**values)
 
 
-def _check(settings: UsdSettings) -> None:
+def _check(settings: CameraSettings) -> None:
     for key, value, known in (
         ("boundary", settings.boundary, BOUNDARIES),
         ("image_format", settings.image_format, IMAGE_FORMATS),

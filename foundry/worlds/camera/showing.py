@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from foundry.errors import InputError
-from foundry.worlds.camera.eye.rendering import OverviewFrame, png, renderer_for
-from foundry.worlds.camera.loading.locating import find_asset
+from foundry.worlds.camera.eye.overview import OverviewFrame
+from foundry.worlds.camera.eye.rendering import png, renderer_for
+from foundry.worlds.camera.loading.scene import Scene
+from foundry.worlds.camera.loading.scene_files import find_asset
 from foundry.worlds.camera.loading.stage import load_scene
-from foundry.worlds.camera.scene import Scene
 
 WIDTH, HEIGHT, FOV_DEG = 960, 720, 70.0
 MOST_LABELS = 40

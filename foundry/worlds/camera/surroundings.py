@@ -2,34 +2,29 @@
 
 from __future__ import annotations
 
-import io
-import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import cached_property, lru_cache
-from itertools import pairwise
 from typing import Any
 
 import msgspec
 import numpy as np
 from numpy.random import Generator
-from PIL import Image
 
 from foundry import paths
 from foundry.errors import InputError, not_found
 from foundry.records import Pose
 from foundry.worlds.camera.body.collision import Collider
 from foundry.worlds.camera.body.navigation import CELL_M, Field, Navigator
+from foundry.worlds.camera.body.pose import foot_of, make_pose
 from foundry.worlds.camera.body.size import Body
 from foundry.worlds.camera.body.targets import TargetSurfaces
-from foundry.worlds.camera.eye.rendering import OverviewFrame, Renderer, png, renderer_for
-from foundry.worlds.camera.loading.locating import find_asset
+from foundry.worlds.camera.eye.overview import OverviewFrame
+from foundry.worlds.camera.eye.rendering import Renderer, renderer_for
+from foundry.worlds.camera.loading.scene import FloatArray, UInt8Array
+from foundry.worlds.camera.loading.scene_files import find_asset
 from foundry.worlds.camera.loading.stage import load_scene
-from foundry.worlds.camera.motion import foot_of, make_pose
-from foundry.worlds.camera.scene import FloatArray, UInt8Array
-from foundry.worlds.camera.settings import TargetSettings, UsdSettings
-from foundry.worlds.camera.sight import Sight, angles
+from foundry.worlds.camera.settings import CameraSettings, TargetSettings
 
 CLEARANCE_M = 0.1
 """Room around the body at the start, beside its radius."""
@@ -37,7 +32,6 @@ CLEARANCE_M = 0.1
 ARRIVED_M = 0.03
 """A corner of a way that is this near counts as reached: nobody walks by millimetres."""
 
-JPEG_QUALITY = 90
 DRAWS = 100
 """Places that are drawn before a start outside the goal is given up."""
 
@@ -81,7 +75,7 @@ class Way:
 class Surroundings:
     """A scene with its body, its targets and its eye."""
 
-    def __init__(self, settings: UsdSettings) -> None:
+    def __init__(self, settings: CameraSettings) -> None:
         self.settings = settings
         self.scene = load_scene(
             find_asset(settings.scene.asset), exclude=tuple(settings.scene.exclude), root=settings.scene.root
@@ -125,16 +119,16 @@ class Surroundings:
         return self._targets[settings.name]
 
     def _find_target(self, settings: TargetSettings) -> Target:
-        chosen = {path for path in self._labels if any(is_below(path, pattern) for pattern in settings.prims)}
+        chosen = {path for path in self.labels if any(is_below(path, pattern) for pattern in settings.prims)}
         if not chosen:
             known = [prim for prims in self.scene.labels.values() for prim in prims]
             raise not_found(
-                f"Prim of target '{settings.name}'", ", ".join(settings.prims), known or sorted(self._labels)
+                f"Prim of target '{settings.name}'", ", ".join(settings.prims), known or sorted(self.labels)
             )
         surfaces = self.navigator.target(sorted(chosen))
         within = max(settings.radius - CELL_M, 0.0)  # so that all of a goal's cell is near enough
         goals = self.navigator.goal_cells(surfaces, within, self.settings.body.eye_height)
-        labels = {self._labels[path] for path in chosen}
+        labels = {self.labels[path] for path in chosen}
         return Target(
             name=settings.name,
             paths=tuple(sorted(chosen)),
@@ -185,33 +179,9 @@ class Surroundings:
         """Return where the eye (3,) is, metres."""
         return np.array([pose.x, pose.y, pose.z + self.settings.body.eye_height])
 
-    def look(self, pose: Pose, target: Target | None) -> Sight:
-        """Return what is seen from a pose, and what is true of it."""
-        eye, renderer, foot = self.eye(pose), self.renderer(), foot_of(pose)
-        image = renderer.view(eye, pose.yaw, pose.pitch)
-        pixels = renderer.visible(eye, pose.yaw, pose.pitch)
-        clear = target is not None and self.navigator.line_of_sight(eye, target.surfaces)
-        return Sight(
-            pose=pose,
-            image=image,
-            encoded=encode(image, self.settings.image_format),
-            visible_px=self._by_label(pixels),
-            target_px=sum(pixels.get(path, 0) for path in target.paths) if target else 0,
-            distance=_finite(self.navigator.distance(foot, target.ways)) if target else None,
-            near=clear and target is not None and target.surfaces.gap(foot) <= target.radius,
-            line_of_sight=clear,
-        )
-
-    def _by_label(self, pixels: Mapping[str, int]) -> dict[str, int]:
-        labels: dict[str, int] = {}
-        for path, count in pixels.items():
-            label = self._labels.get(path)
-            if label is not None:
-                labels[label] = labels.get(label, 0) + count
-        return dict(sorted(labels.items()))
-
     @cached_property
-    def _labels(self) -> dict[str, str | None]:
+    def labels(self) -> dict[str, str | None]:
+        """Label of each mesh, or None, by its path."""
         return {mesh.path: mesh.label for mesh in self.scene.meshes}
 
     def way(self, pose: Pose, target: Target | None) -> Way:
@@ -223,26 +193,12 @@ class Surroundings:
             self._last_way = (place, target, way)
         return self._last_way[2]
 
-    def direction_of(self, pose: Pose, target: Target | None) -> tuple[float | None, float | None]:
-        """Return the direction (yaw, pitch), degrees, of the target's middle from the eye."""
-        if target is None:
-            return None, None
-        return angles(target.surfaces.points.mean(axis=0) - self.eye(pose))
-
-    def visited(self, places: FloatArray) -> frozenset[int]:
-        """Return the cells that the body covers on its straight ways from one of (k, 3) places to the next."""
-        parts = [places[:1]]
-        for start, end in pairwise(places):
-            count = math.ceil(float(np.linalg.norm(end - start)) / self.cell_m)
-            parts.append(start + (end - start) * np.linspace(0, 1, count + 1)[1:, None])
-        return frozenset(int(cell) for cell in self.navigator.visited(np.concatenate(parts), self.body.radius_m))
-
     def reachable_cells(self, pose: Pose) -> int:
         """Return how many cells can be reached from a pose."""
         return len(self.navigator.reachable(foot_of(pose)))
 
 
-def surroundings_of(settings: UsdSettings) -> Surroundings:
+def surroundings_of(settings: CameraSettings) -> Surroundings:
     """Return the surroundings for these settings; the latest are kept, so that runs and conditions share them."""
     elsewhere: dict[str, Any] = {"name": "", "task": "", "steps": 1, "history": 0, "boundary": "", "keep_images": True}
     return _surroundings(msgspec.json.encode(msgspec.structs.replace(settings, **elsewhere)))
@@ -250,22 +206,9 @@ def surroundings_of(settings: UsdSettings) -> Surroundings:
 
 @lru_cache(maxsize=4)
 def _surroundings(settings: bytes) -> Surroundings:
-    return Surroundings(msgspec.json.decode(settings, type=UsdSettings))
-
-
-def encode(image: UInt8Array, image_format: str) -> bytes:
-    """Return (h, w, 3) RGB as it is sent: PNG or JPEG; the same pixels give the same bytes."""
-    if image_format == "png":
-        return png(image)
-    buffer = io.BytesIO()
-    Image.fromarray(image).save(buffer, "JPEG", quality=JPEG_QUALITY)
-    return buffer.getvalue()
+    return Surroundings(msgspec.json.decode(settings, type=CameraSettings))
 
 
 def is_below(path: str, pattern: str) -> bool:
     """Return whether a pattern names a prim or one above it."""
     return fnmatchcase(path, pattern) or fnmatchcase(path, f"{pattern}/*")
-
-
-def _finite(value: float) -> float | None:
-    return round(float(value), 9) if np.isfinite(value) else None

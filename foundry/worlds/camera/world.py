@@ -7,16 +7,20 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
+import msgspec
+
 from foundry import seeding
-from foundry.records import CameraEpisode, CameraStep, Outcome, Record, SeenImage
+from foundry.declared import Actions
+from foundry.records import COMMAND_KINDS, CameraEpisode, CameraStep, Outcome, Pose, Record, SeenImage
 from foundry.worlds.base import Answer, Question, Recorded, Scenario, World, unanswered, undecided_outcome
+from foundry.worlds.camera.body.motion import Moved, moved
+from foundry.worlds.camera.body.pose import feet_of
 from foundry.worlds.camera.eye.rendering import png
-from foundry.worlds.camera.language.interpreter import Command, Interpreter
-from foundry.worlds.camera.motion import Moved, feet_of, moved
-from foundry.worlds.camera.reading import command_record, describe, recorded_command
+from foundry.worlds.camera.language.command import Command, command_record, describe, every_kind, render_command
+from foundry.worlds.camera.language.interpreter import Interpreter
+from foundry.worlds.camera.observation import Secret, Sight, look, observe
 from foundry.worlds.camera.redrawing import CameraRedrawing, overview_after
-from foundry.worlds.camera.settings import read_limits, read_usd_settings
-from foundry.worlds.camera.sight import Secret, Sight, observe
+from foundry.worlds.camera.settings import read_camera_settings, read_limits
 from foundry.worlds.camera.surroundings import Surroundings, Target, surroundings_of
 
 MOVE = "move"
@@ -33,7 +37,7 @@ class CameraScenario(Scenario):
         what it hits, climbs small steps and stays on the floor.
 
     Observation:
-        See `foundry.worlds.camera.sight`; the image goes with the question.
+        See `foundry.worlds.camera.observation`; the image goes with the question.
 
     Questions:
         One `move` question per step.
@@ -56,15 +60,16 @@ class CameraScenario(Scenario):
     shows_images: ClassVar[bool] = True
 
     def __init__(self, *, interpreter: Interpreter, limits: Mapping[str, Any], **settings: Any) -> None:
-        self.settings = read_usd_settings(settings)
+        self.settings = read_camera_settings(settings)
         self.limits = read_limits(limits)
         self.interpreter = interpreter
         self.name = self.settings.name
         self.surroundings: Surroundings = surroundings_of(self.settings)
+        self.options = (_IDLE, *(f"{render_command(one).capitalize()}." for one in every_kind(self.limits)))
 
-    def start(self, seed: int) -> UsdWorld:
+    def start(self, seed: int) -> CameraWorld:
         """Return a fresh episode; the seed draws the target and the first pose."""
-        return UsdWorld(self, seed)
+        return CameraWorld(self, seed)
 
     def notes(self) -> Sequence[str]:
         """Say that nothing is to be found, where that is so."""
@@ -79,12 +84,16 @@ class CameraScenario(Scenario):
         """Return the pictures of a run."""
         return CameraRedrawing(self.surroundings, recorded)
 
+    def actions(self) -> dict[str, Actions]:
+        """Return the kinds of command, whatever their amounts; nothing understood is nothing done, too."""
+        return {MOVE: Actions(labels=COMMAND_KINDS, idle=COMMAND_KINDS[0])}
+
     def count_calls(self) -> int:
         """Return the number of decisions, at most."""
         return self.settings.steps
 
 
-class UsdWorld(World):
+class CameraWorld(World):
     """One episode in a 3D world."""
 
     def __init__(self, scenario: CameraScenario, seed: int) -> None:
@@ -94,13 +103,13 @@ class UsdWorld(World):
         self._target: Target | None = self._around.draw_target(seeding.stream(seed, "target"))
         self._pose = self._around.draw_start(seeding.stream(seed, "start"), self._target)
         self._trail = [self._pose]
-        self._cells = set(self._around.visited(feet_of([self._pose])))
+        self._cells = self._covered([self._pose])
         self._history: deque[Mapping[str, Any]] = deque(maxlen=self._settings.history)
         self._idle_streak = 0
         self._steps = 0
         self._terminated = False
-        self._caption = ""
-        self._sight = self._around.look(self._pose, self._target)
+        self._latest: CameraStep | None = None
+        self._sight = look(self._around, self._pose, self._target)
 
     @property
     def finished(self) -> bool:
@@ -145,21 +154,21 @@ class UsdWorld(World):
             idle_streak=self._idle_streak,
             limits=self._scenario.limits,
         )
-        secret = Secret(self._around, self._sight, self._target)
-        return [Question(self._steps + 1, 0, MOVE, observation, (self._sight.encoded,), secret, idle=_IDLE)]
+        secret, options = Secret(self._around, self._sight, self._target), self._scenario.options
+        return [Question(self._steps + 1, 0, MOVE, observation, (self._sight.encoded,), secret, options, _IDLE)]
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
         """Move as the answer says; return the decision, and the image that led to it if it is kept."""
         (answer,) = answers
         outcome = unanswered(answer)
         command = Command() if outcome else self._scenario.interpreter.read(answer.text, self._scenario.limits)
-        result = moved(self._pose, command, self._around, self._settings)
+        result = self._moved(command)
         before, self._pose = self._sight, result.pose
-        self._sight = self._around.look(self._pose, self._target)
-        self._cells |= self._around.visited(feet_of(result.places))
+        self._sight = look(self._around, self._pose, self._target)
+        self._cells |= self._covered(result.places)
         self._steps += 1
         record = self._record(answer, outcome or command.outcome, command, result, before)
-        self._remember(answer.text, command, record)
+        self._remember(command, record)
         self._terminated = command.stay and self._sight.success
         if record.image is None:
             return [record]
@@ -167,8 +176,18 @@ class UsdWorld(World):
 
     def draw(self) -> bytes:
         """Return the overview of the scene with the agent, its way so far and what it sees."""
-        frame = overview_after(self._trail, self._settings.body.height, self._caption, self._sight.image)
+        frame = overview_after(self._latest, self._trail, self._settings.body.height, self._sight.image)
         return png(self._around.overview(frame))
+
+    def _moved(self, command: Command) -> Moved:
+        around, slides = self._around, self._settings.boundary == "slide"
+        limit = self._settings.camera.pitch_limit
+        return moved(self._pose, command, around.collider, around.body, pitch_limit=limit, slide=slides)
+
+    def _covered(self, places: Sequence[Pose]) -> set[int]:
+        """Return the cells that the body covers on its straight ways from one place to the next."""
+        cells = self._around.navigator.visited(feet_of(places), self._around.body.radius_m)
+        return set(cells.tolist())
 
     def _task(self) -> str:
         name = self._target.name if self._target else ""
@@ -199,10 +218,9 @@ class UsdWorld(World):
             success=self._sight.success,
         )
 
-    def _remember(self, reply: str, command: Command, record: CameraStep) -> None:
+    def _remember(self, command: Command, record: CameraStep) -> None:
         self._idle_streak = self._idle_streak + 1 if command.idle else 0
-        said = describe(command, record)
-        self._caption = describe(recorded_command(record), record)
+        self._latest = record
         self._trail.append(self._pose)
-        pose = {name: getattr(self._pose, name) for name in ("x", "y", "z", "yaw", "pitch")}
-        self._history.append({"step": self._steps - 1, "reply": reply, "outcome": said, "pose": pose})
+        said, pose = describe(command, record), msgspec.structs.asdict(self._pose)
+        self._history.append({"step": self._steps - 1, "reply": record.reply, "outcome": said, "pose": pose})

@@ -12,7 +12,7 @@ from scipy.spatial import KDTree
 
 from foundry.worlds.camera.body.collision import Collider
 from foundry.worlds.camera.body.size import Body
-from foundry.worlds.camera.scene import FloatArray, IntArray
+from foundry.worlds.camera.loading.scene import FloatArray, IntArray
 
 STRIDE_M = 0.5
 """Length of the moves by which a body feels its way out of a narrow place."""

@@ -11,7 +11,7 @@ import numpy as np
 from foundry.worlds.camera.body.ground import Ground
 from foundry.worlds.camera.body.legs import BOUNDS, EDGE, SKIN_M, Leg, Stop, Way
 from foundry.worlds.camera.body.size import RISE_M, Body
-from foundry.worlds.camera.scene import FloatArray, Scene
+from foundry.worlds.camera.loading.scene import FloatArray, Scene
 
 __all__ = ["BOUNDS", "EDGE", "Body", "Collider", "Motion"]
 

@@ -9,7 +9,7 @@ import numpy as np
 from foundry.worlds.camera.body.outlines import cut, nearest_offsets
 from foundry.worlds.camera.body.size import Body
 from foundry.worlds.camera.body.surfaces import Surfaces
-from foundry.worlds.camera.scene import FloatArray, IntArray, Scene
+from foundry.worlds.camera.loading.scene import FloatArray, IntArray, Scene
 
 REACH_M = 1e-3
 """How far beyond the body's radius surfaces are looked at, metres."""

@@ -10,7 +10,7 @@ import numpy as np
 from foundry.worlds.camera.body.ground import Ground
 from foundry.worlds.camera.body.outlines import cut, sweep
 from foundry.worlds.camera.body.size import Body
-from foundry.worlds.camera.scene import FloatArray, IntArray
+from foundry.worlds.camera.loading.scene import FloatArray, IntArray
 
 BOUNDS, EDGE = "bounds", "edge"
 """What stops a move that no surface stops: the bounds of the scene, or a floor that ends."""

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import zipfile
 import zlib
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 
@@ -22,7 +24,7 @@ from foundry.worlds.camera.body.routes import Route, direct
 from foundry.worlds.camera.body.size import Body
 from foundry.worlds.camera.body.targets import SightLines, TargetSurfaces
 from foundry.worlds.camera.body.walkable import Walkable, find_walkable
-from foundry.worlds.camera.scene import FloatArray, IntArray
+from foundry.worlds.camera.loading.scene import FloatArray, IntArray
 
 CELL_M = 0.1
 """Edge of a cell."""
@@ -126,14 +128,16 @@ class Navigator:
         cell = self.cell(foot)
         return np.flatnonzero(self._component == (-1 if cell is None else self._component[cell]))
 
-    def visited(self, track: FloatArray, reach_m: float = 0.0) -> IntArray:
-        """Return the cells that (k, 3) places of the foot lie in or come within a reach of, ascending."""
-        return self._approaches.within(track, reach_m)
+    def visited(self, track: FloatArray, reach_m: float) -> IntArray:
+        """Return the cells that straight ways from one of (k, 3) places to the next come within a reach of, ascending.
 
-    def coverage(self, track: FloatArray, reach_m: float = 0.0) -> float:
-        """Return the share of the cells reachable from the first of (k, 3) places that all of them have visited."""
-        reachable = self.reachable(track[0])
-        return float(np.isin(reachable, self.visited(track, reach_m)).mean()) if reachable.size else 0.0
+        The cells that the places themselves lie in are always among them.
+        """
+        parts = [track[:1]]
+        for start, end in pairwise(track):
+            count = math.ceil(float(np.linalg.norm(end - start)) / self.cell_m)
+            parts.append(start + (end - start) * np.linspace(0, 1, count + 1)[1:, None])
+        return self._approaches.within(np.concatenate(parts), reach_m)
 
     def random_foot(
         self, rng: Generator, region: FloatArray, *, clearance_m: float = 0.0, field: Field | None = None

@@ -9,7 +9,7 @@ import numpy as np
 
 from foundry.worlds.camera.body.collision import Collider
 from foundry.worlds.camera.body.size import Body
-from foundry.worlds.camera.scene import FloatArray
+from foundry.worlds.camera.loading.scene import FloatArray
 
 MARGIN_M = 0.02
 """What a shortcut leaves between the body and the obstacles: one who follows it is never quite on it."""

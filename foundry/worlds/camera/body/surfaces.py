@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from foundry.errors import InputError, not_found
-from foundry.worlds.camera.scene import FloatArray, IntArray, Scene
+from foundry.worlds.camera.loading.scene import FloatArray, IntArray, Scene
 
 BUCKET_M = 0.25
 """Edge of a square of the index; larger in scenes so large that the index would hold too many."""

@@ -14,7 +14,7 @@ from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
 from foundry.worlds.camera.body.outlines import BoolArray, cut, dotted, nearest_offsets
 from foundry.worlds.camera.body.surfaces import Surfaces
 from foundry.worlds.camera.loading.polydata import polydata
-from foundry.worlds.camera.scene import FloatArray, IntArray, Scene
+from foundry.worlds.camera.loading.scene import FloatArray, IntArray, Scene
 
 SEE_THROUGH = 0.5
 """Opacity below which a surface hides nothing."""

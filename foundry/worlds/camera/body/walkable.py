@@ -15,7 +15,7 @@ from foundry.worlds.camera.body.ground import Ground
 from foundry.worlds.camera.body.legs import LEVEL_M
 from foundry.worlds.camera.body.outlines import SPACING_M, cut, dotted
 from foundry.worlds.camera.body.size import Body
-from foundry.worlds.camera.scene import FloatArray, IntArray
+from foundry.worlds.camera.loading.scene import FloatArray, IntArray
 
 OFFSETS = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2))
 """Half of the 16 steps from a cell: 8 neighbours and the knight's moves; the other half are their opposites."""

@@ -8,9 +8,9 @@ import numpy as np
 
 from foundry.worlds.camera.loading.placing import placed
 from foundry.worlds.camera.loading.polydata import corner_normals
+from foundry.worlds.camera.loading.scene import Colour, FloatArray, SceneMesh
 from foundry.worlds.camera.loading.shapes import capsule, cylinder, sphere
 from foundry.worlds.camera.loading.topology import Topology
-from foundry.worlds.camera.scene import Colour, FloatArray, SceneMesh
 
 RED: Colour = (0.86, 0.08, 0.12)
 TRAIL: Colour = (0.95, 0.45, 0.0)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from foundry.worlds.camera.eye.canvas import actor, vtk_texture
 from foundry.worlds.camera.eye.lighting import brightness
 from foundry.worlds.camera.loading.polydata import byte_values, corner_normals, floats, polydata
-from foundry.worlds.camera.scene import FloatArray, SceneMesh, UInt8Array
+from foundry.worlds.camera.loading.scene import FloatArray, SceneMesh, UInt8Array
 
 LEAST_OPACITY = 0.5
 """A surface that lets more light through does not hide what is behind it."""

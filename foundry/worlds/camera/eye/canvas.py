@@ -20,7 +20,7 @@ from vtkmodules.vtkRenderingCore import (
 
 from foundry.worlds.camera.eye.glcheck import choose_window
 from foundry.worlds.camera.loading.polydata import as_numpy, byte_values
-from foundry.worlds.camera.scene import Colour, FloatArray, UInt8Array
+from foundry.worlds.camera.loading.scene import Colour, FloatArray, UInt8Array
 
 _WRAPS = {"repeat": vtkTexture.Repeat, "mirror": vtkTexture.MirroredRepeat, "clamp": vtkTexture.ClampToEdge}
 

@@ -10,7 +10,7 @@ import matplotlib
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from foundry.worlds.camera.scene import UInt8Array
+from foundry.worlds.camera.loading.scene import UInt8Array
 
 _INK, _PAPER, _FRAME = (20, 24, 32), (255, 255, 255), (20, 24, 32)
 _TEXT_PX, _MARGIN_PX, _FRAME_PX = 18, 12, 2

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from foundry.worlds.camera.eye.canvas import Camera
-from foundry.worlds.camera.scene import FloatArray, UInt8Array
+from foundry.worlds.camera.loading.scene import FloatArray, UInt8Array
 
 MARGIN_PX = 12
 """Room around the small picture, and between the large one's edge and what it shows."""

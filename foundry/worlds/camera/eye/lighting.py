@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from foundry.worlds.camera.scene import FloatArray
+from foundry.worlds.camera.loading.scene import FloatArray
 
 _AMBIENT = 0.6
 """What every surface gets from everywhere, of 1."""

@@ -14,7 +14,7 @@ from foundry.worlds.camera.eye.canvas import Camera, Canvas
 from foundry.worlds.camera.eye.captions import captioned, inset_size, with_inset
 from foundry.worlds.camera.eye.directions import direction
 from foundry.worlds.camera.eye.insets import layout, shifted
-from foundry.worlds.camera.scene import Colour, FloatArray, Scene, UInt8Array
+from foundry.worlds.camera.loading.scene import Colour, FloatArray, Scene, UInt8Array
 
 WIDTH, HEIGHT = 960, 720
 ABOVE_DEG, ASIDE_DEG = 89.0, 32.0

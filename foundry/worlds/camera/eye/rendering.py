@@ -13,9 +13,7 @@ from foundry.worlds.camera.eye.canvas import Camera, Canvas
 from foundry.worlds.camera.eye.directions import direction
 from foundry.worlds.camera.eye.glcheck import check_rendering
 from foundry.worlds.camera.eye.overview import Overview, OverviewFrame
-from foundry.worlds.camera.scene import Colour, FloatArray, Scene, UInt8Array
-
-__all__ = ["OverviewFrame", "Renderer", "check_rendering", "png", "renderer_for"]
+from foundry.worlds.camera.loading.scene import Colour, FloatArray, Scene, UInt8Array
 
 SAMPLES = 4
 """Multisampling of the view: the same pixels everywhere, and no stairs on edges."""

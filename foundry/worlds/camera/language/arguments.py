@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from foundry.worlds.camera.language.amounts import Amount
-from foundry.worlds.camera.language.motions import Arguments
+from foundry.worlds.camera.language.mentions import Arguments
 from foundry.worlds.camera.language.tokens import Token
 from foundry.worlds.camera.language.vocabulary.words import Act, Dimension, Kind, Side, Way
 

@@ -6,7 +6,7 @@ another command, or in a sentence that says nothing else. What is negated, merel
 given as an example is no command; nor is what is told of earlier steps or of others, as a purpose or for later
 (`language.telling`), nor quotations of earlier steps and lists to choose from (`language.quotations`). An amount that
 is not named is the configured default; one that exceeds a limit is clamped; the notes say so. A reply that is a JSON
-object with the keys of `structured`, or with words of its own (`worded`), is read as that.
+object is read as that: with the keys that are asked for (`json_commands`), or with words of its own (`json_words`).
 
 `chosen`: at least one command was found. `unreadable`: none was, and nothing moves. `repaired`: JSON that is not
 the whole reply or, where JSON is asked for, a command in plain language.
@@ -16,28 +16,22 @@ Time is linear in the length of the reply.
 
 from __future__ import annotations
 
+import json
 from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
+from foundry.errors import InputError
 from foundry.records import Outcome
-from foundry.worlds.camera.language.movement import Command, Limits, Translation, render_command
+from foundry.worlds.camera.language.command import Command, Limits, command_record
+from foundry.worlds.camera.language.json_commands import embedded_command, whole_command
 from foundry.worlds.camera.language.resolving import resolve
 from foundry.worlds.camera.language.sentences import last_sentence
-from foundry.worlds.camera.language.structured import embedded_command, whole_command
 from foundry.worlds.camera.language.tokens import cleaned
 from foundry.worlds.replies import without_thinking
 
-__all__ = [
-    "Command",
-    "Interpreter",
-    "JsonInterpreter",
-    "LastSentenceInterpreter",
-    "LatestInterpreter",
-    "Limits",
-    "Translation",
-    "interpret",
-    "render_command",
-]
+SHIPPED_LIMITS = Limits(max_distance_m=3.0, max_turn_deg=180.0, max_gaze_deg=60.0)
+"""The limits of `conf/world/usd.yaml`."""
 
 
 class Interpreter(ABC):
@@ -89,3 +83,23 @@ def interpret(reply: str, limits: Limits | None = None) -> Command:
     """
     limits = limits or Limits()
     return whole_command(reply, limits) or resolve(cleaned(without_thinking(reply)), limits)
+
+
+def read_replies(lines: Iterable[str], *, limited: bool) -> Iterator[str]:
+    """Yield a JSON object for each reply, given as one JSON string a line.
+
+    Raises:
+        InputError: a line is not a JSON string.
+    """
+    for number, line in enumerate(lines, 1):
+        if not line.strip():
+            continue
+        try:
+            reply = json.loads(line)
+        except ValueError:
+            reply = None
+        if not isinstance(reply, str):
+            raise InputError(f'Line {number} is not a JSON string: write "..." with quotes, one reply a line.')
+        command = interpret(reply, SHIPPED_LIMITS if limited else None)
+        said = {**command_record(command), "outcome": command.outcome, "notes": list(command.notes)}
+        yield json.dumps(said, ensure_ascii=False)

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 
 from foundry.records import Outcome
 from foundry.texts import without_surrogates
-from foundry.worlds.camera.language.commands import read_sentence
-from foundry.worlds.camera.language.motions import Category, Motion
-from foundry.worlds.camera.language.movement import Command, Limits, Translation, limited
+from foundry.worlds.camera.language.asking import read_sentence
+from foundry.worlds.camera.language.command import Command, Limits, Translation, limited
+from foundry.worlds.camera.language.mentions import Category, Mention
 from foundry.worlds.camera.language.sentences import find_sentences
 from foundry.worlds.camera.language.vocabulary.words import Dimension
 
@@ -21,45 +21,45 @@ _LONGEST_QUOTE = 80
 class _Latest:
     """What is left of the motions read so far."""
 
-    motions: dict[Category, Motion] = field(default_factory=dict)
+    mentions: dict[Category, Mention] = field(default_factory=dict)
     overridden: Counter[Category] = field(default_factory=Counter)
     refused: int = 0
     told: int = 0
     retracting: bool = False
 
-    def take(self, motions: Iterable[Motion]) -> None:
+    def take(self, mentions: Iterable[Mention]) -> None:
         """Take the motions of one sentence into account."""
-        motions = [motion for motion in motions if not self._is_retraction(motion)]
-        stays = [motion for motion in motions if motion.category is Category.STAY]
+        mentions = [mention for mention in mentions if not self._is_retraction(mention)]
+        stays = [mention for mention in mentions if mention.category is Category.STAY]
         if stays:
             self._retract()
-            self.motions = {Category.STAY: stays[-1]}
-        for motion in motions:
-            if motion.told:
+            self.mentions = {Category.STAY: stays[-1]}
+        for mention in mentions:
+            if mention.told:
                 self.told += 1
-            elif not motion.wanted:
-                self._refuse(motion)
-            elif motion.category is not Category.STAY:
+            elif not mention.wanted:
+                self._refuse(mention)
+            elif mention.category is not Category.STAY:
                 self._retract()
-                self.overridden[motion.category] += motion.category in self.motions
-                self.motions[motion.category] = motion
-                self.motions.pop(Category.STAY, None)
+                self.overridden[mention.category] += mention.category in self.mentions
+                self.mentions[mention.category] = mention
+                self.mentions.pop(Category.STAY, None)
 
-    def _is_retraction(self, motion: Motion) -> bool:
-        self.retracting = self.retracting or motion.category is Category.RETRACT
-        return motion.category is Category.RETRACT
+    def _is_retraction(self, mention: Mention) -> bool:
+        self.retracting = self.retracting or mention.category is Category.RETRACT
+        return mention.category is Category.RETRACT
 
     def _retract(self) -> None:
         """Take back what was said before, now that something takes its place."""
         if self.retracting:
-            self.motions.clear()
+            self.mentions.clear()
             self.retracting = False
 
-    def _refuse(self, motion: Motion) -> None:
+    def _refuse(self, mention: Mention) -> None:
         self.refused += 1
-        earlier = self.motions.get(motion.category)
-        if earlier is not None and motion.direction in (earlier.direction, _ANY[motion.category]):
-            del self.motions[motion.category]
+        earlier = self.mentions.get(mention.category)
+        if earlier is not None and mention.direction in (earlier.direction, _ANY[mention.category]):
+            del self.mentions[mention.category]
 
 
 _ANY = {Category.TRANSLATE: None, Category.TURN: 0.0, Category.GAZE: 0.0}
@@ -70,12 +70,12 @@ def resolve(text: str, limits: Limits) -> Command:
     """Return the command in a cleaned text."""
     latest = _Latest()
     sentences = [read_sentence(sentence) for sentence in find_sentences(text)]
-    at_once = any(motion.wanted and not motion.later for motions in sentences for motion in motions)
-    for motions in sentences:
-        latest.take(motion for motion in motions if not (at_once and motion.later))
-    found, notes = latest.motions, list[str]()
-    for motion in found.values():
-        notes.extend(_origin(motion, latest.overridden[motion.category]))
+    at_once = any(mention.wanted and not mention.later for mentions in sentences for mention in mentions)
+    for mentions in sentences:
+        latest.take(mention for mention in mentions if not (at_once and mention.later))
+    found, notes = latest.mentions, list[str]()
+    for mention in found.values():
+        notes.extend(_origin(mention, latest.overridden[mention.category]))
     command = Command(
         translate=_translation(found.get(Category.TRANSLATE), limits, notes),
         turn=_angle(found.get(Category.TURN), limits.default_turn_deg, limits.max_turn_deg, limits, notes),
@@ -90,47 +90,47 @@ def resolve(text: str, limits: Limits) -> Command:
     return replace(command, notes=tuple(notes or ["no movement found"]))
 
 
-def _outcome(found: Collection[Motion]) -> Outcome:
+def _outcome(found: Collection[Mention]) -> Outcome:
     if not found:
         return Outcome.UNREADABLE
-    return Outcome.REPAIRED if any(motion.inferred for motion in found) else Outcome.CHOSEN
+    return Outcome.REPAIRED if any(mention.inferred for mention in found) else Outcome.CHOSEN
 
 
-def _origin(motion: Motion, overridden: int) -> Iterable[str]:
+def _origin(mention: Mention, overridden: int) -> Iterable[str]:
     """Yield what a motion was read from, and how."""
-    name = motion.category.value
-    text = without_surrogates(motion.text)
+    name = mention.category.value
+    text = without_surrogates(mention.text)
     yield f"{name}: '{text if len(text) <= _LONGEST_QUOTE else text[: _LONGEST_QUOTE - 3] + '...'}'"
-    yield from (f"{name}: {remark}" for remark in motion.remarks)
+    yield from (f"{name}: {remark}" for remark in mention.remarks)
     if overridden:
         yield f"{name}: the latest of {overridden + 1}"
 
 
-def _translation(motion: Motion | None, limits: Limits, notes: list[str]) -> Translation | None:
-    if motion is None:
+def _translation(mention: Mention | None, limits: Limits, notes: list[str]) -> Translation | None:
+    if mention is None:
         return None
-    asked = _asked(motion, limits.default_distance_m, "m", limits, notes)
-    return Translation(motion.direction, limited("translate", asked, limits.max_distance_m, "m", notes))
+    asked = _asked(mention, limits.default_distance_m, "m", limits, notes)
+    return Translation(mention.direction, limited("translate", asked, limits.max_distance_m, "m", notes))
 
 
 def _angle(
-    motion: Motion | None, default: float, largest: float | None, limits: Limits, notes: list[str]
+    mention: Mention | None, default: float, largest: float | None, limits: Limits, notes: list[str]
 ) -> float | None:
-    if motion is None:
+    if mention is None:
         return None
-    asked = motion.direction * abs(_asked(motion, motion.degrees or default, "degrees", limits, notes))
-    return limited(motion.category.value, asked, largest, "degrees", notes) + 0.0  # no negative zero
+    asked = mention.direction * abs(_asked(mention, mention.degrees or default, "degrees", limits, notes))
+    return limited(mention.category.value, asked, largest, "degrees", notes) + 0.0  # no negative zero
 
 
-def _asked(motion: Motion, default: float, unit: str, limits: Limits, notes: list[str]) -> float:
+def _asked(mention: Mention, default: float, unit: str, limits: Limits, notes: list[str]) -> float:
     """Return the amount that is asked for, metres or degrees."""
-    if motion.amount is not None:
-        steps = motion.amount.dimension is Dimension.STEP
-        return round(motion.amount.number * limits.step_length_m, 9) if steps else motion.amount.number
-    if motion.degrees:
-        return motion.degrees
-    name = motion.category.value
-    if motion.small:
+    if mention.amount is not None:
+        steps = mention.amount.dimension is Dimension.STEP
+        return round(mention.amount.number * limits.step_length_m, 9) if steps else mention.amount.number
+    if mention.degrees:
+        return mention.degrees
+    name = mention.category.value
+    if mention.small:
         notes.append(f"{name}: a small amount, {limits.small_factor:g} of the default of {default:g} {unit}")
         return default * limits.small_factor
     notes.append(f"{name}: no amount named, {default:g} {unit} by default")

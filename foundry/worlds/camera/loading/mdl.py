@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from foundry.worlds.camera.loading.findings import Findings
+from foundry.worlds.camera.loading.scene import Colour, UInt8Array
 from foundry.worlds.camera.loading.shading import Look, held, identifier, source, srgb, uv_transform
 from foundry.worlds.camera.loading.textures import Textures, scaled
 from foundry.worlds.camera.loading.values import Values
-from foundry.worlds.camera.scene import Colour, UInt8Array
 
 _TEXTURES = ("diffuse_texture", "base_color_texture", "albedo_texture", "BaseColorTexture")
 _COLOURS = ("diffuse_color_constant", "base_color_factor", "diffuse_reflection_color", "glass_color", "base_color")

@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from foundry.worlds.camera.scene import FloatArray, IntArray, SceneMesh
+from foundry.worlds.camera.loading.scene import FloatArray, IntArray, SceneMesh
 
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 

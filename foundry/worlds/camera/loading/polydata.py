@@ -11,7 +11,7 @@ from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
 
-from foundry.worlds.camera.scene import FloatArray, IntArray, UInt8Array
+from foundry.worlds.camera.loading.scene import FloatArray, IntArray, UInt8Array
 
 _support: Any = numpy_support
 

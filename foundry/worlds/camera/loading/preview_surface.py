@@ -8,10 +8,10 @@ import numpy as np
 from PIL import Image
 
 from foundry.worlds.camera.loading.findings import Findings
+from foundry.worlds.camera.loading.scene import Colour, UInt8Array
 from foundry.worlds.camera.loading.shading import Look, coordinates, held, identifier, node, source, srgb
 from foundry.worlds.camera.loading.textures import Textures, scaled
 from foundry.worlds.camera.loading.values import Values
-from foundry.worlds.camera.scene import Colour, UInt8Array
 
 _WRAPS = {"mirror": "mirror", "clamp": "clamp", "black": "clamp"}
 """Every other mode, and none at all, repeats."""

@@ -14,12 +14,12 @@ from foundry.worlds.camera.loading.findings import Findings
 from foundry.worlds.camera.loading.materials import Materials
 from foundry.worlds.camera.loading.placing import weld
 from foundry.worlds.camera.loading.polydata import corner_normals
+from foundry.worlds.camera.loading.scene import Colour, FloatArray, IntArray, SceneMesh, UInt8Array
 from foundry.worlds.camera.loading.shading import Look
 from foundry.worlds.camera.loading.shapes import AXES, SHAPES
 from foundry.worlds.camera.loading.textures import to_srgb
 from foundry.worlds.camera.loading.topology import Topology, triangulated
 from foundry.worlds.camera.loading.values import LARGEST, Values
-from foundry.worlds.camera.scene import Colour, FloatArray, IntArray, SceneMesh, UInt8Array
 
 GREY: Colour = (0.7, 0.7, 0.7)
 """sRGB of what has no colour of its own."""
@@ -139,7 +139,6 @@ class GprimReader:
             texture=look.texture,
             wrap=look.wrap,
             emissive=look.emissive,
-            double_sided=self._values.flag(UsdGeom.Gprim(prim).GetDoubleSidedAttr(), False),
         )
 
     def _without_coordinates(self, look: Look, path: str) -> Look:

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from pxr import UsdShade
 
+from foundry.worlds.camera.loading.scene import Colour, FloatArray, UInt8Array
 from foundry.worlds.camera.loading.textures import to_srgb
 from foundry.worlds.camera.loading.values import Values
-from foundry.worlds.camera.scene import Colour, FloatArray, UInt8Array
 
 UNCHANGED: FloatArray = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
 """The transform of texture coordinates that does nothing."""

@@ -8,8 +8,8 @@ from types import MappingProxyType
 
 import numpy as np
 
+from foundry.worlds.camera.loading.scene import FloatArray, IntArray
 from foundry.worlds.camera.loading.topology import Topology, triangulated
-from foundry.worlds.camera.scene import FloatArray, IntArray
 
 AROUND = 32
 """Sides of round shapes: below the angle at which normals are split, so that they look round."""

@@ -17,10 +17,10 @@ from foundry.worlds.camera.loading.confinement import check_used, open_layers
 from foundry.worlds.camera.loading.findings import Findings
 from foundry.worlds.camera.loading.materials import Materials
 from foundry.worlds.camera.loading.prims import GprimReader
+from foundry.worlds.camera.loading.scene import FloatArray, Scene, SceneMesh
 from foundry.worlds.camera.loading.textures import Textures
 from foundry.worlds.camera.loading.traversal import Walker, reason_of, stage_frame
 from foundry.worlds.camera.loading.values import Values
-from foundry.worlds.camera.scene import FloatArray, Scene, SceneMesh
 
 ENDINGS = (".usd", ".usda", ".usdc", ".usdz")
 

@@ -13,8 +13,8 @@ from pxr import Ar, UsdShade
 
 from foundry.worlds.camera.loading.confinement import is_within
 from foundry.worlds.camera.loading.findings import Findings
+from foundry.worlds.camera.loading.scene import FloatArray, UInt8Array
 from foundry.worlds.camera.loading.values import Values
-from foundry.worlds.camera.scene import FloatArray, UInt8Array
 
 LARGEST = 2048
 """Pixels: a larger picture is reduced; no view shows more of it, and it would only fill the memory."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from foundry.worlds.camera.scene import FloatArray, IntArray
+from foundry.worlds.camera.loading.scene import FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,8 +15,8 @@ from foundry.worlds.camera.loading.findings import Findings
 from foundry.worlds.camera.loading.labels import label_of
 from foundry.worlds.camera.loading.placing import placed
 from foundry.worlds.camera.loading.prims import GprimReader
+from foundry.worlds.camera.loading.scene import FloatArray, SceneMesh
 from foundry.worlds.camera.loading.values import Values
-from foundry.worlds.camera.scene import FloatArray, SceneMesh
 
 LARGEST_INSTANCER = 4_000_000
 """Triangles that the copies of one prototype may have together; further copies are named and not drawn."""

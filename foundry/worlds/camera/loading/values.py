@@ -9,7 +9,7 @@ import numpy as np
 from pxr import Sdf, Tf
 
 from foundry.worlds.camera.loading.findings import Findings
-from foundry.worlds.camera.scene import FloatArray, IntArray
+from foundry.worlds.camera.loading.scene import FloatArray, IntArray
 
 LARGEST = 1e15
 """Numbers beyond this are taken as wrong: no scene holds any, and their squares must still be numbers."""

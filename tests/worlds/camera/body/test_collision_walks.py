@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from foundry.paths import assets_dir
 from foundry.worlds.camera.body.collision import Body, Collider
 from foundry.worlds.camera.body.surfaces import Surfaces
+from foundry.worlds.camera.loading.scene import Scene, SceneMesh
 from foundry.worlds.camera.loading.stage import load_scene
-from foundry.worlds.camera.scene import Scene, SceneMesh
 from quad_scenes import box, closest, floor, quad, sampled, scene, wall
 
 BODY = Body(radius_m=0.25, height_m=1.6, step_m=0.25)

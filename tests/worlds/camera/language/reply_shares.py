@@ -1,4 +1,4 @@
-"""What share of the labelled replies is read as a person reads them: `python tests/worlds/usd/reply_shares.py`.
+"""What share of the labelled replies is read as a person reads them; run as a script, it prints them.
 
 A reply is read `exactly` when translation, turn, gaze and staying are those of its label. Any other reading is
 `invented` when it moves in a way that the label does not ask for (another kind, direction or amount), else `missed`.
@@ -16,7 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from foundry.worlds.camera.language.interpreter import Command, interpret
+from foundry.worlds.camera.language.command import Command
+from foundry.worlds.camera.language.interpreter import interpret
 
 HALVES = ("dev", "held")
 """`held` was never looked at while the interpreter was written."""

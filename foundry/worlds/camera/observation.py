@@ -1,4 +1,4 @@
-"""What the agent of a 3D world perceives.
+"""What is seen from a pose, what is true of it, and which of it the agent of a 3D world is told.
 
 Keys of the observation; the image goes with the question, not with the observation:
 
@@ -22,17 +22,24 @@ target_pitch  the same, up positive.
 
 from __future__ import annotations
 
-import math
+import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import msgspec
+import numpy as np
+from PIL import Image
 
 from foundry.records import Pose
-from foundry.worlds.camera.language.interpreter import Limits
-from foundry.worlds.camera.scene import UInt8Array
+from foundry.worlds.camera.body.pose import foot_of
+from foundry.worlds.camera.eye.directions import angles
+from foundry.worlds.camera.eye.rendering import png
+from foundry.worlds.camera.language.command import Limits
+from foundry.worlds.camera.loading.scene import UInt8Array
+from foundry.worlds.camera.surroundings import Surroundings, Target
 
-if TYPE_CHECKING:
-    from foundry.worlds.camera.surroundings import Surroundings, Target
+JPEG_QUALITY = 90
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +72,46 @@ class Sight:
         return self.near and self.target_px > 0
 
 
+def look(around: Surroundings, pose: Pose, target: Target | None) -> Sight:
+    """Return what is seen from a pose, and what is true of it."""
+    eye, renderer, foot = around.eye(pose), around.renderer(), foot_of(pose)
+    image = renderer.view(eye, pose.yaw, pose.pitch)
+    pixels = renderer.visible(eye, pose.yaw, pose.pitch)
+    clear = target is not None and around.navigator.line_of_sight(eye, target.surfaces)
+    return Sight(
+        pose=pose,
+        image=image,
+        encoded=_encoded(image, around.settings.image_format),
+        visible_px=_by_label(pixels, around.labels),
+        target_px=sum(pixels.get(path, 0) for path in target.paths) if target else 0,
+        distance=_finite(around.navigator.distance(foot, target.ways)) if target else None,
+        near=clear and target is not None and target.surfaces.gap(foot) <= target.radius,
+        line_of_sight=clear,
+    )
+
+
+def _encoded(image: UInt8Array, image_format: str) -> bytes:
+    """Return (h, w, 3) RGB as it is sent: PNG or JPEG; the same pixels give the same bytes."""
+    if image_format == "png":
+        return png(image)
+    buffer = io.BytesIO()
+    Image.fromarray(image).save(buffer, "JPEG", quality=JPEG_QUALITY)
+    return buffer.getvalue()
+
+
+def _by_label(pixels: Mapping[str, int], labels: Mapping[str, str | None]) -> dict[str, int]:
+    found: dict[str, int] = {}
+    for path, count in pixels.items():
+        label = labels.get(path)
+        if label is not None:
+            found[label] = found.get(label, 0) + count
+    return dict(sorted(found.items()))
+
+
+def _finite(value: float) -> float | None:
+    return round(float(value), 9) if np.isfinite(value) else None
+
+
 def observe(
     sight: Sight,
     target: Target | None,
@@ -76,15 +123,10 @@ def observe(
     limits: Limits,
 ) -> dict[str, Any]:
     """Return the observation; see the head of this file."""
-    pose = sight.pose
     return {
         "task": task,
         "step": step,
-        "x": pose.x,
-        "y": pose.y,
-        "z": pose.z,
-        "yaw": pose.yaw,
-        "pitch": pose.pitch,
+        **msgspec.structs.asdict(sight.pose),
         "history": history,
         "idle_streak": idle_streak,
         "target": target.name if target else "",
@@ -104,8 +146,8 @@ class Secret(Mapping[str, Any]):
             "way": lambda: [] if sight.near else around.way(sight.pose, target).corners,
             "near": lambda: sight.near,
             "reached": lambda: sight.success,
-            "target_yaw": lambda: around.direction_of(sight.pose, target)[0],
-            "target_pitch": lambda: around.direction_of(sight.pose, target)[1],
+            "target_yaw": lambda: _direction_of(around, sight.pose, target)[0],
+            "target_pitch": lambda: _direction_of(around, sight.pose, target)[1],
         }
 
     def __getitem__(self, key: str) -> Any:
@@ -121,7 +163,8 @@ class Secret(Mapping[str, Any]):
         return len(self._told)
 
 
-def angles(offset: Sequence[float]) -> tuple[float, float]:
-    """Return the direction (yaw, pitch), degrees, of an offset (x, y, z)."""
-    x, y, z = offset
-    return math.degrees(math.atan2(y, x)) % 360.0, math.degrees(math.atan2(z, math.hypot(x, y)))
+def _direction_of(around: Surroundings, pose: Pose, target: Target | None) -> tuple[float | None, float | None]:
+    """Return the direction (yaw, pitch), degrees, of the target's middle from the eye."""
+    if target is None:
+        return None, None
+    return angles(target.surfaces.points.mean(axis=0) - around.eye(pose))

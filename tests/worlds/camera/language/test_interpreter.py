@@ -8,15 +8,12 @@ from hypothesis import strategies as st
 
 from foundry.errors import InputError
 from foundry.records import Outcome
+from foundry.worlds.camera.language.command import Command, Limits, Translation, render_command
 from foundry.worlds.camera.language.interpreter import (
-    Command,
     JsonInterpreter,
     LastSentenceInterpreter,
     LatestInterpreter,
-    Limits,
-    Translation,
     interpret,
-    render_command,
 )
 
 CHOSEN, REPAIRED, UNREADABLE = Outcome.CHOSEN, Outcome.REPAIRED, Outcome.UNREADABLE

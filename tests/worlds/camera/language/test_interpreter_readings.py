@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from foundry.records import Outcome
-from foundry.worlds.camera.language.interpreter import Translation, interpret
+from foundry.worlds.camera.language.command import Translation
+from foundry.worlds.camera.language.interpreter import interpret
 from reply_readings import GAZES, INFERRED, MOVES, SEVERAL, STAYS, TURNS
 from reply_refusals import NOTHING
 

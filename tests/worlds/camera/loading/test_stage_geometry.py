@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
 from foundry.worlds.camera.loading.topology import triangulated
-from worlds.usd.usd_files import area, facing, load, mesh, primvar
+from worlds.camera.usd_files import area, facing, load, mesh, primvar
 
 NAMES = Sdf.ValueTypeNames
 

@@ -13,9 +13,8 @@ from typing import Any
 
 from foundry.records import Outcome
 from foundry.worlds.camera.language.amounts import LARGEST
-from foundry.worlds.camera.language.motions import BEARINGS
-from foundry.worlds.camera.language.movement import Command, Limits, Translation, limited
-from foundry.worlds.camera.language.worded import names_action, worded_command
+from foundry.worlds.camera.language.command import BEARINGS, Command, Limits, Translation, limited
+from foundry.worlds.camera.language.json_words import names_action, worded_command
 from foundry.worlds.replies import Conflicting, find_objects, whole_object, without_thinking
 
 _KEYS = frozenset(("direction", "distance", "turn", "gaze"))

@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from foundry.worlds.camera.language.interpreter import Command, interpret
-from worlds.usd.reply_shares import by, counted, labelled, verdict
+from foundry.worlds.camera.language.command import Command
+from foundry.worlds.camera.language.interpreter import interpret
+from worlds.camera.language.reply_shares import by, counted, labelled, verdict
 
 SHARES = {"dev": (1.0, 0), "held": (154 / 161, 5)}
 """The measured share that is read exactly, and the number of replies with a motion that nobody asked for."""

@@ -12,7 +12,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSemantics, UsdUtils
 
 from foundry.errors import InputError
 from foundry.worlds.camera.loading.stage import load_scene
-from worlds.usd.usd_files import facing, load, mesh, write_stage
+from worlds.camera.usd_files import facing, load, mesh, write_stage
 
 
 def paths(scene: Any) -> list[str]:

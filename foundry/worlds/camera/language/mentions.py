@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from foundry.worlds.camera.language.amounts import Amount
+from foundry.worlds.camera.language.command import BEARINGS
 from foundry.worlds.camera.language.vocabulary.words import Act, Dimension, Kind, Way, Word
 
 
@@ -21,7 +22,7 @@ class Category(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Motion:
+class Mention:
     """One motion that a sentence names.
 
     Attributes:
@@ -90,18 +91,6 @@ class Arguments:
         self.remarks.append(remark)
 
 
-BEARINGS = {
-    frozenset((Way.FORWARD,)): 0.0,
-    frozenset((Way.FORWARD, Way.LEFT)): 45.0,
-    frozenset((Way.LEFT,)): 90.0,
-    frozenset((Way.BACK, Way.LEFT)): 135.0,
-    frozenset((Way.BACK,)): 180.0,
-    frozenset((Way.BACK, Way.RIGHT)): -135.0,
-    frozenset((Way.RIGHT,)): -90.0,
-    frozenset((Way.FORWARD, Way.RIGHT)): -45.0,
-}
-"""Bearings by the directions that make them; degrees from the heading, counter-clockwise."""
-
 _SIDES = {Way.LEFT: 1.0, Way.RIGHT: -1.0}
 _VERTICAL = {Way.UP: 1.0, Way.DOWN: -1.0}
 _HALF_TURN = 180.0
@@ -109,7 +98,7 @@ _BARE = {act: Word(Kind.VERB, act=act, goes=True) for act in Act}
 _TURNS = frozenset(("half", "quarter", "quarters", "full", "halben", "halbe"))
 
 
-def motion(verb: Word, said: Arguments) -> Motion | str:
+def mention(verb: Word, said: Arguments) -> Mention | str:
     """Return the motion that a verb and its words ask for, or why they ask for none."""
     if said.amount is not None and said.amount.dimension is Dimension.OTHER:
         said.remarks.append(f"'{said.amount.text}' is no distance and no angle")
@@ -140,7 +129,7 @@ def made(said: Arguments) -> Word:
     return _BARE[Act.MOVE if along and not angular else Act.TURN]
 
 
-def bare_motion(said: Arguments, act: Act | None, *, shared: bool = False) -> Motion | str:
+def bare_mention(said: Arguments, act: Act | None, *, shared: bool = False) -> Mention | str:
     """Return the motion that words without a verb ask for.
 
     Args:
@@ -151,17 +140,17 @@ def bare_motion(said: Arguments, act: Act | None, *, shared: bool = False) -> Mo
     dimension = said.amount.dimension if said.amount else None
     vertical = bool(said.ways) and {*said.ways} <= _VERTICAL.keys()
     if dimension is Dimension.ANGLE:
-        return motion(_BARE[Act.LOOK if vertical else Act.TURN], said)
+        return mention(_BARE[Act.LOOK if vertical else Act.TURN], said)
     if said.gaze and vertical:
-        return motion(_BARE[Act.LOOK], said)
+        return mention(_BARE[Act.LOOK], said)
     if dimension in (Dimension.LENGTH, Dimension.STEP) or {Way.FORWARD, Way.BACK} & {*said.ways}:
-        return motion(_BARE[Act.MOVE], said)
+        return mention(_BARE[Act.MOVE], said)
     if (shared or said.amount is not None) and act is not None and act is not Act.MAKE:
-        return motion(_BARE[act], said)
+        return mention(_BARE[act], said)
     return "a direction without a verb"
 
 
-def _gaze(verb: Word, said: Arguments, ways: Collection[Way], *, angular: bool) -> Motion | str:
+def _gaze(verb: Word, said: Arguments, ways: Collection[Way], *, angular: bool) -> Mention | str:
     if verb.act is Act.MOVE and not said.gaze and not angular:
         return "there is no vertical translation"
     if verb.act is Act.LOOK and verb.ways and not said.gaze and not angular:
@@ -182,7 +171,7 @@ def _goes_forward(verb: Word, said: Arguments, ways: Collection[Way]) -> bool:
     return said.amount.dimension in (Dimension.LENGTH, Dimension.STEP)
 
 
-def _translation(said: Arguments, ways: Collection[Way]) -> Motion | str:
+def _translation(said: Arguments, ways: Collection[Way]) -> Mention | str:
     bearing = BEARINGS.get(frozenset(ways))
     if said.angle is not None:
         if len(said.ways) != 1 or said.ways[0] not in _SIDES:
@@ -192,12 +181,12 @@ def _translation(said: Arguments, ways: Collection[Way]) -> Motion | str:
         return "a translation in contrary directions" if ways else "a translation without a direction"
     if said.amount is not None and said.amount.number < 0:
         return "a negative distance"
-    return Motion(
+    return Mention(
         Category.TRANSLATE, bearing, said.amount, said.small, inferred=said.inferred, remarks=tuple(said.remarks)
     )
 
 
-def _turn(verb: Word, said: Arguments, ways: Collection[Way]) -> Motion | str:
+def _turn(verb: Word, said: Arguments, ways: Collection[Way]) -> Mention | str:
     sides = [_SIDES[way] for way in ways if way in _SIDES]
     if len(sides) > 1 or len(sides) < len(ways):
         return "a turn in contrary directions"
@@ -215,10 +204,12 @@ def _turn(verb: Word, said: Arguments, ways: Collection[Way]) -> Motion | str:
 
 def _angular(
     category: Category, sign: float, said: Arguments, *, degrees: float = 0.0, signed: bool = False
-) -> Motion | str:
+) -> Mention | str:
     if said.amount is not None and said.amount.number < 0 and not signed:
         return "a negative angle"
-    return Motion(category, sign, said.amount, said.small, degrees, inferred=said.inferred, remarks=tuple(said.remarks))
+    return Mention(
+        category, sign, said.amount, said.small, degrees, inferred=said.inferred, remarks=tuple(said.remarks)
+    )
 
 
 def normalised(degrees: float) -> float:

@@ -17,8 +17,8 @@ from foundry.paths import assets_dir
 from foundry.seeding import stream
 from foundry.worlds.camera.body.collision import Body, Collider
 from foundry.worlds.camera.body.navigation import Field, Navigator
+from foundry.worlds.camera.loading.scene import Scene, SceneMesh
 from foundry.worlds.camera.loading.stage import load_scene
-from foundry.worlds.camera.scene import Scene, SceneMesh
 from quad_scenes import box, floor, quad, scene, wall
 
 BODY = Body(radius_m=0.25, height_m=1.6, step_m=0.25)
@@ -260,13 +260,14 @@ def test_bounds_that_hold_too_many_cells_are_refused():
         Navigator(collider, BODY)
 
 
-def test_coverage_grows_with_the_cells_that_are_visited():
+def test_a_way_visits_all_cells_along_it_and_those_within_reach():
     nav = navigator()
-    track = np.array([at(x, 0.05) for x in np.arange(-2.65, 2.7, 0.1)])
-    assert nav.coverage(track[:1]) == pytest.approx(1 / len(nav.places))
-    assert nav.coverage(track) == pytest.approx(54 / len(nav.places))
-    assert 0.3 < nav.coverage(track, reach_m=1.0) < 0.45
-    assert nav.coverage(nav.places) == 1
+    ends = np.array([at(-2.65, 0.05), at(2.65, 0.05)])
+    stations = np.array([at(x, 0.05) for x in np.arange(-2.65, 2.7, 0.1)])
+    assert len(nav.visited(ends[:1], 0.0)) == 1
+    assert nav.visited(ends, 0.0).tolist() == nav.visited(stations, 0.0).tolist()
+    assert len(nav.visited(ends, 0.0)) == 54
+    assert 0.3 < len(nav.visited(ends, 1.0)) / len(nav.places) < 0.45
 
 
 @given(

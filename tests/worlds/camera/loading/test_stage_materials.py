@@ -10,7 +10,7 @@ import pytest
 from pxr import Gf, Sdf, UsdGeom, UsdShade, UsdUtils
 
 from foundry.worlds.camera.loading.stage import load_scene
-from worlds.usd.usd_files import (
+from worlds.camera.usd_files import (
     bind,
     load,
     material,

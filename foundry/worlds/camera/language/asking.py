@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from foundry.worlds.camera.language.arguments import ARGUMENTS, HARMLESS, collect, words_after
-from foundry.worlds.camera.language.motions import Arguments, Category, Motion, bare_motion, made, motion
+from foundry.worlds.camera.language.mentions import Arguments, Category, Mention, bare_mention, made, mention
 from foundry.worlds.camera.language.scopes import Bar, Scopes
 from foundry.worlds.camera.language.sentences import Segment, Sentence
 from foundry.worlds.camera.language.telling import Telling
@@ -20,7 +20,7 @@ _THEN = frozenset(("then", "and then", "and"))
 _POSITIONAL = frozenset(("ahead", "straight ahead", "directly ahead", "dead ahead"))
 
 
-def read_sentence(sentence: Sentence) -> list[Motion]:
+def read_sentence(sentence: Sentence) -> list[Mention]:
     """Return the motions of a sentence in their order, those it says not to make included."""
     return [] if sentence.question else _Reader(sentence).read()
 
@@ -32,9 +32,9 @@ class _Reader:
         self._sentence = sentence
         self._scopes = Scopes()
         self._telling = Telling(sentence.segments)
-        self._found: list[Motion] = []
+        self._found: list[Mention] = []
         self._found_in: list[int] = []
-        self._told_of: list[Motion] = []
+        self._told_of: list[Mention] = []
         self._act: Act | None = None
         self._verbs = False
         self._strange = not sentence.whole
@@ -42,7 +42,7 @@ class _Reader:
         self._index = 0
         self._later = False
 
-    def read(self) -> list[Motion]:
+    def read(self) -> list[Mention]:
         for index, segment in enumerate(self._sentence.segments):
             self._index = index
             if not self._segment(segment):
@@ -88,20 +88,20 @@ class _Reader:
         word = made(said) if verb.word.act is Act.MAKE else verb.word
         self._later = bar is Bar.NEXT
         self._note(
-            None if self._later else bar, motion(word, said), verb, said, _joined(tokens[said.start : said.last])
+            None if self._later else bar, mention(word, said), verb, said, _joined(tokens[said.start : said.last])
         )
         self._later = False
         return said.end
 
-    def _note(self, bar: Bar | None, read: Motion | str, verb: Token, said: Arguments, text: str) -> None:
+    def _note(self, bar: Bar | None, read: Mention | str, verb: Token, said: Arguments, text: str) -> None:
         """Keep what a verb was read as."""
         act = verb.word.act
         negated = bar is Bar.NOT or bar is Bar.WILL_NOT or verb.word.negated
         if negated and isinstance(read, str) and not said.ways and not said.closed:
             if act is Act.MOVE and (bar is Bar.WILL_NOT or verb.word.negated):
-                self._add(Motion(Category.STAY, text=text if verb.word.negated else f"not {text}"))
+                self._add(Mention(Category.STAY, text=text if verb.word.negated else f"not {text}"))
             elif act is Act.TURN:
-                self._add(Motion(Category.TURN, text=text, wanted=False))
+                self._add(Mention(Category.TURN, text=text, wanted=False))
         elif isinstance(read, str):
             self._act = act if bar is None else self._act
         elif negated:
@@ -112,7 +112,7 @@ class _Reader:
             self._act = act
             self._add(replace(read, text=text))
 
-    def _add(self, found: Motion) -> None:
+    def _add(self, found: Mention) -> None:
         self._found.append(replace(found, later=True) if self._later else found)
         self._found_in.append(self._index)
 
@@ -129,7 +129,7 @@ class _Reader:
             while any(found.wanted for found in self._found):
                 self._forget()
         if token.kind is not Kind.FIRST and all(found.wanted for found in self._found):
-            self._found.insert(0, Motion(Category.RETRACT, wanted=False))
+            self._found.insert(0, Mention(Category.RETRACT, wanted=False))
             self._found_in.insert(0, -1)
 
     def _is_description(self, segment: Segment, at: int, said: Arguments) -> bool:
@@ -168,7 +168,7 @@ class _Reader:
         else:
             stays = follows.kind in HARMLESS | {Kind.CONDITION, Kind.AT} or follows.text == "in"
         if stays:
-            self._add(Motion(Category.STAY, text=_joined(tokens[at:])))
+            self._add(Mention(Category.STAY, text=_joined(tokens[at:])))
 
     def _plain_before(self, segment: Segment, at: int) -> bool:
         return all(token.kind in HARMLESS for token in segment.tokens[:at])
@@ -200,13 +200,13 @@ class _Reader:
         shared = self._known and not self._found and segment.joint is not None and segment.joint.text == ":"
         if segment.joint is not None and segment.joint.text in _BUT and self._found and not self._found[-1].wanted:
             self._act, shared = _ACTS.get(self._found[-1].category), True
-        read = bare_motion(said, self._act, shared=shared)
-        if isinstance(read, Motion) and self._is_licensed(tokens, said, read):
+        read = bare_mention(said, self._act, shared=shared)
+        if isinstance(read, Mention) and self._is_licensed(tokens, said, read):
             self._add(replace(read, text=_joined(tokens)))
         elif segment.joint is not None and segment.joint.kind is Kind.OR and self._found:
             self._forget()
 
-    def _is_licensed(self, tokens: Sequence[Token], said: Arguments, read: Motion) -> bool:
+    def _is_licensed(self, tokens: Sequence[Token], said: Arguments, read: Mention) -> bool:
         """Tell whether words without a verb are a command: by themselves, or behind another command."""
         if any(token.text in _POSITIONAL for token in tokens) and not self._known:
             return False
@@ -242,8 +242,8 @@ class _Reader:
             return False
         said.ways.insert(0, along)
         said.amount = said.amount or last.amount
-        read = bare_motion(said, Act.MOVE)
-        if isinstance(read, Motion):
+        read = bare_mention(said, Act.MOVE)
+        if isinstance(read, Mention):
             self._found[-1] = replace(read, text=f"{last.text} {joint.text} {segment.text}")
         return True
 

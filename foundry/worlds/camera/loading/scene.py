@@ -30,7 +30,6 @@ class SceneMesh:
         texture: (h, w, 3 or 4) sRGB, row 0 at the top; one object for all meshes that show the same picture.
         wrap: what the texture does outside 0..1: `repeat`, `mirror` or `clamp`.
         emissive: sRGB 0..1, added to the colour.
-        double_sided: whether the file says that both sides are to be seen.
         label: the label of the prim or of its nearest labelled ancestor, or None.
     """
 
@@ -45,7 +44,6 @@ class SceneMesh:
     texture: UInt8Array | None = None
     wrap: str = "repeat"
     emissive: Colour = (0.0, 0.0, 0.0)
-    double_sided: bool = True
     label: str | None = None
 
 

@@ -1,15 +1,28 @@
-"""A movement, as data and in words."""
+"""What a reply asks for: a movement, as data, in words and in records."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
 from foundry.errors import InputError
-from foundry.records import Outcome
-from foundry.worlds.camera.language.motions import BEARINGS
+from foundry.records import CameraStep, Outcome
+from foundry.worlds.camera.language.vocabulary.words import Way
+
+BEARINGS = {
+    frozenset((Way.FORWARD,)): 0.0,
+    frozenset((Way.FORWARD, Way.LEFT)): 45.0,
+    frozenset((Way.LEFT,)): 90.0,
+    frozenset((Way.BACK, Way.LEFT)): 135.0,
+    frozenset((Way.BACK,)): 180.0,
+    frozenset((Way.BACK, Way.RIGHT)): -135.0,
+    frozenset((Way.RIGHT,)): -90.0,
+    frozenset((Way.FORWARD, Way.RIGHT)): -45.0,
+}
+"""Bearings by the directions that make them; degrees from the heading, counter-clockwise."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,6 +95,18 @@ class Command:
         return not (self.turn or self.gaze or (self.translate is not None and self.translate.distance))
 
 
+def every_kind(limits: Limits) -> tuple[Command, ...]:
+    """Return a command of each kind that moves, by the amounts that are meant where none is named, within the limits.
+
+    They come in the order of `foundry.records.COMMAND_KINDS`, of which the first moves nothing.
+    """
+    metres = min(limits.default_distance_m, limits.max_distance_m or math.inf)
+    turn = min(limits.default_turn_deg, limits.max_turn_deg or math.inf)
+    gaze = min(limits.default_gaze_deg, limits.max_gaze_deg or math.inf)
+    ways = (Command(translate=Translation(bearing, metres)) for bearing in (0.0, 180.0, 90.0, -90.0))
+    return (*ways, Command(turn=turn), Command(turn=-turn), Command(gaze=gaze), Command(gaze=-gaze))
+
+
 def render_command(command: Command) -> str:
     """Return a command in words that are read back as this command, as far as it moves or stays."""
     parts = []
@@ -114,3 +139,29 @@ def limited(name: str, asked: float, largest: float | None, unit: str, notes: li
         return float(asked)
     notes.append(f"{name}: {abs(asked):g} {unit} clamped to {largest:g} {unit}")
     return math.copysign(largest, asked)
+
+
+def command_record(command: Command) -> dict[str, Any]:
+    """Return a command as plain data: `translate` (null or `{bearing, distance}`), `turn`, `gaze`, `stay`."""
+    translate = command.translate
+    return {
+        "translate": None
+        if translate is None
+        else {"bearing": round(translate.bearing, 9), "distance": round(translate.distance, 9)},
+        "turn": command.turn,
+        "gaze": command.gaze,
+        "stay": command.stay,
+    }
+
+
+def recorded_command(step: CameraStep) -> Command:
+    """Return the command of a recorded decision; the inverse of `command_record`."""
+    said = step.command
+    translate = None if said["translate"] is None else Translation(**said["translate"])
+    return Command(translate, said["turn"], said["gaze"], said["stay"], step.outcome, step.notes)
+
+
+def describe(command: Command, record: CameraStep) -> str:
+    """Return in a short phrase what was understood and what came of it."""
+    said = render_command(command) if record.outcome in (Outcome.CHOSEN, Outcome.REPAIRED) else str(record.outcome)
+    return f"{said}; {record.boundary}" if record.boundary else said

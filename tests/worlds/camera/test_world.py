@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from analysis.camera.command_kinds import kinds_of
 from episodes import Kept, composed, episode, play_through
 from foundry import paths
 from foundry.composing.compose import compose
 from foundry.composing.preflight import scenario_of
 from foundry.errors import InputError
-from foundry.records import CameraEpisode, CameraStep, Outcome
+from foundry.records import COMMAND_KINDS, CameraEpisode, CameraStep, Outcome
 from foundry.worlds.base import Answer
 from foundry.worlds.camera.eye.rendering import png
+from foundry.worlds.camera.language.command import command_record
 
 WORLDS = ("kibo", "office", "gallery")
 KIBO_FIRST = ("kibo", *(pytest.param(name, marks=pytest.mark.slow) for name in WORLDS[1:]))
@@ -87,6 +90,47 @@ def test_the_gaze_is_clamped_short_of_straight_up_and_says_so():
     steps = [world.advance([Answer("Look up 60 degrees.")])[0] for _ in range(2)]
     assert isinstance(steps[1], CameraStep)
     assert (steps[1].pose_next.pitch, steps[1].boundary) == (80.0, "gaze limit")
+
+
+@pytest.mark.parametrize("number", range(len(COMMAND_KINDS)))
+def test_there_is_one_option_for_each_kind_of_command_in_the_order_that_is_declared(number: int):
+    scenario = scenario_of(composed("office", "stay", "world.limits.max_distance_m=0.2").conditions[0].config)
+    world = scenario.start(3)
+    (question,) = world.pending()
+    (step, _) = world.advance([Answer(question.options[number])])
+    assert isinstance(step, CameraStep) and step.outcome is Outcome.CHOSEN
+    assert not any("clamped" in note for note in step.notes)
+    asked = step.command["translate"] or {"bearing": math.nan, "distance": 0.0}
+    amounts = {"bearing": asked["bearing"], "asked": asked["distance"]}
+    amounts |= {name: step.command[name] or 0.0 for name in ("turn", "gaze")}
+    (kind,) = kinds_of(**{name: np.array([value]) for name, value in amounts.items()})
+    assert len(question.options) == len(COMMAND_KINDS) and kind == number
+    assert scenario.actions()["move"].labels == COMMAND_KINDS
+    stays = question.options[number] == question.idle
+    assert stays == step.command["stay"] == (scenario.actions()["move"].idle == COMMAND_KINDS[number])
+
+
+@pytest.mark.parametrize("interpreter", ["LastSentenceInterpreter", "JsonInterpreter"])
+def test_every_interpreter_reads_the_options(interpreter: str):
+    target = f"world.interpreter._target_=foundry.worlds.camera.language.interpreter.{interpreter}"
+    scenario = scenario_of(composed("kibo", "stay", target).conditions[0].config)
+    (question,) = scenario.start(0).pending()
+    asked = [scenario.interpreter.read(option, scenario.limits) for option in question.options]
+    assert len({str(command_record(command)) for command in asked}) == len(COMMAND_KINDS)
+    assert all(command.idle == (number == 0) for number, command in enumerate(asked))
+
+
+def test_random_plays_3d_worlds_by_all_kinds_of_command():
+    (question,) = scenario_of(composed("kibo", "random").conditions[0].config).start(0).pending()
+    played = episode("kibo", "random", seed=0, steps=20)
+    replies = {step.reply for step in played.steps}
+    assert len(replies) >= 6 and replies <= {*question.options}
+
+
+def test_a_picture_is_sent_as_jpeg_where_that_is_asked_for():
+    scenario = scenario_of(composed("kibo", "stay", "world.image_format=jpeg").conditions[0].config)
+    (one,), (again,) = (scenario.start(0).pending() for _ in range(2))
+    assert one.images[0].startswith(b"\xff\xd8") and one.images == again.images
 
 
 def test_history_is_bounded_and_idle_decisions_are_counted():

@@ -10,7 +10,7 @@ from pxr import Gf, Sdf, UsdGeom, UsdLux, UsdShade, UsdSkel
 
 from foundry.worlds.camera.loading import traversal as walking
 from foundry.worlds.camera.loading.stage import load_scene
-from worlds.usd.usd_files import bind, load, material, mesh, picture, primvar, shader, texture_coordinates, textured
+from worlds.camera.usd_files import bind, load, material, mesh, picture, primvar, shader, texture_coordinates, textured
 
 NAMES = Sdf.ValueTypeNames
 CORNERS = ((0, 0), (1, 0), (1, 1), (0, 1))

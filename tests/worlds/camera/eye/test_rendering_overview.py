@@ -12,9 +12,9 @@ from scipy.spatial import Delaunay
 
 from foundry.worlds.camera.eye.captions import captioned, with_inset
 from foundry.worlds.camera.eye.insets import layout, projected
-from foundry.worlds.camera.eye.overview import ABOVE_DEG, ASIDE_DEG, overview_camera
-from foundry.worlds.camera.eye.rendering import OverviewFrame, png, renderer_for
-from foundry.worlds.camera.scene import Scene
+from foundry.worlds.camera.eye.overview import ABOVE_DEG, ASIDE_DEG, OverviewFrame, overview_camera
+from foundry.worlds.camera.eye.rendering import png, renderer_for
+from foundry.worlds.camera.loading.scene import Scene
 
 FOOT = np.array([0.5, 0.5, 0.0])
 TRAIL = np.array([[-1.5, -1.5, 0], [-0.5, -1.5, 0], [-0.5, -1.5, 0], [0.5, 0.5, 0]])

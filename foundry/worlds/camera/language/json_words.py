@@ -9,7 +9,7 @@ from typing import Any
 
 from foundry.records import Outcome
 from foundry.worlds.camera.language.amounts import LARGEST
-from foundry.worlds.camera.language.movement import Command, Limits
+from foundry.worlds.camera.language.command import Command, Limits
 from foundry.worlds.camera.language.resolving import resolve
 from foundry.worlds.camera.language.tokens import cleaned
 

@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 from pxr import Gf
 
+from foundry.worlds.camera.loading.scene import Scene
 from foundry.worlds.camera.loading.stage import load_scene
-from foundry.worlds.camera.scene import Scene
-from worlds.usd.usd_files import mesh, write_stage
+from worlds.camera.usd_files import mesh, write_stage
 
 WALLS = {
     "Floor": ((-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0)),

@@ -17,8 +17,8 @@ from PIL import Image
 from pxr import Gf, Sdf
 
 from foundry.worlds.camera.eye.rendering import Renderer, png, renderer_for
-from foundry.worlds.camera.scene import Scene, SceneMesh
-from worlds.usd.usd_files import bind, load, material, mesh, picture, texture_coordinates, textured
+from foundry.worlds.camera.loading.scene import Scene, SceneMesh
+from worlds.camera.usd_files import bind, load, material, mesh, picture, texture_coordinates, textured
 
 EYE = np.array([0.0, 0.0, 2.0])
 CENTRE = (48, 64)

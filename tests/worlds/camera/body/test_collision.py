@@ -9,7 +9,7 @@ import pytest
 
 from foundry.errors import InputError
 from foundry.worlds.camera.body.collision import Body, Collider
-from foundry.worlds.camera.scene import Scene, SceneMesh
+from foundry.worlds.camera.loading.scene import Scene, SceneMesh
 from quad_scenes import box, floor, quad, scene, wall
 
 BODY = Body(radius_m=0.25, height_m=1.6, step_m=0.25)

@@ -10,8 +10,8 @@ import numpy as np
 from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, Vt
 
+from foundry.worlds.camera.loading.scene import Scene, UInt8Array
 from foundry.worlds.camera.loading.stage import load_scene
-from foundry.worlds.camera.scene import Scene, UInt8Array
 
 Build = Callable[[Any], object]
 """Puts something into a stage."""
