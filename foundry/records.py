@@ -5,6 +5,7 @@ All lines are UTF-8 JSON, one object a line. Encoding is deterministic: keys in 
 
 from __future__ import annotations
 
+import math
 from enum import StrEnum
 from typing import Any, ClassVar
 
@@ -199,6 +200,19 @@ class Pose(msgspec.Struct, frozen=True):
 COMMAND_KINDS = ("stay", "forward", "back", "left", "right", "turn left", "turn right", "look up", "look down")
 """What a command in a 3D world asks for, whatever its amount: the way of its translation if it has one, else the side
 of its turn, else that of its gaze; what moves nothing, for whatever reason, is the first."""
+_QUARTERS = ("forward", "left", "back", "right")
+"""The quarters of the circle of bearings, counter-clockwise."""
+
+
+def command_kind(bearing: float, distance: float, turn: float, gaze: float) -> str:
+    """Return which of COMMAND_KINDS a command is, by its amounts, degrees and metres; 0 for what is not asked for."""
+    if distance > 0:
+        return _QUARTERS[math.floor((bearing + 45) % 360 / 90) % 4]
+    if turn:
+        return "turn left" if turn > 0 else "turn right"
+    if gaze:
+        return "look up" if gaze > 0 else "look down"
+    return COMMAND_KINDS[0]
 
 
 class CameraEpisode(Record, frozen=True, kw_only=True):
@@ -284,6 +298,14 @@ class CameraStep(Record, frozen=True, kw_only=True):
     visible_px: dict[str, int]
     line_of_sight: bool
     success: bool
+
+    @property
+    def decision(self) -> str | None:
+        """The kind of the command, one of COMMAND_KINDS; None where nothing could be read."""
+        if self.outcome not in (Outcome.CHOSEN, Outcome.REPAIRED):
+            return None
+        way = self.command["translate"] or {"bearing": 0.0, "distance": 0.0}
+        return command_kind(way["bearing"], way["distance"], self.command["turn"] or 0.0, self.command["gaze"] or 0.0)
 
     def tally(self, counts: Counts) -> None:
         """Count the decision and its outcome."""

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from analysis.camera.command_kinds import kinds_of
 from episodes import Kept, composed, episode, play_through
 from foundry import paths
 from foundry.composing.compose import compose
@@ -100,11 +98,7 @@ def test_there_is_one_option_for_each_kind_of_command_in_the_order_that_is_decla
     (step, _) = world.advance([Answer(question.options[number])])
     assert isinstance(step, CameraStep) and step.outcome is Outcome.CHOSEN
     assert not any("clamped" in note for note in step.notes)
-    asked = step.command["translate"] or {"bearing": math.nan, "distance": 0.0}
-    amounts = {"bearing": asked["bearing"], "asked": asked["distance"]}
-    amounts |= {name: step.command[name] or 0.0 for name in ("turn", "gaze")}
-    (kind,) = kinds_of(**{name: np.array([value]) for name, value in amounts.items()})
-    assert len(question.options) == len(COMMAND_KINDS) and kind == number
+    assert len(question.options) == len(COMMAND_KINDS) and step.decision == COMMAND_KINDS[number]
     assert scenario.actions()["move"].labels == COMMAND_KINDS
     stays = question.options[number] == question.idle
     assert stays == step.command["stay"] == (scenario.actions()["move"].idle == COMMAND_KINDS[number])
