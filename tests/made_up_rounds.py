@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import msgspec
-from foundry.sweep import Condition, expand
 from PIL import Image, ImageDraw, ImageOps
 
 from foundry.declared import Actions
+from foundry.expansion import Condition, expand
 from foundry.records import Agent, Call, Message, Outcome, Record, RoundStep
 from foundry.storing.run_writer import RunWriter, write_run_summary
 from foundry.storing.store import RunFolder, SweepFolder, frame_name

@@ -66,7 +66,7 @@ def run_folder(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], 
     screen = console()
     print(f"{len(folder.runs())} runs in {folder.path}")
     try:
-        with watched(folder.path, settings.get("view")), ProgressDisplay(folder, screen):
+        with watched(folder, settings.get("view")), ProgressDisplay(folder, screen):
             runner.run(job)
     except SweepInterrupted:
         _report_end(folder)

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from foundry.commands.application import Mine, Trusted, app
 from foundry.errors import InputError
+
+if TYPE_CHECKING:
+    from foundry.storing.store import SweepFolder
 
 
 @app.command()
@@ -49,15 +52,16 @@ def check_view(asked: object) -> None:
 
 
 @contextmanager
-def watched(folder: Path, asked: object) -> Iterator[None]:
-    """Serve the page of a sweep while it runs, if asked."""
+def watched(folder: SweepFolder, asked: object) -> Iterator[None]:
+    """Serve the page of a sweep while it runs, if asked; the page may build the worlds that are being run."""
     if asked is None:
         yield
         return
     from foundry.viewer.live import serve_live
     from foundry.viewer.server import open_in_browser
 
-    with serve_live(folder) as url:
+    worlds = {str(one.config["world"].get("_target_")) for one in folder.sweep.conditions}
+    with serve_live(folder.path, sorted(world.rpartition(".")[0] for world in worlds)) as url:
         print(f"watch at {url}", flush=True)
         open_in_browser(url)
         yield

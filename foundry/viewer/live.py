@@ -7,10 +7,11 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from foundry import own_code
 from foundry.errors import InputError
 
 LINGER_S = 1.0
@@ -18,13 +19,17 @@ LINGER_S = 1.0
 
 
 @contextmanager
-def serve_live(folder: Path) -> Iterator[str]:
+def serve_live(folder: Path, trusted: Sequence[str] = ()) -> Iterator[str]:
     """Serve a sweep's folder from another process while the block runs; yields the address of its page.
+
+    Args:
+        folder: the sweep's folder.
+        trusted: further packages whose classes its worlds may be built of, where pictures are drawn again.
 
     Raises:
         InputError: the server cannot be started.
     """
-    command = [sys.executable, "-m", "foundry.viewer.live", str(folder)]
+    command = [sys.executable, "-m", "foundry.viewer.live", str(folder), *trusted]
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     assert process.stdin is not None and process.stdout is not None
     try:
@@ -38,14 +43,15 @@ def serve_live(folder: Path) -> Iterator[str]:
         process.stdout.close()
 
 
-def main(folder: str) -> None:
+def main(folder: str, *trusted: str) -> None:
     """Serve until standard input ends, which it does with the process that started this one, however that ends."""
     from foundry.viewer.server import serving
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "nice"):
         os.nice(10)
-    with serving(Path(folder)) as server:
+    own_code.use(())  # what the process that started this one made known
+    with serving(Path(folder), trusted=trusted) as server:
         sys.stdout.write(f"{server.url}\n")
         sys.stdout.flush()
         sys.stdin.read()
@@ -54,4 +60,4 @@ def main(folder: str) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(*sys.argv[1:])

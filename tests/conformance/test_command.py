@@ -9,6 +9,7 @@ import pytest
 
 import foundry as public
 from commands import foundry
+from foundry import paths
 
 SMALL = ("world.agents=3", "world.steps=2")
 GREED = """
@@ -105,3 +106,13 @@ def test_the_function_returns_what_the_command_prints(mine: Path, monkeypatch: p
     monkeypatch.chdir(mine)
     found = public.check("model=forgetful", *SMALL, config_dir="mine")
     assert [one.check for one in found if one.status == "failed"] == ["tells its settings apart"]
+
+
+def test_the_example_holds_what_every_part_must_hold(tmp_path: Path):
+    mine = paths.PACKAGE.parent / "examples" / "el_farol" / "mine"
+    parts = ("world=el_farol", "model=mine/mixing", "prompt=el_farol", "attendance")
+    done = foundry("check", *parts, "world.steps=4", "--config-dir", str(mine), "--json", cwd=tmp_path)
+    found = [json.loads(line) for line in done.stdout.splitlines()]
+    assert done.returncode == 0, [one for one in found if one["status"] == "failed"]
+    skipped = {one["check"] for one in found if one["status"] == "skipped"}
+    assert skipped == {"keeps its secrets", "opens with its personas", "has a schema for every question"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from functools import cache
 from typing import Any
 
@@ -9,9 +10,10 @@ import pytest
 
 from foundry.composing.compose import compose
 from foundry.composing.preflight import prompt_of
-from foundry.conformance import models, prompts
+from foundry.conformance import models, prompts, signatures
 from foundry.conformance.checking import WORLD_CHECKS, world_case
 from foundry.conformance.finding import Status, look, name_of
+from foundry.conformance.measuring import case_with, shipped_signatures
 from foundry.conformance.playing import WorldCase
 from foundry.conformance.worlds import follows_its_seed
 from foundry.paths import conf_dir
@@ -86,4 +88,26 @@ def test_a_model_holds_what_every_model_must_hold(name: str, check):
     kinds = build(found).kinds
     world = "kibo" if kinds == ("move",) else "cafe_library"
     finding = look(f"model {name}", check, models.ModelCase(build, found, case(world)))
+    assert finding.status is not Status.FAILED, finding
+
+
+@cache
+def tried(world: str) -> Any:
+    return case_with(config(world), case(world))
+
+
+def shipped(form: str, world: str) -> list[tuple[str, str]]:
+    return [(world, module) for _, module in shipped_signatures(form)]
+
+
+@pytest.mark.parametrize("check", signatures.CHECKS, ids=name_of)
+@pytest.mark.parametrize(
+    ("world", "module"),
+    [
+        *shipped("grid", "cafe_library"),
+        *(pytest.param(*one, marks=pytest.mark.slow) for one in shipped("camera", "kibo")),
+    ],
+)
+def test_a_signature_holds_what_every_signature_must_hold(world: str, module: str, check):
+    finding = look(module, check, tried(world)(importlib.import_module(module)))
     assert finding.status is not Status.FAILED, finding

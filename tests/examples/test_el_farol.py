@@ -11,7 +11,7 @@ import shutil
 import subprocess
 import sys
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +33,7 @@ from foundry.storing.store import SweepFolder
 ROOT = paths.PACKAGE.parent
 EXAMPLE = ROOT / "examples" / "el_farol"
 MINE = "examples/el_farol/mine"
+pytestmark = pytest.mark.timeout(400)  # the tutorial is led through in the set-up of the first test
 TRUSTED = ("--trust-targets", "el_farol", "--config-dir", MINE)
 TUTORIAL = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
 COMMANDS = re.findall(r"^    foundry (.+)$", TUTORIAL.replace(" \\\n        ", " "), re.MULTILINE)
@@ -52,13 +53,10 @@ class Led:
     place: Path
     said: dict[str, str]
 
-    def run(self, model: str, reports: str = "explicit", sweep: str = "bar") -> str:
+    def run(self, model: str, sweep: str = "bar") -> str:
         """Return the folder of a run with seed 0."""
-        loaded = public.load(self.place / sweep).runs
-        rows = loaded[(loaded["model"] == model) & (loaded["seed"] == 0)]
-        if "world.reports" in rows:
-            rows = rows[rows["world.reports"] == reports]
-        return f"{sweep}/runs/{rows['run'].iloc[0]}"
+        runs = public.load(self.place / sweep).runs
+        return f"{sweep}/runs/{runs[(runs['model'] == model) & (runs['seed'] == 0)]['run'].iloc[0]}"
 
 
 @pytest.fixture(scope="module")
@@ -87,10 +85,10 @@ def test_the_example_is_short():
 
 def test_the_tutorial_has_ten_steps_and_each_of_its_commands_ends_well(led: Led):
     assert len(re.findall(r"^## \d+\. ", TUTORIAL, re.MULTILINE)) == 10
-    assert len(led.said) == len(COMMANDS) >= 13
-    assert "24 of 24 runs complete in bar" in the(led, "-m --config-dir")
+    assert len(led.said) == len(COMMANDS) >= 15
+    assert "12 of 12 runs complete in bar" in the(led, "-m --config-dir")
     assert "0 failed" in the(led, "check world=el_farol") and "0 failed" in the(led, "check attendance")
-    assert "24 runs: 24 identical" in the(led, "verify bar")
+    assert "12 runs: 12 identical" in the(led, "verify bar")
     assert "at most 2,000 calls would be sent" in the(led, "plan")
 
 
@@ -108,10 +106,10 @@ def steps_of(run: Path) -> list[dict[str, Any]]:
 
 
 def test_the_prompt_tells_how_many_went_to_whom_it_is_told(led: Led):
-    asked = ("world=el_farol", "model=mine/mixing", "--step", "3", "--agent", "0", "--kind", "evening")
+    asked = ("world=el_farol", "model=mine/mixing", "--step", "6", "--agent", "0", "--kind", "evening")
     implicit = said("prompt", "--config-dir", MINE, "world.reports=implicit", *asked, cwd=led.place)
-    assert the(led, "prompt").count("of 10 went.") == 2
-    assert implicit.count("of 10 went.") == implicit.count("You went") < 2
+    assert the(led, "prompt").count("of 10 went.") == 5
+    assert implicit.count("of 10 went.") == implicit.count("You went") < 5
 
 
 def test_a_fork_shares_what_was_before_and_is_verified(led: Led):
@@ -133,15 +131,14 @@ def test_where_its_code_is_not_named_or_not_trusted_one_line_says_so(led: Led):
 
 
 def test_two_runs_are_compared_and_each_is_drawn_again(led: Led):
-    two = (led.run("scripted/random"), led.run("mine/mixing"))
-    assert "first other state: steps.jsonl" in said("diff", *two, cwd=led.place)
+    assert "first other state: steps.jsonl" in the(led, "diff")
     (picture,) = (led.place / "bar" / "analysis" / "replay").rglob("*.png")
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
 def test_it_is_handed_on_in_one_file(led: Led):
     said("unbundle", "bar.tar.zst", "again", cwd=led.place)
-    assert "24 identical" in said("verify", "again", "--workers", "1", *TRUSTED, cwd=led.place)
+    assert "12 identical" in said("verify", "again", "--workers", "1", *TRUSTED, cwd=led.place)
 
 
 def test_its_signature_is_measured_and_claims_rest_on_it_where_that_is_declared(led: Led):
@@ -177,7 +174,7 @@ def test_its_report_and_its_pages_show_what_agents_did(led: Led):
 
 def test_its_baselines_are_those_that_its_file_names_and_that_it_does_not_compare(led: Led):
     beside = SweepFolder.open(SweepFolder.open(led.place / "bar").baselines_dir)
-    assert [one.config["model"]["name"] for one in beside.sweep.conditions] == ["scripted/stay"] * 2
+    assert [one.config["model"]["name"] for one in beside.sweep.conditions] == ["scripted/stay"]
 
 
 @pytest.mark.parametrize(("names", "told"), [
@@ -230,7 +227,10 @@ def test_a_killed_sweep_goes_on_and_its_records_are_the_same_to_the_byte(tmp_pat
         )
 
 
-def test_a_worker_that_knows_nothing_of_the_command_is_told_where_its_code_is(tmp_path: Path):
+@pytest.mark.parametrize(("own", "status"), [((), "failed"), ((EXAMPLE / "mine",), "complete")])
+def test_a_worker_that_knows_nothing_of_the_command_is_told_where_its_code_is(
+    tmp_path: Path, own: tuple[Path, ...], status: str
+):
     """As a cluster's workers are: started before, by someone else, without the variables of the command."""
     asked = ("--config-dir", str(EXAMPLE / "mine"), "world=el_farol", "model=mine/mixing", "world.steps=2")
     composed = compose(asked)
@@ -238,12 +238,10 @@ def test_a_worker_that_knows_nothing_of_the_command_is_told_where_its_code_is(tm
     sweep = declare(expand((), composed.conditions))
     infos = {settings_key(sweep.conditions[0].config["model"]): ModelInfo("mine/mixing")}
     folder = SweepFolder.create(tmp_path / "s", sweep, {"record": {"frames": False}}, [])
+    folder.stop_file.parent.mkdir()
     runs = tuple(run.id for run in folder.runs())
-    spec = LaneSpec("0", folder, runs, infos, cache=str(tmp_path / "answers"), own=(EXAMPLE / "mine",))
-    for told, status in ((replace(spec, own=()), None), (spec, "complete")):
-        worker = [sys.executable, "-P", "-m", "foundry.running.lane_process"]
-        known = {"PATH": os.environ["PATH"], "PYTHONPATH": str(ROOT)}
-        subprocess.run(
-            worker, input=pickle.dumps((run_lane, told)), env=known, cwd=tmp_path, capture_output=True, check=True
-        )
-        assert statuses(folder.path) == [status]
+    task = pickle.dumps((run_lane, LaneSpec("0", folder, runs, infos, cache=str(tmp_path / "answers"), own=own)))
+    worker = [sys.executable, "-P", "-m", "foundry.running.lane_process"]
+    known = {"PATH": os.environ["PATH"], "PYTHONPATH": str(ROOT)}
+    subprocess.run(worker, input=task, env=known, cwd=tmp_path, capture_output=True, check=True)
+    assert statuses(folder.path) == [status]

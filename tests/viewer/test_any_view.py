@@ -9,10 +9,10 @@ from typing import Any
 
 import msgspec
 import pytest
-from foundry.sweep import Condition, expand
 
 import made_up_rounds as rounds
 from foundry.errors import InputError, RecordError
+from foundry.expansion import Condition, expand
 from foundry.storing.store import RunFolder, SweepFolder
 from foundry.viewer.any import drawing
 from foundry.viewer.resources import Resources, resources_of_agents

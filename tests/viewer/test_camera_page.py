@@ -10,7 +10,7 @@ import msgspec
 import pytest
 from PIL import Image
 
-from foundry.declared import Declared, keys_of
+from declared_forms import CAMERA
 from foundry.expansion import Condition, expand
 from foundry.records import CameraEpisode, CameraStep, Outcome, Pose, SeenImage
 from foundry.storing.run_writer import RunWriter, write_run_summary
@@ -22,7 +22,6 @@ from viewer_pages import go
 
 pytestmark = pytest.mark.browser
 
-CAMERA = Declared(form="camera", streams=keys_of((CameraStep, CameraEpisode, SeenImage)))
 WORLD = {"name": "hall", "steps": 3, "scene": None, "camera": {}, "body": {}, "targets": []}
 
 

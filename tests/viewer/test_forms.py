@@ -11,6 +11,7 @@ import pytest
 import made_up_rounds as rounds
 import viewer_pages
 from browser import browser_page
+from commands import foundry
 from foundry.errors import InputError
 from foundry.own_code import VARIABLE
 from foundry.storing.store import SweepFolder
@@ -82,6 +83,15 @@ def test_a_bad_file_of_a_form_is_named_and_hurts_no_other(
     assert resources.get(f"run/bar/{other.runs()[0].id}/about").content
     assert b'"form":"ring"' in resources.get("sweep/ring/rows/0").content, "the sweep is listed all the same"
     resources.close()
+
+
+def test_the_command_exports_a_form_of_ones_own(tmp_path: Path):
+    mine, made = write_ring(tmp_path), ring_sweep(tmp_path)
+    trusting = ("--config-dir", str(mine), "--trust-targets", "made_up_rounds")
+    done = foundry("view", str(made.path), "--export", "page", *trusting, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "page" / "forms" / "ring" / "page.js").read_bytes() == (mine / "forms" / "ring.js").read_bytes()
+    assert len(list((tmp_path / "page" / "data").rglob("picture/*.js"))) == 13
 
 
 NEIGHBOURS = "() => document.querySelector('.ring')?.dataset.neighbours === '4,1'"

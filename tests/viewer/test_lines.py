@@ -81,6 +81,17 @@ def test_no_text_looks_like_the_line_of_another_agent():
     assert by_agent(content)[1] == [line]
 
 
+def test_an_agents_lines_are_found_in_steps_with_many_with_none_and_with_others_inside_them():
+    inside = b'{"step":2,"agent":0,"seen":[{"step":4,"agent":1,"text":""}]}\n'
+    content = encoded([(1, 0), (1, 1), (1, 1)]) + inside + encoded([(4, 1), (4, 0), (4, 1), (6, 1)])
+    mine = [
+        line
+        for line in content.splitlines()
+        if line.startswith((b'{"step":1,"agent":1,', b'{"step":4,"agent":1,', b'{"step":6,'))
+    ]
+    assert lines_of_agent(content, 1) == mine and len(mine) == 5
+
+
 @given(counts=st.lists(st.integers(0, 5), max_size=12), cuts=st.lists(st.integers(0, 2000), max_size=4))
 def test_lines_are_found_however_the_file_grows(
     tmp_path_factory: pytest.TempPathFactory, counts: list[int], cuts: list[int]

@@ -12,7 +12,9 @@ from typing import Any
 
 import pytest
 
+import made_up_rounds
 from commands import wait_until
+from foundry import own_code
 from foundry.viewer.live import serve_live
 from foundry.viewer.server import serving
 from made_up_runs import Playing, mishaps, sweep
@@ -99,6 +101,17 @@ def test_a_sweep_is_served_from_a_process_of_its_own_as_long_as_asked(tmp_path: 
     with serve_live(made.path) as url:
         assert answers(f"{url}data/sweeps")
     assert not answers(url)
+
+
+def test_a_world_of_ones_own_that_is_being_run_is_drawn_by_that_process(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setenv(own_code.VARIABLE, str(Path(made_up_rounds.__file__).parent))
+    made = made_up_rounds.sweep(tmp_path / "served", models=("first",))
+    made_up_rounds.whole_run(made.runs()[0])
+    asked = f"data/run/served/{made.runs()[0].id}/picture/3"
+    with serve_live(made.path, ("made_up_rounds",)) as url, urllib.request.urlopen(url + asked, timeout=30) as response:
+        assert response.read().startswith(b"\x89PNG")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows kills no process group")

@@ -10,8 +10,8 @@ from foundry.replay.window import FlatPicture, Window
 from foundry.worlds.camera.eye.avatar import avatar_meshes, trail_meshes
 from foundry.worlds.camera.eye.batches import scene_actors
 from foundry.worlds.camera.eye.overview import ASIDE_DEG, INSET_WIDTH, LAYERS, SCENE_OPACITY, overview_camera
-from foundry.worlds.camera.redrawing import CameraRedrawing
 from foundry.worlds.camera.loading.scene import Scene
+from foundry.worlds.camera.redrawing import CameraRedrawing
 
 _MARGIN_PX = 12
 

@@ -11,6 +11,7 @@ import msgspec
 import pytest
 
 from foundry import seeding
+from foundry.composing.preflight import first_questions
 from foundry.errors import FoundryError, InputError
 from foundry.models.base import Request
 from foundry.models.scripted.base import ScriptedModel
@@ -223,3 +224,18 @@ class Wrong(Bar):
 def test_rules_that_break_their_contract_are_told(fault: str, told: str):
     with pytest.raises(FoundryError, match=told):
         answered(Wrong(fault).start(0), GO)
+
+
+class Council(Fishery):
+    """Everyone speaks in turn before anyone decides."""
+
+    def play(self, table: Table) -> Play:
+        for _ in table.rounds(self.steps):
+            for agent in table.agents:
+                yield [table.ask(agent, "talk")]
+            yield [table.ask(agent, "catch") for agent in table.agents]
+
+
+def test_every_kind_is_found_before_a_sweep_however_many_speak_first():
+    council = Council(name="council", agents=9, steps=2)
+    assert [question.kind for question in first_questions(council, 0)] == ["talk", "catch"]

@@ -72,7 +72,7 @@
       this.grown(wanted);
     }
 
-    stage() { return [this.lanes.element, this.picture.element, this.table.element, this.streams.element]; }
+    stage() { return [this.lanes.element, this.table.element, this.picture.element, this.streams.element]; }
 
     drawStep(step, share) {}
 
