@@ -2,6 +2,7 @@
 
 import ast
 import graphlib
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -163,3 +164,24 @@ def test_only_commands_print():
 def test_no_file_is_longer_than_500_lines(folder: str):
     long = {path.name: len(path.read_text(encoding="utf-8").splitlines()) for path in files(folder)}
     assert {name: lines for name, lines in long.items() if lines > 500} == {}
+
+
+@pytest.mark.parametrize("folder", PACKAGES)
+def test_no_room_holds_more_than_20_files(folder: str):
+    rooms = Counter(path.parent.relative_to(ROOT).as_posix() for path in files(folder))
+    assert {room: count for room, count in rooms.items() if count > 20} == {}
+
+
+def rooms_of_forms() -> set[str]:
+    return {name for name in MODULES if name.startswith("analysis.") and (MODULES[name].parent / "signatures").is_dir()
+            and MODULES[name].name == "__init__.py"}  # fmt: skip
+
+
+def test_of_the_forms_the_analysis_knows_the_general_one_alone_and_forms_do_not_know_each_other():
+    rooms = rooms_of_forms()
+    assert {"analysis.any", "analysis.camera", "analysis.grid"} <= rooms
+    for name, found in imports_of("analysis").items():
+        own = next((room for room in rooms if is_in(name, room)), None)
+        others = rooms - {own, "analysis.any"}
+        foreign = {one for one in found if any(is_in(one, room) for room in others)}
+        assert foreign == set(), f"{name} imports {foreign}"
