@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 
 import analysis
+from analysis.measuring.memory import code_version
 from analysis.report import render
 from analysis.report.material import gather
 from commands import foundry
@@ -154,3 +155,12 @@ def test_a_form_whose_file_says_something_else_is_named(outside: Outside, tmp_pa
     monkeypatch.setenv(VARIABLE, str(tmp_path / "mine"))
     with pytest.raises(InputError, match=r"^mine/forms/ring\.py: ANALYSIS is no"):
         analysis.load(outside.sweep)
+
+
+def test_a_module_beside_the_users_signatures_counts_as_theirs(tmp_path: Path):
+    versions = []
+    for name, text in (("one", "MOST = 1\n"), ("two", "MOST = 2\n"), ("three", "MOST = 1\n")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "limits.py").write_text(text, encoding="utf-8")
+        versions.append(code_version((tmp_path / name,)))
+    assert versions[0] == versions[2] != versions[1]
