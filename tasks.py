@@ -164,6 +164,12 @@ def bench() -> None:
         call("python", str(script.relative_to(ROOT)))
 
 
+def house() -> None:
+    """Print the rooms with their files and lines, and who imports whom."""
+    develop()
+    call("python", "benchmarks/house.py")
+
+
 COMMANDS: dict[str, Callable[[], None]] = {
     "setup": setup,
     "smoke": smoke,
@@ -175,6 +181,7 @@ COMMANDS: dict[str, Callable[[], None]] = {
     "local-models": local_models,
     "check": check,
     "bench": bench,
+    "house": house,
 }
 
 

@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING
 from measuring import ROOT, Swept, cost_of, fastest, print_table, print_title, run_sweep, scratch, server
 
 from foundry.composing.compose import compose
+from foundry.expansion import expand
 from foundry.models.answers.opening import open_answers
 from foundry.models.base import Reply
 from foundry.storing.store import SweepFolder
-from foundry.sweep import expand
 
 if TYPE_CHECKING:
     from dask_servers import Cluster

@@ -7,7 +7,7 @@ from measuring import at_most, cost_of, cost_of_command, print_table, print_titl
 
 from foundry import paths
 from foundry.composing.compose import compose
-from foundry.sweep import expand
+from foundry.expansion import expand
 
 FEW, MANY = 10, 1010
 HYDRA_SEEDS = 10

@@ -10,9 +10,9 @@ import msgspec
 from measuring import run_sweep
 
 from foundry.composing.compose import compose
+from foundry.expansion import expand
 from foundry.storing.run_writer import write_run_summary
 from foundry.storing.store import RunFolder, SweepFolder
-from foundry.sweep import expand
 
 PLAYED_SEEDS = 8
 

@@ -18,11 +18,11 @@ from typing import Any
 
 from foundry.composing.compose import compose
 from foundry.composing.preflight import check
+from foundry.expansion import expand
 from foundry.records import RunSummary
 from foundry.running.build import build
 from foundry.running.local import SweepJob
 from foundry.storing.store import SweepFolder
-from foundry.sweep import expand
 
 ROOT = Path(__file__).resolve().parent.parent
 MEMORY = Path("/dev/shm")

@@ -9,11 +9,13 @@ import msgspec
 import numpy as np
 from scipy.spatial import cKDTree
 
+from foundry.declared import Declared, keys_of
+from foundry.expansion import Condition, expand
 from foundry.records import Call, Counts, GridStep, Message, Outcome, RunSummary
 from foundry.storing.run_writer import RunWriter, write_run_summary
 from foundry.storing.store import RunFolder, SweepFolder
-from foundry.sweep import Condition, expand
 
+GRID = Declared(form="grid", streams=keys_of((GridStep, Message)))
 DIRECTIONS = {1: "up", 2: "down", 3: "left", 4: "right"}
 OFFSETS = np.array([(0, 0), (0, 1), (0, -1), (-1, 0), (1, 0)])
 SHARE_OF_SPEAKERS = 0.3
@@ -44,7 +46,8 @@ def sweep(path: Path, *, agents: int, steps: int, models: int = 1, seeds: int = 
             "prompt": {"name": "paper"},
             "sampling_seed": None,
         }
-        conditions.append(Condition(factors={"model": f"model-{number}"}, config=config, seeds=tuple(range(seeds))))
+        factors = {"model": f"model-{number}"}
+        conditions.append(Condition(factors=factors, config=config, seeds=tuple(range(seeds)), declared=GRID))
     return SweepFolder.create(path, expand(["-m", f"seed=0-{seeds - 1}"], conditions), {}, [])
 
 

@@ -23,12 +23,15 @@ if TYPE_CHECKING:
     from foundry.records import Agent, Message, Outcome, Record, RoundStep
     from foundry.seeding import stream
     from foundry.worlds.base import Answer, Question, Recorded, Redrawing, Scenario, World
+    from foundry.worlds.rounds.table import Decision, Table
+    from foundry.worlds.rounds.world import Play, RoundsScenario
 
 __all__ = [
     "Actions",
     "Agent",
     "Analysis",
     "Answer",
+    "Decision",
     "Declared",
     "Finding",
     "FoundryError",
@@ -37,6 +40,7 @@ __all__ = [
     "Message",
     "Model",
     "Outcome",
+    "Play",
     "Prompt",
     "Question",
     "Ran",
@@ -46,8 +50,10 @@ __all__ = [
     "Reply",
     "Request",
     "RoundStep",
+    "RoundsScenario",
     "Scenario",
     "ScriptedModel",
+    "Table",
     "World",
     "analyze",
     "check",
@@ -71,6 +77,8 @@ _PLACES = {
     "foundry.records": ("Agent", "Message", "Outcome", "Record", "RoundStep"),
     "foundry.seeding": ("stream",),
     "foundry.worlds.base": ("Answer", "Question", "Recorded", "Redrawing", "Scenario", "World"),
+    "foundry.worlds.rounds.table": ("Decision", "Table"),
+    "foundry.worlds.rounds.world": ("Play", "RoundsScenario"),
 }
 
 

@@ -8,16 +8,12 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TypeVar
 
 from foundry.composing.compose import compose
 from foundry.composing.preparing import checked, job_of
 from foundry.errors import InputError
 from foundry.storing.store import SweepFolder
-
-if TYPE_CHECKING:
-    from analysis.load import Loaded
-    from analysis.pipeline import Analysis
 
 T = TypeVar("T")
 
@@ -27,7 +23,7 @@ class Ran:
     """What became of a sweep, or of one run.
 
     Attributes:
-        path: its folder.
+        path: its folder, which `foundry.load` and `foundry.analyze` take.
         complete: how many runs are complete.
         failed: the runs that are not, and why, one line each.
         notes: what is to be known of its worlds, one line each.
@@ -37,18 +33,6 @@ class Ran:
     complete: int
     failed: tuple[str, ...]
     notes: tuple[str, ...]
-
-    def load(self) -> Loaded:
-        """Return its records as tidy tables; see `foundry.load`."""
-        import foundry
-
-        return foundry.load(self.path)
-
-    def analyze(self, **options: Any) -> Analysis:
-        """Write its tables and plots and return what was found; options are those of `foundry.analyze`."""
-        import foundry
-
-        return foundry.analyze(self.path, **options)
 
 
 def run(*overrides: str, config_dir: Path | str | None = None) -> Ran:
@@ -62,7 +46,7 @@ def run(*overrides: str, config_dir: Path | str | None = None) -> Ran:
         InputError: something does not exist or does not fit.
         SweepStopped: no further run can succeed, such as when the server is gone.
     """
-    return off_the_loop(lambda: _run(_arguments(overrides, config_dir)))
+    return _Call().of(_arguments(overrides, config_dir))
 
 
 def sweep(*overrides: str, config_dir: Path | str | None = None) -> Ran:
@@ -76,7 +60,7 @@ def sweep(*overrides: str, config_dir: Path | str | None = None) -> Ran:
         InputError: something does not exist or does not fit.
         SweepStopped: no further run can succeed, such as when the server is gone.
     """
-    return off_the_loop(lambda: _run(["-m", *_arguments(overrides, config_dir)]))
+    return _Call().of(["-m", *_arguments(overrides, config_dir)])
 
 
 def _arguments(overrides: Sequence[str], config_dir: Path | str | None) -> list[str]:
@@ -86,13 +70,28 @@ def _arguments(overrides: Sequence[str], config_dir: Path | str | None) -> list[
     return [*overrides, *([] if config_dir is None else ["--config-dir", str(config_dir)])]
 
 
-def _run(arguments: Sequence[str]) -> Ran:
-    composed = compose(arguments)
-    assert composed is not None, "only flags, which are refused, are answered by Hydra itself"
-    found = checked(composed)
-    folder = found.create()
-    found.runner.run(job_of(folder, found.settings, found.infos))
-    return _ran(folder, found.notes)
+class _Call:
+    """A sweep that is run from Python, and can be stopped while it runs in another thread."""
+
+    def __init__(self) -> None:
+        self._folder: SweepFolder | None = None
+
+    def of(self, arguments: Sequence[str]) -> Ran:
+        """Run what is asked for."""
+        return off_the_loop(lambda: self._run(arguments), self.stop)
+
+    def stop(self) -> None:
+        """Ask the workers to stop in order, as the first Ctrl-C does."""
+        if self._folder is not None:
+            self._folder.stop_file.touch()
+
+    def _run(self, arguments: Sequence[str]) -> Ran:
+        composed = compose(arguments)
+        assert composed is not None, "only flags, which are refused, are answered by Hydra itself"
+        found = checked(composed)
+        self._folder = found.create()
+        found.runner.run(job_of(self._folder, found.settings, found.infos))
+        return _ran(self._folder, found.notes)
 
 
 def _ran(folder: SweepFolder, notes: Sequence[str]) -> Ran:
@@ -102,8 +101,13 @@ def _ran(folder: SweepFolder, notes: Sequence[str]) -> Ran:
     return Ran(folder.path, complete, failed, tuple(notes))
 
 
-def off_the_loop(work: Callable[[], T]) -> T:
-    """Do some work here, or, where an event loop runs as in a notebook, in a thread that may have its own."""
+def off_the_loop(work: Callable[[], T], stop: Callable[[], None] = lambda: None) -> T:
+    """Do some work here, or, where an event loop runs as in a notebook, in a thread that may have its own.
+
+    Args:
+        work: what to do.
+        stop: asks the work in the thread to end, when the user interrupts who waits for it.
+    """
     try:
         asyncio.get_running_loop()
     except RuntimeError:
@@ -116,5 +120,9 @@ def off_the_loop(work: Callable[[], T]) -> T:
         except BaseException as error:  # noqa: BLE001 - the boundary: handed on to the thread that waits
             done.set_exception(error)
 
-    threading.Thread(target=doing, daemon=True).start()
-    return done.result()
+    try:
+        threading.Thread(target=doing, daemon=True).start()
+        return done.result()
+    except KeyboardInterrupt:
+        stop()
+        raise

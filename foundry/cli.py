@@ -12,10 +12,12 @@ import pkgutil
 import sys
 from collections.abc import Sequence
 
+from typer.models import CommandInfo
+
 from foundry import commands
 from foundry.commands.application import EXIT_FAILED, EXIT_INPUT, EXIT_INTERRUPTED, EXIT_OK, app, fail
 from foundry.commands.sweeps import run_overrides
-from foundry.composing.compose import CONFIG_DIR
+from foundry.composing.compose import folders_last
 from foundry.errors import FoundryError, InputError, RecordError, not_found
 
 DISK_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
@@ -33,7 +35,7 @@ def main() -> None:
 def run(argv: Sequence[str]) -> int:
     """Run a command line and return the exit code: 0 complete, 2 bad input, 3 runs failed, 130 interrupted."""
     try:
-        argv = _folder_last(argv)
+        argv = folders_last(argv)
         if _is_typer(argv):
             return _run_typer(argv)
         return run_overrides(argv)
@@ -64,27 +66,21 @@ def _in_the_way(error: ImportError) -> FoundryError:
     raise error
 
 
-def _folder_last(argv: Sequence[str]) -> list[str]:
-    """Return the command line with the user's folder of configurations behind what it is given before."""
-    rest = list(argv)
-    flags: list[str] = []
-    while rest and rest[0].partition("=")[0] in CONFIG_DIR:
-        taken = 1 if "=" in rest[0] else 2
-        flags, rest = [*flags, *rest[:taken]], rest[taken:]
-    return [*rest, *flags]
-
-
 def _is_typer(argv: Sequence[str]) -> bool:
     """Return whether Typer reads this command line; refuses a word that is no command and no override."""
     if "_FOUNDRY_COMPLETE" in os.environ:
         return True
     first = argv[0] if argv else ""
-    names = [str(getattr(command.callback, "__name__", "")) for command in app.registered_commands]
+    names = [_name_of(command) for command in app.registered_commands]
     if first in names or first in ("--help", "-h", "--version", "--install-completion", "--show-completion"):
         return True
     if first and not first.startswith(("-", "~")) and "=" not in first:
         raise not_found("Command", first, names, "An override has the form key=value.")
     return False
+
+
+def _name_of(command: CommandInfo) -> str:
+    return str(getattr(command.callback, "__name__", ""))
 
 
 def _run_typer(argv: Sequence[str]) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from enum import Enum
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin
@@ -47,11 +47,26 @@ _KINDS: dict[type, str] = {int: "integer", float: "number", str: "text", bool: "
 
 
 def keys_of(records: Iterable[type[Any]]) -> dict[str, dict[str, str]]:
-    """Return the keys and their types of each record file, as `Declared.streams` has them."""
-    return {
-        one.stream: {field.encode_name: _type_of(field.type) for field in msgspec.structs.fields(one)}
-        for one in records
-    }
+    """Return the keys and their types of each record file, as `Declared.streams` has them.
+
+    Where lines of one file are of several classes, a key that not all of them have, or not with one type, may be null
+    or is `other`.
+    """
+    found: dict[str, dict[str, str]] = {}
+    for one in records:
+        keys = {field.encode_name: _type_of(field.type) for field in msgspec.structs.fields(one)}
+        found[one.stream] = _joined(found[one.stream], keys) if one.stream in found else keys
+    return found
+
+
+def _joined(one: Mapping[str, str], other: Mapping[str, str]) -> dict[str, str]:
+    def joined(key: str) -> str:
+        kinds = {keys[key] for keys in (one, other) if key in keys}
+        plain = {kind.removesuffix("?") for kind in kinds}
+        optional = "?" if key not in one or key not in other or any(kind.endswith("?") for kind in kinds) else ""
+        return (plain.pop() if len(plain) == 1 else "other") + optional
+
+    return {key: joined(key) for key in {**one, **other}}
 
 
 def _type_of(annotation: Any) -> str:

@@ -79,6 +79,8 @@ class Asker:
             step=question.step,
             agent=question.agent,
             key=self.keys.key(messages, seed),
+            options=question.options,
+            idle=question.idle,
         )
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:

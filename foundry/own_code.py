@@ -21,6 +21,7 @@ from foundry.errors import InputError
 
 VARIABLE = "FOUNDRY_MINE"
 """The folders, for the processes that a command starts."""
+_ROOT = Path(__file__).resolve().parent.parent
 
 
 def use(folders: Iterable[Path]) -> None:
@@ -36,10 +37,16 @@ def importable(folders: Iterable[Path]) -> None:
 
 
 def working_directory_last() -> None:
-    """Let modules of the working directory be imported, after all else; Python itself may have put it first."""
-    here = str(Path.cwd())
-    sys.path[:] = [entry for entry in sys.path if entry not in ("", here)]
-    sys.path.append(here)
+    """Let modules of the working directory be imported, after all else; Python itself may have put it first.
+
+    It stays where this very project is in it, which belongs together; and where it was named as PYTHONPATH.
+    """
+    here = Path.cwd()
+    if here == _ROOT:
+        return
+    if not sys.flags.safe_path and sys.path[:1] in ([""], [str(here)]):
+        del sys.path[0]
+    importable([here])
 
 
 def ours(name: str) -> ModuleType:
@@ -50,8 +57,7 @@ def ours(name: str) -> ModuleType:
     """
     package = name.partition(".")[0]
     found = importlib.import_module(package)
-    here = Path(__file__).resolve().parent.parent
-    if found.__file__ is None or Path(found.__file__).resolve().parent.parent != here:
+    if found.__file__ is None or Path(found.__file__).resolve().parent.parent != _ROOT:
         where = found.__file__ or ", ".join(found.__path__)
         raise InputError(
             f"another package named '{package}' is in the way of foundry's own: {where}. Rename it, or start Python in "

@@ -10,10 +10,10 @@ from typing import Any
 import msgspec
 
 from foundry.declared import Actions, Declared
+from foundry.expansion import Condition, expand
 from foundry.records import Agent, Counts, Message
 from foundry.storing.run_writer import write_run_summary
 from foundry.storing.store import RunFolder, SweepFolder
-from foundry.sweep import Condition, expand
 from made_up_runs import summary
 
 STREAMS = {

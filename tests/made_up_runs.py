@@ -10,10 +10,10 @@ from typing import Any
 import msgspec
 
 from declared_forms import GRID
+from foundry.expansion import Condition, expand
 from foundry.records import Agent, Call, Counts, GridStep, Message, Outcome, RunSummary
 from foundry.storing.run_writer import RunWriter, write_run_summary
 from foundry.storing.store import RunFolder, SweepFolder
-from foundry.sweep import Condition, expand
 
 AGENTS, STEPS = 4, 6
 GENDERS = ("female", "male")

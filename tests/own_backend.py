@@ -13,7 +13,7 @@ from foundry.models.serving import InFlight, Retry, Serving
 class Paid(Model):
     """Costs something and says nothing of how it wants to be asked; its first call fails."""
 
-    remote = True
+    costs = True
     asked: ClassVar[list[Request]] = []
     in_flight: ClassVar[int] = 0
     most_in_flight: ClassVar[int] = 0

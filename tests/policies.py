@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from typing import Any
 
-from numpy.random import Generator
-
+from foundry.models.base import Reply, Request
 from foundry.models.scripted.stay import Stay
+
+
+def is_doomed(request: Request) -> bool:
+    return request.kind == "action" and request.observation["persona"]["fate"] == "doomed"
 
 
 class Deadly(Stay):
     """Kills its own process when the persona of an agent is `doomed`."""
 
-    def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        if observation["persona"]["fate"] == "doomed":
+    def reply(self, request: Request) -> Reply:
+        if is_doomed(request):
             os._exit(9)
-        return super().action(observation, rng)
+        return super().reply(request)
 
 
 class Faulty(Stay):
     """Has a bug that shows when the persona of an agent is `doomed`."""
 
-    def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        if observation["persona"]["fate"] == "doomed":
+    def reply(self, request: Request) -> Reply:
+        if is_doomed(request):
             raise ZeroDivisionError("a bug")
-        return super().action(observation, rng)
+        return super().reply(request)

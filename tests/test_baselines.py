@@ -12,8 +12,8 @@ from foundry.cli import run
 from foundry.commands.analyzing import run_baselines
 from foundry.composing.baselines import baselines_of
 from foundry.composing.compose import compose
+from foundry.expansion import Sweep, expand
 from foundry.storing.store import SweepFolder
-from foundry.sweep import Sweep, expand
 
 SHORT = ("world.agents=3", "world.steps=3", "analyze=false")
 

@@ -3,7 +3,7 @@
 import ast
 import graphlib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import pytest
@@ -16,12 +16,33 @@ LAYERS = {
     "leaves": ("errors", "paths", "seeding", "records", "texts", "naming", "declared", "own_code"),
     "parts": ("worlds", "models", "prompts"),
     "episode": ("episode",),
-    "storing": ("sweep", "storing", "provenance"),
+    "storing": ("expansion", "storing", "provenance"),
     "running": ("running",),
-    "using": ("composing", "display", "labelling", "trust", "doctor", "replay", "viewer"),
+    "using": (
+        "composing",
+        "display",
+        "labelling",
+        "trust",
+        "doctor",
+        "replay",
+        "viewer",
+        "conformance",
+        "calling",
+        "new_parts",
+    ),
     "commands": ("commands", "cli", "__main__"),
 }
 """Modules and packages of foundry, each of which imports of its own layer or of one further up in this list."""
+ROOM = 20
+"""Files that a folder holds at most."""
+CROWDED: frozenset[str] = frozenset()
+"""Folders that hold more still; none is to come."""
+TANGLED: frozenset[str] = frozenset({"foundry.worlds.camera"})
+"""Packages with modules that import themselves by way of others still; none is to come."""
+FRONT = "foundry"
+"""The package itself: it names what programs use, and imports each name when it is first asked for."""
+MEASURING = {FRONT, "foundry.conformance.measuring", "foundry.new_parts.signature.signatures.part_name"}
+"""What else may import the analysis when it is used: checks of signatures, and what a signature begins with."""
 BASES = {"foundry.worlds.base", "foundry.models.base"}
 LEAVES = {f"foundry.{name}" for name in LAYERS["leaves"]}
 
@@ -111,14 +132,28 @@ def test_imports_within_foundry_point_down_only():
     assert up == set()
 
 
-def test_no_module_imports_itself_by_way_of_others():
-    rooms = tuple(f"foundry.{room}" for room in LAYERS["parts"])  # within these, modules may know each other
+def has_circle(names: Iterable[str]) -> bool:
+    """Return whether one of these modules imports itself by way of others of them, wherever the imports stand."""
     graph = {
-        name: {one for one in found if one in MODULES and one != name}
-        for name, found in IMPORTS.items()
-        if not any(is_in(name, room) for room in rooms)
+        name: {one for one in IMPORTS[name] if one in MODULES and one not in (name, FRONT)}
+        for name in names
+        if name != FRONT
     }
-    graphlib.TopologicalSorter(graph).prepare()
+    try:
+        graphlib.TopologicalSorter(graph).prepare()
+    except graphlib.CycleError:
+        return True
+    return False
+
+
+def test_no_module_imports_itself_by_way_of_others():
+    assert not has_circle(name for name in IMPORTS if not any(is_in(name, room) for room in TANGLED))
+    assert {room for room in TANGLED if has_circle(imports_of(room))} == TANGLED, "less is tangled: say so above"
+
+
+def test_no_room_holds_more_than_20_files():
+    rooms = Counter(path.parent.relative_to(ROOT).as_posix() for path in MODULES.values())
+    assert {room for room, held in rooms.items() if held > ROOM} == CROWDED, "fewer are crowded: say so above"
 
 
 def test_analysis_reads_records_and_the_store_only():
@@ -129,23 +164,31 @@ def test_analysis_reads_records_and_the_store_only():
         assert foreign == set(), f"{name} imports {foreign}"
 
 
-def test_the_viewer_reads_records_and_the_store_only():
+def test_the_viewer_reads_records_and_the_store_only_but_where_it_draws():
+    drawing = {
+        "foundry.viewer.camera.scene_export": {one for one in MODULES if is_in(one, "foundry.worlds.camera")},
+        "foundry.viewer.any.drawing": {"foundry.replay.recording", "foundry.worlds.base"},
+    }
     for name, found in imports_of("foundry.viewer").items():
         foreign = {one for one in found if not is_in(one, "foundry.viewer")} - {*LEAVES, "foundry.storing.store"}
-        drawing = {one for one in foreign if is_in(one, "foundry.worlds.camera")}
-        allowed = (
-            {*drawing, "foundry.worlds.base", "foundry.composing.preflight"}
-            if name == "foundry.viewer.camera.scene_export"
-            else set()
-        )
-        assert foreign <= allowed, f"{name} imports {foreign}"
+        assert foreign <= drawing.get(name, set()), f"{name} imports {foreign}"
+
+
+def is_upstairs(name: str) -> bool:
+    """Return whether a module is none that a run needs."""
+    return not is_in(name, "foundry") or is_in(name, "foundry.viewer")
 
 
 def test_only_commands_import_analysis_and_the_viewer_and_only_when_they_are_used():
     for name, found in imports_of("foundry").items():
-        outside = {one for one in found if not is_in(one, "foundry")}
-        assert not outside or is_in(name, "foundry.commands"), f"{name} imports {outside}"
-        at_once = {one for one in ours(at_the_top(TREES[name].body)) if not is_in(one, "foundry")}
+        if is_in(name, "foundry.viewer"):
+            continue
+        upstairs = {one for one in found if is_upstairs(one)}
+        may = is_in(name, "foundry.commands") or name in MEASURING
+        assert not upstairs or may, f"{name} imports {upstairs}"
+        if is_in(name, "foundry.new_parts"):
+            continue  # a user's own module, which is imported when it is used
+        at_once = {one for one in ours(at_the_top(TREES[name].body)) if is_upstairs(one)}
         assert at_once == set(), f"{name} imports {at_once} at its top"
 
 
@@ -166,20 +209,13 @@ def test_no_file_is_longer_than_500_lines(folder: str):
     assert {name: lines for name, lines in long.items() if lines > 500} == {}
 
 
-@pytest.mark.parametrize("folder", PACKAGES)
-def test_no_room_holds_more_than_20_files(folder: str):
-    rooms = Counter(path.parent.relative_to(ROOT).as_posix() for path in files(folder))
-    assert {room: count for room, count in rooms.items() if count > 20} == {}
-
-
 def rooms_of_forms() -> set[str]:
-    return {name for name in MODULES if name.startswith("analysis.") and (MODULES[name].parent / "signatures").is_dir()
-            and MODULES[name].name == "__init__.py"}  # fmt: skip
+    return {name for name, path in MODULES.items() if is_in(name, "analysis") and "\nANALYSIS = " in path.read_text()}
 
 
 def test_of_the_forms_the_analysis_knows_the_general_one_alone_and_forms_do_not_know_each_other():
     rooms = rooms_of_forms()
-    assert {"analysis.any", "analysis.camera", "analysis.grid"} <= rooms
+    assert {"analysis.any", "analysis.camera", "analysis.grid", "analysis.rounds"} <= rooms
     for name, found in imports_of("analysis").items():
         own = next((room for room in rooms if is_in(name, room)), None)
         others = rooms - {own, "analysis.any"}

@@ -42,6 +42,15 @@ def test_what_it_answered_is_not_asked_again_and_what_failed_is_tried_again(own,
     assert len(Paid.asked) == CALLS + 1 and statuses(workspace / "two") == ["complete"]
 
 
+def test_one_that_says_by_an_old_name_that_it_costs_something_is_refused_before_it_is_asked(
+    own, workspace, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(Paid, "remote", True, raising=False)
+    done = own("paid", "one")
+    assert done.returncode == 2 and "has an attribute `remote`: it is called `costs` now" in done.stderr
+    assert done.stderr.count("\n") == 1 and Paid.asked == [] and not (workspace / "one").exists()
+
+
 def test_weights_that_it_says_have_changed_stop_the_sweep(own, workspace, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(Paid, "digest", "first")
     ask = Paid.ask

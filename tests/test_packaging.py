@@ -44,6 +44,10 @@ def test_the_wheel_holds_configs_sweeps_and_plugins(installed: Path):
         "foundry/sweeps/smoke.yaml",
         "hydra_plugins/foundry_plugins/sources.py",
         "analysis/__init__.py",
+        "analysis/py.typed",
+        "foundry/py.typed",
+        "foundry/new_parts/world/world/part_name.yaml",
+        "foundry/new_parts/world/try_it.txt",
     ):
         assert (installed / name).is_file(), name
     assert not (installed / "tests").exists()

@@ -20,10 +20,10 @@ from commands import environment, foundry, wait_until
 from foundry.cli import run
 from foundry.composing.compose import compose
 from foundry.display import ProgressDisplay, status_table
+from foundry.expansion import Sweep, expand
 from foundry.running.lane import Tally
 from foundry.running.progress import Pace, Totals
 from foundry.storing.store import SweepFolder, write_atomically
-from foundry.sweep import Sweep, expand
 from ollama_cases import Body, ChatCase, grid_answer
 from ollama_server import OllamaServer
 

@@ -9,12 +9,12 @@ import pytest
 
 from commands import SMALL, foundry, records
 from foundry.errors import FoundryError, InputError
+from foundry.expansion import settings_key
 from foundry.models.base import ModelInfo
 from foundry.running.lane import LaneSpec
 from foundry.running.remote import RemoteSweep, fetch
 from foundry.running.remote_runs import Chunk, part_of, play_chunk
 from foundry.storing.store import SweepFolder
-from foundry.sweep import settings_key
 
 pytest.importorskip("fsspec", reason="needs the extra remote: pip install 'foundry-worlds[remote]'")
 SWEEP = ("-m", "model=scripted/random", "seed=0-2", *SMALL, "runner.workers=1")

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from foundry.errors import FoundryError
+from foundry.expansion import Sweep
 from foundry.running.lane import LaneSpec
 from foundry.running.lane_process import LaneProcess, WorkerDied
 from foundry.storing.store import SweepFolder
-from foundry.sweep import Sweep
 from lane_works import blocked, dying, echoing, failing, waiting
 
 SPEC = LaneSpec("0-0", SweepFolder(Path("sweep"), Sweep((), (), ()), {}, []), (), {}, cache="")

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from foundry.composing.compose import compose
 from foundry.errors import InputError
-from foundry.sweep import Condition, expand, expand_ranges, has_range, slug
+from foundry.expansion import Condition, expand, expand_ranges, has_range, slug
 
 
 def condition(model: str = "scripted/random", seeds: tuple[int, ...] = (0, 1), **changes: object) -> Condition:

@@ -10,9 +10,9 @@ from analysis.camera.run import CameraRun
 from analysis.grid.records import GridRecords
 from analysis.grid.run import GridRun
 from episodes import Kept, composed, play_through
+from foundry.expansion import expand
 from foundry.records import GridStep, Message
 from foundry.storing.store import SweepFolder
-from foundry.sweep import expand
 
 
 def whole_run(path: Path, world: str, policy: str, *overrides: str, seed: int) -> GridRun | CameraRun:

@@ -32,7 +32,7 @@ def replay(
         typer.Option(help="Folder of the pictures; else analysis/replay of the sweep.", show_default=False),
     ] = None,
     window: Annotated[
-        bool, typer.Option("--window", help="Show a 3D run in a window; follows one that is going on.")
+        bool, typer.Option("--window", help="Show a run in a window; follows one that is going on.")
     ] = False,
     workers: Annotated[int | None, typer.Option(help="Processes that draw; else one a core.", min=1)] = None,
     trust_targets: Trusted = None,

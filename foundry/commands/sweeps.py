@@ -28,11 +28,11 @@ from foundry.errors import InputError
 
 if TYPE_CHECKING:
     from foundry.composing.compose import Composed
+    from foundry.expansion import Sweep
     from foundry.models.answers.base import Answers
     from foundry.models.base import ModelInfo
     from foundry.running.local import Runner
     from foundry.storing.store import SweepFolder
-    from foundry.sweep import Sweep
 
 
 def run_overrides(argv: Sequence[str]) -> int:
@@ -160,11 +160,11 @@ def resume(
 
     OLLAMA_HOST and OPENAI_BASE_URL, where they are set, replace the servers that the sweep began with.
     """
-    from foundry.composing.preflight import check
+    from foundry.composing.preflight import check, declare
     from foundry.composing.preparing import model_lines, runner_of
     from foundry.composing.settings import checked_settings
-    from foundry.storing.store import SweepFolder, check_digests
-    from foundry.sweep import with_hosts
+    from foundry.expansion import with_hosts
+    from foundry.storing.store import SweepFolder, check_declared, check_digests
     from foundry.trust import reaching
     from foundry.trust.targets import check_sweep_targets
 
@@ -181,6 +181,7 @@ def resume(
     runner = runner_of(settings)
     infos = check(opened.sweep_here())
     check_digests(opened, model_lines(infos))
+    check_declared(opened, declare(opened.sweep_here()))
     raise typer.Exit(run_folder(opened, settings, infos, runner))
 
 

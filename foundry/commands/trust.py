@@ -22,7 +22,7 @@ from foundry.commands.application import (
 
 if TYPE_CHECKING:
     from foundry.storing.store import RunFolder, SweepFolder
-    from foundry.trust.diff import Drift
+    from foundry.trust.comparing import Drift
     from foundry.trust.verifying import Verified
 
 
@@ -91,7 +91,7 @@ def diff(
     import msgspec
 
     from foundry.storing.store import find_run
-    from foundry.trust.diff import compare
+    from foundry.trust.comparing import compare
 
     left, right = find_run(one), find_run(other)
     parting = compare(left, right)
@@ -109,18 +109,40 @@ def _print_drift(drift: Sequence[Drift]) -> None:
     """Print the steps from the first that differs on, at most so many, evenly over them and the last one included."""
     from rich.table import Table
 
-    rows = [row for row in drift if row.elsewhere or row.acted] and list(drift)
-    if not rows:
+    first = next((number for number, row in enumerate(drift) if _is_apart(row)), None)
+    if first is None:
         print(f"no drift in {len(drift)} steps")
         return
-    first = next(number for number, row in enumerate(rows) if row.elsewhere or row.acted)
-    rows = rows[first:]
+    rows = drift[first:]
     stride = -(-len(rows) // _ROWS)
-    table = Table("step", "agents", "acted otherwise", "elsewhere", "mean distance", "mean turn")
-    for row in rows[len(rows) % stride - 1 if len(rows) % stride else stride - 1 :: stride]:
-        shares = (f"{row.acted:.0%}", f"{row.elsewhere:.0%}", f"{row.distance:.2f}")
-        table.add_row(str(row.step), str(row.agents), *shares, "" if row.turned != row.turned else f"{row.turned:.1f}")
+    rows = rows[len(rows) % stride - 1 if len(rows) % stride else stride - 1 :: stride]
+    columns = {name: cells for name, cells in _cells(rows).items() if any(cells)}
+    table = Table(*columns)
+    for cells in zip(*columns.values(), strict=True):
+        table.add_row(*cells)
     console().print(table)
+
+
+def _is_apart(row: Drift) -> bool:
+    return any(value > 0 for value in (row.acted, row.elsewhere, row.utility))
+
+
+def _cells(rows: Sequence[Drift]) -> dict[str, list[str]]:
+    """Return the columns of the table; what a form does not have is empty."""
+
+    def column(name: str, form: str) -> list[str]:
+        values = [getattr(row, name) for row in rows]
+        return ["" if value != value else format(value, form) for value in values]
+
+    return {
+        "step": column("step", "d"),
+        "agents": column("agents", "d"),
+        "acted otherwise": column("acted", ".0%"),
+        "elsewhere": column("elsewhere", ".0%"),
+        "mean distance": column("distance", ".2f"),
+        "mean turn": column("turned", ".1f"),
+        "mean difference of utility": column("utility", ".2f"),
+    }
 
 
 @app.command()

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from foundry.commands.application import Mine, app
+from foundry.commands.application import Mine, Trusted, app
 from foundry.errors import InputError
 
 
@@ -27,14 +27,15 @@ def view(
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0 takes a free one.")] = 0,
     browser: Annotated[bool, typer.Option(help="Open the browser.")] = True,
+    trust_targets: Trusted = None,
     config_dir: Mine = None,
 ) -> None:
     """Look at what happened: runs step by step, prompts and replies, runs side by side."""
     root = folder if folder is not None else _newest()
     if export is not None:
-        _export(root, export)
+        _export(root, export, trust_targets or ())
     else:
-        _serve(root, host=host, port=port, browser=browser)
+        _serve(root, host=host, port=port, browser=browser, trusted=trust_targets or ())
 
 
 def check_view(asked: object) -> None:
@@ -71,17 +72,17 @@ def _newest() -> Path:
     return sweeps_in(outputs)[0]
 
 
-def _export(root: Path, out: Path) -> None:
+def _export(root: Path, out: Path, trusted: Sequence[str]) -> None:
     from foundry.viewer.export import export
 
-    exported = export(root, out)
+    exported = export(root, out, trusted)
     print(f"{exported.runs} runs in {exported.files} files, {exported.size / 1e6:,.1f} MB: open {exported.page}")
 
 
-def _serve(root: Path, *, host: str, port: int, browser: bool) -> None:
+def _serve(root: Path, *, host: str, port: int, browser: bool, trusted: Sequence[str]) -> None:
     from foundry.viewer.server import ViewServer, is_loopback, open_in_browser
 
-    server = ViewServer(root, host=host, port=port)
+    server = ViewServer(root, host=host, port=port, trusted=trusted)
     if not is_loopback(host):
         print(f"Warning: whoever reaches {host} can read every prompt and reply in '{root}'.")
     print(f"{root} is shown at {server.url} (Ctrl-C ends)", flush=True)

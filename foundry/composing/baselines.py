@@ -2,56 +2,117 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
-import yaml
-
-from foundry import paths
-from foundry.composing.preflight import scenario_of
+from foundry import own_code, paths
+from foundry.composing.preflight import first_questions, scenario_of
+from foundry.composing.public_names import with_public_names
+from foundry.errors import InputError, not_found
+from foundry.expansion import Condition, Sweep, expand, settings_key
+from foundry.models.base import Model
 from foundry.running.build import build
-from foundry.sweep import Condition, Sweep, expand, settings_key
+from foundry.storing.plain_yaml import load_plain
+from foundry.worlds.base import Question, Scenario
 
 NAMES = ("scripted/random", "scripted/wander", "scripted/stay", "scripted/oracle")
-"""Random walks in 2D and in 3D, no motion, and the policy that knows the way; each where it can act."""
+"""Draws among what is legal, walks in 3D, does nothing at all, or knows the way; each where it can act."""
+_NAME = re.compile(r"[\w-]+(?:/[\w-]+)*")
 
 
 def baselines_of(sweep: Sweep) -> Sweep:
     """Return the sweep of baselines: every world of the given one, with all the seeds it was run with.
 
     Scripted policies read no prompt, so each world is run with the first prompt it was run with. A policy that the
-    sweep itself compares is left out: its runs are there.
+    sweep itself compares is left out: its runs are there. Which they are a world may say (`baselines`); where it does
+    not, they are those of `NAMES` that can act in it.
 
     Raises:
-        InputError: a world cannot be built.
+        InputError: a world cannot be built, or a policy that it names is none, or cannot act in it.
     """
     worlds: dict[str, list[Condition]] = {}
     for condition in sweep.conditions:
         worlds.setdefault(settings_key(condition.config["world"]), []).append(condition)
     compared = {condition.config["model"]["name"] for condition in sweep.conditions}
-    models = [_model(name) for name in NAMES if name not in compared]
-    conditions = [one for conditions in worlds.values() for one in _conditions(conditions, models)]
+    conditions = [one for conditions in worlds.values() for one in _conditions(conditions, compared)]
     return expand(("baselines of", *sweep.asked), conditions)
 
 
-def _model(name: str) -> dict[str, Any]:
-    text = (paths.conf_dir() / "model" / f"{name}.yaml").read_text(encoding="utf-8")
-    config: dict[str, Any] = yaml.safe_load(text)
-    return config
+@dataclass(frozen=True)
+class Stage:
+    """A world to act in, with the seed of one of its runs."""
+
+    scenario: Scenario
+    seed: int
+
+    @cached_property
+    def questions(self) -> Sequence[Question]:
+        """The first question of every kind."""
+        return tuple(first_questions(self.scenario, self.seed))
+
+    def check(self, model: Model) -> None:
+        """Refuse a policy that cannot act here.
+
+        Raises:
+            InputError: it cannot.
+        """
+        if model.costs:
+            raise InputError(f"'{model.name}' is no baseline: asking it costs something. Baselines are policies.")
+        missing = [kind for kind in self.scenario.kinds if model.kinds is not None and kind not in model.kinds]
+        if missing:
+            raise InputError(f"'{model.name}' is no baseline of world '{self.scenario.name}', which asks {missing[0]}.")
+        for question in self.questions:
+            model.check(question)
+
+    def suits(self, model: Model) -> bool:
+        """Tell whether a policy can act here."""
+        try:
+            self.check(model)
+        except InputError:
+            return False
+        return True
 
 
-def _conditions(conditions: list[Condition], models: list[dict[str, Any]]) -> Iterator[Condition]:
-    """Yield one world's condition for each model that can act in it."""
+def _conditions(conditions: list[Condition], compared: set[str]) -> Iterator[Condition]:
+    """Yield one world's condition for each policy that is a baseline of it."""
     first = conditions[0]
-    scenario = scenario_of(first.config)
-    kinds = set(scenario.kinds)
     seeds = tuple(sorted({seed for condition in conditions for seed in condition.seeds}))
+    stage = Stage(scenario_of(first.config), seeds[0])
     factors = {key: value for key, value in first.factors.items() if _is_of_world(key)}
-    for model in models:
-        if kinds <= set(build(model).kinds):
+    chosen = first.config.get("baselines")
+    for model in map(_model, NAMES if chosen is None else chosen):
+        if model["name"] not in compared and _acts(model, stage, declared=chosen is not None):
             own = {key: value for key, value in first.config.items() if key != "fork"}  # from the first step on
             config = {**own, "model": model, "sampling_seed": None}
-            yield Condition({**factors, "model": model["name"]}, config, seeds, scenario.declared())
+            yield Condition({**factors, "model": model["name"]}, config, seeds, stage.scenario.declared())
+
+
+def _acts(model: dict[str, Any], stage: Stage, *, declared: bool) -> bool:
+    """Tell whether a policy can act in a world; one that the world itself names must."""
+    policy: Model = build(model)
+    if declared:
+        stage.check(policy)
+    return declared or stage.suits(policy)
+
+
+def _model(name: str) -> dict[str, Any]:
+    """Return the configuration of a policy: of a user's own folder, else of foundry's."""
+    folders = [folder / "model" for folder in (*own_code.own_folders(), paths.conf_dir())]
+    places = [folder / f"{name}.yaml" for folder in folders] if _NAME.fullmatch(name) else []
+    file = next((place for place in places if place.is_file()), None)
+    if file is None:
+        known = [one.relative_to(folder).with_suffix("") for folder in folders for one in folder.rglob("*.yaml")]
+        hint = "Policies of your own are in the folder model/ of --config-dir."
+        raise not_found("Baseline", name, [one.as_posix() for one in known], hint)
+    text = file.read_text(encoding="utf-8")
+    config = load_plain(text, file)
+    if not isinstance(config, dict) or not isinstance(config.get("name"), str) or "defaults" in config or "${" in text:
+        raise InputError(f"Baseline '{name}' is no plain policy: {file} needs a name, no defaults and no references.")
+    found: dict[str, Any] = with_public_names(config)
+    return found
 
 
 def _is_of_world(key: str) -> bool:

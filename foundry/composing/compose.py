@@ -6,29 +6,28 @@ import contextlib
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from foundry import own_code, paths
+from foundry.composing.collecting import Collector, Launch
 from foundry.composing.public_names import with_public_names
 from foundry.composing.settings import check_parts, checked_settings
 from foundry.errors import FoundryError, InputError, not_found
+from foundry.expansion import Condition, has_range
 from foundry.storing.plain_yaml import check_config
-from foundry.sweep import Condition, has_range
 
-CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record")
+CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record", "baselines")
 """What goes into a condition; the other keys say where and how it is run."""
+_TAKEN_UP = ("seed", "schema")
+"""What other parts of a configuration refer to or are multiplied by, and is nothing by itself."""
 
 _SWEPT_ONLY = ("world", "model", "prompt", "layout", "scene", "task", "sampling_seed")
 _MULTIRUN = ("-m", "--multirun")
 CONFIG_DIR = ("-cd", "--config-dir")
 """How a user's own folder of configurations is named."""
-
-
-Launch: TypeAlias = Callable[[Callable[[Any], Any], Sequence[Sequence[str]]], Sequence[Any]]
-"""Calls a function in a job for each list of overrides; returns Hydra's `JobReturn`s."""
 
 
 @dataclass(frozen=True)
@@ -51,22 +50,6 @@ class Composed:
     launch: Launch | None = None
 
 
-@dataclass
-class _Collected:
-    configs: list[Any] = field(default_factory=list)
-    overrides: list[tuple[str, ...]] = field(default_factory=list)
-    seeds: list[list[Any]] = field(default_factory=list)
-    launch: Launch | None = None
-
-    def add(self, config: Any, overrides: Sequence[str], seeds: Sequence[Any]) -> None:
-        self.configs.append(config)
-        self.overrides.append(tuple(overrides))
-        self.seeds.append(list(seeds))
-
-    def keep(self, launch: Launch) -> None:
-        self.launch = launch
-
-
 def compose(argv: Sequence[str]) -> Composed | None:
     """Compose a command line as `foundry` takes it.
 
@@ -76,15 +59,16 @@ def compose(argv: Sequence[str]) -> Composed | None:
     Raises:
         InputError: the command line asks for something that does not exist or cannot be read.
     """
+    argv = folders_last(argv)
     _check_ranges(argv)
-    own_code.use(_config_dirs(argv))
+    own_code.use(config_dirs(argv))
     from hydra.errors import HydraException
     from omegaconf.errors import OmegaConfBaseException
 
     try:
         _check_groups(argv)
-        collected = _run_hydra(argv)
-        return _composed(argv, collected) if collected.configs else None
+        collector = _run_hydra(argv)
+        return _composed(argv, collector) if collector.conditions else None
     except FoundryError:
         raise
     except (HydraException, OmegaConfBaseException) as error:
@@ -98,13 +82,25 @@ def _check_ranges(argv: Sequence[str]) -> None:
         raise InputError(f"'{ranges[0]}' asks for several runs: add -m, as in foundry -m {' '.join(argv)}")
 
 
-def _config_dirs(argv: Sequence[str]) -> Iterator[Path]:
+def config_dirs(argv: Sequence[str]) -> Iterator[Path]:
     """Yield the user's own folders of configurations, in the forms that Hydra takes."""
     for flag, value in zip(argv, [*argv[1:], ""], strict=False):
         if flag in CONFIG_DIR:
             yield Path(value)
         elif flag.startswith("--config-dir="):
             yield Path(flag.partition("=")[2])
+
+
+def folders_last(argv: Sequence[str]) -> list[str]:
+    """Return the command line with the user's own folders behind all else, each as a flag and its value.
+
+    Hydra reads no overrides that stand on both sides of a flag.
+    """
+    rest, folders = list(argv), list(config_dirs(argv))
+    while flag := next((one for one in rest if one.partition("=")[0] in CONFIG_DIR), None):
+        place = rest.index(flag)
+        del rest[place : place + (1 if "=" in flag else 2)]
+    return [*rest, *(part for folder in folders for part in (CONFIG_DIR[1], str(folder)))]
 
 
 def _check_groups(argv: Sequence[str]) -> None:
@@ -126,20 +122,14 @@ def _check_groups(argv: Sequence[str]) -> None:
             raise not_found(group.capitalize(), override.get_value_string(), options)
 
 
-def _run_hydra(argv: Sequence[str]) -> _Collected:
+def _run_hydra(argv: Sequence[str]) -> Collector:
     """Let Hydra read the command line; nothing is run by it."""
     import hydra
 
-    collected = _Collected()
-
-    def task(config: Any) -> None:
-        collected.add(config, (), [config.seed])
-
-    task.collect = collected.add  # type: ignore[attr-defined]
-    task.keep_launch = collected.keep  # type: ignore[attr-defined]
+    collector = Collector()
     with _hydra_surroundings(argv), _composed_once(argv), _files_checked():
-        hydra.main(version_base="1.3", config_path=str(paths.conf_dir()), config_name="config")(task)()
-    return collected
+        hydra.main(version_base="1.3", config_path=str(paths.conf_dir()), config_name="config")(collector)()
+    return collector
 
 
 @contextlib.contextmanager
@@ -197,24 +187,25 @@ def _files_checked() -> Iterator[None]:
         FileConfigSource.load_config = kept  # type: ignore[method-assign]
 
 
-def _composed(argv: Sequence[str], collected: _Collected) -> Composed:
+def _composed(argv: Sequence[str], collector: Collector) -> Composed:
     from omegaconf import OmegaConf
 
-    plain = [_plain(config) for config in collected.configs]
-    keys = _swept_keys(collected.overrides)
+    first = collector.conditions[0].config
+    plain = [_plain(one.config) for one in collector.conditions]
+    keys = _swept_keys([one.overrides for one in collector.conditions])
     conditions = [
         condition
-        for source, config, seeds in zip(collected.configs, plain, collected.seeds, strict=True)
-        for condition in _conditions(source, config, keys, seeds)
+        for one, config in zip(collector.conditions, plain, strict=True)
+        for condition in _conditions(one.config, config, keys, one.seeds)
     ]
-    settings = {key: value for key, value in plain[0].items() if key not in (*CONDITION_KEYS, "seed")}
+    settings = {key: value for key, value in plain[0].items() if key not in (*CONDITION_KEYS, *_TAKEN_UP)}
     settings["record"] = plain[0]["record"]
     return Composed(
         asked=tuple(argv),
         conditions=tuple(conditions),
         settings=checked_settings(settings),
-        multirun=OmegaConf.to_yaml(collected.configs[0], resolve=False),
-        launch=collected.launch,
+        multirun=OmegaConf.to_yaml(first, resolve=False),
+        launch=collector.launch,
     )
 
 
@@ -250,7 +241,9 @@ def _condition(config: dict[str, Any], keys: Sequence[str], seeds: tuple[int, ..
 
 
 def _parts(config: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: with_public_names(config[key]) for key in CONDITION_KEYS}
+    """Return what a condition is made of; of baselines only those that are chosen."""
+    kept = {key: with_public_names(config[key]) for key in CONDITION_KEYS}
+    return {key: value for key, value in kept.items() if key != "baselines" or value is not None}
 
 
 def _swept_keys(overrides: Sequence[Sequence[str]]) -> list[str]:

@@ -11,6 +11,7 @@ from typing import Any
 from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.episode import Interrupted, play
 from foundry.errors import InputError
+from foundry.expansion import Run, Sweep, settings_key
 from foundry.models.answers.base import Answers
 from foundry.models.base import Model, ModelInfo, Reply, Request
 from foundry.models.wrappers.base import Wrapper
@@ -19,7 +20,6 @@ from foundry.records import Call, Record
 from foundry.running.asking import asker_of, in_run
 from foundry.running.build import build
 from foundry.storing.store import RunFolder
-from foundry.sweep import Run, Sweep, settings_key
 from foundry.worlds.base import Scenario
 
 
@@ -130,7 +130,7 @@ def _planned(
     complete = summary is not None and summary.status == "complete"
     model = parts.model
     cached: int | None = 0
-    if model.remote and not complete and answers is not None:
+    if model.costs and not complete and answers is not None:
         info = infos.get(settings_key(config["model"]))
         cached = None if info is None else asyncio.run(_count_hits(config, parts, info, answers))
     return PlannedRun(
@@ -151,15 +151,15 @@ def _served(config: Mapping[str, Any], parts: _Parts) -> int:
     try:
         placed = in_run(parts.model, config, parts.scenario, ModelInfo(parts.model.name))
     except InputError:  # told beside the plan, as what keeps the sweep from starting
-        return calls if parts.model.remote else 0
-    return calls * sum(map(placed.is_served, range(agents))) // agents
+        return calls if parts.model.costs else 0
+    return calls * sum(map(placed.costs_for, range(agents))) // agents
 
 
 async def _count_hits(config: Mapping[str, Any], parts: _Parts, info: ModelInfo, answers: Answers) -> int:
     readers: list[_CacheOnly] = []
 
     def reading(one: Model) -> Model:
-        if not one.remote:
+        if not one.costs:
             return one
         readers.append(_CacheOnly(one, answers))
         return readers[-1]

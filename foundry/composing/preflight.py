@@ -9,15 +9,15 @@ from typing import Any
 
 from foundry.declared import Declared
 from foundry.errors import InputError
+from foundry.expansion import Condition, Sweep, settings_key
 from foundry.models.base import Model, ModelInfo
 from foundry.prompts.prompt import Prompt
 from foundry.running.asking import in_run
 from foundry.running.build import build
-from foundry.sweep import Condition, Sweep, settings_key
 from foundry.worlds.base import Answer, Question, Scenario
 
-MAX_ROUNDS = 4
-"""Rounds of questions within which every kind must have been asked once."""
+MAX_STEPS = 4
+"""Steps within which every kind must have been asked once."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ def check(sweep: Sweep) -> dict[str, ModelInfo]:
     """Build every part of the sweep once, render every prompt once and ask the servers about the models.
 
     Returns:
-        What is known of each model, by `sweep.settings_key`.
+        What is known of each model, by `expansion.settings_key`.
 
     Raises:
         InputError: something does not exist, does not fit, or cannot be reached.
@@ -47,7 +47,7 @@ def check(sweep: Sweep) -> dict[str, ModelInfo]:
         if parts not in worlds:
             worlds[parts] = _check_condition(condition, model)
         _check_answers(model, worlds[parts].questions)
-        if worlds[parts].scenario.shows_images and model.remote:
+        if worlds[parts].scenario.shows_images and model.costs:
             seeing[key] = worlds[parts].scenario.name
     infos = asyncio.run(_inspect(models))
     for condition in sweep.conditions:
@@ -137,8 +137,10 @@ def _check_answers(model: Model, questions: Sequence[Question]) -> None:
     """Check that a model, or each of those it routes to, can answer a world's questions."""
 
     def checked(one: Model) -> Model:
+        if isinstance(getattr(one, "remote", None), bool):  # else no answer would be kept, and each paid for again
+            raise InputError(f"Model '{one.name}' has an attribute `remote`: it is called `costs` now.")
         for question in questions:
-            one.check(question.kind, question.told)
+            one.check(question)
         return one
 
     model.wrapped(checked)
@@ -162,9 +164,7 @@ def first_questions(scenario: Scenario, seed: int) -> Iterator[Question]:
     """Yield the first question of every kind, from an episode whose agents answer nothing."""
     world = scenario.start(seed)
     seen: set[str] = set()
-    for _ in range(MAX_ROUNDS):
-        if world.finished or len(seen) == len(scenario.kinds):
-            return
+    while not world.finished and world.step < MAX_STEPS and len(seen) < len(scenario.kinds):
         questions = world.pending()
         for question in questions:
             if question.kind not in seen:

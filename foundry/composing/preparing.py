@@ -7,16 +7,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from foundry.composing.compose import Composed, Launch
+from foundry.composing.collecting import Launch
+from foundry.composing.compose import Composed
 from foundry.composing.launching import LauncherRunner
 from foundry.composing.preflight import check, declare, notes_of
+from foundry.expansion import Sweep, expand
 from foundry.models.answers.addresses import settled
 from foundry.models.answers.opening import check_reachable
 from foundry.models.base import ModelInfo
 from foundry.running.build import build
 from foundry.running.local import Runner, SweepJob
 from foundry.storing.store import SweepFolder, ensure_writable, fresh_folder
-from foundry.sweep import Sweep, expand
 
 OUTPUTS = Path("outputs")
 """Where sweeps go that name no folder."""
@@ -29,7 +30,7 @@ class Checked:
     Attributes:
         composed: what was asked for.
         sweep: its runs.
-        infos: what is known of each model, by `sweep.settings_key`.
+        infos: what is known of each model, by `expansion.settings_key`.
         runner: what runs it.
         notes: what is to be known before it starts, one line each.
     """

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.episode import Asker, answer_of
 from foundry.errors import InputError
+from foundry.expansion import Sweep, settings_key
 from foundry.models.answers.base import Answers
 from foundry.models.base import ChatMessage, Model, ModelInfo, Reply, Request
 from foundry.models.wrappers.base import Wrapper
 from foundry.running.asking import asker_of
 from foundry.running.build import build
-from foundry.sweep import Sweep, settings_key
 from foundry.worlds.base import World
 
 
@@ -72,7 +72,7 @@ def find_prompt(
     readers: list[_CachedOrSilent] = []
 
     def reading(one: Model) -> Model:
-        if not one.remote:
+        if not one.costs:
             return one
         readers.append(_CachedOrSilent(one, answers))
         return readers[-1]

@@ -40,6 +40,9 @@ def check_parts(config: Mapping[str, Any]) -> None:
         _check_part(role, config.get(role))
         if not isinstance(config[role].get("name"), str):
             raise InputError(f"The chosen {role} has no name: its file needs a line 'name: ...' with a text.")
+    names = config.get("baselines")
+    if names is not None and not (isinstance(names, list) and all(isinstance(name, str) for name in names)):
+        raise InputError(f"baselines={names} is no list of policies: write baselines: [scripted/random, ...].")
 
 
 def _check_part(role: str, part: object) -> None:

@@ -14,13 +14,10 @@ from foundry.conformance import models, prompts, records, replies, signatures, w
 from foundry.conformance.finding import Check, Finding, examine
 from foundry.conformance.measuring import signature_case
 from foundry.conformance.playing import WorldCase
+from foundry.conformance.policies import policy_for
 from foundry.errors import InputError
-from foundry.models.base import Model
-from foundry.models.scripted.random import Random
-from foundry.models.scripted.wander import Wander
+from foundry.expansion import settings_key
 from foundry.running.build import build
-from foundry.sweep import settings_key
-from foundry.worlds.base import Scenario
 
 WORLD_CHECKS = (*worlds.CHECKS, *records.CHECKS, *replies.CHECKS)
 PARTS = ("world", "prompt", "model")
@@ -102,18 +99,7 @@ def _measured(title: str, name: str, config: Mapping[str, Any], case: WorldCase)
 
 def world_case(config: Mapping[str, Any], seed: int) -> WorldCase:
     """Return the case of a configuration's world, played by its model if that costs nothing."""
-    scenario, model = scenario_of(config), build(config["model"])
+    chosen = policy_for(scenario_of(config), config["model"], seed)
+    policy = None if chosen is None else build(chosen)
     schemas = config["model"].get("schemas") if config["model"].get("format") == "schema" else None
-    return WorldCase(lambda: scenario_of(config), prompt_of(config), player(scenario, model, seed), schemas, seed)
-
-
-def player(scenario: Scenario, model: Model, seed: int) -> Model | None:
-    """Return what answers in the checks of a world: the chosen policy, a shipped one, or None for its own options."""
-
-    def acts(one: Model) -> bool:
-        return not one.remote and (one.kinds is None or set(scenario.kinds) <= set(one.kinds))
-
-    world = scenario.start(seed)
-    offers = not world.finished and any(question.options for question in world.pending())
-    walkers: list[Model] = [] if offers else [Random("scripted/random"), Wander("scripted/wander")]
-    return next((one for one in (model, *walkers) if acts(one)), None)
+    return WorldCase(lambda: scenario_of(config), prompt_of(config), policy, schemas, seed)

@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import pkgutil
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from foundry.composing.preflight import check
 from foundry.conformance.playing import WorldCase
+from foundry.conformance.policies import policy_for
 from foundry.conformance.signatures import SignatureCase
 from foundry.errors import InputError, not_found
+from foundry.expansion import Condition, expand
 from foundry.own_code import OwnModule, ours, own_modules
 from foundry.running.local import LocalRunner, SweepJob
 from foundry.storing.store import RunFolder, SweepFolder
-from foundry.sweep import Condition, expand
 
 SEEDS = (0, 1)
-_RANDOM = {"_target_": "foundry.models.scripted.random.Random", "name": "scripted/random"}
 _SILENT = {"_target_": "foundry.conformance.silent.Silent", "name": "silent"}
 
 
@@ -35,11 +36,16 @@ def signature_case(name: str, config: Mapping[str, Any], world: WorldCase) -> Si
         InputError: there is no such signature, or it cannot be imported.
     """
     module = signature_module(name, world.scenario.form)
+    return case_with(config, world)(module)
+
+
+def case_with(config: Mapping[str, Any], world: WorldCase) -> Callable[[ModuleType], SignatureCase]:
+    """Return what makes a case of a signature with runs of this world, which are played once."""
     with tempfile.TemporaryDirectory() as folder:
         spoken, silent = recorded_runs(Path(folder), config, world)
         runs = [run for one in spoken for run in arrays_of(one)]
         emptied = [run.only_readable() for one in silent for run in arrays_of(one)]
-    return SignatureCase(module, runs, emptied)
+    return partial(SignatureCase, runs=runs, emptied=emptied)
 
 
 def signature_module(name: str, form: str) -> ModuleType:
@@ -53,13 +59,13 @@ def signature_module(name: str, form: str) -> ModuleType:
     own = {one.name: one for one in own_modules("signatures")}
     if name in own:
         return own[name].load()
-    shipped = dict(_shipped(form))
+    shipped = dict(shipped_signatures(form))
     if name not in shipped:
         raise not_found("Signature", name, [*own, *shipped], "Name one, or its file, as in mine/signatures/greed.py.")
     return ours(shipped[name])
 
 
-def _shipped(form: str) -> Iterator[tuple[str, str]]:
+def shipped_signatures(form: str) -> Iterator[tuple[str, str]]:
     """Yield the names of the shipped signatures of a form and of any, and their modules' names."""
     rooms = Path(str(ours("analysis").__file__)).parent
     for room in ("any", form):
@@ -69,7 +75,9 @@ def _shipped(form: str) -> Iterator[tuple[str, str]]:
 
 def recorded_runs(path: Path, config: Mapping[str, Any], world: WorldCase) -> tuple[list[RunFolder], list[RunFolder]]:
     """Play the world with the policy that answers in its checks, and with one that says nothing; return the runs."""
-    policy = config["model"] if world.policy is not None and world.policy.name == config["model"]["name"] else _RANDOM
+    policy = policy_for(world.scenario, config["model"], world.seed)
+    if policy is None:
+        raise InputError(f"No policy plays world '{world.scenario.name}': give its questions their `options`.")
     conditions = [
         Condition({"model": model["name"]}, {**config, "model": model}, SEEDS, world.scenario.declared())
         for model in (policy, _SILENT)
@@ -88,7 +96,7 @@ def arrays_of(run: RunFolder) -> list[Any]:
     Raises:
         InputError: the run failed.
     """
-    from analysis.any.arrays import any_run
+    from analysis.any.general import general_run
     from analysis.load import read_records, read_run
 
     summary = run.summary()
@@ -96,6 +104,6 @@ def arrays_of(run: RunFolder) -> list[Any]:
         cause = summary.error if summary else "it did not end"
         raise InputError(f"No signature can be tried on run {run.id}, which failed: {cause}. Check its world first.")
     records = read_records(run, summary)
-    general = any_run(run, run.declared, records.decisions(), records.messages)
+    general = general_run(run, records)
     own = read_run(run, records)
-    return [general] if isinstance(own, type(general)) else [own, general]
+    return [own] if type(own) is type(general) else [own, general]

@@ -16,8 +16,8 @@ import msgspec
 from foundry.conformance.finding import Skipped, require
 from foundry.conformance.playing import WorldCase, request_of
 from foundry.errors import FoundryError, InputError
+from foundry.expansion import without_servers
 from foundry.models.base import Model, ModelInfo, Reply, Request, RequestKeys, RunContext
-from foundry.sweep import without_servers
 from foundry.worlds.base import ABORTED, LENGTH, STOPPED
 
 _MOST = 60
@@ -50,7 +50,7 @@ class ModelCase:
             Skipped: it costs something, or it cannot answer the world's questions.
         """
         model = self.make()
-        if model.remote:
+        if model.costs:
             raise Skipped("asking it costs something: foundry doctor asks it")
         seed = self.world.seed
         requests = [request_of(one, seed) for one in self.world.usual.questions][:_MOST]
@@ -78,7 +78,7 @@ def answers_the_world(case: ModelCase) -> None:
         not missing, f"it answers {', '.join(model.kinds or ())}, and {scenario.name} also asks {', '.join(missing)}"
     )
     for question in case.world.usual.questions:
-        model.check(question.kind, question.told)
+        model.check(question)
 
 
 def says_its_parameters(case: ModelCase) -> None:
@@ -95,38 +95,51 @@ def says_its_parameters(case: ModelCase) -> None:
     )
 
 
-def tells_its_settings_apart(case: ModelCase) -> None:
-    """Every setting that may decide an answer is among the parameters, so that no other model's answers are taken."""
-    model = case.make()
-    kept = RequestKeys(model, None).key((), 0)
-    for key, changed in _changes(without_servers(case.settings)):
-        try:
-            other = case.build({**case.settings, **changed})
-            same = RequestKeys(other, None).key((), 0) == kept
-        except (FoundryError, TypeError, ValueError):
-            continue  # the setting takes no such value, so nothing is known of it
-        require(
-            not same, f"with another '{key}' the parameters() are the same: add it, else answers of both are mixed up"
-        )
+def tells_its_settings_apart(case: ModelCase) -> str | None:
+    """Every number that may decide an answer is among the parameters, so that no other model's answers are taken."""
+    kept = _key(case.make())
+    settings = without_servers(case.settings)
+    same = [one for one in _changes(settings) if _builds_the_same(case, one, kept)]
+    numbers = [one.name for one in same if not one.is_flag]
+    require(
+        not numbers,
+        f"with another {', '.join(numbers)} the parameters() are the same: add it, else answers of both are mixed up",
+    )
+    return f"the parameters() are the same with another {', '.join(one.name for one in same)}" if same else None
 
 
-def _changes(settings: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield each setting that has a plain value, and the settings in which it alone has another one."""
+@dataclass(frozen=True)
+class _Change:
+    """A setting with another value; of flags many decide something only together with others."""
+
+    name: str
+    settings: Mapping[str, Any]
+    is_flag: bool
+
+
+def _key(model: Model) -> str:
+    return RequestKeys(model, None).key((), 0)
+
+
+def _builds_the_same(case: ModelCase, change: _Change, kept: str) -> bool:
+    try:
+        return _key(case.build({**case.settings, **change.settings})) == kept
+    except (FoundryError, TypeError, ValueError):
+        return False  # it takes no such value, so nothing is known of it
+
+
+def _changes(settings: Mapping[str, Any]) -> Iterator[_Change]:
+    """Yield each setting that has a plain value with another one, those one level below too."""
     for key, value in settings.items():
         if key in _NAMES:
             continue
         if isinstance(value, Mapping):
-            yield from ((f"{key}.{name}", {key: {**value, name: other}}) for name, other in _others(value))
-        else:
-            yield from ((name, {name: other}) for name, other in _others({key: value}))
-
-
-def _others(settings: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    for key, value in settings.items():
-        if isinstance(value, bool):
-            yield key, not value
+            for one in _changes({name: inner for name, inner in value.items() if not isinstance(inner, Mapping)}):
+                yield _Change(f"{key}.{one.name}", {key: {**value, **one.settings}}, one.is_flag)
+        elif isinstance(value, bool):
+            yield _Change(key, {key: not value}, is_flag=True)
         elif isinstance(value, int | float):
-            yield key, value / 2 if value else 1
+            yield _Change(key, {key: value / 2 if value else 1}, is_flag=False)
 
 
 def answers_the_same(case: ModelCase) -> None:

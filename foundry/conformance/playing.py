@@ -187,4 +187,13 @@ class WorldCase:
 def request_of(question: Question, seed: int) -> Request:
     """Return the request that puts a question to a scripted model, which reads no messages."""
     sampling = seeding.sampling_seed(seed, step=question.step, agent=question.agent, kind=question.kind)
-    return Request((), sampling, question.kind, question.told, question.step, question.agent)
+    return Request(
+        messages=(),
+        seed=sampling,
+        kind=question.kind,
+        observation=question.told,
+        step=question.step,
+        agent=question.agent,
+        options=question.options,
+        idle=question.idle,
+    )

@@ -77,7 +77,7 @@ def says_what_it_is(case: SignatureCase) -> None:
     )
     measures = getattr(case.module, "MEASURES", None)
     described = isinstance(measures, Mapping) and all(getattr(one, "label", "") for one in measures.values())
-    require(described, "MEASURES is no mapping of names to analysis.described.Measure, each with a label")
+    require(described, "MEASURES is no mapping of names to analysis.measure.Measure, each with a label")
     headline = getattr(case.module, "HEADLINE", ())
     require(isinstance(headline, tuple) and bool(headline), f"HEADLINE is {headline!r}: give a tuple of measures")
     for one in headline:
@@ -131,14 +131,20 @@ def has_the_same_names_whatever_happened(case: SignatureCase) -> None:
         )
 
 
-def says_nan_for_nothing(case: SignatureCase) -> None:
-    """Where no decision counts, no measure is 0: what is undefined is NaN."""
+def says_nan_for_nothing(case: SignatureCase) -> str | None:
+    """Where no decision counts, what is undefined is NaN: a measure of 0 would be a finding."""
+    if not getattr(case.module, "READABLE_TOO", True):
+        raise Skipped("READABLE_TOO is False: all decisions count")
+    zeros: set[str] = set()
     for run in case.taken(case.emptied):
-        for name, value in case.module.measure(run).items():
-            require(
-                name.startswith(_COUNT) or value != 0,
-                f"'{name}' is 0 in a run without any decision that counts: say NaN, for 0 is a finding",
-            )
+        found = {name: value for name, value in case.module.measure(run).items() if not name.startswith(_COUNT)}
+        none = {name for name, value in found.items() if value == 0}
+        require(
+            not none or len(none) < len(found),
+            f"{', '.join(sorted(none))} is 0 in a run without any decision that counts: say NaN, for 0 is a finding",
+        )
+        zeros |= none
+    return f"0 where no decision counts, which should be meant so: {', '.join(sorted(zeros))}" if zeros else None
 
 
 def measures_the_same_twice(case: SignatureCase) -> None:

@@ -11,10 +11,10 @@ from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.doctor.finding import Finding
 from foundry.doctor.machine import check_disk, check_drawing, check_versions
 from foundry.doctor.models import Use, examine_model
+from foundry.expansion import Sweep, settings_key
 from foundry.models.base import Model
 from foundry.running.build import build
 from foundry.storing.store import SweepFolder
-from foundry.sweep import Sweep, settings_key
 from foundry.worlds.base import Scenario
 
 
@@ -76,7 +76,7 @@ def _uses(sweep: Sweep, scenarios: Mapping[str, Scenario]) -> Iterator[Use]:
         seen.add(settings_key(parts))
         scenario = scenarios[settings_key(parts["world"])]
         for model in _members(build(parts["model"])):
-            if model.remote:
+            if model.costs:
                 yield Use(model, scenario, prompt_of(condition.config), condition.seeds[0])
 
 

@@ -64,7 +64,7 @@ async def examine_model(use: Use, began: str | None, *, calls: bool) -> AsyncIte
     if not calls:
         yield Finding("calls", name, Status.SKIPPED, "context, slots and seeds were not measured (--no-calls)")
         return
-    asked = replace(use, model=RetriedModel.as_set(serving_of(use.model).retry, use.model)) if use.model.remote else use
+    asked = replace(use, model=RetriedModel.as_set(serving_of(use.model).retry, use.model)) if use.model.costs else use
     try:
         await asked.model.warm_up()
         yield await _context(asked, info)

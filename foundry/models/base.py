@@ -13,6 +13,7 @@ import msgspec
 
 from foundry.errors import TransientError
 from foundry.records import Attempt, Member
+from foundry.worlds.base import Question
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +37,8 @@ class Request:
         step: 1-based step.
         agent: agent id.
         key: hash of everything that decides the answer; the key of the answer cache.
+        options: replies that decide, one for each decision that is legal now, where the world says them.
+        idle: the reply that does nothing, or None.
     """
 
     messages: tuple[ChatMessage, ...]
@@ -45,6 +48,8 @@ class Request:
     step: int
     agent: int
     key: str = ""
+    options: tuple[str, ...] = ()
+    idle: str | None = None
 
 
 class Source(msgspec.Struct, frozen=True, kw_only=True):
@@ -156,13 +161,13 @@ class Model(ABC):
 
     Attributes:
         name: name of the model in tables and records.
-        remote: whether asking costs something, so that answers are cached, limited and retried; how is in its
+        costs: whether asking costs something, so that answers are cached, limited and retried; how is in its
             attribute `server`, a `serving.Serving`, else as `serving.DEFAULT` says.
         replaceable: whether other weights may come to stand under its name while it is asked, so that what `inspect`
             says is compared again and again, where it gives a digest.
     """
 
-    remote: bool = False
+    costs: bool = False
     replaceable: bool = True
     name: str
 
@@ -198,7 +203,7 @@ class Model(ABC):
         """The kinds of question it can answer; None for any."""
         return None
 
-    def check(self, kind: str, observation: Mapping[str, Any]) -> None:
+    def check(self, question: Question) -> None:
         """Refuse a world, by its first question of a kind, in which the model cannot answer such questions.
 
         Raises:
@@ -217,9 +222,9 @@ class Model(ABC):
         """Return the model wrapped; one that routes to others has each of these wrapped instead."""
         return wrap(self)
 
-    def is_served(self, agent: int) -> bool:
+    def costs_for(self, agent: int) -> bool:
         """Return whether asking for this agent costs something."""
-        return self.remote
+        return self.costs
 
     def roster(self) -> tuple[Member, ...]:
         """Return which of several models answers for which agents; nothing where one answers for all."""

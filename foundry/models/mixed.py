@@ -61,7 +61,7 @@ class MixedModel(Model):
         self.name = name
         self._rules = {label: _rule(label, member) for label, member in members.items()}
         self._models: dict[str, Model] = {label: member["model"] for label, member in members.items()}
-        self.remote = any(model.remote for model in self._models.values())
+        self.costs = any(model.costs for model in self._models.values())
         _check_shares(self._rules)
 
     @property
@@ -77,7 +77,7 @@ class MixedModel(Model):
     def wrapped(self, wrap: Callable[[Model], Model]) -> Model:
         """Return the same population with each member wrapped."""
         copy = MixedModel.__new__(MixedModel)
-        copy.name, copy.remote, copy._rules = self.name, self.remote, self._rules
+        copy.name, copy.costs, copy._rules = self.name, self.costs, self._rules
         copy._models = {label: model.wrapped(wrap) for label, model in self._models.items()}
         return copy
 
@@ -103,9 +103,7 @@ class MixedModel(Model):
     async def inspect(self) -> ModelInfo:
         """Return what is known of the members; the capabilities are those that all served members have."""
         infos = [await model.inspect() for model in self._models.values()]
-        able = [
-            set(info.capabilities) for info, model in zip(infos, self._models.values(), strict=True) if model.remote
-        ]
+        able = [set(info.capabilities) for info, model in zip(infos, self._models.values(), strict=True) if model.costs]
         common = tuple(sorted(set.intersection(*able))) if able else ()
         undeclared = tuple(sorted({name for info in infos for name in info.undeclared}))
         return ModelInfo(name=self.name, capabilities=common, undeclared=undeclared, members=tuple(infos))
@@ -138,7 +136,7 @@ class Population(Model):
         self, name: str, labels: Sequence[str], models: Mapping[str, Model], digests: Mapping[str, str | None]
     ) -> None:
         self.name = name
-        self.remote = any(model.remote for model in models.values())
+        self.costs = any(model.costs for model in models.values())
         self._labels = labels
         self._models = models
         self._digests = digests
@@ -149,9 +147,9 @@ class Population(Model):
         """Return the parameters of every member."""
         return {label: {"model": model.name, **self._parameters[label]} for label, model in self._models.items()}
 
-    def is_served(self, agent: int) -> bool:
+    def costs_for(self, agent: int) -> bool:
         """Return whether asking the agent's member costs something."""
-        return self._models[self._labels[agent]].remote
+        return self._models[self._labels[agent]].costs
 
     def roster(self) -> tuple[Member, ...]:
         """Return which member answers for which agents."""

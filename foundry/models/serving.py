@@ -91,7 +91,7 @@ class ServedModel(Model):
         server: how it is asked.
     """
 
-    remote = True
+    costs = True
     server: Serving
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageOps
 
 from foundry.errors import InputError, not_found
 from foundry.replay.pictures import Picture
@@ -53,8 +53,8 @@ def _ffmpeg() -> Any:
 def _write_mp4(path: Path, shown: Iterable[Picture], fps: float) -> None:
     writer: Any = None
     try:
-        for picture in shown:
-            pixels = _even(np.asarray(_opened(picture), np.uint8))
+        for opened in _of_one_size(shown):
+            pixels = _even(np.asarray(opened, np.uint8))
             if writer is None:
                 size = (pixels.shape[1], pixels.shape[0])
                 # The index at the front lets a browser begin before it has all of the file.
@@ -83,12 +83,17 @@ def _write_gif(path: Path, shown: Iterable[Picture], fps: float) -> None:
 
 
 def _reduced(shown: Iterable[Picture]) -> Iterator[Image.Image]:
+    for opened in _of_one_size(shown):
+        yield opened.quantize(_GIF_COLOURS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+
+
+def _of_one_size(shown: Iterable[Picture]) -> Iterator[Image.Image]:
+    """Yield the pictures; a world may draw some larger than others, which a film cannot hold."""
+    size = None
     for picture in shown:
-        yield _opened(picture).quantize(_GIF_COLOURS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
-
-
-def _opened(picture: Picture) -> Image.Image:
-    return Image.open(io.BytesIO(picture.png)).convert("RGB")
+        opened = Image.open(io.BytesIO(picture.png)).convert("RGB")
+        size = size or opened.size
+        yield opened if opened.size == size else ImageOps.pad(opened, size, color="white")
 
 
 _WRITERS: dict[str, Callable[[Path, Iterable[Picture], float], None]] = {".mp4": _write_mp4, ".gif": _write_gif}

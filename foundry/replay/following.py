@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from foundry.errors import InputError
-from foundry.replay.recording import read_recording, redrawing_of
+from foundry.replay.recording import Recording, picture_of, read_recording, redrawing_of
 from foundry.storing.store import RunFolder
-from foundry.worlds.camera.eye.overview import OverviewFrame
-from foundry.worlds.camera.redrawing import CameraRedrawing
+from foundry.worlds.base import Redrawing
 
 
 class Follower:
@@ -22,6 +20,8 @@ class Follower:
         playing: whether the next one comes by itself.
     """
 
+    redrawing: Redrawing
+
     def __init__(self, run: RunFolder, trusted: Sequence[str] = ()) -> None:
         self.run = run
         self._trusted = trusted
@@ -34,12 +34,8 @@ class Follower:
         stamp = self.run.stamp()
         if stamp == self._stamp:
             return
-        recording = read_recording(self.run, self._trusted)
-        if not recording.episode:
-            raise InputError(f"Run '{self.run.id}' is not one of a 3D world, or has not begun: --window shows nothing.")
-        redrawing = redrawing_of(recording)
-        assert isinstance(redrawing, CameraRedrawing), "only 3D worlds write episode.jsonl"
-        self.redrawing, self.last, self._stamp = redrawing, recording.last, stamp
+        self._recording: Recording = read_recording(self.run, self._trusted)
+        self.redrawing, self.last, self._stamp = redrawing_of(self._recording), self._recording.last, stamp
 
     def tick(self) -> bool:
         """Look for new records; while playing, go to the latest step of a run that is going on, else to the next one.
@@ -58,6 +54,6 @@ class Follower:
         """Show a step, or the nearest that there is, and stay there."""
         self.step, self.playing = min(max(step, 0), self.last), False
 
-    def frame(self) -> OverviewFrame:
-        """Return what is to be shown."""
-        return self.redrawing.frame(self.step)
+    def picture(self) -> bytes:
+        """Return the state after the step that is shown as a PNG."""
+        return picture_of(self._recording, self.redrawing, self.step)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import joblib
 
-from foundry.replay.recording import Recording, redrawing_of
+from foundry.replay.recording import Recording, picture_of, redrawing_of
 from foundry.replay.tiling import captions, tiled
 
 CHUNK = 8
@@ -71,7 +71,7 @@ def _start_worker() -> None:
 
 def _drawn(runs: tuple[Recording, ...], steps: Sequence[int]) -> list[Picture]:
     """Draw some steps, one run after the other: going to and fro between scenes would take far longer."""
-    columns = [[redrawing_of(run).draw(min(step, run.last)) for step in steps] for run in runs]
+    columns = [[picture_of(run, redrawing_of(run), min(step, run.last)) for step in steps] for run in runs]
     if len(runs) == 1:
         return [Picture(step, png) for step, png in zip(steps, columns[0], strict=True)]
     texts = captions(runs)

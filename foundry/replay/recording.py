@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import contextlib
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from pathlib import Path
@@ -10,9 +11,9 @@ from pathlib import Path
 import msgspec
 
 from foundry.composing.preflight import scenario_of
-from foundry.errors import InputError, RecordError
-from foundry.records import NOT_JSON
-from foundry.storing.store import RunFolder, kept_file
+from foundry.errors import FoundryError, InputError, RecordError
+from foundry.records import NOT_JSON, RunSummary
+from foundry.storing.store import RunFolder, kept_file, last_whole_step
 from foundry.trust.targets import check_targets
 from foundry.worlds.base import Recorded, Redrawing
 
@@ -66,7 +67,8 @@ def read_recording(run: RunFolder, trusted: Sequence[str] = ()) -> Recording:
         numbers = [line.step for line in msgspec.json.Decoder(_StepOf).decode_lines(steps)]
     except NOT_JSON as error:
         raise RecordError(f"The steps of '{run.path}' cannot be read: {error}") from error
-    last = _last_whole(numbers)
+    summary = run.summary()
+    last = last_whole_step(numbers, complete=summary is not None and summary.status == "complete")
     config = run.config()
     return Recording(
         id=run.id,
@@ -75,7 +77,7 @@ def read_recording(run: RunFolder, trusted: Sequence[str] = ()) -> Recording:
         steps=b"".join(line for line, number in zip(steps.splitlines(True), numbers, strict=True) if number <= last),
         episode=_whole_lines(run.episode_bytes()),
         last=last,
-        note=_note(run, last),
+        note=_note(summary, last),
         identity=_identity(run),
         trusted=tuple(trusted),
     )
@@ -84,27 +86,51 @@ def read_recording(run: RunFolder, trusted: Sequence[str] = ()) -> Recording:
 @lru_cache(maxsize=64)
 def redrawing_of(recording: Recording) -> Redrawing:
     """Return the pictures of a run; the same object when asked again for the same records."""
+    return redrawn(recording)
+
+
+def redrawn(recording: Recording) -> Redrawing:
+    """Return the pictures of a run, made of its records by its world.
+
+    Raises:
+        InputError: its world may not be built, or cannot make them.
+    """
     config = msgspec.json.decode(recording.config)
     # The world alone is built, so that whatever model was asked does not matter.
     check_targets({"world": config["world"]}, recording.trusted, f"Run '{recording.id}'")
     recorded = Recorded(config["seed"], recording.steps, recording.episode, partial(kept_file, recording.folder))
-    return scenario_of(config).redraw(recorded)
+    scenario = scenario_of(config)
+    with _drawing(recording):
+        return scenario.redraw(recorded)
+
+
+def picture_of(recording: Recording, redrawing: Redrawing, step: int) -> bytes:
+    """Return the state of a run after a step as a PNG.
+
+    Raises:
+        InputError: its world cannot draw it.
+    """
+    with _drawing(recording):
+        return redrawing.draw(step)
+
+
+@contextlib.contextmanager
+def _drawing(recording: Recording) -> Iterator[None]:
+    """Draw; whatever a world's own code raises is told by the world's name, in one line."""
+    try:
+        yield
+    except FoundryError:
+        raise
+    except Exception as error:
+        world, said = dict(recording.identity).get("world"), " ".join(f"{type(error).__name__}: {error}".split())
+        raise InputError(f"World '{world}' cannot draw run '{recording.id}' again ({said}).") from error
 
 
 def _whole_lines(content: bytes) -> bytes:
     return content[: content.rfind(b"\n") + 1]
 
 
-def _last_whole(numbers: Sequence[int]) -> int:
-    """Return the last step with as many lines as the first one; a crash may have cut the one behind it."""
-    if not numbers:
-        return 0
-    whole = numbers.count(numbers[-1]) == numbers.count(numbers[0])
-    return numbers[-1] if whole else numbers[-1] - 1
-
-
-def _note(run: RunFolder, last: int) -> str:
-    summary = run.summary()
+def _note(summary: RunSummary | None, last: int) -> str:
     if summary is None:
         return f"unfinished: recorded up to step {last}"
     if summary.status != "complete":

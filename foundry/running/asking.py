@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from foundry.episode import Asker
+from foundry.expansion import calls_seed
 from foundry.models.base import Model, ModelInfo, RunContext
 from foundry.prompts.prompt import Prompt
-from foundry.sweep import calls_seed
 from foundry.worlds.base import Scenario
 
 

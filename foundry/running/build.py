@@ -33,6 +33,11 @@ def build(config: Mapping[str, Any]) -> Any:
         return _built(config)
     except FoundryError:
         raise
+    except ModuleNotFoundError as error:
+        name = config.get("name", config["_target_"])
+        raise InputError(
+            f"'{name}' cannot be built: {error}. Where that is code of your own, name its folder with --config-dir."
+        ) from error
     except Exception as error:
         name, target = config.get("name", config["_target_"]), config["_target_"]
         raise InputError(f"'{name}' ({target}) cannot be built from its settings: {_one_line(error)}") from error
@@ -67,7 +72,7 @@ def _each(info: ModelInfo) -> Iterator[ModelInfo]:
 
 def _stacked(model: Model, answers: Callable[[], Answers], info: ModelInfo | None) -> Model:
     """Wrap a model that costs something: cache, then one warm-up, then limit, then retry, then its weights."""
-    if not model.remote:
+    if not model.costs:
         return model
     serving = serving_of(model)
     may_change = model.replaceable and info is not None and info.digest is not None

@@ -11,6 +11,7 @@ from typing import Any
 import joblib
 
 from foundry.errors import InputError
+from foundry.expansion import is_served
 from foundry.running.dask_cluster import (
     DaskBackend,
     WorkersLost,
@@ -26,7 +27,6 @@ from foundry.running.local import PlayPhase, Runner, SweepJob, SweepStopped, rai
 from foundry.running.remote import RemoteSweep
 from foundry.running.remote_runs import Chunk, Played, RemoteRuns, play_chunk
 from foundry.storing.store import SWEEP_FILE, RunFolder, SweepFolder
-from foundry.sweep import is_served
 from foundry.texts import without_secrets
 
 

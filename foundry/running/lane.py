@@ -14,11 +14,12 @@ import traceback
 from collections import deque
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from foundry import provenance
+from foundry import own_code, provenance
 from foundry.episode import Interrupted, play
 from foundry.errors import (
     FoundryError,
@@ -29,6 +30,7 @@ from foundry.errors import (
     TransientError,
     UnconfirmedError,
 )
+from foundry.expansion import settings_key
 from foundry.models.answers.base import Answers
 from foundry.models.answers.opening import open_answers
 from foundry.models.base import Model, ModelInfo
@@ -39,7 +41,6 @@ from foundry.running.continuing import forked, origin_of
 from foundry.storing.run_writer import RunWriter, write_run_summary
 from foundry.storing.store import RunFolder, SweepFolder, cannot_write, write_atomically
 from foundry.storing.sweep_file import to_yaml
-from foundry.sweep import settings_key
 from foundry.texts import without_secrets
 
 REPORT_EVERY_S = 0.25
@@ -56,11 +57,12 @@ class LaneSpec:
         folder: the sweep.
         runs: ids of the runs it may take, in order; those that another worker has are left to it.
         suspects: ids it takes first and one at a time, since they were open when a worker died.
-        infos: what the server said about each model, by `sweep.settings_key`.
+        infos: what the server said about each model, by `expansion.settings_key`.
         cache: where the answer cache is: a file or a database.
         frame_every: keep a picture of every n-th step; 0 keeps none.
         open_runs: how many runs it plays at once.
         parent: process that must be alive for the work to make sense; None for this very process.
+        own: the user's own folders, whose code the sweep's parts may need.
     """
 
     name: str
@@ -72,6 +74,7 @@ class LaneSpec:
     frame_every: int = 0
     open_runs: int = 1
     parent: int | None = None
+    own: tuple[Path, ...] = ()
 
 
 @dataclass
@@ -364,6 +367,7 @@ class Lane:
 def run_lane(spec: LaneSpec) -> str | None:
     """Work in a process of its own; Ctrl-C is the parent's to handle."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    own_code.use(spec.own)  # a cluster's worker has no variables of the command that it works for
     # Mesa's software driver takes all cores for one picture; as many workers draw faster with one core each.
     os.environ.setdefault("LP_NUM_THREADS", "0")
     lane = Lane(spec)

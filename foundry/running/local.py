@@ -18,14 +18,15 @@ from typing import Any, TypeAlias
 
 import joblib
 
+from foundry import own_code
 from foundry.errors import BackendError, FoundryError, InputError, ModelChangedError
+from foundry.expansion import is_served, models_in, settings_key
 from foundry.models.base import Model, ModelInfo
 from foundry.running.build import build
 from foundry.running.lane import Lane, LaneSpec
 from foundry.running.lanes import Lanes
 from foundry.running.progress import most_calls
 from foundry.storing.store import RunFolder, SweepFolder
-from foundry.sweep import is_served, models_in, settings_key
 
 
 class SweepStopped(FoundryError):
@@ -42,7 +43,7 @@ class SweepJob:
 
     Attributes:
         folder: the sweep.
-        infos: what the server said about each model, by `sweep.settings_key`.
+        infos: what the server said about each model, by `expansion.settings_key`.
         cache: where the answer cache is: a file or a database.
         frame_every: keep a picture of every n-th step; 0 keeps none.
     """
@@ -102,7 +103,8 @@ class Runner(ABC):
             infos=job.infos,
             cache=job.cache,
             frame_every=job.frame_every,
-            open_runs=self._open_runs if _remote(runs[0]) else 1,
+            own=own_code.own_folders(),
+            open_runs=self._open_runs if _is_served(runs[0]) else 1,
         )
 
 
@@ -193,7 +195,7 @@ def _phases(job: SweepJob) -> Iterator[list[RunFolder]]:
     little to keep all busy, and short runs are over soon.
     """
     pending = [run for run in job.folder.runs() if not run.ended]
-    for _, runs in itertools.groupby(pending, key=lambda run: _remote(run) and settings_key(run.config()["model"])):
+    for _, runs in itertools.groupby(pending, key=lambda run: _is_served(run) and settings_key(run.config()["model"])):
         yield _longest_first(list(runs))
 
 
@@ -207,7 +209,7 @@ def _free_server(folder: SweepFolder, run: RunFolder) -> None:
     """Unload the model of a phase that is over, if the phase called it, to make room for the next one."""
     config = run.config()["model"]
     tallies = [report["models"].get(config["name"], {}) for report in folder.progress().values()]
-    if not _remote(run) or not any(tally.get("calls", 0) > tally.get("cached", 0) for tally in tallies):
+    if not _is_served(run) or not any(tally.get("calls", 0) > tally.get("cached", 0) for tally in tallies):
         return
     try:
         asyncio.run(_unload(build(config)))
@@ -222,7 +224,7 @@ async def _unload(model: Model) -> None:
         await model.close()
 
 
-def _remote(run: RunFolder) -> bool:
+def _is_served(run: RunFolder) -> bool:
     return is_served(run.config()["model"])
 
 

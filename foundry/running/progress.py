@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
+from foundry.expansion import settings_key
 from foundry.running.build import build
 from foundry.running.lane import Tally
 from foundry.storing.store import RunFolder, SweepFolder
-from foundry.sweep import settings_key
 
 SHORTEST_MEMORY_S = 60.0
 """Speed is that of the last minute at least: calls come in bursts, all agents of a step at once."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -10,13 +11,13 @@ import msgspec
 
 from foundry import seeding
 from foundry.errors import RecordError
+from foundry.expansion import calls_seed
 from foundry.models.base import Reply, Request, RequestKeys, Source, logged
 from foundry.prompts.prompt import Prompt
 from foundry.records import Call
 from foundry.running.build import build
-from foundry.running.line_difference import CALLS, Difference, first_difference
+from foundry.running.difference import CALLS, Difference, first_difference
 from foundry.running.replayed import reply_of
-from foundry.sweep import calls_seed
 from foundry.worlds.base import Question
 
 Place = tuple[int, int, str]
@@ -86,7 +87,10 @@ class RecordedAsker:
             asked: how questions are put, by step.
         """
         self.calls = list(calls)
-        self._calls = {place_of(call): (number, call) for number, call in enumerate(self.calls, start=1)}
+        self._calls: dict[Place, deque[tuple[int, Call]]] = {}
+        for number, call in enumerate(self.calls, start=1):
+            self._calls.setdefault(place_of(call), deque()).append((number, call))
+        self._asked_for: dict[tuple[Place, str], Call] = {}
         self._asked = asked
         self._keys: list[tuple[Source, RequestKeys]] = []
         self.used = 0
@@ -104,9 +108,9 @@ class RecordedAsker:
             Departed: it was put in other words or with another seed.
         """
         place = (question.step, question.agent, question.kind)
-        if place not in self._calls:
+        if not self._calls.get(place):
             raise NotRecorded(place)
-        number, call = self._calls[place]
+        number, call = self._calls[place].popleft()  # an agent may be asked more than once
         wording = next(one for one in self._asked if one.before is None or question.step < one.before)
         messages = wording.prompt.render(question)
         now = {
@@ -119,6 +123,7 @@ class RecordedAsker:
         found = first_difference(then, now)
         if found is not None:
             raise Departed(Difference(CALLS, number, *found, place=place))
+        self._asked_for[place, call.key] = call
         return Request(
             messages=messages,
             seed=call.seed,
@@ -148,7 +153,7 @@ class RecordedAsker:
         return msgspec.structs.replace(self._call(request), cached=True)
 
     def _call(self, request: Request) -> Call:
-        return self._calls[request.step, request.agent, request.kind][1]
+        return self._asked_for[(request.step, request.agent, request.kind), request.key]
 
 
 def place_of(call: Call) -> Place:

@@ -11,12 +11,12 @@ from pathlib import Path
 import msgspec
 
 from foundry.errors import InputError
+from foundry.expansion import Run, Sweep
 from foundry.running.lane import LaneSpec, Tally
 from foundry.running.lanes import POLL_S, Lanes
 from foundry.running.progress import most_calls
 from foundry.running.remote import RemoteSweep
 from foundry.storing.store import RunFolder, SweepFolder, write_atomically
-from foundry.sweep import Run, Sweep
 
 CHUNKS_PER_WORKER = 4
 """So many let fast workers take work from slow ones."""

@@ -6,7 +6,7 @@ import contextlib
 import errno
 import os
 import threading
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path, PurePath
 from typing import Any, TypeVar
 
@@ -14,11 +14,11 @@ import msgspec
 import zstandard
 from filelock import FileLock, Timeout
 
-from foundry.errors import RecordError, StorageError
+from foundry.errors import RecordError, StorageError, UndeclaredError
+from foundry.expansion import Run, Sweep, calls_seed
 from foundry.records import NOT_JSON, Call, RunSummary
-from foundry.storing.declaration import declared_in
+from foundry.storing.declaration import declared_before
 from foundry.storing.plain_files import check_folder, is_there, plain
-from foundry.sweep import Run, Sweep, calls_seed
 
 RECORD_STREAMS = ("steps", "messages", "episode", "agents")
 ALWAYS_THERE = ("steps", "messages")
@@ -90,6 +90,7 @@ class RunFolder:
         run: the run.
         factors: the swept overrides and their values for this run's condition.
         declared: what its world says of its records.
+        declared_then: the same as far as the sweep says it; None in sweeps of 0.1, which do not.
         streams: the names of its record files without their endings: those that any world may write, then its own.
         replay_dir: where pictures that are made again from the records go; disposable.
     """
@@ -100,7 +101,8 @@ class RunFolder:
         self.path = sweep_path / "runs" / run.id
         condition = sweep.conditions[run.condition]
         self.factors = dict(condition.factors)
-        self.declared = condition.declared or declared_in({"config": condition.config})
+        self.declared_then = condition.declared
+        self.declared = condition.declared or declared_before(condition.config)
         self.streams = (*RECORD_STREAMS, *(name for name in self.declared.streams if name not in _OWN_HOUSE))
         self._sweep = sweep
         self._scenes = scenes or {}
@@ -119,6 +121,20 @@ class RunFolder:
         """Return the names of the kept frames and images, relative to the run's folder."""
         found = [file for kept in KEPT for file in sorted(plain(self.path / kept).glob("*"))]
         return [file.relative_to(self.path).as_posix() for file in found if plain(file).is_file()]
+
+    def check_declared(self, streams: Iterable[str]) -> None:
+        """Check that records of these streams may be among its own.
+
+        Raises:
+            UndeclaredError: its world did not say that it writes such records.
+        """
+        known = self.declared.streams or dict.fromkeys((*RECORD_STREAMS, IMAGES))
+        for name in streams:
+            if name not in known:
+                raise UndeclaredError(
+                    f"the world wrote a record of stream '{name}', which it did not declare: it declares "
+                    f"{', '.join(known)}; add the record's class to `records` of its Scenario."
+                )
 
     @property
     def calls_seed(self) -> int:
@@ -258,6 +274,20 @@ def lines_of(content: bytes, kind: type[T], where: object) -> list[T]:
         return msgspec.json.Decoder(kind).decode_lines(content)
     except NOT_JSON as error:
         raise RecordError(f"{where} cannot be read: {error}") from error
+
+
+def last_whole_step(numbers: Sequence[int], *, complete: bool) -> int:
+    """Return the last step of which no line is missing; 0 when there is none.
+
+    Args:
+        numbers: the steps of the lines of `steps.jsonl`, in their order.
+        complete: whether the run is; a crash may have cut the last step of another, unless it has as many lines as the
+            first one.
+    """
+    if not numbers:
+        return 0
+    whole = complete or numbers.count(numbers[-1]) == numbers.count(numbers[0])
+    return numbers[-1] if whole else numbers[-1] - 1
 
 
 def json_file(path: Path, kind: type[T]) -> T | None:

@@ -12,13 +12,12 @@ from pathlib import Path
 import msgspec
 import zstandard
 
-from foundry.errors import StorageError, UndeclaredError
+from foundry.errors import StorageError
 from foundry.records import Call, Counts, Member, Record, RunSummary, SeenImage
 from foundry.storing.store import (
     ALWAYS_THERE,
     IMAGES,
     KEPT,
-    RECORD_STREAMS,
     RunFolder,
     frame_name,
     storing,
@@ -78,7 +77,7 @@ class RunWriter:
         by_stream: dict[str, list[Record]] = {}
         for record in records:
             by_stream.setdefault(record.stream, []).append(record)
-        self._check_declared(by_stream)
+        self.folder.check_declared(by_stream)
         for name, mine in by_stream.items():
             if name != IMAGES:
                 with storing(self.folder.stream_path(name)):
@@ -87,15 +86,6 @@ class RunWriter:
             record.tally(self.counts)
             if isinstance(record, SeenImage):
                 self._keep(record.path, record.content)
-
-    def _check_declared(self, names: Iterable[str]) -> None:
-        known = self.folder.declared.streams or dict.fromkeys((*RECORD_STREAMS, IMAGES))
-        for name in names:
-            if name not in known:
-                raise UndeclaredError(
-                    f"the world wrote a record of stream '{name}', which it did not declare: it declares "
-                    f"{', '.join(known)}; add the record's class to `records` of its Scenario."
-                )
 
     def _append(self, name: str, content: bytes) -> None:
         if name not in self._files:

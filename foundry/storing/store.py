@@ -20,6 +20,9 @@ from typing import Any
 import msgspec
 
 from foundry.errors import InputError, RecordError, not_found
+from foundry.expansion import Sweep
+from foundry.expansion import is_served as is_served
+from foundry.expansion import without_servers as without_servers
 from foundry.records import NOT_JSON, Labels
 from foundry.storing.plain_files import check_folder, is_there
 from foundry.storing.run_files import ALWAYS_THERE as ALWAYS_THERE
@@ -32,15 +35,13 @@ from foundry.storing.run_files import cannot_write as cannot_write
 from foundry.storing.run_files import frame_name as frame_name
 from foundry.storing.run_files import json_file, scene_here
 from foundry.storing.run_files import kept_file as kept_file
+from foundry.storing.run_files import last_whole_step as last_whole_step
 from foundry.storing.run_files import lines_of as lines_of
 from foundry.storing.run_files import read_calls as read_calls
 from foundry.storing.run_files import storing as storing
 from foundry.storing.run_files import write_atomically as write_atomically
 from foundry.storing.sweep_file import sweep_content, sweep_from, sweep_text
 from foundry.storing.sweep_file import to_yaml as to_yaml
-from foundry.sweep import Sweep
-from foundry.sweep import is_served as is_served
-from foundry.sweep import without_servers as without_servers
 from foundry.texts import holds_secret, without_secrets
 
 SWEEP_FILE = "sweep.yaml"
@@ -353,7 +354,28 @@ def _check_same(folder: SweepFolder, sweep: Sweep, models: Sequence[dict[str, An
             f"'{folder.path}' holds another sweep ({len(folder.sweep.runs)} runs, asked as: {asked}): name another "
             "output.dir, or repeat its overrides."
         )
+    check_declared(folder, sweep)
     check_digests(folder, models)
+
+
+def check_declared(folder: SweepFolder, now: Sweep) -> None:
+    """Refuse to continue a sweep whose worlds by now say other things of their records.
+
+    Args:
+        folder: the sweep; what was recorded by 0.1 says nothing.
+        now: the same runs, declared by the worlds as they are now.
+
+    Raises:
+        InputError: one does.
+    """
+    declared = {run.id: now.conditions[run.condition].declared for run in now.runs}
+    for number, run in {run.condition: run.id for run in folder.sweep.runs}.items():
+        then = folder.sweep.conditions[number]
+        if then.declared not in (None, declared[run]):
+            raise InputError(
+                f"World '{then.config['world']['name']}' says other things of its records than when this sweep began: "
+                "put its first version back and say it again, or start a new sweep in another output.dir."
+            )
 
 
 def check_digests(folder: SweepFolder, models: Sequence[dict[str, Any]]) -> None:

@@ -10,10 +10,10 @@ from typing import Any
 import msgspec
 import yaml
 
-from foundry.storing.declaration import declared_in
+from foundry.expansion import Condition, Run, Sweep, check_names
+from foundry.storing.declaration import recorded_declaration
 from foundry.storing.plain_yaml import load_plain
 from foundry.storing.sweep_shape import check_shape
-from foundry.sweep import Condition, Run, Sweep, check_names
 
 _ENCODE = msgspec.json.Encoder().encode
 _RUNS = "\nruns:\n"
@@ -81,7 +81,7 @@ def sweep_from(content: Mapping[str, Any]) -> Sweep:
     """
     check_shape(content)
     conditions = tuple(
-        Condition(entry["factors"], entry["config"], tuple(entry["seeds"]), declared_in(entry))
+        Condition(entry["factors"], entry["config"], tuple(entry["seeds"]), recorded_declaration(entry))
         for entry in content["conditions"]
     )
     runs = tuple(Run(entry["id"], entry["condition"], entry["seed"]) for entry in content["runs"])

@@ -8,7 +8,7 @@ from typing import Annotated, Any, TypeAlias
 import msgspec
 
 from foundry.declared import Declared
-from foundry.sweep import models_in
+from foundry.expansion import models_in
 
 Number: TypeAlias = Annotated[int, msgspec.Meta(ge=0)]
 _INTEGERS = range(-(2**63), 2**64)
@@ -44,6 +44,7 @@ class _Config(msgspec.Struct):
     sampling_seed: Number | None
     record: _Record | msgspec.UnsetType = msgspec.UNSET
     fork: _Fork | msgspec.UnsetType = msgspec.UNSET
+    baselines: list[str] | msgspec.UnsetType = msgspec.UNSET
 
 
 class _Condition(msgspec.Struct):

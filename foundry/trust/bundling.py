@@ -16,6 +16,7 @@ import zstandard
 
 from foundry import provenance
 from foundry.errors import InputError
+from foundry.expansion import Sweep
 from foundry.records import Attempt, Call
 from foundry.storing.store import (
     SCENES_FILE,
@@ -27,7 +28,6 @@ from foundry.storing.store import (
     read_calls,
 )
 from foundry.storing.sweep_file import sweep_text, to_yaml
-from foundry.sweep import Sweep
 from foundry.trust.manifest import FORMAT, NAME, BundledFile, Manifest, check_names
 from foundry.trust.privacy import Scrubber
 from foundry.trust.scenes import BundledScene, scenes_of

@@ -17,13 +17,14 @@ from foundry import paths
 from foundry.composing.compose import Composed, compose
 from foundry.episode import play
 from foundry.errors import InputError, RecordError
+from foundry.expansion import Condition, calls_seed, settings_key
 from foundry.records import Call
 from foundry.running.build import build
 from foundry.running.recorded import Departed, NotRecorded, RecordedAsker, past_wordings
 from foundry.storing.plain_yaml import load_plain
-from foundry.storing.store import RunFolder, SweepFolder, calls_bytes, lines_of, write_atomically
+from foundry.storing.store import RunFolder, SweepFolder, calls_bytes, last_whole_step, lines_of, write_atomically
 from foundry.storing.sweep_file import to_yaml
-from foundry.sweep import Condition, calls_seed, settings_key
+from foundry.trust.summaries import COMPLETE
 from foundry.trust.verifying import Comparer, EndOfRecords
 
 _INTERPOLATION = re.compile(r"(\\*)\$\{")
@@ -75,8 +76,8 @@ def _check_step(run: RunFolder, at: int) -> None:
     steps = _steps_of(run)
     if not steps:
         raise InputError(f"Run '{run.id}' has recorded no step yet: there is nothing to continue.")
-    whole = steps.count(steps[-1]) == steps.count(steps[0])
-    last = steps[-1] if whole else steps[-1] - 1
+    summary = run.summary()
+    last = last_whole_step(steps, complete=summary is not None and summary.status == COMPLETE)
     if not 2 <= at <= last + 1:
         raise InputError(f"--at {at}: run '{run.id}' has {last} steps, so give a step from 2 to {last + 1}.")
 
@@ -111,6 +112,8 @@ def _compose(config: Mapping[str, Any], overrides: Sequence[str]) -> Composed | 
             own.append(f"sampling_seed={'null' if config['sampling_seed'] is None else config['sampling_seed']}")
         if "record.frames" not in given:
             own.append(f"record.frames={str(config.get('record', {}).get('frames', False)).lower()}")
+        if "baselines" in config and "baselines" not in given:
+            own.append(f"baselines=[{','.join(config['baselines'])}]")
         quoted = ",".join(f'"{source}"' for source in sources)
         return compose([*overrides, *own, f"seed={config['seed']}", f"hydra.searchpath=[{quoted}]"])
 

@@ -10,7 +10,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from foundry.errors import InputError
-from foundry.sweep import models_in
+from foundry.expansion import models_in
 from foundry.texts import without_secrets
 
 HOSTED = "https://api.openai.com/v1"

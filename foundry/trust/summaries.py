@@ -8,13 +8,14 @@ from typing import Any
 
 import msgspec
 
+from foundry.declared import Declared
 from foundry.errors import RecordError
+from foundry.expansion import identity
 from foundry.records import Call, Counts, RunSummary
-from foundry.running.line_difference import NOTHING, Difference, first_difference
+from foundry.running.difference import NOTHING, Difference, first_difference
 from foundry.running.recorded import Departed
 from foundry.storing.plain_yaml import load_plain
-from foundry.storing.store import RunFolder
-from foundry.sweep import identity
+from foundry.storing.store import SWEEP_FILE, RunFolder
 
 COMPLETE = "complete"
 _NOT_REPLAYED = ("cached", "retries", "model_s")
@@ -70,6 +71,19 @@ def check_config(run: RunFolder, config: Mapping[str, Any], summary: RunSummary 
     except (FileNotFoundError, RecordError, TypeError, AttributeError, UnicodeDecodeError) as error:
         raise Departed(Difference("config.yaml", None, "", f"unreadable: {error}", "the run's settings")) from error
     _check("config.yaml", then, {**identity(config), "seed": config["seed"]})
+
+
+def check_declared(run: RunFolder, now: Declared, summary: RunSummary | None) -> None:
+    """Check that what is said of the records, in the sweep's definition and beside them, is what their world says.
+
+    Raises:
+        Departed: it is not.
+    """
+    if run.declared_then is not None:
+        then = msgspec.to_builtins(run.declared_then)
+        _check(SWEEP_FILE, {"declared": then}, {"declared": msgspec.to_builtins(now)})
+    if summary is not None and summary.form is not None:
+        _check("run.json", {"form": summary.form}, {"form": now.form})
 
 
 def check_digests(run: RunFolder, summary: RunSummary | None) -> None:

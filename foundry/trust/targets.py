@@ -9,12 +9,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from foundry.errors import InputError
+from foundry.expansion import Sweep
 from foundry.models.base import Model
 from foundry.models.wrappers.base import Wrapper
 from foundry.naming import present
 from foundry.prompts.prompt import Prompt
 from foundry.running.local import Runner
-from foundry.sweep import Sweep
 from foundry.worlds.base import Scenario
 
 VARIABLE = "FOUNDRY_TRUST_TARGETS"

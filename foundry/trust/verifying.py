@@ -16,20 +16,17 @@ import msgspec
 from foundry import provenance
 from foundry.episode import play
 from foundry.errors import ModelChangedError, RecordError, UnconfirmedError
+from foundry.expansion import settings_key
 from foundry.records import NOT_JSON, Call, Counts, Record, RunSummary, SeenImage
 from foundry.running.build import build
-from foundry.running.line_difference import CALLS, NOTHING, Difference, first_difference
+from foundry.running.difference import CALLS, NOTHING, Difference, first_difference
 from foundry.running.recorded import Departed, NotRecorded, RecordedAsker, wordings
-from foundry.storing.store import RECORD_STREAMS, RunFolder, SweepFolder, frame_name, kept_file
-from foundry.sweep import settings_key
-from foundry.trust.summaries import COMPLETE, check_config, check_digests, check_summary
+from foundry.storing.store import SWEEP_FILE, RunFolder, SweepFolder, frame_name, kept_file
+from foundry.trust.summaries import COMPLETE, check_config, check_declared, check_digests, check_summary
 
 _ENCODE = msgspec.json.Encoder().encode
 _AFTER_THE_END = frozenset((ModelChangedError.__name__, UnconfirmedError.__name__))
 """Errors that end a run whose records may be whole: its answers are not known to be of the sweep's weights."""
-_READ = frozenset((*(f"{name}.jsonl" for name in RECORD_STREAMS), CALLS))
-"""Files that say what was read, or what followed from it."""
-
 _CHUNKS = 8
 """Portions of the runs that each worker gets one after the other."""
 
@@ -91,6 +88,7 @@ class Comparer:
 
     def append(self, records: Sequence[Record]) -> None:
         """Compare records with the next lines of their files."""
+        self._run.check_declared(record.stream for record in records)
         for record in records:
             record.tally(self.counts)
             if isinstance(record, SeenImage):
@@ -194,6 +192,7 @@ def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames
         return Verified(run.id, Verdict.DIFFERS, difference=Difference(CALLS, None, "", f"damaged: {error}", "a call"))
     every = int(config.get("record", {}).get("frames", False)) if frames else 0
     try:
+        check_declared(run, scenario.declared(), summary)
         note = _replay(scenario.start(config["seed"]), asker, comparer, summary, every)
         check_digests(run, summary)
         check_summary(config, summary, comparer.counts, asker.calls)
@@ -206,7 +205,12 @@ def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames
 def _departed(run: RunFolder, summary: RunSummary | None, difference: Difference, lines: int, calls: int) -> Verified:
     """Return what is found of a run that comes out otherwise: a difference, unless other readers recorded it."""
     readers = _other_readers(summary)
-    if not readers or difference.file not in _READ:
+    read = (
+        *(f"{name}.jsonl" for name in run.streams),
+        CALLS,
+        SWEEP_FILE,
+    )  # say what was read, or what followed from it
+    if not readers or difference.file not in read:
         return Verified(run.id, Verdict.DIFFERS, lines, calls, difference)
     try:
         check_digests(run, summary)
@@ -299,7 +303,7 @@ def _lines(path: Path, *, whole_only: bool) -> list[bytes]:
 def _line_difference(file: str, number: int, recorded: bytes | None, now: bytes) -> Difference:
     """Return which key of a line differs; the whole line where it is missing or no JSON."""
     fresh = msgspec.json.decode(now)
-    place = (fresh["step"], fresh["agent"], "record") if {"step", "agent"} <= fresh.keys() else None
+    place = (fresh["step"], fresh["agent"], fresh.get("kind", "record")) if {"step", "agent"} <= fresh.keys() else None
     if recorded is None:
         return Difference(file, number, "", NOTHING, now.decode(), place)
     try:

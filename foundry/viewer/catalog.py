@@ -120,6 +120,7 @@ class CatalogedSweep:
             "world": config["world"]["name"],
             "model": config["model"]["name"],
             "prompt": config["prompt"]["name"],
+            "form": folder.declared.form,
             "seed": config["seed"],
             "status": status,
             "error": summary.error if summary else None,

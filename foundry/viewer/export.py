@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import base64
 import gzip
+import itertools
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from foundry.errors import InputError
 from foundry.storing.store import RunFolder
-from foundry.viewer.camera.view import CameraView
 from foundry.viewer.catalog import ROWS_PER_PAGE, CatalogedSweep
 from foundry.viewer.files import STATIC, inside
+from foundry.viewer.forms import outside_script
 from foundry.viewer.resources import Resources, addresses_of_run, resources_of_agents
 
 DECISIONS_PER_CHUNK = 50
@@ -38,14 +39,19 @@ class Exported:
     size: int
 
 
-def export(root: Path, out: Path) -> Exported:
+def export(root: Path, out: Path, trusted: Sequence[str] = ()) -> Exported:
     """Write the page of a sweep, or of a folder of sweeps, into a new folder.
+
+    Args:
+        root: the sweep's folder, or the folder of sweeps.
+        out: the folder to write to.
+        trusted: further packages whose classes recorded worlds may be built of, where pictures are drawn again.
 
     Raises:
         InputError: there is no sweep, or the folder to write to holds files.
         RecordError: a record cannot be read.
     """
-    resources = Resources(root, decisions_per_chunk=DECISIONS_PER_CHUNK)
+    resources = Resources(root, decisions_per_chunk=DECISIONS_PER_CHUNK, trusted=trusted)
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise InputError(f"'{out}' holds files: name a new or an empty folder for the export.")
     shutil.copytree(STATIC, out, ignore=shutil.ignore_patterns(*_NOT_COPIED), dirs_exist_ok=True)
@@ -74,13 +80,12 @@ def _export_sweep(resources: Resources, sweep: CatalogedSweep, out: Path) -> int
 def _export_run(resources: Resources, sweep: CatalogedSweep, folder: RunFolder, out: Path) -> None:
     view, run = resources.view(sweep.id, folder.id), f"run/{sweep.id}/{folder.id}"
     for part in addresses_of_run(view):
-        address = f"{run}/{part}"
-        _write(out, address, _scene(resources, address) if part == "scene" else resources.get(address).content)
-    for part, resource in resources_of_agents(view):
+        _write(out, f"{run}/{part}", resources.get(f"{run}/{part}").content)
+    for part, resource in itertools.chain(resources_of_agents(view), view.exports()):
         _write(out, f"{run}/{part}", resource.content)
-    if isinstance(view, CameraView):
-        for image in view.images():
-            _copy(sweep, image, out)
+    for file in view.files():
+        _copy(sweep, file, out)
+    _copy_script(folder.declared.form, out)
 
 
 def _addresses_of_sweep(sweep: CatalogedSweep) -> Iterator[str]:
@@ -89,20 +94,21 @@ def _addresses_of_sweep(sweep: CatalogedSweep) -> Iterator[str]:
     yield from (f"sweep/{sweep.id}/measure/{index}" for index in range(len(sweep.measures())))
 
 
-def _scene(resources: Resources, address: str) -> bytes:
-    """Return the scene, or nothing when its files are not there any more: the way is shown without it."""
-    try:
-        return resources.get(address).content
-    except InputError:
-        return b""
-
-
 def _copy(sweep: CatalogedSweep, relative: str, out: Path) -> None:
     source = inside(sweep.folder.path, relative)
     if source is not None:
         target = out / "files" / sweep.id / relative
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(source, target)
+
+
+def _copy_script(form: str, out: Path) -> None:
+    """Copy the page of a form of the user's own; the shipped ones are part of the page."""
+    script = outside_script(form)
+    if script is not None:
+        target = out / script.address
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(script.file, target)
 
 
 def _write(out: Path, address: str, content: bytes) -> None:

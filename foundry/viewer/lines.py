@@ -27,11 +27,14 @@ class StepLines:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self._lock = threading.Lock()
+        self._begin()
+
+    def _begin(self) -> None:
         self._steps: list[int] = []
         self._starts: list[int] = []
         self._counts: list[int] = []
         self._end = 0
-        self._lock = threading.Lock()
 
     def grow(self) -> None:
         """Take in the whole lines that were written since the last look.
@@ -46,7 +49,7 @@ class StepLines:
                 return
             with file:
                 if file.seek(0, 2) < self._end:  # the run was started anew
-                    self._steps, self._starts, self._counts, self._end = [], [], [], 0
+                    self._begin()
                 file.seek(self._end)
                 rest = b""
                 while block := file.read(BLOCK):
@@ -66,6 +69,12 @@ class StepLines:
         """The last step that has a line, and how many it has; (0, 0) when there is none."""
         with self._lock:
             return (self._steps[-1], self._counts[-1]) if self._steps else (0, 0)
+
+    @property
+    def in_first(self) -> int:
+        """How many lines the first step has; 0 when there is none."""
+        with self._lock:
+            return self._counts[0] if self._counts else 0
 
     def read(self, first: int, last: int) -> bytes:
         """Return the lines of the steps from `first` to `last`, as they are."""
@@ -110,19 +119,13 @@ class StepLines:
         return int(match[1])
 
 
-def lines_of_agent(lines: bytes, agent: int, first: int, last: int) -> list[bytes]:
-    """Return the lines of one agent among the lines of the steps from `first` to `last`, in their order.
+def lines_of_agent(lines: bytes, agent: int) -> list[bytes]:
+    """Return the lines of one agent, in their order.
 
-    The keys of a record stand in the order of its fields, `step` and `agent` first; quotes inside texts are escaped,
-    so that no text can look like the beginning of a line.
+    The keys of a record stand in the order of its fields, `step` and `agent` first; line breaks inside texts are
+    escaped, so that no text can look like the beginning of a line.
     """
-    found, after = [], 0
-    for step in range(first, last + 1):
-        start = lines.find(b'{"step":%d,"agent":%d,' % (step, agent), after)
-        if start >= 0:
-            after = lines.index(b"\n", start)
-            found.append(lines[start:after])
-    return found
+    return re.findall(rb'\n(\{"step":\d+,"agent":%d,[^\n]*)' % agent, b"\n" + lines)
 
 
 def by_agent(lines: bytes) -> dict[int, list[bytes]]:

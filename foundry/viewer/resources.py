@@ -8,8 +8,7 @@ from __future__ import annotations
 import re
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,34 +16,18 @@ import msgspec
 
 from foundry.errors import InputError
 from foundry.storing.store import RunFolder
-from foundry.viewer.camera.view import CameraView
 from foundry.viewer.catalog import ROWS_PER_PAGE, Catalog, CatalogedSweep
-from foundry.viewer.grid.view import GridView
-from foundry.viewer.run_view import MARKS_PER_BLOCK, RunView
+from foundry.viewer.forms import scripts_of, view_of
+from foundry.viewer.run_view import MARKS_PER_BLOCK, Resource, RunView, parts_of
 
-JSON, BINARY = "application/json", "application/octet-stream"
 _OPEN_RUNS = 8
 _NUMBER = re.compile(r"\d{1,9}")
 _ENCODE = msgspec.json.Encoder().encode
 
 
-@dataclass(frozen=True)
-class Resource:
-    """What an address stands for.
-
-    Attributes:
-        content: the bytes.
-        media_type: what they are.
-    """
-
-    content: bytes
-    media_type: str = JSON
-
-
-def open_view(folder: RunFolder, *, decisions_per_chunk: int = 10) -> RunView:
-    """Return the view that fits the run's world: one with a grid, or one with a camera."""
-    is_grid = {"half_size", "places"} <= folder.config()["world"].keys()
-    return (GridView if is_grid else CameraView)(folder, decisions_per_chunk=decisions_per_chunk)
+def open_view(folder: RunFolder, *, decisions_per_chunk: int = 10, trusted: Sequence[str] = ()) -> RunView:
+    """Return the view that fits the run's form."""
+    return view_of(folder.declared.form).run(folder, decisions_per_chunk=decisions_per_chunk, trusted=trusted)
 
 
 class Resources:
@@ -53,13 +36,15 @@ class Resources:
     Args:
         root: a sweep's folder, or a folder of sweeps.
         decisions_per_chunk: steps in one chunk of decisions.
+        trusted: further packages whose classes recorded worlds may be built of, where pictures are drawn again.
     """
 
-    def __init__(self, root: Path, *, decisions_per_chunk: int = 10) -> None:
+    def __init__(self, root: Path, *, decisions_per_chunk: int = 10, trusted: Sequence[str] = ()) -> None:
         self.catalog = Catalog(root)
         self._decisions_per_chunk = decisions_per_chunk
+        self._trusted = trusted
         self._views: OrderedDict[tuple[str, str], tuple[str, RunView]] = OrderedDict()
-        self._lock, self._scene_lock = threading.RLock(), threading.Lock()
+        self._lock = threading.RLock()
 
     def close(self) -> None:
         """Free what was kept."""
@@ -88,9 +73,7 @@ class Resources:
             if rest[2:] == ["progress"]:
                 running = rest[1] in self.catalog.sweep(rest[0]).open_runs()
                 return Resource(_ENCODE(view.progress(running=running)))
-            if rest[2:] == ["scene"]:
-                return Resource(self._scene(view) or b"", BINARY)
-            return Resource(_ENCODE(_of_run(view, rest[2], _numbers(rest[3:]))))
+            return _of_run(view, rest[2], _numbers(rest[3:]))
         raise InputError(f"There is nothing at '{address}'.")
 
     def view(self, sweep: str, run: str) -> RunView:
@@ -102,7 +85,8 @@ class Resources:
                 kept[1].close()
                 kept = None
             if kept is None:
-                kept = folder.beginning, open_view(folder, decisions_per_chunk=self._decisions_per_chunk)
+                view = open_view(folder, decisions_per_chunk=self._decisions_per_chunk, trusted=self._trusted)
+                kept = folder.beginning, view
             self._views[sweep, run] = kept
             while len(self._views) > _OPEN_RUNS:
                 self._views.popitem(last=False)[1][1].close()
@@ -119,16 +103,6 @@ class Resources:
             name, values = measures[numbers[0]]
             return {"name": name, "values": values}
         raise InputError(f"A sweep has no '{'/'.join(rest)}'.")
-
-    def _scene(self, view: RunView) -> bytes | None:
-        """Return the scene of a run as GLB; None when its world has none. Two pages must not make it at once."""
-        from foundry.viewer.camera.scene_export import kept_scene_glb
-
-        try:
-            with self._scene_lock:
-                return kept_scene_glb(view.folder)
-        except OSError as error:
-            raise InputError(f"The scene cannot be kept in the sweep's folder: {error}") from error
 
 
 def _numbers(texts: list[str]) -> list[int]:
@@ -160,8 +134,12 @@ def _track(view: RunView, agent: int) -> Any:
     return view.track(agent)
 
 
+def _about(view: RunView) -> dict[str, Any]:
+    return {**view.about(), "page": [one.told for one in scripts_of(view.folder.declared.form)]}
+
+
 _OF_RUN: Mapping[tuple[str, int], Callable[..., Any]] = {
-    ("about", 0): RunView.about,
+    ("about", 0): _about,
     ("frames", 1): _frames,
     ("marks", 1): _marks,
     ("texts", 1): _texts,
@@ -170,23 +148,22 @@ _OF_RUN: Mapping[tuple[str, int], Callable[..., Any]] = {
 }
 
 
-def _of_run(view: RunView, what: str, numbers: list[int]) -> Any:
-    answer = _OF_RUN.get((what, len(numbers)))
+def _of_run(view: RunView, what: str, numbers: list[int]) -> Resource:
+    answer = {**_OF_RUN, **view.parts}.get((what, len(numbers)))
     if answer is None:
         raise InputError(f"A run has no '{what}' with {len(numbers)} numbers.")
-    return answer(view, *numbers)
+    found = answer(view, *numbers)
+    return found if isinstance(found, Resource) else Resource(_ENCODE(found))
 
 
 def addresses_of_run(view: RunView) -> Iterator[str]:
-    """Yield every address below a run, as far as it is recorded, but those of single agents."""
+    """Yield every address below a run that all forms have, as far as it is recorded, but those of single agents."""
     view.steps.grow()
     yield from ("about", "progress")
     yield from (
-        f"{what}/{chunk}" for what in ("frames", "texts") for chunk in range(_parts(view.done, view.steps_per_chunk))
+        f"{what}/{chunk}" for what in ("frames", "texts") for chunk in range(parts_of(view.done, view.steps_per_chunk))
     )
-    yield from (f"marks/{block}" for block in range(_parts(view.done, MARKS_PER_BLOCK)))
-    if view.kind == "camera":
-        yield "scene"
+    yield from (f"marks/{block}" for block in range(parts_of(view.done, MARKS_PER_BLOCK)))
 
 
 def resources_of_agents(view: RunView) -> Iterator[tuple[str, Resource]]:
@@ -194,10 +171,6 @@ def resources_of_agents(view: RunView) -> Iterator[tuple[str, Resource]]:
     view.steps.grow()
     for agent, track in view.all_tracks():
         yield f"track/{agent}", Resource(_ENCODE(track))
-    for chunk in range(_parts(view.done, view.decisions_per_chunk)):
+    for chunk in range(parts_of(view.done, view.decisions_per_chunk)):
         for agent, decisions in view.all_decisions(*view.chunk(chunk, view.decisions_per_chunk)):
             yield f"decisions/{chunk}/{agent}", Resource(_ENCODE(decisions))
-
-
-def _parts(total: int, size: int) -> int:
-    return -(-total // size)

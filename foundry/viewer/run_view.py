@@ -1,14 +1,16 @@
-"""What a page can ask of a run, whatever its world: facts, progress, decisions, marks for the timeline."""
+"""What a page can ask of a run, whatever its form: facts, progress, decisions, marks for the timeline."""
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, TypeVar
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, TypeVar
 
 import msgspec
 
-from foundry.records import Outcome, Record
+from foundry.records import Agent, Message, Outcome, Record
 from foundry.storing.store import RunFolder, lines_of
 from foundry.viewer.calls import CallLog
 from foundry.viewer.lines import StepLines, by_agent, lines_of_agent
@@ -19,28 +21,49 @@ UNDECIDED = frozenset({Outcome.UNREADABLE, Outcome.EMPTY, Outcome.TRUNCATED, Out
 MARKS_PER_BLOCK = 100
 """Steps in one block of marks for the timeline."""
 
+JSON, BINARY, PNG = "application/json", "application/octet-stream", "image/png"
+_READ_MESSAGES = msgspec.json.Decoder(Message).decode_lines
 AnyRecord = TypeVar("AnyRecord", bound=Record)
+
+
+@dataclass(frozen=True)
+class Resource:
+    """What an address stands for.
+
+    Attributes:
+        content: the bytes.
+        media_type: what they are.
+    """
+
+    content: bytes
+    media_type: str = JSON
 
 
 class RunView(ABC):
     """One run, read as far as it is written and only where it is asked for.
 
-    Attributes:
-        kind: which page shows it: `grid` or `camera`.
+    Args:
         folder: the run.
-        steps_per_chunk: steps in one chunk of frames.
         decisions_per_chunk: steps in one chunk of decisions.
+        trusted: further packages whose classes its world may be built of, where its pictures are drawn again.
+
+    Attributes:
+        parts: what can be asked of a run of this form beyond what every form answers, by name and count of numbers:
+            functions of the view and the numbers that return a Resource, or what becomes JSON.
+        steps_per_chunk: steps in one chunk of frames.
     """
 
-    kind: str
-    steps_per_chunk: int = 50
+    parts: ClassVar[Mapping[tuple[str, int], Callable[..., Any]]] = {}
 
-    def __init__(self, folder: RunFolder, *, decisions_per_chunk: int = 10) -> None:
+    def __init__(self, folder: RunFolder, *, decisions_per_chunk: int = 10, trusted: Sequence[str] = ()) -> None:
         self.folder = folder
         self.decisions_per_chunk = decisions_per_chunk
+        self.trusted = trusted
+        self.steps_per_chunk = 50
         self.config: Mapping[str, Any] = folder.config()
         self.world: Mapping[str, Any] = self.config["world"]
         self.steps = StepLines(folder.stream_path("steps"))
+        self.messages = StepLines(folder.stream_path("messages"))
         self.calls = CallLog(folder.stream_path("calls"))
 
     def close(self) -> None:
@@ -76,9 +99,31 @@ class RunView(ABC):
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
         """Yield what `track` returns for every agent, reading everything once."""
 
-    @abstractmethod
+    def exports(self) -> Iterator[tuple[str, Resource]]:
+        """Yield what an exported page holds of `parts`, by address below the run; nothing by default."""
+        return iter(())
+
+    def files(self) -> Sequence[str]:
+        """Return the files that the page shows, by their path in the sweep's folder; none by default."""
+        return ()
+
     def received(self, first: int, last: int, agent: int | None = None) -> Mapping[int, list[tuple[int, int, str]]]:
         """Return what agents were told in these steps as (step, sender, text), by recipient; of one agent if asked."""
+        self.messages.grow()
+        lines = self.messages.read(first, last)
+        if agent is not None:
+            of_agent = rb'\n(\{"step":\d+,"sender":\d+,"recipient":%d,[^\n]*)' % agent
+            lines = b"\n".join(re.findall(of_agent, b"\n" + lines))
+        found: dict[int, list[tuple[int, int, str]]] = {}
+        for heard in _READ_MESSAGES(lines):
+            found.setdefault(heard.recipient, []).append((heard.step, heard.sender, heard.text))
+        return found
+
+    def personas(self) -> dict[int, dict[str, str]]:
+        """Return the agents' personas, as far as the run recorded them."""
+        content = self.folder.agents_bytes()
+        lines = lines_of(content[: content.rfind(b"\n") + 1], Agent, self.folder.stream_path("agents"))
+        return {line.agent: line.persona for line in lines}
 
     @property
     def done(self) -> int:
@@ -106,7 +151,7 @@ class RunView(ABC):
         """Return the facts of the run that never change."""
         return {
             "id": self.folder.id,
-            "kind": self.kind,
+            "form": self.folder.declared.form,
             "model": self.config["model"]["name"],
             "prompt": self.config["prompt"]["name"],
             "world": self.world["name"],
@@ -132,7 +177,7 @@ class RunView(ABC):
         return {
             "first": first,
             "last": last,
-            "steps": _raw(lines_of_agent(self.steps.read(first, last), agent, first, last)),
+            "steps": _raw(lines_of_agent(self.steps.read(first, last), agent)),
             "calls": _raw(self.calls.of_agent(agent, first, last)),
             "received": self.received(first, last, agent).get(agent, []),
             "damaged": self.calls.damaged,
@@ -167,3 +212,8 @@ class RunView(ABC):
 def _raw(lines: Iterable[bytes]) -> list[msgspec.Raw]:
     """Return lines of JSON that go out as they are, with whatever keys they have."""
     return [msgspec.Raw(line) for line in lines]
+
+
+def parts_of(total: int, size: int) -> int:
+    """Return how many parts of a size there are, the last one perhaps smaller."""
+    return -(-total // size)

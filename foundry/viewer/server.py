@@ -10,7 +10,7 @@ import sys
 import threading
 import time
 import webbrowser
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -22,7 +22,9 @@ import msgspec
 
 from foundry.errors import InputError, RecordError
 from foundry.viewer.files import MEDIA_TYPES, POLICY, REPORT_POLICY, inside, static_file
-from foundry.viewer.resources import JSON, Resource, Resources
+from foundry.viewer.forms import OUTSIDE, outside_script
+from foundry.viewer.resources import Resources
+from foundry.viewer.run_view import JSON, Resource
 
 LOOPBACK = "127.0.0.1"
 _COMPRESS_FROM = 1 << 10
@@ -43,6 +45,7 @@ class ViewServer(ThreadingHTTPServer):
         root: a sweep's folder, or a folder of sweeps.
         host: the address to listen on.
         port: 0 takes a free one.
+        trusted: further packages whose classes recorded worlds may be built of, where pictures are drawn again.
 
     Raises:
         InputError: the folder holds no sweep, or the address cannot be had.
@@ -51,8 +54,8 @@ class ViewServer(ThreadingHTTPServer):
     daemon_threads = True
     request_queue_size = 64
 
-    def __init__(self, root: Path, *, host: str = LOOPBACK, port: int = 0) -> None:
-        self.resources = Resources(root)
+    def __init__(self, root: Path, *, host: str = LOOPBACK, port: int = 0, trusted: Sequence[str] = ()) -> None:
+        self.resources = Resources(root, trusted=trusted)
         self.host = host
         self.last_asked = -math.inf
         try:
@@ -146,6 +149,9 @@ class _Handler(BaseHTTPRequestHandler):
             _, sweep, *rest = path.split("/")
             root = self.server.resources.catalog.sweep(sweep).folder.path
             self._send_file(inside(root, "/".join(rest)), path, REPORT_POLICY)
+        elif path.startswith(f"{OUTSIDE}/") and path.endswith("/page.js"):
+            script = outside_script(path.split("/")[1])
+            self._send_file(script.file if script else None, path, POLICY)
         else:
             self._send_file(static_file(path), path, POLICY + "; frame-ancestors 'none'")
 
@@ -188,9 +194,9 @@ def open_in_browser(url: str) -> bool:
 
 
 @contextmanager
-def serving(root: Path, *, host: str = LOOPBACK, port: int = 0) -> Iterator[ViewServer]:
+def serving(root: Path, *, host: str = LOOPBACK, port: int = 0, trusted: Sequence[str] = ()) -> Iterator[ViewServer]:
     """Serve from a thread as long as the block runs."""
-    server = ViewServer(root, host=host, port=port)
+    server = ViewServer(root, host=host, port=port, trusted=trusted)
     thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True)
     thread.start()
     try:

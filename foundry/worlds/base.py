@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, cast
 
 from foundry.declared import Actions, Declared, keys_of
+from foundry.errors import InputError
 from foundry.records import Outcome, Record
 
 Observation = Mapping[str, Any]
@@ -148,9 +149,13 @@ class Scenario(ABC):
     def start(self, seed: int) -> World:
         """Return a fresh episode for this seed."""
 
-    @abstractmethod
     def redraw(self, recorded: Recorded) -> Redrawing:
-        """Return the pictures of an episode that this scenario once started; no model and no world is needed."""
+        """Return the pictures of an episode that this scenario once started; no model and no world is needed.
+
+        Raises:
+            InputError: the scenario does not say how, as by default.
+        """
+        raise InputError(f"World '{self.name}' does not say how to draw its runs again: give its Scenario a `redraw`.")
 
     def actions(self) -> Mapping[str, Actions]:
         """Return what can be decided, by the kind of question that decides it; nothing by default."""

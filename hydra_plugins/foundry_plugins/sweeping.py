@@ -16,7 +16,9 @@ from hydra.plugins.launcher import Launcher
 from hydra.types import HydraContext, TaskFunction
 from omegaconf import DictConfig
 
-from foundry.sweep import expand_ranges
+from foundry.composing.collecting import Collector
+from foundry.errors import InputError
+from foundry.expansion import expand_ranges
 
 
 class FoundrySweeper(BasicSweeper):
@@ -41,7 +43,7 @@ class FoundrySweeper(BasicSweeper):
         if isinstance(self.launcher, FoundryLauncher):
             return self.launcher
         assert self.hydra_context is not None and self.config is not None
-        self.task_function.keep_launch(self._launch)  # type: ignore[attr-defined]
+        _collector(self.task_function).launch = self._launch
         composing = FoundryLauncher()
         composing.setup(hydra_context=self.hydra_context, task_function=self.task_function, config=self.config)
         return composing
@@ -69,11 +71,22 @@ class FoundryLauncher(Launcher):
             condition = tuple(o for o in job if not o.startswith("seed="))
             seeds = [o.removeprefix("seed=") for o in job if o.startswith("seed=")]
             conditions.setdefault(condition, []).extend(seeds)
-        collect = self.task_function.collect  # type: ignore[attr-defined]
+        collector = _collector(self.task_function)
         for condition, seeds in conditions.items():
             config = self.hydra_context.config_loader.load_sweep_config(self.config, list(condition))
-            collect(config, condition, seeds)
+            collector.add(config, condition, seeds)
         return []
+
+
+def _collector(task: TaskFunction) -> Collector:
+    """Return what takes the conditions: Hydra hands on, untouched, what `foundry` gave it to call.
+
+    Raises:
+        InputError: another program chose the sweeper or the launcher of foundry.
+    """
+    if not isinstance(task, Collector):
+        raise InputError("hydra/sweeper=foundry and hydra/launcher=foundry serve the command foundry alone.")
+    return task
 
 
 _HERE = "hydra_plugins.foundry_plugins.sweeping"

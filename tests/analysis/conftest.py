@@ -20,9 +20,9 @@ from analysis.signatures import Signature
 from declared_forms import GRID
 from endings import run_summary
 from foundry import seeding
+from foundry.expansion import Condition, expand
 from foundry.records import GridStep, Message, Outcome
 from foundry.storing.store import RunFolder, SweepFolder
-from foundry.sweep import Condition, expand
 
 OFFSETS = {None: (0, 0), "up": (0, 1), "down": (0, -1), "left": (-1, 0), "right": (1, 0)}
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import itertools
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import msgspec
@@ -136,7 +137,7 @@ def question_with(**changes: Any) -> Any:
 
     def question(self: Round, agent: int) -> Question:
         made = {key: value(self, agent) if callable(value) else value for key, value in changes.items()}
-        return msgspec_replace(Round.question(self, agent), **made)
+        return replace(Round.question(self, agent), **made)
 
     return question
 
@@ -152,15 +153,9 @@ def row_with(**changes: Any) -> Any:
     return row
 
 
-def msgspec_replace(question: Question, **changes: Any) -> Question:
-    from dataclasses import replace
-
-    return replace(question, **changes)
-
-
 def _ever_higher(self: Round) -> Sequence[Question]:
     self.peeked = getattr(self, "peeked", 0) + 1
-    return [msgspec_replace(one, observation={**one.observation, "peeked": self.peeked}) for one in Round.pending(self)]
+    return [replace(one, observation={**one.observation, "peeked": self.peeked}) for one in Round.pending(self)]
 
 
 def _counts_openings(self: Round) -> Sequence[Record]:
@@ -242,7 +237,7 @@ BROKEN = [
     ),
     (with_scenario("Modest", count_calls=lambda self: 1), "counts its calls", "9 questions were asked"),
     (with_world("Guess", question=question_with(kind="guess")), "asks what it says", "'guess'"),
-    (with_world("Zero", question=question_with(step=lambda self, agent: self.step)), "asks what it says", "count from 1"),
+    (with_world("Zero", question=question_with(step=lambda self, _: self.step)), "asks what it says", "count from 1"),
     (with_world("Twice", question=question_with(agent=0)), "asks what it says", "3 times"),
     (
         with_world("Array", question=question_with(observation={"shown": np.float64(1)})),
@@ -292,7 +287,7 @@ BROKEN = [
     (with_world("Blank", draw=lambda self: drawn(0, ())), "redraws what it drew", "step 1"),
     (with_world("Strict", row=_raises_on_oddities), "survives bad replies", "UnicodeEncodeError"),
     (
-        with_world("Lumped", row=row_with(outcome=lambda self, row, answer: row.outcome if row.action else Outcome.FAILED)),
+        with_world("Lumped", row=row_with(outcome=lambda _, row, __: row.outcome if row.action else Outcome.FAILED)),
         "survives bad replies",
         "instead of empty",
     ),

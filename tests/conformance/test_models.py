@@ -102,7 +102,7 @@ BROKEN = [
     (OtherKind, "answers the world", "also asks call"),
     (Unplain, "says its parameters", "cannot be written as JSON"),
     (Restless, "says its parameters", "differ"),
-    (Quiet, "tells its settings apart", "another 'odds'"),
+    (Quiet, "tells its settings apart", "another odds"),
     (Remembering, "answers the same", "other replies"),
     (Shuffled, "answers the same", "other replies"),
     (Texts, "answers the same", "return a Reply"),
@@ -135,7 +135,7 @@ def test_every_check_is_seen_to_fail():
 
 def test_a_model_that_costs_something_is_asked_nothing():
     class Paid(Caller):
-        remote = True
+        costs = True
 
         async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
             raise AssertionError("was asked")

@@ -143,7 +143,7 @@ OWN_BACKEND = """
 from foundry.models.base import Model, ModelInfo
 
 class Broken(Model):
-    remote = True
+    costs = True
     def __init__(self, name, fails):
         self.name, self.fails = name, fails
     def parameters(self):

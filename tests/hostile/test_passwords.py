@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 
 from commands import foundry
 from foundry.errors import FoundryError, InputError
+from foundry.expansion import settings_key
 from foundry.models.base import ModelInfo
 from foundry.models.ollama.hosts import parse_host
 from foundry.running.lane import summarise
 from foundry.running.remote import RemoteSweep
 from foundry.storing.store import SweepFolder
-from foundry.sweep import settings_key
 from foundry.texts import holds_secret, without_secrets
 from foundry.trust import reaching
 

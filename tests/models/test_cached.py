@@ -19,7 +19,7 @@ from foundry.models.wrappers.cached import CachedModel
 class Counting(Model):
     """Answers with the number of the call; holds every answer back until `gate` is open."""
 
-    remote = True
+    costs = True
     name = "counting"
 
     def __init__(self, options: dict[str, Any] | None = None) -> None:

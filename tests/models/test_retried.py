@@ -128,9 +128,9 @@ def test_a_cancelled_call_is_not_tried_again(scripted, make_request):
 
 def test_everything_else_is_the_wrapped_models(scripted, make_model):
     model = retried(make_model("gpu1", format="schema"), Naps())
-    assert (model.name, model.remote) == (model.inner.name, True)
+    assert (model.name, model.costs) == (model.inner.name, True)
     assert (model.parameters(), model.kinds) == (model.inner.parameters(), model.inner.kinds)
-    assert retried(scripted(DOWN), Naps()).remote is False
+    assert retried(scripted(DOWN), Naps()).costs is False
 
 
 @pytest.mark.parametrize(

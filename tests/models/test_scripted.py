@@ -25,9 +25,8 @@ from foundry.worlds.grid.layouts import Explicit, Uniform
 from foundry.worlds.grid.world import GridScenario
 
 NAMES = sorted(path.stem for path in (conf_dir() / "model" / "scripted").glob("*.yaml"))
-GRID = [name for name in NAMES if {"message", "action"} <= set(
-    instantiate(OmegaConf.load(conf_dir() / "model" / "scripted" / f"{name}.yaml"), _convert_="all").kinds
-)]  # fmt: skip
+CAMERA_ONLY = {"mumbler", "spin", "wander"}
+GRID = [name for name in NAMES if name not in CAMERA_ONLY]
 PLACE = {"name": "hall", "type": "hall", "center": [5, 5], "extent": [1, 1], "capacity": 3}
 FIRE = {"name": "blaze", "start": 1, "position": [-4, -4], "intensity": 0.5, "radius": 4}
 
@@ -57,7 +56,10 @@ def world(cells: list[list[int]] | None = None, **changes: Any) -> GridScenario:
 
 def request(question: Question, seed: int = 0) -> Request:
     sampling = seeding.sampling_seed(seed, step=question.step, agent=question.agent, kind=question.kind)
-    return Request((), sampling, question.kind, question.observation, question.step, question.agent)
+    return Request(
+        (), sampling, question.kind, question.observation, question.step, question.agent,
+        options=question.options, idle=question.idle,
+    )  # fmt: skip
 
 
 def play(scenario: GridScenario, model: ScriptedModel, seed: int = 0) -> list[Record]:
@@ -77,7 +79,7 @@ def steps(records: list[Record]) -> list[GridStep]:
 def test_a_policy_is_named_after_its_file(name):
     model = load(name)
     assert model.name == f"scripted/{name}"
-    assert not model.remote
+    assert not model.costs
     msgspec.json.encode(model.parameters())
 
 
@@ -87,26 +89,11 @@ def test_a_policy_is_always_read_as_chosen(name):
     assert {row.outcome for row in rows} == {row.message_outcome for row in rows} == {Outcome.CHOSEN}
 
 
-@pytest.mark.parametrize("name", GRID)
-def test_two_copies_play_the_same_world(name):
-    first, second = ([msgspec.json.encode(record) for record in play(world(), load(name), 4)] for _ in range(2))
-    assert first == second
-
-
-@pytest.mark.parametrize("name", GRID)
-def test_a_policy_leaves_the_observation_as_it_is(name):
-    model = load(name)
-    for question in world().start(0).pending():
-        before = msgspec.json.encode(question.observation)
-        model.reply(request(question))
-        assert msgspec.json.encode(question.observation) == before
-
-
 @pytest.mark.parametrize("name", NAMES)
-def test_an_unknown_kind_of_question_is_refused_with_those_there_are(name):
+def test_an_unknown_kind_of_question_is_refused(name):
     model = load(name)
     question = Question(1, 0, "parameters", {})
-    with pytest.raises(InputError, match="'parameters' not found.*Available: "):
+    with pytest.raises(InputError, match="'parameters'"):
         asyncio.run(model.ask(request(question)))
 
 

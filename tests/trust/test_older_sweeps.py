@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,8 @@ import pytest
 
 from analysis import analyze, load
 from commands import foundry, statuses
+from foundry.composing.public_names import with_public_names
+from foundry.expansion import expand
 from foundry.storing.store import SweepFolder
 from foundry.viewer.resources import Resources
 from kept_tables import TABLES, kept_table
@@ -64,3 +68,27 @@ def alike(found: pd.Series, kept: pd.Series) -> bool:
     if pd.api.types.is_numeric_dtype(kept.dtype):
         return np.allclose(found.astype(float), kept.astype(float), rtol=1e-12, atol=0, equal_nan=True)
     return found.fillna("").tolist() == kept.fillna("").tolist()
+
+
+def test_they_say_nothing_of_their_form_and_are_gone_on_with_as_what_they_are(older: Path, tmp_path: Path):
+    copy = Path(shutil.copytree(older, tmp_path / "copy"))
+    for run in SweepFolder.open(copy).runs():
+        assert (run.declared_then, run.declared.form) == (None, older.name)
+        shutil.rmtree(run.path)
+    assert foundry("bundle", str(older), "again.tar.zst", cwd=tmp_path).returncode == 0
+    assert foundry("unbundle", "again.tar.zst", cwd=tmp_path).returncode == 0
+    assert "declared:" not in (tmp_path / "again" / "sweep.yaml").read_text()
+    done = foundry("resume", "copy", "--trust-servers", cwd=tmp_path)
+    assert done.returncode == 0 and statuses(copy) == ["complete"] * RUNS[older.name], done.stdout + done.stderr
+    done = foundry("verify", "copy", "--workers", "1", cwd=tmp_path)
+    assert done.returncode == 0 and f"{RUNS[older.name]} identical" in done.stdout
+
+
+def test_their_runs_are_called_as_they_were_wherever_their_classes_are_now(older: Path):
+    sweep = SweepFolder.open(older).sweep
+    moved = [replace(one, config=with_public_names(one.config)) for one in sweep.conditions]
+    assert all(now.config["world"] != then.config["world"] for now, then in zip(moved, sweep.conditions, strict=True))
+    then, now = (expand(sweep.asked, conditions) for conditions in (sweep.conditions, moved))
+    assert then.runs == now.runs and then.definition == now.definition
+    if older.name == "grid":  # of a scene the bundle does not say where it was, which its runs' ids hang on
+        assert now.runs == sweep.runs and now.definition in (older / "sweep.yaml").read_text()

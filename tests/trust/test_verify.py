@@ -59,7 +59,16 @@ def forge_digest(run: RunFolder) -> None:
 
 def double_call(run: RunFolder) -> None:
     first, *others = run.calls()
+    (run.path / "calls.jsonl.zst").write_bytes(calls_bytes([first, msgspec.structs.replace(first, text="no"), *others]))
+
+
+def slip_in_call(run: RunFolder) -> None:
+    first, *others = run.calls()
     (run.path / "calls.jsonl.zst").write_bytes(calls_bytes([msgspec.structs.replace(first, text="no"), first, *others]))
+
+
+def forge_form(run: RunFolder) -> None:
+    edited(run.path / "run.json", '"form": "grid"', '"form": "rounds"')
 
 
 def forge_seed(run: RunFolder) -> None:
@@ -107,6 +116,8 @@ def test_untouched_records_are_identical_whatever_process_looks(grid_sweep: Path
         (add_line, "steps.jsonl line 17"),
         (forge_digest, "run.json: records_sha256.messages.jsonl"),
         (double_call, "number of calls: recorded 33, now 32"),
+        (slip_in_call, "steps.jsonl line 1 (step 1, agent 0, record): "),
+        (forge_form, "run.json: form: recorded 'rounds', now 'grid'"),
         (forge_seed, "run.json: seed: recorded 7, now 0"),
         (forge_totals, "run.json: counts.prompt_tokens: recorded 1"),
         (forge_status, "run.json: status: recorded 'failed', now 'complete'"),

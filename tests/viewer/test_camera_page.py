@@ -10,10 +10,11 @@ import msgspec
 import pytest
 from PIL import Image
 
+from foundry.declared import Declared, keys_of
+from foundry.expansion import Condition, expand
 from foundry.records import CameraEpisode, CameraStep, Outcome, Pose, SeenImage
 from foundry.storing.run_writer import RunWriter, write_run_summary
 from foundry.storing.store import RunFolder, SweepFolder
-from foundry.sweep import Condition, expand
 from foundry.viewer.export import export
 from foundry.viewer.server import serving
 from made_up_runs import HOSTILE, summary
@@ -21,6 +22,7 @@ from viewer_pages import go
 
 pytestmark = pytest.mark.browser
 
+CAMERA = Declared(form="camera", streams=keys_of((CameraStep, CameraEpisode, SeenImage)))
 WORLD = {"name": "hall", "steps": 3, "scene": None, "camera": {}, "body": {}, "targets": []}
 
 
@@ -67,7 +69,7 @@ def play(writer: RunWriter, number: int, **changes: Any) -> None:
 def hall(tmp_path: Path) -> SweepFolder:
     conditions = [
         Condition(
-            factors={"model": model}, seeds=(0,),
+            factors={"model": model}, seeds=(0,), declared=CAMERA,
             config={"world": WORLD, "model": {"name": model}, "prompt": {"name": "paper3d"}, "sampling_seed": None},
         )
         for model in ("first", "second")

@@ -75,9 +75,9 @@ def test_steps_that_go_back_are_an_error(tmp_path: Path):
 
 def test_no_text_looks_like_the_line_of_another_agent():
     content = encoded([(1, 0)], text='\n{"step":1,"agent":1,"x":0}\n') + encoded([(1, 1)], text="mine")
-    (line,) = lines_of_agent(content, 1, 1, 1)
+    (line,) = lines_of_agent(content, 1)
     assert msgspec.json.decode(line)["text"] == "mine"
-    assert lines_of_agent(content, 7, 1, 1) == []
+    assert lines_of_agent(content, 7) == []
     assert by_agent(content)[1] == [line]
 
 

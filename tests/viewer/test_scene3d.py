@@ -26,13 +26,13 @@ pytestmark = pytest.mark.browser
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
-STATIC = PACKAGE.parent / "viewer" / "static"
+STATIC = PACKAGE / "viewer" / "static"
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'"
 )
 PAGE = b"""<!doctype html><meta charset="utf-8"><link rel="icon" href="icon.svg"><link rel="stylesheet" href="page.css">
-<div id="box"></div><script src="scene3d.js"></script><script src="page.js"></script>"""
+<div id="box"></div><script src="camera/scene3d.js"></script><script src="page.js"></script>"""
 STYLE = b"body { margin: 0 } #box { width: 400px; height: 300px }"
 SIZE = (400, 300)
 SCRIPT = b"""
@@ -200,7 +200,7 @@ def test_a_browser_without_webgl_gets_a_plain_message():
         assert page.locator(".scene3d-note").count() == 0
 
 
-@pytest.mark.parametrize("name", ["scene3d.js", "scene3d_parts.js", "scene3d_view.js"])
+@pytest.mark.parametrize("name", ["camera/scene3d.js", "camera/scene3d_parts.js", "camera/scene3d_view.js"])
 def test_scripts_are_short_and_evaluate_nothing(name: str):
     text = (STATIC / name).read_text(encoding="utf-8")
     assert len(text.splitlines()) <= 300

@@ -29,8 +29,8 @@ class ScriptedModel(Model):
         self._stream = f"policy:{type(self).__name__}"
 
     @property
-    def kinds(self) -> tuple[str, ...]:
-        """The kinds of question it can answer."""
+    def kinds(self) -> tuple[str, ...] | None:
+        """The kinds of question it can answer; None for any."""
         return tuple(self._policies)
 
     def reply(self, request: Request) -> Reply:
@@ -41,7 +41,7 @@ class ScriptedModel(Model):
         """
         policy = self._policies.get(request.kind)
         if policy is None:
-            raise not_found(f"Policy of model '{self.name}' for questions of kind", request.kind, self.kinds)
+            raise not_found(f"Policy of model '{self.name}' for questions of kind", request.kind, self._policies)
         return Reply(text=policy(request.observation, self.generator(request)))
 
     def generator(self, request: Request) -> Generator:

@@ -14,6 +14,7 @@ from foundry.errors import InputError
 from foundry.models.base import Reply, Request
 from foundry.models.scripted.base import ScriptedModel
 from foundry.records import Outcome
+from foundry.worlds.base import Question
 
 
 class Fault(ABC):
@@ -116,7 +117,7 @@ class Synonyms(Fault):
         found = json.loads(text)
         for key in ("action", "direction"):
             if key in found:
-                found[key] = self._WORDS[found[key]]
+                found[key] = self._WORDS.get(found[key], found[key])
         return Reply(text=json.dumps({key.capitalize(): value for key, value in found.items()}))
 
 
@@ -139,9 +140,13 @@ class Flaky(ScriptedModel):
             raise InputError(f"The shares of model.faults add up to {total:g}. They may add up to 1 at most.")
 
     @property
-    def kinds(self) -> tuple[str, ...]:
-        """The kinds of question the wrapped policy can answer."""
+    def kinds(self) -> tuple[str, ...] | None:
+        """The kinds of question the wrapped policy can answer; None for any."""
         return self.policy.kinds
+
+    def check(self, question: Question) -> None:
+        """Refuse what the wrapped policy refuses."""
+        self.policy.check(question)
 
     def reply(self, request: Request) -> Reply:
         """Answer one request."""

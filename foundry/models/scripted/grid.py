@@ -23,6 +23,11 @@ def legal_moves(observation: Observation) -> dict[str, Cell]:
     return {choice: cell for choice, cell in cells.items() if max(abs(cell[0]), abs(cell[1])) <= half_size}
 
 
+def is_on_grid(kind: str, observation: Observation) -> bool:
+    """Tell whether a question is one of a 2D world: where the agent stands and how far the grid goes is in it."""
+    return kind in ("message", "action") and {"x", "y", "half_size"} <= observation.keys()
+
+
 def any_of(choices: list[str], rng: Generator) -> str:
     """Return one of the choices, all equally likely."""
     return choices[int(rng.integers(len(choices)))]

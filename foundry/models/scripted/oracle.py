@@ -14,6 +14,7 @@ from foundry.models.scripted.base import ScriptedModel
 from foundry.models.scripted.grid import act
 from foundry.models.scripted.seek import towards_place
 from foundry.models.scripted.spoken import AIM_DEG, STAY, forward, gaze, off_by, turn
+from foundry.worlds.base import Question
 
 
 class Oracle(ScriptedModel):
@@ -23,13 +24,13 @@ class Oracle(ScriptedModel):
     on, at every step, every fire that it perceived or was warned of.
     """
 
-    def check(self, kind: str, observation: Mapping[str, Any]) -> None:
+    def check(self, question: Question) -> None:
         """Refuse a 3D world that has nothing to be found.
 
         Raises:
             InputError: it has no target.
         """
-        if kind == "move" and not observation["target"]:
+        if question.kind == "move" and not question.told["target"]:
             raise InputError(
                 f"Model '{self.name}' goes to a target, and the world has none: say what is to be found with "
                 "world.targets, or choose another policy (scripted/wander walks about)."

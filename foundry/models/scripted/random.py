@@ -1,4 +1,4 @@
-"""The legal-move walker, the baseline for every movement."""
+"""The null of any world: draws among what is legal, whatever it perceives."""
 
 from __future__ import annotations
 
@@ -8,19 +8,21 @@ from typing import Any
 from numpy.random import Generator
 
 from foundry.errors import InputError
+from foundry.models.base import Reply, Request
 from foundry.models.scripted.base import ScriptedModel
-from foundry.models.scripted.grid import STAY, act, any_of, legal_moves, say
+from foundry.models.scripted.grid import STAY, act, any_of, is_on_grid, legal_moves, say
+from foundry.worlds.base import Question
 
 
 class Random(ScriptedModel):
-    """Draws among the legal actions, `stay` included, and says nothing."""
+    """Draws among the legal actions, the idle one included; on the grid it says nothing."""
 
     def __init__(self, name: str, stay_probability: float | None = None) -> None:
         """Set the odds.
 
         Args:
             name: name of the model.
-            stay_probability: probability to stay, the legal directions sharing the rest; None makes all legal
+            stay_probability: probability of the idle action, the others sharing the rest; None makes all legal
                 actions equally likely.
         """
         super().__init__(name)
@@ -28,17 +30,44 @@ class Random(ScriptedModel):
             raise InputError(f"model.stay_probability is {stay_probability}. Give null, or a number from 0 to 1.")
         self.stay_probability = stay_probability
 
+    @property
+    def kinds(self) -> None:
+        """Any kind: what can be answered stands with each question."""
+
+    def check(self, question: Question) -> None:
+        """Refuse a world that does not say what is legal.
+
+        Raises:
+            InputError: it does not.
+        """
+        if not question.options and not is_on_grid(question.kind, question.told):
+            raise InputError(
+                f"Model '{self.name}' cannot act in this world: its questions of kind '{question.kind}' do not say "
+                "which replies are legal (Question.options); choose another policy, in 3D such as scripted/wander."
+            )
+
+    def reply(self, request: Request) -> Reply:
+        """Answer one request."""
+        if not request.options:
+            return super().reply(request)
+        choices, rng = list(request.options), self.generator(request)
+        return Reply(text=any_of(self._left(choices, request.idle, rng), rng))
+
     def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Say nothing."""
         return say(None, reasoning="I keep to myself.")
 
     def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
         """Draw a legal action."""
-        choices = list(legal_moves(observation))
-        if self.stay_probability is not None:
-            stays = rng.random() < self.stay_probability
-            choices = [STAY] if stays else [choice for choice in choices if choice != STAY]
+        choices = self._left(list(legal_moves(observation)), STAY, rng)
         return act(any_of(choices, rng), reasoning="A draw among the legal actions.")
+
+    def _left(self, choices: list[str], idle: str | None, rng: Generator) -> list[str]:
+        """Return what is left to draw from, once it is drawn whether to be idle."""
+        if self.stay_probability is None or idle not in choices or len(choices) == 1:
+            return choices
+        stays = rng.random() < self.stay_probability
+        return [idle] if stays else [choice for choice in choices if choice != idle]
 
     def parameters(self) -> dict[str, Any]:
         """Return the class and the odds."""

@@ -2,27 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
-from numpy.random import Generator
-
-from foundry.models.scripted import spoken
+from foundry.errors import InputError
+from foundry.models.base import Reply, Request
 from foundry.models.scripted.base import ScriptedModel
-from foundry.models.scripted.grid import STAY, act, say
+from foundry.worlds.base import Question
 
 
 class Stay(ScriptedModel):
-    """Never moves and says nothing."""
+    """Always gives the reply that does nothing, as the world says it: stays where it is, says nothing."""
 
-    def message(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Say nothing."""
-        return say(None, reasoning="I keep to myself.")
+    @property
+    def kinds(self) -> None:
+        """Any kind: what does nothing stands with each question."""
 
-    def action(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Stay."""
-        return act(STAY, reasoning="I stay where I am.")
+    def check(self, question: Question) -> None:
+        """Refuse a world in which nobody can do nothing.
 
-    def move(self, observation: Mapping[str, Any], rng: Generator) -> str:
-        """Stay."""
-        return f"I stay where I am. {spoken.STAY}"
+        Raises:
+            InputError: its questions do not say what does nothing.
+        """
+        if question.idle is None:
+            raise self._refusal(question.kind)
+
+    def reply(self, request: Request) -> Reply:
+        """Answer one request."""
+        if request.idle is None:
+            raise self._refusal(request.kind)
+        return Reply(text=request.idle)
+
+    def _refusal(self, kind: str) -> InputError:
+        return InputError(
+            f"Model '{self.name}' cannot act in this world: its questions of kind '{kind}' name no reply that does "
+            "nothing (Question.idle); choose another policy, such as scripted/random."
+        )

@@ -17,7 +17,7 @@ class Wrapper(Model):
     def __init__(self, inner: Model) -> None:
         self.inner = inner
         self.name = inner.name
-        self.remote = inner.remote
+        self.costs = inner.costs
 
     def parameters(self) -> dict[str, Any]:
         """Return what decides the wrapped model's answers."""

@@ -10,7 +10,7 @@ from foundry import Model, Reply, Request
 class PartName(Model):
     """Answers of its own; what it said is cached, limited and tried again as for every model that costs something."""
 
-    remote = True
+    costs = True
 
     def __init__(self, name: str, temperature: float) -> None:
         self.name = name

@@ -23,4 +23,4 @@ def test_it_plays_an_episode(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.chdir(tmp_path)
     ran = foundry.run("model=part_name", "output.dir=out", *SMALL, config_dir=MINE)
     assert (ran.complete, ran.failed) == (1, ())
-    assert set(ran.load().steps["outcome"]) <= {"chosen", "repaired"}
+    assert set(foundry.load(ran.path).steps["outcome"]) <= {"chosen", "repaired"}

@@ -23,5 +23,5 @@ def test_it_goes_to_the_right(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.chdir(tmp_path)
     ran = foundry.run("model=part_name", "output.dir=out", *SMALL, config_dir=MINE)
     assert ran.failed == ()
-    steps = ran.load().steps
+    steps = foundry.load(ran.path).steps
     assert set(steps["x_next"] - steps["x"]) <= {0, 1}

@@ -22,5 +22,5 @@ def test_who_always_does_the_same_has_one(tmp_path: Path, monkeypatch: pytest.Mo
     """Where every decision is the same, its share is 1."""
     monkeypatch.chdir(tmp_path)
     ran = foundry.run("model=scripted/stay", "output.dir=out", *SMALL, config_dir=MINE)
-    table = ran.analyze(plots=False).runs
+    table = foundry.analyze(ran.path, plots=False).runs
     assert list(table["part_name.commonest"]) == [1.0]

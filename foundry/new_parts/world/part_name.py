@@ -5,10 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from foundry.worlds.rounds.table import Table
-from foundry.worlds.rounds.world import Play, RoundsScenario
-
-from foundry import Actions
+from foundry import Actions, Play, RoundsScenario, Table
 
 
 class PartName(RoundsScenario):

@@ -22,4 +22,4 @@ def test_who_gives_nothing_keeps_all(tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.chdir(tmp_path)
     ran = foundry.run("world=part_name", "model=scripted/stay", "output.dir=out", config_dir=MINE)
     assert (ran.complete, ran.failed) == (1, ())
-    assert set(ran.load().steps["utility"]) == {10.0}
+    assert set(foundry.load(ran.path).steps["utility"]) == {10.0}

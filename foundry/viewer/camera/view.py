@@ -1,23 +1,23 @@
-"""A run of a 3D world: its decisions one by one, and the facts of its episode."""
+"""A run of a 3D world: its decisions one by one, the facts of its episode, and its scene."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import threading
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import msgspec
 
-from foundry.errors import RecordError
+from foundry.errors import InputError, RecordError
 from foundry.records import NOT_JSON, CameraEpisode, CameraStep
-from foundry.viewer.run_view import OUTCOMES, UNDECIDED, RunView
+from foundry.viewer.run_view import BINARY, OUTCOMES, UNDECIDED, Resource, RunView
 
+_ONE_AT_A_TIME = threading.Lock()
 _OUTCOME_CODES = {name: code for code, name in enumerate(OUTCOMES)}
 
 
 class CameraView(RunView):
     """See `docs/viewer.md` for the keys of what is returned."""
-
-    kind = "camera"
 
     @property
     def agents(self) -> int:
@@ -32,8 +32,29 @@ class CameraView(RunView):
     def _folder(self) -> str:
         return "/".join(self.folder.path.parts[-2:])
 
-    def images(self) -> list[str]:
-        """Return the images that the steps name, by their path in the sweep's folder."""
+    def scene(self) -> Resource:
+        """Return the scene as GLB, empty when its world has none. Two pages must not make it at once.
+
+        Raises:
+            InputError: its file is not there any more, or what is made of it cannot be kept.
+        """
+        from foundry.viewer.camera.scene_export import kept_scene_glb
+
+        try:
+            with _ONE_AT_A_TIME:
+                return Resource(kept_scene_glb(self.folder) or b"", BINARY)
+        except OSError as error:
+            raise InputError(f"The scene cannot be kept in the sweep's folder: {error}") from error
+
+    def exports(self) -> Iterator[tuple[str, Resource]]:
+        """Yield the scene, or nothing in its place when its files are not there any more: the way is shown alone."""
+        try:
+            yield "scene", self.scene()
+        except InputError:
+            yield "scene", Resource(b"", BINARY)
+
+    def files(self) -> list[str]:
+        """Return the images that the steps name."""
         return [f"{self._folder}/{row.image}" for row in self._rows(1, self.done) if row.image is not None]
 
     def episode(self) -> CameraEpisode | None:
@@ -80,9 +101,7 @@ class CameraView(RunView):
         """Yield the one agent's track."""
         yield 0, self.track(0)
 
-    def received(self, first: int, last: int, agent: int | None = None) -> Mapping[int, list[tuple[int, int, str]]]:
-        """Return nothing: there is nobody to talk to."""
-        return {}
-
     def _rows(self, first: int, last: int) -> Sequence[CameraStep]:
         return self.read_steps(first, last, CameraStep)
+
+    parts = {("scene", 0): scene}

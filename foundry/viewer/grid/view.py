@@ -9,9 +9,9 @@ from typing import Annotated, Any
 import msgspec
 
 from foundry.errors import RecordError
-from foundry.records import Agent, GridStep, Message
-from foundry.storing.store import RunFolder, lines_of
-from foundry.viewer.lines import StepLines, lines_of_agent
+from foundry.records import GridStep
+from foundry.storing.store import RunFolder
+from foundry.viewer.lines import lines_of_agent
 from foundry.viewer.run_view import OUTCOMES, UNDECIDED, RunView
 
 DIRECTIONS = ("stay", "up", "down", "left", "right")
@@ -22,7 +22,6 @@ _OUTCOME_CODES = {name: code for code, name in enumerate(OUTCOMES)}
 _DIRECTION_CODES: dict[str | None, int] = {name: code for code, name in enumerate(DIRECTIONS)} | {None: 0}
 _DELIVERY = re.compile(rb'^\{"step":(\d+),"sender":(\d+),"recipient":(\d+),', re.MULTILINE)
 _READ_STEP = msgspec.json.Decoder(GridStep).decode
-_READ_MESSAGES = msgspec.json.Decoder(Message).decode_lines
 
 
 class _Place(msgspec.Struct):
@@ -39,16 +38,13 @@ class _Grid(msgspec.Struct):
 class GridView(RunView):
     """See `docs/viewer.md` for the keys of what is returned."""
 
-    kind = "grid"
-
-    def __init__(self, folder: RunFolder, *, decisions_per_chunk: int = 10) -> None:
-        super().__init__(folder, decisions_per_chunk=decisions_per_chunk)
+    def __init__(self, folder: RunFolder, *, decisions_per_chunk: int = 10, trusted: Sequence[str] = ()) -> None:
+        super().__init__(folder, decisions_per_chunk=decisions_per_chunk, trusted=trusted)
         try:
             self._grid = msgspec.convert(self.world, _Grid)
         except msgspec.ValidationError as error:
             raise RecordError(f"The world of run '{folder.id}' cannot be shown: {error}") from error
         self.steps_per_chunk = max(1, min(50, DECISIONS_PER_CHUNK // self.agents))
-        self.messages = StepLines(folder.stream_path("messages"))
         self._places = {place.name: index for index, place in enumerate(self._grid.places)}
 
     @property
@@ -109,8 +105,8 @@ class GridView(RunView):
     def track(self, agent: int) -> dict[str, Any]:
         """Return the agent's cells, outcomes and persona; the cells have one entry more than there are steps."""
         spans = ((first, min(first + self.steps_per_chunk, self.done + 1) - 1) for first in self._firsts())
-        lines = [line for span in spans for line in lines_of_agent(self.steps.read(*span), agent, *span)]
-        return self._track([_READ_STEP(line) for line in lines], self._personas().get(agent, {}))
+        lines = [line for span in spans for line in lines_of_agent(self.steps.read(*span), agent)]
+        return self._track([_READ_STEP(line) for line in lines], self.personas().get(agent, {}))
 
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
         """Yield what `track` returns for every agent, reading everything once."""
@@ -118,15 +114,9 @@ class GridView(RunView):
         for first in self._firsts():
             for row in self._rows(first, min(first + self.steps_per_chunk - 1, self.done)):
                 rows[row.agent].append(row)
-        personas = self._personas()
+        personas = self.personas()
         for agent, mine in enumerate(rows):
             yield agent, self._track(mine, personas.get(agent, {}))
-
-    def _personas(self) -> dict[int, dict[str, str]]:
-        """Return the agents' personas, as far as the run recorded them."""
-        content = self.folder.agents_bytes()
-        lines = lines_of(content[: content.rfind(b"\n") + 1], Agent, self.folder.stream_path("agents"))
-        return {line.agent: line.persona for line in lines}
 
     def _firsts(self) -> range:
         """Return the first step of every chunk."""
@@ -142,18 +132,6 @@ class GridView(RunView):
             "flags": [_flags(row) for row in rows],
             "persona": persona,
         }
-
-    def received(self, first: int, last: int, agent: int | None = None) -> Mapping[int, list[tuple[int, int, str]]]:
-        """Return what agents were told, by recipient."""
-        self.messages.grow()
-        lines = self.messages.read(first, last)
-        if agent is not None:
-            of_agent = rb'^\{"step":\d+,"sender":\d+,"recipient":%d,.*\n' % agent
-            lines = b"".join(re.findall(of_agent, lines, re.MULTILINE))
-        found: dict[int, list[tuple[int, int, str]]] = {}
-        for heard in _READ_MESSAGES(lines):
-            found.setdefault(heard.recipient, []).append((heard.step, heard.sender, heard.text))
-        return found
 
     def _rows(self, first: int, last: int) -> Sequence[GridStep]:
         """Return the records of these steps, agent by agent.

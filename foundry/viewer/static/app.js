@@ -35,9 +35,8 @@
   async function runPage([sweep, run], query) {
     const data = await new foundry.RunData(sweep, run).open();
     crumbs([[sweep, `#/sweep/${sweep}`], [run, null]]);
-    const Page = data.about.kind === "grid" ? foundry.GridPage : foundry.CameraPage;
     const agent = query.get("agent");
-    const page = new Page(data, {step: Number(query.get("step")) || null, agent: agent === null ? null : Number(agent)});
+    const page = data.form.page(data, {step: Number(query.get("step")) || null, agent: agent === null ? null : Number(agent)});
     data.follow(() => page.disposed);
     return page;
   }

@@ -8,15 +8,10 @@
     constructor(runs, wanted) {
       this.runs = runs;
       this.agent = null;
-      this.isGrid = runs.every((run) => run.about.kind === "grid");
       this.panels = runs.map((run) => this.panel(run));
-      this.player = new foundry.Player({
-        marks: () => this.marks(), fires: runs[0].about.fires || [], kinds: this.isGrid ? ["message", "fire", "failure"] : ["failure", "boundary"],
-        signs: this.isGrid ? [] : ["success"],
-        onKey: (key) => this.key(key), summary: () => "",
-      });
+      this.player = new foundry.Player({marks: () => this.marks(), ...this.playing(), onKey: (key) => this.key(key), summary: () => ""});
       this.clock = this.player.clock;
-      this.clock.isReady = (step) => !this.isGrid || runs.every((run) => step > run.done || run.chunkAt(step) !== null);
+      this.clock.isReady = (step) => runs.every((run) => step > run.done || run.chunkAt(step) !== null);
       this.clock.onChange(() => this.update());
       this.verdict = h("section", {class: "verdict", "aria-label": "Where the runs part"}, h("p", {class: "note"}, "Looking for the first difference…"));
       this.now = h("p", {class: "now"});
@@ -33,8 +28,17 @@
       this.panels.forEach((one) => one.view.dispose && one.view.dispose());
     }
 
+    /** What the player of all of them has: the jumps and signs that each of them knows, the fires of the first. */
+    playing() {
+      const each = this.runs.map((run) => run.form.player(run.about)), [first] = each;
+      const shared = (key) => first[key].filter((one) => each.every((other) => other[key].includes(one)));
+      return {kinds: shared("kinds"), signs: shared("signs"), fires: first.fires};
+    }
+
+    get agents() { return Math.max(...this.runs.map((run) => run.about.agents)); }
+
     panel(run) {
-      const view = run.about.kind === "grid" ? new foundry.Grid(run, {onPick: (agent) => this.select(agent)}) : new foundry.SeenImage(run);
+      const view = run.form.panel(run, {onPick: (agent) => this.select(agent)});
       const state = h("span", {class: "state"}, badge(run.progress.status));
       const element = h("section", {class: "panel", "aria-label": run.name},
         h("h2", {}, h("a", {href: `#/run/${run.sweep}/${run.id}`}, run.about.model), h("small", {}, ` ${run.about.prompt} · seed ${run.about.seed} `), state), view.element);
@@ -78,8 +82,9 @@
       if (stopped()) return;
       this.found = done && said;
       const line = (what, hit) => h("p", {}, h("b", {}, what), hit ? [" step ", h("button", {type: "button", class: "go", onclick: () => this.go(hit)}, String(hit.step)),
-        ` (${this.isGrid ? `${hit.agents.length > 1 ? "agents" : "agent"} ${this.list(hit.agents)}` : "the decision"})`] : " none in the steps that all of them have");
-      fill(this.verdict, line("First action or position that differs:", done), line(`First ${this.isGrid ? "message" : "reply"} that differs:`, said));
+        ` (${this.agents > 1 ? `${hit.agents.length > 1 ? "agents" : "agent"} ${this.list(hit.agents)}` : "the decision"})`] : " none in the steps that all of them have");
+      const {words} = this.runs[0].form;
+      fill(this.verdict, line(`First ${words.did} that differs:`, done), line(`First ${words.said} that differs:`, said));
     }
 
     list(agents) { return agents.length > LISTED ? `${agents.slice(0, LISTED).join(", ")} and ${agents.length - LISTED} more` : agents.join(", "); }
@@ -91,9 +96,8 @@
     }
 
     select(agent) {
-      const most = Math.max(...this.runs.map((run) => run.about.agents));
-      this.agent = agent !== null && agent >= 0 && agent < most ? agent : null;
-      this.panels.forEach(({view}) => { if (view instanceof foundry.Grid) view.selected = this.agent; });
+      this.agent = agent !== null && agent >= 0 && agent < this.agents ? agent : null;
+      this.panels.forEach(({view}) => view.select(this.agent));
       this.shown = null;
       this.update();
     }
@@ -112,25 +116,21 @@
     }
 
     draw(run, view, clock) {
-      const ended = clock.step > run.done, step = Math.min(clock.step, run.done);
-      if (view instanceof foundry.Grid) {
-        if (!view.draw(step, ended ? 1 : clock.share) && step) run.load(step).then(() => this.disposed || view.draw(step, ended ? 1 : clock.share), () => null);
-        view.canvas.setAttribute("aria-label", `${run.name}. ${view.describe()}`);
-      } else if (step) {
-        run.load(step).then((chunk) => view.show(chunk.steps[step - chunk.first]), () => null);
-      }
+      const step = Math.min(clock.step, run.done), share = clock.step > run.done ? 1 : clock.share;
+      if (!view.draw(step, share) && step) run.load(step).then(() => this.disposed || view.draw(step, share), () => null);
+      view.label(run.name);
     }
 
     async showDifferences(step, wanted) {
       const agents = await foundry.difference.differingAgents(this.runs, step);
       if (this.shown !== wanted) return;
       const pick = (agent) => h("button", {type: "button", class: "go", "aria-label": `Agent ${agent}`, onclick: () => this.select(agent)}, String(agent));
-      fill(this.now, h("b", {}, `At step ${step}: `), agents.length === 0 ? "all do the same." : this.isGrid
+      fill(this.now, h("b", {}, `At step ${step}: `), agents.length === 0 ? "all do the same." : this.agents > 1
         ? [agents.length > 1 ? `${agents.length} agents differ: ` : "one agent differs: ", agents.slice(0, LISTED).map(pick), agents.length > LISTED ? " …" : null] : "the decisions differ.");
     }
 
     async showDecisions(step, wanted) {
-      const agent = this.isGrid ? this.agent : 0;
+      const agent = this.agents > 1 ? this.agent : 0;
       if (agent === null) { fill(this.decisions, h("p", {class: "note"}, "Choose an agent to see the decision of each run.")); return; }
       const found = await Promise.all(this.runs.map((run) => run.decision(step, agent)));
       if (this.shown !== wanted) return;
@@ -139,14 +139,13 @@
 
     column(run, step, agent, decision) {
       const {record} = decision;
-      const details = !record ? h("p", {class: "note"}, "No record of this step.") : run.about.kind === "grid"
-        ? foundry.parts.gridRecord(record, decision.received) : foundry.camera.decisionView(record);
-      return h("section", {class: "column"}, h("h3", {}, `${run.about.model} · step ${step}${this.isGrid ? ` · agent ${agent}` : ""}`), details,
+      const details = record ? run.form.decision(decision) : h("p", {class: "note"}, "No record of this step.");
+      return h("section", {class: "column"}, h("h3", {}, `${run.about.model} · step ${step}${this.agents > 1 ? ` · agent ${agent}` : ""}`), details,
         decision.calls.length ? h("h4", {}, "Raw replies") : null, decision.calls.map((call) => [h("p", {class: "role"}, call.kind), quote(call.text, "reply")]));
     }
 
     key(key) {
-      const most = Math.max(...this.runs.map((run) => run.about.agents));
+      const most = this.agents;
       if (key === "[" || key === "]") this.select(this.agent === null ? 0 : (this.agent + (key === "]" ? 1 : most - 1)) % most);
       else if (key === "Escape") this.select(null);
       else return false;

@@ -1,24 +1,14 @@
 "use strict";
 /* Finds where runs part: the first step at which an action differs, and the first at which a text does. */
 (function (foundry) {
-  function gridKey(chunk, agents, step, agent) {
-    const at = (step - chunk.first) * agents + agent;
-    return [chunk.x[at], chunk.y[at], chunk.action[at], chunk.outcome[at], chunk.message_outcome[at]].join();
-  }
-
-  function cameraKey(chunk, step) {
-    const record = chunk.steps[step - chunk.first];
-    return JSON.stringify([record.pose, record.command, record.outcome]);
-  }
-
-  /** Return the agents whose actions, cells or outcomes are not the same in all runs at a step. */
+  /** Return the agents that did not do the same in all runs at a step. */
   async function differingAgents(runs, step) {
     const chunks = await Promise.all(runs.map((run) => run.load(step)));
-    const [{about}] = runs, agents = Math.max(...runs.map((run) => run.about.agents)), found = [];
+    const agents = Math.max(...runs.map((run) => run.about.agents)), found = [];
     for (let agent = 0; agent < agents; agent += 1) {
       const keys = runs.map((run, index) => {
         if (agent >= run.about.agents || step > chunks[index].last) return "none";
-        return about.kind === "grid" ? gridKey(chunks[index], run.about.agents, step, agent) : cameraKey(chunks[index], step);
+        return run.form.same(chunks[index], run.about, step, agent);
       });
       if (new Set(keys).size > 1) found.push(agent);
     }

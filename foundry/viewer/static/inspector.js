@@ -31,32 +31,9 @@
         ["parameters", quote(JSON.stringify(call.parameters, null, 1), "small")]]));
   }
 
-  function motion(record) {
-    if (record.action !== "move") return "stay";
-    return `move ${record.direction}: ${record.moved ? `to (${record.x_next}, ${record.y_next})` : "stopped by the edge"}`;
-  }
-
-  function gridRecord(record, received) {
-    return [
-      facts([
-        ["cell", `(${record.x}, ${record.y})${record.place ? ` in ${record.place}` : ""}`],
-        ["action", h("span", {}, badge(record.outcome), ` ${motion(record)}`)],
-        ["message", h("span", {}, badge(record.message_outcome), record.message === null ? " silent" : ` to ${record.neighbours.length || "nobody"}${{0: "", 1: " agent"}[record.neighbours.length] ?? " agents"}`)],
-        ["can talk to", record.neighbours.join(", ") || "nobody"], ["fires perceived", record.fires.join(", ") || "none"],
-      ]),
-      record.message === null ? null : [h("h4", {}, "Message"), quote(record.message)],
-      record.message_reasoning ? [h("h4", {}, "Why it said so"), quote(record.message_reasoning)] : null,
-      record.reasoning ? [h("h4", {}, "Why it acted so"), quote(record.reasoning)] : null,
-      record.memory ? [h("h4", {}, "Remembers"), quote(record.memory)] : null,
-      received.length ? [h("h4", {}, "Was told"), h("ul", {class: "told"}, received.map(([, sender, text]) => h("li", {}, h("b", {}, `${sender}: `), h("bdi", {}, text))))] : null,
-    ];
-  }
-
-  function memories(earlier) {
-    const kept = earlier.filter((one) => one.memory && one.memory.trim()).slice(-5);
-    if (!kept.length) return null;
-    return h("details", {class: "call"}, h("summary", {}, "Memory before this step"),
-      h("ul", {class: "told"}, kept.map((one) => h("li", {}, h("b", {}, `step ${one.step}: `), h("bdi", {}, one.memory)))));
+  /** What was told to an agent. */
+  function told(received) {
+    return received.length ? [h("h4", {}, "Was told"), h("ul", {class: "told"}, received.map(([, sender, text]) => h("li", {}, h("b", {}, `${sender}: `), h("bdi", {}, text))))] : null;
   }
 
   /** Keep in `opened` which calls somebody opened, so that they stay open from step to step. */
@@ -69,11 +46,11 @@
   }
 
   /** Return the calls with the one that failed first open; nothing is hidden about a failed decision. */
-  function calls(decision, opened) {
+  function calls(data, decision, opened) {
     if (decision.damaged) return [h("p", {class: "warning"}, `The log of calls cannot be read to its end: ${decision.damaged}`)];
     if (!decision.calls.length) return [h("p", {class: "note"}, "The log holds no call of this step.")];
-    const bad = {message: decision.record && decision.record.message_outcome, action: decision.record && decision.record.outcome};
-    return decision.calls.map((call) => callView(call, opened.has(call.kind) || !["chosen", undefined].includes(bad[call.kind])));
+    const failed = (kind) => !["chosen", undefined].includes(data.form.outcome(decision, kind));
+    return decision.calls.map((call) => callView(call, opened.has(call.kind) || failed(call.kind)));
   }
 
   class Inspector {
@@ -83,12 +60,21 @@
       this.onSelect = onSelect;
       this.agent = null;
       this.opened = new Set();
-      this.choice = h("select", {"aria-label": "Agent", onchange: () => onSelect(this.choice.value === "" ? null : Number(this.choice.value))},
-        h("option", {value: ""}, "no agent"), Array.from({length: data.about.agents}, (_, agent) => h("option", {value: String(agent)}, `agent ${agent}`)));
+      this.choice = h("select", {"aria-label": "Agent", onchange: () => onSelect(this.choice.value === "" ? null : Number(this.choice.value))});
+      this.offer();
       this.persona = h("p", {class: "persona"});
       this.body = h("div", {class: "decision"});
       this.element = h("section", {class: "inspector", "aria-label": "What the agent did"}, h("div", {class: "row"}, h("h2", {}, "Agent"), this.choice), this.persona, this.body);
       keepOpen(this.body, this.opened);
+    }
+
+    /** Offer every agent that is known by now. */
+    offer() {
+      const {agents} = this.data.about;
+      if (this.offered === agents) return;
+      this.offered = agents;
+      fill(this.choice, h("option", {value: ""}, "no agent"), Array.from({length: agents}, (_, agent) => h("option", {value: String(agent)}, `agent ${agent}`)));
+      this.choice.value = this.agent === null ? "" : String(this.agent);
     }
 
     select(agent, track) {
@@ -126,13 +112,12 @@
     }
 
     fillBody(step, decision) {
-      const {record} = decision;
       this.filled = this.shown;
-      fill(this.body, h("h3", {}, `Step ${step}`), record ? gridRecord(record, decision.received) : h("p", {class: "note"}, "No record of this step yet."),
-        memories(decision.earlier), h("h3", {}, "Prompts and replies"), calls(decision, this.opened));
+      fill(this.body, h("h3", {}, `Step ${step}`), decision.record ? this.data.form.decision(decision) : h("p", {class: "note"}, "No decision of it is recorded at this step."),
+        h("h3", {}, "Prompts and replies"), calls(this.data, decision, this.opened));
     }
   }
 
   foundry.Inspector = Inspector;
-  foundry.parts = {facts, callView, calls, keepOpen, gridRecord, motion};
+  foundry.parts = {facts, callView, calls, keepOpen, told};
 })(window.Foundry);

@@ -75,7 +75,7 @@
     show(rows) {
       rows.forEach((row, index) => {
         row.index = index;
-        row.text = [row.run, row.model, row.prompt, row.world, row.seed, row.status, row.error || "", ...row.factors].join(" ").toLocaleLowerCase();
+        row.text = [row.run, row.model, row.prompt, row.world, row.form, row.seed, row.status, row.error || "", ...row.factors].join(" ").toLocaleLowerCase();
       });
       this.rows = rows;
       this.drawState();
@@ -103,9 +103,9 @@
 
     columns() {
       const plain = (key, label = key) => ({key, label, value: (row) => row[key]});
-      const worlds = new Set(this.rows.map((row) => row.world)).size > 1;
+      const differ = (key) => (new Set(this.rows.map((row) => row[key])).size > 1 ? [plain(key)] : []);
       return [
-        plain("run"), plain("status"), plain("model"), plain("prompt"), ...(worlds ? [plain("world")] : []), plain("seed"),
+        plain("run"), plain("status"), plain("model"), plain("prompt"), ...differ("world"), ...differ("form"), plain("seed"),
         ...this.head.factors.map((name, index) => ({key: name, label: name, value: (row) => row.factors[index]})),
         {key: "undecided", label: "undecided", value: (row) => row.undecided},
         ...this.chosen.map((name) => ({key: name, label: name, value: (row) => (this.values.get(name) || [])[row.index] ?? null})),

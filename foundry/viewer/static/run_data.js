@@ -21,13 +21,6 @@
     clear() { this.kept.clear(); }
   }
 
-  function gridChunk(found, agents) {
-    const typed = {first: found.first, last: found.last, agents, links: found.links, deliveries: found.deliveries};
-    for (const key of ["x", "y", "place"]) typed[key] = Int16Array.from(found[key]);
-    for (const key of ["action", "outcome", "message_outcome", "flags"]) typed[key] = Uint8Array.from(found[key]);
-    return typed;
-  }
-
   class RunData {
     constructor(sweep, id) {
       this.sweep = sweep;
@@ -43,8 +36,9 @@
     }
 
     async open() {
-      this.about = await foundry.source.json(`${this.address}/about`);
       this.progress = await foundry.source.json(`${this.address}/progress`);
+      this.about = await foundry.source.json(`${this.address}/about`);
+      this.form = await foundry.formOf(this.about);
       return this;
     }
 
@@ -82,7 +76,7 @@
       const kept = this.chunks.get(number);
       if (kept && this.isWhole(kept, number, this.about.steps_per_chunk)) return kept;
       const found = await this.once(`frames/${number}`);
-      const chunk = this.about.kind === "grid" ? gridChunk(found, this.about.agents) : found;
+      const chunk = this.form.chunk(found, this.about);
       this.chunks.set(number, chunk);
       return chunk;
     }
@@ -103,6 +97,7 @@
       }
       return {
         record: chunk.steps.find((one) => one.step === step) || null,
+        records: chunk.steps.filter((one) => one.step === step),
         calls: chunk.calls.filter((one) => one.step === step),
         received: chunk.received.filter((one) => one[0] === step),
         earlier: chunk.steps.filter((one) => one.step < step),
@@ -155,7 +150,7 @@
         this.marked = 0;
         this.about = await foundry.source.json(`${this.address}/about`);
       }
-      if (before.done !== this.done || before.status !== this.progress.status) {
+      if (["beginning", "done", "status"].some((key) => before[key] !== this.progress[key])) {
         this.listeners.forEach((listener) => listener());
       }
     }

@@ -31,8 +31,10 @@ class CameraRedrawing(Redrawing):
         """Read the records.
 
         Raises:
-            InputError: the scene is not the one that the run was in.
+            InputError: the run has not begun, or the scene is not the one that it was in.
         """
+        if not recorded.episode:
+            raise InputError("The run has not begun: it has no episode.jsonl to draw from.")
         episode = msgspec.json.decode(recorded.episode, type=CameraEpisode)
         if episode.scene_sha256 != around.scene.sha256:
             raise InputError(

@@ -20,6 +20,8 @@ from foundry.worlds.camera.sight import Secret, Sight, observe
 from foundry.worlds.camera.surroundings import Surroundings, Target, surroundings_of
 
 MOVE = "move"
+_IDLE = "I stay where I am. Stay."
+"""The reply that does nothing."""
 
 
 class CameraScenario(Scenario):
@@ -144,7 +146,7 @@ class UsdWorld(World):
             limits=self._scenario.limits,
         )
         secret = Secret(self._around, self._sight, self._target)
-        return [Question(self._steps + 1, 0, MOVE, observation, (self._sight.encoded,), secret)]
+        return [Question(self._steps + 1, 0, MOVE, observation, (self._sight.encoded,), secret, idle=_IDLE)]
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
         """Move as the answer says; return the decision, and the image that led to it if it is kept."""

@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import msgspec
-from numpy.random import Generator
 
 from foundry.errors import InputError
 from foundry.worlds.grid.hazards import Fire
 from foundry.worlds.grid.layouts import Layout
 from foundry.worlds.grid.space import Count, Field, Name, Place, Size
+from foundry.worlds.personas import check_attributes
 from foundry.worlds.validation import as_list, read_settings, refuse_repeated_names
 
 MOST_AGENTS = 20_000
@@ -94,27 +94,5 @@ def _check(settings: GridSettings) -> None:
     reach = settings.communication_distance
     if not (math.isfinite(reach) and reach >= 0):
         raise InputError(f"world.communication_distance is {reach}. Give a number of cells, 0 or more.")
-    for attribute, weights in settings.personas.items():
-        _check_weights(attribute, list(weights.values()))
+    check_attributes(settings.personas)
     settings.layout.check(settings.field, settings.agents)
-
-
-def _check_weights(attribute: str, weights: list[float]) -> None:
-    usable = all(math.isfinite(weight) and weight >= 0 for weight in weights)
-    if not usable or sum(weights) <= 0:
-        raise InputError(
-            f"world.personas.{attribute} has the weights {weights}. Give numbers of 0 or more, one of them above 0."
-        )
-
-
-def draw_personas(settings: GridSettings, rng: Generator) -> list[dict[str, str]]:
-    """Return one persona per agent."""
-    personas: list[dict[str, str]] = [{} for _ in range(settings.agents)]
-    for attribute, weights in settings.personas.items():
-        values = [str(value) for value in weights]
-        total = sum(weights.values())
-        shares = [weight / total for weight in weights.values()]
-        drawn = rng.choice(len(values), size=settings.agents, p=shares).tolist()
-        for persona, index in zip(personas, drawn, strict=True):
-            persona[attribute] = values[index]
-    return personas

@@ -17,10 +17,16 @@ from foundry.worlds.base import Answer, Question, Recorded, Redrawing, Scenario,
 from foundry.worlds.grid.drawing import GridFrame, draw, make_frame
 from foundry.worlds.grid.observation import Perception
 from foundry.worlds.grid.parsing import ActionReading, MessageReading, read_action, read_message
-from foundry.worlds.grid.settings import GridSettings, draw_personas, read_grid_settings
+from foundry.worlds.grid.settings import GridSettings, read_grid_settings
 from foundry.worlds.grid.space import OFFSETS, OUTSIDE, Cell
+from foundry.worlds.personas import draw_personas
 
 MESSAGE, ACTION = "message", "action"
+_IDLE = {
+    MESSAGE: json.dumps({"message": None, "reasoning": "I keep to myself."}),
+    ACTION: json.dumps({"action": "stay", "memory": "", "reasoning": "I stay where I am."}),
+}
+"""The replies that do nothing."""
 
 
 class GridScenario(Scenario):
@@ -91,7 +97,7 @@ class GridScenario(Scenario):
 
     def personas(self, seed: int) -> list[dict[str, str]]:
         """Return the persona of each agent in the run with this seed."""
-        return draw_personas(self.settings, seeding.stream(seed, "personas"))
+        return draw_personas(self.settings.personas, self.settings.agents, seeding.stream(seed, "personas"))
 
     def redraw(self, recorded: Recorded) -> GridRedrawing:
         """Return the pictures of a run."""
@@ -170,7 +176,7 @@ class GridWorld(World):
             }
             if self._said is not None:
                 observation["message"] = self._said[agent].text
-            questions.append(Question(step, agent, kind, observation))
+            questions.append(Question(step, agent, kind, observation, idle=_IDLE[kind]))
         return questions
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:

@@ -21,9 +21,9 @@ from analysis.signatures import Signature
 from declared_forms import CAMERA
 from endings import run_summary
 from foundry import seeding
+from foundry.expansion import Condition, expand
 from foundry.records import CameraEpisode, CameraStep, Outcome, Pose
 from foundry.storing.store import RunFolder, SweepFolder
-from foundry.sweep import Condition, expand
 
 GOAL = (6.0, 5.0)
 

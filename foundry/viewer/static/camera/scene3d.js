@@ -12,7 +12,7 @@
 
 window.FoundryScene = (() => {
   const HERE = document.currentScript.src;
-  const FILES = ["vendor/three.bundle.js", "scene3d_parts.js", "scene3d_view.js"];
+  const FILES = ["../vendor/three.bundle.js", "scene3d_parts.js", "scene3d_view.js"];
   let loaded = null;
 
   function loadFile(name) {

@@ -1,8 +1,48 @@
 "use strict";
-/* The page of a 2D run: grid, timeline, agent, search. */
+/* What shows 2D runs: grid, timeline, agent, search. */
 (function (foundry) {
-  const {h} = foundry.dom;
+  const {h, badge, quote} = foundry.dom, {facts, told} = foundry.parts;
   const SAID = 1;
+
+  function chunk(found, about) {
+    const typed = {first: found.first, last: found.last, agents: about.agents, links: found.links, deliveries: found.deliveries};
+    for (const key of ["x", "y", "place"]) typed[key] = Int16Array.from(found[key]);
+    for (const key of ["action", "outcome", "message_outcome", "flags"]) typed[key] = Uint8Array.from(found[key]);
+    return typed;
+  }
+
+  function same(chunk, about, step, agent) {
+    const at = (step - chunk.first) * about.agents + agent;
+    return [chunk.x[at], chunk.y[at], chunk.action[at], chunk.outcome[at], chunk.message_outcome[at]].join();
+  }
+
+  function motion(record) {
+    if (record.action !== "move") return "stay";
+    return `move ${record.direction}: ${record.moved ? `to (${record.x_next}, ${record.y_next})` : "stopped by the edge"}`;
+  }
+
+  function decisionView({record, received, earlier}) {
+    return [
+      facts([
+        ["cell", `(${record.x}, ${record.y})${record.place ? ` in ${record.place}` : ""}`],
+        ["action", h("span", {}, badge(record.outcome), ` ${motion(record)}`)],
+        ["message", h("span", {}, badge(record.message_outcome), record.message === null ? " silent" : ` to ${record.neighbours.length || "nobody"}${{0: "", 1: " agent"}[record.neighbours.length] ?? " agents"}`)],
+        ["can talk to", record.neighbours.join(", ") || "nobody"], ["fires perceived", record.fires.join(", ") || "none"],
+      ]),
+      record.message === null ? null : [h("h4", {}, "Message"), quote(record.message)],
+      record.message_reasoning ? [h("h4", {}, "Why it said so"), quote(record.message_reasoning)] : null,
+      record.reasoning ? [h("h4", {}, "Why it acted so"), quote(record.reasoning)] : null,
+      record.memory ? [h("h4", {}, "Remembers"), quote(record.memory)] : null,
+      told(received), memories(earlier),
+    ];
+  }
+
+  function memories(earlier) {
+    const kept = earlier.filter((one) => one.memory && one.memory.trim()).slice(-5);
+    if (!kept.length) return null;
+    return h("details", {class: "call"}, h("summary", {}, "Memory before this step"),
+      h("ul", {class: "told"}, kept.map((one) => h("li", {}, h("b", {}, `step ${one.step}: `), h("bdi", {}, one.memory)))));
+  }
 
   class GridPage {
     constructor(data, wanted) {
@@ -11,7 +51,7 @@
       this.grid = new foundry.Grid(data, {onPick: (agent) => this.select(agent)});
       this.inspector = new foundry.Inspector(data, (agent) => this.select(agent));
       this.player = new foundry.Player({
-        marks: () => this.ownMarks || data.marks, fires: data.about.fires, kinds: ["message", "fire", "failure"],
+        marks: () => this.ownMarks || data.marks, ...data.form.player(data.about),
         summary: () => this.grid.describe(), onKey: (key) => this.key(key),
       });
       this.search = new foundry.Search(data, "Search in messages", (step, agent) => { this.select(agent); this.clock.pause(); this.clock.seek(step); });
@@ -80,7 +120,7 @@
       if (!ready && clock.steps) data.load(clock.step).then(() => this.disposed || this.redraw(), () => null);
       if (!clock.playing || clock.speed <= 4) this.showDecisions();
       if (!clock.playing) {
-        this.grid.canvas.setAttribute("aria-label", this.grid.describe());
+        this.grid.label();
         foundry.remember({step: clock.step, agent: this.agent});
       }
     }
@@ -94,7 +134,7 @@
     redraw() {
       this.grid.draw(this.clock.step, this.clock.share);
       this.showDecisions();
-      this.grid.canvas.setAttribute("aria-label", this.grid.describe());
+      this.grid.label();
     }
 
     key(key) {
@@ -107,5 +147,14 @@
     }
   }
 
-  foundry.GridPage = GridPage;
+  foundry.form("grid", {
+    needs: ["grid/canvas.js"],
+    page: (data, wanted) => new GridPage(data, wanted),
+    panel: (data, options) => new foundry.Grid(data, options),
+    chunk, same,
+    decision: decisionView,
+    outcome: ({record}, kind) => record && {message: record.message_outcome, action: record.outcome}[kind],
+    words: {did: "action or position", said: "message"},
+    player: (about) => ({kinds: ["message", "fire", "failure"], signs: [], fires: about.fires}),
+  });
 })(window.Foundry);

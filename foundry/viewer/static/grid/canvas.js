@@ -64,6 +64,11 @@
       if (this.options.onPick) this.options.onPick(best);
     }
 
+    select(agent) { this.selected = agent; }
+
+    /** Say what is seen to those who listen to the page. */
+    label(name) { this.canvas.setAttribute("aria-label", name ? `${name}. ${this.describe()}` : this.describe()); }
+
     toX(x) { return this.width / 2 + (x - this.centre[0]) * this.cell; }
     toY(y) { return this.height / 2 - (y - this.centre[1]) * this.cell; }
 

@@ -1,25 +1,10 @@
 "use strict";
-/* The page of a 3D run: the scene beside the very image the model saw, its reply and what was understood. */
+/* What shows 3D runs: the scene beside the very image the model saw, its reply and what was understood. */
 (function (foundry) {
   const {h, fill, badge, quote, number} = foundry.dom;
 
   const AGAIN_MS = 500;
   const LISTED = 8;
-
-  /** Load a script of this page's own folder once. */
-  const loaded = new Map();
-  function script(name) {
-    if (!loaded.has(name)) {
-      loaded.set(name, new Promise((resolve, reject) => {
-        const element = document.createElement("script");
-        element.src = name;
-        element.onload = resolve;
-        element.onerror = () => reject(new Error(`${name} is missing.`));
-        document.head.appendChild(element);
-      }));
-    }
-    return loaded.get(name);
-  }
 
   function pose(value) {
     return `x ${number(value.x)} m, y ${number(value.y)} m, z ${number(value.z)} m, yaw ${number(value.yaw)}°, pitch ${number(value.pitch)}°`;
@@ -53,7 +38,7 @@
       if (this.mounted) this.mounted.update(steps);
       if (waiting) return;
       try {
-        await script("scene3d.js");
+        await foundry.script("camera/scene3d.js");
         const glb = await this.load();
         if (this.disposed) return;
         const mounted = await window.FoundryScene.mount(this.box, {glb, episode: this.data.about.episode, steps: this.steps});
@@ -99,6 +84,17 @@
       this.element = h("figure", {class: "seen-box"}, this.image, this.none, h("figcaption", {}, "What the model saw"));
     }
 
+    /** Show the image of a step as soon as its record is there; returns whether it is. */
+    draw(step) {
+      const chunk = step ? this.data.chunkAt(step) : null;
+      if (chunk) this.show(chunk.steps[step - chunk.first]);
+      return chunk !== null;
+    }
+
+    select() {}
+
+    label(name) { this.image.alt = this.about ? `${this.about} (${name})` : ""; }
+
     show(record) {
       const path = record && record.image;
       this.image.hidden = !path;
@@ -107,7 +103,8 @@
       const url = foundry.source.file(this.data.sweep, `${this.data.about.folder}/${path}`);
       if (this.url !== url) this.image.setAttribute("src", url);
       this.url = url;
-      this.image.alt = `The image the model saw at step ${record.step}`;
+      this.about = `The image the model saw at step ${record.step}`;
+      this.image.alt = this.about;
     }
 
     /** Ask once more a little later: while a run is written, a record may be there before its image is. */
@@ -117,7 +114,7 @@
     }
   }
 
-  function decisionView(record) {
+  function decisionView({record}) {
     const seen = Object.entries(record.visible_px).sort((a, b) => b[1] - a[1]), more = seen.length - LISTED;
     return [
       foundry.parts.facts([["outcome", badge(record.outcome)], ["command", command(record.command)], ["boundary", record.boundary || "none"]]),
@@ -142,7 +139,7 @@
       this.asked = h("div", {class: "decision"});
       this.opened = new Set();
       foundry.parts.keepOpen(this.asked, this.opened);
-      this.player = new foundry.Player({marks: () => data.marks, fires: [], kinds: ["failure", "boundary"], signs: ["success"],
+      this.player = new foundry.Player({marks: () => data.marks, ...data.form.player(),
         summary: () => this.summary(), onKey: (key) => key === "/" && (this.search.focus(), true)});
       this.clock = this.player.clock;
       this.search = new foundry.Search(data, "Search in replies", (step) => { this.clock.pause(); this.clock.seek(step); });
@@ -197,17 +194,26 @@
         if (this.step !== step) return;
         this.record = chunk.steps[step - chunk.first];
         this.image.show(this.record);
-        fill(this.body, h("h3", {}, `Step ${step}`), decisionView(this.record));
+        fill(this.body, h("h3", {}, `Step ${step}`), decisionView({record: this.record}));
         const decision = await data.decision(step, this.record.agent);
-        if (this.step === step) fill(this.asked, foundry.parts.calls(decision, this.opened));
+        if (this.step === step) fill(this.asked, foundry.parts.calls(data, decision, this.opened));
       } catch (error) {
         fill(this.body, h("p", {class: "warning"}, error.message));
       }
     }
   }
 
-  foundry.CameraPage = CameraPage;
-  foundry.Scene = Scene;
-  foundry.SeenImage = SeenImage;
-  foundry.camera = {command, pose, decisionView};
+  foundry.form("camera", {
+    page: (data, wanted) => new CameraPage(data, wanted),
+    panel: (data) => new SeenImage(data),
+    chunk: (found) => found,
+    same(chunk, about, step) {
+      const record = chunk.steps[step - chunk.first];
+      return JSON.stringify([record.pose, record.command, record.outcome]);
+    },
+    decision: decisionView,
+    outcome: ({record}) => record?.outcome,
+    words: {did: "action or position", said: "reply"},
+    player: () => ({kinds: ["failure", "boundary"], signs: ["success"], fires: []}),
+  });
 })(window.Foundry);

@@ -9,7 +9,7 @@ import msgspec
 import pytest
 
 from commands import foundry
-from foundry.trust.diff import compare
+from foundry.trust.comparing import compare
 from trust.conftest import MIX, run_of, runs
 
 
@@ -51,6 +51,6 @@ def test_poses_are_compared_in_3d(camera_sweep: Path, grid_sweep: Path):
     parting = compare(run, run)
     assert [(row.distance, row.turned) for row in parting.drift] == [(0.0, 0.0)] * 3
     done = foundry("diff", str(run.path), str(run_of(grid_sweep, MIX).path), cwd=camera_sweep)
-    assert done.returncode == 2 and "one is of a 2D world, the other of a 3D one" in done.stderr
+    assert done.returncode == 2 and "one is of form 'camera', the other of 'grid'" in done.stderr
     done = foundry("diff", str(grid_sweep), str(run.path), cwd=camera_sweep)
     assert done.returncode == 2 and "holds 4 runs: name one" in done.stderr

@@ -1,0 +1,140 @@
+"""What agents decided in rounds: all of them together as lines, each of them as a lane."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+
+from analysis.arrays import FloatArray
+from analysis.plots import style
+from analysis.plots.figures import new_figure, stacked
+from analysis.plots.labels import LINE_IN, wrapped
+
+_LINES = ("-", "--", "-.", ":")
+_KEY_WIDTH = 40
+NUMBERS = "Blues"
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A group's mean by round.
+
+    Attributes:
+        label: name of the group.
+        mean: over runs, (T,).
+        low: lower end of its interval over runs, (T,); NaN where there is none.
+        high: upper end.
+        runs: how many runs it is the mean of.
+        index: place among all groups, which decides the colour.
+        baseline: whether the group is there to be compared with only.
+    """
+
+    label: str
+    mean: FloatArray
+    low: FloatArray
+    high: FloatArray
+    runs: int
+    index: int = 0
+    baseline: bool = False
+
+
+@dataclass(frozen=True)
+class Lanes:
+    """What the agents of one run did.
+
+    Attributes:
+        label: name of the group.
+        run: the run's id.
+        values: the numbers, or the indices of labels, that were decided, (N, T); NaN where nothing was.
+        labels: the labels; empty for numbers.
+    """
+
+    label: str
+    run: str
+    values: FloatArray
+    labels: tuple[str, ...]
+
+
+def curves_figure(panels: Sequence[tuple[str, Sequence[Curve]]]) -> Figure:
+    """Return a panel of lines for each title, the groups named below the last."""
+    key = sum(wrapped(_named(curve), _KEY_WIDTH).count("\n") + 1 for curve in panels[-1][1])
+    figure, axes = stacked([1.6] * (len(panels) - 1) + [1.8 + LINE_IN * 1.2 * key])
+    for ax, (title, curves) in zip(axes, panels, strict=True):
+        for curve in curves:
+            _draw_curve(ax, curve)
+        ax.set_title(title)
+        ax.grid(True, axis="both")
+        _count_rounds(ax)
+    axes[-1].set_xlabel("Round")
+    axes[-1].legend(loc="upper left", bbox_to_anchor=(-0.02, -0.3), borderaxespad=0, handlelength=2.2)
+    return figure
+
+
+def _draw_curve(ax: Axes, curve: Curve) -> None:
+    rounds = np.arange(1, len(curve.mean) + 1)
+    look: Any = {
+        "color": style.colour(curve.index, baseline=curve.baseline),
+        "linestyle": _LINES[curve.index % len(_LINES)],
+        "zorder": 1.9 if curve.baseline else 2,
+    }
+    ax.plot(rounds, curve.mean, linewidth=1.2, label=wrapped(_named(curve), _KEY_WIDTH), **look)
+    ax.fill_between(rounds, curve.low, curve.high, color=look["color"], alpha=0.15, linewidth=0)
+
+
+def _named(curve: Curve) -> str:
+    return f"{curve.label} (n={curve.runs})"
+
+
+def lanes_figure(lanes: Sequence[Lanes]) -> Figure:
+    """Return a panel of lanes for each run, with what the colours mean below."""
+    labels = lanes[0].labels if lanes else ()
+    rows = -(-len(labels) // 3)
+    heights = [0.5 + min(0.09 * one.values.shape[0] + 0.2, 2.4) for one in lanes]
+    figure = new_figure(sum(heights) + 0.45 + 0.15 * rows)
+    axes = figure.subplots(max(len(lanes), 1), 1, squeeze=False, height_ratios=heights or [1])[:, 0]
+    most = max((float(np.nanmax(one.values, initial=0.0)) for one in lanes), default=1.0)
+    for ax, one in zip(axes, lanes, strict=False):
+        image = _draw_lanes(ax, one, most)
+    axes[-1].set_xlabel("Round")
+    if labels:
+        patches = [Patch(color=_colour(place), label=label) for place, label in enumerate(labels)]
+        figure.legend(handles=patches, loc="outside lower center", ncols=3)
+    elif lanes:
+        figure.colorbar(image, ax=list(axes), orientation="horizontal", aspect=40, pad=0.02)
+    return figure
+
+
+def _draw_lanes(ax: Axes, one: Lanes, most: float) -> Any:
+    agents, rounds = one.values.shape
+    colours: Any = ListedColormap([_colour(place) for place in range(len(one.labels))]) if one.labels else NUMBERS
+    top = max(len(one.labels) - 0.5, 0.5) if one.labels else most or 1.0
+    image = ax.imshow(
+        np.ma.masked_invalid(one.values),
+        cmap=colours,
+        vmin=-0.5 if one.labels else min(0.0, float(np.nanmin(one.values, initial=0.0))),
+        vmax=top,
+        aspect="auto",
+        interpolation="nearest",
+        extent=(0.5, rounds + 0.5, agents - 0.5, -0.5),
+    )
+    ax.set_title(wrapped(one.label, _KEY_WIDTH))
+    ax.set_ylabel("Agent")
+    ax.grid(False)
+    _count_rounds(ax)
+    return image
+
+
+def _count_rounds(ax: Axes) -> None:
+    ax.xaxis.set_major_locator(MaxNLocator(6, integer=True))
+
+
+def _colour(place: int) -> str:
+    return style.PALETTE[place % len(style.PALETTE)]

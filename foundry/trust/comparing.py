@@ -1,0 +1,202 @@
+"""Where two runs part, and how far they drift from each other after that."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import msgspec
+
+from foundry.errors import InputError, RecordError
+from foundry.records import NOT_JSON, Call
+from foundry.running.difference import CALLS, NOTHING, Difference, first_difference
+from foundry.running.recorded import Place, place_of
+from foundry.storing.store import RunFolder
+from foundry.trust.forms import Compared, Line, compared_of
+
+STEPS = "steps.jsonl"
+Numbered = tuple[Place, int]
+"""A question or its record, and which of those with the same step, agent and kind it is, from 1."""
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Drift:
+    """How far two runs are apart after one step, over the decisions that both have.
+
+    Attributes:
+        step: the step, from 1.
+        agents: number of agents.
+        decisions: number of decisions; more than agents where an agent is asked several times a step.
+        acted: share of decisions that are another.
+        elsewhere: share of those after which the agent is elsewhere, or looks elsewhere; NaN where nothing has a place.
+        distance: mean distance between the two places of an agent: cells in a 2D world, metres in a 3D one, else NaN.
+        turned: mean angle between the two headings, degrees; NaN where nobody looks anywhere.
+        utility: mean distance between the two utilities; NaN where there is none.
+    """
+
+    step: int
+    agents: int
+    decisions: int
+    acted: float
+    elsewhere: float
+    distance: float
+    turned: float
+    utility: float
+
+
+@dataclass(frozen=True)
+class Parting:
+    """What two runs do not share.
+
+    Attributes:
+        question: the first question that was put otherwise, or to one run only; `recorded` is the first run's.
+        answer: the first answer that is another.
+        state: the first decision, or what it brought, that is another.
+        drift: one row a step that both runs have.
+    """
+
+    question: Difference | None
+    answer: Difference | None
+    state: Difference | None
+    drift: tuple[Drift, ...]
+
+
+def compare(one: RunFolder, other: RunFolder) -> Parting:
+    """Compare two runs step by step.
+
+    Raises:
+        InputError: a run was not started, or the runs are of different forms.
+        RecordError: a record is damaged.
+    """
+    forms = [run.declared.form for run in (one, other)]
+    if forms[0] != forms[1]:
+        raise InputError(
+            f"'{one.id}' and '{other.id}' cannot be compared: one is of form '{forms[0]}', the other of '{forms[1]}'."
+        )
+    steps, calls = [_steps(run) for run in (one, other)], [_calls(run) for run in (one, other)]
+    compared = compared_of(forms[0])
+    try:
+        return Parting(
+            question=_first_call(calls, _asked),
+            answer=_first_call(calls, _answered),
+            state=_first(steps, lambda line: compared.state_of(line, one.declared), STEPS),
+            drift=tuple(_drift(steps[0], steps[1], compared)),
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise RecordError(
+            f"The steps of '{one.id}' or '{other.id}' are not of form '{forms[0]}', as their sweep says "
+            f"({type(error).__name__}: {error})."
+        ) from error
+
+
+def _steps(run: RunFolder) -> dict[Numbered, tuple[int, Line]]:
+    content = run.steps_bytes()
+    content = content[: content.rfind(b"\n") + 1]
+    if not content:
+        raise InputError(f"Run '{run.id}' has recorded no step yet: there is nothing to compare.")
+    try:
+        return _numbered(msgspec.json.Decoder(dict[str, Any]).decode_lines(content), _decision_of)
+    except NOT_JSON as error:
+        raise RecordError(f"The steps of '{run.path}' cannot be read: {error}") from error
+    except (KeyError, TypeError) as error:
+        raise RecordError(f"The steps of '{run.path}' cannot be compared: {type(error).__name__} {error}.") from error
+
+
+def _decision_of(line: Line) -> Place:
+    return line["step"], line["agent"], line.get("kind", "state")
+
+
+def _calls(run: RunFolder) -> dict[Numbered, tuple[int, Call]]:
+    try:
+        return _numbered(run.calls(), place_of)
+    except NOT_JSON as error:
+        raise RecordError(f"The calls of '{run.path}' cannot be read: {error}") from error
+
+
+def _numbered(lines: Iterable[T], place: Callable[[T], Place]) -> dict[Numbered, tuple[int, T]]:
+    """Return lines and their numbers by what they are of."""
+    seen: Counter[Place] = Counter()
+    found = {}
+    for number, line in enumerate(lines, start=1):
+        seen[place(line)] += 1
+        found[place(line), seen[place(line)]] = (number, line)
+    return found
+
+
+def _asked(call: Call) -> Any:
+    return {"messages": call.messages}
+
+
+def _answered(call: Call) -> Any:
+    return {"text": call.text, "ending": call.ending}
+
+
+def _first_call(calls: Sequence[Mapping[Numbered, tuple[int, Call]]], part: Callable[[Call], Any]) -> Difference | None:
+    return _first(calls, part, CALLS, _said)
+
+
+def _said(part: Mapping[str, Any]) -> str:
+    return str(part["text"] if "text" in part else part["messages"][-1]["content"])
+
+
+def _first(
+    lines: Sequence[Mapping[Numbered, tuple[int, T]]],
+    part: Callable[[T], Any],
+    file: str,
+    shown: Callable[[Any], Any] = lambda found: found,
+) -> Difference | None:
+    """Return the first line, in the order of the first run, whose part differs or that one run does not have."""
+    one, other = lines
+    for key, (number, line) in one.items():
+        if key not in other:
+            return Difference(file, number, "", shown(part(line)), NOTHING, key[0])
+        found = first_difference(part(line), part(other[key][1]))
+        if found is not None:
+            return Difference(file, number, *found, place=key[0])
+    for key, (number, line) in other.items():
+        if key not in one:
+            return Difference(file, number, "", NOTHING, shown(part(line)), key[0])
+    return None
+
+
+def _drift(
+    one: Mapping[Numbered, tuple[int, Line]], other: Mapping[Numbered, tuple[int, Line]], compared: Compared
+) -> Iterator[Drift]:
+    pairs: dict[int, list[tuple[Line, Line]]] = {}
+    for key, (_, line) in one.items():
+        if key in other:
+            pairs.setdefault(int(line["step"]), []).append((line, other[key][1]))
+    for step, both in pairs.items():
+        yield _drift_of(step, both, compared)
+
+
+def _drift_of(step: int, pairs: Sequence[tuple[Line, Line]], compared: Compared) -> Drift:
+    place, heading = compared.place, compared.heading
+    distances = [] if place is None else [math.dist(place(a), place(b)) for a, b in pairs]
+    turns = [] if heading is None else [_turn(heading(a), heading(b)) for a, b in pairs]
+    utilities = [(a.get("utility"), b.get("utility")) for a, b in pairs]
+    return Drift(
+        step=step,
+        agents=len({a["agent"] for a, _ in pairs}),
+        decisions=len(pairs),
+        acted=_mean(any(a[key] != b[key] for key in compared.acted) for a, b in pairs),
+        elsewhere=_mean(any(a[key] != b[key] for key in compared.ends) for a, b in pairs if compared.ends),
+        distance=_mean(distances),
+        turned=_mean(turns),
+        utility=_mean(abs(a - b) for a, b in utilities if a is not None and b is not None),
+    )
+
+
+def _turn(one: float, other: float) -> float:
+    """Return the angle between two headings, degrees, 0..180."""
+    return abs((one - other + 180.0) % 360.0 - 180.0)
+
+
+def _mean(values: Iterable[float]) -> float:
+    """Return the mean; NaN of nothing."""
+    found = list(values)
+    return math.fsum(found) / len(found) if found else math.nan

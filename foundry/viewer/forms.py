@@ -1,0 +1,120 @@
+"""What shows runs of a form, found by the form's name: the part that reads their records, and the part of the page.
+
+Both come from `foundry.viewer.<form>` and `static/<form>/page.js`, else from a module of the user's own, which may name
+`VIEWER` and `PAGE` (`foundry.own_code`, group `forms`), else they are those of `any`, which shows what all forms share.
+"""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from foundry.errors import InputError
+from foundry.own_code import own_modules
+from foundry.viewer.files import STATIC
+from foundry.viewer.run_view import RunView
+
+GENERIC = "any"
+OUTSIDE = "forms"
+"""Where the scripts of the user's own forms are on the page."""
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class FormView:
+    """What reads the records of a form for the page.
+
+    Attributes:
+        run: one run; one that extends `foundry.viewer.any.view.AnyView` can be shown by the generic page.
+    """
+
+    run: type[RunView]
+
+
+@dataclass(frozen=True)
+class Script:
+    """What shows runs of a form on the page.
+
+    Attributes:
+        form: the form that it shows.
+        address: where the page finds it.
+        file: the script.
+    """
+
+    form: str
+    address: str
+    file: Path
+
+    @property
+    def told(self) -> dict[str, str]:
+        """What the page is told of it."""
+        return {"form": self.form, "script": self.address}
+
+
+def view_of(form: str) -> FormView:
+    """Return what reads the records of a form.
+
+    Raises:
+        InputError: the user's own module of this name is not fit for it.
+    """
+    return _shipped(form) or _own(form, "VIEWER", FormView) or _generic()
+
+
+def scripts_of(form: str) -> list[Script]:
+    """Return what shows runs of a form, in the order of loading: one of the user's own comes on top of the generic.
+
+    Raises:
+        InputError: the user's own module of this name is not fit for it.
+    """
+    if _script(form).file.is_file():
+        return [_script(form)]
+    own = outside_script(form)
+    return [_script(GENERIC), *([own] if own else [])]
+
+
+def outside_script(form: str) -> Script | None:
+    """Return the script of the user's own for a form, or None where there is none.
+
+    Raises:
+        InputError: the user's own module of this name is not fit for it, or its script is not there.
+    """
+    file = _own(form, "PAGE", Path)
+    if file is not None and not file.is_file():
+        raise InputError(f"The page of form '{form}' cannot be shown: its PAGE, '{file}', is not there.")
+    return None if file is None else Script(form, f"{OUTSIDE}/{form}/page.js", file)
+
+
+def _script(form: str) -> Script:
+    return Script(form, f"{form}/page.js", STATIC / form / "page.js")
+
+
+def _generic() -> FormView:
+    found = _shipped(GENERIC)
+    assert found is not None, "the view of any form is shipped"
+    return found
+
+
+def _shipped(form: str) -> FormView | None:
+    name = f"foundry.viewer.{form}"
+    try:
+        module = importlib.import_module(name)
+    except ModuleNotFoundError as error:
+        if error.name != name:
+            raise
+        return None
+    found = getattr(module, "VIEWER", None)
+    return found if isinstance(found, FormView) else None
+
+
+def _own(form: str, what: str, kind: type[T]) -> T | None:
+    """Return what the user's own module of a form says under a name, or None where it says nothing."""
+    for own in own_modules("forms"):
+        if own.name != form:
+            continue
+        found: Any = getattr(own.load(), what, None)
+        if found is None or isinstance(found, kind):
+            return found
+        raise InputError(f"{own.origin}: {what} is no {kind.__name__} but {found!r}.")
+    return None

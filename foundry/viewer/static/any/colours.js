@@ -1,0 +1,75 @@
+"use strict";
+/* The colours of actions: one for each label, a scale for numbers, one for what could not be read. */
+(function (foundry) {
+  const {color} = foundry.dom;
+  /** Okabe and Ito's colours, which most eyes tell apart; further labels get hues between them. */
+  const LABELS = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#f0e442", "#d55e00"];
+  const SCALE = ["#440154", "#3b528b", "#21918c", "#5ec962", "#fde725"]; // viridis
+  const TURN = 137.5;
+
+  function parts(hex) { return [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16)); }
+
+  /** Return any colour that the page knows as [red, green, blue]. */
+  function rgb(text) {
+    const pen = document.createElement("canvas").getContext("2d");
+    pen.fillStyle = text;
+    pen.fillRect(0, 0, 1, 1);
+    return [...pen.getImageData(0, 0, 1, 1).data.slice(0, 3)];
+  }
+
+  function onScale(share) {
+    const at = Math.max(0, Math.min(1, share)) * (SCALE.length - 1), low = Math.min(SCALE.length - 2, Math.floor(at));
+    const [a, b] = [parts(SCALE[low]), parts(SCALE[low + 1])];
+    return a.map((one, index) => Math.round(one + (b[index] - one) * (at - low)));
+  }
+
+  class Colours {
+    /** @param declared what the world says of this kind of decision: labels, or low and high, and idle; or null */
+    constructor(declared) {
+      this.declared = declared || {labels: [], low: null, high: null, idle: null};
+      this.labels = new Map();
+      this.declared.labels.forEach((label) => this.add(label));
+      this.range = [this.declared.low ?? Infinity, this.declared.high ?? -Infinity];
+      this.hasNumbers = false;
+      this.retone();
+    }
+
+    /** Take the tones of the page anew: it may be dark by now. */
+    retone() {
+      this.bad = rgb(color("bad"));
+      this.quiet = rgb(color("line"));
+      this.idle = rgb(color("soft"));
+      for (const label of this.labels.keys()) if (label === this.declared.idle) this.labels.set(label, this.idle);
+    }
+
+    add(label) {
+      const {size} = this.labels;
+      const own = size < LABELS.length ? parts(LABELS[size]) : rgb(`hsl(${(size * TURN) % 360} 65% 55%)`);
+      this.labels.set(label, label === this.declared.idle ? this.idle : own);
+    }
+
+    /** Learn of an action; returns whether the others may look otherwise by it. */
+    learn(action) {
+      if (typeof action === "number") {
+        const [low, high] = this.range;
+        this.hasNumbers = true;
+        this.range = [Math.min(low, action), Math.max(high, action)];
+        return this.range[0] !== low || this.range[1] !== high;
+      }
+      if (action !== null && !this.labels.has(action)) this.add(action);
+      return false;
+    }
+
+    /** Return the colour of an action as [red, green, blue]. */
+    of(action, unreadable) {
+      if (unreadable) return this.bad;
+      if (action === null) return this.quiet;
+      if (typeof action !== "number") return this.labels.get(action);
+      const [low, high] = this.range;
+      return onScale(high > low ? (action - low) / (high - low) : 0.5);
+    }
+  }
+
+  Colours.scale = SCALE;
+  foundry.Colours = Colours;
+})(window.Foundry);

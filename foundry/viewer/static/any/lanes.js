@@ -1,0 +1,277 @@
+"use strict";
+/* Agents over time: a lane an agent, a column a step, coloured by action; below, the utility where there is one. */
+(function (foundry) {
+  const {h, fill, color, number} = foundry.dom;
+  const GUTTER = 46, AXIS = 18, CHART = 84, MARGIN = 4;
+  const HIGH = 340, LARGEST = 24, SMALLEST = 2;
+  const MOST_COLUMNS = 4096, SIGN_PX = 9;
+
+  function sized(canvas, width, height) {
+    const scale = window.devicePixelRatio || 1;
+    canvas.width = Math.round(width * scale);
+    canvas.height = Math.round(height * scale);
+    canvas.style.height = `${height}px`;
+    const pen = canvas.getContext("2d");
+    pen.setTransform(scale, 0, 0, scale, 0, 0);
+    pen.clearRect(0, 0, width, height);
+    pen.font = "11px system-ui, sans-serif";
+    return pen;
+  }
+
+  class Lanes {
+    /** @param onPick called with the agent and the step that were clicked */
+    constructor(data, {onPick}) {
+      this.data = data;
+      this.onPick = onPick;
+      this.run = new foundry.RunLanes(data);
+      this.selected = null;
+      this.position = 1;
+      this.canvas = h("canvas", {class: "lanes", role: "img", "aria-label": "Agents over time"});
+      this.chart = h("canvas", {class: "utility", role: "img", "aria-label": "Utility over time"});
+      this.utility = h("div", {hidden: true}, this.chart, h("p", {class: "legend"}, h("span", {}, "Utility: the mean, and from the lowest to the highest agent"),
+        h("span", {}, h("i", {class: "of-chosen"}, "▬"), " of the chosen agent")));
+      this.choice = h("select", {"aria-label": "Kind of decision", hidden: true, onchange: () => { this.kind = this.choice.value; this.begin(); this.redraw(); }});
+      this.legend = h("p", {class: "legend"});
+      this.element = h("figure", {class: "lanes-box"}, h("div", {class: "row"}, h("figcaption", {}, "Agents over time"), this.choice),
+        h("div", {class: "lanes-scroll"}, this.canvas), this.legend, this.utility);
+      this.canvas.addEventListener("click", (event) => this.pick(event));
+      this.canvas.addEventListener("pointermove", (event) => this.tell(event));
+      window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.begin(); this.redraw(); });
+      new ResizeObserver(() => this.redraw()).observe(this.element);
+    }
+
+    async load() {
+      if (this.run.beginning !== this.data.progress.beginning) this.sheet = null;
+      await this.run.load(() => { this.show(); });
+    }
+
+    /** Take up what was loaded. */
+    show() {
+      const kinds = this.run.deciding();
+      if (this.kind === undefined || !kinds.includes(this.kind)) [this.kind] = kinds;
+      this.choice.hidden = kinds.length < 2;
+      if (this.choice.childElementCount !== kinds.length) {
+        fill(this.choice, kinds.map((kind) => h("option", {value: kind, selected: kind === this.kind}, kind || "decisions")));
+      }
+      this.begin();
+      this.redraw();
+    }
+
+    /** Paint every decision into a sheet of one pixel each, which is then only stretched. */
+    begin() {
+      const {run, data} = this, agents = Math.max(1, data.about.agents);
+      this.colours = new foundry.Colours(data.about.actions[this.kind] || null);
+      this.counts = new Map();
+      this.every = Math.ceil(Math.max(1, run.loaded) / MOST_COLUMNS);
+      const columns = Math.max(1, Math.ceil(run.loaded / this.every));
+      this.sheet = document.createElement("canvas");
+      [this.sheet.width, this.sheet.height] = [columns, agents];
+      this.unreadable = [];
+      run.each(this.kind, (block, at) => { this.colours.learn(block.action[at]); });
+      const pen = this.sheet.getContext("2d"), pixels = pen.createImageData(columns, agents);
+      run.each(this.kind, (block, at) => this.paint(pixels, block, at, columns));
+      pen.putImageData(pixels, 0, 0);
+      this.drawLegend();
+    }
+
+    paint(pixels, block, at, columns) {
+      const {[at]: step} = block.step, {[at]: agent} = block.agent, unreadable = this.run.isUnreadable(block, at);
+      const key = unreadable ? "\u0000unreadable" : block.action[at];
+      this.counts.set(key, (this.counts.get(key) || 0) + 1);
+      if ((step - 1) % this.every) return;
+      if (unreadable) this.unreadable.push([step, agent]);
+      const column = (step - 1) / this.every, [red, green, blue] = this.colours.of(block.action[at], unreadable);
+      pixels.data.set([red, green, blue, 255], 4 * (agent * columns + column));
+    }
+
+    drawLegend() {
+      const {colours, counts} = this, swatch = (rgb, sign = "") => h("i", {class: "swatch", "data-color": rgb.join()}, sign);
+      const total = [...counts.values()].reduce((sum, one) => sum + one, 0), share = (key) => `${Math.round((100 * (counts.get(key) || 0)) / Math.max(1, total))} %`;
+      const labels = [...colours.labels].map(([label, rgb]) => h("span", {}, swatch(rgb), h("bdi", {}, ` ${label}`), h("small", {}, ` ${share(label)}`)));
+      const [low, high] = colours.range;
+      const scale = colours.hasNumbers || (!labels.length && Number.isFinite(low)) ? h("span", {class: "scale"}, number(low), this.ramp(), number(high)) : null;
+      const others = [[null, "no action", colours.quiet], ["\u0000unreadable", "unreadable", colours.bad, "▼"]].filter(([key]) => counts.get(key))
+        .map(([key, text, rgb, sign]) => h("span", {}, swatch(rgb, sign), ` ${text}`, h("small", {}, ` ${share(key)}`)));
+      fill(this.legend, labels, scale, others, this.every > 1 ? h("span", {}, `every ${this.every}th step is drawn`) : null);
+      this.legend.querySelectorAll(".swatch").forEach((one) => { one.style.backgroundColor = `rgb(${one.dataset.color})`; });
+    }
+
+    ramp() {
+      const ramp = h("i", {class: "ramp"});
+      ramp.style.background = `linear-gradient(to right, ${foundry.Colours.scale.join(", ")})`;
+      return ramp;
+    }
+
+    select(agent) { this.selected = agent; this.redraw(); }
+
+    /** Show where the clock is. */
+    seek(position) { this.position = position; this.redraw(); }
+
+    get step() { return Math.max(1, Math.min(Math.floor(this.position), this.run.loaded)); }
+
+    measure() {
+      const agents = Math.max(1, this.data.about.agents);
+      this.width = this.canvas.clientWidth;
+      this.lane = Math.max(SMALLEST, Math.min(LARGEST, Math.floor(HIGH / agents)));
+      this.column = (this.width - GUTTER - MARGIN) / Math.max(1, this.run.loaded);
+      this.high = agents * this.lane;
+    }
+
+    left(step) { return GUTTER + (step - 1) * this.column; }
+
+    redraw() {
+      if (this.drawing) return;
+      this.drawing = true;
+      requestAnimationFrame(() => { this.drawing = false; this.draw(); });
+    }
+
+    draw() {
+      this.utility.hidden = !this.run.hasUtility;
+      if (!this.canvas.clientWidth || !this.sheet) return;
+      this.measure();
+      const pen = sized(this.canvas, this.width, this.high + AXIS);
+      pen.imageSmoothingEnabled = false;
+      pen.drawImage(this.sheet, 0, 0, this.sheet.width, this.sheet.height, GUTTER, 0, this.sheet.width * this.every * this.column, this.high);
+      this.drawLines(pen);
+      this.drawSigns(pen);
+      this.drawNames(pen);
+      this.drawAxis(pen);
+      this.drawCursor(pen, this.high);
+      if (this.run.hasUtility) this.drawUtility();
+      this.canvas.setAttribute("aria-label", this.describe());
+    }
+
+    drawLines(pen) {
+      pen.strokeStyle = color("paper");
+      pen.lineWidth = 1;
+      pen.beginPath();
+      if (this.lane >= 6) for (let agent = 1; agent < this.data.about.agents; agent += 1) { pen.moveTo(GUTTER, agent * this.lane); pen.lineTo(this.width, agent * this.lane); }
+      if (this.column >= 6) for (let step = 2; step <= this.run.loaded; step += 1) { pen.moveTo(this.left(step), 0); pen.lineTo(this.left(step), this.high); }
+      pen.stroke();
+    }
+
+    /** Where there is room, a sign says what could not be read, so that colour is never alone. */
+    drawSigns(pen) {
+      if (this.lane < SIGN_PX || this.column < SIGN_PX) return;
+      pen.fillStyle = color("paper");
+      pen.textAlign = "center";
+      pen.textBaseline = "middle";
+      for (const [step, agent] of this.unreadable) pen.fillText("▼", this.left(step) + this.column / 2, (agent + 0.5) * this.lane + 1);
+    }
+
+    drawNames(pen) {
+      pen.textAlign = "right";
+      pen.textBaseline = "middle";
+      const every = Math.ceil(11 / this.lane);
+      for (let agent = 0; agent < this.data.about.agents; agent += every) {
+        pen.fillStyle = color(agent === this.selected ? "select" : "soft");
+        pen.fillText(String(agent), GUTTER - 5, (agent + 0.5) * this.lane);
+      }
+    }
+
+    drawAxis(pen) {
+      const wanted = Math.max(1, this.run.loaded / Math.max(1, (this.width - GUTTER) / 60));
+      const every = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000].find((one) => one >= wanted) || 50000;
+      pen.fillStyle = color("soft");
+      pen.textBaseline = "top";
+      for (let step = 1; step <= this.run.loaded; step = step === 1 && every > 1 ? every : step + every) {
+        pen.textAlign = "center";
+        pen.fillText(String(step), Math.min(this.left(step) + this.column / 2, this.width - 10), this.high + 4);
+      }
+    }
+
+    drawCursor(pen, high) {
+      pen.strokeStyle = color("ink");
+      pen.lineWidth = 2;
+      pen.strokeRect(this.left(this.step), 1, Math.max(2, this.column), high - 2);
+      if (this.selected === null || this.selected >= this.data.about.agents || high !== this.high) return;
+      pen.strokeStyle = color("select");
+      pen.strokeRect(GUTTER, this.selected * this.lane, this.run.loaded * this.column, this.lane);
+    }
+
+    /** Draw the mean of the agents' utilities, how far they spread, and that of the chosen agent. */
+    drawUtility() {
+      this.chart.style.width = `${this.width}px`; // beside lanes that scroll there is less room
+      const pen = sized(this.chart, this.width, CHART), {utilities} = this.run;
+      const lows = utilities.map((one) => one.low), highs = utilities.map((one) => one.high);
+      let low = Infinity, high = -Infinity;
+      lows.forEach((one) => { low = Math.min(low, one); });
+      highs.forEach((one) => { high = Math.max(high, one); });
+      if (high === low) { low -= 1; high += 1; }
+      const y = (value) => 6 + (CHART - 12) * (1 - (value - low) / (high - low)), x = (step) => this.left(step) + this.column / 2;
+      pen.beginPath();
+      utilities.forEach((one, index) => pen.lineTo(x(index + 1), y(one.high)));
+      [...utilities.keys()].reverse().forEach((index) => utilities[index] && pen.lineTo(x(index + 1), y(utilities[index].low)));
+      pen.globalAlpha = 0.2;
+      pen.fillStyle = color("accent");
+      pen.fill();
+      pen.globalAlpha = 1;
+      this.line(pen, utilities.map((one) => one.sum / one.count), x, y, "accent");
+      if (this.selected !== null) this.line(pen, this.ofAgent(), x, y, "select");
+      pen.fillStyle = color("soft");
+      pen.textAlign = "right";
+      pen.textBaseline = "top";
+      pen.fillText(number(high), GUTTER - 5, 3);
+      pen.textBaseline = "bottom";
+      pen.fillText(number(low), GUTTER - 5, CHART - 3);
+      this.drawCursor(pen, CHART);
+      const here = utilities[this.step - 1];
+      this.chart.setAttribute("aria-label", here ? `Utility at step ${this.step}: mean ${number(here.sum / here.count)}, from ${number(here.low)} to ${number(here.high)}` : "Utility over time");
+    }
+
+    line(pen, values, x, y, tone) {
+      pen.beginPath();
+      values.forEach((value, index) => pen.lineTo(x(index + 1), y(value)));
+      pen.strokeStyle = color(tone);
+      pen.lineWidth = 2;
+      pen.stroke();
+    }
+
+    /** Return the chosen agent's utilities by step; looked up once as long as nothing was loaded. */
+    ofAgent() {
+      const key = `${this.selected}/${this.run.loaded}`;
+      if (this.ownKey !== key) {
+        this.ownKey = key;
+        this.own = [];
+        for (const kind of this.run.kinds) this.run.each(kind, (block, at) => {
+          if (block.agent[at] === this.selected && typeof block.utility[at] === "number") this.own[block.step[at] - 1] = block.utility[at];
+        });
+      }
+      return this.own;
+    }
+
+    /** Return [agent, step] under a pointer, or null. */
+    under(event) {
+      const agent = Math.floor(event.offsetY / this.lane), step = 1 + Math.floor((event.offsetX - GUTTER) / this.column);
+      return agent >= 0 && agent < this.data.about.agents && step <= this.run.loaded ? [agent, step] : null;
+    }
+
+    pick(event) {
+      const found = this.sheet && this.under(event);
+      if (found) this.onPick(found[0], found[1] >= 1 ? found[1] : null);
+    }
+
+    tell(event) {
+      const found = this.sheet && this.under(event);
+      this.canvas.title = found && found[1] >= 1 ? `agent ${found[0]}, step ${found[1]}: ${this.doing(found[1]).get(found[0]) ?? "no decision"}` : "";
+    }
+
+    /** Return what each agent did at a step, in words. */
+    doing(step) {
+      const found = new Map();
+      this.run.each(this.kind, (block, at) => found.set(block.agent[at], this.run.isUnreadable(block, at)
+        ? this.data.about.outcomes[block.outcome[at]] : block.action[at] === null ? "no action" : String(block.action[at])), step);
+      return found;
+    }
+
+    /** Return the step that is shown in words. */
+    describe() {
+      const counts = new Map();
+      for (const action of this.doing(this.step).values()) counts.set(action, (counts.get(action) || 0) + 1);
+      const most = [...counts].sort((a, b) => b[1] - a[1]).slice(0, 8);
+      return `${this.data.about.agents} agents. Step ${this.step}: ${most.map(([action, count]) => `${count} ${action}`).join(", ") || "no decision"}.`;
+    }
+  }
+
+  foundry.Lanes = Lanes;
+})(window.Foundry);

@@ -1,0 +1,219 @@
+"use strict";
+/* What shows runs of any form: agents over time, the decisions of a step, pictures, prompts and replies. */
+(function (foundry) {
+  const {h, badge, quote, number} = foundry.dom, {facts, told} = foundry.parts;
+  const FINE = ["chosen", "repaired", undefined];
+  const LONG = 60;
+
+  /** Return the frames with the lines of every step and of every agent's step by their numbers. */
+  function chunk(found) {
+    const ofStep = new Map(), ofAgent = new Map();
+    const add = (map, key, row) => { if (map.has(key)) map.get(key).push(row); else map.set(key, [row]); };
+    for (const row of found.rows) {
+      add(ofStep, row.step, row);
+      add(ofAgent, `${row.step}/${row.agent}`, row);
+    }
+    return {first: found.first, last: found.last, ofStep, ofAgent};
+  }
+
+  function same(chunk, about, step, agent) {
+    return JSON.stringify((chunk.ofAgent.get(`${step}/${agent}`) || []).map((row) => [row.kind, row.action, row.outcome]));
+  }
+
+  function action(value) {
+    return value === null || value === undefined ? "no action" : typeof value === "number" ? number(value, 6) : typeof value === "string" ? value : JSON.stringify(value);
+  }
+
+  /** One line of the steps: what was decided, what came of it, and the keys that only this world has. */
+  function recordView(record, several) {
+    const own = foundry.anyTables.keysOf([record], [], foundry.anyTables.COMMON).map((key) => [key, record[key]])
+      .filter(([, value]) => value !== null && value !== "" && !(Array.isArray(value) && !value.length));
+    const isLong = ([, value]) => typeof value === "string" && (value.length > LONG || value.includes("\n"));
+    const plain = ([key, value]) => [key, typeof value === "number" ? number(value, 6) : typeof value === "string" ? h("bdi", {}, value) : JSON.stringify(value)];
+    return [
+      several ? h("h4", {class: "kind"}, h("bdi", {}, record.kind ?? "decision")) : null,
+      facts([["action", h("span", {}, record.outcome ? badge(record.outcome) : null, " ", h("bdi", {}, action(record.action)))],
+        ["utility", typeof record.utility === "number" ? number(record.utility, 6) : null], ...own.filter((one) => !isLong(one)).map(plain)]),
+      typeof record.message === "string" ? [h("h4", {}, "Message"), quote(record.message)] : null,
+      own.filter(isLong).map(([key, value]) => [h("h4", {}, key), quote(value)]),
+    ];
+  }
+
+  function decision({records, received}) { return [records.map((one) => recordView(one, records.length > 1)), told(received)]; }
+
+  /** Return the outcome of a call by its kind; lines that name no kind are about all calls of the step. */
+  function outcome({records}, kind) {
+    const named = records.find((one) => one.kind === kind);
+    return (named || records.find((one) => one.kind === undefined) || {}).outcome;
+  }
+
+  /** The page of a run. A form may extend it: `stage()` returns what stands beside the inspector, `drawStep(step, share)`
+      is called whenever the clock moves, `chosen()` when another agent is chosen. */
+  class AnyPage {
+    constructor(data, wanted) {
+      this.data = data;
+      this.agent = null;
+      const select = (agent) => this.select(agent);
+      this.lanes = new foundry.Lanes(data, {onPick: (agent, step) => { this.select(agent); if (step !== null) this.go(step); }});
+      this.picture = new foundry.Picture(data);
+      this.table = new foundry.anyTables.StepTable(data, select);
+      this.streams = new foundry.anyTables.StreamTables(data);
+      this.inspector = new foundry.Inspector(data, select);
+      this.player = new foundry.Player({marks: () => this.ownMarks || data.marks, ...data.form.player(data.about),
+        summary: () => this.lanes.describe(), onKey: (key) => this.key(key)});
+      this.clock = this.player.clock;
+      this.search = new foundry.Search(data, "Search in messages", (step, agent) => { this.select(agent); this.go(step); });
+      this.clock.onChange(() => this.update());
+      this.state = h("span", {class: "state"});
+      this.warning = h("p", {class: "warning", hidden: true});
+      this.element = h("div", {class: "run any"}, foundry.runHeading(data, this.state), this.player.element, this.warning,
+        h("div", {class: "stage"}, h("div", {class: "main"}, this.stage()), h("div", {class: "side"}, this.inspector.element, this.search.element)));
+      data.onGrowth(() => this.grown());
+      this.grown(wanted);
+    }
+
+    stage() { return [this.lanes.element, this.picture.element, this.table.element, this.streams.element]; }
+
+    drawStep(step, share) {}
+
+    chosen() {}
+
+    dispose() { this.disposed = true; this.player.dispose(); this.picture.dispose(); }
+
+    go(step) { this.clock.pause(); this.clock.seek(step); }
+
+    async grown(wanted) {
+      const {data} = this;
+      foundry.showState(this.state, data);
+      this.inspector.offer();
+      this.clock.setSteps(data.done);
+      this.player.showGrowing(!data.ended && foundry.source.live);
+      if (wanted) {
+        this.player.begin(wanted.step, data.written);
+        if (wanted.agent !== null) this.select(wanted.agent);
+      }
+      if (this.agent !== null) this.loadTrack(this.agent);
+      await this.trying(async () => {
+        await this.lanes.load();
+        if (data.done) await this.picture.look();
+        await data.loadMarks(() => this.player.timeline.draw());
+      });
+    }
+
+    /** Do something; why it cannot be done is said on the page. */
+    async trying(something) {
+      try {
+        await something();
+        this.warning.hidden = true;
+      } catch (error) {
+        this.warning.textContent = error.message;
+        this.warning.hidden = false;
+      }
+    }
+
+    select(agent) {
+      const known = agent !== null && agent >= 0 && agent < this.data.about.agents ? agent : null;
+      this.agent = known;
+      this.ownMarks = null;
+      this.lanes.select(known);
+      this.player.showWhose(known === null ? "" : `of agent ${known} alone`);
+      this.inspector.select(known, null);
+      this.player.timeline.draw();
+      this.shown = null;
+      this.chosen();
+      this.update();
+      if (known !== null) this.loadTrack(known);
+    }
+
+    async loadTrack(agent) {
+      const track = await this.data.track(agent);
+      if (this.agent !== agent) return;
+      this.ownMarks = track.marks;
+      this.player.timeline.draw();
+      this.inspector.select(agent, track);
+      this.update();
+    }
+
+    update() {
+      const {clock, data} = this;
+      if (!clock.steps) return;
+      this.lanes.seek(clock.position);
+      this.drawStep(clock.step, clock.share);
+      if (!clock.playing) foundry.remember({step: clock.step, agent: this.agent});
+      if (!clock.playing || clock.speed <= 4) this.showStep(clock.step);
+      data.prefetch(clock.step);
+    }
+
+    /** Show the lines of a step, once they are there. */
+    async showStep(step) {
+      const wanted = `${step}/${this.agent}/${this.data.progress.beginning}`;
+      if (this.shown === wanted) { this.inspector.show(step, this.remarkable); return; }
+      this.shown = wanted;
+      this.picture.show(step);
+      await this.trying(async () => {
+        const rows = (await this.data.load(step)).ofStep.get(step) || [];
+        if (this.shown !== wanted || this.disposed) return;
+        this.remarkable = this.agent === null ? this.remarkableOf(rows) : null;
+        this.table.show(step, rows, this.agent);
+        this.inspector.show(step, this.remarkable);
+        await this.streams.show(step);
+      });
+    }
+
+    /** Return [what, agents] of the decisions of a step that are worth a look. */
+    remarkableOf(rows) {
+      const of = (test) => [...new Set(rows.filter(test).map((row) => row.agent))];
+      return [["could not be read", of((row) => !FINE.includes(row.outcome))], ["repaired", of((row) => row.outcome === "repaired")],
+        ["said something", of((row) => typeof row.message === "string")]].filter(([, agents]) => agents.length);
+    }
+
+    key(key) {
+      const {agents} = this.data.about;
+      if ((key === "[" || key === "]") && agents) this.select(this.agent === null ? 0 : (this.agent + (key === "]" ? 1 : agents - 1)) % agents);
+      else if (key === "Escape") this.select(null);
+      else if (key === "/") this.search.focus();
+      else return false;
+      return true;
+    }
+  }
+
+  /** A run beside others: its lanes and its picture. */
+  class AnyPanel {
+    constructor(data, {onPick}) {
+      this.data = data;
+      this.lanes = new foundry.Lanes(data, {onPick: (agent) => onPick(agent)});
+      this.picture = new foundry.Picture(data);
+      this.element = h("div", {class: "any"}, this.lanes.element, this.picture.element);
+      data.onGrowth(() => this.load());
+      this.load();
+    }
+
+    load() {
+      this.lanes.load().catch(() => null); // what cannot be read is told by the decisions below
+      if (this.data.done) this.picture.look().catch(() => null);
+    }
+
+    draw(step, share) {
+      this.lanes.seek(step + share);
+      if (this.step !== step) this.picture.show(step);
+      this.step = step;
+      return step > 0 && this.data.chunkAt(step) !== null;
+    }
+
+    select(agent) { this.lanes.select(agent); }
+
+    label(name) { this.lanes.canvas.setAttribute("aria-label", `${name}. ${this.lanes.describe()}`); }
+
+    dispose() { this.picture.dispose(); }
+  }
+
+  foundry.form("any", {
+    needs: ["any/colours.js", "any/run_lanes.js", "any/lanes.js", "any/picture.js", "any/tables.js"],
+    page: (data, wanted) => new AnyPage(data, wanted),
+    panel: (data, options) => new AnyPanel(data, options),
+    chunk, same, decision, outcome,
+    words: {did: "action or outcome", said: "message"},
+    player: () => ({kinds: ["message", "failure"], signs: [], fires: []}),
+    Page: AnyPage,
+  });
+})(window.Foundry);

@@ -1,0 +1,48 @@
+"use strict";
+/* Finds by name what shows runs of a form: `<form>/page.js` of this page, or a script of the user's own. */
+(function (foundry) {
+  const forms = {}, loading = new Map();
+
+  /** Load a script of this page's own folder once. */
+  function script(address) {
+    if (!loading.has(address)) {
+      loading.set(address, new Promise((resolve, reject) => {
+        const element = document.createElement("script");
+        element.src = address;
+        element.onload = resolve;
+        element.onerror = () => { loading.delete(address); reject(new Error(`${address} is missing.`)); };
+        document.head.appendChild(element);
+      }));
+    }
+    return loading.get(address);
+  }
+
+  /**
+   * Say what shows runs of a form; its script calls this once.
+   * @param form.needs further scripts of this page's own folder, in the order of loading
+   * @param form.page(data, {step, agent}) returns the page of a run: `element`, `clock`, `dispose()`
+   * @param form.panel(data, {onPick}) returns what is seen of a run beside others: `element`, `draw(step, share)`, which
+   *   returns whether the records of the step are there, `select(agent)`, `label(name)`, and perhaps `dispose()`
+   * @param form.chunk(frames, about) makes of the frames that the server gives what page and panel want, `first` and `last` among it
+   * @param form.same(chunk, about, step, agent) returns a text that is equal where two runs did the same
+   * @param form.decision(decision) returns elements that tell what an agent did at a step
+   * @param form.outcome(decision, kind) returns the outcome of its call of a kind, or undefined
+   * @param form.words {did, said}: what is told to differ between runs
+   * @param form.player(about) the jumps, signs and fires of its player
+   */
+  foundry.form = (name, form) => { forms[name] = form; };
+  foundry.forms = forms;
+  foundry.script = script;
+
+  /** Return what shows a run, its scripts loaded in their order: each may build on those before. */
+  foundry.formOf = async (about) => {
+    let found = null;
+    for (const part of about.page) {
+      await script(part.script);
+      found = forms[part.form];
+      if (!found) throw new Error(`${part.script} does not say Foundry.form("${part.form}", {...}); the console of the browser may tell why.`);
+      for (const address of found.needs || []) await script(address);
+    }
+    return found;
+  };
+})(window.Foundry);

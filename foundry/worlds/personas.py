@@ -1,0 +1,42 @@
+"""Personas: attributes with weighted values, drawn for each agent."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TypeAlias
+
+from numpy.random import Generator
+
+from foundry.errors import InputError
+
+Attributes: TypeAlias = Mapping[str, Mapping[str | int, float]]
+"""Attribute -> value -> weight."""
+
+
+def check_attributes(attributes: Attributes) -> None:
+    """Refuse weights of which no share can be made.
+
+    Raises:
+        InputError: one is negative or not finite, or all of an attribute are 0.
+    """
+    for attribute, weights in attributes.items():
+        values = list(weights.values())
+        usable = all(math.isfinite(weight) and weight >= 0 for weight in values)
+        if not usable or sum(values) <= 0:
+            raise InputError(
+                f"world.personas.{attribute} has the weights {values}. Give numbers of 0 or more, one of them above 0."
+            )
+
+
+def draw_personas(attributes: Attributes, agents: int, rng: Generator) -> list[dict[str, str]]:
+    """Return one persona per agent, each attribute drawn independently."""
+    personas: list[dict[str, str]] = [{} for _ in range(agents)]
+    for attribute, weights in attributes.items():
+        values = [str(value) for value in weights]
+        total = sum(weights.values())
+        shares = [weight / total for weight in weights.values()]
+        drawn = rng.choice(len(values), size=agents, p=shares).tolist()
+        for persona, index in zip(personas, drawn, strict=True):
+            persona[attribute] = values[index]
+    return personas

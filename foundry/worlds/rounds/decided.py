@@ -1,0 +1,165 @@
+"""What a text says was decided: a label of a closed set, or a number of a range; every word of it must be known.
+
+Time is linear in the length of a text.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import unicodedata
+from functools import lru_cache
+from typing import TypeAlias
+
+from foundry.declared import Actions
+
+Decided: TypeAlias = str | int | float
+"""A label, a whole number, or a number."""
+
+LONGEST = 120
+"""Characters; anything longer is a text, whose meaning is not guessed."""
+
+# fmt: off
+_AROUND = frozenset((
+    "i", "i'll", "i'm", "will", "shall", "am", "going", "to", "my", "me", "the", "is", "final", "this", "that's",
+    "it's", "so", "therefore", "thus", "hence", "choose", "chose", "chosen", "choosing", "decide", "decided",
+    "decision", "choice", "pick", "picked", "select", "selected", "action", "answer", "reply", "boxed", "round",
+    "turn", "time", "week", "today", "tonight", "now", "hereby", "and", "be", "for", "ok", "okay", "simply", "just",
+))
+"""Words that may stand around a decision and change nothing of it."""
+_UNITS = frozenset((
+    "token", "tokens", "unit", "units", "point", "points", "coin", "coins", "ton", "tons", "tonne", "tonnes", "fish",
+    "piece", "pieces", "dollar", "dollars",
+))
+"""What a number may be counted in."""
+# fmt: on
+_MARKS = re.compile(
+    r"[*`\"“”„«»「」『』()\[\]{}<>!;:,\\|=]|(?<!\w)'|'(?!\w)|[.。、！：，](?=\s|$)|(?<![\w])[-–—•>#]+(?=\s|$)"
+)
+_PERFECT = re.compile(r"\b(?:have|i've) (?=decided |chosen |picked |selected )")
+_NUMBER = re.compile(r"[$€£¥]?([-+]?\d{1,15}(?:\.\d{1,15})?)")
+_SENTENCE = re.compile(r"(?<=[^\d][.!?])(?:[*_`\"'”)]{0,4})(?=\s)|(?<=[。！？])|\n")
+_ENDED = re.compile(r"[.!?。！？][*_`\"'”)]{0,4}$")
+_DOUBTS = re.compile(
+    r"(?<!\w)(?:not|no|never|nobody|none|cannot|without|unless|if|or|but|however|instead|rather|although|though|yet|says?|said|\w+n't)"
+    r"(?!\w)|\?"
+)
+"""What may take back what was said before it."""
+_REASON = re.compile(r"(?:Because|Since|Given|Considering|As|It|The|My reason\w*|Reason\w*|Explanation|Last)\b")
+"""How a reason for a decision begins."""
+
+
+def decided_value(value: object, actions: Actions, kind: str) -> Decided | None:
+    """Return what a value of a reply's object decides, or None where that is not certain or not legal."""
+    if isinstance(value, list) and len(value) == 1:
+        value = value[0]
+    if isinstance(value, str):
+        return value if value in actions.labels else _sole(value, actions, kind)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    if actions.labels:
+        return str(value) if str(value) in actions.labels else None
+    return as_legal(value, actions)
+
+
+def is_exact(value: object, actions: Actions) -> bool:
+    """Tell whether a value of a reply's object is a decision as it was asked for, to the letter."""
+    if actions.labels:
+        return isinstance(value, str) and value in actions.labels
+    return isinstance(value, int | float) and not isinstance(value, bool) and as_legal(value, actions) is not None
+
+
+def decided_text(text: str, actions: Actions, kind: str) -> Decided | None:
+    """Return what a text without an object decides, or None where that is not certain.
+
+    That is what its last sentence, or its last line, says and nothing else does; or its first, where nothing that
+    follows could take it back. A sentence that goes on from one that has not ended is none of its own.
+    """
+    parts = [part.strip() for part in _SENTENCE.split(text) if part.strip()]
+    alone = {place: found for place, part in enumerate(parts) if (found := _sole(part, actions, kind)) is not None}
+    if len(set(alone.values())) != 1:
+        return None
+    last = len(parts) - 1
+    if last in alone and (last == 0 or _has_ended(parts[last - 1])):
+        return alone[last]
+    return alone[0] if 0 in alone and _explains(" ".join(parts[1:]), actions) else None
+
+
+def as_legal(number: float, actions: Actions) -> int | float | None:
+    """Return a number that is a decision as such, else None."""
+    low, high = -math.inf if actions.low is None else actions.low, math.inf if actions.high is None else actions.high
+    if not math.isfinite(number) or not low <= number <= high:
+        return None
+    if not actions.whole:
+        return float(number)
+    return int(number) if float(number).is_integer() else None
+
+
+def _sole(text: str, actions: Actions, kind: str) -> Decided | None:
+    """Return the decision that a short text is, where all of its words are known; else None."""
+    if len(text) > LONGEST or "?" in text or "？" in text:
+        return None
+    words = _words(text)
+    found = _labels(words, actions.labels) if actions.labels else _numbers(words, actions, kind)
+    return found.pop() if len(found) == 1 else None
+
+
+def _labels(words: tuple[str, ...], labels: tuple[str, ...]) -> set[Decided]:
+    """Return the labels that words name, longer ones first; none where a word is neither of one nor known."""
+    known = _label_words(labels)
+    found: set[Decided] = set()
+    place = 0
+    while place < len(words):
+        match = next((one for one in known if words[place : place + len(one)] == one), None)
+        if match is None and words[place] not in _AROUND:
+            return set()
+        if match is not None:
+            found.add(known[match])
+        place += len(match) if match else 1
+    return found
+
+
+def _numbers(words: tuple[str, ...], actions: Actions, kind: str) -> set[Decided]:
+    """Return the one number that words name; none where there are several, or a word is not known."""
+    numbers = [match[1] for word in words if (match := _NUMBER.fullmatch(word))]
+    others = {word for word in words if not _NUMBER.fullmatch(word)}
+    if len(numbers) != 1 or others - _AROUND - _UNITS - set(_words(kind)):
+        return set()
+    legal = as_legal(float(numbers[0]), actions)
+    return set() if legal is None else {legal}
+
+
+@lru_cache(maxsize=256)
+def _label_words(labels: tuple[str, ...]) -> dict[tuple[str, ...], str]:
+    """Return each label by its words, the longer ones first."""
+    words = {_words(label): label for label in labels}
+    return {one: words[one] for one in sorted(words, key=len, reverse=True) if one}
+
+
+def _words(text: str) -> tuple[str, ...]:
+    plain = _PERFECT.sub("", _MARKS.sub(" ", _plain(text)))
+    return tuple(word for part in plain.split() if (word := part.rstrip(".。、！…")))
+
+
+def _plain(text: str) -> str:
+    return unicodedata.normalize("NFKC", text).casefold().replace("’", "'").replace("_", " ")
+
+
+def _has_ended(part: str) -> bool:
+    """Tell whether a part is a sentence to its end, or the words that a decision follows, such as "My decision:"."""
+    return bool(_ENDED.search(part)) or (part.endswith((":", "：", ":**", ":*")) and set(_words(part)) <= _AROUND)
+
+
+def _explains(text: str, actions: Actions) -> bool:
+    """Tell whether a text gives the reason of what stands before it, and nothing in it could take that back."""
+    return bool(_REASON.match(text)) and not _DOUBTS.search(_plain(text)) and not _mentions(text, actions)
+
+
+def _mentions(text: str, actions: Actions) -> bool:
+    """Tell whether a text may speak of any decision."""
+    words = _words(text)
+    if not actions.labels:
+        return any(_NUMBER.search(word) for word in words)
+    return any(
+        words[place : place + len(one)] == one for one in _label_words(actions.labels) for place in range(len(words))
+    )

@@ -1,0 +1,109 @@
+"""Draws a world of rounds as a PNG, a lane an agent over the rounds; the same lines give the same bytes."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+from foundry.declared import Actions
+from foundry.records import RoundStep
+
+if TYPE_CHECKING:
+    from PIL.ImageDraw import ImageDraw
+
+SIZE = (800, 500)
+"""Pixels."""
+COLOURS = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#0072B2", "#999999", "#D55E00")
+"""Told apart under the common colour-vision deficiencies (Okabe and Ito)."""
+UNREAD, TALK, WORDS = "#FFFFFF", "#E4E4EC", "#333344"
+LOW, HIGH = (239, 243, 255), (8, 81, 156)
+"""Colours of the least and the greatest number."""
+_LEFT, _TOP, _RIGHT, _BOTTOM = 56, 40, 784, 440
+MOST_NUMBERED = 30
+"""Above this many agents their ids would cover each other."""
+LONGEST = 24
+"""Characters of a label in the legend."""
+
+
+@dataclass(frozen=True)
+class _Lanes:
+    """Where lanes and rounds are, pixels."""
+
+    agents: int
+    steps: int
+
+    def box(self, step: int, agent: int, part: int, parts: int) -> tuple[int, int, int, int]:
+        """Return the first and the last pixel of one of the decisions of an agent in a round."""
+        width, height = (_RIGHT - _LEFT) / self.steps, (_BOTTOM - _TOP) / self.agents
+        gap = 2 if min(width / parts, height) > 4 else 1
+        left, right = (_LEFT + (step - 1 + one / parts) * width for one in (part, part + 1))
+        x, y = round(left), round(_TOP + agent * height)
+        return (x, y, max(round(right) - gap, x), max(round(_TOP + (agent + 1) * height) - gap, y))
+
+
+def draw(lines: Sequence[RoundStep], step: int, *, agents: int, steps: int, actions: Mapping[str, Actions]) -> bytes:
+    """Return the decisions of the rounds so far as a PNG; later lines of an agent in a round stand to the right.
+
+    Args:
+        lines: of `steps.jsonl`, in the order of the rounds.
+        step: the last round that is over.
+        agents: number of lanes.
+        steps: rounds that there is room for.
+        actions: what can be decided, by kind of question.
+    """
+    from PIL import Image, ImageDraw
+
+    image = Image.new("RGB", SIZE, "white")
+    canvas = ImageDraw.Draw(image)
+    lanes = _Lanes(agents, max(steps, step, 1))
+    canvas.text((_LEFT, 12), f"Round {step}", fill=WORDS)
+    canvas.rectangle((_LEFT - 1, _TOP - 1, _RIGHT, _BOTTOM), outline="#AAAAB4")
+    for agent in range(agents) if agents <= MOST_NUMBERED else ():
+        canvas.text((_LEFT - 28, lanes.box(1, agent, 0, 1)[1] + 1), str(agent), fill=WORDS)
+    for (when, agent), group in groupby(sorted(lines, key=_place), key=_place):
+        own = list(group)
+        for part, line in enumerate(own):
+            box = lanes.box(when, agent, part, len(own))
+            canvas.rectangle(box, fill=_colour(line, actions), outline="#C8C8D0" if line.action is None else None)
+    _legend(canvas, actions)
+    png = io.BytesIO()
+    image.save(png, format="PNG")
+    return png.getvalue()
+
+
+def _place(line: RoundStep) -> tuple[int, int]:
+    return (line.step, line.agent)
+
+
+def _colour(line: RoundStep, actions: Mapping[str, Actions]) -> str:
+    known = actions.get(line.kind)
+    if known is None:
+        return TALK
+    if line.action is None:
+        return UNREAD
+    if line.action in known.labels:
+        return COLOURS[known.labels.index(str(line.action)) % len(COLOURS)]
+    return _shade(float(line.action), known) if isinstance(line.action, int | float) else TALK
+
+
+def _shade(number: float, known: Actions) -> str:
+    low, high = known.low or 0.0, known.high if known.high is not None else max(number, 1.0)
+    share = min(max((number - low) / (high - low), 0.0), 1.0) if high > low else 0.0
+    return "#" + "".join(f"{round(a + (b - a) * share):02x}" for a, b in zip(LOW, HIGH, strict=True))
+
+
+def _legend(canvas: ImageDraw, actions: Mapping[str, Actions]) -> None:
+    """Write what the colours mean, as far as there is room."""
+    x, y = float(_LEFT), float(_BOTTOM + 14)
+    for kind, known in actions.items():
+        for number, label in enumerate(known.labels or (f"{kind}: {known.low} to {known.high}",)):
+            colour = COLOURS[number % len(COLOURS)] if known.labels else _shade(known.high or 1.0, known)
+            said = label if len(label) <= LONGEST else f"{label[:LONGEST]}..."
+            if x + 24 + canvas.textlength(said) > _RIGHT:
+                x, y = float(_LEFT), y + 18
+            canvas.rectangle((x, y, x + 11, y + 11), fill=colour)
+            canvas.text((x + 16, y), said, fill=WORDS)
+            x += 34 + canvas.textlength(said)

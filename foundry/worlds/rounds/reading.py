@@ -1,0 +1,181 @@
+"""Reads decisions and talk from replies; invents none.
+
+`chosen`: the reply is what was asked for: one JSON object whose `action` (or a key named as the question's kind) is a
+decision to the letter, or the decision alone; as talk, an object with `message`, or a text without any object.
+
+`repaired`: one decision that no person would doubt, in another dress: behind thinking, in a code fence or other text,
+in broken JSON, in a line such as `Action: go`, as a sentence such as "I will go." in which every word is known.
+
+`unreadable` (`truncated`, when the text was cut): anything else, above all what is not legal, decisions that disagree,
+and words that are not known, which may take the decision back: "I will not go" is none.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from foundry.declared import Actions
+from foundry.records import Outcome
+from foundry.texts import without_surrogates
+from foundry.worlds.base import LENGTH, Answer, unanswered, undecided_outcome
+from foundry.worlds.grid.parsing import read_message
+from foundry.worlds.grid.words import is_placeholder, is_silence, key_of
+from foundry.worlds.mending import Mended, in_plain_marks, mended
+from foundry.worlds.replies import Conflicting, find_objects, whole_object, without_thinking
+from foundry.worlds.rounds.decided import Decided, decided_text, decided_value, is_exact
+
+ACTION, MESSAGE = "action", "message"
+_DEEPEST = 4
+"""Objects within objects that are looked into."""
+_MOST_LINES = 8
+"""Lines that name a decision; a text with more holds none that stands out."""
+_FURTHER = ("choice", "my choice", "final choice", "answer", "my answer", "final answer")
+_ASIDE = re.compile(
+    r"(?<![a-z])(?:previous|last|past|examples?|alternatives?|options?|reject\w*|consider\w*|if|else|others?|memor\w*"
+    r"|reason\w*)(?![a-z])",
+    re.IGNORECASE,
+)
+"""Names of what holds no decision of now."""
+_LINE = re.compile(
+    r"^[ \t>*•#\d.)_`\"'“-]{0,12}+((?:(?:my|the|final)[ ])?[^\W\d][\w ]{0,30}?)[ \t*_`\"'”]{0,6}+"
+    r"[:：=](?!=)[\s*_]*+(.*)$",
+    re.MULTILINE,
+)
+_PAIR = re.compile(r"""["'“”]?([^\W\d][\w ]{0,39})["'“”]?\s*+[:：]\s*+["'“”]?([^"'“”,{}\n]*+)""")
+_TAG = re.compile(r"<([a-zA-Z_]{1,30})>([^<>]{0,200})</\1>")
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """What a reply says.
+
+    Attributes:
+        outcome: what became of the call.
+        action: the decision, or None where there is none.
+        message: what was said beside it, or instead of one; None for silence.
+    """
+
+    outcome: Outcome
+    action: Decided | None = None
+    message: str | None = None
+
+
+def read_talk(answer: Answer) -> Reading:
+    """Read the reply to a question that asks for words alone."""
+    found = read_message(answer)
+    if found.outcome is not Outcome.UNREADABLE:
+        return Reading(found.outcome, message=found.text)
+    said = without_thinking(answer.text).strip()
+    if "{" in said or is_placeholder(said):
+        return Reading(Outcome.UNREADABLE)
+    outcome = Outcome.CHOSEN if said == answer.text.strip() else Outcome.REPAIRED
+    return Reading(outcome, message=None if is_silence(said) else without_surrogates(said))
+
+
+def read_decision(answer: Answer, actions: Actions, kind: str) -> Reading:
+    """Read the reply to a question that asks for one of these actions.
+
+    Args:
+        answer: the reply.
+        actions: what is legal now.
+        kind: of the question; a key of this name holds the decision, too.
+    """
+    if (outcome := unanswered(answer)) is not None:
+        return Reading(outcome)
+    return _Reader(actions, kind).read(answer)
+
+
+@dataclass(frozen=True)
+class _Reader:
+    actions: Actions
+    kind: str
+
+    def read(self, answer: Answer) -> Reading:
+        undecided = Reading(undecided_outcome(answer))
+        whole = whole_object(answer.text)
+        if whole is not None and self._is_as_asked(whole) and (reading := self._of(whole)) is not None:
+            return replace(reading, outcome=Outcome.CHOSEN)
+        if is_exact(answer.text.strip(), self.actions) and answer.ending != LENGTH:
+            return Reading(Outcome.CHOSEN, answer.text.strip())
+        content = answer.text if whole is not None else without_thinking(answer.text)
+        if (outcome := unanswered(Answer(content, answer.ending))) is not None:
+            return Reading(outcome)
+        objects = find_objects(content, self._mended)
+        reading = self._in_objects(objects, content) if objects else self._in_lines(content, answer)
+        return undecided if reading is None else replace(reading, outcome=self._outcome(reading, answer))
+
+    def _outcome(self, reading: Reading, answer: Answer) -> Outcome:
+        """Return `chosen` where the text is a number and nothing else, else `repaired`."""
+        return Outcome.CHOSEN if answer.text.strip() == str(reading.action) else Outcome.REPAIRED
+
+    def _is_as_asked(self, found: Mapping[str, Any]) -> bool:
+        """Tell whether an object decides to the letter, and has no other key that may decide otherwise."""
+        named = [key for key in found if self._decides(key)]
+        if isinstance(found, Conflicting):
+            return False
+        return len(named) == 1 and named[0] in (ACTION, self.kind) and is_exact(found[named[0]], self.actions)
+
+    def _in_objects(self, objects: Sequence[dict[str, Any]], content: str) -> Reading | None:
+        """Return what the objects of a text say, and the lines before them; None where nothing is, or they differ."""
+        found = [one for inner in objects for one in self._within(inner)]
+        readings = [one for one in found if one is not None]
+        if not readings or len(readings) < len(found):
+            return None
+        before = {self._value(value) for value in self._lines(content.partition("{")[0])}
+        return readings[-1] if {one.action for one in readings} | before == {readings[-1].action} else None
+
+    def _within(self, found: dict[str, Any], depth: int = 0) -> Iterator[Reading | None]:
+        """Yield what an object says, or what those within it do; None for what is not certain."""
+        if isinstance(found, Conflicting):
+            yield None
+        elif any(self._decides(key) and not isinstance(value, dict) for key, value in found.items()):
+            yield self._of(found)
+        elif depth < _DEEPEST:
+            for key, value in found.items():
+                if isinstance(value, dict) and not _ASIDE.search(key):
+                    yield from self._within(value, depth + 1)
+
+    def _of(self, found: Mapping[str, Any]) -> Reading | None:
+        """Return what the keys of an object say; None where they are in doubt or differ."""
+        said = {self._value(value) for key, value in found.items() if self._decides(key)}
+        if len(said) != 1 or None in said:
+            return None
+        message = found.get(MESSAGE)
+        spoken = isinstance(message, str) and not is_silence(message) and not is_placeholder(message)
+        return Reading(Outcome.REPAIRED, said.pop(), without_surrogates(message) if spoken and message else None)
+
+    def _mended(self, text: str) -> dict[str, Any]:
+        """Return what was meant as an object, where its lines, read by themselves, decide the same."""
+        found = mended(text, lambda name: ACTION if self._decides(name) else None)
+        reading = None if found is None else self._of(found)
+        pairs = _PAIR.findall(in_plain_marks(text))
+        lines = {self._value(value.strip()) for key, value in pairs if self._decides(key)}
+        return found if found is not None and reading is not None and lines == {reading.action} else Mended()
+
+    def _in_lines(self, content: str, answer: Answer) -> Reading | None:
+        """Return what the lines that name a decision say, or, where there is none, the text as a whole."""
+        if answer.ending == LENGTH:  # it may have gone on
+            return None
+        named = list(self._lines(content))
+        if not named:
+            found = decided_text(content, self.actions, self.kind)
+        else:
+            said = {self._value(value) for value in named}
+            found = said.pop() if len(said) == 1 and len(named) <= _MOST_LINES else None
+        return None if found is None else Reading(Outcome.REPAIRED, found)
+
+    def _lines(self, text: str) -> Iterator[str]:
+        """Yield what stands behind the name of a decision in a line, or between tags of that name."""
+        for match in (*_TAG.finditer(text), *_LINE.finditer(_TAG.sub("", text))):
+            if self._decides(match[1].strip()):
+                yield match[2].strip().rstrip(",").strip(" \"'")
+
+    def _value(self, value: object) -> Decided | None:
+        return decided_value(value, self.actions, self.kind)
+
+    def _decides(self, name: str) -> bool:
+        plain = name.strip().casefold().replace("_", " ")
+        return plain == self.kind.replace("_", " ") or plain in _FURTHER or key_of(name) == ACTION

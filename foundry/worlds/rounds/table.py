@@ -1,0 +1,185 @@
+"""What the rules of a world of rounds see of one episode, and do in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from numpy.random import Generator
+
+from foundry import seeding
+from foundry.declared import Actions
+from foundry.errors import FoundryError
+from foundry.records import Message, Outcome, Record, RoundStep
+from foundry.worlds.base import Answer, Question
+from foundry.worlds.rounds.decided import Decided
+from foundry.worlds.rounds.reading import read_decision, read_talk
+from foundry.worlds.rounds.replies import idle_of, options_of
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """What one agent answered to one question.
+
+    Attributes:
+        step: 1-based round.
+        agent: agent id.
+        kind: of the question.
+        action: what it decided; None where nothing could be read, and for talk.
+        taken: what the rules go by: the action, or the idle one where nothing could be read.
+        message: what it said, or None.
+        outcome: of the call.
+    """
+
+    step: int
+    agent: int
+    kind: str
+    action: Decided | None
+    taken: Any
+    message: str | None
+    outcome: Outcome
+
+
+class Table:
+    """One episode, as the rules of its world see it.
+
+    Attributes:
+        agents: ids of the agents.
+        personas: persona of each agent, by its id.
+        received: what each agent was told, by its id: `{step, sender, text}`, newest last.
+        step: 1-based round that is played; 0 before the first.
+    """
+
+    def __init__(
+        self,
+        seed: int,
+        personas: Sequence[Mapping[str, str]],
+        actions: Mapping[str, Actions],
+        line: type[RoundStep],
+    ) -> None:
+        """Begin an episode.
+
+        Args:
+            seed: the run's seed.
+            personas: persona of each agent.
+            actions: what can be decided, by kind of question; questions of other kinds ask for words alone.
+            line: the class of the lines of `steps.jsonl`.
+        """
+        self.agents = range(len(personas))
+        self.personas = personas
+        self.received: tuple[list[dict[str, Any]], ...] = tuple([] for _ in personas)
+        self.step = 0
+        self._seed = seed
+        self._actions = actions
+        self._line = line
+        self._open: dict[int, Decision] = {}
+        self._written: list[Record] = []
+
+    def stream(self, name: str) -> Generator:
+        """Return the random generator of this name: the same numbers in every run with this seed."""
+        return seeding.stream(self._seed, name)
+
+    def rounds(self, most: int) -> Iterator[int]:
+        """Yield the rounds to play; leaving the loop ends the episode early, with the round in which it is left."""
+        while self.step < most:
+            self._close()
+            self.step += 1
+            yield self.step
+
+    def ask(self, agent: int, kind: str, *, legal: Actions | None = None, **observed: Any) -> Question:
+        """Return a question, for the rules to `yield` with others that are asked at the same time.
+
+        Beside what is given here an agent observes `agent`, `agents` (how many there are), `step`, `persona`, and what
+        it `received`.
+
+        Args:
+            agent: who is asked.
+            kind: of the question.
+            legal: what can be decided this time, where that is less than the world declares.
+            observed: what the agent perceives and no other.
+
+        Raises:
+            FoundryError: no round has begun.
+        """
+        if not self.step:
+            raise FoundryError("questions belong to rounds: ask them in a loop over `table.rounds`")
+        actions = legal or self._actions.get(kind)
+        common = {
+            "step": self.step,
+            "agent": agent,
+            "agents": len(self.agents),
+            "persona": self.personas[agent],
+            "received": list(self.received[agent]),
+        }
+        options, idle = options_of(actions), idle_of(actions)
+        return RoundQuestion(self.step, agent, kind, common | observed, options=options, idle=idle, legal=actions)
+
+    def record(self, decision: Decision, *, utility: float | None = None, **keys: Any) -> None:
+        """Write down a decision with what came of it; those that the rules leave are written as their round ends.
+
+        Args:
+            decision: one of this round, once.
+            utility: what the agent got from the round with it.
+            keys: what the world's class of lines has beside the common keys.
+
+        Raises:
+            FoundryError: it was recorded before.
+        """
+        if self._open.pop(id(decision), None) is None:
+            raise FoundryError(f"the {decision.kind} of agent {decision.agent} in round {decision.step} is over")
+        self._write(decision, utility=utility, **keys)
+
+    def write(self, record: Record) -> None:
+        """Write down anything else that the world declares."""
+        self._written.append(record)
+
+    def tell(self, sender: int, recipients: Iterable[int], text: str | None) -> None:
+        """Deliver a message at once; nothing where there is none."""
+        for recipient in recipients if text is not None else ():
+            self.received[recipient].append({"step": self.step, "sender": sender, "text": text})
+            self.write(Message(step=self.step, sender=sender, recipient=recipient, text=str(text)))
+
+    def read(self, question: Question, answer: Answer) -> Decision:
+        """Return what an answer decides."""
+        legal = question.legal if isinstance(question, RoundQuestion) else None
+        found = read_talk(answer) if legal is None else read_decision(answer, legal, question.kind)
+        idle = None if legal is None else legal.idle
+        taken = idle if found.action is None else found.action
+        decision = Decision(
+            question.step, question.agent, question.kind, found.action, taken, found.message, found.outcome
+        )
+        self._open[id(decision)] = decision
+        return decision
+
+    def collect(self, *, ended: bool) -> list[Record]:
+        """Return what was written since this was asked last; all of the round where the episode has ended."""
+        if ended:
+            self._close()
+        written, self._written = self._written, []
+        return written
+
+    def _close(self) -> None:
+        """Write the decisions that the rules did not."""
+        for decision in self._open.values():
+            self._write(decision)
+        self._open.clear()
+
+    def _write(self, decision: Decision, **keys: Any) -> None:
+        line = self._line(
+            step=decision.step,
+            agent=decision.agent,
+            kind=decision.kind,
+            action=decision.action,
+            outcome=decision.outcome,
+            message=decision.message,
+            **keys,
+        )
+        self._written.append(line)
+
+
+@dataclass(frozen=True, slots=True)
+class RoundQuestion(Question):
+    """A question that knows what is legal: actions, or None where it asks for words alone."""
+
+    legal: Actions | None = None

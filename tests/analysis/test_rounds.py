@@ -1,0 +1,97 @@
+"""Runs of worlds of rounds as arrays, and what is shown of them, against plain loops over the records."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from analysis.any.run import AnyRun
+from analysis.arrays import OUTCOMES
+from analysis.figures.shown import Shown
+from analysis.form import form_of
+from analysis.plots import draw
+from analysis.rounds.figures import RoundsFigures
+from analysis.rounds.run import NONE, RoundsRun
+from foundry.declared import Actions, Declared
+from foundry.records import Outcome
+
+BAR = Actions(labels=("go", "stay"), idle="stay")
+CATCH = Actions(low=0, high=10, idle=0)
+ROWS = [  # step, agent, kind, action, readable
+    (1, 0, "evening", "go", True),
+    (1, 1, "evening", "stay", True),
+    (1, 2, "evening", None, False),
+    (1, 0, "catch", 4, True),
+    (1, 1, "catch", None, False),
+    (2, 0, "evening", "go", True),
+    (2, 1, "evening", "go", True),
+    (2, 1, "talk", None, True),
+    (2, 0, "catch", 10, True),
+]
+
+
+def run(*, idle: bool = True, run_id: str = "r") -> RoundsRun:
+    actions = {"evening": BAR if idle else Actions(labels=("go", "stay")), "catch": CATCH}
+    step, agent, kind, action, readable = zip(*ROWS, strict=True)
+    texts: Any = lambda values: np.fromiter(values, dtype=np.object_, count=len(ROWS))  # noqa: E731
+    general = AnyRun(
+        id=run_id,
+        declared=Declared(form="rounds", actions=actions),
+        step=np.array(step),
+        agent=np.array(agent),
+        kind=texts(kind),
+        action=texts(one if isinstance(one, str) else None for one in action),
+        number=np.array([math.nan if not isinstance(one, int) else one for one in action], dtype=np.float64),
+        outcome=np.array([OUTCOMES.index(Outcome.CHOSEN if one else Outcome.UNREADABLE) for one in readable]),
+        utility=np.full(len(ROWS), math.nan),
+        said=texts(None for _ in ROWS),
+        deliveries=np.zeros((0, 3), dtype=np.int64),
+        agents=3,
+        personas=({}, {}, {}),
+    )
+    return RoundsRun.of(general)
+
+
+def test_the_form_rounds_is_found_by_its_name():
+    assert form_of("rounds").run is RoundsRun
+
+
+def test_decisions_stand_by_round_and_agent_and_what_was_not_read_is_the_idle_one():
+    assert run().steps == 2
+    assert run().choices("evening").tolist() == [[0, 1, 1], [0, 0, NONE]]
+    assert run(idle=False).choices("evening").tolist() == [[0, 1, NONE], [0, 0, NONE]]
+    np.testing.assert_array_equal(run().numbers("catch"), [[4, 0, np.nan], [10, np.nan, np.nan]])
+
+
+def test_shares_and_means_are_over_those_that_decided_and_over_the_readable_alone():
+    found, readable = run(), run().only_readable()
+    assert isinstance(readable, RoundsRun)
+    np.testing.assert_allclose(found.shares("evening")["go"], [1 / 3, 1])
+    np.testing.assert_allclose(readable.shares("evening")["go"], [1 / 2, 1])
+    np.testing.assert_allclose(found.shares("evening")["stay"], [2 / 3, 0])
+    np.testing.assert_allclose(found.means("catch"), [2, 10])
+    np.testing.assert_allclose(readable.means("catch"), [4, 10])
+
+
+@pytest.mark.filterwarnings("error")
+def test_the_pictures_are_one_by_round_and_one_by_agent_for_each_kind_that_decides(tmp_path: Path):
+    figures = RoundsFigures(seed=0)
+    groups = [Shown(("a",), 0, False), Shown(("b",), 1, True)]
+    for seed in range(3):
+        for shown in groups:
+            figures.add(shown, run(run_id=f"{shown.label}{seed}"), seed)
+    pictures = figures.pictures(groups)
+    assert [one.name for one in pictures] == [
+        "evening_by_round",
+        "evening_by_agent",
+        "catch_by_round",
+        "catch_by_agent",
+    ]
+    for picture in pictures:
+        drawn = draw(picture)
+        assert drawn.png.startswith(b"\x89PNG") and drawn.svg == draw(picture).svg
+    assert "evening: go (share)" in draw(pictures[0]).svg

@@ -1,0 +1,91 @@
+"""`foundry new` begins parts that run as they are, with tests that pass, and writes over nothing."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from commands import foundry
+from foundry.composing.beginning import begin
+from foundry.paths import shipped_parts
+
+KINDS = sorted(folder.name for folder in shipped_parts().iterdir() if (folder / "try_it.txt").is_file())
+SMALL = ("world.agents=4", "world.steps=3", "runner.workers=1", "analyze=false")
+TRIED = {
+    "world": ("world=own_world", "model=scripted/random"),
+    "prompt": ("prompt=own_prompt", "model=scripted/random"),
+    "model": ("model=own_model",),
+    "policy": ("model=own_policy",),
+    "signature": ("model=scripted/stay",),
+}
+
+
+@pytest.fixture(scope="module")
+def begun(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a part of every kind in `mine/`."""
+    folder = tmp_path_factory.mktemp("begun")
+    for kind in KINDS:
+        done = foundry("new", kind, f"own_{kind}", cwd=folder)
+        assert done.returncode == 0 and f"own_{kind}" in done.stdout, done.stderr
+    return folder
+
+
+def test_there_is_one_of_every_kind(begun: Path):
+    assert set(KINDS) == set(TRIED)
+    left = [file for file in (begun / "mine").rglob("*.*") if "art_name" in file.read_text() or "PartName" in file.name]
+    assert left == []
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_was_begun_runs(kind: str, begun: Path):
+    done = foundry("--config-dir", "mine", *TRIED[kind], *SMALL, f"output.dir=out_{kind}", cwd=begun)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_was_begun_passes_the_checks(kind: str, begun: Path):
+    named = "own_signature" if kind == "signature" else f"{'model' if kind == 'policy' else kind}=own_{kind}"
+    done = foundry("check", named, *SMALL[:2], "--config-dir", "mine", cwd=begun)
+    assert done.returncode == 0 and ", 0 failed" in done.stdout, done.stdout + done.stderr
+
+
+@pytest.mark.slow
+def test_its_own_tests_pass(begun: Path):
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--rootdir", "mine", "mine"]
+    done = subprocess.run(command, cwd=begun, env=dict(os.environ), capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "9 passed" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "told"),
+    [
+        ("word", "bar", "Kind of part 'word' not found. Did you mean 'world'?"),
+        ("world", "my-bar", "'my-bar' is no name of a module"),
+        ("world", "class", "'class' is no name of a module"),
+        ("policy", "yaml", "another module has that name"),
+    ],
+)
+def test_what_cannot_be_is_told_in_one_line_and_nothing_is_written(kind: str, name: str, told: str, workspace: Path):
+    done = foundry("new", kind, name, cwd=workspace)
+    assert done.returncode == 2 and told in done.stderr and done.stderr.count("\n") == 1
+    assert list(workspace.iterdir()) == []
+
+
+def test_nothing_is_written_over(tmp_path: Path):
+    kept = tmp_path / "mine" / "prompt" / "bar.yaml"
+    kept.parent.mkdir(parents=True)
+    kept.write_text("mine")
+    done = foundry("new", "world", "bar", cwd=tmp_path)
+    assert done.returncode == 2 and "is there already and stays as it is" in done.stderr
+    assert kept.read_text() == "mine" and list((tmp_path / "mine").rglob("*.*")) == [kept]
+
+
+def test_another_folder_is_named_in_what_is_written(tmp_path: Path):
+    found = begin("model", "bar", tmp_path / "parts")
+    assert f"--config-dir {tmp_path / 'parts'}" in found.try_it
+    assert all(file.is_file() and file.is_relative_to(tmp_path / "parts") for file in found.files)

@@ -1,0 +1,122 @@
+"""What a run is hangs on the public name of a class and on its settings, not on where the class is defined."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from commands import foundry
+from foundry.composing.compose import compose
+from foundry.composing.public_names import with_public_names
+from foundry.errors import InputError
+from foundry.expansion import expand
+from foundry.naming import MOVED, present, target_of, with_first_names
+from foundry.storing.store import SweepFolder
+
+WORLD = "from foundry.worlds.grid.world import GridScenario\n\n\nclass Mine(GridScenario):\n    pass\n"
+
+
+def ids(*overrides: str) -> list[str]:
+    composed = compose(overrides)
+    assert composed is not None
+    return [run.id for run in expand(composed.asked, composed.conditions).runs]
+
+
+@pytest.fixture
+def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Write a module of a user's own and make it importable; gone after the test."""
+    monkeypatch.syspath_prepend(tmp_path)
+    written: list[str] = []
+
+    def write(name: str, text: str) -> None:
+        (tmp_path / f"{name}.py").write_text(text, encoding="utf-8")
+        written.append(name)
+
+    yield write
+    for name in written:
+        sys.modules.pop(name, None)
+
+
+@pytest.mark.parametrize("old", MOVED)
+def test_what_sweeps_of_0_1_name_is_found_where_it_is_now(old: str):
+    assert target_of(old) is target_of(MOVED[old])
+    assert target_of(old).__name__ == MOVED[old].rpartition(".")[2]
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["foundry.worlds.grid.world.GridScenario", "foundry.worlds.grid.GridScenario", "alias.Shipped", "alias:Shipped"],
+)
+def test_a_class_gives_one_id_by_whatever_path_it_is_asked_for(
+    path: str, module: Callable[[str, str], None], workspace: Path
+):
+    module("alias", "from foundry.worlds.grid.world import GridScenario as Shipped\n")
+    assert ids(f"world._target_={path}") == ids()
+
+
+def test_another_class_gives_another_id(module: Callable[[str, str], None], workspace: Path):
+    module("own", WORLD)
+    assert ids("world._target_=own.Mine") != ids()
+
+
+def test_a_class_that_moves_keeps_its_ids_if_it_says_its_public_name(
+    module: Callable[[str, str], None], workspace: Path
+):
+    module("own", WORLD)
+    before = ids("world._target_=own.Mine")
+    module("deeper", WORLD + '    public_name = "own.Mine"\n')
+    module("own", "from deeper import Mine\n")
+    sys.modules.pop("own")
+    for path in ("deeper.Mine", "own.Mine"):
+        assert ids(f"world._target_={path}") == before
+
+
+def test_a_class_below_one_with_a_public_name_has_its_own(module: Callable[[str, str], None]):
+    module("own", WORLD + '    public_name = "own.Mine"\n\n\nclass Other(Mine):\n    pass\n')
+    assert with_public_names({"_target_": "own.Other"}) == {"_target_": "own.Other"}
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("nowhere.Mine", "own.Mine says that its public name is 'nowhere.Mine', which cannot be imported."),
+        ("own.Nobody", "own.Mine says that its public name is 'own.Nobody', which cannot be imported."),
+        ("", "own.Mine says that its public name is '', which cannot be imported."),
+        ("foundry.worlds.grid.world.GridScenario", "which is another class."),
+    ],
+)
+def test_a_public_name_that_is_not_the_class_s_is_told_in_one_line(
+    name: str, said: str, module: Callable[[str, str], None], workspace: Path
+):
+    module("own", WORLD + f'    public_name = "{name}"\n')
+    done = foundry("world._target_=own.Mine", "model=scripted/stay", cwd=workspace)
+    assert done.returncode == 2 and said in done.stderr and done.stderr.count("\n") == 1
+    assert not (workspace / "outputs").exists()
+
+
+def test_parts_at_any_depth_have_their_public_names_and_what_cannot_be_found_stays():
+    moved = {"_target_": "foundry.worlds.grid.GridScenario", "parts": [{"_target_": "foundry.prompts.Prompt"}]}
+    named = with_public_names(moved)
+    assert named["_target_"] == "foundry.worlds.grid.world.GridScenario"
+    assert named["parts"] == [{"_target_": "foundry.prompts.prompt.Prompt"}]
+    for odd in ("nowhere.Thing", "os.system", "", None, 3, ["a"]):
+        assert with_public_names({"_target_": odd}) == {"_target_": odd}
+    with pytest.raises(InputError):
+        compose(["world._target_=3"])
+
+
+def test_names_of_now_and_of_then_are_one_for_identity():
+    for first, now in MOVED.items():
+        assert with_first_names({"a": [{"_target_": now}]}) == with_first_names({"a": [{"_target_": first}]})
+        assert present(first) == present(now) == now
+
+
+def test_what_is_recorded_is_the_public_name(module: Callable[[str, str], None], workspace: Path):
+    module("alias", "from foundry.worlds.grid.world import GridScenario as Shipped\n")
+    small = ("world.agents=2", "world.steps=1", "model=scripted/stay", "analyze=false", "output.dir=out")
+    assert foundry("world._target_=alias.Shipped", *small, cwd=workspace).returncode == 0
+    (condition,) = SweepFolder.open(workspace / "out").sweep.conditions
+    assert condition.config["world"]["_target_"] == "foundry.worlds.grid.world.GridScenario"

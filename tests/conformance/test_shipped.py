@@ -1,0 +1,113 @@
+"""Every shipped world, prompt, policy, backend and signature holds what a user's own must hold."""
+
+from __future__ import annotations
+
+import importlib
+from functools import cache
+from typing import Any
+
+import pytest
+
+from foundry.composing.compose import compose
+from foundry.composing.preflight import prompt_of
+from foundry.conformance import models, prompts, signatures
+from foundry.conformance.checking import WORLD_CHECKS, world_case
+from foundry.conformance.finding import Status, look, name_of
+from foundry.conformance.measuring import case_with, shipped_signatures
+from foundry.conformance.playing import WorldCase
+from foundry.conformance.worlds import follows_its_seed
+from foundry.paths import conf_dir
+from foundry.running.build import build
+
+SMALL = {"cafe_library": ("world.agents=5", "world.steps=3")}
+SCENES = ("kibo", "kibo_paper", "office", "gallery")
+WORLDS = ("cafe_library", "kibo", *(pytest.param(name, marks=pytest.mark.slow) for name in SCENES[1:]))
+
+
+def names(group: str) -> list[str]:
+    folder = conf_dir() / group
+    return sorted(file.relative_to(folder).with_suffix("").as_posix() for file in folder.rglob("*.yaml"))
+
+
+@cache
+def config(world: str, *overrides: str) -> Any:
+    small = SMALL.get(world, ("world.steps=2",))
+    composed = compose([f"world={world}", *small, *overrides])
+    assert composed is not None
+    return composed.conditions[0].config
+
+
+@cache
+def case(world: str) -> WorldCase:
+    return world_case(config(world), seed=3)
+
+
+def test_every_world_is_among_those_that_are_checked():
+    assert {*SMALL, *SCENES, "usd"} == set(names("world")), "`usd` is what the others build on"
+
+
+@pytest.mark.parametrize("check", WORLD_CHECKS, ids=name_of)
+@pytest.mark.parametrize("world", WORLDS)
+def test_a_world_holds_what_every_world_must_hold(world: str, check):
+    found = look(f"world {world}", check, case(world))
+    assert found.status is not Status.FAILED, found
+
+
+@pytest.mark.parametrize("world", ["cafe_library", "kibo"])
+def test_another_seed_gives_another_episode(world: str):
+    assert look(f"world {world}", follows_its_seed, case(world)).note == ""
+
+
+def prompt_config(name: str) -> tuple[str, Any]:
+    """Return a world whose questions a prompt puts, and its configuration."""
+    asks_grid = "action" in config("cafe_library", f"prompt={name}")["prompt"]["templates"]
+    world = "cafe_library" if asks_grid else "kibo"
+    return world, config(world, f"prompt={name}")
+
+
+@pytest.mark.parametrize("check", prompts.CHECKS, ids=name_of)
+@pytest.mark.parametrize("name", names("prompt"))
+def test_a_prompt_holds_what_every_prompt_must_hold(name: str, check):
+    world, found = prompt_config(name)
+    subject = prompts.PromptCase(lambda: prompt_of(found), found["prompt"]["templates"], case(world))
+    finding = look(f"prompt {name}", check, subject)
+    assert finding.status is not Status.FAILED, finding
+
+
+SETTINGS = {
+    "ollama": (),
+    "openai": ("model.served=some", "model.server.base_url=http://127.0.0.1:1/v1"),
+}
+POLICIES = [name for name in names("model") if name.startswith("scripted/")]
+
+
+@pytest.mark.parametrize("check", models.CHECKS, ids=name_of)
+@pytest.mark.parametrize("name", [*POLICIES, *SETTINGS])
+def test_a_model_holds_what_every_model_must_hold(name: str, check):
+    found = config("cafe_library", f"model={name}", *SETTINGS.get(name, ()))["model"]
+    kinds = build(found).kinds
+    world = "kibo" if kinds == ("move",) else "cafe_library"
+    finding = look(f"model {name}", check, models.ModelCase(build, found, case(world)))
+    assert finding.status is not Status.FAILED, finding
+
+
+@cache
+def tried(world: str) -> Any:
+    return case_with(config(world), case(world))
+
+
+def shipped(form: str, world: str) -> list[tuple[str, str]]:
+    return [(world, module) for _, module in shipped_signatures(form)]
+
+
+@pytest.mark.parametrize("check", signatures.CHECKS, ids=name_of)
+@pytest.mark.parametrize(
+    ("world", "module"),
+    [
+        *shipped("grid", "cafe_library"),
+        *(pytest.param(*one, marks=pytest.mark.slow) for one in shipped("camera", "kibo")),
+    ],
+)
+def test_a_signature_holds_what_every_signature_must_hold(world: str, module: str, check):
+    finding = look(module, check, tried(world)(importlib.import_module(module)))
+    assert finding.status is not Status.FAILED, finding

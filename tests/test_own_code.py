@@ -1,0 +1,145 @@
+"""A user's own code is found beside `--config-dir` and in the working directory, and never stands before ours."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from typer.main import get_command
+
+from commands import foundry
+from foundry import own_code, paths
+from foundry.commands.application import app
+
+SMALL = ("world.agents=3", "world.steps=2", "runner.workers=1", "output.dir=out")
+POLICY = """
+from foundry.models.scripted.stay import Stay
+
+
+class Quiet(Stay):
+    pass
+"""
+
+
+@pytest.fixture(autouse=True)
+def kept_path(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    before = set(sys.modules)
+    yield
+    for name in set(sys.modules) - before:
+        if name.startswith(("quiet_", "foundry_own_")):
+            del sys.modules[name]
+
+
+@pytest.fixture
+def mine(tmp_path: Path) -> Path:
+    folder = tmp_path / "mine"
+    for part in ("model", "world", "signatures"):
+        (folder / part).mkdir(parents=True)
+    (folder / "quiet_policy.py").write_text(POLICY)
+    (folder / "model" / "quiet.yaml").write_text("_target_: quiet_policy.Quiet\nname: quiet\n")
+    return folder
+
+
+def python(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(paths.PACKAGE.parent)}
+    return subprocess.run(
+        [sys.executable, *arguments], cwd=cwd, env=environment, capture_output=True, text=True, check=False
+    )
+
+
+def test_code_beside_config_dir_runs_without_pythonpath(mine: Path, tmp_path: Path):
+    asked = ("--config-dir", "mine", "model=quiet", *SMALL, "analyze=false")
+    assert foundry(*asked, cwd=tmp_path).returncode == 0
+    own = ("--config-dir", "mine", "--trust-targets", "quiet_policy")
+    (run,) = (tmp_path / "out" / "runs").iterdir()
+    for command in (("verify", "out"), ("resume", "out"), ("replay", str(run), "--steps", "0"), ("plan", *asked[2:])):
+        done = foundry(*command, *(own[:2] if command[0] == "plan" else own), cwd=tmp_path)
+        assert done.returncode == 0, (command, done.stdout + done.stderr)
+
+
+def test_every_command_that_reads_or_makes_runs_takes_the_folder_of_own_parts():
+    commands = get_command(app).commands  # type: ignore[attr-defined]
+    taking = {name for name, one in commands.items() if any(param.name == "config_dir" for param in one.params)}
+    composing = {str(one.callback.__name__) for one in app.registered_commands if one.context_settings and one.callback}
+    assert taking == {
+        "analyze", "bundle", "diff", "power", "replay", "report", "resume", "status", "verify", "view",
+    }  # fmt: skip
+    assert composing == {"check", "doctor", "fork", "label", "plan", "prompt"}, "these hand it to Hydra"
+
+
+def test_modules_of_the_working_directory_never_stand_before_ours(tmp_path: Path):
+    assert foundry("model=scripted/stay", *SMALL, "analyze=false", cwd=tmp_path).returncode == 0
+    for name in ("analysis", "yaml", "hydra"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "__init__.py").write_text("raise SystemExit('the wrong one')\n")
+    (tmp_path / "msgspec.py").write_text("raise SystemExit('the wrong one')\n")
+    done = python("-m", "foundry", "power", "out", cwd=tmp_path)
+    assert done.returncode == 2 and "has no two conditions to compare" in done.stderr
+
+
+def test_modules_of_the_working_directory_are_found_after_all_others(tmp_path: Path):
+    (tmp_path / "quiet_here.py").write_text(POLICY)
+    asked = ("model=scripted/stay", "model._target_=quiet_here.Quiet", *SMALL, "analyze=false")
+    done = python("-m", "foundry", *asked, cwd=tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_working_directory_goes_to_the_end_of_the_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    for first in ("", str(tmp_path)):
+        monkeypatch.setattr(sys, "path", [first, "/elsewhere"])
+        own_code.working_directory_last()
+        assert sys.path == ["/elsewhere", str(tmp_path)]
+    monkeypatch.setattr(sys, "path", ["", str(tmp_path), "/elsewhere"])
+    own_code.working_directory_last()
+    assert sys.path == [str(tmp_path), "/elsewhere"], "PYTHONPATH is what somebody wanted"
+
+
+def test_the_clone_stays_first_when_it_is_the_working_directory(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(paths.PACKAGE.parent)
+    monkeypatch.setattr(sys, "path", ["", "/elsewhere"])
+    own_code.working_directory_last()
+    assert sys.path == ["", "/elsewhere"]
+
+
+@pytest.mark.parametrize(
+    ("file", "text"),
+    [
+        ("broken.py", "def broken(:\n"),
+        ("model/broken.yaml", "_target_: [unclosed\n"),
+        ("world/broken.yaml", "name: &a [*a]\n"),
+        ("broken_on_import.py", "raise ZeroDivisionError('oh')\n"),
+    ],
+)
+def test_a_bad_file_hurts_nobody_who_does_not_use_it(file: str, text: str, mine: Path, tmp_path: Path):
+    (mine / file).write_text(text)
+    done = foundry("--config-dir", "mine", "model=quiet", *SMALL, "analyze=false", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "asked", "named"),
+    [
+        ("quiet_bad.py", "def broken(:\n", "_target_: quiet_bad.Quiet\nname: bad\n", "quiet_bad.py"),
+        ("quiet_bad.py", "1 / 0\n", "_target_: quiet_bad.Quiet\nname: bad\n", "quiet_bad.Quiet"),
+        ("quiet_bad.py", "", "_target_: quiet_bad.Quiet\nname: bad\n", "quiet_bad"),
+        ("quiet_bad.py", "", "_target_: [unclosed\n", "bad.yaml"),
+    ],
+)
+def test_who_uses_a_bad_file_is_told_its_name_in_one_line(
+    file: str, text: str, asked: str, named: str, mine: Path, tmp_path: Path
+):
+    (mine / file).write_text(text)
+    (mine / "model" / "bad.yaml").write_text(asked)
+    done = foundry("--config-dir", "mine", "model=bad", *SMALL, cwd=tmp_path)
+    assert done.returncode == 2 and named in done.stderr and done.stderr.count("\n") == 1, done.stderr
+
+
+def test_a_folder_that_is_not_there_is_told(tmp_path: Path):
+    done = foundry("status", "out", "--config-dir", "mne", cwd=tmp_path)
+    assert done.returncode == 2 and "--config-dir mne: there is no such folder" in done.stderr

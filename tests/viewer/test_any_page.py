@@ -1,0 +1,230 @@
+"""The page of a run whose form nobody knows more of than all forms share, in a real browser."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import made_up_rounds as rounds
+import viewer_pages
+from foundry.storing.store import SweepFolder
+from foundry.viewer.export import export
+from foundry.viewer.server import ViewServer, serving
+from made_up_rounds import STEPS, Playing
+from made_up_runs import HOSTILE
+
+pytestmark = pytest.mark.browser
+
+TRUSTED = ("made_up_rounds",)
+LOADED = "steps => Foundry.page.lanes?.run.loaded === steps"
+CELL = """([agent, step]) => {
+  const {lanes} = Foundry.page, scale = devicePixelRatio;
+  const x = lanes.left(step) + 0.2 * lanes.column, y = (agent + 0.3) * lanes.lane;
+  return [...lanes.canvas.getContext('2d').getImageData(x * scale, y * scale, 1, 1).data.slice(0, 3)].join();
+}"""
+TONE = """name => {
+  const pen = document.createElement('canvas').getContext('2d');
+  pen.fillStyle = Foundry.dom.color(name);
+  pen.fillRect(0, 0, 1, 1);
+  return [...pen.getImageData(0, 0, 1, 1).data.slice(0, 3)].join();
+}"""
+ORANGE, GREEN = "230,159,0", "0,158,115"
+
+
+@pytest.fixture(scope="module")
+def bar(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
+    """Two models: as it is; and one in which agents do otherwise from step 4 on, and write hostile texts."""
+    made = rounds.sweep(tmp_path_factory.mktemp("bar") / "bar")
+    first, second = made.runs()
+    rounds.whole_run(first)
+    rounds.whole_run(second, rounds.otherwise, reply=HOSTILE)
+    return made
+
+
+@pytest.fixture(scope="module")
+def served(bar: SweepFolder) -> Iterator[ViewServer]:
+    with serving(bar.path, trusted=TRUSTED) as server:
+        yield server
+
+
+def go(page: Any, server: ViewServer, bar: SweepFolder, rest: str = "", index: int = 0) -> None:
+    viewer_pages.go(page, server.url, f"run/bar/{bar.runs()[index].id}{rest}")
+    page.wait_for_function(LOADED, arg=STEPS)
+
+
+def painted(page: Any) -> None:
+    page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+def test_agents_are_lanes_coloured_by_action(page: Any, served: ViewServer, bar: SweepFolder):
+    go(page, served, bar, "?step=8")
+    painted(page)
+    cells = {place: page.evaluate(CELL, list(place)) for place in ((0, 2), (0, 3), (1, 3), (3, 5))}
+    assert cells == {
+        (0, 2): ORANGE, (0, 3): page.evaluate(TONE, "soft"), (1, 3): ORANGE, (3, 5): page.evaluate(TONE, "bad"),
+    }  # fmt: skip
+    legend = page.text_content(".lanes-box .legend >> nth=0")
+    assert "stay at home 50 %" in legend and "go late 0 %" in legend and "unreadable 2 %" in legend
+    assert page.get_attribute("canvas.lanes", "aria-label") == "5 agents. Step 8: 3 go, 2 stay at home."
+
+
+def test_a_cell_is_named_and_leads_to_its_decision(page: Any, served: ViewServer, bar: SweepFolder):
+    go(page, served, bar, "?step=8")
+    painted(page)
+    box = page.locator("canvas.lanes").bounding_box()
+    x, y = page.evaluate("() => [Foundry.page.lanes.left(5) + 4, 3.5 * Foundry.page.lanes.lane]")
+    page.mouse.move(box["x"] + x, box["y"] + y)
+    assert page.get_attribute("canvas.lanes", "title") == "agent 3, step 5: unreadable"
+    page.mouse.click(box["x"] + x, box["y"] + y)
+    page.wait_for_selector(".inspector .is-unreadable")
+    assert page.input_value("[aria-label=Agent]") == "3"
+    assert page.text_content(".where") == f"step 5 of {STEPS}"
+    assert "gender: male" in page.text_content(".persona")
+    assert page.locator("details[data-kind=go]").get_attribute("open") is not None, "the call that failed is open"
+    assert page.locator("details[data-kind=pay]").get_attribute("open") is None
+    assert "You are guest 3 on evening 5." in page.locator("details[data-kind=go] .prompt").text_content()
+
+
+def test_numbers_are_a_scale_over_the_declared_range(page: Any, served: ViewServer, bar: SweepFolder):
+    go(page, served, bar)
+    page.select_option("[aria-label='Kind of decision']", "pay")
+    painted(page)
+    assert page.text_content(".scale").strip() == "010"
+    dark, light = (sum(map(int, page.evaluate(CELL, [0, step]).split(","))) for step in (1, STEPS))
+    assert dark < light
+    page.select_option("[aria-label='Kind of decision']", "talk")
+    painted(page)
+    assert page.evaluate(CELL, [0, 2]) == page.evaluate(TONE, "line"), "talk decides nothing"
+
+
+def test_the_step_is_a_table_with_the_worlds_own_keys_and_streams(page: Any, served: ViewServer, bar: SweepFolder):
+    go(page, served, bar, "?step=3&agent=1")
+    page.wait_for_selector("tr.chosen")
+    heads = page.locator(".lines-box >> nth=0").locator("thead th").all_text_contents()
+    assert heads == ["agent", "kind", "action", "outcome", "utility", "crowd", "reasoning", "seats"]
+    assert page.locator("tr[data-agent]").count() == 15
+    page.wait_for_selector("[aria-label='Lines of evenings'] td")
+    assert page.locator("[aria-label='Lines of evenings'] td").all_text_contents() == ["3", "sun"]
+    assert page.locator("[aria-label='Lines of house'] td").all_text_contents() == ["3", "El <b>Farol</b>"]
+    page.click("tr[data-agent='2'] button >> nth=0")
+    assert page.input_value("[aria-label=Agent]") == "2"
+
+
+def test_pictures_are_drawn_when_they_are_asked_for(page: Any, served: ViewServer, bar: SweepFolder):
+    go(page, served, bar, "?step=8")
+    page.wait_for_function("() => document.querySelector('.picture img').naturalWidth === 300")
+    assert page.get_attribute(".picture img", "alt") == "The world after step 8"
+    page.check(".picture input")
+    page.wait_for_selector(".picture img[alt='The world after step 7']")
+
+
+def test_a_world_that_is_not_trusted_is_not_built_and_the_page_says_so(page: Any, bar: SweepFolder):
+    with serving(bar.path) as server:
+        go(page, server, bar, "?step=8")
+        page.wait_for_selector("text=allow it with --trust-targets made_up_rounds")
+        assert page.is_hidden(".picture img")
+        page.goto("about:blank")
+
+
+def test_the_keyboard_moves_in_time_and_between_agents(page: Any, served: ViewServer, bar: SweepFolder):
+    go(page, served, bar)
+    page.wait_for_function("() => Foundry.page.data.marked === 12")
+    for key, step in (("x", 5), ("x", 7), ("Shift+X", 5), ("m", 6), ("Home", 1)):
+        page.keyboard.press(key)
+        assert page.text_content(".where") == f"step {step} of {STEPS}", key
+    page.keyboard.press("]")
+    page.wait_for_function("() => Foundry.page.ownMarks")
+    page.keyboard.press("x")
+    assert page.text_content(".where") == f"step 7 of {STEPS}", "agent 0 is repaired at step 7 and fails nowhere"
+    page.keyboard.press("Escape")
+    assert page.input_value("[aria-label=Agent]") == ""
+
+
+def test_messages_are_found_and_what_a_model_wrote_is_never_run(page: Any, served: ViewServer, bar: SweepFolder):
+    go(page, served, bar, "?step=2&agent=1", index=1)
+    page.wait_for_selector("details[data-kind=go]")
+    page.click("details[data-kind=go] summary")
+    assert "<script>window.hacked = 1</script>" in page.text_content("details[data-kind=go] .reply")
+    assert page.evaluate("() => window.hacked") is None
+    page.fill("[aria-label='Search in messages']", "something ELSE")
+    page.keyboard.press("Enter")
+    page.click(".found button")
+    assert page.text_content(".where") == f"step 6 of {STEPS}"
+
+
+def test_runs_side_by_side_show_where_they_part(page: Any, served: ViewServer, bar: SweepFolder):
+    runs = "/".join(run.id for run in bar.runs())
+    viewer_pages.go(page, served.url, f"compare/bar/{runs}")
+    page.wait_for_selector(".verdict .go")
+    assert "First action or outcome that differs: step 4 (agent 2)" in page.text_content(".verdict")
+    assert "First message that differs: step 6 (agent 1)" in page.text_content(".verdict")
+    page.click(".verdict .go >> nth=0")
+    page.wait_for_function("() => document.querySelectorAll('.column')[1]?.textContent.includes('go late')")
+    page.wait_for_function(
+        "() => [...document.querySelectorAll('.picture img')].every((one) => one.naturalWidth === 300)"
+    )
+    assert page.locator(".panel canvas.lanes").count() == 2
+
+
+def test_a_run_is_followed_while_it_is_written(page: Any, tmp_path: Path):
+    made = rounds.sweep(tmp_path / "grows", models=("first",))
+    with serving(made.path, trusted=TRUSTED) as server:
+        page.goto(f"{server.url}#/run/grows/{made.runs()[0].id}")
+        page.wait_for_function("() => document.querySelector('.where')?.textContent === 'no step yet'")
+        playing = Playing(made.runs()[0])
+        playing.play(1, 4)
+        page.wait_for_function("() => document.querySelector('.where').textContent === 'after step 4 of 4'")
+        page.wait_for_function(LOADED, arg=4)
+        assert page.locator("[aria-label=Agent] option").count() == 6
+        playing.play(5, 6)
+        playing.end("the server is gone")
+        page.wait_for_selector(".state .is-failed")
+        page.wait_for_function(LOADED, arg=6)
+        page.wait_for_selector(".picture img[alt='The world after step 6']")
+        page.goto("about:blank")
+
+
+def test_many_agents_are_shown_a_page_of_lines_at_a_time(page: Any, tmp_path: Path):
+    made = rounds.sweep(tmp_path / "many", models=("first",), agents=60, steps=2)
+    rounds.whole_run(made.runs()[0])
+    with serving(made.path) as server:
+        viewer_pages.go(page, server.url, f"run/many/{made.runs()[0].id}")
+        page.wait_for_selector("tr[data-agent]")
+        assert page.locator("tr[data-agent]").count() == 100
+        page.click("[aria-label='Next rows'] >> nth=0")
+        assert page.locator("tr[data-agent]").count() == 80
+        assert "101 to 180 of 180" in page.text_content(".lines-box .pager")
+        page.goto("about:blank")
+
+
+@pytest.mark.parametrize("address", ["run", "compare"])
+def test_a_telephone_needs_no_sideways_scrolling(page: Any, served: ViewServer, bar: SweepFolder, address: str):
+    page.set_viewport_size({"width": 390, "height": 844})
+    runs = [run.id for run in bar.runs()]
+    viewer_pages.go(
+        page, served.url, f"run/bar/{runs[1]}?step=2&agent=1" if address == "run" else f"compare/bar/{'/'.join(runs)}"
+    )
+    page.wait_for_selector(".picture img:not([hidden])")
+    assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_the_exported_page_works_without_a_server(page: Any, bar: SweepFolder, tmp_path: Path):
+    exported = export(bar.path, tmp_path / "page", trusted=TRUSTED)
+    viewer_pages.go(page, exported.page.as_uri(), f"run/bar/{bar.runs()[1].id}?step=4&agent=2")
+    page.wait_for_function(LOADED, arg=STEPS)
+    painted(page)
+    assert page.evaluate(CELL, [2, 5]) == GREEN
+    page.wait_for_selector("details[data-kind=go] .prompt", state="attached")
+    page.wait_for_function("() => document.querySelector('.picture img').naturalWidth === 300")
+    page.wait_for_selector("[aria-label='Lines of evenings'] td")
+    page.goto("about:blank")
+
+
+def test_an_export_without_pictures_says_why(page: Any, bar: SweepFolder, tmp_path: Path):
+    exported = export(bar.path, tmp_path / "page")
+    viewer_pages.go(page, exported.page.as_uri(), f"run/bar/{bar.runs()[0].id}?step=4")
+    page.wait_for_selector("text=There is no picture after step 4")
+    page.goto("about:blank")

@@ -1,0 +1,215 @@
+"""What is told of a run whose form nobody knows more of than all forms share."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+from foundry.sweep import Condition, expand
+
+import made_up_rounds as rounds
+from foundry.errors import InputError, RecordError
+from foundry.storing.store import RunFolder, SweepFolder
+from foundry.viewer.any import drawing
+from foundry.viewer.resources import Resources, resources_of_agents
+from made_up_rounds import AGENTS, STEPS, Playing
+
+KINDS = 3
+
+
+@pytest.fixture(scope="module")
+def bar(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
+    made = rounds.sweep(tmp_path_factory.mktemp("bar") / "bar", models=("first",))
+    rounds.whole_run(made.runs()[0])
+    return made
+
+
+@pytest.fixture
+def trusted() -> Iterator[tuple[str, ...]]:
+    yield ("made_up_rounds",)
+
+
+def ask(made: SweepFolder, part: str, trusted: tuple[str, ...] = (), run: RunFolder | None = None) -> Any:
+    resources = Resources(made.path, trusted=trusted)
+    found = resources.get(f"run/{made.path.name}/{(run or made.runs()[0]).id}/{part}")
+    resources.close()
+    return msgspec.json.decode(found.content) if found.media_type == "application/json" else found.content
+
+
+def test_a_page_is_told_the_form_and_what_the_world_declared(bar: SweepFolder):
+    about = ask(bar, "about")
+    assert (about["form"], about["agents"]) == ("rounds", AGENTS)
+    assert about["page"] == [{"form": "any", "script": "any/page.js"}]
+    assert about["actions"]["go"]["labels"] == ["stay at home", "go", "go late"]
+    assert about["keys"]["crowd"] == "integer"
+    assert [(one["name"], one["by_step"]) for one in about["streams"]] == [
+        ("messages", True),
+        ("evenings", True),
+        ("house", False),
+    ]
+
+
+def test_lanes_hold_every_decision_of_their_steps_once(bar: SweepFolder):
+    lanes = ask(bar, "lanes/0")
+    assert {len(lanes[key]) for key in ("step", "agent", "kind", "action", "outcome", "utility")} == {
+        KINDS * AGENTS * STEPS
+    }
+    at = list(zip(lanes["step"], lanes["agent"], lanes["kind"], strict=True)).index((5, 3, "go"))
+    outcomes = ask(bar, "about")["outcomes"]
+    assert (lanes["action"][at], outcomes[lanes["outcome"][at]], lanes["utility"][at]) == (None, "unreadable", 0.0)
+    assert lanes["action"][at + AGENTS] == 4.4, "a number is handed on as a number"
+
+
+def test_marks_texts_and_tracks_count_all_kinds_of_decisions(bar: SweepFolder):
+    marks = ask(bar, "marks/0")["marks"]
+    assert marks["undecided"] == [0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0]
+    assert (sum(marks["repaired"]), sum(marks["said"])) == (1, STEPS // 2)
+    assert ask(bar, "texts/0")["texts"][0] == [2, 1, "hello from step 2"]
+    track = ask(bar, "track/3")
+    assert (track["persona"], sum(track["marks"]["undecided"])) == ({"gender": "male"}, 1)
+
+
+def test_a_decision_comes_with_every_line_of_its_agent(bar: SweepFolder):
+    found = ask(bar, "decisions/0/0")
+    assert [(one["step"], one["kind"]) for one in found["steps"][:4]] == [
+        (1, "talk"),
+        (1, "go"),
+        (1, "pay"),
+        (2, "talk"),
+    ]
+    assert found["received"][0] == [2, 1, "hello from step 2"]
+    assert len(found["calls"]) == KINDS * 10
+
+
+def test_streams_are_read_by_step_and_facts_of_the_run_whole(bar: SweepFolder):
+    assert ask(bar, "stream/1/0")["rows"][2] == {"step": 3, "crowd": 3, "weather": "sun"}
+    assert ask(bar, "stream/2/0")["rows"] == [{"seats": 3, "name": "El <b>Farol</b>"}]
+    assert ask(bar, "stream/9/0")["rows"] == []
+
+
+def test_what_is_read_for_all_agents_at_once_is_what_is_read_for_each(bar: SweepFolder):
+    resources = Resources(bar.path)
+    run = bar.runs()[0].id
+    for address, resource in resources_of_agents(resources.view("bar", run)):
+        assert resource.content == resources.get(f"run/bar/{run}/{address}").content, address
+    resources.close()
+
+
+def test_a_step_in_writing_is_shown_once_it_is_as_long_as_the_first(tmp_path: Path):
+    made = rounds.sweep(tmp_path / "grows", models=("first",))
+    playing = Playing(made.runs()[0])
+    resources, address = Resources(made.path), f"run/grows/{made.runs()[0].id}"
+    playing.play(1, 2)
+    playing.writer.append([rounds.line(3, agent, "talk") for agent in range(AGENTS)])
+
+    def progress() -> Any:
+        return msgspec.json.decode(resources.get(f"{address}/progress").content)
+
+    assert progress()["done"] == 2
+    playing.end("the server is gone")
+    assert (progress()["done"], progress()["status"]) == (3, "failed"), "what a failed run did last is seen too"
+    resources.close()
+
+
+def test_a_page_learns_of_agents_that_come_later(tmp_path: Path):
+    made = rounds.sweep(tmp_path / "turns", models=("first",))
+    (folder,) = made.runs()
+    resources, address = Resources(made.path), f"run/turns/{folder.id}"
+    playing = Playing(folder)
+    playing.writer.append([rounds.line(1, 0, "go")])
+
+    def asked(part: str) -> Any:
+        return msgspec.json.decode(resources.get(f"{address}/{part}").content)
+
+    before = asked("progress")["beginning"]
+    assert asked("about")["agents"] == 1
+    playing.writer.append([rounds.line(2, 6, "go")])
+    assert asked("progress")["beginning"] != before
+    assert asked("about")["agents"] == 7
+    playing.writer.close()
+    resources.close()
+
+
+def test_a_run_that_never_began_has_nothing_to_show(tmp_path: Path):
+    made = rounds.sweep(tmp_path / "waits", models=("first",))
+    assert (ask(made, "about")["agents"], ask(made, "progress")["done"]) == (0, 0)
+    assert ask(made, "lanes/0")["step"] == ask(made, "frames/0")["rows"] == []
+    assert "has not been started yet" in ask(made, "pictures")["why"]
+
+
+def test_records_of_an_unknown_class_are_read_by_the_keys_that_all_share(tmp_path: Path):
+    config = {"world": {"_target_": "elsewhere.World", "name": "w"}, "model": {"name": "m"}, "prompt": {"name": "p"}}
+    conditions = [Condition({}, {**config, "sampling_seed": None}, (0,))]
+    made = SweepFolder.create(tmp_path / "older", expand([], conditions), {}, [])
+    (folder,) = made.runs()
+    folder.path.mkdir(parents=True)
+    line = b'{"step":%d,"agent":0,"action":{"turn":30},"reply":"x"}\n'
+    folder.stream_path("steps").write_bytes(line % 1 + line % 2)
+    (folder.path / "episode.jsonl").write_bytes(b'{"scene":"hall"}\n')
+    about = ask(made, "about")
+    assert (about["form"], about["actions"], [one["name"] for one in about["streams"]]) == ("any", {}, ["episode"])
+    assert ask(made, "lanes/0")["action"] == ['{"turn":30}', '{"turn":30}']
+    assert ask(made, "stream/0/0")["rows"] == [{"scene": "hall"}]
+
+
+@pytest.mark.parametrize("line", [b'{"step":1,"kind":"go","agent":0}\n', b'{"agent":0,"step":1}\n', b"nonsense\n"])
+def test_a_line_without_its_step_and_agent_is_a_record_error(bar: SweepFolder, tmp_path: Path, line: bytes):
+    shutil.copytree(bar.path, tmp_path / "damaged")
+    damaged = SweepFolder.open(tmp_path / "damaged")
+    damaged.runs()[0].stream_path("steps").write_bytes(line)
+    with pytest.raises(RecordError, match="does not begin with its step and its agent"):
+        ask(damaged, "progress")
+
+
+def test_pictures_are_drawn_by_a_world_that_is_trusted_and_by_no_other(bar: SweepFolder, trusted: tuple[str, ...]):
+    assert ask(bar, "pictures", trusted) == {"kept": [], "why": ""}
+    assert ask(bar, "picture/12", trusted).startswith(b"\x89PNG")
+    assert "allow it with --trust-targets made_up_rounds" in ask(bar, "pictures")["why"]
+    with pytest.raises(InputError, match="no whole step 13 to draw: the last is 12"):
+        ask(bar, "picture/13", trusted)
+
+
+def test_kept_pictures_need_no_world(bar: SweepFolder, tmp_path: Path):
+    shutil.copytree(bar.path, tmp_path / "kept")
+    made = SweepFolder.open(tmp_path / "kept")
+    rounds.keep_frames(made.runs()[0], (0, 4))
+    assert ask(made, "pictures")["kept"] == [0, 4]
+    assert ask(made, "picture/4") == (made.runs()[0].path / "frames" / "step_0004.png").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("world", "said"),
+    [
+        ("Undrawn", "World 'bar' does not say how to draw its runs again: give its Scenario a `redraw`."),
+        ("Spoilt", r"World 'bar' cannot draw run '.*' again \(KeyError: 'seat'\)."),
+    ],
+)
+def test_a_world_that_draws_nothing_is_told_in_one_line(
+    tmp_path: Path, trusted: tuple[str, ...], world: str, said: str
+):
+    made = rounds.sweep(tmp_path / "undrawn", models=("first",), world={"_target_": f"made_up_rounds.{world}"}, steps=1)
+    rounds.whole_run(made.runs()[0])
+    with pytest.raises(InputError, match=said):
+        ask(made, "picture/0", trusted)
+    assert ask(made, "pictures", trusted)["why"].count("\n") == 0
+
+
+def test_an_export_draws_what_is_quickly_drawn_and_says_what_it_left(
+    bar: SweepFolder, trusted: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+):
+    def exported() -> dict[str, Any]:
+        view = Resources(bar.path, trusted=trusted).view("bar", bar.runs()[0].id)
+        view.steps.grow()
+        return {address: one.content for address, one in view.exports()}
+
+    whole = exported()
+    assert [name for name in whole if name.startswith("picture/")] == [f"picture/{step}" for step in range(STEPS + 1)]
+    assert {"lanes/0", "stream/0/0", "stream/1/0", "stream/2/0"} <= set(whole)
+    monkeypatch.setattr(drawing, "EXPORTED_S", -1.0)
+    part = exported()
+    assert [name for name in part if name.startswith("picture/")] == []
+    assert "to draw 13 pictures takes about" in msgspec.json.decode(part["pictures"])["why"]

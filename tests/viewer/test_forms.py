@@ -1,0 +1,120 @@
+"""What shows a form is found by its name: in the package, in the user's own folder, else what all forms share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+import made_up_rounds as rounds
+import viewer_pages
+from browser import browser_page
+from foundry.errors import InputError
+from foundry.own_code import VARIABLE
+from foundry.storing.store import SweepFolder
+from foundry.viewer.any.view import AnyView
+from foundry.viewer.camera.view import CameraView
+from foundry.viewer.export import export
+from foundry.viewer.forms import scripts_of, view_of
+from foundry.viewer.grid.view import GridView
+from foundry.viewer.resources import Resources
+from foundry.viewer.server import serving
+from own_forms import SERVER_PART, Ring, write_ring
+
+
+@pytest.mark.parametrize(
+    ("form", "view", "script"),
+    [
+        ("grid", GridView, "grid/page.js"),
+        ("camera", CameraView, "camera/page.js"),
+        ("any", AnyView, "any/page.js"),
+        ("rounds", AnyView, "any/page.js"),
+        ("nobodys", AnyView, "any/page.js"),
+        ("server", AnyView, "any/page.js"),
+        ("static", AnyView, "any/page.js"),
+    ],
+)
+def test_a_form_is_shown_by_what_has_its_name_else_by_what_all_share(form: str, view: type, script: str):
+    assert view_of(form).run is view
+    assert [one.address for one in scripts_of(form)] == [script]
+
+
+def ring_sweep(folder: Path) -> SweepFolder:
+    made = rounds.sweep(folder / "ring", models=("first",), scenario=Ring(name="bar", agents=5, steps=12))
+    rounds.whole_run(made.runs()[0])
+    return made
+
+
+@pytest.fixture
+def ring(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SweepFolder:
+    """A whole run of a form that is defined in `mine/` alone."""
+    monkeypatch.setenv(VARIABLE, str(write_ring(tmp_path)))
+    return ring_sweep(tmp_path)
+
+
+def test_a_form_of_ones_own_reads_its_records_its_own_way(ring: SweepFolder):
+    resources, address = Resources(ring.path), f"run/ring/{ring.runs()[0].id}"
+    about = msgspec.json.decode(resources.get(f"{address}/about").content)
+    assert (about["form"], about["around"]) == ("ring", 5)
+    assert [one["script"] for one in about["page"]] == ["any/page.js", "forms/ring/page.js"]
+    assert msgspec.json.decode(resources.get(f"{address}/neighbours/0").content) == {"neighbours": [4, 1]}
+    resources.close()
+
+
+@pytest.mark.parametrize(
+    ("server_part", "said"),
+    [
+        ("import nothing_of_this_name", "mine/forms/ring.py cannot be imported: ModuleNotFoundError"),
+        ("VIEWER = 7", "mine/forms/ring.py: VIEWER is no FormView but 7"),
+        (SERVER_PART.replace("ring.js", "other.js"), r"its PAGE, '.*other.js', is not there"),
+    ],
+)
+def test_a_bad_file_of_a_form_is_named_and_hurts_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, server_part: str, said: str
+):
+    monkeypatch.setenv(VARIABLE, str(write_ring(tmp_path, server_part)))
+    made, other = ring_sweep(tmp_path), rounds.sweep(tmp_path / "bar", models=("first",))
+    resources = Resources(tmp_path)
+    with pytest.raises(InputError, match=said):
+        resources.get(f"run/ring/{made.runs()[0].id}/about")
+    assert resources.get(f"run/bar/{other.runs()[0].id}/about").content
+    assert b'"form":"ring"' in resources.get("sweep/ring/rows/0").content, "the sweep is listed all the same"
+    resources.close()
+
+
+NEIGHBOURS = "() => document.querySelector('.ring')?.dataset.neighbours === '4,1'"
+
+
+@pytest.mark.browser
+def test_a_form_of_ones_own_is_shown_on_top_of_what_all_share(page: Any, ring: SweepFolder):
+    with serving(ring.path) as server:
+        viewer_pages.go(page, server.url, f"run/ring/{ring.runs()[0].id}?step=3&agent=0")
+        page.wait_for_selector("text=A ring of 5 at step 3")
+        page.wait_for_function(NEIGHBOURS)
+        page.wait_for_selector("[data-agent='4']")
+        page.keyboard.press("ArrowRight")
+        page.wait_for_selector("text=A ring of 5 at step 4")
+        page.goto("about:blank")
+
+
+@pytest.mark.browser
+def test_a_form_of_ones_own_is_exported_with_its_page(page: Any, ring: SweepFolder, tmp_path: Path):
+    exported = export(ring.path, tmp_path / "page", trusted=("made_up_rounds",))
+    viewer_pages.go(page, exported.page.as_uri(), f"run/ring/{ring.runs()[0].id}?step=3")
+    page.wait_for_selector("text=A ring of 5 at step 3")
+    page.wait_for_selector("[data-agent='4']")
+    page.wait_for_function("() => document.querySelector('.picture img').naturalWidth === 300")
+    page.goto("about:blank")
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("page_part", ["'use strict';", "this is no script"])
+def test_a_page_part_that_registers_nothing_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, page_part: str):
+    monkeypatch.setenv(VARIABLE, str(write_ring(tmp_path, page_part=page_part)))
+    made = ring_sweep(tmp_path)
+    with serving(made.path) as server, browser_page(allowed_errors=("Unexpected identifier",)) as page:
+        page.goto(f"{server.url}#/run/ring/{made.runs()[0].id}")
+        page.wait_for_selector("[role=alert]")
+        assert 'forms/ring/page.js does not say Foundry.form("ring"' in page.text_content("[role=alert]")

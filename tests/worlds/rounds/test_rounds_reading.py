@@ -1,0 +1,225 @@
+"""Reading of decisions in worlds of rounds: what is asked for, what is found, and above all what is not invented."""
+
+from __future__ import annotations
+
+import json
+import time
+from typing import Any
+
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from foundry.declared import Actions
+from foundry.records import Outcome
+from foundry.worlds.base import ABORTED, LENGTH, Answer
+from foundry.worlds.rounds.reading import Reading, read_decision, read_talk
+from foundry.worlds.rounds.replies import deciding, idle_of, options_of
+
+BAR = Actions(labels=("go", "stay"), idle="stay")
+CATCH = Actions(low=0, high=100, idle=0)
+PRICE = Actions(low=0, high=2.5, whole=False)
+SETS = [BAR, CATCH, PRICE, Actions(labels=("do nothing", "punish", "do not punish", "行く")), Actions(low=-3, high=9)]
+
+
+def bar(text: str, ending: str = "stop") -> tuple[Any, str]:
+    found = read_decision(Answer(text, ending), BAR, "evening")
+    return found.action, str(found.outcome)
+
+
+def catch(text: str) -> tuple[Any, str]:
+    found = read_decision(Answer(text), CATCH, "catch")
+    return found.action, str(found.outcome)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ['{"action": "go"}', ' {"action": "go", "reasoning": "I will not stay."}\n', '{"evening": "go"}', "go", " go\n"],
+)
+def test_what_is_asked_for_is_chosen(text: str):
+    assert bar(text) == ("go", "chosen")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'Sure!\n```json\n{"action": "go"}\n```',
+        '<think>{"action": "stay"}</think>{"action": "go"}',
+        "{'action': 'go'}",
+        '{action: go, reasoning: "it was empty"}',
+        '{"Action": "GO"}',
+        '{"decision": {"action": "go"}, "previous": {"action": "stay"}}',
+        '{"action": ["go"]}',
+        '{"action": "go"} {"action": "go"}',
+        "Action: go",
+        "**Decision:** go.",
+        "My decision:\n\n**go**",
+        "<action>go</action>",
+        "I will go.",
+        "I have decided to go!",
+        "It was crowded last week, so most will stay. I choose to go.",
+        "Go.\n\nBecause it will be fun.",
+        r"Final answer: \boxed{go}",
+    ],
+)
+def test_one_decision_in_another_dress_is_repaired(text: str):
+    assert bar(text) == ("go", "repaired")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "I will not go",
+        "I will not go.",
+        "I will not\ngo",
+        "I won't go.",
+        "I would go.",
+        "I have to go",
+        "Should I go?",
+        "go or stay",
+        "go\nstay",
+        "Everyone else will go.",
+        "Go! That is what they all say. I don't.",
+        "What I will not do:\ngo",
+        "Options:\n1. go",
+        '{"action": "not go"}',
+        '{"action": "go or stay"}',
+        '{"action": null}',
+        '{"action": true}',
+        '{"action": "fly"}',
+        '{"action": "go", "action": "stay"}',
+        '{"action": "go", "decision": "stay"}',
+        '{"action": "go"} {"action": "stay"}',
+        'Action: stay\n{"action": "go"}',
+        '{"reasoning": "I will go"}',
+        '{"options": {"action": "go"}}',
+        '{"action": "go" or "stay"}',
+        "行く",
+    ],
+)
+def test_what_is_in_doubt_is_unreadable(text: str):
+    assert bar(text) == (None, "unreadable")
+
+
+@pytest.mark.parametrize(("text", "ending", "outcome"), [
+    ("", "stop", "empty"), (" \n", "stop", "empty"), ("", LENGTH, "truncated"), ("go", ABORTED, "failed"),
+    ("<think>go</think>", "stop", "empty"), ("go", LENGTH, "truncated"), ("I will go", LENGTH, "truncated"),
+    ('{"action": "go', LENGTH, "truncated"),
+])  # fmt: skip
+def test_a_reply_that_says_nothing_or_was_cut_decides_nothing(text: str, ending: str, outcome: str):
+    assert bar(text, ending) == (None, outcome)
+
+
+def test_a_cut_reply_whose_decision_is_whole_is_repaired():
+    assert bar('{"action": "go", "reasoning": "beca', LENGTH) == ("go", "repaired")
+
+
+@pytest.mark.parametrize(("text", "action", "outcome"), [
+    ('{"action": 10}', 10, "chosen"), ('{"catch": 7.0}', 7, "chosen"), ("10", 10, "chosen"),
+    ('{"action": "10 tons"}', 10, "repaired"), ("Catch: 12", 12, "repaired"), ("I catch 10 tons.", 10, "repaired"),
+    ("$5", 5, "repaired"), ('{"action": "0"}', 0, "repaired"),
+])  # fmt: skip
+def test_a_number_of_the_range_is_read(text: str, action: int, outcome: str):
+    assert catch(text) == (action, outcome)
+
+
+@pytest.mark.parametrize("text", [
+    '{"action": 101}', '{"action": -1}', '{"action": 2.5}', '{"action": true}', '{"action": NaN}', '{"action": 1e400}',
+    "I will not catch 10", "5-10", "10 of 20", "10%", "1,000", "at most 10", "10 or 12", "1e1", "ten",
+])  # fmt: skip
+def test_what_is_no_number_of_the_range_is_unreadable(text: str):
+    assert catch(text) == (None, "unreadable")
+
+
+def test_the_longer_of_two_labels_is_meant():
+    found = read_decision(Answer("I do not punish."), SETS[3], "react")
+    assert found.action == "do not punish"
+
+
+@pytest.mark.parametrize("actions", SETS)
+def test_every_option_and_the_idle_reply_are_chosen(actions: Actions):
+    known = options_of(actions)
+    idle = idle_of(actions)
+    found = [read_decision(Answer(text), actions, "kind") for text in (*known, *filter(None, [idle]))]
+    assert {one.outcome for one in found} == {Outcome.CHOSEN} and len({one.action for one in found}) == len(known)
+    assert idle is None or found[-1].action == actions.idle
+    if actions.labels:
+        assert [one.action for one in found[: len(known)]] == list(actions.labels)
+
+
+def test_a_long_range_has_some_options_and_an_endless_one_none():
+    assert len(options_of(Actions(low=0, high=10**6))) == 101
+    assert options_of(Actions(low=0)) == ()
+
+
+@pytest.mark.parametrize(("text", "message", "outcome"), [
+    ('{"message": "hi"}', "hi", "chosen"), ("Let us take 10.", "Let us take 10.", "chosen"),
+    ('{"message": null}', None, "chosen"), ("(silence)", None, "chosen"), ("", None, "empty"),
+    ("<think>hm</think>Hello", "Hello", "repaired"), ("Message: hi", "hi", "repaired"),
+    ("{broken", None, "unreadable"), ("<your message>", None, "unreadable"),
+])  # fmt: skip
+def test_talk_is_an_object_with_a_message_or_a_text_without_any(text: str, message: str | None, outcome: str):
+    found = read_talk(Answer(text))
+    assert (found.message, str(found.outcome)) == (message, outcome)
+
+
+def test_cut_talk_says_nothing():
+    assert read_talk(Answer("Let us take", LENGTH)) == Reading(Outcome.TRUNCATED)
+
+
+@given(st.sampled_from(SETS), st.text(max_size=300))
+@example(BAR, '{"action": {"action": "go"}}')
+@example(CATCH, '{"action": "' + "9" * 110 + '"}')
+def test_any_text_is_read_as_a_legal_decision_or_as_none(actions: Actions, text: str):
+    found = read_decision(Answer(text), actions, "kind")
+    decided = found.outcome in (Outcome.CHOSEN, Outcome.REPAIRED)
+    assert decided == (found.action is not None)
+    if decided:
+        assert deciding(found.action) in options_of(actions) or not actions.labels
+
+
+DENIALS = (
+    "I will not",
+    "Nobody should",
+    "If it were empty I would",
+    "They say",
+    "Do not",
+    "I doubt that I",
+    "Never",
+    "no",
+)
+
+
+@given(
+    st.sampled_from(DENIALS),
+    st.sampled_from([" ", "\n", "\n\n", ": ", ":\n", ", ", " - ", " **"]),
+    st.sampled_from(BAR.labels),
+)
+def test_words_that_may_take_a_decision_back_leave_none(denial: str, between: str, label: str):
+    for text in (
+        f"{denial}{between}{label}",
+        f"I looked around. {denial}{between}{label}.",
+        f"{label.capitalize()}. {denial}.",
+    ):
+        assert bar(text) == (None, "unreadable")
+        assert bar(json.dumps({"action": text})) == (None, "unreadable")
+
+
+@given(
+    st.sampled_from(BAR.labels),
+    st.text("xyzqv", min_size=1, max_size=9),
+    st.sampled_from([" ", ", ", " (", "\n", ". "]),
+)
+def test_a_value_with_an_unknown_word_in_it_decides_nothing(label: str, unknown: str, between: str):
+    for text in (f"{unknown}{between}{label}", f"{label}{between}{unknown}"):
+        assert bar(json.dumps({"action": text})) == (None, "unreadable")
+        assert bar(f"Action: {text.replace(chr(10), ' ')}") == (None, "unreadable")
+
+
+@pytest.mark.parametrize(
+    "text", ["{" * 20_000, '{"action": ' * 5_000, "go " * 20_000, "Action: go\n" * 5_000, "go.\n" * 9_000]
+)
+def test_long_replies_are_read_in_time(text: str):
+    started = time.process_time()
+    bar(text)
+    assert time.process_time() - started < 1

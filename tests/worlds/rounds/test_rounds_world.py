@@ -1,0 +1,225 @@
+"""Worlds of rounds: the rules as a generator, what is asked, read, recorded, told and drawn."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections import Counter
+from typing import Any
+
+import msgspec
+import pytest
+
+from foundry import seeding
+from foundry.errors import FoundryError, InputError
+from foundry.models.base import Request
+from foundry.models.scripted.base import ScriptedModel
+from foundry.models.scripted.random import Random
+from foundry.models.scripted.stay import Stay
+from foundry.records import Agent, Message, Outcome, Record, RoundStep
+from foundry.worlds.base import Answer, Question, Recorded, World
+from foundry.worlds.rounds.replies import deciding
+from foundry.worlds.rounds.table import Table
+from foundry.worlds.rounds.world import Play, RoundsScenario
+from own_rounds import Bar, Catch, Fishery, Silent, Stock
+
+GO, STAY = deciding("go"), deciding("stay")
+
+
+def bar(**changes: Any) -> Bar:
+    return Bar(**({"name": "bar", "agents": 3, "steps": 2} | changes))
+
+
+def fishery(**changes: Any) -> Fishery:
+    return Fishery(**({"name": "fishery", "agents": 3, "steps": 2} | changes))
+
+
+def answered(world: World, *texts: str) -> list[Record]:
+    return list(world.advance([Answer(text) for text in texts]))
+
+
+def of_stream(records: list[Record], stream: str) -> bytes:
+    return b"".join(msgspec.json.encode(one) + b"\n" for one in records if one.stream == stream)
+
+
+def request(question: Question, seed: int) -> Request:
+    sampling = seeding.sampling_seed(seed, step=question.step, agent=question.agent, kind=question.kind)
+    told = question.told
+    options, idle = question.options, question.idle
+    return Request((), sampling, question.kind, told, question.step, question.agent, options=options, idle=idle)
+
+
+def played(scenario: RoundsScenario, model: ScriptedModel, seed: int = 0) -> list[Record]:
+    world = scenario.start(seed)
+    records = list(world.opening())
+    while not world.finished:
+        replies = asyncio.run(model.ask_all([request(question, seed) for question in world.pending()]))
+        records += world.advance([Answer(reply.text, reply.ending) for reply in replies])
+    return records
+
+
+def test_what_one_yield_holds_is_asked_at_once_and_recorded_with_what_it_brought():
+    world = bar().start(0)
+    assert [(one.step, one.agent, one.kind) for one in world.pending()] == [(1, agent, "evening") for agent in range(3)]
+    records = answered(world, GO, STAY, STAY)
+    assert [(one.agent, one.action, one.utility) for one in records] == [(0, "go", 10), (1, "stay", 5), (2, "stay", 5)]
+    assert (world.step, world.finished) == (1, False)
+    records = answered(world, GO, GO, STAY)
+    assert [one.utility for one in records] == [0, 0, 5]
+    assert (world.step, world.finished, world.pending()) == (2, True, ())
+
+
+def test_a_question_shows_who_is_asked_what_was_told_and_what_the_rules_show():
+    world = bar(personas={"mood": {"calm": 1}}).start(0)
+    assert world.pending()[1].observation == {
+        "step": 1, "agent": 1, "agents": 3, "persona": {"mood": "calm"}, "received": [], "went": None,
+    }  # fmt: skip
+    assert world.opening() == [Agent(agent=agent, persona={"mood": "calm"}) for agent in range(3)]
+
+
+def test_an_unreadable_decision_counts_as_idle_and_is_recorded_as_none():
+    (first, *_) = answered(bar().start(0), "I will not go", STAY, STAY)
+    assert (first.action, first.outcome, first.utility) == (None, Outcome.UNREADABLE, 5)
+
+
+def test_asking_changes_nothing():
+    world = fishery().start(0)
+    before = world.pending()
+    assert world.pending() == before and world.step == 0
+    assert answered(world, "5", "5", "5") == answered(fishery().start(0), "5", "5", "5")
+
+
+def test_talk_goes_one_after_another_in_drawn_order_and_is_heard_by_the_others_before_they_speak():
+    world = fishery(agents=3).start(3)
+    assert [one.action for one in answered(world, "5", "6", "7")] == [5, 6, 7]
+    order, heard = [], []
+    for _ in range(3):
+        (question,) = world.pending()
+        order.append(question.agent)
+        heard.append([said["sender"] for said in question.observation["received"]])
+        records = answered(world, f'{{"message": "I am {question.agent}"}}')
+        delivered = [one for one in records if isinstance(one, Message)]
+        assert {(one.sender, one.text) for one in delivered} == {(question.agent, f"I am {question.agent}")}
+    assert sorted(order) == [0, 1, 2] and heard == [[], order[:1], order[:2]]
+
+
+def test_what_the_rules_leave_is_written_as_the_round_ends():
+    world = fishery(agents=2, steps=1).start(0)
+    answered(world, "1", "1")
+    answered(world, "Hello!")
+    spoken = [one for one in answered(world, "") if isinstance(one, RoundStep)]
+    assert [(one.kind, one.action, one.message, one.outcome) for one in spoken] == [
+        ("talk", None, "Hello!", Outcome.CHOSEN),
+        ("talk", None, None, Outcome.EMPTY),
+    ]
+
+
+def test_own_keys_and_own_files_are_written_and_declared():
+    scenario = fishery(agents=1, steps=1)
+    records = played(scenario, Stay("s"))
+    assert [one for one in records if not isinstance(one, Message)] == [
+        Catch(step=1, agent=0, kind="catch", action=0, outcome=Outcome.CHOSEN, utility=0, stock=100),
+        Stock(step=1, fish=100),
+        Catch(step=1, agent=0, kind="talk", action=None, outcome=Outcome.CHOSEN),
+    ]
+    declared = scenario.declared()
+    assert declared.form == "rounds"
+    assert declared.streams["steps"]["stock"] == "integer?" and declared.streams["stock"]["fish"] == "integer"
+
+
+def test_an_episode_ends_where_its_rules_do():
+    world = fishery(agents=2, steps=9).start(0)
+    answered(world, "60", "40")
+    answered(world, "sorry")
+    records = answered(world, "too late")
+    assert world.finished and world.step == 1
+    assert Stock(step=1, fish=0) in records
+
+
+def test_what_is_legal_may_be_less_than_the_world_declares():
+    world = fishery(agents=2).start(0)
+    answered(world, "50", "40")
+    for _ in range(2):
+        answered(world, "hm")
+    assert len(world.pending()[0].options) == 21
+    assert [one.action for one in answered(world, "21", "20")] == [None, 20]
+
+
+@pytest.mark.parametrize("scenario", [bar(agents=4), fishery(agents=3)], ids=["bar", "fishery"])
+@pytest.mark.parametrize("model", [Random("r"), Stay("s")], ids=["random", "stay"])
+def test_random_and_stay_play_any_world_and_are_read_as_chosen(scenario: RoundsScenario, model: ScriptedModel):
+    first, second = (played(scenario, model, 4) for _ in range(2))
+    assert first == second
+    assert {one.outcome for one in first if isinstance(one, RoundStep)} == {Outcome.CHOSEN}
+
+
+def test_random_draws_uniformly_among_what_is_legal():
+    drawn = Counter(one.action for one in played(bar(agents=30, steps=30), Random("r")))
+    assert abs(drawn["go"] - 450) < 3 * 15
+    drawn = Counter(one.action for one in played(bar(agents=30, steps=30), Random("r", stay_probability=0.1)))
+    assert abs(drawn["stay"] - 90) < 3 * 9
+
+
+@pytest.mark.parametrize(("model", "what"), [(Random("r"), "options"), (Stay("s"), "idle")])
+def test_a_world_that_declares_nothing_is_refused_in_one_line(model: ScriptedModel, what: str):
+    (question,) = Silent(name="silent", agents=1, steps=1).start(0).pending()
+    with pytest.raises(InputError, match=f"cannot act in this world.*Question.{what}"):
+        model.check(question)
+
+
+@pytest.mark.parametrize("scenario", [bar(agents=4, steps=3), fishery(agents=3, steps=3, stock=30)])
+def test_every_picture_is_made_again_from_the_records(scenario: RoundsScenario):
+    world, model = scenario.start(7), Random("r")
+    records, pictures = list(world.opening()), [world.draw()]
+    while not world.finished:
+        before = world.step
+        replies = asyncio.run(model.ask_all([request(question, 7) for question in world.pending()]))
+        records += world.advance([Answer(reply.text) for reply in replies])
+        if world.step != before:
+            pictures.append(world.draw())
+    again = scenario.redraw(Recorded(7, of_stream(records, "steps"), b"", lambda name: None))
+    assert [again.draw(step) for step in range(len(pictures))] == pictures
+    assert len(set(pictures)) == len(pictures) and pictures[0].startswith(b"\x89PNG")
+
+
+def test_calls_are_counted_at_most():
+    assert (bar().count_calls(), fishery().count_calls()) == (6, 12)
+
+
+def test_a_wordy_answer_decides_and_fills_what_is_heard():
+    scenario = fishery(agents=1)
+    world = scenario.start(0)
+    (one,) = answered(world, scenario.wordy_answer(world.pending()[0], 500))
+    assert one.action == 100
+    said = json.loads(scenario.wordy_answer(world.pending()[0], 500))
+    assert world.pending()[0].kind == "talk" and len(said["message"]) > 400
+
+
+@pytest.mark.parametrize("changes", [{"agents": 0}, {"steps": 1.5}, {"agents": True}])
+def test_numbers_of_agents_and_steps_are_whole_and_positive(changes: dict[str, Any]):
+    with pytest.raises(InputError, match=f"world.{next(iter(changes))}="):
+        bar(**changes)
+
+
+class Wrong(Bar):
+    """Asks before its first round, records twice, or asks nobody."""
+
+    def __init__(self, fault: str) -> None:
+        super().__init__(name="wrong", agents=1, steps=2)
+        self.fault = fault
+
+    def play(self, table: Table) -> Play:
+        if self.fault == "early":
+            yield [table.ask(0, "evening")]
+        for _ in table.rounds(2):
+            if self.fault == "nobody":
+                yield []
+            (one,) = yield [table.ask(0, "evening")]
+            table.record(one)
+            table.record(one)
+
+
+@pytest.mark.parametrize(("fault", "told"), [("early", "loop over"), ("nobody", "no question"), ("twice", "is over")])
+def test_rules_that_break_their_contract_are_told(fault: str, told: str):
+    with pytest.raises(FoundryError, match=told):
+        answered(Wrong(fault).start(0), GO)
