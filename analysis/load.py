@@ -80,8 +80,8 @@ def _further_streams(folders: Sequence[RunFolder]) -> dict[str, pd.DataFrame]:
     """Return the lines of the record files that have no table of their own, by their names."""
     found: dict[str, list[pd.DataFrame]] = {}
     for folder in folders:
-        for name in folder.declared.streams:
-            if name not in _TABLES:
+        for name in folder.streams:
+            if name in folder.declared.streams and name not in _TABLES:
                 lines = _stream_lines(folder, name)
                 found.setdefault(name, []).append(_frame(folder.id, lines, _keys(folder, name)))
     return {name: _joined(frames) for name, frames in found.items()}

@@ -15,6 +15,7 @@ from copies import create, fill, played
 from measuring import ROOT, Stopwatch, at_most, most_runs, print_table, print_title, scratch
 
 from analysis import signatures
+from analysis.any.general import general_run
 from analysis.load import read_records, read_run
 from foundry.storing.store import RunFolder
 
@@ -113,7 +114,8 @@ def alone_s(runs: Sequence[RunFolder]) -> float:
     """Return the CPU of reading and measuring one run, mean of several, nothing else done."""
 
     def measure(run: RunFolder) -> None:
-        signatures.measure(read_run(run, read_records(run, run.summary())))
+        records = read_records(run, run.summary())
+        signatures.measure(read_run(run, records), general_run(run, records))
 
     measure(runs[0])  # what a process computes once
     watch = Stopwatch()

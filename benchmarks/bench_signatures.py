@@ -7,6 +7,8 @@ from collections.abc import Callable
 from measuring import Stopwatch, at_most, print_table, print_title, run_sweep, scratch
 
 from analysis import signatures
+from analysis.any.general import general_run
+from analysis.any.run import AnyRun
 from analysis.grid.run import GridRun
 from analysis.load import read_records, read_run
 from foundry.storing.store import RunFolder
@@ -26,21 +28,21 @@ def milliseconds(what: Callable[[], object]) -> float:
 
 
 def row(folder: RunFolder) -> list[str]:
-    def read() -> GridRun:
-        run = read_run(folder, read_records(folder, folder.summary()))
-        assert isinstance(run, GridRun)
-        return run
+    def read() -> tuple[GridRun, AnyRun]:
+        records = read_records(folder, folder.summary())
+        return read_run(folder, records), general_run(folder, records)
 
     reading = milliseconds(read)
-    whole = milliseconds(lambda: signatures.measure(read()))
-    readable = f"{read().readable.mean():.2f}"
+    whole = milliseconds(lambda: signatures.measure(*read()))
+    readable = f"{read()[0].readable.mean():.2f}"
     return [folder.id.rpartition("-s")[0], readable, f"{reading:.1f}", f"{whole:.1f}", *at_most(whole, TARGET_MS, "ms")]
 
 
 def first(folder: RunFolder) -> float:
     """Return the seconds of the first run of a process, which computes what later ones share."""
     watch = Stopwatch()
-    signatures.measure(read_run(folder, read_records(folder, folder.summary())))
+    records = read_records(folder, folder.summary())
+    signatures.measure(read_run(folder, records), general_run(folder, records))
     return watch.cost().cpu_s
 
 

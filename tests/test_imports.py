@@ -203,3 +203,17 @@ def test_only_commands_print():
 def test_no_file_is_longer_than_500_lines(folder: str):
     long = {path.name: len(path.read_text(encoding="utf-8").splitlines()) for path in files(folder)}
     assert {name: lines for name, lines in long.items() if lines > 500} == {}
+
+
+def rooms_of_forms() -> set[str]:
+    return {name for name, path in MODULES.items() if is_in(name, "analysis") and "\nANALYSIS = " in path.read_text()}
+
+
+def test_of_the_forms_the_analysis_knows_the_general_one_alone_and_forms_do_not_know_each_other():
+    rooms = rooms_of_forms()
+    assert {"analysis.any", "analysis.camera", "analysis.grid", "analysis.rounds"} <= rooms
+    for name, found in imports_of("analysis").items():
+        own = next((room for room in rooms if is_in(name, room)), None)
+        others = rooms - {own, "analysis.any"}
+        foreign = {one for one in found if any(is_in(one, room) for room in others)}
+        assert foreign == set(), f"{name} imports {foreign}"

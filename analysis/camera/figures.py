@@ -8,10 +8,10 @@ from functools import partial
 import numpy as np
 
 from analysis.camera.run import CameraRun
+from analysis.camera.topdown import CameraPath, TopDown, topdown_figure
 from analysis.figures.shown import Shown, example_caption
 from analysis.form import RunTable
-from analysis.plots import Picture, figures
-from analysis.plots.topdown import CameraPath, TopDown
+from analysis.plots import Picture
 
 
 class CameraFigures:
@@ -35,7 +35,7 @@ class CameraFigures:
         )
         names = ["topdown"] if len(tasks) == 1 else [f"topdown_{number + 1}" for number in range(len(tasks))]
         return [
-            Picture(name, "Ways from above", caption, partial(figures.topdown_figure, task))
+            Picture(name, "Ways from above", caption, partial(topdown_figure, task))
             for name, task in zip(names, tasks, strict=True)
         ]
 

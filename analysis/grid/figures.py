@@ -10,11 +10,11 @@ import numpy as np
 from analysis.arrays import FloatArray, IntArray
 from analysis.figures.shown import Shown
 from analysis.grid.cascade import NEVER, NOBODY, Cascade, first_step, trace
+from analysis.grid.plots.cascade import CascadeEdge, CascadeTree
+from analysis.grid.plots.occupancy import GridPaths, OccupancyMap
+from analysis.grid.plots.survival import SurvivalCurve
 from analysis.grid.run import GridRun, GridSettings
 from analysis.grid.signatures.warning import find_labels, waiting_times
-from analysis.plots.cascade import CascadeEdge, CascadeTree
-from analysis.plots.occupancy import GridPaths, OccupancyMap
-from analysis.plots.survival import SurvivalCurve
 from analysis.stats.intervals import estimates
 from analysis.survival import survival
 

@@ -8,9 +8,10 @@ from functools import partial
 from analysis.figures.shown import Shown, example_caption
 from analysis.form import RunTable
 from analysis.grid.figures import GridGroup, cascade_tree, grid_paths
+from analysis.grid.plots import figures
+from analysis.grid.plots.cascade import CascadeTree
 from analysis.grid.run import GridRun
-from analysis.plots import Picture, figures
-from analysis.plots.cascade import CascadeTree
+from analysis.plots import Picture
 
 
 class GridFigures:

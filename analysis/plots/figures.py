@@ -2,29 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
-from matplotlib.ticker import MaxNLocator
 
 from analysis.plots import style
-from analysis.plots.cascade import CascadeTree, cascade_height, draw_cascade
 from analysis.plots.fingerprints import FingerprintMap, draw_dendrogram, draw_fingerprint
 from analysis.plots.forest import Pair, draw_forest, forest_height
 from analysis.plots.labels import LINE_IN, keys, lines, wrapped
 from analysis.plots.ledger import LedgerRow, draw_ledger, ledger_height
-from analysis.plots.occupancy import GridPaths, OccupancyMap, draw_occupancy, draw_paths, map_titles
 from analysis.plots.panel import GroupValues, draw_panel, panel_height
 from analysis.plots.slopes import draw_slopes
-from analysis.plots.survival import SurvivalCurve, draw_survival
-from analysis.plots.topdown import TopDown, draw_topdown
 
 _KEY_WIDTH = 46
-_MAPS_A_ROW = 3
 _HEAT_IN = 1.6
 """Width that is left for a heatmap beside the names of its rows."""
 
@@ -115,76 +108,4 @@ def fingerprint_figure(found: FingerprintMap) -> Figure:
     bar.outline.set_linewidth(0.4)
     if key:
         _write_below(figure, key)
-    return figure
-
-
-def _map_rows(count: int) -> int:
-    return math.ceil(count / _MAPS_A_ROW)
-
-
-def _maps(labels: Sequence[str], extra: float) -> tuple[Figure, list[Axes]]:
-    """Return a figure with a square panel for each label, three in a row."""
-    rows, columns = _map_rows(len(labels)), min(len(labels), _MAPS_A_ROW)
-    side = 0.95 * style.WIDTH_IN / max(columns, 2)
-    figure = new_figure(rows * (side + map_titles(labels) * LINE_IN) + extra)
-    panels = list(figure.subplots(rows, columns, squeeze=False).flat)
-    for ax in panels[len(labels) :]:
-        ax.axis("off")
-    return figure, panels[: len(labels)]
-
-
-def occupancy_figure(maps: Sequence[OccupancyMap]) -> Figure:
-    """Return where the agents of each group were, on one scale of colours."""
-    figure, panels = _maps([found.label for found in maps], extra=0.45)
-    tops = [float(found.share.max()) for found in maps]
-    # Baselines may stand still in one cell; a scale that ends there would make all else dark.
-    most = max([top for top, found in zip(tops, maps, strict=True) if not found.baseline] or tops)
-    for ax, found in zip(panels, maps, strict=True):
-        image = draw_occupancy(ax, found, most)
-    bar = figure.colorbar(
-        image,
-        ax=figure.axes,
-        orientation="horizontal",
-        aspect=40,
-        pad=0.02,
-        fraction=0.06,
-        extend="max" if max(tops) > most else "neither",
-    )
-    bar.locator = MaxNLocator(4)
-    bar.set_label("Share of agent-steps in the cell (scaled by square root)")
-    bar.outline.set_linewidth(0.4)
-    return figure
-
-
-def paths_figure(paths: Sequence[GridPaths]) -> Figure:
-    """Return the ways of the agents in one run of each group."""
-    figure, panels = _maps([found.label for found in paths], extra=0.05)
-    for ax, found in zip(panels, paths, strict=True):
-        draw_paths(ax, found)
-    return figure
-
-
-def survival_figure(curves: Sequence[SurvivalCurve]) -> Figure:
-    """Return the share of agents that is not warned yet, by group."""
-    below = sum(wrapped(f"{curve.label} (n={curve.runs})", 40).count("\n") + 1 for curve in curves)
-    figure = new_figure(2.2 + 0.15 * below)
-    draw_survival(figure.add_subplot(), curves)
-    return figure
-
-
-def cascade_figure(trees: Sequence[CascadeTree]) -> Figure:
-    """Return who warned whom in one run of each group."""
-    figure, panels = stacked([cascade_height(tree) for tree in trees])
-    for ax, tree in zip(panels, trees, strict=True):
-        draw_cascade(ax, tree)
-    panels[-1].set_xlabel("Step")
-    figure.supylabel("Agent", size=7.5)
-    return figure
-
-
-def topdown_figure(found: TopDown) -> Figure:
-    """Return the ways through a 3D world."""
-    below = sum(wrapped(path.label, 44).count("\n") + 1 for path in found.paths) + 2
-    figure = new_figure(3.0 + 0.15 * below)
-    draw_topdown(figure.add_subplot(), found)
     return figure

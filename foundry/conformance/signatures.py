@@ -77,7 +77,7 @@ def says_what_it_is(case: SignatureCase) -> None:
     )
     measures = getattr(case.module, "MEASURES", None)
     described = isinstance(measures, Mapping) and all(getattr(one, "label", "") for one in measures.values())
-    require(described, "MEASURES is no mapping of names to analysis.described.Measure, each with a label")
+    require(described, "MEASURES is no mapping of names to analysis.measure.Measure, each with a label")
     headline = getattr(case.module, "HEADLINE", ())
     require(isinstance(headline, tuple) and bool(headline), f"HEADLINE is {headline!r}: give a tuple of measures")
     for one in headline:

@@ -15,24 +15,25 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontManager, fontManager
 
 from analysis import analyze, signatures
+from analysis.camera.topdown import CameraPath, TopDown, draw_topdown
 from analysis.figures.measures import dendrogram
 from analysis.figures.members import shown_groups
 from analysis.figures.pictures import means_picture
 from analysis.figures.shown import Shown
 from analysis.grid.figures import GridGroup, cascade_tree, not_warned, occupancy
+from analysis.grid.plots import figures as grid_figures
+from analysis.grid.plots.cascade import draw_cascade
+from analysis.grid.plots.occupancy import OccupancyMap, draw_occupancy
+from analysis.grid.plots.survival import SurvivalCurve, draw_survival
 from analysis.grid.run import GridRun, GridSettings
 from analysis.plots import Picture, draw, figures, style
-from analysis.plots.cascade import draw_cascade
 from analysis.plots.fingerprints import FingerprintMap, Merge, draw_dendrogram, draw_fingerprint
 from analysis.plots.forest import Pair, draw_forest
 from analysis.plots.labels import keys, letters, wrapped
 from analysis.plots.ledger import LedgerRow, draw_ledger, percent
-from analysis.plots.occupancy import OccupancyMap, draw_occupancy
 from analysis.plots.panel import GroupValues, draw_panel, jitter, panel_height
 from analysis.plots.saving import settle, styled
 from analysis.plots.slopes import draw_slopes
-from analysis.plots.survival import SurvivalCurve, draw_survival
-from analysis.plots.topdown import CameraPath, TopDown, draw_topdown
 
 NAN = float("nan")
 LONG = "hf.co/bartowski/Some-Very-Long-Model-Name-Instruct-2507-GGUF:q4_K_M"
@@ -74,7 +75,7 @@ def test_tables_are_the_same_byte_for_byte_when_repeated(plots):
 def test_pictures_are_the_same_byte_for_byte_when_repeated(plots, recorded):
     world = recorded().run.world
     maps = [OccupancyMap("日本語 $x", world, np.eye(11) / 11, 1), OccupancyMap("b", world, np.eye(11) / 22, 1)]
-    picture = Picture("name", "t", "c", lambda: figures.occupancy_figure(maps))
+    picture = Picture("name", "t", "c", lambda: grid_figures.occupancy_figure(maps))
     assert draw(picture) == draw(picture)
 
 

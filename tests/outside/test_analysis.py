@@ -11,11 +11,15 @@ import pandas as pd
 import pytest
 
 import analysis
+from analysis.measuring.memory import code_version
+from analysis.report import render
+from analysis.report.material import gather
 from commands import foundry
 from foundry.errors import InputError
 from foundry.own_code import VARIABLE, use
 from foundry.storing.store import SweepFolder
 from outside_form import Outside
+from report_pages import narrowed
 
 
 @pytest.fixture
@@ -71,17 +75,19 @@ def test_its_steps_are_a_parquet_file(analysed: analysis.Analysis):
     assert steps["place"].dtype.kind == "i" and "message" not in steps
 
 
-def test_the_commands_analyse_plan_and_report_it(outside: Outside):
+def test_the_commands_analyse_it_and_plan_with_it(outside: Outside):
     said = outside.foundry("analyze", "out", "--family", "restless.change")
     assert "restless.change" in said and "tables and plots in" in said
-    assert {"rounding.svg", "restless.svg", "outcome.svg"} <= {
-        one.name for one in (outside.sweep / "analysis/plots").iterdir()
-    }
+    plots = {one.name for one in (outside.sweep / "analysis/plots").iterdir()}
+    assert {"rounding.svg", "restless.svg", "outcome.svg"} <= plots
     assert "rounding.home" in outside.foundry("power", "out", "--measure", "rounding.home")
-    outside.foundry("report", "out")
-    page = (outside.sweep / "report.html").read_text(encoding="utf-8")
+
+
+def test_its_report_says_how_it_is_measured_and_by_whose_code(outside: Outside, analysed: analysis.Analysis):
+    found = narrowed(gather(outside.sweep), ("rounding.",))
+    page = render(found, outside.sweep, analysed.path / "plots")
     assert "mine/signatures/rounding.py" in page and "steps that end in the first place / steps" in page
-    assert "label" not in page[page.index("<h2>Methods") :].partition("</section>")[0]  # nobody labelled warnings
+    assert "labelled" not in page  # nobody labelled any message
 
 
 BROKEN = {
@@ -95,7 +101,7 @@ BROKEN = {
     "def measure(run: AnyRun): return {'a': 1 / 0}": "cannot measure run",
     "from analysis.any.run import AnyRun\nNAME, MEASURES, HEADLINE = 'x', {}, ()\n"
     "def measure(run: AnyRun): return {'a': 'b'}": "'b' is no number",
-    "NAME, MEASURES, HEADLINE = 'x', {}, ()\ndef measure(run: dict): return {}": "which is the run of no known form",
+    "NAME, MEASURES, HEADLINE = 'x', {}, ()\ndef measure(run: dict): return {}": "measures runs of no known form",
 }
 
 
@@ -149,3 +155,12 @@ def test_a_form_whose_file_says_something_else_is_named(outside: Outside, tmp_pa
     monkeypatch.setenv(VARIABLE, str(tmp_path / "mine"))
     with pytest.raises(InputError, match=r"^mine/forms/ring\.py: ANALYSIS is no"):
         analysis.load(outside.sweep)
+
+
+def test_a_module_beside_the_users_signatures_counts_as_theirs(tmp_path: Path):
+    versions = []
+    for name, text in (("one", "MOST = 1\n"), ("two", "MOST = 2\n"), ("three", "MOST = 1\n")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "limits.py").write_text(text, encoding="utf-8")
+        versions.append(code_version((tmp_path / name,)))
+    assert versions[0] == versions[2] != versions[1]

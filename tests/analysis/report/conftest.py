@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ from analysis.report import render
 from analysis.report.material import Material, gather
 from foundry.records import Counts, RunSummary
 from foundry.storing.store import RunFolder, SweepFolder
+from report_pages import narrowed
 
 HOSTILE = "<script>document.title='owned'</script>&\"'"
 LONG = "hf.co/someone/some-model-Instruct-GGUF:Q4_K_M"
@@ -27,17 +27,6 @@ def change(folder: RunFolder, **values: Any) -> None:
     file = folder.path / "run.json"
     summary = msgspec.json.decode(file.read_bytes(), type=RunSummary)
     file.write_bytes(msgspec.json.encode(msgspec.structs.replace(summary, **values)))
-
-
-def narrowed(found: Material) -> Material:
-    """Return the same with a few signatures alone."""
-    analysis = found.analysis
-    keys = [name for name in analysis.runs if "." not in name or name.startswith(SHOWN)]
-    estimates = {key: one for key, one in analysis.compared.estimates.items() if key[0].startswith(SHOWN)}
-    compared = replace(analysis.compared, estimates=estimates)
-    contrasts = analysis.contrasts[analysis.contrasts["measure"].str.startswith(SHOWN)]
-    table = replace(analysis.tables.signature_table, frame=analysis.runs[keys])
-    return replace(found, analysis=replace(analysis, table=table, compared=compared, contrasts=contrasts))
 
 
 @pytest.fixture(scope="session")
@@ -70,7 +59,7 @@ def hostile(hostile_sweep: SweepFolder) -> Material:
 @pytest.fixture(scope="session")
 def narrow(hostile: Material) -> Material:
     """The same with a few signatures alone."""
-    return narrowed(hostile)
+    return narrowed(hostile, SHOWN)
 
 
 @pytest.fixture(scope="session")

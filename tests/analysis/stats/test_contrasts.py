@@ -224,3 +224,14 @@ def test_baselines_are_shown_and_never_tested():
 def test_differences_cannot_leave_the_possible_range():
     found = only([*runs("a", [0, 0, 0, 0, 0, 1.0]), *runs("b", [1, 1, 1, 1, 1, 0.9])])
     assert found["high"] == 1.0
+
+
+def test_no_result_changes_by_the_general_measures_beside_it():
+    rng = np.random.default_rng(3)
+    measures = ["idle_rate.chosen", "stability.persistence", "heterogeneity.beyond_shuffled", "persona_effect.gender"]
+    values = rng.normal(size=(2, 12, 4))
+    alone = contrasts(table_of(values[:, :, :2], measures[:2])).set_index("measure")
+    beside = contrasts(table_of(values, measures)).set_index("measure")
+    for column in ("p", "p_bh", "p_holm", "family"):
+        assert beside.loc[measures[:2], column].tolist() == alone[column].tolist()
+    assert beside.loc[measures[2:], "p_bh"].notna().all() and not beside.loc[measures[2:], "headline"].any()

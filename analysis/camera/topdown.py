@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from analysis.arrays import FloatArray
 from analysis.plots import style
+from analysis.plots.figures import new_figure
 from analysis.plots.labels import wrapped
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 _HOLLOW: Any = {"linestyle": "", "markeredgecolor": "black", "markerfacecolor": "none", "zorder": 6}
 """Marks through which the ends of ways can be seen."""
@@ -81,3 +82,11 @@ def _draw_path(ax: Axes, path: CameraPath) -> None:
     ax.plot(*path.foot.T, color=colour, linewidth=1.2, alpha=0.85, marker=".", markersize=2.5, label=label)
     shape = style.marker(path.index, baseline=path.baseline)
     ax.plot(*path.foot[-1], marker=shape, markersize=5, color=colour, markeredgecolor="white", zorder=5)
+
+
+def topdown_figure(found: TopDown) -> Figure:
+    """Return the ways through a 3D world."""
+    below = sum(wrapped(path.label, 44).count("\n") + 1 for path in found.paths) + 2
+    figure = new_figure(3.0 + 0.15 * below)
+    draw_topdown(figure.add_subplot(), found)
+    return figure
