@@ -6,13 +6,15 @@ import hashlib
 import importlib
 import inspect
 import pkgutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from analysis.any.run import AnyRun
+from analysis.form import analysis_in
 from analysis.measure import Measure
 from foundry.errors import InputError
 from foundry.own_code import OwnModule, own_modules
@@ -79,12 +81,26 @@ def parts() -> list[Part]:
     found = [_part(module, SHIPPED, _hash(module)) for module in _shipped()]
     found += [_own_part(one) for one in own_modules("signatures")]
     taken: dict[tuple[str, type], Part] = {}
+    known = _known_runs(found)
     for part in found:
+        if part.run not in known:
+            raise InputError(
+                f"{part.origin} measures runs of no known form: its run is annotated as {part.run.__name__}."
+            )
         other = taken.setdefault((part.name, part.run), part)
         if other is not part:
             whose = other.module if other.origin == SHIPPED else other.origin
             raise InputError(f"{part.origin} is named '{part.name}' as {whose} is: give it another NAME.")
     return found
+
+
+def _known_runs(found: Sequence[Part]) -> set[type]:
+    """Return the classes of runs of all forms; the user's own are asked where a class is of no shipped one."""
+    known = {AnyRun, *(part.run for part in found if part.origin == SHIPPED)}
+    if all(part.run in known for part in found):
+        return known
+    own = (analysis_in(one) for one in own_modules("forms"))
+    return known | {form.run for form in own if form is not None}
 
 
 def _shipped() -> Iterator[ModuleType]:

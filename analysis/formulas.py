@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analysis.arrays import BoolArray, IntArray
+from analysis.arrays import BoolArray, FloatArray, IntArray
 
 
 def ratio(part: float, whole: float) -> float:
@@ -20,7 +20,16 @@ def ratio(part: float, whole: float) -> float:
 def mean(values: Iterable[float]) -> float:
     """Return the arithmetic mean; NaN of nothing."""
     kept = values.ravel().tolist() if isinstance(values, np.ndarray) else list(values)
-    return ratio(math.fsum(kept), len(kept))
+    try:
+        return ratio(math.fsum(kept), len(kept))
+    except OverflowError:
+        return math.fsum(one / len(kept) for one in kept)
+
+
+def spread(values: FloatArray) -> float:
+    """Return the standard deviation (ddof 1) of values (n,), however large they are; NaN below two."""
+    size = float(np.abs(values).max(initial=0))
+    return size * float(np.std(values / (size or 1), ddof=1)) if len(values) > 1 else math.nan
 
 
 def weighted_mean(values: NDArray[Any], weights: IntArray) -> float:

@@ -120,6 +120,9 @@ def own_modules(group: str) -> Iterator[OwnModule]:
 
 @cache
 def _imported(file: Path) -> ModuleType:
+    natural = f"{file.parent.name}.{file.stem}"
+    if _is_found_as(natural, file):
+        return importlib.import_module(natural)  # one module, and one class of each name, however it is asked for
     name = f"foundry_own_{file.parent.name}_{file.stem}"
     spec = importlib.util.spec_from_file_location(name, file)
     assert spec is not None and spec.loader is not None, "a .py file has a loader"
@@ -127,3 +130,12 @@ def _imported(file: Path) -> ModuleType:
     sys.modules[name] = module
     spec.loader.exec_module(module)
     return module
+
+
+def _is_found_as(name: str, file: Path) -> bool:
+    """Return whether a statement `import` would find the file by this name."""
+    try:
+        found = importlib.util.find_spec(name)
+    except (ImportError, ValueError):
+        return False
+    return found is not None and found.origin is not None and Path(found.origin) == file

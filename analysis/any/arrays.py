@@ -26,6 +26,8 @@ UNNAMED = "action"
 MOST_AGENTS = 1_000_000
 """No run has as many; a damaged id beyond it must not fill the memory."""
 
+_OUTCOME = {outcome: index for index, outcome in enumerate(OUTCOMES)}
+
 Action: TypeAlias = str | int | float | None
 
 
@@ -61,7 +63,7 @@ def any_run(
         kind=_objects(kinds),
         action=_objects(one if isinstance(one, str) else None for one in decisions["action"]),
         number=_numbers(None if isinstance(one, str) else one for one in decisions["action"]),
-        outcome=np.array([OUTCOMES.index(one) for one in decisions["outcome"]], dtype=np.int64),
+        outcome=np.array([_OUTCOME[one] for one in decisions["outcome"]], dtype=np.int64),
         utility=_numbers(decisions["utility"]),
         said=_objects(decisions["message"]),
         deliveries=deliveries,

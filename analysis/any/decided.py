@@ -41,10 +41,23 @@ class Decided:
         """Number of steps that have such decisions."""
         return int(self.rank[-1]) + 1 if len(self.rank) else 0
 
+    @cached_property
+    def moment(self) -> IntArray:
+        """Number of the moment, (n,): decisions are compared with those of others at the same moment.
+
+        A moment is a step. Where most decisions are of agents that are alone in their step, as in turns, it is a third
+        of the steps that have such decisions.
+        """
+        cells = np.unique(self.rank * beyond(self.agent) + self.agent)
+        alone = np.bincount(cells // beyond(self.agent)) == 1
+        if 2 * int(alone[self.rank].sum()) <= len(self.rank):
+            return self.rank
+        return np.asarray(self.rank * 3 // self.steps)
+
     @property
     def counts(self) -> IntArray:
         """How often each label was decided, (C,)."""
-        return self.values.sum(axis=0).astype(np.int64)
+        return np.asarray(self.values.sum(axis=0), dtype=np.int64)
 
     def only(self, kept: BoolArray) -> Decided:
         """Return those of the decisions that are kept (n,)."""
@@ -91,3 +104,8 @@ def numbers(run: AnyRun, kind: str, own: BoolArray, found: FloatArray) -> Decide
     """Return those numbers (K,) whose decisions are of a kind, `own` (K,), and count."""
     kept = own & run.counted
     return Decided(kind, (), run.step[kept], run.agent[kept], found[kept][:, None])
+
+
+def beyond(ids: IntArray) -> int:
+    """Return the least number above all ids."""
+    return int(ids.max(initial=-1)) + 1

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.any.decided import Decided
+from analysis.any.decided import Decided, beyond
 from analysis.arrays import BoolArray, FloatArray, IntArray
 from analysis.formulas import ratio
 
@@ -45,19 +45,11 @@ def variance(*found: Deviations) -> float:
 
 def scaled(one: Decided) -> Decided:
     """Return the decisions with numbers brought between -2 and 2, which changes no comparison and cannot overflow."""
+    if one.labels:
+        return one
     size = np.abs(one.values).max(initial=0)
     values = one.values / size if size else one.values
     return Decided(one.kind, one.labels, one.step, one.agent, values - values[:1])
-
-
-def moments(one: Decided) -> IntArray:
-    """Return the moment of each decision (n,): decisions are compared with those of others at the same moment.
-
-    A moment is a step. Where most decisions are of agents that are alone in their step, as in turns, it is a third of
-    the steps that have such decisions.
-    """
-    alone = np.bincount(np.unique(one.rank * _beyond(one.agent) + one.agent) // _beyond(one.agent)) == 1
-    return np.asarray(one.rank * 3 // one.steps) if 2 * int(alone[one.rank].sum()) > len(one.rank) else one.rank
 
 
 def thirds(one: Decided) -> tuple[BoolArray, BoolArray]:
@@ -69,11 +61,6 @@ def thirds(one: Decided) -> tuple[BoolArray, BoolArray]:
     return one.rank < length, one.rank >= max(one.steps - length, length)
 
 
-def _beyond(ids: IntArray) -> int:
-    """Return a number above all ids."""
-    return int(ids.max(initial=0)) + 1
-
-
 def deviations(one: Decided, moment: IntArray, agents: int) -> Deviations:
     """Return how the agents differ from the others.
 
@@ -82,12 +69,12 @@ def deviations(one: Decided, moment: IntArray, agents: int) -> Deviations:
         moment: of each of them, (n,).
         agents: number of agents, N.
     """
-    codes, cell = np.unique(moment * _beyond(one.agent) + one.agent, return_inverse=True)
-    at, who = np.divmod(codes, _beyond(one.agent))
+    codes, cell = np.unique(moment * beyond(one.agent) + one.agent, return_inverse=True)
+    at, who = np.divmod(codes, beyond(one.agent))
     # Number, sum and sum of squares of the decisions of each agent at each moment, and of all agents there.
     own = np.column_stack([np.ones(len(cell)), one.values, (one.values**2).sum(axis=1)])
     own = _sums(cell, own, len(codes))
-    there = _sums(at, own, _beyond(at))
+    there = _sums(at, own, beyond(at))
     number, others = own[:, 0], there[at]
     return Deviations(
         sums=_sums(who, own[:, 1:-1] - number[:, None] * others[:, 1:-1] / others[:, :1], agents),
@@ -99,8 +86,10 @@ def deviations(one: Decided, moment: IntArray, agents: int) -> Deviations:
 
 def _sums(group: IntArray, rows: FloatArray, groups: int) -> FloatArray:
     """Return the sums of rows (n, k) by their group (n,), (groups, k)."""
-    columns = [np.bincount(group, weights=column, minlength=groups) for column in rows.T]
-    return np.column_stack(columns)
+    width = rows.shape[1]
+    places = (group[:, None] * width + np.arange(width)).ravel()
+    found = np.bincount(places, weights=rows.ravel(), minlength=groups * width)
+    return np.asarray(found, dtype=np.float64).reshape(groups, width)
 
 
 def _spread(totals: FloatArray) -> float:

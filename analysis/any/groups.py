@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.any.decided import Decided
-from analysis.any.deviations import deviations, moments, scaled, variance
+from analysis.any.deviations import deviations, scaled, variance
 from analysis.any.shuffles import classes_of, over_shuffles, p_value
 from analysis.arrays import FloatArray, IntArray
 from analysis.formulas import ratio
@@ -52,7 +52,7 @@ def means(found: Sequence[Decided], agents: int) -> Means:
     """Return what agents did in decisions of all these kinds; a kind weighs by the number of its decisions."""
     values, able, counts = [], [], []
     for one in map(scaled, found):
-        whole = deviations(one, moments(one), agents)
+        whole = deviations(one, one.moment, agents)
         chance = variance(whole)
         if chance > 0:
             values.append(_mean_deviations(whole.sums, whole.weights) / np.sqrt(chance))

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.any.decided import Decided
-from analysis.any.deviations import deviations, moments, scaled, thirds, variance
+from analysis.any.deviations import deviations, scaled, thirds, variance
 from analysis.any.shuffles import classes_of, over_shuffles, p_value
 from analysis.arrays import BoolArray, FloatArray, IntArray
 from analysis.formulas import ratio
@@ -75,8 +75,7 @@ def lasting(found: Sequence[Decided], agents: int) -> Lasting:
 
 def _kind(one: Decided, agents: int) -> _Kind | None:
     """Return what agents do in decisions of a kind; None where all at a moment do the same, or nobody lasts."""
-    moment = moments(one)
-    parts = [deviations(one.only(kept), moment[kept], agents) for kept in thirds(one)]
+    parts = [deviations(one.only(kept), one.moment[kept], agents) for kept in thirds(one)]
     chance = variance(*parts)
     able = parts[0].able & parts[1].able
     if not chance > 0 or able.sum() < 2:

@@ -47,10 +47,10 @@ def classes_of(asked: BoolArray) -> list[IntArray]:
     Args:
         asked: whether it was asked, by agent and kind, (N, kinds).
     """
-    found: dict[bytes, list[int]] = {}
-    for agent in np.flatnonzero(asked.any(axis=1)).tolist():
-        found.setdefault(asked[agent].tobytes(), []).append(agent)
-    return [np.array(members) for members in found.values() if len(members) > 1]
+    found: dict[tuple[bool, ...], list[int]] = {}
+    for agent, kinds in enumerate(map(tuple, asked.tolist())):
+        found.setdefault(kinds, []).append(agent)
+    return [np.array(members) for kinds, members in found.items() if any(kinds) and len(members) > 1]
 
 
 @lru_cache(maxsize=8)

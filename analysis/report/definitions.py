@@ -12,7 +12,7 @@ from analysis.finding import SHIPPED, Part
 from analysis.form import FormAnalysis
 from analysis.signatures import Signature
 
-_ITEM = re.compile(r"- ([\w*]+(?:, [\w*]+)*): ")
+_ITEM = re.compile(r"- ([\w*<>]+(?:, [\w*<>]+)*): ")
 
 
 @dataclass(frozen=True)

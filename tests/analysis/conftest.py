@@ -12,8 +12,11 @@ import msgspec
 import numpy as np
 import pytest
 
+from analysis.any.general import general_run
+from analysis.any.run import AnyRun
 from analysis.grid.run import GridRun
 from analysis.load import read_records, read_run
+from analysis.signatures import Signature
 from declared_forms import GRID
 from endings import run_summary
 from foundry import seeding
@@ -183,6 +186,16 @@ class Written:
     @property
     def run(self) -> GridRun:
         return read_run(self.folder, read_records(self.folder, self.folder.summary()))
+
+    def view_of(self, signature: Signature) -> GridRun | AnyRun:
+        """The run as the signature measures it: as its form has it, or as every form has it."""
+        part = signature.part(GridRun)
+        assert part is not None
+        return self.run if part.run is GridRun else self.general
+
+    @property
+    def general(self) -> AnyRun:
+        return general_run(self.folder, read_records(self.folder, self.folder.summary()))
 
 
 @pytest.fixture

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from analysis import signatures
+from analysis.any.signatures.cost import cost_measures
 from analysis.grid.run import GridRun
 from analysis.grid.walker import expected_cells
 from analysis.load import read_records, read_run
@@ -186,9 +187,9 @@ def test_the_second_variant_is_computed_from_the_readable_decisions(runs: dict[s
         assert signature.measure(run.only_readable()) == pytest.approx(signature.measure(run), nan_ok=True)
 
 
-def test_cost_is_what_the_run_says(measured: dict[str, dict[str, float]]):
-    found = measured["random"]
-    assert found["cost.calls"] == 2 * AGENTS * STEPS
-    assert found["cost.calls_per_decision"] == 2
-    assert (found["cost.cached_share"], found["cost.retries"], found["cost.model_s"]) == (0, 0, 0)
-    assert 0 < found["cost.wall_s"] < 60
+def test_cost_is_what_the_run_says(runs: dict[str, GridRun]):
+    found = cost_measures(runs["random"].cost, runs["random"].decisions)
+    assert found["calls"] == 2 * AGENTS * STEPS
+    assert found["calls_per_decision"] == 2
+    assert (found["cached_share"], found["retries"], found["model_s"]) == (0, 0, 0)
+    assert 0 < found["wall_s"] < 60

@@ -58,9 +58,10 @@ def ticks(ax) -> list[str]:
 
 
 def test_there_is_a_plot_for_every_signature_in_both_formats(plots):
-    expected = {one.name for one in signatures.discover() if any(part.run is GridRun for part in one.parts)}
+    expected = {one.name for one in signatures.discover() if one.part(GridRun)}
+    without = {"persona_effect", "utility"}  # there are neither personas nor utilities in these runs
     for suffix in (".png", ".svg"):
-        assert {path.stem for path in plots.iterdir() if path.suffix == suffix} == expected
+        assert {path.stem for path in plots.iterdir() if path.suffix == suffix} == expected - without
 
 
 def test_tables_are_the_same_byte_for_byte_when_repeated(plots):

@@ -6,6 +6,8 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from analysis import analyze, load
@@ -17,6 +19,7 @@ from foundry.expansion import expand
 from foundry.storing.declaration import declared_before
 from foundry.storing.store import SweepFolder
 from foundry.viewer.resources import Resources
+from kept_tables import TABLES, kept_table
 
 DATA = Path(__file__).parents[1] / "data"
 RUNS = {"grid": 8, "camera": 2}
@@ -82,3 +85,21 @@ def test_their_runs_are_called_as_they_were_wherever_their_classes_are_now(older
     assert then.runs == now.runs and then.definition == now.definition
     if older.name == "grid":  # of a scene the bundle does not say where it was, which its runs' ids hang on
         assert now.runs == sweep.runs and now.definition in (older / "sweep.yaml").read_text()
+
+
+def test_every_number_of_their_tables_is_what_it_was(older: Path):
+    analyze([older], plots=False)
+    for name in TABLES:
+        kept, found = kept_table(older.name, name), pd.read_csv(older / "analysis" / f"{name}.csv")
+        if "measure" in kept:
+            found = found[found["measure"].isin(set(kept["measure"]))].reset_index(drop=True)
+        assert len(found) == len(kept) and set(kept) <= set(found), name
+        for column in kept:
+            assert alike(found[column], kept[column]), f"{name}: {column}"
+
+
+def alike(found: pd.Series, kept: pd.Series) -> bool:
+    """Return whether a column holds the same texts, or the same numbers up to the last digits that are written."""
+    if pd.api.types.is_numeric_dtype(kept.dtype):
+        return np.allclose(found.astype(float), kept.astype(float), rtol=1e-12, atol=0, equal_nan=True)
+    return found.fillna("").tolist() == kept.fillna("").tolist()

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from analysis.any.decided import Decided, decided
 from analysis.any.run import AnyRun
-from analysis.formulas import entropy, mean, normalised_entropy, ratio, variety
+from analysis.formulas import entropy, mean, normalised_entropy, ratio, spread, variety
 from analysis.measure import Measure, share
 
 NAME = "action"
@@ -74,6 +72,6 @@ def _numbers(one: Decided) -> dict[str, float]:
     numbers = one.values[:, 0]
     return {
         "mean": mean(numbers),
-        "sd": float(np.std(numbers, ddof=1)) if len(numbers) > 1 else math.nan,
+        "sd": spread(numbers),
         "n_actions": float(len(numbers)),
     }

@@ -12,9 +12,7 @@ NAME = "heterogeneity"
 PRIMARY = False
 
 MEASURES = {
-    "beyond_shuffled": Measure(
-        "Lasting differences between agents, beyond shuffled ones (share)", -1, 1, Null(0, ALIKE)
-    ),
+    "beyond_shuffled": Measure("Lasting differences between agents, beyond shuffled ones (share)", null=Null(0, ALIKE)),
     "p": share("Shuffles in which agents differ as much (share)"),
 }
 
@@ -43,7 +41,8 @@ def measure(run: AnyRun) -> dict[str, float]:
       N! for up to six agents, else of 1,000, 999 of them random; 0..1. The least it can be is 1/N!.
 
     NaN with fewer than two steps, or two agents that act in both thirds at moments with others; where all always act
-    alike. The share is exactly unbiased where all agents decide at all steps, and nearly where chance says who does.
+    alike. Where all agents decide at all steps the share is exactly unbiased and within -1..1; where chance says who
+    does it is nearly so, and may leave these bounds when decisions are few.
     Denominator: n_agents, those compared.
 
     Source: Snedecor and Cochran 1967 for the variance between groups; Pitman 1937 for the shuffles; the thirds and

@@ -16,7 +16,6 @@ MEASURES = {
     "p_*": share("Shuffles in which as much goes with * (share)"),
     "*": Measure(
         "Actions that go with *, beyond shuffled personas (share)",
-        high=1,
         null=Null(0, "acts without regard to its persona, whatever its habits"),
     ),
 }
@@ -37,7 +36,8 @@ def measure(run: AnyRun) -> dict[str, float]:
       N agents in G groups; over the part 1 - (G - 1) / (N - 1) that groups could have beyond that, and over N - 1. It
       is a share of the variance of actions at a moment, as in `heterogeneity`, so that the two can be held against
       each other, and runs of different length, too. 0: personas make no difference; 1: the attribute alone decides,
-      at all steps alike; below 0 by chance. Attributes that go together show each other's effects.
+      at all steps alike; below 0, or
+      above 1 where few decide now and then, by chance. Attributes that go together show each other's effects.
     - p_<attribute>: share of the shuffles, the run as it is among them, in which as much goes with the attribute, or
       more: of all N! for up to six agents, else of 1,000, 999 of them random; 0..1.
 

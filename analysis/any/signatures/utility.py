@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -11,7 +10,7 @@ from analysis.any.decided import Decided, numbers
 from analysis.any.lasting import ALIKE, lasting
 from analysis.any.run import AnyRun
 from analysis.arrays import FloatArray
-from analysis.formulas import gini, mean
+from analysis.formulas import gini, mean, spread
 from analysis.measure import Measure, Null, share
 
 NAME = "utility"
@@ -20,7 +19,7 @@ MEASURES = {
     "mean": Measure("Utility per decision (mean of agents)"),
     "spread": Measure("Spread of utility over agents (standard deviation)", low=0),
     "gini": share("Inequality of utility (Gini)"),
-    "beyond_shuffled": Measure("Lasting differences of utility, beyond shuffled agents (share)", -1, 1, Null(0, ALIKE)),
+    "beyond_shuffled": Measure("Lasting differences of utility, beyond shuffled agents (share)", null=Null(0, ALIKE)),
 }
 
 HEADLINE = ("mean", "gini", "beyond_shuffled")
@@ -47,8 +46,8 @@ def measure(run: AnyRun) -> dict[str, float]:
     by_agent = _means(run)
     return {
         "mean": mean(by_agent),
-        "spread": float(np.std(by_agent, ddof=1)) if len(by_agent) > 1 else math.nan,
-        "gini": gini(by_agent),
+        "spread": spread(by_agent),
+        "gini": gini(by_agent / (np.abs(by_agent).max(initial=0) or 1)),
         "beyond_shuffled": lasting(list(_by_kind(run)), run.agents).share,
         "n_agents": float(len(by_agent)),
         "n_decisions": float(has_one.sum()),
@@ -59,8 +58,8 @@ def _means(run: AnyRun) -> FloatArray:
     """Return the mean utility of each agent with any, (agents with one,)."""
     has_one = run.counted & ~np.isnan(run.utility)
     number = np.bincount(run.agent[has_one], minlength=run.agents)
-    total = np.bincount(run.agent[has_one], weights=run.utility[has_one], minlength=run.agents)
-    return np.asarray(total[number > 0] / number[number > 0])
+    parts = run.utility[has_one] / number[run.agent[has_one]]
+    return np.asarray(np.bincount(run.agent[has_one], weights=parts, minlength=run.agents)[number > 0])
 
 
 def _by_kind(run: AnyRun) -> Iterator[Decided]:

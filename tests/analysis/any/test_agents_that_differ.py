@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, permutations
 
 import numpy as np
 import pytest
@@ -15,6 +15,7 @@ from analysis.any.shuffles import DRAWS, over_shuffles, p_value
 from analysis.any.signatures import heterogeneity, persona_effect, utility
 from analysis.stats.intervals import student_quantile
 from blind_any_runs import BID, CHOICE, CROWDS, LABELS, Crowd, any_run
+from foundry import seeding
 from foundry.declared import Actions, Declared
 
 STEADY = CROWDS | {"each one thing for ever": Crowd(habit=1.0)}
@@ -234,6 +235,24 @@ def test_agents_that_are_asked_other_questions_are_not_held_against_one_another(
     assert math.isnan(persona_effect.measure(run)["role"])  # what is asked goes with the role, and is no effect of it
 
 
+def test_who_is_asked_more_is_held_against_those_alone_who_are_too():
+    both = Declared(form="ring", actions={**CHOICE.actions, "judge": Actions(labels=LABELS)}, streams=CHOICE.streams)
+    steps = [("choice", (0, 0, 1, 1)), ("judge", (0, 1))]
+    rows = [(t, i, LABELS[one], kind) for t in (1, 2, 3) for kind, did in steps for i, one in enumerate(did)]
+    run = any_run([row[:3] for row in rows], kind=[row[3] for row in rows], declared=both)
+    # Only the first two judge. They choose alike, and so do the others; in judging they differ wholly, which has two
+    # halves of a decision of each third, of a weight of 1/2 among 1/2 (judge), 3/4 and 3/4 (choice).
+    assert heterogeneity.measure(run)["beyond_shuffled"] == pytest.approx(0.5 / (0.5 + 0.75 + 0.75))
+
+
+def test_what_is_between_the_thirds_plays_no_part():
+    quiet, loud = (
+        acts("ggss", "gsgs", "gggg", "ssss", "sgsg", "ggss"),
+        acts("ggss", "gsgs", "gsgs", "sgsg", "sgsg", "ggss"),
+    )
+    assert heterogeneity.measure(quiet) == heterogeneity.measure(loud)
+
+
 def test_the_order_of_agents_makes_no_difference():
     crowd = Crowd(shares=TWO_SORTS.tolist(), groups=list("aabbabab"))
     run = crowd.play(3)
@@ -272,3 +291,49 @@ def test_all_orders_of_a_few_agents_are_taken_and_of_many_the_same_random_ones()
 
 def test_p_counts_the_run_itself_and_what_is_as_great_but_for_rounding():
     assert p_value(np.array([0.3, 0.1 + 0.2, 0.4, 0.1])) == 0.75
+
+
+def by_hand(letters: list[str], agent: int) -> np.ndarray:
+    """Return the shares of LABELS that an agent has over rows of letters."""
+    return np.array([np.mean([row[agent] == one for row in letters]) for one in "gsw"])
+
+
+def variance_between(shares: list[np.ndarray]) -> float:
+    return float(np.var(shares, axis=0, ddof=1).sum())
+
+
+def pairs_that_differ(letters: list[str]) -> float:
+    return float(np.mean([one != other for row in letters for one, other in combinations(row, 2)]))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_lasting_differences_are_variance_between_agents_less_that_of_all_shuffled_ones(seed: int):
+    stream = seeding.stream(seed, "letters")
+    letters = ["".join(stream.choice(list("gsw"), 4)) for _ in range(8)]
+    first, last = letters[:2], letters[-2:]
+    spreads = [
+        variance_between([(by_hand(first, i) + by_hand(last, order[i])) / 2 for i in range(4)])
+        for order in permutations(range(4))
+    ]
+    found = heterogeneity.measure(acts(*letters))
+    expected = 2 * (spreads[0] - np.mean(spreads)) / pairs_that_differ([*first, *last])
+    assert found["beyond_shuffled"] == pytest.approx(expected)
+    assert found["p"] == pytest.approx(np.mean(np.array(spreads) >= spreads[0] - 1e-9))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_persona_effect_is_the_spread_of_groups_less_that_of_all_shuffled_ones(seed: int):
+    stream = seeding.stream(seed, "letters")
+    letters = ["".join(stream.choice(list("gsw"), 5)) for _ in range(8)]
+    groups = "aabbb"
+    shares = np.array([by_hand(letters, i) for i in range(5)])
+
+    def between_groups(order: Sequence[int]) -> float:
+        mine = shares[list(order)] - shares.mean(axis=0)
+        return float(sum(mine[:2].sum(axis=0) ** 2 / 2 + mine[2:].sum(axis=0) ** 2 / 3))
+
+    spreads = [between_groups(order) for order in permutations(range(5))]
+    found = persona_effect.measure(acts(*letters, personas=roles(*groups)))
+    beyond = (spreads[0] - np.mean(spreads)) / (1 - 1 / 4) / 4
+    assert found["role"] == pytest.approx(beyond / pairs_that_differ(letters))
+    assert found["p_role"] == pytest.approx(np.mean(np.array(spreads) >= spreads[0] - 1e-9))

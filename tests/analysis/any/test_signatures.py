@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from analysis import signatures
 from analysis.any.run import AnyRun
 from analysis.any.signatures import action, communication, cost, idle_rate, outcome, stability, utility
 from analysis.arrays import OUTCOMES
 from analysis.costs import RunCost
 from blind_any_runs import BID, CHOICE, any_run
+from foundry import seeding
 from foundry.declared import Actions, Declared
 from foundry.records import Outcome
 
@@ -183,3 +185,40 @@ def test_without_any_utility_it_is_undefined_and_a_world_without_the_key_has_non
         "gini",
         "beyond_shuffled",
     }
+
+
+def odd_run(seed: int) -> AnyRun:
+    """Return a small run of anything that a world may record: huge and tiny numbers, silence, gaps, lost replies."""
+    stream = seeding.stream(seed, "odd runs")
+    size, agents = int(stream.integers(14)), int(stream.integers(1, 5))
+    kinds = stream.choice(["choice", "bid", "talk"], size).tolist()
+    choices: dict[str, list[Any]] = {
+        "choice": [None, "go", "stay"],
+        "bid": [None, 0, 1e308, -1e308, 5e-324],
+        "talk": [None],
+    }
+    rows = [
+        (step, int(stream.integers(agents)), choices[kind][int(stream.integers(len(choices[kind])))])
+        for step, kind in zip(np.sort(stream.integers(1, 6, size)).tolist(), kinds, strict=True)
+    ]
+    personas = [{"role": str(stream.integers(2))} for _ in range(agents)]
+    return any_run(
+        rows, kind=kinds, declared=BOTH, personas=personas,
+        outcome=stream.integers(len(OUTCOMES), size=size),
+        utility=stream.choice([math.nan, 0, -3, 1e308, 1e-9], size),
+        said=np.array([None, "hi"], dtype=np.object_)[stream.integers(2, size=size)],
+        deliveries=np.column_stack([stream.integers(1, 6, 3), stream.integers(agents, size=(3, 2))]),
+    )  # fmt: skip
+
+
+def test_whatever_a_run_holds_its_measures_are_the_same_ones_and_within_their_bounds():
+    measured = [signatures.measure(odd_run(seed)) for seed in range(60)]
+    assert {tuple(one) for one in measured} == {tuple(measured[0])}
+    bounds = {name: signatures.describe(name) for name in measured[0]}
+    outside = {
+        name
+        for one in measured
+        for name, value in one.items()
+        if not math.isnan(value) and not bounds[name].low - 1e-9 <= value <= bounds[name].high + 1e-9
+    }
+    assert outside == set()

@@ -13,8 +13,11 @@ import msgspec
 import numpy as np
 import pytest
 
+from analysis.any.general import general_run
+from analysis.any.run import AnyRun
 from analysis.camera.run import CameraRun
 from analysis.load import read_records, read_run
+from analysis.signatures import Signature
 from declared_forms import CAMERA
 from endings import run_summary
 from foundry import seeding
@@ -156,6 +159,16 @@ class Recorded:
         found = read_run(self.folder, read_records(self.folder, self.folder.summary()))
         assert isinstance(found, CameraRun)
         return found
+
+    def view_of(self, signature: Signature) -> CameraRun | AnyRun:
+        """The run as the signature measures it: as its form has it, or as every form has it."""
+        part = signature.part(CameraRun)
+        assert part is not None
+        return self.run if part.run is CameraRun else self.general
+
+    @property
+    def general(self) -> AnyRun:
+        return general_run(self.folder, read_records(self.folder, self.folder.summary()))
 
 
 @pytest.fixture

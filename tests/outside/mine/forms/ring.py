@@ -1,0 +1,73 @@
+"""The form of the ring: its runs as arrays, and what the viewer may add (nothing here)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from analysis.any.records import AnyRecords
+from analysis.any.records import read_records as read_lines
+from analysis.arrays import OUTCOMES, READABLE, BoolArray, IntArray
+from analysis.form import FormAnalysis
+from foundry.records import RunSummary
+from foundry.storing.store import RunFolder
+
+
+@dataclass(frozen=True)
+class RingRun:
+    """A run on the ring; T steps, N agents.
+
+    Attributes:
+        id: the run's id.
+        place: by step and agent, before the step, (T, N).
+        place_next: the same after the step, (T, N).
+        outcome: of the call, index into OUTCOMES, (T, N).
+        readable_only: whether what could not be read is left out.
+    """
+
+    id: str
+    place: IntArray
+    place_next: IntArray
+    outcome: IntArray
+    readable_only: bool = False
+
+    @cached_property
+    def readable(self) -> BoolArray:
+        """Whether the decision could be read, (T, N)."""
+        return np.isin(self.outcome, READABLE)
+
+    @property
+    def counted(self) -> BoolArray:
+        """Which decisions count, (T, N)."""
+        return self.readable if self.readable_only else np.ones(self.outcome.shape, dtype=np.bool_)
+
+    @property
+    def all_readable(self) -> bool:
+        """Whether leaving out what could not be read changes nothing."""
+        return bool(self.readable.all())
+
+    def only_readable(self) -> RingRun:
+        """Return the run with the readable decisions alone counted."""
+        return replace(self, readable_only=True)
+
+
+class RingRecords(AnyRecords):
+    """The lines of a run on the ring."""
+
+    def arrays(self, folder: RunFolder) -> RingRun:  # type: ignore[override]
+        """Return a complete run as arrays."""
+        columns = self.columns(["agent", "place", "place_next", "outcome"])
+        agents = max(columns.pop("agent")) + 1
+        columns["outcome"] = [OUTCOMES.index(one) for one in columns["outcome"]]
+        return RingRun(folder.id, **{name: np.array(one).reshape(-1, agents) for name, one in columns.items()})
+
+
+def read(folder: RunFolder, summary: RunSummary | None) -> RingRecords:
+    """Read the lines of a run."""
+    found = read_lines(folder, summary)
+    return RingRecords(found.declared, found.steps, found.messages, found.unfit)
+
+
+ANALYSIS = FormAnalysis(name="ring", run=RingRun, read=read)

@@ -1,0 +1,151 @@
+"""A world of a form that is not shipped goes through the analysis as those do that are."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import shutil
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+import analysis
+from commands import foundry
+from foundry.errors import InputError
+from foundry.own_code import VARIABLE, use
+from foundry.storing.store import SweepFolder
+from outside_form import Outside
+
+
+@pytest.fixture
+def analysed(outside: Outside, monkeypatch: pytest.MonkeyPatch) -> analysis.Analysis:
+    monkeypatch.setenv(VARIABLE, "")
+    use([outside.cwd / "mine"])
+    return analysis.analyze(outside.sweep, plots=False)
+
+
+def test_it_runs_and_says_what_it_is(outside: Outside):
+    assert "4 runs" in outside.foundry("status", "out") or "complete" in outside.foundry("status", "out")
+    for run in SweepFolder.open(outside.sweep).runs():
+        assert run.declared.form == "ring" and set(run.declared.streams) == {"steps", "agents", "laps"}
+
+
+def test_it_is_loaded_as_tidy_tables_its_own_record_file_among_them(outside: Outside):
+    loaded = analysis.load(outside.sweep)
+    assert list(loaded.steps.columns) == [
+        "run", "step", "agent", "kind", "action", "outcome", "utility", "message", "place", "place_next",
+    ]  # fmt: skip
+    assert len(loaded.steps) == 4 * 6 * 4 and len(loaded.agents) == 4 * 4
+    ends = loaded.steps[(loaded.steps["place_next"] == 0) & (loaded.steps["place"] != 0)]
+    assert loaded.streams["laps"][["run", "step", "agent"]].to_numpy().tolist() == (
+        ends[["run", "step", "agent"]].to_numpy().tolist()
+    )
+
+
+def test_it_is_measured_by_its_own_signatures_and_by_those_of_every_form(analysed: analysis.Analysis):
+    names = {name.partition(".")[0] for name in analysed.table.measures}
+    assert {"rounding", "restless", "outcome", "action", "heterogeneity", "persona_effect", "utility", "cost"} <= names
+    assert not names & {"clustering", "warning", "viewpoint"}
+    steps = analysis.load(analysed.path.parent).steps
+    home = steps["place_next"].eq(0).groupby(steps["run"], sort=False).mean()
+    assert analysed.runs["rounding.home"].tolist() == pytest.approx(home.tolist())
+    assert not analysed.runs["rounding.home_readable"].equals(analysed.runs["rounding.home"])
+    assert "rounding.home" in analysed.declared and "restless.change" not in analysed.declared
+    assert {"rounding.home", "restless.change"} <= set(analysed.contrasts["measure"])
+
+
+def test_the_tables_say_where_each_signature_came_from(analysed: analysis.Analysis):
+    sources = pd.read_csv(analysed.path / "sources.csv").set_index("signature")
+    assert set(sources["form"]) == {"ring"}
+    own = analysed.path.parents[1] / "mine" / "signatures" / "rounding.py"
+    row = sources.loc["rounding"]
+    assert (row["origin"], row["module"]) == ("mine/signatures/rounding.py", "rounding.py")
+    assert row["sha256"] == hashlib.sha256(own.read_bytes()).hexdigest()
+    assert tuple(sources.loc["cost", ["origin", "module"]]) == ("foundry", "analysis.any.signatures.cost")
+
+
+def test_its_steps_are_a_parquet_file(analysed: analysis.Analysis):
+    steps = pd.read_parquet(analysed.path / "steps.parquet")
+    assert {"place", "place_next", "action", "utility", "said"} <= set(steps.columns) and len(steps) == 4 * 6 * 4
+    assert steps["place"].dtype.kind == "i" and "message" not in steps
+
+
+def test_the_commands_analyse_plan_and_report_it(outside: Outside):
+    said = outside.foundry("analyze", "out", "--family", "restless.change")
+    assert "restless.change" in said and "tables and plots in" in said
+    assert {"rounding.svg", "restless.svg", "outcome.svg"} <= {
+        one.name for one in (outside.sweep / "analysis/plots").iterdir()
+    }
+    assert "rounding.home" in outside.foundry("power", "out", "--measure", "rounding.home")
+    outside.foundry("report", "out")
+    page = (outside.sweep / "report.html").read_text(encoding="utf-8")
+    assert "mine/signatures/rounding.py" in page and "steps that end in the first place / steps" in page
+    assert "label" not in page[page.index("<h2>Methods") :].partition("</section>")[0]  # nobody labelled warnings
+
+
+BROKEN = {
+    "def measure(": "SyntaxError",
+    "import no_such_module": "No module named 'no_such_module'",
+    "NAME = 'x'": "is no signature (module 'foundry_own_signatures_bad' has no attribute",
+    "NAME, MEASURES, HEADLINE = 'x', {}, ()\ndef measure(run): return {}": "is not annotated",
+    "from analysis.any.run import AnyRun\nNAME, MEASURES, HEADLINE = 'restless', {}, ()\n"
+    "def measure(run: AnyRun): return {}": "named 'restless'",
+    "from analysis.any.run import AnyRun\nNAME, MEASURES, HEADLINE = 'x', {}, ()\n"
+    "def measure(run: AnyRun): return {'a': 1 / 0}": "cannot measure run",
+    "from analysis.any.run import AnyRun\nNAME, MEASURES, HEADLINE = 'x', {}, ()\n"
+    "def measure(run: AnyRun): return {'a': 'b'}": "'b' is no number",
+    "NAME, MEASURES, HEADLINE = 'x', {}, ()\ndef measure(run: dict): return {}": "which is the run of no known form",
+}
+
+
+@pytest.mark.parametrize("text", BROKEN, ids=BROKEN.get)
+def test_a_broken_signature_is_named_in_one_line(outside: Outside, tmp_path: Path, monkeypatch, text: str):
+    mine = copied(outside, tmp_path, "mine")
+    (mine / "signatures/bad.py").write_text(text + "\n", encoding="utf-8")
+    monkeypatch.setenv(VARIABLE, str(mine))
+    with pytest.raises(InputError, match=re.escape(BROKEN[text])) as told:
+        analysis.analyze(tmp_path / "out", plots=False)
+    assert "mine/signatures/bad.py" in str(told.value) and "\n" not in str(told.value)
+
+
+def test_a_broken_signature_hurts_only_who_uses_it(outside: Outside, tmp_path: Path):
+    mine = copied(outside, tmp_path, "mine")
+    (mine / "signatures/bad.py").write_text("def measure(\n", encoding="utf-8")
+    done = foundry("analyze", "out", "--config-dir", "mine", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("foundry: mine/signatures/bad.py") and done.stderr.count("\n") == 1
+    table = analysis.analyze(tmp_path / "out", plots=False).runs
+    assert table["outcome.readable"].notna().all() and "restless.change" not in table
+
+
+def test_what_was_measured_is_measured_again_when_the_users_signature_changes(
+    outside: Outside, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    signatures = copied(outside, tmp_path, "one") / "signatures"
+    before, again = measured_with(tmp_path, "one", monkeypatch), measured_with(tmp_path, "one", monkeypatch)
+    text = (signatures / "restless.py").read_text(encoding="utf-8")
+    (tmp_path / "two/signatures").mkdir(parents=True)
+    (tmp_path / "two/signatures/restless.py").write_text(text.replace(": mean(pairs)", ": mean(pairs) / 2"))
+    assert before == again and measured_with(tmp_path, "two", monkeypatch) == pytest.approx([one / 2 for one in before])
+
+
+def copied(outside: Outside, folder: Path, name: str) -> Path:
+    """Copy the sweep, and of the user's folder what needs no class of another file; return that folder."""
+    shutil.copytree(outside.sweep, folder / "out")
+    (folder / name / "signatures").mkdir(parents=True)
+    shutil.copy(outside.cwd / "mine/signatures/restless.py", folder / name / "signatures")
+    return folder / name
+
+
+def measured_with(folder: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    monkeypatch.setenv(VARIABLE, str(folder / name))
+    return list(analysis.analyze(folder / "out", plots=False).runs["restless.change"])
+
+
+def test_a_form_whose_file_says_something_else_is_named(outside: Outside, tmp_path: Path, monkeypatch):
+    (tmp_path / "mine/forms").mkdir(parents=True)
+    (tmp_path / "mine/forms/ring.py").write_text("ANALYSIS = 7\n", encoding="utf-8")
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "mine"))
+    with pytest.raises(InputError, match=r"^mine/forms/ring\.py: ANALYSIS is no"):
+        analysis.load(outside.sweep)
