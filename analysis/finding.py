@@ -14,7 +14,7 @@ from types import ModuleType
 from typing import Any
 
 from analysis.any.run import AnyRun
-from analysis.form import analysis_in
+from analysis.form import analysis_in, shipped
 from analysis.measure import Measure
 from foundry.errors import InputError
 from foundry.own_code import OwnModule, own_modules
@@ -95,12 +95,13 @@ def parts() -> list[Part]:
 
 
 def _known_runs(found: Sequence[Part]) -> set[type]:
-    """Return the classes of runs of all forms; the user's own are asked where a class is of no shipped one."""
+    """Return the classes of runs of all forms; those without a signature are asked where a class is of none other."""
     known = {AnyRun, *(part.run for part in found if part.origin == SHIPPED)}
     if all(part.run in known for part in found):
         return known
-    own = (analysis_in(one) for one in own_modules("forms"))
-    return known | {form.run for form in own if form is not None}
+    rooms = [file.parent.name for file in sorted(Path(__file__).parent.glob("*/run.py"))]
+    forms = [*map(shipped, rooms), *(analysis_in(one) for one in own_modules("forms"))]
+    return known | {form.run for form in forms if form is not None}
 
 
 def _shipped() -> Iterator[ModuleType]:

@@ -16,6 +16,7 @@ from analysis.form import form_of
 from analysis.plots import draw
 from analysis.rounds.figures import RoundsFigures
 from analysis.rounds.run import NONE, RoundsRun
+from analysis.signatures import measure
 from foundry.declared import Actions, Declared
 from foundry.records import Outcome
 
@@ -95,3 +96,17 @@ def test_the_pictures_are_one_by_round_and_one_by_agent_for_each_kind_that_decid
         drawn = draw(picture)
         assert drawn.png.startswith(b"\x89PNG") and drawn.svg == draw(picture).svg
     assert "evening: go (share)" in draw(pictures[0]).svg
+
+
+def test_a_signature_may_measure_a_shipped_form_that_has_none_of_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    (tmp_path / "mine" / "signatures").mkdir(parents=True)
+    (tmp_path / "mine" / "signatures" / "turnout.py").write_text(
+        "from analysis.measure import share\nfrom analysis.rounds.run import RoundsRun\n"
+        "NAME, MEASURES, HEADLINE = 'turnout', {'last': share('Last share that goes')}, ('last',)\n"
+        "def measure(run: RoundsRun) -> dict[str, float]:\n"
+        "    return {'last': float(run.shares('evening')['go'][-1])}\n"
+    )
+    monkeypatch.setenv("FOUNDRY_MINE", str(tmp_path / "mine"))
+    assert measure(run())["turnout.last"] == 1
