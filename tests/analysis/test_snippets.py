@@ -13,15 +13,15 @@ from foundry import paths
 
 ROOT = paths.PACKAGE.parent
 PAGES = [*sorted((ROOT / "docs").glob("*.md")), *sorted(ROOT.glob("*.md"))]
-FENCED = re.compile(r"(?ms)^```python\n(.*?)^```")
+FENCED = re.compile(r"(?ms)^```(\w*)\n(.*?)^```")
 INDENTED = re.compile(r"(?m)(?:^    .*\n(?:[ \t]*\n(?=    ))*)+")
 PYTHON = re.compile(r"\s*(from \w|import \w|>>> |with open|async def |def )")
 
 
 def snippets(text: str) -> Iterator[str]:
     """Yield the pieces of Python of a page: fenced as such, or indented and beginning like Python."""
-    yield from FENCED.findall(text)
-    for block in INDENTED.findall(text):
+    yield from (code for language, code in FENCED.findall(text) if language == "python")
+    for block in INDENTED.findall(FENCED.sub("", text)):
         if PYTHON.match(block):
             yield re.sub(r"(?m)^    ", "", block)
 
@@ -42,4 +42,4 @@ def test_a_snippet_runs_in_a_folder_with_a_sweep(
     page: str, code: str, workspace: Path, write_sweep: Callable[..., Any], make_condition: Callable[..., Any]
 ):
     write_sweep(Path("outputs/pilot"), [make_condition(model, range(2)) for model in ("a", "b")])
-    exec(compile(code, page, "exec"), {})
+    exec(compile(code, page, "exec"), {"__file__": page, "__name__": "snippet"})
