@@ -169,6 +169,20 @@ def test_there_is_room_where_calls_are_made_and_seldom_wait():
     assert not shared.have_room()
 
 
+@pytest.mark.parametrize(("open_runs", "least", "most"), [(2, 5, 64), (1, 1, 2)])
+def test_where_a_server_has_room_more_runs_are_opened_than_said_unless_one_was_said(
+    open_runs, least, most, workspace, monkeypatch
+):
+    """Each of the runs has two agents, which are asked at once."""
+    monkeypatch.setattr("foundry.running.lane.REPORT_EVERY_S", 0.01)
+    asked = ("-m", "seed=0-11", "world.agents=2", "world.steps=2", "analyze=false", f"runner.open_runs={open_runs}")
+    limit = "model.server.in_flight={min: 64, max: 64, initial: 64}"
+    with OllamaServer(latency_s=0.02) as server:
+        done = foundry(*asked, limit, cwd=workspace, OLLAMA_HOST=server.url)
+        assert done.returncode == 0, done.stdout + done.stderr
+    assert least <= server.counts.most_in_flight <= most
+
+
 def test_two_workers_together_keep_to_the_limit_of_one_server(workspace):
     limit = "model.server.in_flight={min: 4, max: 4, initial: 4}"
     with OllamaServer(latency_s=0.02) as server:
