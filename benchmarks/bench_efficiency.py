@@ -97,7 +97,7 @@ def main() -> None:
         "Efficiency",
         f"{len(STEPS) * SEEDS} runs of 2 agents and {', '.join(map(str, STEPS))} steps on 2 workers; service times",
         f"log-normal, mean {1000 * MEAN_S:.0f} ms. Efficiency: sum of service times / (wall time x slots). The limit",
-        "on the calls in flight starts at 2 and finds the slots itself. Ratios are to a bare aiohttp client that knows",
+        "on the calls in flight starts at 1 and finds the slots itself. Ratios are to a bare aiohttp client that knows",
         f"the slots, keeps {WAITING} calls waiting and has no tail; what it loses, server and machine lose. Until the",
         "first call the workers start, a second or two that long sweeps do not notice.",
     )

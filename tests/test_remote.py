@@ -13,7 +13,7 @@ from foundry.expansion import settings_key
 from foundry.models.base import ModelInfo
 from foundry.running.lane import LaneSpec
 from foundry.running.remote import RemoteSweep, fetch
-from foundry.running.remote_runs import Chunk, part_of, play_chunk
+from foundry.running.remote_runs import Chunk, RemoteRuns, part_of, play_chunk
 from foundry.storing.store import SweepFolder
 
 pytest.importorskip("fsspec", reason="needs the extra remote: pip install 'foundry-worlds[remote]'")
@@ -120,6 +120,16 @@ def test_a_chunk_whose_url_cannot_be_written_to_says_so(swept: SweepFolder, tmp_
     spec = LaneSpec("0", swept, (swept.runs()[0].id,), infos, cache="")
     with pytest.raises(FoundryError, match="cannot be used"):
         play_chunk(Chunk(spec, (tmp_path / "file").as_uri()))
+
+
+def test_workers_of_chunks_cannot_see_each_other_and_are_told_how_many_they_are(swept: SweepFolder, tmp_path: Path):
+    again = SweepFolder.create(tmp_path / "again", swept.sweep, {}, [])
+    again.start_progress()
+    ids = tuple(run.id for run in again.runs())
+    runs = RemoteRuns(again, RemoteSweep.open((tmp_path / "bucket" / "y").as_uri()))
+    chunks = list(runs.chunks(LaneSpec("0", again, ids, {}, cache=""), 3))
+    assert [chunk.spec.runs for chunk in chunks] == [(run,) for run in ids]
+    assert {(chunk.spec.workers, chunk.spec.apart) for chunk in chunks} == {(3, True)}
 
 
 def test_a_part_of_a_sweep_has_the_same_runs_and_configurations(swept: SweepFolder):

@@ -20,6 +20,7 @@ SHAPE = ("seed=0-5", "world.agents=2", "world.steps=3", "analyze=false")
 SWEEP = (
     *("-m", f"model={MODEL}", *SHAPE, "runner.open_runs=2"),
     *("model.server.retry.wait_initial_s=0.01", "model.server.retry.wait_max_s=0.1"),
+    "model.server.in_flight={min: 4, max: 4, initial: 4}",  # all calls of both runs, which thus go in step
 )
 CALLS_OF_A_RUN = 2 * 3 * 2
 CALLS = 6 * CALLS_OF_A_RUN

@@ -16,7 +16,7 @@ from foundry.models.serving import InFlight
 from foundry.models.wrappers.climbing import Sums
 from foundry.models.wrappers.limited import Limit
 from foundry.running.build import model_stack
-from foundry.running.sharing import PATIENCE_S, SILENT_S, Group, Part, Parts, Shared, divided
+from foundry.running.sharing import PATIENCE_S, SILENT_S, Group, Part, Shared, divided
 from models.slot_servers import Timed
 from ollama_server import OllamaServer
 from own_backend import Paid
@@ -138,9 +138,8 @@ def test_what_two_workers_saw_leads_to_the_limit_of_the_server_and_not_to_twice_
 
 def test_what_a_worker_did_before_it_was_first_seen_does_not_count():
     group = Group(BOUNDS, 8)
-    busy = Sums(calls=1e6, work=1e6, seconds=1e6, in_flight_s=1e6, waiting_s=1e6, clock_s=1e6)
-    parts: Parts = {"0-0": Part(busy, 8, 8, {}), "0-1": Part(Sums(), 8, 8, {})}
-    for _ in range(3):
+    idle, busy = (Part(Sums(*[value] * 12), 8, 8, {}) for value in (0.0, 1e6))
+    for parts in ({"0-0": idle, "0-1": idle}, {"0-0": idle, "0-1": idle}, {"0-0": idle, "0-2": busy}):
         group.take(parts)
     assert group.total == 8
 
@@ -165,6 +164,23 @@ def test_there_is_room_where_calls_are_made_and_seldom_wait():
     limit.in_flight = 3
     clock[0] += 1
     assert shared.have_room()
+    limit._waiters.append(None)
+    clock[0] += 1
+    assert not shared.have_room()
+
+
+@pytest.mark.parametrize(("open_runs", "least", "most"), [(2, 5, 64), (1, 1, 2)])
+def test_where_a_server_has_room_more_runs_are_opened_than_said_unless_one_was_said(
+    open_runs, least, most, workspace, monkeypatch
+):
+    """Each of the runs has two agents, which are asked at once."""
+    monkeypatch.setattr("foundry.running.lane.REPORT_EVERY_S", 0.01)
+    asked = ("-m", "seed=0-11", "world.agents=2", "world.steps=2", "analyze=false", f"runner.open_runs={open_runs}")
+    limit = "model.server.in_flight={min: 64, max: 64, initial: 64}"
+    with OllamaServer(latency_s=0.02) as server:
+        done = foundry(*asked, limit, cwd=workspace, OLLAMA_HOST=server.url)
+        assert done.returncode == 0, done.stdout + done.stderr
+    assert least <= server.counts.most_in_flight <= most
 
 
 def test_two_workers_together_keep_to_the_limit_of_one_server(workspace):

@@ -168,12 +168,13 @@ def test_every_refusal_means_what_it_should(case, kind, says, ask_openai):
 
 
 def test_a_server_that_never_answers_or_is_not_there_is_worth_another_try(ask_openai, make_openai, make_request, run):
-    with pytest.raises(TransientError, match=r"no reply within 0\.1 s"):
+    with pytest.raises(TransientError, match=r"no reply within 0\.1 s") as late:
         ask_openai(ChatCase(hang=True), server={"read_timeout_s": 0.1})
     with OpenAIServer() as server:
         gone = server.base_url
     with pytest.raises(TransientError, match="OPENAI_BASE_URL"):
         run(make_openai(gone), lambda model: model.ask(make_request()))
+    assert late.value.late and not late.value.busy
 
 
 def test_a_call_that_used_more_than_the_context_was_cut(ask_openai):

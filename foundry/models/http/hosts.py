@@ -85,7 +85,7 @@ LEAST_ANSWERED = 1.0
 
 
 class HostPool:
-    """Equal servers; each call goes to the one with the fewest calls in flight for what it can do, ties by order.
+    """Equal servers; each call goes to the one with the fewest calls in flight for what it can do.
 
     What it can do is the root of what it answered of late. In proportion to the answers themselves, whoever got more
     calls would answer more and get more still; by the root, equal servers get equally many, and of unequal ones the
@@ -116,9 +116,10 @@ class HostPool:
         finally:
             self._in_flight[host] -= 1
 
-    def _load(self, host: str) -> float:
-        """Return the calls in flight, were there one more, over what the host can do."""
-        return (self._in_flight[host] + self._failures[host] + 1) / math.sqrt(self._answered[host])
+    def _load(self, host: str) -> tuple[float, float]:
+        """Return the calls in flight over what the host can do; then what it answered, so that equals take turns."""
+        answered = self._answered[host]
+        return (self._in_flight[host] + self._failures[host]) / math.sqrt(answered), answered
 
     def _note_answer(self, host: str) -> None:
         kept = 1 - 1 / (MEMORY * len(self.hosts))

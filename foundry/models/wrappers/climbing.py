@@ -37,8 +37,6 @@ REFUSED = 0.3
 """The limit falls when more than this share of the tries is refused."""
 ALL_REFUSED = 0.5
 """It falls to half when it is even this share, and before what was in flight by an earlier limit is over."""
-CHANGED = 0.25
-"""A difference (of logarithms) between two stretches at one limit by which the server itself has changed."""
 
 
 class Sums(msgspec.Struct):
@@ -159,7 +157,7 @@ class Climb:
         self.limit = initial
         self._home = initial
         self._base: Measured | None = None
-        self._step = LARGEST_STEP
+        self._step = math.sqrt(LARGEST_STEP) if found else LARGEST_STEP
         self._up = True
         self._failures = 0
         self._rest_calls = float(_long_rest(initial) if found else 0)
@@ -167,8 +165,7 @@ class Climb:
         self._judged = 0.0
         self._workers = 1
         self._start = Sums()
-        self._stretch: tuple[Sums, Measured | None] | None = None
-        self._climbing = True
+        self._climbing = not found
         self._told = False
         self._unaccounted = MOST_UNACCOUNTED
 
@@ -205,12 +202,12 @@ class Climb:
     def _judge(self, calls: float, sums: Sums) -> None:
         found = Measured.of(sums - self._start, self._workers)
         if found is None or found.reached < REACHED:
-            self._start, self._stretch = sums.copy(), None
+            self._start = sums.copy()
         elif (waitless := self._without_waiting(found)) is not None:
             self._give_way(waitless, found, sums)
         elif self._base is not None:
             self._compare(found, self._base, calls, sums)
-        elif not self._has_changed(sums) and calls >= self._rest_calls and self._is_known(found):
+        elif calls >= self._rest_calls and self._is_known(found):
             self._try_another(found, sums)
 
     def _is_known(self, found: Measured) -> bool:
@@ -236,25 +233,6 @@ class Climb:
         at_work = found.in_flight * (1 - found.queued) / (1 - self._unaccounted)
         wanted = max(self._floor, math.ceil(1.1 * at_work))
         return wanted if found.in_flight > QUEUEING * at_work + 1 and wanted < self.limit else None
-
-    def _has_changed(self, sums: Sums) -> bool:
-        """Compare the last stretch of this rest with its first one; begin anew, in large steps, if they differ."""
-        if self._stretch is None:
-            self._stretch = sums.copy(), None
-        since, first = self._stretch
-        if sums.calls - since.calls < max(50, 4 * self.limit):
-            return False
-        found = Measured.of(sums - since, self._workers)
-        if found is None or first is None:
-            self._stretch = sums.copy(), found
-            return False
-        difference = found.rate - first.rate
-        if abs(difference) <= max(CHANGED, 3 * math.sqrt(found.variance + first.variance)):
-            self._stretch = sums.copy(), first
-            return False
-        self._step, self._up, self._failures, self._climbing = LARGEST_STEP, difference > 0, 0, False
-        self._rest_at(self.limit, sums, 2 * self.limit)
-        return True
 
     def _compare(self, found: Measured, base: Measured, calls: float, sums: Sums) -> None:
         """Take the limit that is tried, or leave it, once it is clear which; look again with a larger step if not."""
@@ -338,7 +316,6 @@ class Climb:
         self._settle = float(max(self.limit, limit) + abs(limit - self.limit))
         self.limit = limit
         self._start = sums.copy()
-        self._stretch = None
 
 
 def _long_rest(limit: int) -> int:
