@@ -12,8 +12,8 @@ from typing import Any
 import msgspec
 
 from foundry.errors import InputError, RecordError
+from foundry.labels import Labelled, Labels
 from foundry.models.base import ChatMessage, Model, Request, RequestKeys
-from foundry.records import Labelled, Labels
 from foundry.storing.store import RunFolder, SweepFolder, lines_of
 from foundry.worlds.replies import without_thinking
 

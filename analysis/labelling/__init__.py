@@ -23,7 +23,7 @@ from analysis.formulas import ratio
 from analysis.labelling.language import IDENTIFIED_BY
 from analysis.labelling.warning_rule import RULE_VERSION, is_warning
 from foundry.errors import InputError
-from foundry.records import Labelled
+from foundry.labels import Labelled
 from foundry.storing.store import SweepFolder
 
 FIRES = ("fire1", "fire2", "east_fire")

@@ -23,7 +23,8 @@ from foundry.errors import InputError, RecordError, not_found
 from foundry.expansion import Sweep
 from foundry.expansion import is_served as is_served
 from foundry.expansion import without_servers as without_servers
-from foundry.records import NOT_JSON, Labels
+from foundry.labels import Labels
+from foundry.records import NOT_JSON
 from foundry.storing.plain_files import check_folder, is_there
 from foundry.storing.run_files import ALWAYS_THERE as ALWAYS_THERE
 from foundry.storing.run_files import IMAGES as IMAGES

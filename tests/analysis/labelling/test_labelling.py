@@ -11,7 +11,7 @@ from analysis.labelling import FIRES, Agreement, agreement, hand_labelled, model
 from analysis.labelling.warning_rule import is_warning
 from foundry.commands.analyzing import analyze_and_show
 from foundry.errors import InputError, RecordError
-from foundry.records import Labelled, Labels
+from foundry.labels import Labelled, Labels
 
 SUPPORTED = {"en", "ja", "de", "fr", "es", "zh", "it", "pt", "ko", "ru", "nl", "pl"}
 BY_RULE = (
