@@ -13,7 +13,7 @@ from foundry.errors import FoundryError, InputError, ModelChangedError
 if TYPE_CHECKING:
     from foundry.composing.compose import Composed
     from foundry.labelling import Text
-    from foundry.records import Labels
+    from foundry.labels import Labels
     from foundry.storing.store import SweepFolder
 
 
