@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from dask_servers import Cluster
     from postgres_server import PostgresServer
 
-sys.path.append(str(ROOT / "tests"))
+sys.path.extend(str(ROOT / "tests" / room) for room in ("parts", "runs", "servers"))
 
 WORKERS = (1, 2, 4)
 LATENCY_S, IN_FLIGHT = 0.1, 4

@@ -158,7 +158,8 @@ def _summaries(folder: SweepFolder) -> tuple[RunSummary, ...]:
 @contextlib.contextmanager
 def server(latency_s: float) -> Iterator[Server]:
     """Start the test server; it answers every call after `latency_s`."""
-    with _printing_url(ROOT / "tests" / "ollama_server.py", "--port", "0", "--latency", f"{latency_s}") as to:
+    script = ROOT / "tests" / "servers" / "ollama_server.py"
+    with _printing_url(script, "--port", "0", "--latency", f"{latency_s}") as to:
         yield to
 
 

@@ -1,4 +1,6 @@
-"""The tables that foundry 0.1 made of the sweeps in `tests/data`; `python tests/kept_tables.py <sweep> ...` keeps them.
+"""The tables that foundry 0.1 made of the sweeps in `tests/data`.
+
+`python tests/runs/kept_tables.py <sweep> ...` keeps them.
 
 They were kept once, from sweeps analysed with the code as it was then, and say what may never change.
 """
@@ -12,7 +14,7 @@ from pathlib import Path
 
 import pandas as pd
 
-FILE = Path(__file__).parent / "data" / "tables_0_1.zip"
+FILE = Path(__file__).parents[1] / "data" / "tables_0_1.zip"
 TABLES = ("signatures", "comparison", "contrasts", "variance", "fingerprint")
 
 

@@ -165,7 +165,7 @@ def clock_shim(folder: Path) -> Path | None:
     if compiler is None:
         return None
     library = folder / "clock.so"
-    source = Path(__file__).parent / "soak" / "clock.c"
+    source = Path(__file__).parents[1] / "soak" / "clock.c"
     subprocess.run([compiler, "-shared", "-fPIC", "-o", str(library), str(source)], check=True)
     return library
 

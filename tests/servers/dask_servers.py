@@ -14,7 +14,7 @@ from pathlib import Path
 from commands import environment, wait_until
 from foundry import paths
 
-TESTS = Path(__file__).parent
+TESTS = Path(__file__).parents[1]
 
 
 class Cluster:
@@ -37,7 +37,7 @@ class Cluster:
             scratch = self._folder / name
             scratch.mkdir()
             options = ["--nthreads", "1", "--no-dashboard", "--local-directory", str(scratch), "--name", name]
-            places = os.pathsep.join(map(str, [*path, TESTS, paths.PACKAGE.parent]))
+            places = os.pathsep.join(map(str, [*path, TESTS / "parts", TESTS / "runs", paths.PACKAGE.parent]))
             command = ["dask_worker", self.address, *options, *([] if nanny else ["--no-nanny"])]
             self.workers.append(self._start(command, name, {"TMPDIR": str(scratch), "PYTHONPATH": places}))
         wait_until(lambda: all("Registered to" in log.read_text() for log in self._logs[1:]), "the workers are there")

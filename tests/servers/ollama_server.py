@@ -1,7 +1,7 @@
 """A real HTTP server that speaks Ollama's API and can play everything a real one was seen to do.
 
 In a test: `with OllamaServer() as server: ... server.url`. In a process of its own, for benchmarks:
-`python tests/ollama_server.py --port 0 --latency 0.05`, which prints its URL.
+`python tests/servers/ollama_server.py --port 0 --latency 0.05`, which prints its URL.
 """
 
 from __future__ import annotations

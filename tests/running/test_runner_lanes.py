@@ -19,7 +19,7 @@ SPEC = LaneSpec("0-0", SweepFolder(Path("sweep"), Sweep((), (), ()), {}, []), ()
 
 @pytest.fixture(autouse=True)
 def found_by_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "parts"))
 
 
 def test_a_result_comes_back_whatever_is_printed_meanwhile():

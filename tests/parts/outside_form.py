@@ -34,7 +34,7 @@ class Outside:
 
 def play(cwd: Path) -> Outside:
     """Copy the user's folder into this one, and run the sweep of two models and two seeds on the ring."""
-    mine = Path(__file__).parent / "outside" / "mine"
+    mine = Path(__file__).parents[1] / "outside" / "mine"
     shutil.copytree(mine, cwd / "mine", ignore=shutil.ignore_patterns("__pycache__"))
     asked = ("-m", "world=ring", "prompt=ring", "model=walker,other", "seed=0-1", "output.dir=out", "runner.workers=1")
     cache = f"cache.path={cwd / 'answers.sqlite'}"

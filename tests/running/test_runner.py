@@ -9,7 +9,7 @@ import pytest
 from commands import foundry, statuses
 from foundry.storing.store import SweepFolder
 
-TESTS = Path(__file__).parent
+PARTS = Path(__file__).parents[1] / "parts"
 PROMPT = "_target_: foundry.prompts.prompt.Prompt\nname: terse\ntemplates: {message: 'Say?', action: 'Act?'}\n"
 WORLD = "defaults: [cafe_library, _self_]\nname: fate\nagents: 1\nsteps: 2\n"
 
@@ -32,7 +32,7 @@ def sweep(own_parts: Path, model: str, workers: int) -> list[str | None]:
     done = foundry(
         "-m", "--config-dir", "mine", f"model={model}", "world=fate", "prompt=terse", "seed=0-7", "output.dir=out",
         "++world.personas={fate: {doomed: 1, blessed: 3}}", f"runner.workers={workers}", "analyze=false",
-        cwd=own_parts, PYTHONPATH=str(TESTS),
+        cwd=own_parts, PYTHONPATH=str(PARTS),
     )  # fmt: skip
     assert done.returncode == 3, done.stdout + done.stderr
     return statuses(own_parts / "out")
