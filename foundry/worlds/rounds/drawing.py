@@ -16,8 +16,10 @@ if TYPE_CHECKING:
 
 SIZE = (800, 500)
 """Pixels."""
-COLOURS = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#0072B2", "#999999", "#D55E00")
-"""Told apart under the common colour-vision deficiencies (Okabe and Ito)."""
+COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#F0E442", "#D55E00")
+"""Told apart under the common colour-vision deficiencies (Okabe and Ito); in the order of the viewer's."""
+IDLE = "#5F6670"
+"""The colour of doing nothing."""
 UNREAD, TALK, WORDS = "#FFFFFF", "#E4E4EC", "#333344"
 LOW, HIGH = (239, 243, 255), (8, 81, 156)
 """Colours of the least and the greatest number."""
@@ -85,8 +87,12 @@ def _colour(line: RoundStep, actions: Mapping[str, Actions]) -> str:
     if line.action is None:
         return UNREAD
     if line.action in known.labels:
-        return COLOURS[known.labels.index(str(line.action)) % len(COLOURS)]
+        return _tone(str(line.action), known)
     return _shade(float(line.action), known) if isinstance(line.action, int | float) else TALK
+
+
+def _tone(label: str, known: Actions) -> str:
+    return IDLE if label == known.idle else COLOURS[known.labels.index(label) % len(COLOURS)]
 
 
 def _shade(number: float, known: Actions) -> str:
@@ -99,8 +105,8 @@ def _legend(canvas: ImageDraw, actions: Mapping[str, Actions]) -> None:
     """Write what the colours mean, as far as there is room."""
     x, y = float(_LEFT), float(_BOTTOM + 14)
     for kind, known in actions.items():
-        for number, label in enumerate(known.labels or (f"{kind}: {known.low} to {known.high}",)):
-            colour = COLOURS[number % len(COLOURS)] if known.labels else _shade(known.high or 1.0, known)
+        for label in known.labels or (f"{kind}: {known.low} to {known.high}",):
+            colour = _tone(label, known) if known.labels else _shade(known.high or 1.0, known)
             said = label if len(label) <= LONGEST else f"{label[:LONGEST]}..."
             if x + 24 + canvas.textlength(said) > _RIGHT:
                 x, y = float(_LEFT), y + 18
