@@ -18,6 +18,7 @@ class RunCost:
         retries: tries that failed before an answer came.
         prompt_tokens: tokens sent, cached answers included.
         output_tokens: tokens received, cached answers included.
+        cached_tokens: tokens of the prompts that servers took from their prompt caches; NaN where none said.
         model_s: seconds that answers took, cached ones with what they took at first; NaN where unknown.
         wall_s: seconds from the run's start to its end.
     """
@@ -27,6 +28,7 @@ class RunCost:
     retries: int
     prompt_tokens: int
     output_tokens: int
+    cached_tokens: float
     model_s: float
     wall_s: float
 
@@ -42,6 +44,7 @@ def cost_of(summary: RunSummary | None) -> RunCost | None:
         retries=counts.retries,
         prompt_tokens=counts.prompt_tokens,
         output_tokens=counts.output_tokens,
+        cached_tokens=math.nan if counts.cached_tokens is None else counts.cached_tokens,
         model_s=math.nan if counts.model_s is None else counts.model_s,
         wall_s=summary.duration_s,
     )

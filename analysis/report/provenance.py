@@ -65,11 +65,13 @@ def versions_grid(found: Material) -> Grid:
 
 def cost_grid(found: Material) -> Grid:
     """Return what each group took."""
-    columns = ("group", "calls", "from the cache", "retries", "prompt tokens", "output tokens", "model s", "wall s")
+    tokens = ("prompt tokens", "output tokens", "reused")
+    columns = ("group", "calls", "from the cache", "retries", *tokens, "model s", "wall s")
     rows = [(shown.label, *_cost(found.of(shown))) for shown in found.shown]
     caption = (
         "Calls, tokens and seconds, failed runs included. Model seconds count an answer from the cache with what it "
-        "took at first; wall seconds are those of the runs added up, which overlap."
+        "took at first; wall seconds are those of the runs added up, which overlap. Reused is the share of the "
+        "prompts' tokens that servers took from their prompt caches, where they say so."
     )
     return grid(caption, columns, rows)
 
@@ -81,9 +83,12 @@ def _cost(mine: Sequence[Member]) -> list[str]:
         sum(getattr(one, name) for one in counts)
         for name in ("calls", "cached", "retries", "prompt_tokens", "output_tokens")
     ]
+    told = [one.cached_tokens for one in counts if one.cached_tokens is not None]
+    reused = f"{sum(told) / totals[3]:.0%}" if told and totals[3] else ""
     timed = [one.model_s for one in counts]
     model_s = math.nan if None in timed else sum(filter(None, timed))
-    return [*(f"{total:,}" for total in totals), number(model_s), number(sum(one.duration_s for one in summaries))]
+    seconds = (number(model_s), number(sum(one.duration_s for one in summaries)))
+    return [*(f"{total:,}" for total in totals), reused, *seconds]
 
 
 def configs(found: Material) -> list[tuple[str, str]]:

@@ -229,3 +229,4 @@ def cost(run: Plain) -> Measures:
     yield from ((f"{name}_per_decision", total / decisions) for name, total in totals.items())
     yield from {"cached": counts["cached"], "n_decisions": decisions}.items()
     yield "cached_share", over(counts["cached"], counts["calls"])
+    yield "prompt_cached_share", math.nan

@@ -22,6 +22,7 @@ MEASURES = {
     "model_s": Measure("Seconds of the model", low=0),
     "wall_s": Measure("Seconds from start to end", low=0),
     "cached_share": share("Calls answered from the cache (share)"),
+    "prompt_cached_share": share("Tokens of the prompts from the server's prompt cache (share)"),
     "calls_per_decision": Measure("Model calls per decision", low=0),
     "retries_per_decision": Measure("Tries that failed, per decision", low=0),
     "prompt_tokens_per_decision": Measure("Tokens of the prompts per decision", low=0),
@@ -43,6 +44,8 @@ def measure(run: AnyRun) -> dict[str, float]:
     - wall_s: seconds from the run's start to its end: short where the cache answered; runs side by side
       share the clock.
     - cached_share: cached calls / calls; 0..1. NaN without calls.
+    - prompt_cached_share: tokens of the prompts that the server took from its own prompt cache / tokens of the prompts;
+      0..1. NaN where it does not say, as Ollama.
     - <name>_per_decision: the same / decisions. NaN without decisions.
 
     All are 0 up, and NaN where the run does not say. Denominator: n_decisions.
@@ -66,6 +69,7 @@ def cost_measures(cost: RunCost | None, decisions: int) -> dict[str, float]:
         **{name: float(value) for name, value in totals.items()},
         "cached": float(cost.cached),
         "cached_share": ratio(cost.cached, cost.calls),
+        "prompt_cached_share": ratio(cost.cached_tokens, cost.prompt_tokens),
         **{f"{name}_per_decision": ratio(value, decisions) for name, value in totals.items()},
         "n_decisions": float(decisions),
     }

@@ -98,7 +98,11 @@ def test_outcomes_of_actions_and_of_talk_are_told_apart():
 
 def test_cost_is_by_decision():
     run = any_run([(1, 0, "go"), (1, 1, "go")])
-    spent = RunCost(calls=4, cached=1, retries=0, prompt_tokens=100, output_tokens=10, model_s=2.0, wall_s=1.0)
+    spent = RunCost(calls=4, cached=1, retries=0, prompt_tokens=100, output_tokens=10, cached_tokens=25,
+                    model_s=2.0, wall_s=1.0)  # fmt: skip
+    assert cost.measure(replace(run, cost=spent))["prompt_cached_share"] == 0.25
+    untold = cost.measure(replace(run, cost=replace(spent, cached_tokens=math.nan)))
+    assert undefined(untold) == {"prompt_cached_share"}
     assert cost.measure(replace(run, cost=spent))["calls_per_decision"] == 2
     assert undefined(cost.measure(run)) == set(cost.MEASURES)
 

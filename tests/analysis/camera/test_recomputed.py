@@ -143,6 +143,7 @@ def cost(run: Plain) -> Iterator[tuple[str, float]]:
     yield from totals.items()
     yield from ((f"{name}_per_decision", total / decisions) for name, total in totals.items())
     yield from {"cached": counts["cached"], "cached_share": counts["cached"] / counts["calls"]}.items()
+    yield "prompt_cached_share", math.nan
     yield "n_decisions", decisions
 
 
