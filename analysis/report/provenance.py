@@ -83,12 +83,12 @@ def _cost(mine: Sequence[Member]) -> list[str]:
         sum(getattr(one, name) for one in counts)
         for name in ("calls", "cached", "retries", "prompt_tokens", "output_tokens")
     ]
-    told = [one.cached_tokens for one in counts if one.cached_tokens is not None]
-    reused = f"{sum(told) / totals[3]:.0%}" if told and totals[3] else ""
+    told = [(one.cached_tokens, one.prompt_tokens) for one in counts if one.cached_tokens is not None]
+    reused, asked = (sum(column) for column in zip(*told, strict=True)) if told else (0, 0)
     timed = [one.model_s for one in counts]
     model_s = math.nan if None in timed else sum(filter(None, timed))
     seconds = (number(model_s), number(sum(one.duration_s for one in summaries)))
-    return [*(f"{total:,}" for total in totals), reused, *seconds]
+    return [*(f"{total:,}" for total in totals), f"{reused / asked:.0%}" if asked else "", *seconds]
 
 
 def configs(found: Material) -> list[tuple[str, str]]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 
 from analysis.form import form_of
@@ -19,6 +20,7 @@ from analysis.report.sections import energy_grid, run_grids, variance_grid
 from analysis.report.worlds import world_differences
 from analysis.signatures import discover
 from commands import foundry
+from foundry.records import Counts
 from foundry.storing.store import SweepFolder
 
 
@@ -65,7 +67,15 @@ def test_links_lead_out_of_another_folder(hostile: Material, hostile_sweep: Swee
 def test_costs_are_added_up_by_group(hostile: Material):
     rows = texts(cost_grid(hostile))
     assert rows[0][1] == "1,800"
-    assert rows[0][6] == "9"
+    assert rows[0][6:8] == ("", "9")
+
+
+def test_what_servers_reused_of_prompts_is_a_share_of_those_that_say_so(hostile: Material):
+    said = [Counts(prompt_tokens=100, cached_tokens=30), Counts(prompt_tokens=100, cached_tokens=20)]
+    counts = [*said, Counts(prompt_tokens=100)]
+    summaries = [msgspec.structs.replace(hostile.members[0].summary, counts=one) for one in counts]
+    told = [replace(hostile.members[0], summary=summary) for summary in summaries]
+    assert texts(cost_grid(replace(hostile, members=tuple(told))))[0][6] == "25%"
 
 
 def test_models_are_named_with_their_digests(hostile: Material):
