@@ -67,7 +67,7 @@ def test_links_lead_out_of_another_folder(hostile: Material, hostile_sweep: Swee
 def test_costs_are_added_up_by_group(hostile: Material):
     rows = texts(cost_grid(hostile))
     assert rows[0][1] == "1,800"
-    assert rows[0][6:8] == ("", "9")
+    assert rows[0][6:8] == ["", "9"]
 
 
 def test_what_servers_reused_of_prompts_is_a_share_of_those_that_say_so(hostile: Material):
