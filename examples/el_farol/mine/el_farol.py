@@ -10,8 +10,6 @@ from numpy.random import Generator
 
 from foundry import Actions, InputError, Play, RoundsScenario, ScriptedModel, Table
 
-REPORTS = ("explicit", "implicit")
-
 
 class ElFarol(RoundsScenario):
     """A configured bar.
@@ -40,8 +38,8 @@ class ElFarol(RoundsScenario):
 
     def __init__(self, *, crowded: float, fun: float, dull: float, home: float, reports: str, **settings: Any) -> None:
         super().__init__(**settings)
-        if reports not in REPORTS:
-            raise InputError(f"world.reports={reports} is not known: choose {' or '.join(REPORTS)}.")
+        if reports not in ("explicit", "implicit"):
+            raise InputError(f"world.reports={reports} is not known: choose explicit or implicit.")
         self.crowded, self.explicit = crowded, reports == "explicit"
         self.fun, self.dull, self.home = fun, dull, home
 
