@@ -16,7 +16,7 @@ import msgspec
 from foundry import paths
 from foundry.composing.compose import Composed, compose
 from foundry.episode import play
-from foundry.errors import InputError, RecordError
+from foundry.errors import InputError, RecordError, UndeclaredError
 from foundry.expansion import Condition, calls_seed, settings_key
 from foundry.records import Call
 from foundry.running.build import build
@@ -176,8 +176,8 @@ def _check_past(run: RunFolder, condition: Condition, at: int) -> None:
         place = departed.difference.place
         when = f"at step {place[0]}" if place else "at the start"
         raise _refusal(f"{when} it would be another: {departed.difference.line()}") from departed
-    except EndOfRecords as end:
-        raise _refusal(f"at step {max(1, world.step)} it would hold more than was recorded: {end}") from end
+    except (EndOfRecords, UndeclaredError) as more:
+        raise _refusal(f"at step {max(1, world.step)} it would hold more than was recorded: {more}") from more
     raise InputError(f"--at {at}: the episode ends after {world.step} steps: raise world.steps, or fork it earlier.")
 
 
