@@ -5,8 +5,6 @@ It is found by the form's name: in `analysis/<form>/`, in a user's own `forms/<f
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -18,6 +16,7 @@ from foundry.declared import Declared
 from foundry.errors import InputError, RecordError
 from foundry.own_code import OwnModule, own_folders, own_modules
 from foundry.records import Message, RunSummary
+from foundry.rooms import in_room
 from foundry.storing.store import RunFolder
 
 if TYPE_CHECKING:
@@ -175,10 +174,7 @@ def _form_of(name: str, _folders: tuple[Path, ...]) -> FormAnalysis:
 
 def shipped(name: str) -> FormAnalysis | None:
     """Return what the package's room of this name knows of its form; None where there is no such room."""
-    room = f"{__package__}.{name}"
-    if importlib.util.find_spec(room) is None:
-        return None
-    found = getattr(importlib.import_module(room), "ANALYSIS", None)
+    found = in_room("analysis", name, "ANALYSIS")
     return found if isinstance(found, FormAnalysis) else None
 
 

@@ -6,7 +6,6 @@ Keys: space plays and pauses, left and right go by a step, Home and End to the f
 
 from __future__ import annotations
 
-import importlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
@@ -19,6 +18,7 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkActor2D, vtkImageMapper
 
 from foundry.replay.following import Follower
+from foundry.rooms import in_room
 from foundry.storing.store import RunFolder
 from foundry.worlds.camera.loading.polydata import byte_values
 
@@ -51,14 +51,7 @@ def window_of(run: RunFolder, trusted: Sequence[str] = ()) -> Window:
 
 
 def _shipped(form: str) -> Callable[[Follower], Window] | None:
-    name = f"foundry.replay.{form}"
-    try:
-        module = importlib.import_module(name)
-    except ModuleNotFoundError as error:
-        if error.name != name:
-            raise
-        return None
-    found: Callable[[Follower], Window] | None = getattr(module, "WINDOW", None)
+    found: Callable[[Follower], Window] | None = in_room("foundry.replay", form, "WINDOW")
     return found
 
 

@@ -6,13 +6,13 @@ Both come from `foundry.viewer.<form>` and `static/<form>/page.js`, else from a 
 
 from __future__ import annotations
 
-import importlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
 from foundry.errors import InputError
 from foundry.own_code import own_modules
+from foundry.rooms import in_room
 from foundry.viewer.files import STATIC
 from foundry.viewer.run_view import RunView
 
@@ -97,14 +97,7 @@ def _generic() -> FormView:
 
 
 def _shipped(form: str) -> FormView | None:
-    name = f"foundry.viewer.{form}"
-    try:
-        module = importlib.import_module(name)
-    except ModuleNotFoundError as error:
-        if error.name != name:
-            raise
-        return None
-    found = getattr(module, "VIEWER", None)
+    found = in_room("foundry.viewer", form, "VIEWER")
     return found if isinstance(found, FormView) else None
 
 

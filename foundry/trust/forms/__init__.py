@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from foundry.declared import Declared
+from foundry.rooms import in_room
 
 Line = Mapping[str, Any]
 """A line of `steps.jsonl`."""
@@ -47,7 +46,5 @@ _BESIDE = {"step", "agent", "kind", "outcome", "message"}
 
 def compared_of(form: str) -> Compared:
     """Return what decisions of a form are compared by."""
-    if importlib.util.find_spec(f"{__name__}.{form}") is None:
-        return Compared()
-    found: Compared = importlib.import_module(f"{__name__}.{form}").COMPARED
-    return found
+    found: Compared | None = in_room(__name__, form, "COMPARED")
+    return found or Compared()
