@@ -34,6 +34,7 @@ class Part:
         measures: what its measures are.
         headline: those that are shown first.
         readable_too: whether it has measures over the readable decisions alone.
+        applies: whether it is about the world of a run; asked of what the run declares, never of what happened in it.
         primary: whether claims rest on it where nothing is declared.
         module: the module's full name; of a user's own, the name of its file.
         origin: where it comes from, for people.
@@ -46,6 +47,7 @@ class Part:
     measures: Mapping[str, Measure]
     headline: tuple[str, ...]
     readable_too: bool
+    applies: Callable[[Any], bool]
     primary: bool
     module: str
     origin: str
@@ -64,6 +66,10 @@ class Part:
         except Exception as error:  # the boundary: whatever a user's file raises, it is told by its name
             cause = " ".join(f"{type(error).__name__}: {error}".split())
             raise InputError(f"{self.origin} cannot measure run {run.id}: {cause}") from error
+
+
+def _always(_: Any) -> bool:
+    return True
 
 
 def _number(value: Any) -> float:
@@ -135,6 +141,7 @@ def _part(module: ModuleType, origin: str, sha256: str) -> Part:
         measures=module.MEASURES,
         headline=tuple(module.HEADLINE),
         readable_too=getattr(module, "READABLE_TOO", True),
+        applies=getattr(module, "applies", _always),
         primary=getattr(module, "PRIMARY", True),
         module=module.__name__ if origin == SHIPPED else Path(str(module.__file__)).name,
         origin=origin,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from foundry.errors import RecordError
 from foundry.records import Agent, Message, RunSummary
@@ -38,6 +38,14 @@ def read_lines(
 def read_messages(folder: RunFolder, summary: RunSummary | None) -> list[Message]:
     """Return the deliveries of a run, none where nobody talks; raises as `read_lines`."""
     return read_lines(folder, MESSAGES, folder.messages_bytes(), summary, Message)
+
+
+def read_further(folder: RunFolder, stream: str, summary: RunSummary | None) -> list[dict[str, Any]]:
+    """Return the lines of a record file of the world's own, none where the run wrote none; raises as `read_lines`."""
+    file = folder.stream_path(stream)
+    content = file.read_bytes() if file.is_file() else b""
+    is_recorded = content or (summary is not None and file.name in summary.records_sha256)
+    return read_lines(folder, file.name, content, summary, dict[str, Any]) if is_recorded else []
 
 
 def read_agents(folder: RunFolder, summary: RunSummary | None) -> list[Agent]:

@@ -11,7 +11,7 @@ import msgspec
 import pandas as pd
 
 from analysis.form import FormAnalysis, NoDecisionsError, Records, form_of
-from analysis.lines import COMPLETE, NOT_STARTED, UNFINISHED, read_agents, read_lines
+from analysis.lines import COMPLETE, NOT_STARTED, UNFINISHED, read_agents, read_further
 from foundry.records import CameraEpisode, Message, RunSummary
 from foundry.storing.store import RunFolder, SweepFolder
 
@@ -82,17 +82,9 @@ def _further_streams(folders: Sequence[RunFolder]) -> dict[str, pd.DataFrame]:
     for folder in folders:
         for name in folder.streams:
             if name in folder.declared.streams and name not in _TABLES:
-                lines = _stream_lines(folder, name)
+                lines = read_further(folder, name, folder.summary())
                 found.setdefault(name, []).append(_frame(folder.id, lines, _keys(folder, name)))
     return {name: _joined(frames) for name, frames in found.items()}
-
-
-def _stream_lines(folder: RunFolder, name: str) -> list[dict[str, Any]]:
-    """Return the lines of a record file of the world's own; none where the run wrote none."""
-    file, summary = folder.stream_path(name), folder.summary()
-    content = file.read_bytes() if file.is_file() else b""
-    is_recorded = content or (summary is not None and file.name in summary.records_sha256)
-    return read_lines(folder, file.name, content, summary, dict[str, Any]) if is_recorded else []
 
 
 def _personas(folder: RunFolder) -> pd.DataFrame:

@@ -12,6 +12,8 @@ A module defines
   first of them unless others are declared, so none of them may differ between policies that are alike in what it is
   about: `tests/analysis/test_nulls.py` plays such policies;
 - optionally `READABLE_TOO = False`, where it makes no sense to leave out the decisions that could not be read;
+- optionally `applies(run) -> bool`, where it is about some worlds of the form alone: whether it is about the run's, by
+  what its world declares and is set to, never by what happened in the run;
 - optionally `PRIMARY = False`, where no claim rests on it unless that is declared.
 
 Modules of several forms that have one `NAME` are one signature: a name means the same in all. Where a form has a
@@ -161,7 +163,7 @@ def measure(run: Any, general: AnyRun | None = None) -> dict[str, float]:
     found: dict[str, float] = {}
     for signature in discover():
         part = signature.part(type(run))
-        if part is not None and part.run in views:
+        if part is not None and part.run in views and part.applies(views[part.run][0]):
             found |= signature.columns(*views[part.run])
     return found
 

@@ -60,16 +60,17 @@ def any_run(
         declared=declared,
         step=step,
         agent=agent,
-        kind=_objects(kinds),
-        action=_objects(one if isinstance(one, str) else None for one in decisions["action"]),
+        kind=objects(kinds),
+        action=objects(one if isinstance(one, str) else None for one in decisions["action"]),
         number=_numbers(None if isinstance(one, str) else one for one in decisions["action"]),
         outcome=np.array([_OUTCOME[one] for one in decisions["outcome"]], dtype=np.int64),
         utility=_numbers(decisions["utility"]),
-        said=_objects(decisions["message"]),
+        said=objects(decisions["message"]),
         deliveries=deliveries,
         agents=len(personas),
         personas=personas,
         cost=cost_of(summary),
+        world=folder.config().get("world", {}),
     )
 
 
@@ -134,7 +135,8 @@ def _check_ids(file: Path, ids: Iterable[int]) -> None:
         raise RecordError(f"{file} names an agent {wrong[0]}: ids go from 0 to {MOST_AGENTS - 1}.")
 
 
-def _objects(values: Iterable[Any]) -> TextArray:
+def objects(values: Iterable[Any]) -> TextArray:
+    """Return any values as an array of them."""
     kept = list(values)
     return np.fromiter(kept, dtype=np.object_, count=len(kept))
 

@@ -6,8 +6,9 @@ K decisions in the order of the records, which is that of the steps; N agents; M
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -35,6 +36,7 @@ class AnyRun:
         agents: number of agents, N: the greatest id that occurs anywhere, and one.
         personas: attribute to value by agent id, N of them; empty where an agent has none.
         cost: what the run took, or None where that is unknown.
+        world: the settings of its world.
         readable_only: whether the decisions that could not be read are left out of all that is counted.
     """
 
@@ -52,6 +54,7 @@ class AnyRun:
     agents: int
     personas: tuple[Mapping[str, str], ...]
     cost: RunCost | None = None
+    world: Mapping[str, Any] = field(default_factory=dict)
     readable_only: bool = False
 
     @property

@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from analysis.any.arrays import COMMON, objects
 from analysis.any.records import AnyRecords
 from analysis.any.records import read_records as read_any
 from analysis.form import Figures, FormAnalysis
+from analysis.lines import read_further
 from analysis.rounds.run import RoundsRun
 from analysis.rounds.words import WORDS
 from foundry.records import Message, RunSummary
-from foundry.storing.store import RunFolder
+from foundry.storing.store import RECORD_STREAMS, RunFolder
 
 
 @dataclass(frozen=True)
 class RoundsRecords:
-    """The lines of one run."""
+    """The lines of one run.
+
+    Attributes:
+        general: what every form has.
+        streams: the lines of the further files that its world declares, by stream.
+    """
 
     general: AnyRecords
+    streams: Mapping[str, Sequence[Mapping[str, Any]]]
 
     @property
     def messages(self) -> list[Message]:
@@ -44,11 +52,14 @@ class RoundsRecords:
         Raises:
             RecordError: the lines are not what the world declares.
         """
-        return RoundsRun.of(self.general.arrays(folder))
+        own = [key for key in self.general.keys if key not in COMMON]
+        columns = {key: objects(values) for key, values in self.general.columns(own).items()}
+        return RoundsRun.of(self.general.arrays(folder), columns=columns, streams=self.streams)
 
 
 def _read(folder: RunFolder, summary: RunSummary | None) -> RoundsRecords:
-    return RoundsRecords(read_any(folder, summary))
+    further = {name: read_further(folder, name, summary) for name in folder.streams if name not in RECORD_STREAMS}
+    return RoundsRecords(read_any(folder, summary), further)
 
 
 def _figures(seed: int) -> Figures:

@@ -5,13 +5,14 @@ T rounds, N agents.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import TypeVar
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any, TypeVar
 
 import numpy as np
 
 from analysis.any.run import AnyRun
-from analysis.arrays import BoolArray, FloatArray, IntArray
+from analysis.arrays import BoolArray, FloatArray, IntArray, TextArray
 
 Values = TypeVar("Values", BoolArray, IntArray, FloatArray)
 NONE = -1
@@ -20,12 +21,20 @@ NONE = -1
 
 @dataclass(frozen=True)
 class RoundsRun(AnyRun):
-    """One complete run; where an agent was asked the same twice in a round, its last decision of the round stands."""
+    """One complete run; where an agent was asked the same twice in a round, its last decision of the round stands.
+
+    Attributes:
+        columns: the keys of its decisions that its world declares beyond the common ones, (K,) each.
+        streams: the lines of the further files that its world declares, by stream.
+    """
+
+    columns: Mapping[str, TextArray] = field(default_factory=dict)
+    streams: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, run: AnyRun) -> RoundsRun:
+    def of(cls, run: AnyRun, **further: Any) -> RoundsRun:
         """Return a run of any form as one of rounds."""
-        return cls(**{field.name: getattr(run, field.name) for field in fields(run)})
+        return cls(**{field.name: getattr(run, field.name) for field in fields(run)}, **further)
 
     @property
     def steps(self) -> int:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import made_up_rounds
 from analysis.any.run import AnyRun
 from analysis.arrays import OUTCOMES
 from analysis.figures.shown import Shown
@@ -110,3 +112,31 @@ def test_a_signature_may_measure_a_shipped_form_that_has_none_of_its_own(
     )
     monkeypatch.setenv("FOUNDRY_MINE", str(tmp_path / "mine"))
     assert measure(run())["turnout.last"] == 1
+
+
+def test_a_signature_measures_only_the_worlds_that_it_is_about(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    (tmp_path / "mine" / "signatures").mkdir(parents=True)
+    (tmp_path / "mine" / "signatures" / "fishing.py").write_text(
+        "from analysis.measure import Measure\nfrom analysis.rounds.run import RoundsRun\n"
+        "NAME, MEASURES, HEADLINE = 'fishing', {'most': Measure('Greatest catch')}, ('most',)\n"
+        "def applies(run: RoundsRun) -> bool:\n"
+        "    return run.world.get('stock', 0) > 0\n"
+        "def measure(run: RoundsRun) -> dict[str, float]:\n"
+        "    return {'most': float(run.numbers('catch').max())}\n"
+    )
+    monkeypatch.setenv("FOUNDRY_MINE", str(tmp_path / "mine"))
+    fishery = replace(run(), world={"stock": 100})
+    assert {"fishing.most", "fishing.most_readable"} <= measure(fishery).keys()
+    assert not any(name.startswith("fishing.") for name in measure(run()))
+
+
+def test_a_run_knows_its_worlds_settings_and_the_further_keys_and_files_that_it_wrote(tmp_path: Path):
+    (folder, _) = made_up_rounds.sweep(tmp_path / "sweep").runs()
+    made_up_rounds.whole_run(folder)
+    form = form_of("rounds")
+    found = form.read(folder, folder.summary()).arrays(folder)
+    assert found.world["name"] == "bar" and found.world["agents"] == found.agents
+    assert list(found.columns) == ["crowd", "reasoning", "seats"] and len(found.columns["crowd"]) == found.decisions
+    assert set(found.streams) == {"evenings", "house"}
+    assert [line["step"] for line in found.streams["evenings"]] == [*range(1, found.steps + 1)]
+    assert found.only_readable().streams == found.streams

@@ -198,7 +198,8 @@ class Playing:
     def end(self, error: str | None = None) -> None:
         """Write how it ended."""
         self.writer.close()
-        write_run_summary(self.folder, summary(self.folder, self.writer.counts, error))
+        ended = summary(self.folder, self.writer.counts, error)
+        write_run_summary(self.folder, msgspec.structs.replace(ended, records_sha256=self.writer.digests()))
 
 
 def whole_run(folder: RunFolder, change: Change = same, reply: str = '{"action": "go"}') -> None:
