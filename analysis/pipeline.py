@@ -33,7 +33,8 @@ from analysis.tables import terminal
 from analysis.tables.comparison import Comparison, compare
 from analysis.tables.groups import group_columns
 from analysis.tables.signature_table import SignatureTable, build_table
-from analysis.tables.texts import Table, write_tables
+from analysis.tables.texts import SUFFIXES, Table, write_table, write_tables
+from analysis.validation.table import validation_frame, validation_table
 from foundry.errors import InputError
 from foundry.storing.store import RunFolder, SweepFolder, ensure_writable
 
@@ -57,6 +58,7 @@ class Analysis:
         fingerprint: the groups as a whole; its energy tests are in `fingerprint.csv`.
         retest: test-retest consistency, as in `retest.csv`; no rows where nothing was sampled again.
         sources: where each signature comes from, as in `sources.csv`; see `analysis.signatures.sources`.
+        validation: what is known of the worlds beside what was found, as in `validation.csv`; no rows where nothing is.
         declared: the measures that claims rest on.
     """
 
@@ -71,6 +73,7 @@ class Analysis:
     fingerprint: Fingerprint
     retest: pd.DataFrame
     sources: pd.DataFrame
+    validation: pd.DataFrame
     declared: tuple[str, ...]
 
     @property
@@ -91,7 +94,8 @@ class Analysis:
             brief: whether to show the declared measures alone, and fewer columns.
         """
         means = terminal.means(self.compared, self.declared, width, brief=brief)
-        return [*means, *terminal.differences(self.contrasts, width, brief=brief)]
+        known = terminal.in_blocks(validation_table(self.validation), width) if len(self.validation) else []
+        return [*known, *means, *terminal.differences(self.contrasts, width, brief=brief)]
 
 
 def analyze(
@@ -153,6 +157,7 @@ def analyze(
         fingerprint=fingerprint(table, groups),
         retest=retest([source.path for source in sources if not source.baseline]),
         sources=pd.DataFrame(signatures.sources(forms)),
+        validation=validation_frame(results, groups, compared),
         declared=tuple(family or primary_measures(table.measures)),
     )
     written = [*found.written, *_write_tables(found), *(_plot(folder, compared) if plots else ())]
@@ -218,7 +223,7 @@ def _write_tables(found: Analysis) -> list[Path]:
         "fingerprint": found.fingerprint.energy,
         "retest": found.retest,
     }
-    written = [parquet, *write_tables(found.path, found.compared, found.contrasts)]
+    written = [parquet, *write_tables(found.path, found.compared, found.contrasts), *_write_validation(found)]
     for name, frame in frames.items():
         path = found.path / f"{name}.csv"
         if len(frame):
@@ -227,6 +232,16 @@ def _write_tables(found: Analysis) -> list[Path]:
         else:
             path.unlink(missing_ok=True)
     return written
+
+
+def _write_validation(found: Analysis) -> list[Path]:
+    """Write what is known of the worlds beside what was found; where nothing is, no such table is left."""
+    table = validation_table(found.validation)
+    if len(found.validation):
+        return write_table(found.path, table, found.validation)
+    for suffix in SUFFIXES:
+        (found.path / f"{table.name}{suffix}").unlink(missing_ok=True)
+    return []
 
 
 def _plot(folder: Path, compared: Comparison) -> list[Path]:

@@ -29,6 +29,7 @@ LAYERS = {
         "conformance",
         "calling",
         "new_parts",
+        "validating",
     ),
     "commands": ("commands", "cli", "__main__"),
 }
@@ -39,7 +40,12 @@ CROWDED: frozenset[str] = frozenset()
 """Folders that hold more still; none is to come."""
 FRONT = "foundry"
 """The package itself: it names what programs use, and imports each name when it is first asked for."""
-MEASURING = {FRONT, "foundry.conformance.measuring", "foundry.new_parts.signature.signatures.part_name"}
+MEASURING = {
+    FRONT,
+    "foundry.conformance.measuring",
+    "foundry.new_parts.signature.signatures.part_name",
+    "foundry.validating.playing",
+}
 """What else may import the analysis when it is used: checks of signatures, and what a signature begins with."""
 BASES = {"foundry.worlds.base", "foundry.models.base"}
 LEAVES = {f"foundry.{name}" for name in LAYERS["leaves"]}

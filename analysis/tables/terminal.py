@@ -69,6 +69,11 @@ def differences(contrasts: pd.DataFrame, width: int, *, brief: bool) -> list[Tab
     return _captioned(shown, notes)
 
 
+def in_blocks(table: Table, width: int) -> list[Table]:
+    """Return a table in blocks of columns that fit into the width, its caption below the last."""
+    return _captioned(blocks(table, width, MOST_BLOCKS), [table.caption])
+
+
 def blocks(table: Table, width: int, most: int) -> list[Table]:
     """Return the first blocks of columns of a table that fit into the width, each behind the names of the rows.
 

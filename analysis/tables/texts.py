@@ -40,6 +40,10 @@ _WHOLE = 1_000
 _MARKDOWN = "\\`*_{}[]<>|#~"
 
 
+SUFFIXES = (".csv", ".parquet", ".tex", ".md")
+"""Of the files of a table."""
+
+
 @dataclass(frozen=True)
 class Table:
     """A table of texts; the first `labels` columns are names, the others numbers."""
@@ -198,15 +202,18 @@ def to_latex(table: Table) -> str:
 
 def write_tables(folder: Path, comparison: Comparison, contrasts: pd.DataFrame) -> list[Path]:
     """Write every number as CSV and Parquet, the short tables as LaTeX and Markdown; returns the files."""
-    written = []
-    for table, frame in ((comparison_table(comparison), comparison.frame), (contrast_table(contrasts), contrasts)):
-        stem = folder / table.name
-        frame.to_csv(stem.with_suffix(".csv"), index=False, lineterminator="\n")
-        frame.to_parquet(stem.with_suffix(".parquet"), index=False)
-        stem.with_suffix(".tex").write_text(to_latex(table), encoding="utf-8", newline="\n")
-        stem.with_suffix(".md").write_text(to_markdown(table), encoding="utf-8", newline="\n")
-        written += [stem.with_suffix(suffix) for suffix in (".csv", ".parquet", ".tex", ".md")]
-    return written
+    compared = write_table(folder, comparison_table(comparison), comparison.frame)
+    return [*compared, *write_table(folder, contrast_table(contrasts), contrasts)]
+
+
+def write_table(folder: Path, table: Table, frame: pd.DataFrame) -> list[Path]:
+    """Write the numbers of a table as CSV and Parquet, its texts as LaTeX and Markdown; returns the files."""
+    stem = folder / table.name
+    frame.to_csv(stem.with_suffix(".csv"), index=False, lineterminator="\n")
+    frame.to_parquet(stem.with_suffix(".parquet"), index=False)
+    stem.with_suffix(".tex").write_text(to_latex(table), encoding="utf-8", newline="\n")
+    stem.with_suffix(".md").write_text(to_markdown(table), encoding="utf-8", newline="\n")
+    return [stem.with_suffix(suffix) for suffix in SUFFIXES]
 
 
 def _latex(text: str) -> str:

@@ -9,8 +9,9 @@ from typing import Annotated
 
 import typer
 
-from foundry.commands.application import EXIT_INTERRUPTED, EXIT_OK, Mine, Trusted, app
+from foundry.commands.application import EXIT_OK, Mine, Trusted, app
 from foundry.commands.showing import analyze_and_show
+from foundry.commands.sweeps import run_baselines
 from foundry.errors import InputError
 
 
@@ -73,34 +74,3 @@ def margins_of(texts: Sequence[str]) -> dict[str, float]:
                 f"--margin {text} has not the form MEASURE=SIZE, such as clustering.largest_group=0.1"
             ) from None
     return margins
-
-
-def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
-    """Run the scripted baselines of a sweep into the folder beside its runs; those that are there stay.
-
-    Returns:
-        The exit code: that of a sweep in which a run failed, or which was stopped, where that happened.
-
-    Raises:
-        typer.Exit: the user interrupted them.
-    """
-    from foundry.commands.sweeps import run_folder
-    from foundry.composing.baselines import baselines_of
-    from foundry.composing.preflight import check
-    from foundry.composing.preparing import runner_of
-    from foundry.storing.store import SweepFolder
-    from foundry.trust.targets import check_sweep_targets
-
-    opened = SweepFolder.open(path)
-    check_sweep_targets(opened.sweep, {}, trusted)
-    sweep = baselines_of(opened.sweep)
-    if not sweep.runs:
-        print(f"{path} compares every baseline itself")
-        return EXIT_OK
-    local = {"_target_": "foundry.running.local.LocalRunner"}
-    settings = {"runner": local, "cache": {"path": ""}, "analyze": False, "view": None, "record": {"frames": 0}}
-    folder = SweepFolder.create(opened.baselines_dir, sweep, settings, [])
-    code = run_folder(folder, settings, check(sweep), runner_of(settings))
-    if code == EXIT_INTERRUPTED:
-        raise typer.Exit(code)
-    return code

@@ -24,6 +24,7 @@ from foundry.commands.application import (
 )
 from foundry.commands.showing import analyze_and_show
 from foundry.commands.view import check_view, watched
+from foundry.composing.settings import BASELINES
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
@@ -75,8 +76,46 @@ def run_folder(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], 
         _report_end(folder)
         return fail(f"the sweep was stopped: {error}", EXIT_FAILED)
     code = _report_end(folder)
+    if settings["analyze"] == BASELINES:
+        code = max(code, _run_beside(folder))
     if settings["analyze"]:
         analyze_and_show([folder.path], brief=True)
+    return code
+
+
+def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
+    """Run the scripted baselines of a sweep into the folder beside its runs; those that are there stay.
+
+    Returns:
+        The exit code: that of a sweep in which a run failed, or which was stopped, where that happened.
+
+    Raises:
+        typer.Exit: the user interrupted them.
+    """
+    from foundry.storing.store import SweepFolder
+    from foundry.trust.targets import check_sweep_targets
+
+    opened = SweepFolder.open(path)
+    check_sweep_targets(opened.sweep, {}, trusted)
+    return _run_beside(opened)
+
+
+def _run_beside(opened: SweepFolder) -> int:
+    from foundry.composing.baselines import baselines_of
+    from foundry.composing.preflight import check
+    from foundry.composing.preparing import runner_of
+    from foundry.storing.store import SweepFolder
+
+    sweep = baselines_of(opened.sweep)
+    if not sweep.runs:
+        print(f"{opened.path} compares every baseline itself")
+        return EXIT_OK
+    local = {"_target_": "foundry.running.local.LocalRunner"}
+    settings = {"runner": local, "cache": {"path": ""}, "analyze": False, "view": None, "record": {"frames": 0}}
+    folder = SweepFolder.create(opened.baselines_dir, sweep, settings, [])
+    code = run_folder(folder, settings, check(sweep), runner_of(settings))
+    if code == EXIT_INTERRUPTED:
+        raise typer.Exit(code)
     return code
 
 

@@ -7,6 +7,8 @@ from typing import Any
 
 from foundry.errors import InputError
 
+BASELINES = "baselines"
+"""What `analyze` is where the scripted baselines are run first."""
 PARTS = ("world", "model", "prompt")
 """What a condition is made of: each a mapping with a name and the class that it builds."""
 
@@ -19,8 +21,8 @@ def checked_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
     """
     cache = settings.get("cache")  # cache=postgresql://... is short for cache.path=...
     folder = _entry(settings, "output", "dir")
-    if not isinstance(analyze := settings.get("analyze"), bool):
-        raise InputError(f"analyze={analyze} is neither true nor false.")
+    if not isinstance(analyze := settings.get("analyze"), bool) and analyze != BASELINES:
+        raise InputError(f"analyze={analyze} is none of true, false and {BASELINES}.")
     _check_part("runner", settings.get("runner"))
     return {
         **settings,

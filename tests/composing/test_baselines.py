@@ -9,7 +9,7 @@ import pytest
 from analysis import analyze
 from commands import statuses
 from foundry.cli import run
-from foundry.commands.analyzing import run_baselines
+from foundry.commands.sweeps import run_baselines
 from foundry.composing.baselines import baselines_of
 from foundry.composing.compose import compose
 from foundry.expansion import Sweep, expand

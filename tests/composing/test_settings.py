@@ -26,7 +26,7 @@ REFUSED = {
     "cache=null": "cache.path=",
     "output=null": "output.dir=",
     "output.dir=[1]": "output.dir=[1] names no file",
-    "analyze=maybe": "neither true nor false",
+    "analyze=maybe": "is none of true, false and baselines",
     "view=always": "neither null nor live",
     "world.agents=1000000": "at most 20,000",
     "model=null": "Model 'null' not found",

@@ -1,0 +1,152 @@
+"""Models beside what is known of their worlds: null, scripted best, closed forms and published figures."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+import yaml
+
+from analysis.measuring.runs import RunResult
+from analysis.stats.values import Group
+from analysis.tables.comparison import Comparison
+from analysis.tables.groups import leaves
+from analysis.tables.texts import Table, number, with_interval
+from analysis.validation.facts import Facts, Published, facts_of
+from foundry.own_code import own_folders
+from foundry.paths import conf_dir
+
+COLUMNS = (
+    "world", "measure", "better", "model", "prompt", "n", "mean", "low", "high", "random", "best_policy", "best",
+    "closed_forms", "published_model", "published", "published_certain", "source", "differs",
+)  # fmt: skip
+_ALIKE = 0.6
+"""Least likeness of two names, of 1, at which one stands for the other."""
+_MOST_TOLD = 3
+"""Changed settings beyond which their number stands for them."""
+_LEFT_OUT = frozenset(("_target_", "name"))
+
+
+def validation_frame(results: Sequence[RunResult], groups: pd.DataFrame, compared: Comparison) -> pd.DataFrame:
+    """Return a row a group of runs whose world something is known of; the columns are COLUMNS.
+
+    `random` and `best` are means of the policies that look at nothing and that are best, where they were run on the
+    same world, as `foundry analyze --baselines` does; NaN where they were not. `published` is the figure of the model
+    whose name is nearest, if any is near.
+
+    Args:
+        results: the runs.
+        groups: the columns that tell groups apart, one row per run.
+        compared: the groups.
+    """
+    keys = groups.astype(str).itertuples(index=False, name=None)
+    first: dict[Group, RunResult] = {}
+    for key, result in zip(keys, results, strict=True):
+        first.setdefault(key, result)
+    rows = [
+        _row(group, first, compared, facts)
+        for group in compared.groups
+        if group not in compared.baselines
+        and (facts := facts_of(first[group].keys["world"])) is not None
+        and (facts.score, group) in compared.estimates
+    ]
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def _row(group: Group, first: Mapping[Group, RunResult], compared: Comparison, facts: Facts) -> dict[str, Any]:
+    run = first[group]
+    found = compared.estimates[facts.score, group]
+    means = {
+        one.keys["model"]: compared.estimates[facts.score, other].mean
+        for other, one in first.items()
+        if one.config["world"] == run.config["world"] and (facts.score, other) in compared.estimates
+    }
+    near = nearest(run.keys["model"], facts.published)
+    return {
+        "world": facts.world,
+        "measure": facts.score,
+        "better": facts.better,
+        "model": run.keys["model"],
+        "prompt": run.keys["prompt"],
+        "n": found.n,
+        "mean": found.mean,
+        "low": found.low,
+        "high": found.high,
+        "random": means.get(facts.random, math.nan),
+        "best_policy": facts.best or "",
+        "best": means.get(facts.best or "", math.nan),
+        "closed_forms": "; ".join(
+            f"{one.name} {number(one.value)}" for one in facts.closed_forms if one.column == facts.score
+        ),
+        "published_model": near.model if near else "",
+        "published": near.value if near else math.nan,
+        "published_certain": near.certain if near else "",
+        "source": near.source if near else "; ".join(dict.fromkeys(one.source for one in facts.published)),
+        "differs": "; ".join(filter(None, (facts.differs, changed(run.config["world"], facts.world)))),
+    }
+
+
+def nearest(model: str, published: Sequence[Published]) -> Published | None:
+    """Return the figure of the model whose name is most like this one; None where none is like it."""
+    by_name = {_plain(one.model): one for one in published}
+    found = difflib.get_close_matches(_plain(model), by_name, n=1, cutoff=_ALIKE)
+    return by_name[found[0]] if found else None
+
+
+def _plain(name: str) -> str:
+    """Return a model's name without what says where it is served and how it is quantised."""
+    return re.sub(r"[^a-z0-9]", "", re.sub(r"-(?:instruct|it|q\d).*", "", name.rpartition("/")[2].casefold()))
+
+
+def changed(settings: Mapping[str, Any], world: str) -> str:
+    """Return which settings of a world are not those of its file, such as `agents=12, not 10`; empty where none is."""
+    usual = dict(leaves(_settings_of(world)))
+    found = dict(leaves(dict(settings)))
+    told = [
+        f"{key}={found[key]}, not {value}"
+        for key, value in usual.items()
+        if key in found and key not in _LEFT_OUT and "${" not in value and found[key] != value
+    ]
+    return f"{len(told)} settings changed" if len(told) > _MOST_TOLD else "; ".join(told)
+
+
+def _settings_of(world: str) -> dict[str, Any]:
+    """Return what the file of a world sets itself; nothing where there is none."""
+    places = [folder / "world" / f"{world}.yaml" for folder in (*own_folders(), conf_dir())]
+    file = next((place for place in places if place.is_file()), None)
+    found: Mapping[str, Any] = yaml.safe_load(file.read_text(encoding="utf-8")) if file else {}
+    own: Mapping[str, Any] = found.get("world", found)
+    return dict(own)
+
+
+def validation_table(frame: pd.DataFrame) -> Table:
+    """Return the rows for people; published figures behind the model that they are of."""
+    columns = (
+        "world", "model", "measure", "found", "n", "random", "best policy", "closed forms", "published", "differs",
+    )  # fmt: skip
+    caption = (
+        "Each world's score beside what is known of it: mean over seeds with its 95 % interval; means of the policy "
+        "that looks at nothing and of the best scripted one on the same world; closed forms; the published figure of "
+        "the model with the nearest name, which was asked in other words: an order, never an equality."
+    )
+    return Table("validation", caption, columns, tuple(map(_told, frame.to_dict("records"))), labels=3)
+
+
+def _told(row: Mapping[Any, Any]) -> tuple[str, ...]:
+    of = f"({row['published_model']}, {row['source']})"
+    return (
+        row["world"],
+        row["model"],
+        row["measure"],
+        with_interval(row["mean"], row["low"], row["high"]),
+        str(row["n"]),
+        number(row["random"]),
+        f"{number(row['best'])} ({row['best_policy']})" if row["best_policy"] else "-",
+        row["closed_forms"] or "-",
+        f"{number(row['published'])} {of}" if row["published_model"] else "-",
+        row["differs"] or "-",
+    )

@@ -1,0 +1,76 @@
+"""Models stand beside what is known of their world, each figure from where it says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from analysis import analyze
+from analysis.validation.facts import Published
+from analysis.validation.table import changed, nearest
+from commands import foundry
+from foundry.own_code import VARIABLE
+
+FACTS = """
+world: cafe_library
+score: idle_rate.chosen
+better: lower
+best: scripted/avoid
+closed_forms:
+  - {name: idlers, policy: scripted/stay, column: idle_rate.chosen, value: 1, why: it stays}
+  - {name: pairs, policy: scripted/stay, column: outcome.n_decisions, value: 8, why: counted}
+published:
+  - {model: "rand:8b", value: 0.25, source: A table, certain: known}
+differs: small
+"""
+PUBLISHED = [Published(model=name, value=1.0, source="s") for name in ("llama3.1:8b", "llama3.1:70b", "qwen2:72b")]
+
+
+@pytest.mark.parametrize(
+    ("model", "found"),
+    [
+        ("llama3.1:8b", "llama3.1:8b"),
+        ("llama3.1:70b-instruct-q4_K_M", "llama3.1:70b"),
+        ("openai/some-lab/Qwen2-72B", "qwen2:72b"),
+        ("scripted/stay", None),
+    ],
+)
+def test_the_published_figure_is_of_the_model_whose_name_is_nearest(model: str, found: str | None):
+    near = nearest(model, PUBLISHED)
+    assert (near.model if near else None) == found
+
+
+def test_settings_that_are_not_the_files_are_told_and_many_are_counted():
+    usual = {"half_size": 25, "agents": 20, "steps": 50, "communication_distance": 5}
+    assert changed(usual, "cafe_library") == ""
+    assert changed(usual | {"agents": 4}, "cafe_library") == "agents=4, not 20"
+    assert changed(dict.fromkeys(usual, 7), "cafe_library") == "4 settings changed"
+    assert changed({"agents": 3}, "of_no_file") == ""
+
+
+def test_each_group_has_its_null_its_best_policy_and_what_was_published(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    (tmp_path / "mine" / "validation").mkdir(parents=True)
+    (tmp_path / "mine" / "validation" / "cafe_library.yaml").write_text(FACTS)
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "mine"))
+    asked = ("-m", "model=scripted/stay,scripted/random,scripted/avoid", "seed=0-1", "world.agents=2", "world.steps=2")
+    foundry(*asked, "output.dir=s", "analyze=false", cwd=tmp_path)
+    found = analyze(tmp_path / "s", plots=False)
+    rows = found.validation.set_index("model")
+    means = found.comparison[found.comparison["measure"] == "idle_rate.chosen"].set_index("model")["mean"]
+    assert list(rows.index) == ["scripted/stay", "scripted/random", "scripted/avoid"]
+    assert rows["mean"].to_dict() == means.to_dict() and rows.loc["scripted/stay", "mean"] == 1
+    assert set(rows["random"]) == {means["scripted/random"]} and set(rows["best"]) == {means["scripted/avoid"]}
+    assert set(rows["closed_forms"]) == {"idlers 1"} and rows["n"].tolist() == [2, 2, 2]
+    assert rows["differs"].tolist()[0] == "small; agents=2, not 20; steps=2, not 50"
+    assert rows["published"].notna().tolist() == [False, True, False]
+    assert (
+        rows.loc["scripted/random", "source"] == "A table"
+        and rows.loc["scripted/random", "published_certain"] == "known"
+    )
+    assert {file.name for file in found.written} >= {"validation.csv", "validation.md", "validation.tex"}
+    assert "0.25 (rand:8b, A table)" in (found.path / "validation.md").read_text().replace("\\", "")
+    (tmp_path / "mine" / "validation" / "cafe_library.yaml").write_text("world: cafe_library\nscore: of.nothing\n")
+    assert not len(analyze(tmp_path / "s", plots=False).validation) and not (found.path / "validation.md").exists()

@@ -1,0 +1,78 @@
+"""Scripted policies are played and held against their numbers; the exit code says where one does not hold."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from commands import foundry
+from foundry.validating.page import page
+from foundry.validating.playing import Held
+
+SMALL = "overrides: [world.agents=2, world.steps=2]"
+FACTS = f"""
+world: cafe_library
+score: idle_rate.chosen
+closed_forms:
+  - {{name: idlers, policy: scripted/stay, column: idle_rate.chosen, value: 1, seeds: 2, why: they stay, {SMALL}}}
+  - {{name: count, policy: scripted/random, column: outcome.n_decisions, value: %s, seeds: 2, why: 2 x 2, {SMALL}}}
+studies:
+  - {{name: ratio, function: "known_ratio:ratio", value: 3.14, tolerance: 0.01, why: it is pi}}
+"""
+HELD = Held(
+    world="w", name="n", command="c", column="a.b", n=4, result=10.0, error=0.5, value=11.9, tolerance=0.0, why="so"
+)
+
+
+def validated(folder: Path, count: int):
+    (folder / "mine" / "validation").mkdir(parents=True)
+    (folder / "mine" / "validation" / "cafe_library.yaml").write_text(FACTS % count)
+    (folder / "mine" / "known_ratio.py").write_text("import math\ndef ratio():\n    return math.pi, 0.001\n")
+    return foundry("validate", "cafe_library", "--config-dir", "mine", "--write", "page.md", cwd=folder)
+
+
+def test_what_holds_is_played_and_written_as_a_page_with_the_commands_that_play_it_again(tmp_path: Path):
+    done = validated(tmp_path, 4)
+    assert done.returncode == 0 and "3 of 3 closed forms hold" in done.stdout
+    written = (tmp_path / "page.md").read_text()
+    assert "| count | outcome.n_decisions | 2 | 4 | 4 | yes |" in written
+    assert "| ratio | study | 0 | 3.14159 ± 0.001 | 3.14 ± 0.01 | yes |" in written
+    asked = (
+        "foundry -m world=cafe_library model=scripted/random seed=0-1 world.agents=2 world.steps=2 --config-dir mine"
+    )
+    assert f"- *count*: 2 x 2. `{asked}`" in written
+
+
+def test_what_does_not_hold_shows_and_the_exit_code_is_3(tmp_path: Path):
+    done = validated(tmp_path, 5)
+    assert done.returncode == 3 and "2 of 3 closed forms hold" in done.stdout
+    assert "| count | outcome.n_decisions | 2 | 4 | 5 | NO |" in (tmp_path / "page.md").read_text()
+
+
+@pytest.mark.parametrize(
+    ("changes", "holds"),
+    [
+        ({}, True),
+        ({"value": 12.1}, False),
+        ({"value": 12.1, "tolerance": 0.2}, True),
+        ({"value": 7.9}, False),
+        ({"error": 0.0, "value": 10.0}, True),
+        ({"error": 0.0, "value": 10.00001}, False),
+        ({"result": math.nan}, False),
+    ],
+)
+def test_a_number_holds_within_four_standard_errors_and_its_own_rounding(changes: dict[str, float], holds: bool):
+    assert replace(HELD, **changes).holds is holds
+
+
+def test_the_rounding_of_sums_is_shown_as_nothing():
+    assert "| 0 ± 0.5 |" in page([replace(HELD, result=2e-14)])
+
+
+@pytest.mark.slow
+def test_every_known_closed_form_is_met(tmp_path: Path):
+    done = foundry("validate", "--write", "page.md", cwd=tmp_path)
+    assert done.returncode == 0, done.stdout
