@@ -12,7 +12,7 @@ from foundry import seeding
 from foundry.declared import Actions
 from foundry.errors import FoundryError
 from foundry.records import Message, Outcome, Record, RoundStep
-from foundry.worlds.base import Answer, Question
+from foundry.worlds.base import Answer, Observation, Question
 from foundry.worlds.rounds.decided import Decided
 from foundry.worlds.rounds.reading import read_decision, read_talk
 from foundry.worlds.rounds.replies import idle_of, options_of
@@ -45,6 +45,7 @@ class Table:
     """One episode, as the rules of its world see it.
 
     Attributes:
+        seed: the run's seed, for what draws its own numbers; the rules draw theirs from `stream`.
         agents: ids of the agents.
         personas: persona of each agent, by its id.
         received: what each agent was told, by its id: `{step, sender, text}`, newest last.
@@ -70,7 +71,7 @@ class Table:
         self.personas = personas
         self.received: tuple[list[dict[str, Any]], ...] = tuple([] for _ in personas)
         self.step = 0
-        self._seed = seed
+        self.seed = seed
         self._actions = actions
         self._line = line
         self._open: dict[int, Decision] = {}
@@ -78,7 +79,7 @@ class Table:
 
     def stream(self, name: str) -> Generator:
         """Return the random generator of this name: the same numbers in every run with this seed."""
-        return seeding.stream(self._seed, name)
+        return seeding.stream(self.seed, name)
 
     def rounds(self, most: int) -> Iterator[int]:
         """Yield the rounds to play; leaving the loop ends the episode early, with the round in which it is left."""
@@ -87,7 +88,16 @@ class Table:
             self.step += 1
             yield self.step
 
-    def ask(self, agent: int, kind: str, *, legal: Actions | None = None, **observed: Any) -> Question:
+    def ask(
+        self,
+        agent: int,
+        kind: str,
+        *,
+        legal: Actions | None = None,
+        images: tuple[bytes, ...] = (),
+        secret: Observation | None = None,
+        **observed: Any,
+    ) -> Question:
         """Return a question, for the rules to `yield` with others that are asked at the same time.
 
         Beside what is given here an agent observes `agent`, `agents` (how many there are), `step`, `persona`, and what
@@ -97,6 +107,8 @@ class Table:
             agent: who is asked.
             kind: of the question.
             legal: what can be decided this time, where that is less than the world declares.
+            images: PNG or JPEG bytes that the agent sees, in order.
+            secret: what only scripted policies are told.
             observed: what the agent perceives and no other.
 
         Raises:
@@ -113,7 +125,17 @@ class Table:
             "received": list(self.received[agent]),
         }
         options, idle = options_of(actions), idle_of(actions)
-        return RoundQuestion(self.step, agent, kind, common | observed, options=options, idle=idle, legal=actions)
+        return RoundQuestion(
+            self.step,
+            agent,
+            kind,
+            common | observed,
+            images=images,
+            secret=secret,
+            options=options,
+            idle=idle,
+            legal=actions,
+        )
 
     def record(self, decision: Decision, *, utility: float | None = None, **keys: Any) -> None:
         """Write down a decision with what came of it; those that the rules leave are written as their round ends.

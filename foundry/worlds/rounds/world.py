@@ -92,7 +92,7 @@ class RoundsScenario(Scenario):
         """Return the state after a step as a PNG, from the lines of `steps.jsonl` up to it: a lane an agent."""
         return draw(lines, step, agents=self.agents, steps=self.steps, actions=self.actions())
 
-    def redraw(self, recorded: Recorded) -> RoundsRedrawing:
+    def redraw(self, recorded: Recorded) -> Redrawing:
         """Return the pictures of a run."""
         return RoundsRedrawing(self, msgspec.json.Decoder(self.line).decode_lines(recorded.steps))
 

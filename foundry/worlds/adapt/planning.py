@@ -1,0 +1,70 @@
+"""The best policy of an environment that tells its rules as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What is best in each state, and what it comes to in the mean, with so many turns left.
+
+    Attributes:
+        choice: the best action, (turns, states); the row of the last turn is the first.
+        value: the expected sum of rewards to the end, (turns, states).
+    """
+
+    choice: NDArray[np.int64]
+    value: NDArray[np.float64]
+
+    def best(self, state: int, step: int) -> int:
+        """Return the best action in a state at this 1-based turn."""
+        return int(self.choice[len(self.choice) - step, state])
+
+    def worth(self, state: int) -> float:
+        """Return what the best policy comes to from a state at the first turn on."""
+        return float(self.value[-1, state])
+
+
+def plan_of(env: Any, steps: int) -> Plan | None:
+    """Return the plan of an environment with a table of its rules, as Gymnasium's toy ones have; None for others.
+
+    Backward induction (Bellman 1957) over as many turns as there are; of equally good actions the first.
+
+    Args:
+        env: an environment whose `P[state][action]` is a list of (probability, next state, reward, ended).
+        steps: turns of an episode, at most.
+    """
+    rules = getattr(env.unwrapped, "P", None)
+    if not isinstance(rules, Mapping):
+        return None
+    limit = env.spec.max_episode_steps if env.spec is not None else None
+    turns = min(steps, limit or steps)
+    chance, follows, reward, goes_on = _arrays(rules)
+    value = np.zeros(len(rules))
+    choices, values = [], []
+    for _ in range(turns):
+        expected = (chance * (reward + goes_on * value[follows])).sum(axis=2)
+        choices.append(expected.round(12).argmax(axis=1))
+        value = expected.max(axis=1)
+        values.append(value)
+    return Plan(np.array(choices), np.array(values))
+
+
+def _arrays(rules: Mapping[int, Mapping[int, Any]]) -> tuple[Any, ...]:
+    """Return chance, next state, reward and whether it goes on, (states, actions, outcomes) each."""
+    most = max(len(outcomes) for actions in rules.values() for outcomes in actions.values())
+    shape = (len(rules), len(rules[0]), most)
+    chance, reward, goes_on = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    follows = np.zeros(shape, dtype=np.int64)
+    for state, actions in rules.items():
+        for action, outcomes in actions.items():
+            for place, (odds, after, got, ended) in enumerate(outcomes):
+                at = (state, action, place)
+                chance[at], follows[at], reward[at], goes_on[at] = odds, after, got, not ended
+    return chance, follows, reward, goes_on

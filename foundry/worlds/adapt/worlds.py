@@ -1,0 +1,394 @@
+"""Environments of Gymnasium and PettingZoo as worlds: one class a kind of environment."""
+
+from __future__ import annotations
+
+import importlib
+import os
+from abc import abstractmethod
+from collections import Counter
+from collections.abc import Generator, Mapping, Sequence
+from importlib.metadata import packages_distributions
+from typing import Any, ClassVar
+
+import msgspec
+import numpy as np
+
+from foundry.declared import Actions
+from foundry.errors import InputError, not_found
+from foundry.records import Agent, Message, Record, RoundStep
+from foundry.worlds.adapt.pictures import as_png
+from foundry.worlds.adapt.planning import Plan, plan_of
+from foundry.worlds.adapt.playing import InTurn, OfAll, OfOne, Playing
+from foundry.worlds.adapt.spaces import Choices, choices_of, plain
+from foundry.worlds.base import Question, Recorded, Redrawing
+from foundry.worlds.rounds.table import Decision, Table
+from foundry.worlds.rounds.world import Play, RoundsScenario, RoundsWorld
+
+TURN = "turn"
+"""The one kind of question."""
+PIXELS = "rgb_array"
+"""What environments call drawing to an array."""
+
+
+class Turn(RoundStep, frozen=True, kw_only=True):
+    """A decision.
+
+    Attributes:
+        played: the action that the environment was given: the decided one, or where none could be read the idle one, or
+            one drawn from the legal ones where there is no idle one.
+    """
+
+    played: str | float
+
+
+class Return(Record, frozen=True, kw_only=True):
+    """What an agent got in a whole episode (`returns.jsonl`), one line an agent.
+
+    Attributes:
+        step: the last round.
+        agent: agent id.
+        total: sum of its rewards, those included that it was told after its last decision.
+        turns: how often it decided.
+    """
+
+    stream: ClassVar[str] = "returns"
+
+    step: int
+    agent: int
+    total: float
+    turns: int
+
+
+class Adapted(RoundsScenario):
+    """An environment of others; what a library's kind of environments adds is how an episode of it is begun.
+
+    Description:
+        What the environment does. Its random numbers come from the run's seed alone, with which it is reset.
+
+    Observation:
+        `state`, the environment's own observation as plain values; `choices`, the names of the actions that are legal;
+        `setting`, what the environment is made with; `total`, the sum of rewards so far; `turns`, the last `history`
+        ones with `state`, `action` and `reward`. With `image` also the environment's own picture.
+
+    Questions:
+        `turn`, to all that decide at the same time; where they act one after another, to one after another, each once a
+        round.
+
+    Actions:
+        Those of the environment, by the names of the setting `actions`. Where nothing could be read, the idle one is
+        played, or one drawn from the legal ones where there is none.
+
+    Termination:
+        When the environment ends or cuts the episode, or after `steps` rounds.
+
+    Source:
+        Gymnasium (Towers et al., arXiv 2407.17032) and PettingZoo (Terry et al., NeurIPS 2021).
+    """
+
+    kinds: ClassVar[tuple[str, ...]] = (TURN,)
+    records: ClassVar[tuple[type[Record], ...]] = (Turn, Message, Agent, Return)
+    choices: Choices
+    plan: Plan | None = None
+
+    def __init__(
+        self,
+        *,
+        name: str,
+        env: str,
+        steps: int,
+        package: str | None = None,
+        settings: Mapping[str, Any] | None = None,
+        actions: Sequence[str] | None = None,
+        idle: str | None = None,
+        image: bool = False,
+        history: int = 0,
+        personas: Any = None,
+    ) -> None:
+        """Look at the environment once.
+
+        Args:
+            name: name of the world.
+            env: the environment's name in its library.
+            steps: rounds, at most.
+            package: an installed package that registers the environment when it is imported.
+            settings: what the environment is made with.
+            actions: names of its actions, in the order of its space; None numbers them.
+            idle: the one that does nothing, if any.
+            image: whether an agent sees the environment's picture.
+            history: earlier turns that an agent is told of.
+            personas: attribute -> value -> weight, drawn independently for each agent.
+
+        Raises:
+            InputError: there is no such environment, or its actions are nothing that can be read from a reply.
+        """
+        if isinstance(history, bool) or not isinstance(history, int) or history < 0:
+            raise InputError(f"world.history={history} is no number of turns: give a whole number from 0.")
+        self.env, self.image, self.history = env, image, history
+        self._settings = dict(settings or {})
+        if package is not None:
+            _import_installed(package)
+        made = self._made()
+        try:
+            self.draws = PIXELS in made.metadata.get("render_modes", made.metadata.get("render.modes", ()))
+            agents, space = self.look(made)
+            self.choices = choices_of(space, actions, idle, f"Environment '{env}'")
+            self.plan = plan_of(made, steps)
+        finally:
+            made.close()
+        if image and not self.draws:
+            raise InputError(f"world.image=true: environment '{env}' draws no picture; leave it out.")
+        super().__init__(name=name, agents=agents, steps=steps, personas=personas)
+
+    @property
+    def shows_images(self) -> bool:  # type: ignore[override]
+        """Whether an agent sees the environment's picture."""
+        return self.image
+
+    @abstractmethod
+    def make(self, **settings: Any) -> Any:
+        """Return the library's environment, made with these settings."""
+
+    @abstractmethod
+    def look(self, made: Any) -> tuple[int, Any]:
+        """Return how many agents an environment has, and the space of their actions."""
+
+    @abstractmethod
+    def begin(self, made: Any, seed: int) -> Playing:
+        """Return an episode of an environment."""
+
+    def actions(self) -> dict[str, Actions]:
+        """Return what can be decided."""
+        return {TURN: self.choices.actions}
+
+    def play(self, table: Table) -> Play:
+        """Play one episode."""
+        episode = self.episode(table.seed)
+        try:
+            yield from self._played(episode, table)
+        finally:
+            episode.close()
+
+    def episode(self, seed: int) -> Playing:
+        """Return a fresh episode of the environment."""
+        return self.begin(self._made(render_mode=PIXELS if self.draws else None), seed)
+
+    def _played(self, episode: Playing, table: Table) -> Play:
+        told: list[list[dict[str, Any]]] = [[] for _ in table.agents]
+        totals: Counter[int] = Counter()
+        for _ in table.rounds(self.steps):
+            decided, earned = yield from self._round(episode, table, told, totals)
+            for one, played in decided.values():
+                table.record(one, utility=float(earned[one.agent]), played=played)
+            if not episode.asked():
+                break
+        for agent in table.agents:
+            table.write(Return(step=table.step, agent=agent, total=float(totals[agent]), turns=len(told[agent])))
+
+    def _round(
+        self, episode: Playing, table: Table, told: list[list[dict[str, Any]]], totals: Counter[int]
+    ) -> Generator[Sequence[Question], list[Decision], tuple[dict[int, tuple[Decision, Any]], Counter[int]]]:
+        """Ask until somebody would be asked a second time; returns what each decided and played, and the rewards."""
+        decided: dict[int, tuple[Decision, Any]] = {}
+        earned: Counter[int] = Counter()
+        while (asked := episode.asked()) and not decided.keys() & asked.keys():
+            legal = {agent: self.choices.legal(seen.mask) for agent, seen in asked.items()}
+            images = (as_png(episode.picture()),) if self.image else ()
+            decisions = yield [
+                table.ask(
+                    agent,
+                    TURN,
+                    images=images,
+                    legal=legal[agent],
+                    secret=self._secret(seen.state, table.step),
+                    state=plain(seen.state),
+                    choices=list(legal[agent].labels),
+                    setting=self._settings,
+                    total=float(totals[agent]),
+                    turns=told[agent][max(len(told[agent]) - self.history, 0) :],
+                )
+                for agent, seen in asked.items()
+            ]
+            drawn = table.stream(f"unread {table.step} {min(asked)}")
+            decided |= {one.agent: (one, _played_for(one, legal[one.agent], drawn)) for one in decisions}
+            rewards = episode.take({agent: self.choices.taken(decided[agent][1]) for agent in asked})
+            earned.update(rewards)
+            totals.update(rewards)
+            for agent, seen in asked.items():
+                turn = {"state": plain(seen.state), "action": decided[agent][1], "reward": rewards.get(agent, 0.0)}
+                told[agent].append(turn)
+        return decided, earned
+
+    def _secret(self, state: Any, step: int) -> dict[str, Any] | None:
+        if self.plan is None:
+            return None
+        return {"best": self.choices.labels[self.plan.best(int(state), step)]}
+
+    def start(self, seed: int) -> RoundsWorld:
+        """Return a fresh episode for this seed."""
+        return AdaptedWorld(self, seed) if self.draws else super().start(seed)
+
+    def redraw(self, recorded: Recorded) -> Redrawing:
+        """Return the pictures of a run: the environment's own, made again by playing what was played."""
+        if not self.draws:
+            return super().redraw(recorded)
+        return AdaptedRedrawing(self, recorded.seed, msgspec.json.Decoder(Turn).decode_lines(recorded.steps))
+
+    def drawn(self, seed: int, lines: Sequence[Turn]) -> bytes:
+        """Return the state after these turns as a PNG, by playing them."""
+        played = {(line.step, line.agent): self.choices.taken(line.played) for line in lines}
+        episode = self.episode(seed)
+        try:
+            for step in sorted({line.step for line in lines}):
+                left = {agent: action for (when, agent), action in played.items() if when == step}
+                while left:
+                    episode.take({agent: left.pop(agent) for agent in episode.asked()})
+            return as_png(episode.picture())
+        finally:
+            episode.close()
+
+    def _made(self, **further: Any) -> Any:
+        try:
+            return self.make(**self._settings, **{key: value for key, value in further.items() if value is not None})
+        except TypeError as error:
+            raise InputError(f"Environment '{self.env}' cannot be made with world.settings: {error}") from error
+
+
+def _played_for(one: Decision, legal: Actions, rng: np.random.Generator) -> str | float:
+    """Return what is played for a decision: where there is none, one drawn from what is legal."""
+    if one.taken is not None:
+        return one.taken  # type: ignore[no-any-return]
+    if legal.labels:
+        return str(legal.labels[int(rng.integers(len(legal.labels)))])
+    return float(rng.uniform(legal.low or 0.0, legal.high or 0.0))
+
+
+class AdaptedWorld(RoundsWorld):
+    """One episode, which is drawn as its environment draws it."""
+
+    def __init__(self, scenario: Adapted, seed: int) -> None:
+        """Play up to the first questions."""
+        super().__init__(scenario, seed)
+        self._adapted, self._seed = scenario, seed
+
+    def draw(self) -> bytes:
+        """Return the present state as a PNG."""
+        return self._adapted.drawn(self._seed, [line for line in self._lines if isinstance(line, Turn)])
+
+
+class AdaptedRedrawing(Redrawing):
+    """The pictures of a run, by playing it again."""
+
+    def __init__(self, scenario: Adapted, seed: int, lines: Sequence[Turn]) -> None:
+        self._scenario, self._seed, self._lines = scenario, seed, lines
+
+    def draw(self, step: int) -> bytes:
+        """Return the state after a step as a PNG."""
+        return self._scenario.drawn(self._seed, [line for line in self._lines if line.step <= step])
+
+
+class GymnasiumWorld(Adapted):
+    """An environment of Gymnasium, by the name under which it is registered."""
+
+    def make(self, **settings: Any) -> Any:
+        """Return the environment.
+
+        Raises:
+            InputError: there is none of that name, or it says that it is not deterministic.
+        """
+        gymnasium = _library("gymnasium")
+        if ":" in self.env:
+            raise InputError(
+                f"world.env={self.env} names a module to import: give the name of the environment alone, and the "
+                "installed package that registers it as world.package."
+            )
+        try:
+            made = gymnasium.make(self.env, **settings)
+        except gymnasium.error.Error as error:
+            raise InputError(f"Environment '{self.env}' cannot be made: {' '.join(str(error).split())}") from error
+        if made.spec is not None and made.spec.nondeterministic:
+            raise InputError(f"Environment '{self.env}' says that it is not deterministic: no run could be repeated.")
+        return made
+
+    def look(self, made: Any) -> tuple[int, Any]:
+        """Return one agent, and the space of its actions."""
+        return 1, made.action_space
+
+    def begin(self, made: Any, seed: int) -> Playing:
+        """Return an episode."""
+        return OfOne(made, seed)
+
+
+class PettingZooWorld(Adapted):
+    """An environment of PettingZoo, by the name under which it is registered, such as `classic/tictactoe-v3`."""
+
+    registry: ClassVar[str]
+
+    def make(self, **settings: Any) -> Any:
+        """Return the environment.
+
+        Raises:
+            InputError: there is none of that name in which agents act as this class has them.
+        """
+        library = _library("pettingzoo")
+        known = getattr(library, f"{self.registry}_registry")
+        if self.env not in known:
+            raise not_found(f"Environment of PettingZoo ({self.registry})", self.env, known)
+        try:
+            return library.make(self.registry, self.env, **settings)
+        except ImportError as error:
+            raise InputError(f"Environment '{self.env}' cannot be imported: {error}") from error
+
+    def look(self, made: Any) -> tuple[int, Any]:
+        """Return the number of agents, and the space of actions that they share.
+
+        Raises:
+            InputError: they have different ones.
+        """
+        spaces = [made.action_space(name) for name in made.possible_agents]
+        if any(space != spaces[0] for space in spaces):
+            raise InputError(f"Environment '{self.env}' gives its agents different actions, which no world can name.")
+        return len(spaces), spaces[0]
+
+
+class TurnsWorld(PettingZooWorld):
+    """An environment of PettingZoo in which agents act one after another (AEC)."""
+
+    registry: ClassVar[str] = "aec"
+
+    def begin(self, made: Any, seed: int) -> Playing:
+        """Return an episode."""
+        return InTurn(made, seed)
+
+
+class ParallelWorld(PettingZooWorld):
+    """An environment of PettingZoo in which all act at once."""
+
+    registry: ClassVar[str] = "parallel"
+
+    def begin(self, made: Any, seed: int) -> Playing:
+        """Return an episode."""
+        return OfAll(made, seed)
+
+
+def _import_installed(package: str) -> None:
+    """Import a package that is installed; nothing else, since a record of unknown origin may name it.
+
+    Raises:
+        InputError: it is not installed.
+    """
+    if package not in packages_distributions():
+        raise InputError(f"world.package={package} is no installed package: pip install the one that brings it.")
+    importlib.import_module(package)
+
+
+def _library(name: str) -> Any:
+    """Import a library of the extra.
+
+    Raises:
+        InputError: it is not installed.
+    """
+    os.environ.setdefault("SDL_VIDEODRIVER", "dummy")  # environments draw to arrays here, and need no screen
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        raise InputError(f"{name} is not installed: pip install 'foundry-worlds[gym]'") from error
