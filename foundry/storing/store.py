@@ -12,7 +12,7 @@ import datetime
 import errno
 import os
 import shutil
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from typing import Any
 import msgspec
 
 from foundry.errors import InputError, RecordError, not_found
-from foundry.expansion import Sweep
+from foundry.expansion import Run, Sweep
 from foundry.expansion import is_served as is_served
 from foundry.expansion import without_servers as without_servers
 from foundry.labels import Labels
@@ -181,8 +181,12 @@ class SweepFolder:
 
     def runs(self) -> list[RunFolder]:
         """Return every run of the definition, whether started or not."""
+        return self.folders(self.sweep.runs)
+
+    def folders(self, runs: Iterable[Run]) -> list[RunFolder]:
+        """Return the folders of some of its runs."""
         scenes = self.scenes()
-        return [RunFolder(self.path, run, self.sweep, scenes) for run in self.sweep.runs]
+        return [RunFolder(self.path, run, self.sweep, scenes) for run in runs]
 
     def part(self, runs: Sequence[RunFolder]) -> SweepFolder:
         """Return the sweep with some of its runs alone, as small as they are; for processes that work on them."""
