@@ -136,14 +136,12 @@ def analyze(
     found = Analysis(
         path=folder,
         compared=compared,
-        notes=tuple(
-            [
-                *_notes(table, compared),
-                *_unread(compared, _forms_by_group(results, groups)),
-                *_reach(differences),
-                *_of_forms(forms, table, sources),
-                *_without_decisions(results),
-            ]
+        notes=(
+            *_notes(table, compared),
+            *_unread(compared, _forms_by_group(results, groups)),
+            *_reach(differences),
+            *_of_forms(forms, table, sources),
+            *_without_decisions(results),
         ),
         written=(folder / "steps.parquet",),
         table=table,

@@ -20,7 +20,7 @@ from typing import Any
 import msgspec
 
 from foundry.errors import InputError, RecordError, not_found
-from foundry.expansion import Run, Sweep
+from foundry.expansion import Sweep
 from foundry.expansion import is_served as is_served
 from foundry.expansion import without_servers as without_servers
 from foundry.labels import Labels
@@ -181,12 +181,12 @@ class SweepFolder:
 
     def runs(self) -> list[RunFolder]:
         """Return every run of the definition, whether started or not."""
-        return self.folders(self.sweep.runs)
+        return self.runs_of(range(len(self.sweep.runs)))
 
-    def folders(self, runs: Iterable[Run]) -> list[RunFolder]:
-        """Return the folders of some of its runs."""
+    def runs_of(self, places: Iterable[int]) -> list[RunFolder]:
+        """Return the runs at these places of the definition."""
         scenes = self.scenes()
-        return [RunFolder(self.path, run, self.sweep, scenes) for run in runs]
+        return [RunFolder(self.path, self.sweep.runs[place], self.sweep, scenes) for place in places]
 
     def part(self, runs: Sequence[RunFolder]) -> SweepFolder:
         """Return the sweep with some of its runs alone, as small as they are; for processes that work on them."""

@@ -35,8 +35,8 @@ def renderers_of(recorded: bytes | None, now: bytes) -> Renderers | None:
         isinstance(then, Mapping) and isinstance(fresh, Mapping) and {**then, _RENDERER: ""} == {**fresh, _RENDERER: ""}
     ):
         return None
-    drew = then.get(_RENDERER), fresh.get(_RENDERER)
-    return Renderers(*drew) if drew[0] != drew[1] and all(isinstance(one, str) for one in drew) else None
+    drew, draws = then.get(_RENDERER), fresh.get(_RENDERER)
+    return Renderers(drew, draws) if drew != draws and isinstance(drew, str) and isinstance(draws, str) else None
 
 
 def is_of_pictures(difference: Difference) -> bool:

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 from foundry.errors import RecordError, not_found
-from foundry.expansion import Run
 from foundry.records import RunSummary
 from foundry.storing.store import RunFolder, SweepFolder, sweeps_in
 from foundry.viewer.lines import StepLines
@@ -44,28 +43,29 @@ class CatalogedSweep:
     _summaries: dict[str, RunSummary] = field(default_factory=dict)
     _lengths: dict[str, StepLines] = field(default_factory=dict)
     _measures: tuple[tuple[int, int], dict[str, list[float | None]]] = ((0, 0), {})
-    _folders: dict[str, RunFolder] = field(default_factory=dict)
+    _folders: dict[int, RunFolder] = field(default_factory=dict)
     _standings: dict[str, str] = field(default_factory=dict)
 
     def runs(self) -> list[RunFolder]:
         """Return every run, whether started or not."""
-        return self._folders_of(self.folder.sweep.runs)
+        return self._runs_of(range(len(self.folder.sweep.runs)))
 
     def run(self, name: str) -> RunFolder:
         """Return a run by its id, or raise InputError."""
-        if name not in self._by_id:
-            raise not_found("Run", name, list(self._by_id)[:20])
-        return self._folders_of([self._by_id[name]])[0]
+        if name not in self._places:
+            raise not_found("Run", name, list(self._places)[:20])
+        return self._runs_of([self._places[name]])[0]
 
     @cached_property
-    def _by_id(self) -> dict[str, Run]:
-        return {run.id: run for run in self.folder.sweep.runs}
+    def _places(self) -> dict[str, int]:
+        """The place of each run in the definition, by its id."""
+        return {run.id: place for place, run in enumerate(self.folder.sweep.runs)}
 
-    def _folders_of(self, runs: Sequence[Run]) -> list[RunFolder]:
-        """Return the folders of some runs; they are made when they are first looked at, for there may be very many."""
-        fresh = [run for run in runs if run.id not in self._folders]
-        self._folders |= {folder.id: folder for folder in self.folder.folders(fresh)}
-        return [self._folders[run.id] for run in runs]
+    def _runs_of(self, places: Sequence[int]) -> list[RunFolder]:
+        """Return the runs at some places; they are made when they are first looked at, for there may be very many."""
+        fresh = [place for place in places if place not in self._folders]
+        self._folders |= zip(fresh, self.folder.runs_of(fresh), strict=True)
+        return [self._folders[place] for place in places]
 
     def summary(self, folder: RunFolder) -> RunSummary | None:
         """Return how a run ended; the summary of a complete run never changes."""
@@ -108,16 +108,19 @@ class CatalogedSweep:
         """Return the rows of the table from `first` up to but without `last`."""
         opened = self.open_runs()
         return [
-            self._row(folder, folder.id in opened) for folder in self._folders_of(self.folder.sweep.runs[first:last])
+            self._row(folder, folder.id in opened)
+            for folder in self._runs_of(range(len(self.folder.sweep.runs))[first:last])
         ]
 
     def _look_further(self) -> None:
         """See how the runs stand that may have changed, and some more of those that nobody has looked at."""
-        known, runs = self._standings, self.folder.sweep.runs
-        fresh = islice((run for run in runs if run.id not in known), LOOKED_AT_ONCE if len(known) < len(runs) else 0)
-        again = (self._by_id[name] for name, status in known.items() if status != COMPLETE)
+        known, places = self._standings, self._places
+        unseen = (place for name, place in places.items() if name not in known)
+        fresh = islice(unseen, LOOKED_AT_ONCE if len(known) < len(places) else 0)
+        few = len(places) <= LOOKED_AT_ONCE  # whose complete runs are looked at again, too: one may be started anew
+        again = (places[name] for name, status in known.items() if few or status != COMPLETE)
         opened = self.open_runs()
-        for folder in self._folders_of([*again, *fresh]):
+        for folder in self._runs_of([*again, *fresh]):
             self._standing(folder, self.summary(folder), folder.id in opened)
 
     def _standing(self, folder: RunFolder, summary: RunSummary | None, running: bool) -> str:
