@@ -133,23 +133,37 @@ def analyze(
     ensure_writable(folder)
     results = _measure_and_write_steps(sources, folder, watch)
     table = build_table(results)
+    results = [result.without_measures() for result in results]
+    found = _found(folder, sources, table, results, family=family, margins=margins)
+    written = [folder / "steps.parquet", *_write_tables(found), *(_plot(folder, found.compared) if plots else ())]
+    return replace(found, written=tuple(written))
+
+
+def _found(
+    folder: Path,
+    sources: Sequence[Source],
+    table: SignatureTable,
+    results: Sequence[RunResult],
+    *,
+    family: Sequence[str] | None,
+    margins: Mapping[str, float] | None,
+) -> Analysis:
+    """Return what the table of the runs tells, before anything of it is written."""
     groups = group_columns(results, table)
     compared = compare(table, groups)
     differences = contrasts(table, groups, family=family, margins=margins)
     forms = [form_of(name) for name in dict.fromkeys(result.form for result in results)]
-    found = Analysis(
+    return Analysis(
         path=folder,
         compared=compared,
-        notes=tuple(
-            [
-                *_notes(table, compared),
-                *_unread(compared, _forms_by_group(results, groups)),
-                *_reach(differences),
-                *_of_forms(forms, table, sources),
-                *_without_decisions(results),
-            ]
+        notes=(
+            *_notes(table, compared),
+            *_unread(compared, _forms_by_group(results, groups)),
+            *_reach(differences),
+            *_of_forms(forms, table, sources),
+            *_without_decisions(table),
         ),
-        written=(folder / "steps.parquet",),
+        written=(),
         table=table,
         groups=groups,
         contrasts=differences,
@@ -160,8 +174,6 @@ def analyze(
         validation=validation_frame(results, groups, compared),
         declared=tuple(family or primary_measures(table.measures)),
     )
-    written = [*found.written, *_write_tables(found), *(_plot(folder, compared) if plots else ())]
-    return replace(found, written=tuple(written))
 
 
 def _open(paths: Sequence[Path]) -> list[SweepFolder]:
@@ -294,8 +306,8 @@ def _reach(differences: pd.DataFrame) -> list[str]:
     return [f"{which}{notes.iloc[0]}: run more seeds, or declare fewer measures with --family"]
 
 
-def _without_decisions(results: Sequence[RunResult]) -> list[str]:
+def _without_decisions(table: SignatureTable) -> list[str]:
     """Return which worlds wrote lines that nobody can read as decisions."""
-    complete = [result for result in results if result.keys["status"] == COMPLETE]
-    worlds = dict.fromkeys(result.keys["world"] for result in complete if set(result.measures) == {FAILURE_RATE})
+    rows = zip(table.frame["world"], table.frame["status"], table.present, strict=True)
+    worlds = dict.fromkeys(world for world, status, names in rows if status == COMPLETE and names == {FAILURE_RATE})
     return [f"world {world} recorded no decisions: its runs are listed, without signatures" for world in worlds]

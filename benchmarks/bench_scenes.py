@@ -5,7 +5,6 @@ Paths of further scenes may be given; their moves are timed as well.
 
 from __future__ import annotations
 
-import os
 import statistics
 import sys
 import time
@@ -18,10 +17,12 @@ from loky import ProcessPoolExecutor
 from measuring import at_least, at_most, print_table, print_title, run_sweep, scratch
 
 from foundry import paths
+from foundry.running.cores import share_cores
 
 SCENES = ("kibo", "office", "gallery")
 SIZE = (512, 384)
 FRAMES = 40
+WORKERS = 2
 TURNS = 15
 WALKS, MOVES = 6, 25
 START = {"kibo": (4.0, 20.1, 1.36), "office": (2.0, 5.0, 1.6), "gallery": (3.0, 2.0, 1.6)}
@@ -70,13 +71,13 @@ def bare_vtk(name: str) -> Callable[[int], Any]:
 
 
 def worker_rate(name: str) -> float:
-    os.environ["LP_NUM_THREADS"] = "0"  # as foundry's workers do
+    share_cores(WORKERS)  # as foundry's workers do
     return rate(foundry_view(name))
 
 
 def two_workers(name: str) -> float:
     """Return the sum of the frame rates of two processes that draw at the same time."""
-    pools = [ProcessPoolExecutor(max_workers=1) for _ in range(2)]
+    pools = [ProcessPoolExecutor(max_workers=1) for _ in range(WORKERS)]
     try:
         return sum(future.result() for future in [pool.submit(worker_rate, name) for pool in pools])
     finally:

@@ -92,8 +92,10 @@ def _kind(one: Decided, agents: int) -> _Kind | None:
 def _together(first: FloatArray, last: FloatArray, classes: int, number: int) -> FloatArray:
     """Return how the thirds of the agents of a class go together, as they are and shuffled, less the mean, (R,)."""
     by_chance = float((first.sum(axis=0) * last.sum(axis=0)).sum()) / len(first)
+    products = (first @ last.T).ravel()
+    own = np.arange(len(first)) * len(first)
 
     def product(rows: IntArray) -> FloatArray:
-        return np.asarray(np.einsum("nc,rnc->r", first, last[rows]) - by_chance)
+        return np.asarray(products[own + rows].sum(axis=1) - by_chance)
 
     return over_shuffles(product, classes, number, len(first))

@@ -6,19 +6,16 @@ K decisions in the order of the records, which is that of the steps; N agents; M
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
-from analysis.arrays import READABLE, BoolArray, FloatArray, IntArray, TextArray
+from analysis.arrays import Decisions, FloatArray, IntArray, TextArray
 from analysis.costs import RunCost
 from foundry.declared import Declared
 
 
 @dataclass(frozen=True, eq=False)
-class AnyRun:
+class AnyRun(Decisions):
     """One complete run.
 
     Attributes:
@@ -62,27 +59,8 @@ class AnyRun:
         """Number of decisions, K."""
         return len(self.step)
 
-    @cached_property
-    def readable(self) -> BoolArray:
-        """Whether the decision was made by the model, chosen or repaired, (K,)."""
-        return np.isin(self.outcome, READABLE)
-
-    @cached_property
-    def counted(self) -> BoolArray:
-        """Which decisions count, (K,)."""
-        return self.readable if self.readable_only else np.ones(self.outcome.shape, dtype=np.bool_)
-
     @property
     def talks(self) -> bool:
         """Whether its world can send messages; one that declares nothing may."""
         streams = self.declared.streams
         return not streams or "messages" in streams or "message" in streams.get("steps", {})
-
-    @property
-    def all_readable(self) -> bool:
-        """Whether every decision could be read, so that leaving out the others changes nothing."""
-        return bool(self.readable.all())
-
-    def only_readable(self) -> AnyRun:
-        """Return the same run with the readable decisions alone counted."""
-        return replace(self, readable_only=True)

@@ -6,12 +6,12 @@ T decisions of one agent. State 0 is the start, drawn by the world; state t is t
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from analysis.arrays import READABLE, BoolArray, FloatArray, IntArray, TextArray
+from analysis.arrays import BoolArray, Decisions, FloatArray, IntArray, TextArray
 from analysis.costs import RunCost
 from foundry.records import CameraEpisode
 
@@ -23,7 +23,7 @@ GAZE_LIMIT = "gaze limit"
 
 
 @dataclass(frozen=True)
-class CameraRun:
+class CameraRun(Decisions):
     """One complete run of a 3D world.
 
     Attributes:
@@ -86,25 +86,6 @@ class CameraRun:
     def path_length(self) -> float:
         """Length of the whole way covered, metres."""
         return float(self.travelled.sum())
-
-    @cached_property
-    def readable(self) -> BoolArray:
-        """Whether the command was decided by the model, chosen or repaired, (T,)."""
-        return np.isin(self.outcome, READABLE)
-
-    @cached_property
-    def counted(self) -> BoolArray:
-        """Which decisions count, (T,)."""
-        return self.readable if self.readable_only else np.ones(self.outcome.shape, dtype=np.bool_)
-
-    @property
-    def all_readable(self) -> bool:
-        """Whether every decision could be read, so that leaving out the others changes nothing."""
-        return bool(self.readable.all())
-
-    def only_readable(self) -> CameraRun:
-        """Return the same run with the readable decisions alone counted."""
-        return replace(self, readable_only=True)
 
     @cached_property
     def collided(self) -> BoolArray:

@@ -6,13 +6,13 @@ T steps, N agents, F fires. State 0 is the start, drawn by the world; state t is
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import msgspec
 import numpy as np
 
-from analysis.arrays import READABLE, BoolArray, IntArray, TextArray
+from analysis.arrays import READABLE, BoolArray, Decisions, IntArray, TextArray
 from analysis.costs import RunCost
 
 OUTSIDE = -1
@@ -84,7 +84,7 @@ class GridSettings(msgspec.Struct, frozen=True):
 
 
 @dataclass(frozen=True)
-class GridRun:
+class GridRun(Decisions):
     """One complete run of a 2D world.
 
     Attributes:
@@ -141,19 +141,9 @@ class GridRun:
         return int(self.choice.size)
 
     @cached_property
-    def readable(self) -> BoolArray:
-        """Whether the action was decided by the model, chosen or repaired, (T, N)."""
-        return np.isin(self.outcome, READABLE)
-
-    @cached_property
     def message_readable(self) -> BoolArray:
         """Whether the message, or the silence, was decided by the model, chosen or repaired, (T, N)."""
         return np.isin(self.message_outcome, READABLE)
-
-    @cached_property
-    def counted(self) -> BoolArray:
-        """Which action decisions count, (T, N)."""
-        return self.readable if self.readable_only else np.ones(self.choice.shape, dtype=np.bool_)
 
     @cached_property
     def message_counted(self) -> BoolArray:
@@ -163,11 +153,7 @@ class GridRun:
     @property
     def all_readable(self) -> bool:
         """Whether every decision could be read, so that leaving out the others changes nothing."""
-        return bool(self.readable.all() and self.message_readable.all())
-
-    def only_readable(self) -> GridRun:
-        """Return the same run with the readable decisions alone counted."""
-        return replace(self, readable_only=True)
+        return super().all_readable and bool(self.message_readable.all())
 
     @cached_property
     def perceived(self) -> BoolArray:

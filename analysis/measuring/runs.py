@@ -73,6 +73,13 @@ class RunResult:
         """Return the same without the steps, which are large."""
         return replace(self, steps=None)
 
+    def without_measures(self) -> RunResult:
+        """Return the same without the measures, once they are in a table."""
+        return replace(self, measures=_NONE)
+
+
+_NONE = Values({})
+
 
 def measure_runs(sources: Sequence[Source], memory: Memory) -> Iterator[RunResult]:
     """Yield every run of the sweeps, in their order; what is in the memory is not measured again.

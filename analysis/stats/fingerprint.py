@@ -14,7 +14,7 @@ from analysis.prose import group_label
 from analysis.stats.family import headline_measures
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS, NO_VARIATION, varies
 from analysis.stats.multiplicity import holm
-from analysis.stats.sign_flip import share_as_extreme, sign_blocks
+from analysis.stats.sign_flip import assignments, share_as_extreme, sign_blocks
 from analysis.stats.values import seed_values, select
 from analysis.tables.signature_table import SignatureTable
 from foundry.seeding import stream
@@ -22,6 +22,8 @@ from foundry.seeding import stream
 RESAMPLES = 999
 UNDEFINED = "undefined in a run"
 _TIES = 1e-10
+_AT_ONCE = 512
+"""Points whose distances to all others are in memory at once."""
 
 
 @dataclass(frozen=True)
@@ -84,8 +86,13 @@ def fingerprint(
 
 def energy_distance(first: FloatArray, second: FloatArray) -> float:
     """Return 2 E|X - Y| - E|X - X'| - E|Y - Y'| of points (n, K) and (m, K), all pairs counted (Szekely 2002)."""
-    between, within, other = (_distances(*two).mean() for two in ((first, second), (first, first), (second, second)))
-    return float(2 * between - within - other)
+    between, within, other = (_mean_distance(*two) for two in ((first, second), (first, first), (second, second)))
+    return 2 * between - within - other
+
+
+def _mean_distance(first: FloatArray, second: FloatArray) -> float:
+    blocks = (first[start : start + _AT_ONCE] for start in range(0, len(first), _AT_ONCE))
+    return sum(float(_distances(block, second).sum()) for block in blocks) / (len(first) * len(second))
 
 
 def _usable(cells: FloatArray, names: Sequence[str]) -> tuple[list[int], dict[str, str]]:
@@ -172,11 +179,26 @@ def swap_p(first: FloatArray, second: FloatArray) -> float:
     Exact to n = 16, by seeded draws above.
     """
     # With labels s of all 2n points, +1 and -1, the distance is -s'Ds / n^2, and a swap changes the sign of a pair.
-    across = _distances(first, second)
-    kernel = across + across.T - _distances(first, first) - _distances(second, second)
-    null = (((signs @ kernel) * signs).sum(axis=1)[None, :] for signs in sign_blocks(len(first)))
-    tolerance = np.array([_TIES * np.abs(kernel).sum()])
-    return float(share_as_extreme(null, np.array([kernel.sum()]), tolerance, len(first))[0])
+    size = len(first)
+    null, observed, spread = np.zeros(len(assignments(size))), 0.0, 0.0
+    for start in range(0, size, _AT_ONCE):
+        kernel = _kernel(first[start:], second[start:], min(_AT_ONCE, size - start))
+        blocks = (signs[:, start:] for signs in sign_blocks(size))
+        null += np.concatenate([((signs @ kernel) * signs[:, : kernel.shape[1]]).sum(axis=1) for signs in blocks])
+        observed += float(kernel.sum())
+        spread += float(np.abs(kernel).sum())
+    return float(share_as_extreme([null[None, :]], np.array([observed]), np.array([_TIES * spread]), size)[0])
+
+
+def _kernel(first: FloatArray, second: FloatArray, count: int) -> FloatArray:
+    """Return what swaps weigh in a block of pairs with themselves and all later ones, (m, count).
+
+    The whole is symmetric, so what is later counts twice.
+    """
+    early, other = first[:count], second[:count]
+    kernel = _distances(first, other) + _distances(second, early) - _distances(first, early) - _distances(second, other)
+    kernel[count:] *= 2
+    return kernel
 
 
 def _distances(first: FloatArray, second: FloatArray) -> FloatArray:

@@ -31,7 +31,10 @@ def group_columns(results: Sequence[RunResult], table: SignatureTable) -> pd.Dat
     for part in PARTS:
         # By its own name and what was swept alone: two models in different worlds of one name must not look comparable.
         keys = list(frame[[part, *_factors(table)]].itertuples(index=False, name=None))
-        configs = [_settings(result.config[part]) for result in results]
+        # Runs of one condition share their parts, so each is taken to pieces once.
+        shared = {id(result.config[part]): result.config[part] for result in results}
+        settings = {known: _settings(config) for known, config in shared.items()}
+        configs = [settings[id(result.config[part])] for result in results]
         frame[part] = _told_apart(frame[part].tolist(), configs, keys)
     return frame[["model", *(name for name in frame.columns[1:] if frame[name].nunique() > 1)]]
 

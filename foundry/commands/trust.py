@@ -36,7 +36,8 @@ def verify(
 ) -> None:
     """Play every run again from its recorded answers and compare every record, byte by byte; needs no server.
 
-    The exit code is 3 when something differs, or was recorded by a foundry that read its replies otherwise.
+    The exit code is 3 when something differs, or was recorded by a foundry that read its replies otherwise, or by a
+    renderer that draws other pixels.
     """
     from foundry.storing.store import runs_at
     from foundry.trust.targets import check_sweep_targets
@@ -54,7 +55,7 @@ def verify(
     said = [f"{count} {verdict}" for verdict, count in counts.items() if count]
     lines, calls = sum(one.lines for one in results), sum(one.calls for one in results)
     print(f"{len(results)} runs: {', '.join(said)}; {lines:,} lines and {calls:,} questions compared")
-    if counts[Verdict.DIFFERS] or counts[Verdict.READ_OTHERWISE]:
+    if any(counts[one] for one in (Verdict.DIFFERS, Verdict.READ_OTHERWISE, Verdict.DRAWN_OTHERWISE)):
         raise typer.Exit(EXIT_FAILED)
 
 

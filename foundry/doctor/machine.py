@@ -34,7 +34,7 @@ def check_versions() -> Finding:
 
 
 def check_drawing(scenarios: Iterable[Scenario]) -> Iterator[Finding]:
-    """Say whether this machine can draw, if a world needs it."""
+    """Say whether this machine can draw, and with what, if a world needs it."""
     seen = [scenario.name for scenario in scenarios if scenario.shows_images]
     if not seen:
         return
@@ -42,11 +42,11 @@ def check_drawing(scenarios: Iterable[Scenario]) -> Iterator[Finding]:
     from foundry.worlds.camera.eye.glcheck import check_rendering
 
     try:
-        check_rendering()
+        drawer = check_rendering()
     except InputError as error:
         yield Finding("drawing", ", ".join(seen), Status.PROBLEM, str(error), "Install what it names.")
     else:
-        yield Finding("drawing", ", ".join(seen), Status.OK, "a picture was drawn")
+        yield Finding("drawing", ", ".join(seen), Status.OK, f"by {drawer.name} ({drawer.why})")
 
 
 def check_disk(folder: Path, *, runs: int, calls: int, images: int, frames: int) -> Finding:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future
@@ -12,6 +11,7 @@ import joblib
 
 from foundry.replay.recording import Recording, picture_of, redrawing_of
 from foundry.replay.tiling import captions, tiled
+from foundry.running.cores import share_cores
 
 CHUNK = 8
 """Steps that a worker draws in one go."""
@@ -51,7 +51,7 @@ def pictures(recordings: Sequence[Recording], steps: Sequence[int], *, workers: 
 def _drawn_elsewhere(runs: tuple[Recording, ...], chunks: Sequence[tuple[int, ...]], workers: int) -> Iterator[Picture]:
     from loky import ProcessPoolExecutor
 
-    pool = ProcessPoolExecutor(max_workers=workers, initializer=_start_worker)
+    pool = ProcessPoolExecutor(max_workers=workers, initializer=share_cores, initargs=(workers,))
     waiting: deque[Future[list[Picture]]] = deque()
     try:
         for chunk in chunks:
@@ -62,11 +62,6 @@ def _drawn_elsewhere(runs: tuple[Recording, ...], chunks: Sequence[tuple[int, ..
             yield from waiting.popleft().result()
     finally:
         pool.shutdown(kill_workers=True)
-
-
-def _start_worker() -> None:
-    # Mesa's software driver takes all cores for one picture; as many workers draw faster with one core each.
-    os.environ.setdefault("LP_NUM_THREADS", "0")
 
 
 def _drawn(runs: tuple[Recording, ...], steps: Sequence[int]) -> list[Picture]:

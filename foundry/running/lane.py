@@ -38,6 +38,7 @@ from foundry.records import Counts, RunSummary
 from foundry.running.asking import asker_of
 from foundry.running.build import build, model_stack
 from foundry.running.continuing import forked, origin_of
+from foundry.running.cores import share_cores
 from foundry.running.sharing import Shared
 from foundry.storing.run_writer import RunWriter, write_run_summary
 from foundry.storing.store import RunFolder, SweepFolder, cannot_write, write_atomically
@@ -401,8 +402,7 @@ def run_lane(spec: LaneSpec) -> str | None:
     """Work in a process of its own; Ctrl-C is the parent's to handle."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     own_code.use(spec.own)  # a cluster's worker has no variables of the command that it works for
-    # Mesa's software driver takes all cores for one picture; as many workers draw faster with one core each.
-    os.environ.setdefault("LP_NUM_THREADS", "0")
+    share_cores(spec.workers)
     lane = Lane(spec)
     if sys.stderr.isatty():
         logging.getLogger("foundry").addHandler(lane.notes)

@@ -7,6 +7,7 @@ import errno
 import os
 import threading
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path, PurePath
 from typing import Any, TypeVar
 
@@ -86,19 +87,17 @@ class RunFolder:
 
     Attributes:
         id: the run's id.
-        path: its folder; exists once the run was started.
         run: the run.
         factors: the swept overrides and their values for this run's condition.
         declared: what its world says of its records.
         declared_then: the same as far as the sweep says it; None in sweeps of 0.1, which do not.
         streams: the names of its record files without their endings: those that any world may write, then its own.
-        replay_dir: where pictures that are made again from the records go; disposable.
     """
 
     def __init__(self, sweep_path: Path, run: Run, sweep: Sweep, scenes: Mapping[str, str] | None = None) -> None:
         self.id = run.id
         self.run = run
-        self.path = sweep_path / "runs" / run.id
+        self._sweep_path = sweep_path
         condition = sweep.conditions[run.condition]
         self.factors = dict(condition.factors)
         self.declared_then = condition.declared
@@ -106,8 +105,21 @@ class RunFolder:
         self.streams = (*RECORD_STREAMS, *(name for name in self.declared.streams if name not in _OWN_HOUSE))
         self._sweep = sweep
         self._scenes = scenes or {}
-        self._lock_path = sweep_path / "locks" / f"{run.id}.lock"
-        self.replay_dir = sweep_path / "analysis" / "replay" / run.id
+
+    # A sweep may have very many runs, and making a path takes longer than all else here.
+    @cached_property
+    def path(self) -> Path:
+        """Its folder; exists once the run was started."""
+        return self._sweep_path / "runs" / self.id
+
+    @cached_property
+    def replay_dir(self) -> Path:
+        """Where pictures that are made again from the records go; disposable."""
+        return self._sweep_path / "analysis" / "replay" / self.id
+
+    @cached_property
+    def _lock_path(self) -> Path:
+        return self._sweep_path / "locks" / f"{self.id}.lock"
 
     def config(self) -> dict[str, Any]:
         """Return the effective configuration; a scene that came with the sweep is read from its folder."""

@@ -12,7 +12,7 @@ import datetime
 import errno
 import os
 import shutil
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -181,8 +181,12 @@ class SweepFolder:
 
     def runs(self) -> list[RunFolder]:
         """Return every run of the definition, whether started or not."""
+        return self.runs_of(range(len(self.sweep.runs)))
+
+    def runs_of(self, places: Iterable[int]) -> list[RunFolder]:
+        """Return the runs at these places of the definition."""
         scenes = self.scenes()
-        return [RunFolder(self.path, run, self.sweep, scenes) for run in self.sweep.runs]
+        return [RunFolder(self.path, self.sweep.runs[place], self.sweep, scenes) for place in places]
 
     def part(self, runs: Sequence[RunFolder]) -> SweepFolder:
         """Return the sweep with some of its runs alone, as small as they are; for processes that work on them."""

@@ -19,6 +19,7 @@ _ENCODE = msgspec.json.Encoder().encode
 _RUNS = "\nruns:\n"
 _RUN_ID = re.compile(r"[a-z0-9][a-z0-9-]{0,99}")
 _RUN_LINES = re.compile(r'(?:- \{"id":"[\w-]+","condition":\d+,"seed":\d+\}\n)*')
+_SEEDS = re.compile(r"(?<=\n  seeds:)(?:\n  - (?:0|[1-9]\d{0,17}))+(?=\n(?!  - ))")
 _Dumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
@@ -55,7 +56,7 @@ def sweep_text(sweep: Sweep, settings: Mapping[str, Any], models: Sequence[Mappi
 
 
 def sweep_content(text: str, where: object) -> Any:
-    """Return what `sweep.yaml` holds; its runs, which may be very many, are read as the JSON that they are.
+    """Return what `sweep.yaml` holds; its runs and seeds, which may be very many, are read without the help of YAML.
 
     Args:
         text: the content of the file.
@@ -68,7 +69,23 @@ def sweep_content(text: str, where: object) -> Any:
     if not found or not _RUN_LINES.fullmatch(runs):
         return load_plain(text, where)
     lines = runs.replace("- {", "{")
-    return load_plain(head, where) | {"runs": msgspec.json.Decoder(dict[str, Any]).decode_lines(lines)}
+    return _head_content(head + "\n", where) | {"runs": msgspec.json.Decoder(dict[str, Any]).decode_lines(lines)}
+
+
+def _head_content(head: str, where: object) -> Any:
+    """Return what is above the runs; the seeds, a line each, are read as the numbers that they are."""
+    seeds = [list(map(int, block.split("\n  - ")[1:])) for block in _SEEDS.findall(head)]
+    content = load_plain(_SEEDS.sub(" []", head), where)
+    conditions = content.get("conditions") if isinstance(content, Mapping) else None
+    if not isinstance(conditions, list) or [_seeds_of(one) for one in conditions] != [[]] * len(seeds):
+        return load_plain(head, where)  # something else looked like seeds, or these are written otherwise
+    for condition, found in zip(conditions, seeds, strict=True):
+        condition["seeds"] = found
+    return content
+
+
+def _seeds_of(condition: Any) -> Any:
+    return condition.get("seeds") if isinstance(condition, Mapping) else None
 
 
 def sweep_from(content: Mapping[str, Any]) -> Sweep:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import hashlib
-import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -19,9 +18,11 @@ from foundry.errors import ModelChangedError, RecordError, UnconfirmedError
 from foundry.expansion import settings_key
 from foundry.records import NOT_JSON, Call, Counts, Record, RunSummary, SeenImage
 from foundry.running.build import build
+from foundry.running.cores import share_cores
 from foundry.running.difference import CALLS, NOTHING, Difference, first_difference
 from foundry.running.recorded import Departed, NotRecorded, RecordedAsker, wordings
 from foundry.storing.store import SWEEP_FILE, RunFolder, SweepFolder, frame_name, kept_file
+from foundry.trust.drawings import Renderers, departed_note, is_of_pictures, renderers_of
 from foundry.trust.summaries import COMPLETE, check_config, check_declared, check_digests, check_summary
 
 _ENCODE = msgspec.json.Encoder().encode
@@ -37,6 +38,7 @@ class Verdict(StrEnum):
     IDENTICAL = "identical"
     DIFFERS = "differs"
     READ_OTHERWISE = "recorded with other readers"
+    DRAWN_OTHERWISE = "drawn by another renderer"
     NOT_STARTED = "not started"
 
 
@@ -50,7 +52,8 @@ class Verified:
         lines: lines of its records that were compared and are identical.
         calls: questions that were put again and are identical.
         difference: where it first differs.
-        note: what there is to say of a run that is not complete, or that other readers recorded, or "".
+        note: what there is to say of a run that is not complete, or that other readers or another renderer recorded,
+            or "".
     """
 
     run: str
@@ -80,6 +83,7 @@ class Comparer:
         self._lines = {name: _lines(run.stream_path(name), whole_only=not ended) for name in _streams(run)}
         self._next = dict.fromkeys(self._lines, 0)
         self.counts = Counts()
+        self.renderers: Renderers | None = None
 
     @property
     def compared(self) -> int:
@@ -122,9 +126,15 @@ class Comparer:
         recorded = lines[at] if at < len(lines) else None
         if recorded is None and not self._ended:
             raise EndOfRecords(f"{stream}.jsonl has {at} lines")
-        if recorded != now:
+        if recorded != now and not self._drawn_otherwise(recorded, now):
             raise Departed(_line_difference(f"{stream}.jsonl", at + 1, recorded, now))
         self._next[stream] = at + 1
+
+    def _drawn_otherwise(self, recorded: bytes | None, now: bytes) -> bool:
+        """Return whether two lines differ in what drew alone: no difference as long as the pictures are the same."""
+        found = renderers_of(recorded, now)
+        self.renderers = self.renderers or found
+        return found is not None
 
     def _compare_file(self, name: str, now: bytes) -> None:
         recorded = kept_file(self._run.path, name)
@@ -153,14 +163,13 @@ def verify(folder: SweepFolder, runs: Sequence[RunFolder], *, workers: int, fram
     ids = [run.id for run in runs]
     size = max(1, len(ids) // (workers * _CHUNKS))
     portions = [ids[start : start + size] for start in range(0, len(ids), size)]
-    jobs = (delayed(_verify_portion)(folder.path, portion, frames) for portion in portions)
+    jobs = (delayed(_verify_portion)(folder.path, portion, frames, workers) for portion in portions)
     for results in Parallel(n_jobs=workers, return_as="generator_unordered")(jobs):
         yield from results
 
 
-def _verify_portion(path: Path, ids: Sequence[str], frames: bool) -> list[Verified]:
-    # As for a worker that plays: one core a process for what draws in software.
-    os.environ.setdefault("LP_NUM_THREADS", "0")
+def _verify_portion(path: Path, ids: Sequence[str], frames: bool, workers: int) -> list[Verified]:
+    share_cores(workers)
     wanted = set(ids)
     return list(_verify_all([run for run in SweepFolder.open(path).runs() if run.id in wanted], frames))
 
@@ -197,8 +206,24 @@ def _verify_run(run: RunFolder, config: Mapping[str, Any], scenario: Any, frames
         check_summary(config, summary, comparer.counts, asker.calls)
         check_config(run, run.recorded_config(), summary)
     except Departed as departed:
-        return _departed(run, summary, departed.difference, comparer.compared, asker.used)
+        found = _departed(run, summary, departed.difference, comparer.compared, asker.used)
+        return _drawn(run, found, comparer.renderers, scenario, config)
+    drew = comparer.renderers
+    note = note or (f"was drawn by {drew.then}, with the same pixels as by {drew.now} here" if drew else "")
     return Verified(run.id, Verdict.IDENTICAL, comparer.compared, asker.used, note=note)
+
+
+def _drawn(
+    run: RunFolder, found: Verified, drew: Renderers | None, scenario: Any, config: Mapping[str, Any]
+) -> Verified:
+    """Return what is found of a run that comes out otherwise, told apart where only another renderer drew it."""
+    if drew is None or found.difference is None or not is_of_pictures(found.difference):
+        return found
+    asked = scenario.start(config["seed"]).pending()
+    note = departed_note(run, drew, found.difference, (image for question in asked for image in question.images))
+    if note is None:
+        return found
+    return replace(found, verdict=Verdict.DRAWN_OTHERWISE, difference=None, note=note)
 
 
 def _departed(run: RunFolder, summary: RunSummary | None, difference: Difference, lines: int, calls: int) -> Verified:

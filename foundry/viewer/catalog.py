@@ -6,8 +6,10 @@ import csv
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +18,11 @@ from foundry.records import RunSummary
 from foundry.storing.store import RunFolder, SweepFolder, sweeps_in
 from foundry.viewer.lines import StepLines
 from foundry.viewer.run_view import UNDECIDED
-from foundry.viewer.standing import RUNNING, standing
+from foundry.viewer.standing import COMPLETE, RUNNING, standing
 
 ROWS_PER_PAGE = 500
+LOOKED_AT_ONCE = 2_000
+"""Runs that a head looks at which nobody has looked at: it is the first thing that a page waits for."""
 _OWN_COLUMNS = ("sweep", "run", "world", "model", "prompt", "seed", "sampling_seed", "status", "baseline")
 _SHOWN_AT_FIRST = 3
 
@@ -39,25 +43,34 @@ class CatalogedSweep:
     _summaries: dict[str, RunSummary] = field(default_factory=dict)
     _lengths: dict[str, StepLines] = field(default_factory=dict)
     _measures: tuple[tuple[int, int], dict[str, list[float | None]]] = ((0, 0), {})
-    _runs: list[RunFolder] = field(default_factory=list)
+    _folders: dict[int, RunFolder] = field(default_factory=dict)
+    _standings: dict[str, str] = field(default_factory=dict)
 
     def runs(self) -> list[RunFolder]:
         """Return every run, whether started or not."""
-        if not self._runs:
-            self._runs = self.folder.runs()
-        return self._runs
+        return self._runs_of(range(len(self.folder.sweep.runs)))
 
     def run(self, name: str) -> RunFolder:
         """Return a run by its id, or raise InputError."""
-        for folder in self.runs():
-            if folder.id == name:
-                return folder
-        raise not_found("Run", name, [folder.id for folder in self.runs()[:20]])
+        if name not in self._places:
+            raise not_found("Run", name, list(self._places)[:20])
+        return self._runs_of([self._places[name]])[0]
+
+    @cached_property
+    def _places(self) -> dict[str, int]:
+        """The place of each run in the definition, by its id."""
+        return {run.id: place for place, run in enumerate(self.folder.sweep.runs)}
+
+    def _runs_of(self, places: Sequence[int]) -> list[RunFolder]:
+        """Return the runs at some places; they are made when they are first looked at, for there may be very many."""
+        fresh = [place for place in places if place not in self._folders]
+        self._folders |= zip(fresh, self.folder.runs_of(fresh), strict=True)
+        return [self._folders[place] for place in places]
 
     def summary(self, folder: RunFolder) -> RunSummary | None:
         """Return how a run ended; the summary of a complete run never changes."""
         kept = self._summaries.get(folder.id)
-        if kept is not None and kept.status == "complete" and folder.ended:
+        if kept is not None and kept.status == COMPLETE and folder.ended:
             return kept
         found = folder.summary()
         if found is not None:
@@ -69,14 +82,19 @@ class CatalogedSweep:
         return {run for report in self.folder.progress().values() for run in report["open"]}
 
     def head(self) -> dict[str, Any]:
-        """Return what the page shows above the table."""
-        counts = Counter(row["status"] for row in self.rows(0, len(self.runs())))
+        """Return what the page shows above the table.
+
+        How runs stand is counted over those that were looked at so far, as `counts` says by its sum: all of a sweep
+        that is not very large.
+        """
+        self._look_further()
+        counts = Counter(self._standings.values())
         measures = list(self.measures())
         return {
             "id": self.id,
             "name": self.name,
             "asked": self.folder.sweep.asked,
-            "runs": len(self.runs()),
+            "runs": len(self.folder.sweep.runs),
             "rows_per_page": ROWS_PER_PAGE,
             "counts": counts,
             "working": bool(self.folder.progress()),
@@ -89,7 +107,26 @@ class CatalogedSweep:
     def rows(self, first: int, last: int) -> list[dict[str, Any]]:
         """Return the rows of the table from `first` up to but without `last`."""
         opened = self.open_runs()
-        return [self._row(folder, folder.id in opened) for folder in self.runs()[first:last]]
+        return [
+            self._row(folder, folder.id in opened)
+            for folder in self._runs_of(range(len(self.folder.sweep.runs))[first:last])
+        ]
+
+    def _look_further(self) -> None:
+        """See how the runs stand that may have changed, and some more of those that nobody has looked at."""
+        known, places = self._standings, self._places
+        unseen = (place for name, place in places.items() if name not in known)
+        fresh = islice(unseen, LOOKED_AT_ONCE if len(known) < len(places) else 0)
+        few = len(places) <= LOOKED_AT_ONCE  # whose complete runs are looked at again, too: one may be started anew
+        again = (places[name] for name, status in known.items() if few or status != COMPLETE)
+        opened = self.open_runs()
+        for folder in self._runs_of([*again, *fresh]):
+            self._standing(folder, self.summary(folder), folder.id in opened)
+
+    def _standing(self, folder: RunFolder, summary: RunSummary | None, running: bool) -> str:
+        found = standing(folder, summary, running=running)
+        self._standings[folder.id] = found
+        return found
 
     def measures(self) -> dict[str, list[float | None]]:
         """Return each signature's measures, one value per run in the order of the runs; None where there is none."""
@@ -108,12 +145,12 @@ class CatalogedSweep:
             by_run = {row["run"]: row for row in reader}
             known = {*_OWN_COLUMNS, *self._factors()}
             names = [name for name in reader.fieldnames or () if name not in known]
-        rows = [by_run.get(folder.id, {}) for folder in self.runs()]
+        rows = [by_run.get(run.id, {}) for run in self.folder.sweep.runs]
         return {name: [_number(row.get(name)) for row in rows] for name in names}
 
     def _row(self, folder: RunFolder, running: bool) -> dict[str, Any]:
         config, summary = folder.config(), self.summary(folder)
-        status = standing(folder, summary, running=running)
+        status = self._standing(folder, summary, running)
         outcomes = summary.counts.outcomes if summary else {}
         return {
             "run": folder.id,
@@ -204,7 +241,7 @@ class Catalog:
     def overview(self) -> list[dict[str, Any]]:
         """Return one row per sweep."""
         return [
-            {"id": one.id, "name": one.name, "runs": len(one.runs()), "asked": one.folder.sweep.asked}
+            {"id": one.id, "name": one.name, "runs": len(one.folder.sweep.runs), "asked": one.folder.sweep.asked}
             for one in self.sweeps()
         ]
 

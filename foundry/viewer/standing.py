@@ -5,6 +5,7 @@ from __future__ import annotations
 from foundry.records import RunSummary
 from foundry.storing.store import RunFolder
 
+COMPLETE = "complete"
 RUNNING, UNFINISHED, WAITING = "running", "unfinished", "waiting"
 
 

@@ -187,6 +187,7 @@ def test_a_blind_model_in_a_world_of_images_is_a_problem(tmp_path: Path):
     found = {row["check"]: row for row in map(json.loads, done.stdout.splitlines())}
     assert done.returncode == 3
     assert found["vision"]["status"] == "problem" and found["drawing"]["status"] == "ok"
+    assert found["drawing"]["found"].startswith("by ") and "EGL lists" in found["drawing"]["found"]
     assert found["calls"]["status"] == "skipped" and server.bodies == []
 
 

@@ -10,6 +10,7 @@ import pytest
 
 from foundry.errors import InputError, RecordError
 from foundry.storing.store import SweepFolder
+from foundry.viewer import catalog
 from foundry.viewer.resources import Resources, addresses_of_run, resources_of_agents
 from made_up_runs import AGENTS, STEPS, Playing, sweep, whole_run
 
@@ -63,6 +64,18 @@ def test_the_rows_say_how_every_run_stands_and_why_it_failed(resources: Resource
     assert rows[3]["error"] == "the server is gone <b>for good</b>"
     assert rows[0]["undecided"] == 1
     assert {"label": "report", "kind": "html", "path": "report.html"} in head["links"]
+
+
+def test_of_a_very_large_sweep_a_few_runs_are_looked_at_at_once_and_all_in_the_end(
+    made_up: SweepFolder, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(catalog, "LOOKED_AT_ONCE", 1)
+    opened = Resources(made_up.path)
+    assert ask(opened, "sweep/made-up")["counts"] == {"complete": 1}
+    assert ask(opened, "sweep/made-up")["counts"] == {"complete": 2}
+    ask(opened, "sweep/made-up/rows/0")
+    head = ask(opened, "sweep/made-up")
+    assert head["counts"] == {"complete": 3, "failed": 1} and head["runs"] == 4
 
 
 def test_signatures_that_are_missing_are_null_and_never_zero(resources: Resources):

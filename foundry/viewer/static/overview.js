@@ -7,6 +7,9 @@
   const FILTERS = ["status", "model", "prompt"];
   const OPEN = ["running", "unfinished", "waiting"];
 
+  /** Return how many runs stand how as a text, whatever order they were counted in. */
+  function inOrder(counts) { return JSON.stringify(Object.entries(counts).sort()); }
+
   class Overview {
     constructor(sweeps, sweep, unreadable) {
       this.sweeps = sweeps;
@@ -61,7 +64,7 @@
       const before = this.head;
       this.head = await foundry.source.json(address);
       const rows = [];
-      if (before && !this.isOpen() && JSON.stringify(before.counts) === JSON.stringify(this.head.counts)) rows.push(...this.rows);
+      if (before && !this.isOpen() && inOrder(this.counted()) === inOrder(this.head.counts)) rows.push(...this.rows);
       for (let page = 0; rows.length < this.head.runs; page += 1) {
         rows.push(...(await foundry.source.json(`${address}/rows/${page}`)).rows);
         if (!this.rows) this.show(rows);
@@ -112,10 +115,17 @@
       ];
     }
 
+    /** Return how many of the rows that have come so far stand how. */
+    counted() {
+      const counts = {};
+      this.rows.forEach((row) => { counts[row.status] = (counts[row.status] || 0) + 1; });
+      return counts;
+    }
+
     drawState() {
-      const {counts, runs} = this.head, ended = (counts.complete || 0) + (counts.failed || 0);
+      const {runs} = this.head, counts = this.counted(), ended = (counts.complete || 0) + (counts.failed || 0);
       fill(this.state, h("progress", {max: String(runs), value: String(ended), "aria-label": "Runs that have ended"}),
-        h("span", {}, `${ended} of ${runs} runs ended `), Object.entries(counts).map(([word, count]) => [badge(word), ` ${count} `]));
+        h("span", {}, `${ended} of ${runs} runs ended `), this.rows.length < runs ? h("span", {}, `(${this.rows.length} looked at so far) `) : null, Object.entries(counts).map(([word, count]) => [badge(word), ` ${count} `]));
     }
 
     drawFailures() {

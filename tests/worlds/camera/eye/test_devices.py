@@ -1,0 +1,143 @@
+"""Which of EGL's devices draws."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from foundry.errors import InputError
+from foundry.worlds.camera.eye import glcheck
+from foundry.worlds.camera.eye.devices import (
+    INDEX,
+    WANTED,
+    Device,
+    Wish,
+    devices_of,
+    egl_devices,
+    is_software,
+    listing,
+    places_to_try,
+    wish,
+)
+from foundry.worlds.camera.eye.glcheck import check_rendering
+
+NVIDIA = "EGL_NV_device_cuda EGL_EXT_device_drm EGL_EXT_device_drm_render_node EGL_EXT_device_query_name"
+SOFTWARE = "EGL_MESA_device_software EGL_EXT_device_drm_render_node"
+
+
+@pytest.fixture
+def unchecked(monkeypatch: pytest.MonkeyPatch) -> Iterator[pytest.MonkeyPatch]:
+    """An environment without a screen in which nothing has been looked at yet."""
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", WANTED, INDEX):
+        monkeypatch.setenv(name, "")
+        monkeypatch.delenv(name)
+    monkeypatch.setenv("_FOUNDRY_RENDERING_WORKS", "")
+    monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+    check_rendering.cache_clear()
+    yield monkeypatch
+    check_rendering.cache_clear()
+
+
+def test_gpus_come_first_and_software_by_its_place_behind_them() -> None:
+    both = devices_of([NVIDIA, SOFTWARE, NVIDIA])
+    assert [one.is_gpu for one in both] == [True, False, True]
+    assert places_to_try(Wish.AUTO, both) == [0, 2, 1]
+    assert places_to_try(Wish.SOFTWARE, both) == [1]
+    assert places_to_try(Wish.GPU, both) == [0, 2]
+    assert listing(both) == "2 GPUs and 1 software devices"
+
+
+def test_a_machine_without_a_gpu_is_left_as_it_is() -> None:
+    assert places_to_try(Wish.AUTO, devices_of([SOFTWARE])) == [None] == places_to_try(Wish.AUTO, ())
+    with pytest.raises(InputError, match="FOUNDRY_RENDERER=gpu, but EGL lists no GPU here"):
+        places_to_try(Wish.GPU, devices_of([SOFTWARE]))
+
+
+@given(st.lists(st.text(max_size=20), max_size=5))
+def test_whatever_egl_says_gives_a_device_for_each(texts: list[str]) -> None:
+    found = devices_of(texts)
+    assert [one.index for one in found] == list(range(len(texts)))
+    tried = places_to_try(Wish.AUTO, found)
+    assert tried[:-1] == [one.index for one in found if one.is_gpu]
+
+
+def test_the_devices_of_this_machine_are_listed() -> None:
+    assert all(isinstance(one, Device) for one in egl_devices())
+
+
+def test_a_wish_that_is_none_is_refused(unchecked: pytest.MonkeyPatch) -> None:
+    unchecked.setenv(WANTED, "softwar")
+    with pytest.raises(InputError, match="FOUNDRY_RENDERER 'softwar' not found. Did you mean 'software'"):
+        wish()
+
+
+def test_names_of_software_are_told_from_those_of_hardware() -> None:
+    assert is_software("llvmpipe (LLVM 15.0.6, 256 bits), 4.5") and is_software("softpipe, 3.3")
+    assert not is_software("NVIDIA H100 80GB HBM3/PCIe/SSE2, 4.6.0 NVIDIA 550.54")
+
+
+class Probes:
+    """Answers for the processes that would draw, by the device that they would draw on."""
+
+    def __init__(self, names: dict[int | None, str]) -> None:
+        self.names = names
+        self.asked: list[int | None] = []
+
+    def __call__(self, why: str, index: int | None = None) -> glcheck.Drawer:
+        self.asked.append(index)
+        if index not in self.names:
+            raise InputError("no OpenGL")
+        return glcheck.Drawer(self.names[index], why)
+
+
+def drawn(unchecked: pytest.MonkeyPatch, names: dict[int | None, str], devices: list[str]) -> glcheck.Drawer:
+    unchecked.setattr(glcheck, "_probed", Probes(names))
+    unchecked.setattr(glcheck, "egl_devices", lambda: devices_of(devices))
+    return check_rendering()
+
+
+def test_a_gpu_that_draws_is_taken_and_handed_on(unchecked: pytest.MonkeyPatch) -> None:
+    found = drawn(unchecked, {0: "NVIDIA H100", 1: "llvmpipe"}, [NVIDIA, SOFTWARE])
+    assert found == glcheck.Drawer("NVIDIA H100", "a GPU, device 0 of EGL")
+    assert os.environ[INDEX] == "0"
+    check_rendering.cache_clear()
+    unchecked.setattr(glcheck, "_probed", None)
+    assert check_rendering() == found, "processes started from here are told"
+
+
+@pytest.mark.parametrize(
+    ("names", "said"), [({1: "llvmpipe"}, "no OpenGL"), ({0: "llvmpipe", 1: "llvmpipe"}, "no GPU")]
+)
+def test_software_draws_where_the_gpu_does_not(
+    names: dict[int | None, str], said: str, unchecked: pytest.MonkeyPatch
+) -> None:
+    found = drawn(unchecked, names, [NVIDIA, SOFTWARE])
+    assert found.name == "llvmpipe" and said in found.why
+    assert os.environ[INDEX] == "1"
+
+
+def test_software_is_taken_beside_a_gpu_where_it_is_asked_for(unchecked: pytest.MonkeyPatch) -> None:
+    unchecked.setenv(WANTED, "software")
+    found = drawn(unchecked, {0: "NVIDIA H100", 1: "llvmpipe"}, [NVIDIA, SOFTWARE])
+    assert found == glcheck.Drawer("llvmpipe", "FOUNDRY_RENDERER=software") and os.environ[INDEX] == "1"
+
+
+@pytest.mark.parametrize(
+    ("asked", "names", "devices"), [("software", {None: "NVIDIA"}, [NVIDIA]), ("gpu", {0: "llvmpipe"}, [NVIDIA])]
+)
+def test_what_is_asked_for_and_does_not_draw_is_an_error(
+    asked: str, names: dict[int | None, str], devices: list[str], unchecked: pytest.MonkeyPatch
+) -> None:
+    unchecked.setenv(WANTED, asked)
+    with pytest.raises(InputError, match=f"FOUNDRY_RENDERER={asked}, but (NVIDIA|llvmpipe) draws here"):
+        drawn(unchecked, names, devices)
+
+
+def test_a_device_that_the_environment_names_is_left_to_vtk(unchecked: pytest.MonkeyPatch) -> None:
+    unchecked.setenv(INDEX, "3")
+    assert drawn(unchecked, {None: "NVIDIA A100"}, [NVIDIA]).why == "VTK chose it"
+    assert os.environ[INDEX] == "3"
