@@ -51,9 +51,9 @@ Parts = dict[str, Part]
 class Group:
     """What the leading worker knows of one server."""
 
-    def __init__(self, bounds: InFlight, total: int) -> None:
-        """Begin at this limit."""
-        self._climb = climb_within(bounds, total, found=False)
+    def __init__(self, bounds: InFlight, total: int, *, found: bool = False) -> None:
+        """Begin at this limit, which may have been found before."""
+        self._climb = climb_within(bounds, total, found=found)
         self._sums = Sums()
         self._last: dict[str, Sums] = {}
         self.shares: dict[str, int] = {}
@@ -169,7 +169,8 @@ class Shared:
     def _lead(self, key: str, limit: Limit, parts: Parts) -> None:
         if key not in self._groups:
             together = limit.allowed + sum(part.total for part in parts.values())
-            self._groups[key] = Group(limit.bounds, self._totals.pop(key, together))
+            known = self._totals.pop(key, None)
+            self._groups[key] = Group(limit.bounds, known or together, found=known is not None)
             limit.share()
         group = self._groups[key]
         group.take({**parts, self._name: self._part(key)})

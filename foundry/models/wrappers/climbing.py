@@ -289,7 +289,7 @@ class Climb:
         self._rest_at(self._home, sums, rest if small and (self._failures >= 2 or not turns) else 0)
 
     def _try_less(self, sums: Sums) -> None:
-        """Try a smaller step from the limit before: its measurement still holds, and it may be far too low to rest at."""
+        """Try a smaller step from the limit before, whose measurement still holds and which may be far too low."""
         self._step = math.sqrt(self._step)
         self._climbing = self._step >= LARGEST_STEP
         self._go_to(min(self._most, round(self._home * self._step)), sums)
