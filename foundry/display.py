@@ -9,12 +9,14 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import TracebackType
 from typing import Any
 
+import msgspec
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
 from foundry.composing.planning import PlannedRun
+from foundry.records import Counts, reused_share
 from foundry.running.progress import Speed, SweepProgress, Totals
 from foundry.storing.store import SweepFolder
 from foundry.texts import visible
@@ -22,11 +24,16 @@ from foundry.texts import visible
 REFRESH_S = 0.25
 LINE_EVERY_S = 10.0
 _COUNTS = ("runs", "complete", "failed", "running", "waiting", "calls", "cached", "retries")
-_NUMERIC = frozenset([*_COUNTS, "seed", "size", "context", "to send"])
+REUSED = "prompt cache"
+_NUMERIC = frozenset([*_COUNTS, REUSED, "seed", "size", "context", "to send"])
 
 
 class ProgressDisplay:
-    """Shows a sweep's progress while it runs: bars on a terminal, a line now and then elsewhere."""
+    """Shows a sweep's progress while it runs: bars on a terminal, a line now and then elsewhere.
+
+    The time left is a text of ours: Rich's column takes no estimate, but works out its own from the bar's speed, to
+    which answers of the cache and calls that runs spared are as good as answered ones.
+    """
 
     def __init__(self, folder: SweepFolder, console: Console, *, clock: Callable[[], float] = time.monotonic) -> None:
         """Show nothing yet.
@@ -157,24 +164,30 @@ def plan_table(planned: Sequence[PlannedRun], most: int = 40) -> Table:
 
 
 def status_table(folder: SweepFolder) -> Table:
-    """Return the counts of a sweep's runs by model; calls of running runs are those of their workers' last reports."""
-    table = _table("model", *_COUNTS)
+    """Return the counts of a sweep's runs by model; calls of running runs are those of their workers' last reports.
+
+    Where servers say it, also the share of the prompts' tokens that they took from their prompt caches.
+    """
     reports = folder.progress().values()
     opened = {run for report in reports for run in report["open"]}
     so_far = {run: counts for report in reports for run, counts in report.get("counts", {}).items()}
     rows: dict[str, Counter[str]] = {}
+    counted: dict[str, list[Counts]] = {}
     for run in folder.runs():
-        row = rows.setdefault(str(run.config()["model"]["name"]), Counter())
-        summary = run.summary()
+        name, summary = str(run.config()["model"]["name"]), run.summary()
+        row = rows.setdefault(name, Counter())
         row["runs"] += 1
         row[summary.status if summary else "running" if run.id in opened else "waiting"] += 1
-        if summary:
-            counts = summary.counts
-            row.update(calls=counts.calls, cached=counts.cached, retries=counts.retries)
-        else:
-            row.update(so_far.get(run.id, {}))
+        counts = summary.counts if summary else msgspec.convert(so_far.get(run.id, {}), Counts)
+        row.update(calls=counts.calls, cached=counts.cached, retries=counts.retries)
+        counted.setdefault(name, []).append(counts)
+    shares = {model: reused_share(counts) for model, counts in counted.items()}
+    told = any(share is not None for share in shares.values())
+    table = _table("model", *_COUNTS, *([REUSED] if told else []))
     for model, row in rows.items():
-        table.add_row(model, *(f"{row[name]:,}" for name in _COUNTS))
+        share = shares[model]
+        reused = ["" if share is None else f"{share:.0%}"] if told else []
+        table.add_row(model, *(f"{row[name]:,}" for name in _COUNTS), *reused)
     return table
 
 

@@ -6,6 +6,7 @@ All lines are UTF-8 JSON, one object a line. Encoding is deterministic: keys in 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from enum import StrEnum
 from typing import Any, ClassVar
 
@@ -51,6 +52,13 @@ class Counts(msgspec.Struct, kw_only=True):
         self.output_tokens += call.output_tokens or 0
         if call.cached_tokens is not None:
             self.cached_tokens = (self.cached_tokens or 0) + call.cached_tokens
+
+
+def reused_share(counts: Iterable[Counts]) -> float | None:
+    """Return the share of the prompts' tokens that servers took from their prompt caches, where one says; else None."""
+    told = [one for one in counts if one.cached_tokens is not None]
+    asked = sum(one.prompt_tokens for one in told)
+    return sum(one.cached_tokens or 0 for one in told) / asked if asked else None
 
 
 def _increment(counter: dict[str, int], key: str) -> None:

@@ -16,6 +16,7 @@ from analysis.report.grids import Cell, Grid, grid
 from analysis.report.material import Material
 from analysis.tables.groups import leaves
 from analysis.tables.texts import number
+from foundry.records import reused_share
 
 _HOW_REACHED = ("server", "name", "_target_")
 """Settings of a model that do not say what it is asked."""
@@ -83,12 +84,11 @@ def _cost(mine: Sequence[Member]) -> list[str]:
         sum(getattr(one, name) for one in counts)
         for name in ("calls", "cached", "retries", "prompt_tokens", "output_tokens")
     ]
-    told = [(one.cached_tokens, one.prompt_tokens) for one in counts if one.cached_tokens is not None]
-    reused, asked = (sum(column) for column in zip(*told, strict=True)) if told else (0, 0)
+    reused = reused_share(counts)
     timed = [one.model_s for one in counts]
     model_s = math.nan if None in timed else sum(filter(None, timed))
     seconds = (number(model_s), number(sum(one.duration_s for one in summaries)))
-    return [*(f"{total:,}" for total in totals), f"{reused / asked:.0%}" if asked else "", *seconds]
+    return [*(f"{total:,}" for total in totals), "" if reused is None else f"{reused:.0%}", *seconds]
 
 
 def configs(found: Material) -> list[tuple[str, str]]:

@@ -409,8 +409,9 @@ def run_lane(spec: LaneSpec) -> str | None:
     return lane.run()
 
 
-def _calls_so_far(counts: Counts) -> dict[str, int]:
-    return {"calls": counts.calls, "cached": counts.cached, "retries": counts.retries}
+def _calls_so_far(counts: Counts) -> dict[str, int | None]:
+    names = ("calls", "cached", "retries", "prompt_tokens", "cached_tokens")
+    return {name: getattr(counts, name) for name in names}
 
 
 def _now() -> str:

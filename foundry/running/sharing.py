@@ -32,12 +32,14 @@ class Part(msgspec.Struct, frozen=True):
     Attributes:
         sums: what came of its calls so far.
         wanted: calls that it has in flight, or waiting.
-        total: calls that may be in flight: its own, or those of all workers where it leads them.
+        allowed: calls of its own that may be in flight.
+        total: those of all workers where it leads them, else its own.
         shares: the number of each worker where it leads them, by name.
     """
 
     sums: Sums
     wanted: int
+    allowed: int
     total: int
     shares: dict[str, int]
 
@@ -49,9 +51,9 @@ Parts = dict[str, Part]
 class Group:
     """What the leading worker knows of one server."""
 
-    def __init__(self, bounds: InFlight, total: int) -> None:
-        """Begin at this limit."""
-        self._climb = climb_within(bounds, total, found=False)
+    def __init__(self, bounds: InFlight, total: int, *, found: bool = False) -> None:
+        """Begin at this limit, which may have been found before."""
+        self._climb = climb_within(bounds, total, found=found)
         self._sums = Sums()
         self._last: dict[str, Sums] = {}
         self.shares: dict[str, int] = {}
@@ -65,7 +67,10 @@ class Group:
         """Take up what came since last time; what a worker did before it was first seen does not count."""
         for worker, part in parts.items():
             if worker in self._last:
-                self._sums += part.sums - self._last[worker]
+                grown = part.sums - self._last[worker]
+                if part.allowed > self.shares.get(worker, part.allowed):  # refused by a limit that it has no more
+                    grown.refused = 0.0
+                self._sums += grown
             self._last[worker] = part.sums
         self._climb.look(self._sums, len(parts))
         self.shares = divided(self.total, {worker: part.wanted for worker, part in parts.items()})
@@ -164,7 +169,8 @@ class Shared:
     def _lead(self, key: str, limit: Limit, parts: Parts) -> None:
         if key not in self._groups:
             together = limit.allowed + sum(part.total for part in parts.values())
-            self._groups[key] = Group(limit.bounds, self._totals.pop(key, together))
+            known = self._totals.pop(key, None)
+            self._groups[key] = Group(limit.bounds, known or together, found=known is not None)
             limit.share()
         group = self._groups[key]
         group.take({**parts, self._name: self._part(key)})
@@ -174,13 +180,15 @@ class Shared:
         self._groups.pop(key, None)
         limit.share()
         led = parts[min(parts)]
+        if not led.shares:  # it has not heard of the others yet
+            return
         self._totals[key] = led.total
         limit.allow(led.shares.get(self._name, max(1, led.total // (len(parts) + 1))))
 
     def _part(self, key: str) -> Part:
         limit, group = self._limits[key], self._groups.get(key)
         total, shares = (limit.allowed, {}) if group is None else (group.total, group.shares)
-        return Part(limit.sums.copy(), limit.in_flight + limit.waiting, total, shares)
+        return Part(limit.sums.copy(), limit.in_flight + limit.waiting, limit.allowed, total, shares)
 
 
 def _read(reports: Mapping[str, Any]) -> Iterator[tuple[str, Parts]]:

@@ -220,6 +220,23 @@ def test_the_status_of_a_sweep_shows_the_calls_of_running_runs(workspace: Path):
     }
 
 
+def test_the_status_says_what_share_of_the_prompts_came_from_a_servers_prompt_cache_where_it_tells(watch):
+    folder = watch().folder
+    folder.start_progress()
+    one, two, silent = (run.id for run in folder.runs()[:3])
+    counts = {
+        one: {"calls": 3, "prompt_tokens": 300, "cached_tokens": 30},
+        two: {"calls": 1, "prompt_tokens": 100, "cached_tokens": 90},
+        silent: {"calls": 1, "prompt_tokens": 5000, "cached_tokens": None},
+    }
+    report = {"open": [], "counts": counts, "models": {}}
+    write_atomically(folder.progress_file("0-0"), msgspec.json.encode(report))
+    table = status_table(folder)
+    assert [str(cell) for cell in table.columns[-1].cells] == ["30%", ""]
+    folder.end_progress()
+    assert len(status_table(folder).columns) == len(table.columns) - 1
+
+
 def _calls_of(folder: SweepFolder) -> int:
     return sum(counts["calls"] for report in folder.progress().values() for counts in report["counts"].values())
 

@@ -75,6 +75,26 @@ def test_a_worker_without_others_begins_where_the_settings_say():
     assert (limit.allowed, limit.is_shared) == (BOUNDS.initial, False)
 
 
+def test_a_worker_waits_with_its_part_until_the_leader_has_heard_of_it():
+    (one, _), (two, second) = worker("0-0"), worker("0-1")
+    two.exchange(told(one, two))
+    assert (second.allowed, second.is_shared) == (4, True)
+
+
+def test_what_was_refused_while_a_worker_had_not_heard_of_a_lower_limit_does_not_lower_it_again():
+    def parts(calls: float, refused: float, allowed: int) -> dict[str, Part]:
+        return {name: Part(Sums(calls=calls, refused=refused), 40, allowed, 0, {}) for name in ("0-0", "0-1")}
+
+    group = Group(BOUNDS, 32)
+    for calls, refused in ((0.0, 0.0), (20.0, 40.0)):
+        group.take(parts(calls, refused, 16))
+    assert group.total == 16
+    group.take(parts(40.0, 80.0, 16))
+    assert group.total == 16
+    group.take(parts(60.0, 120.0, 8))
+    assert group.total == 8
+
+
 def test_when_the_leader_falls_silent_the_next_one_goes_on_from_its_limit():
     now = [0.0]
     (one, _), (two, second) = worker("0-0"), worker("0-1", clock=lambda: now[0])
@@ -123,7 +143,7 @@ def test_what_two_workers_saw_leads_to_the_limit_of_the_server_and_not_to_twice_
             if sums.calls % 10 == 0:
                 half = Sums(*(value / 2 for value in msgspec.structs.astuple(sums)))
                 half.clock_s = sums.clock_s
-                group.take({name: Part(half, 40, 0, {}) for name in ("0-0", "0-1")})
+                group.take({name: Part(half, 40, 1, 1, {}) for name in ("0-0", "0-1")})
                 self.limit = group.total
 
     half = Half()
@@ -138,7 +158,7 @@ def test_what_two_workers_saw_leads_to_the_limit_of_the_server_and_not_to_twice_
 
 def test_what_a_worker_did_before_it_was_first_seen_does_not_count():
     group = Group(BOUNDS, 8)
-    idle, busy = (Part(Sums(*[value] * 12), 8, 8, {}) for value in (0.0, 1e6))
+    idle, busy = (Part(Sums(*[value] * 12), 8, 4, 4, {}) for value in (0.0, 1e6))
     for parts in ({"0-0": idle, "0-1": idle}, {"0-0": idle, "0-1": idle}, {"0-0": idle, "0-2": busy}):
         group.take(parts)
     assert group.total == 8

@@ -24,6 +24,8 @@ MANY_CALLS = 120
 """After so many calls an open question is left, and asked again in another way."""
 COARSE = 0.5
 """A gain that is known no better than this decides nothing yet."""
+FIRST_STEP = 4.0
+"""From the start the limit grows so fast: too many calls in flight for a moment cost less than too few."""
 LARGEST_STEP = 2.0
 SMALLEST_STEP = 1.19
 LEAST_CALLS = 8
@@ -146,7 +148,7 @@ class Climb:
     """Finds a limit by trying: rests at one, measures, tries another, and takes the better one.
 
     It is told the sums so far, whenever they are known anew, and says by `limit` how many calls may be in flight. From
-    the start it doubles while that pays; the first time that it does not, it turns to smaller steps, up and down in
+    the start it grows fourfold while that pays; when it does not, it tries ever smaller steps, and later up and down in
     turn, with rests in between. Refusals, time-outs and what the server says of its queue need no comparison.
     """
 
@@ -157,7 +159,7 @@ class Climb:
         self.limit = initial
         self._home = initial
         self._base: Measured | None = None
-        self._step = math.sqrt(LARGEST_STEP) if found else LARGEST_STEP
+        self._step = math.sqrt(LARGEST_STEP) if found else FIRST_STEP
         self._up = True
         self._failures = 0
         self._rest_calls = float(_long_rest(initial) if found else 0)
@@ -237,6 +239,7 @@ class Climb:
     def _compare(self, found: Measured, base: Measured, calls: float, sums: Sums) -> None:
         """Take the limit that is tried, or leave it, once it is clear which; look again with a larger step if not."""
         if (found.in_flight > base.in_flight) != self._up or abs(math.log(found.in_flight / base.in_flight)) < 0.02:
+            self._told = False
             self._fail(sums)
             return
         gain, error = found.gain(base)
@@ -258,7 +261,8 @@ class Climb:
     def _take(self, found: Measured, gain: float, sums: Sums) -> None:
         """Stay at the limit that was tried, and try the next one in the same direction."""
         far = gain > LINEAR if self._up else gain < FLAT
-        self._step = min(LARGEST_STEP, self._step**2) if far else max(SMALLEST_STEP, math.sqrt(self._step))
+        wider = max(self._step, min(LARGEST_STEP, self._step**2))
+        self._step = wider if far else max(SMALLEST_STEP, math.sqrt(self._step))
         self._failures, self._climbing = 0, far and self._up
         if self._told:
             self._step, self._up = math.sqrt(LARGEST_STEP), True
@@ -268,9 +272,12 @@ class Climb:
             self._try_another(found, sums)
 
     def _fail(self, sums: Sums, *, turns: bool = True) -> None:
-        """Go back to the limit before, and turn round; when neither direction pays, rest for long."""
+        """Go back to the limit before, or near it, and turn round; when neither direction pays, rest for long."""
         if self._told and self._base is not None and self._base.queued is not None:
             self._unaccounted = min(MOST_UNACCOUNTED, self._base.queued)  # it was no queue
+        if self._climbing and turns and self._step >= LARGEST_STEP:
+            self._try_less(sums)
+            return
         small = self._step <= SMALLEST_STEP
         self._failures += int(small)
         # A server that tells of its queue need not be given too little to see whether it was given too much.
@@ -280,6 +287,12 @@ class Climb:
         self._step = max(SMALLEST_STEP, math.sqrt(self._step))
         rest = _long_rest(self._home) * (2 if self._failures >= 4 else 1)
         self._rest_at(self._home, sums, rest if small and (self._failures >= 2 or not turns) else 0)
+
+    def _try_less(self, sums: Sums) -> None:
+        """Try a smaller step from the limit before, whose measurement still holds and which may be far too low."""
+        self._step = math.sqrt(self._step)
+        self._climbing = self._step >= LARGEST_STEP
+        self._go_to(min(self._most, round(self._home * self._step)), sums)
 
     def _fall(self, limit: int, sums: Sums) -> None:
         """Go down at once, and grow again from there with care."""
