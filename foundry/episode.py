@@ -1,16 +1,22 @@
-"""The loop, for every world: the pending questions are asked all at once, the world advances, records are kept."""
+"""The loop, for every world: the pending questions are asked all at once, the world advances, records are kept.
+
+Where a world can tell what will be pending for some agents whatever others answer, and replies take time, no agent waits
+for the slowest reply of all. Rounds are recorded whole and in their order, so the records are the same.
+"""
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 from foundry import seeding
+from foundry.errors import FoundryError
 from foundry.models.base import Model, Reply, Request, RequestKeys, Source, logged
 from foundry.prompts.prompt import Prompt
 from foundry.records import Call, Record
-from foundry.worlds.base import Answer, Question, World
+from foundry.worlds.base import Ahead, Answer, Asked, Question, World
 
 
 class Interrupted(Exception):
@@ -124,6 +130,7 @@ async def play(
     recorder: Recorder,
     *,
     frame_every: int = 0,
+    ahead: bool = True,
     stopping: Callable[[], bool] = lambda: False,
 ) -> None:
     """Play the world to its end.
@@ -133,25 +140,124 @@ async def play(
         asker: the model and the prompt.
         recorder: where records go.
         frame_every: keep a picture of the initial state and of every n-th step after; 0 keeps none.
+        ahead: whether to ask ahead of the rounds once answers are waited for, where the world can.
         stopping: asked before every round of questions.
 
     Raises:
         Interrupted: `stopping` said so.
         BackendError: the model gave no answer.
     """
+    episode = _Episode(world, asker, recorder, frame_every)
     recorder.append(world.opening())
     if frame_every:
         recorder.frame(0, world.draw())
     while not world.finished:
         if stopping():
             raise Interrupted
-        before = world.step
-        requests = [asker.request(question) for question in world.pending()]
-        replies = await asker.ask_all(requests)
-        recorder.append_calls([asker.call(*pair) for pair in zip(requests, replies, strict=True)])
-        recorder.append(world.advance([answer_of(reply) for reply in replies]))
-        if frame_every and world.step != before and world.step % frame_every == 0:
-            recorder.frame(world.step, world.draw())
+        waited = await episode.ask_round()
+        further = world.ahead() if ahead and waited and not world.finished else None
+        if further is not None:
+            await _AskedAhead(episode, further, stopping).play()
+
+
+@dataclass(frozen=True)
+class _Episode:
+    """An episode that is played and recorded round by round."""
+
+    world: World
+    asker: Asks
+    recorder: Recorder
+    frame_every: int
+
+    async def ask_round(self) -> bool:
+        """Ask all that is pending at once; returns whether any answer was waited for."""
+        requests = [self.asker.request(question) for question in self.world.pending()]
+        replies = await self.asker.ask_all(requests)
+        calls = [self.asker.call(*pair) for pair in zip(requests, replies, strict=True)]
+        answers = [answer_of(reply) for reply in replies]
+        self.keep(calls, answers)
+        return any(answer.inference_s and not reply.cached for answer, reply in zip(answers, replies, strict=True))
+
+    def keep(self, calls: Sequence[Call], answers: Sequence[Answer]) -> None:
+        """Advance the world by a round and record it."""
+        before = self.world.step
+        self.recorder.append_calls(calls)
+        self.recorder.append(self.world.advance(answers))
+        step = self.world.step
+        if self.frame_every and step != before and step % self.frame_every == 0:
+            self.recorder.frame(step, self.world.draw())
+
+
+class _AskedAhead:
+    """The rest of an episode, each question asked as soon as it is known; rounds are recorded whole, in their order."""
+
+    def __init__(self, episode: _Episode, ahead: Ahead, stopping: Callable[[], bool]) -> None:
+        self._episode = episode
+        self._ahead = ahead
+        self._stopping = stopping
+        self._tasks: dict[asyncio.Task[tuple[Call, Answer]], Asked] = {}
+        self._ended: asyncio.Queue[asyncio.Task[tuple[Call, Answer]]] = asyncio.Queue()
+        self._answered: dict[Asked, tuple[Call, Answer]] = {}
+        self._failed: dict[Asked, Exception] = {}
+
+    async def play(self) -> None:
+        """Play to the end; whatever ends it before, what was asked is seen through, so that no paid answer is lost."""
+        try:
+            while not self._episode.world.finished:
+                is_stopping = self._stopping()
+                if not is_stopping:
+                    self._ask()
+                if not self._tasks:
+                    self._fail(is_stopping)
+                await self._take()
+        except asyncio.CancelledError:
+            for task in self._tasks:
+                task.cancel()
+            raise
+        finally:
+            await asyncio.gather(*self._tasks, return_exceptions=True)
+
+    def _ask(self) -> None:
+        """Ask what can be asked, up to the step that a call failed at: the run ends there."""
+        last = min((step for step, _, _ in self._failed), default=None)
+        for question in self._ahead.ready():
+            if last is None or question.step <= last:
+                task = asyncio.create_task(self._answer(question))
+                self._tasks[task] = question.asked
+                task.add_done_callback(self._ended.put_nowait)
+
+    async def _answer(self, question: Question) -> tuple[Call, Answer]:
+        asker = self._episode.asker
+        request = asker.request(question)
+        (reply,) = await asker.ask_all([request])
+        return asker.call(request, reply), answer_of(reply)
+
+    async def _take(self) -> None:
+        """Wait for an answer, and take all that are there by then."""
+        ended = [await self._ended.get()]
+        while not self._ended.empty():
+            ended.append(self._ended.get_nowait())
+        for task in ended:
+            asked = self._tasks.pop(task)
+            error = task.exception()
+            if isinstance(error, Exception):
+                self._failed[asked] = error
+            else:
+                self._answered[asked] = task.result()
+                self._ahead.take(asked, task.result()[1])
+        while whole := self._ahead.next_round():
+            found = [self._answered.pop(asked) for asked in whole]
+            self._episode.keep([call for call, _ in found], [answer for _, answer in found])
+
+    def _fail(self, is_stopping: bool) -> None:
+        """Raise why nothing is asked any more: what would have ended the round that the world is at."""
+        pending = (question.asked for question in self._episode.world.pending())
+        first = next((self._failed[asked] for asked in pending if asked in self._failed), None)
+        if first is not None:
+            raise first
+        if is_stopping:
+            raise Interrupted
+        raise FoundryError("The world is not finished, and its `ahead` has nothing to ask: see that it is right.")
 
 
 def answer_of(reply: Reply) -> Answer:
