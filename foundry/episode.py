@@ -1,7 +1,7 @@
 """The loop, for every world: the pending questions are asked all at once, the world advances, records are kept.
 
-Where a world can tell what will be pending for some agents whatever others answer, and replies take time, no agent waits
-for the slowest reply of all. Rounds are recorded whole and in their order, so the records are the same.
+Where a world can tell what will be pending for some agents whatever others answer, and replies take time, none of these
+waits for the slowest reply of all. Rounds are recorded whole and in their order, so the records are the same.
 """
 
 from __future__ import annotations
