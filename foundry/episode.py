@@ -45,6 +45,9 @@ class Asks(Protocol):
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
         """Return the replies to requests, in their order."""
 
+    def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
+        """Begin to answer requests; each reply is there as soon as it comes."""
+
     def call(self, request: Request, reply: Reply) -> Call:
         """Return the log line of an answered request."""
 
@@ -92,6 +95,10 @@ class Asker:
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
         """Return the model's replies to requests, in their order."""
         return await self.model.ask_all(requests)
+
+    def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
+        """Have the model begin to answer requests."""
+        return self.model.begin(requests)
 
     def call(self, request: Request, reply: Reply) -> Call:
         """Return the log line of an answered request."""
@@ -195,8 +202,8 @@ class _AskedAhead:
         self._episode = episode
         self._ahead = ahead
         self._stopping = stopping
-        self._tasks: dict[asyncio.Task[tuple[Call, Answer]], Asked] = {}
-        self._ended: asyncio.Queue[asyncio.Task[tuple[Call, Answer]]] = asyncio.Queue()
+        self._awaited: dict[asyncio.Future[Reply], Request] = {}
+        self._there: asyncio.Queue[asyncio.Future[Reply]] = asyncio.Queue()
         self._answered: dict[Asked, tuple[Call, Answer]] = {}
         self._failed: dict[Asked, Exception] = {}
 
@@ -207,44 +214,48 @@ class _AskedAhead:
                 is_stopping = self._stopping()
                 if not is_stopping:
                     self._ask()
-                if not self._tasks:
+                if not self._awaited:
                     self._fail(is_stopping)
                 await self._take()
         except asyncio.CancelledError:
-            for task in self._tasks:
-                task.cancel()
+            for reply in self._awaited:
+                reply.cancel()
             raise
         finally:
-            await asyncio.gather(*self._tasks, return_exceptions=True)
+            await asyncio.gather(*self._awaited, return_exceptions=True)
 
     def _ask(self) -> None:
         """Ask what can be asked, up to the step that a call failed at: the run ends there."""
         last = min((step for step, _, _ in self._failed), default=None)
-        for question in self._ahead.ready():
-            if last is None or question.step <= last:
-                task = asyncio.create_task(self._answer(question))
-                self._tasks[task] = question.asked
-                task.add_done_callback(self._ended.put_nowait)
+        asked = [question for question in self._ahead.ready() if last is None or question.step <= last]
+        requests = [request for question in asked if (request := self._request(question)) is not None]
+        replies = self._episode.asker.begin(requests) if requests else []
+        for reply, request in zip(replies, requests, strict=True):
+            self._awaited[reply] = request
+            reply.add_done_callback(self._there.put_nowait)
 
-    async def _answer(self, question: Question) -> tuple[Call, Answer]:
-        asker = self._episode.asker
-        request = asker.request(question)
-        (reply,) = await asker.ask_all([request])
-        return asker.call(request, reply), answer_of(reply)
+    def _request(self, question: Question) -> Request | None:
+        try:
+            return self._episode.asker.request(question)
+        except Exception as error:  # noqa: BLE001 - raised when the world comes to this question
+            self._failed[question.asked] = error
+            return None
 
     async def _take(self) -> None:
-        """Wait for an answer, and take all that are there by then."""
-        ended = [await self._ended.get()]
-        while not self._ended.empty():
-            ended.append(self._ended.get_nowait())
-        for task in ended:
-            asked = self._tasks.pop(task)
-            error = task.exception()
+        """Wait for a reply, and take all that are there by then."""
+        there = [await self._there.get()]
+        while not self._there.empty():
+            there.append(self._there.get_nowait())
+        for reply in there:
+            request = self._awaited.pop(reply)
+            asked = request.step, request.agent, request.kind
+            error = reply.exception()
             if isinstance(error, Exception):
                 self._failed[asked] = error
-            else:
-                self._answered[asked] = task.result()
-                self._ahead.take(asked, task.result()[1])
+                continue
+            answer = answer_of(reply.result())
+            self._answered[asked] = self._episode.asker.call(request, reply.result()), answer
+            self._ahead.take(asked, answer)
         while whole := self._ahead.next_round():
             found = [self._answered.pop(asked) for asked in whole]
             self._episode.keep([call for call, _ in found], [answer for _, answer in found])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ import msgspec
 from foundry import seeding
 from foundry.errors import RecordError
 from foundry.expansion import calls_seed
-from foundry.models.base import Reply, Request, RequestKeys, Source, logged
+from foundry.models.base import Reply, Request, RequestKeys, Source, logged, there
 from foundry.prompts.prompt import Prompt
 from foundry.records import Call
 from foundry.running.build import build
@@ -144,6 +145,11 @@ class RecordedAsker:
         """Return the recorded replies."""
         self.used += len(requests)
         return [reply_of(self._call(request)) for request in requests]
+
+    def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
+        """Return the recorded replies, which are all there."""
+        self.used += len(requests)
+        return [there(reply_of(self._call(request))) for request in requests]
 
     def call(self, request: Request, reply: Reply) -> Call:
         """Return the recorded call, as one that cost nothing this time."""

@@ -47,7 +47,7 @@ def is_known(settings: GridSettings) -> bool:
     """Return whether a world has nothing that the rule was not made for: no further setting that says anything."""
     parts = (settings, settings.history, *settings.places, *settings.fires)
     return all(
-        one.name in _KNOWN[type(part)].split() or getattr(part, one.name) == one.default
+        one.name in _KNOWN.get(type(part), "").split() or getattr(part, one.name) == one.default
         for part in parts
         for one in msgspec.structs.fields(part)
     )
@@ -222,8 +222,8 @@ class GridAhead(Ahead):
         if action.is_kept:
             self._kept[agent].memories.append(action.memory)
         x, y = self._cells[agent].tolist()
-        self._cells[agent] = self._target((x, y), action.direction)
-        self._areas[agent] = self._settings.field.areas(self._cells[agent : agent + 1])[0]
+        self._cells[agent] = arrived = self._target((x, y), action.direction)
+        self._areas[agent] = self._settings.field.area(arrived)
         self._steps[agent] += 1
         moment.acted += 1
         self._to_look_at += self._waiting_for.pop(agent, ())
