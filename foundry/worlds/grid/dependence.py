@@ -29,7 +29,10 @@ Target: TypeAlias = Callable[[Cell, str | None], Cell]
 """Says where a move in a direction leads, or None."""
 
 MOST_STEPS = 32
-"""Steps that an agent is ahead of another at most: the answers of so many steps wait in memory for the slowest."""
+"""Steps that an agent is ahead of another at most; more of them hardly ever help."""
+
+MOST_WAITING = 20_000
+"""Answers that wait in memory for the slowest at most, where these are of several steps; a few KB each."""
 
 _UNKNOWN = -2
 """Stands for the area of those who have not come to a step yet; another one than every area, OUTSIDE included."""
@@ -146,6 +149,7 @@ class GridAhead(Ahead):
         self._to_look_at = list(range(len(cells)))
         self._to_act: list[int] = []
         self._waiting_for: dict[int, list[int]] = {}
+        self._most = max(1, min(MOST_STEPS, MOST_WAITING // (2 * len(cells))))
 
     def ready(self) -> Sequence[Question]:
         """Return what can be asked now: messages of whom nobody can reach, actions of who has heard all."""
@@ -190,7 +194,7 @@ class GridAhead(Ahead):
             holds = can_come_near(cells - self._cells[agent], left, self._settings.communication_distance)
         else:
             holds = can_enter(cells, left, self._settings.places[area])
-        holding = np.flatnonzero(holds | (left > MOST_STEPS))
+        holding = np.flatnonzero(holds | (left > self._most))
         return int(behind[holding[left[holding].argmax()]]) if len(holding) else None
 
     def _ask_message(self, agent: int) -> Question:

@@ -151,10 +151,14 @@ def test_who_is_inside_a_place_waits_for_whoever_could_enter_it(at: Callable[...
     assert max(steps) == 10, "nine steps lead to the place's edge at (4, 0), the tenth into it"
 
 
-def test_nobody_is_further_ahead_than_the_answers_may_wait_in_memory(at: Callable[..., GridScenario]):
+@pytest.mark.parametrize(("waiting", "steps"), [(dependence.MOST_WAITING, dependence.MOST_STEPS), (40, 10), (1, 1)])
+def test_nobody_is_further_ahead_than_the_answers_may_wait_in_memory(
+    waiting: int, steps: int, at: Callable[..., GridScenario], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(dependence, "MOST_WAITING", waiting)
     ahead = at((-90, 0), (90, 0), half_size=100, places=[], steps=200).start(0).ahead()
     assert ahead is not None
-    assert max(one.step for one in asked_without(ahead, silent=1)) == 1 + dependence.MOST_STEPS
+    assert max(one.step for one in asked_without(ahead, silent=1)) == 1 + steps
 
 
 CELLS = [np.array(cell) for cell in itertools.product(range(-12, 13), repeat=2)]
