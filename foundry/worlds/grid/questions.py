@@ -10,7 +10,7 @@ from foundry.worlds.base import Question
 from foundry.worlds.grid.parsing import MessageReading
 
 MESSAGE, ACTION = "message", "action"
-_IDLE = {
+IDLE = {
     MESSAGE: json.dumps({"message": None, "reasoning": "I keep to myself."}),
     ACTION: json.dumps({"action": "stay", "memory": "", "reasoning": "I stay where I am."}),
 }
@@ -35,4 +35,4 @@ def question(
     if said is not None:
         observation["message"] = said.text
     kind = MESSAGE if said is None else ACTION
-    return Question(perceived["step"], perceived["agent"], kind, observation, idle=_IDLE[kind])
+    return Question(perceived["step"], perceived["agent"], kind, observation, idle=IDLE[kind])
