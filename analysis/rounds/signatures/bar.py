@@ -16,9 +16,11 @@ NAME = "bar"
 KIND, GO = "evening", "go"
 
 MEASURES = {
-    "score": Measure("Nearness of the attendance to the capacity", high=100),
-    "score_of_coins": Measure("Nearness of as many coins to the capacity", high=100),
-    "score_over_coins": Measure("Nearness to the capacity, beyond that of coins", null=Null(0, "tosses a coin")),
+    "score": Measure("Nearness of the attendance to the capacity", 0, 100),
+    "score_of_coins": Measure("Nearness of as many coins to the capacity", 0, 100),
+    "score_over_coins": Measure(
+        "Nearness to the capacity, beyond that of coins", -100, 100, Null(0, "goes as a coin falls")
+    ),
     "share": share("Mean share that goes"),
     "crowded": share("Evenings that are crowded (share)"),
     "volatility": Measure("Variance of the attendance, of the agents", low=0),
