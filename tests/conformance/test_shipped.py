@@ -21,7 +21,7 @@ from foundry.conformance.worlds import follows_its_seed
 from foundry.paths import conf_dir
 from foundry.running.build import build
 
-SMALL = {"cafe_library": ("world.agents=5", "world.steps=3")}
+SMALL = {"cafe_library": ("world.agents=5", "world.steps=3"), "bar_arthur": ("world.agents=8", "world.steps=2")}
 SCENES = ("kibo", "kibo_paper", "office", "gallery")
 ABSTRACT = ("usd",)
 """Worlds that others build on, and that are none without them."""

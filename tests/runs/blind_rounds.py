@@ -16,7 +16,7 @@ from blind_any_runs import any_run
 from foundry import seeding
 from foundry.declared import Actions, Declared
 
-AGENTS, ROUNDS, TOKENS = 10, 200, 20
+AGENTS, ROUNDS, TOKENS = 10, 300, 20
 EVENING = Declared(form="rounds", actions={"evening": Actions(labels=("go", "stay"), idle="stay")})
 GIVING = Declared(form="rounds", actions={"contribution": Actions(low=0, high=TOKENS, idle=0)})
 
