@@ -40,6 +40,8 @@ def test_what_could_not_be_read_is_staying_or_left_out():
     alone = measured("gg??", "gs??", readable=True)
     assert (alone["share"], alone["n_agents"]) == (0.75, 2)
     assert math.isnan(measured("????", readable=True)["score"])
+    apart = measured("gg", "s?", "gs", readable=True)
+    assert apart["volatility"] == pytest.approx(((5 / 6) ** 2 + (2 / 3) ** 2 + (1 / 6) ** 2) / 3 / 2)
 
 
 def test_agents_that_take_turns_have_no_volatility_and_herds_have_all_of_it():

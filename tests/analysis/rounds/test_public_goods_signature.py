@@ -56,10 +56,10 @@ def test_who_gives_less_every_round_by_itself_follows_nobody():
 
 def test_punishment_is_counted_with_what_it_costs_and_whom_it_hits():
     settings = SETTINGS | {"agents": 3, "steps": 1, "cost": 2, "loss": 3}
-    said = [*map(deciding, (20, 10, 0)), *map(deciding, ("agent 2", "agent 0", "nobody"))]
+    said = [*map(deciding, (20, 10, 10)), *map(deciding, ("agent 2", "agent 2", "nobody"))]
     found = measure(answered_run(PunishedGoods(**settings), said, settings))
     assert (found["punishing"], found["spent"], found["antisocial"]) == pytest.approx((2 / 3, 4 / 3, 1 / 2))
-    assert found["efficiency"] == pytest.approx((10 - (2 * 2 + 2 * 3) / 3) / 20)
+    assert found["efficiency"] == pytest.approx((40 - (2 * 2 + 2 * 3)) / 3 / 20)
 
 
 @pytest.mark.parametrize(
