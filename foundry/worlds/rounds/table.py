@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -73,6 +74,7 @@ class Table:
         self._seed = seed
         self._actions = actions
         self._line = line
+        self._asked: Counter[tuple[int, str]] = Counter()
         self._open: dict[int, Decision] = {}
         self._written: list[Record] = []
 
@@ -84,6 +86,7 @@ class Table:
         """Yield the rounds to play; leaving the loop ends the episode early, with the round in which it is left."""
         while self.step < most:
             self._close()
+            self._asked.clear()
             self.step += 1
             yield self.step
 
@@ -112,8 +115,18 @@ class Table:
             "persona": self.personas[agent],
             "received": list(self.received[agent]),
         }
-        options, idle = options_of(actions), idle_of(actions)
-        return RoundQuestion(self.step, agent, kind, common | observed, options=options, idle=idle, legal=actions)
+        again = self._asked[agent, kind]
+        self._asked[agent, kind] += 1
+        return RoundQuestion(
+            self.step,
+            agent,
+            kind,
+            common | observed,
+            options=options_of(actions),
+            idle=idle_of(actions),
+            again=again,
+            legal=actions,
+        )
 
     def record(self, decision: Decision, *, utility: float | None = None, **keys: Any) -> None:
         """Write down a decision with what came of it; those that the rules leave are written as their round ends.
