@@ -1,0 +1,1 @@
+"""The signatures of runs of worlds of rounds, one module each."""
