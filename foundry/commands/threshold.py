@@ -169,7 +169,9 @@ def _tell(conditions: Sequence[Condition], asked: Asked, points: Sequence[Points
         names = {"model": condition.config["model"]["name"], "prompt": condition.config["prompt"]["name"]}
         names |= {key: value for key, value in condition.factors.items() if key not in names}
         found = found_by(search, one)
-        rows.append({**names, "setting": asked.setting, "measure": asked.measure, **vars(found), "values": len(one)})
+        ends = {"low": found.low, "high": found.high, "surely_low": found.surely_low, "surely_high": found.surely_high}
+        asked_for = {"setting": asked.setting, "measure": asked.measure, "threshold": found.at}
+        rows.append({**names, **asked_for, **ends, "values": len(one)})
         for value, outcomes in sorted(one.items()):
             share, low, high = share_of(outcomes)
             played.append({**names, asked.setting: value, "n": len(outcomes), "share": share, "low": low, "high": high})
