@@ -19,11 +19,7 @@ from foundry.conformance.worlds import follows_its_seed
 from foundry.paths import conf_dir
 from foundry.running.build import build
 
-SMALL = {
-    "cafe_library": ("world.agents=5", "world.steps=3"),
-    "fishery": ("world.steps=2",),
-    "naming": ("world.agents=5", "world.steps=6"),
-}
+SMALL = {"cafe_library": ("world.agents=5", "world.steps=3")}
 SCENES = ("kibo", "kibo_paper", "office", "gallery")
 WORLDS = ("cafe_library", "kibo", *(pytest.param(name, marks=pytest.mark.slow) for name in SCENES[1:]))
 
