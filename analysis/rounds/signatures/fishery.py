@@ -56,7 +56,7 @@ def measure(run: RoundsRun) -> dict[str, float]:
         "months": float(len(months)),
         "survived": float(len(months) == run.world["steps"]),
         "gain": mean(gains),
-        "efficiency": min(1.0, ratio(gains.sum(), most)),
+        "efficiency": min(1.0, ratio(float(gains.sum()), most)),
         "equality": 1 - gini(gains),
         "over_use": mean(run.utility[counted] > sustainable[run.step[counted] - 1]),
         "n_agents": float(run.agents),

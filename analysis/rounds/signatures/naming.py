@@ -69,7 +69,7 @@ def measure(run: RoundsRun) -> dict[str, float]:
     agreed = np.flatnonzero(successes >= AGREED * number)
     winner = max(by_round[agreed[0]].items(), key=_most)[0] if agreed.size else None
     return {
-        "success": ratio(successes.sum(), len(meetings)),
+        "success": ratio(float(successes.sum()), len(meetings)),
         "success_last": float(successes[-1] / number[-1]) if number.size else np.nan,
         "converged": float(agreed.size > 0),
         "rounds": float(agreed[0] + 1) if agreed.size else np.nan,

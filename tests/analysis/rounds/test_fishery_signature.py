@@ -29,6 +29,7 @@ def test_months_worked_by_hand():
         "months": 4, "survived": 1, "gain": (145 + 65) / 2, "efficiency": 1, "equality": pytest.approx(1 - 80 / 420),
         "over_use": 2 / 8, "n_agents": 2, "n_catches": 8,
     }  # fmt: skip
+    assert {type(value) for value in found.values()} == {float}
 
 
 def test_a_collapse_ends_the_months_and_what_was_caught_is_held_against_all_of_them():

@@ -43,6 +43,7 @@ def test_meetings_worked_by_hand():
     assert (found["names"], found["names_last"], found["names_ever"]) == (6 / 4, 1, 3)
     assert (found["won_ama"], found["won_bodo"], found["won_ceri"]) == (0, 1, 0)
     assert (found["n_rounds"], found["n_meetings"]) == (4, 8)
+    assert {type(value) for value in found.values()} == {float}
 
 
 def test_without_a_consensus_nobody_won_and_no_time_is_known():
