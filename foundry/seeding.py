@@ -30,11 +30,22 @@ def stream(seed: int, name: str) -> Generator:
     return default_rng(SeedSequence(seed, spawn_key=(_name_key(name),)))
 
 
-def sampling_seed(seed: int, *, step: int, agent: int, kind: str) -> int:
+def sampling_seed(seed: int, *, step: int, agent: int, kind: str, again: int = 0) -> int:
     """Return the seed, 0..2^31-1, that a backend samples one call's reply with.
 
-    It is the first word of `SeedSequence(seed, spawn_key=(kind, step, agent))`, to which a call adds its agent alone.
+    It is the first word of `SeedSequence(seed, spawn_key=(kind, step, agent))`, to which a call adds its agent alone; the
+    key ends with `again` where that is not 0.
+
+    Args:
+        seed: of the run's calls.
+        step: 1-based step.
+        agent: who is asked.
+        kind: what is asked.
+        again: how often it was asked this before in the step.
     """
+    if again:
+        sequence = SeedSequence(seed, spawn_key=(_name_key("call:" + kind), step, agent, again))
+        return int(sequence.generate_state(1)[0]) & SEED_MASK
     pool, multiplier = _mixed(seed, step, kind)
     mixed = _hashed(agent, multiplier, _MULTIPLIER)
     pool = (0xCA01F9DD * pool - 0x4973F715 * mixed) & _WORD

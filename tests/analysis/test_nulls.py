@@ -103,8 +103,10 @@ AMOUNTS = {
     "collision": {"rate", "rate_moving"},
     "communication": {"reply_rate"},
     "exploration": {"coverage", "group_coverage", "gyration", "path_length"},
+    "fishery": {"months", "efficiency", "equality", "over_use"},
     "gaze": {"rate", "share"},
     "idle_rate": {"chosen", "blocked", "invalid"},
+    "naming": {"success", "converged", "rounds", "names"},
     "outcome": {"readable", "message_readable", "repaired"},
     "path_efficiency": {
         "trip_efficiency", "trip_efficiency_moving", "arrived", "success", "spl", "soft_spl", "distance_to_goal",
