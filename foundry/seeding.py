@@ -33,8 +33,8 @@ def stream(seed: int, name: str) -> Generator:
 def sampling_seed(seed: int, *, step: int, agent: int, kind: str, again: int = 0) -> int:
     """Return the seed, 0..2^31-1, that a backend samples one call's reply with.
 
-    It is the first word of `SeedSequence(seed, spawn_key=(kind, step, agent))`, to which a call adds its agent alone; the
-    key ends with `again` where that is not 0.
+    It is the first word of `SeedSequence(seed, spawn_key=(kind, step, agent))`, to which a call adds its agent alone;
+    the key ends with `again` where that is not 0.
 
     Args:
         seed: of the run's calls.

@@ -123,7 +123,7 @@ class PublicGoods(RoundsScenario):
 
     def _asked(self, table: Table, agent: int, tokens: float, rounds: Sequence[dict[str, Any]]) -> Question:
         legal = Actions(low=0, high=math.floor(tokens), idle=0)
-        told = {"tokens": tokens, "multiplier": self.multiplier, "rounds": list(rounds)}
+        told: dict[str, Any] = {"tokens": tokens, "multiplier": self.multiplier, "rounds": list(rounds)}
         return table.ask(agent, GIVE, legal=legal, **told)
 
     def afterwards(self, table: Table, given: Sequence[int], left: Sequence[float]) -> Afterwards:
@@ -184,7 +184,12 @@ class PunishedGoods(PublicGoods):
 
     def afterwards(self, table: Table, given: Sequence[int], left: Sequence[float]) -> Afterwards:
         """Ask each whom it punishes, and take what that costs."""
-        told = {"given": list(given), "multiplier": self.multiplier, "cost": self.cost, "loss": self.loss}
+        told: dict[str, Any] = {
+            "given": list(given),
+            "multiplier": self.multiplier,
+            "cost": self.cost,
+            "loss": self.loss,
+        }
         decisions = yield [
             table.ask(one, PUNISH, legal=self._legal(one, left[one]), tokens=left[one], **told) for one in table.agents
         ]

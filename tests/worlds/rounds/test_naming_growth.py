@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from foundry.conformance.naming_growth import peak, peak_exponent
+from foundry.validating.naming_growth import peak, peak_exponent
 
 
 def test_two_know_most_names_after_their_second_meeting_at_the_latest():
