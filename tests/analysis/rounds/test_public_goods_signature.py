@@ -11,7 +11,7 @@ import pytest
 from analysis.rounds.signatures.public_goods import applies, measure
 from foundry.worlds.rounds.public_goods import PublicGoods, PunishedGoods
 from foundry.worlds.rounds.replies import deciding
-from played_rounds import answered_run, scripted_run
+from scripted_rounds import answered_run, scripted_run
 
 SETTINGS = {"name": "goods", "tokens": 20, "multiplier": 2, "reset": True}
 

@@ -17,7 +17,7 @@ from foundry.records import RoundStep
 from foundry.worlds.base import Answer
 from foundry.worlds.rounds.bar import REPORTS, Bar, Evening
 from foundry.worlds.rounds.replies import deciding
-from played_rounds import scripted_run
+from scripted_rounds import scripted_run
 
 GO, STAY = deciding("go"), deciding("stay")
 
