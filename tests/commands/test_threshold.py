@@ -10,7 +10,14 @@ import pytest
 from foundry.cli import run
 from foundry.storing.store import SweepFolder
 
-SMALL = ("+sweep=critical_mass", "seed=0-1", "world.steps=3", "world.agents=6", "cache.path=answers.sqlite")
+SMALL = (
+    "+sweep=critical_mass",
+    "seed=0-1",
+    "world.steps=6",
+    "world.agents=6",
+    "world.memory=1",
+    "cache.path=answers.sqlite",
+)
 POLICIES = "model=scripted/focal_name,scripted/best_response"
 ASKED = (*SMALL, POLICIES, "world.committed_name=bafu", "world.established=tazo", "output.dir=mass", "search.until=0.4")
 

@@ -42,7 +42,7 @@ def measure(run: RoundsRun) -> dict[str, float]:
     - over_use: share of the counted catches above floor(floor(stock / 2) / N), the sustainable share of that month.
 
     NaN where no catch counts. Denominators: n_agents, n_catches (that count).
-    Source: Piatti et al. 2024 (arXiv 2404.16698), section 2.4.
+    Source: Piatti et al. 2024 (arXiv 2404.16698).
     """
     asked = run.kind == CATCH
     counted = asked & run.counted
