@@ -70,8 +70,9 @@ def test_another_seed_gives_another_episode(world: str):
 
 
 def prompt_config(name: str) -> tuple[str, Any]:
-    """Return a world whose questions a prompt puts, and its configuration."""
-    world = world_for(config("cafe_library", f"prompt={name}")["prompt"]["templates"])
+    """Return a world whose questions a prompt puts, and its configuration: one that chooses it, where one does."""
+    own = (world for world in PLAIN if config(world)["prompt"]["name"] == name.removesuffix("_japanese"))
+    world = next(own, None) or world_for(config("cafe_library", f"prompt={name}")["prompt"]["templates"])
     return world, config(world, f"prompt={name}")
 
 
