@@ -241,7 +241,7 @@ def test_survival_falls_from_one_and_its_band_is_over_runs(recorded):
 
 def test_a_survival_curve_names_its_runs():
     flat = np.ones(3)
-    ax = draw_survival(axes(), [SurvivalCurve("a", flat, flat * NAN, flat * NAN, 1)])
+    ax = draw_survival(axes(), [SurvivalCurve("a", flat, flat * NAN, flat * NAN, 1)], "Left")
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["a (n=1)"]
 
 

@@ -19,9 +19,16 @@ from foundry.conformance.worlds import follows_its_seed
 from foundry.paths import conf_dir
 from foundry.running.build import build
 
-SMALL = {"cafe_library": ("world.agents=5", "world.steps=3")}
+SMALL = {
+    "cafe_library": ("world.agents=5", "world.steps=3"),
+    "evacuation": ("world.agents=6", "world.steps=3"),
+    "evacuation_corridor": ("world.agents=6", "world.steps=3"),
+    "evacuation_floor": ("world.agents=6", "world.steps=3"),
+    "survival": ("world.agents=6", "world.steps=4", "world.half_size=3", "world.energy.start=40"),
+    "survival_zone": ("world.steps=3",),
+}
 SCENES = ("kibo", "kibo_paper", "office", "gallery")
-WORLDS = ("cafe_library", "kibo", *(pytest.param(name, marks=pytest.mark.slow) for name in SCENES[1:]))
+WORLDS = (*SMALL, "kibo", *(pytest.param(name, marks=pytest.mark.slow) for name in SCENES[1:]))
 
 
 def names(group: str) -> list[str]:
@@ -61,7 +68,8 @@ def test_another_seed_gives_another_episode(world: str):
 def prompt_config(name: str) -> tuple[str, Any]:
     """Return a world whose questions a prompt puts, and its configuration."""
     asks_grid = "action" in config("cafe_library", f"prompt={name}")["prompt"]["templates"]
-    world = "cafe_library" if asks_grid else "kibo"
+    chosen = next((world for world in SMALL if config(world)["prompt"]["name"] in (name, name.split("_")[0])), "")
+    world = chosen or ("cafe_library" if asks_grid else "kibo")
     return world, config(world, f"prompt={name}")
 
 
@@ -105,6 +113,8 @@ def shipped(form: str, world: str) -> list[tuple[str, str]]:
     ("world", "module"),
     [
         *shipped("grid", "cafe_library"),
+        *shipped("grid", "evacuation"),
+        *shipped("grid", "survival"),
         *(pytest.param(*one, marks=pytest.mark.slow) for one in shipped("camera", "kibo")),
     ],
 )

@@ -20,7 +20,7 @@ message         what it decided to say at this step, or null; only when the acti
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,12 +28,12 @@ import numpy as np
 
 from foundry.worlds.grid.hazards import perceived_fires
 from foundry.worlds.grid.settings import GridSettings
-from foundry.worlds.grid.space import OUTSIDE, Cell, Place, neighbours
+from foundry.worlds.grid.space import OUTSIDE, Cell, IntArray, Place, neighbours
 
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What all agents perceive at one step; every sequence is by agent id.
+    """What all agents perceive at one step; every sequence is by agent id, without those who are not there.
 
     Attributes:
         areas: index of the place each agent stands in, or OUTSIDE.
@@ -64,10 +64,16 @@ class Perception:
 
     def observe(self, step: int, cells: Sequence[Cell]) -> Scene:
         """Return the scene at `step` with the agents on these cells."""
+        return self._observe(step, range(len(cells)), cells)
+
+    def _observe(
+        self, step: int, ids: Sequence[int], cells: Sequence[Cell], burning: Mapping[str, IntArray] | None = None
+    ) -> Scene:
+        """Return the scene at `step` with these agents, ids ascending, on these cells; sequences in this order."""
         grid = np.array(cells, dtype=np.int64)
         area_of = self._field.areas(grid)
-        near = neighbours(grid, area_of, self._settings.communication_distance)
-        fires = perceived_fires(self._settings.fires, step, grid)
+        near = self._near(grid, area_of)
+        fires = perceived_fires(self._settings.fires, step, grid, burning)
         areas = area_of.tolist()
         visited = self._visited(areas)
         seen = [
@@ -76,9 +82,9 @@ class Perception:
                 "x": x,
                 "y": y,
                 "persona": self._personas[agent],
-                "place": self._seen_place(areas[agent]),
+                "place": self._seen_place(area),
             }
-            for agent, (x, y) in enumerate(cells)
+            for agent, (x, y), area in zip(ids, cells, areas, strict=True)
         ]
         observations = [
             {
@@ -88,14 +94,19 @@ class Perception:
                 "x": x,
                 "y": y,
                 **self._fixed,
-                "place": visited[areas[agent]],
-                "fires": fires[agent],
-                "neighbours": [seen[other] for other in near[agent]],
+                "place": visited[areas[index]],
+                "fires": fires[index],
+                "neighbours": [seen[other] for other in near[index]],
             }
-            for agent, (x, y) in enumerate(cells)
+            for index, (agent, (x, y)) in enumerate(zip(ids, cells, strict=True))
         ]
         names = [tuple(fire["name"] for fire in perceived) for perceived in fires]
-        return Scene(areas, names, near, observations)
+        heard = near if len(ids) == len(self._personas) else [tuple(ids[other] for other in own) for own in near]
+        return Scene(areas, names, heard, observations)
+
+    def _near(self, cells: IntArray, areas: IntArray) -> Sequence[tuple[int, ...]]:
+        """Return who can talk to whom, by index; cells (n, 2), areas (n,)."""
+        return neighbours(cells, areas, self._settings.communication_distance)
 
     def _seen_place(self, area: int) -> dict[str, str] | None:
         return None if area == OUTSIDE else self._seen_places[area]
