@@ -1,16 +1,22 @@
-"""The loop, for every world: the pending questions are asked all at once, the world advances, records are kept."""
+"""The loop, for every world: the pending questions are asked all at once, the world advances, records are kept.
+
+Where a world can tell what will be pending for some agents whatever others answer, and replies take time, none of these
+waits for the slowest reply of all. Rounds are recorded whole and in their order, so the records are the same.
+"""
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 from foundry import seeding
+from foundry.errors import FoundryError
 from foundry.models.base import Model, Reply, Request, RequestKeys, Source, logged
 from foundry.prompts.prompt import Prompt
 from foundry.records import Call, Record
-from foundry.worlds.base import Answer, Question, World
+from foundry.worlds.base import Ahead, Answer, Asked, Question, World
 
 
 class Interrupted(Exception):
@@ -38,6 +44,9 @@ class Asks(Protocol):
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
         """Return the replies to requests, in their order."""
+
+    def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
+        """Begin to answer requests; each reply is there as soon as it comes."""
 
     def call(self, request: Request, reply: Reply) -> Call:
         """Return the log line of an answered request."""
@@ -87,6 +96,10 @@ class Asker:
         """Return the model's replies to requests, in their order."""
         return await self.model.ask_all(requests)
 
+    def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
+        """Have the model begin to answer requests."""
+        return self.model.begin(requests)
+
     def call(self, request: Request, reply: Reply) -> Call:
         """Return the log line of an answered request."""
         source = reply.source or self._source(request)
@@ -124,6 +137,7 @@ async def play(
     recorder: Recorder,
     *,
     frame_every: int = 0,
+    ahead: bool = True,
     stopping: Callable[[], bool] = lambda: False,
 ) -> None:
     """Play the world to its end.
@@ -133,25 +147,128 @@ async def play(
         asker: the model and the prompt.
         recorder: where records go.
         frame_every: keep a picture of the initial state and of every n-th step after; 0 keeps none.
+        ahead: whether to ask ahead of the rounds once answers are waited for, where the world can.
         stopping: asked before every round of questions.
 
     Raises:
         Interrupted: `stopping` said so.
         BackendError: the model gave no answer.
     """
+    episode = _Episode(world, asker, recorder, frame_every)
     recorder.append(world.opening())
     if frame_every:
         recorder.frame(0, world.draw())
     while not world.finished:
         if stopping():
             raise Interrupted
-        before = world.step
-        requests = [asker.request(question) for question in world.pending()]
-        replies = await asker.ask_all(requests)
-        recorder.append_calls([asker.call(*pair) for pair in zip(requests, replies, strict=True)])
-        recorder.append(world.advance([answer_of(reply) for reply in replies]))
-        if frame_every and world.step != before and world.step % frame_every == 0:
-            recorder.frame(world.step, world.draw())
+        waited = await episode.ask_round()
+        further = world.ahead() if ahead and waited and not world.finished else None
+        if further is not None:
+            await _AskedAhead(episode, further, stopping).play()
+
+
+@dataclass(frozen=True)
+class _Episode:
+    """An episode that is played and recorded round by round."""
+
+    world: World
+    asker: Asks
+    recorder: Recorder
+    frame_every: int
+
+    async def ask_round(self) -> bool:
+        """Ask all that is pending at once; returns whether any answer was waited for."""
+        requests = [self.asker.request(question) for question in self.world.pending()]
+        replies = await self.asker.ask_all(requests)
+        calls = [self.asker.call(*pair) for pair in zip(requests, replies, strict=True)]
+        answers = [answer_of(reply) for reply in replies]
+        self.keep(calls, answers)
+        return any(answer.inference_s and not reply.cached for answer, reply in zip(answers, replies, strict=True))
+
+    def keep(self, calls: Sequence[Call], answers: Sequence[Answer]) -> None:
+        """Advance the world by a round and record it."""
+        before = self.world.step
+        self.recorder.append_calls(calls)
+        self.recorder.append(self.world.advance(answers))
+        step = self.world.step
+        if self.frame_every and step != before and step % self.frame_every == 0:
+            self.recorder.frame(step, self.world.draw())
+
+
+class _AskedAhead:
+    """The rest of an episode, each question asked as soon as it is known; rounds are recorded whole, in their order."""
+
+    def __init__(self, episode: _Episode, ahead: Ahead, stopping: Callable[[], bool]) -> None:
+        self._episode = episode
+        self._ahead = ahead
+        self._stopping = stopping
+        self._awaited: dict[asyncio.Future[Reply], Request] = {}
+        self._there: asyncio.Queue[asyncio.Future[Reply]] = asyncio.Queue()
+        self._answered: dict[Asked, tuple[Call, Answer]] = {}
+        self._failed: dict[Asked, Exception] = {}
+
+    async def play(self) -> None:
+        """Play to the end; whatever ends it before, what was asked is seen through, so that no paid answer is lost."""
+        try:
+            while not self._episode.world.finished:
+                is_stopping = self._stopping()
+                if not is_stopping:
+                    self._ask()
+                if not self._awaited:
+                    self._fail(is_stopping)
+                await self._take()
+        except asyncio.CancelledError:
+            for reply in self._awaited:
+                reply.cancel()
+            raise
+        finally:
+            await asyncio.gather(*self._awaited, return_exceptions=True)
+
+    def _ask(self) -> None:
+        """Ask what can be asked, up to the step that a call failed at: the run ends there."""
+        last = min((step for step, _, _ in self._failed), default=None)
+        asked = [question for question in self._ahead.ready() if last is None or question.step <= last]
+        requests = [request for question in asked if (request := self._request(question)) is not None]
+        replies = self._episode.asker.begin(requests) if requests else []
+        for reply, request in zip(replies, requests, strict=True):
+            self._awaited[reply] = request
+            reply.add_done_callback(self._there.put_nowait)
+
+    def _request(self, question: Question) -> Request | None:
+        try:
+            return self._episode.asker.request(question)
+        except Exception as error:  # noqa: BLE001 - raised when the world comes to this question
+            self._failed[question.asked] = error
+            return None
+
+    async def _take(self) -> None:
+        """Wait for a reply, and take all that are there by then."""
+        there = [await self._there.get()]
+        while not self._there.empty():
+            there.append(self._there.get_nowait())
+        for reply in there:
+            request = self._awaited.pop(reply)
+            asked = request.step, request.agent, request.kind
+            error = reply.exception()
+            if isinstance(error, Exception):
+                self._failed[asked] = error
+                continue
+            answer = answer_of(reply.result())
+            self._answered[asked] = self._episode.asker.call(request, reply.result()), answer
+            self._ahead.take(asked, answer)
+        while whole := self._ahead.next_round():
+            found = [self._answered.pop(asked) for asked in whole]
+            self._episode.keep([call for call, _ in found], [answer for _, answer in found])
+
+    def _fail(self, is_stopping: bool) -> None:
+        """Raise why nothing is asked any more: what would have ended the round that the world is at."""
+        pending = (question.asked for question in self._episode.world.pending())
+        first = next((self._failed[asked] for asked in pending if asked in self._failed), None)
+        if first is not None:
+            raise first
+        if is_stopping:
+            raise Interrupted
+        raise FoundryError("The world is not finished, and its `ahead` has nothing to ask: see that it is right.")
 
 
 def answer_of(reply: Reply) -> Answer:

@@ -11,10 +11,11 @@ from typing import Any, TypeAlias
 import msgspec
 
 from foundry import seeding
+from foundry.conformance.finding import require
 from foundry.models.base import Model, Request
 from foundry.prompts.prompt import Prompt
 from foundry.records import Record
-from foundry.worlds.base import Answer, Question, Scenario, World
+from foundry.worlds.base import Answer, Asked, Question, Scenario, World
 
 Answering: TypeAlias = Callable[[Sequence[Question]], list[Answer]]
 """Answers the pending questions, in their order."""
@@ -113,6 +114,40 @@ def play(world: World, answering: Answering, *, most: int, looks: int = 1, pictu
         if pictures and world.step != before:
             drawn[world.step] = world.draw()
     return Episode(opening, tuple(turns), world.finished, tuple(world.pending()), drawn)
+
+
+def play_ahead(world: World, answering: Answering, *, most: int, pick: Callable[[int], int]) -> Episode | None:
+    """Play a world ahead of its rounds from where it can; None where it never can.
+
+    Args:
+        world: a fresh episode.
+        answering: gives the answers.
+        most: questions after which it is left.
+        pick: which of so many open questions is answered next.
+    """
+    opening = tuple(world.opening())
+    turns: list[Turn] = []
+    while not world.finished and (ahead := world.ahead()) is None and len(turns) <= most:
+        questions = tuple(world.pending())
+        turns.append(Turn(questions, tuple(world.advance(answering(questions))), world.step))
+    if world.finished or ahead is None:
+        return None
+    asked: dict[Asked, tuple[Question, Answer]] = {}
+    opened: list[Asked] = []
+    while not world.finished and len(asked) <= most:
+        ready = ahead.ready()
+        asked |= {one.asked: (one, answer) for one, answer in zip(ready, answering(ready), strict=True)}
+        opened += [one.asked for one in ready]
+        require(bool(opened), f"after {world.step} steps nothing is ready, and no answer is awaited: let ready() ask")
+        one = opened.pop(pick(len(opened)))
+        ahead.take(one, asked[one][1])
+        while whole := ahead.next_round():
+            missing = [one for one in whole if one not in asked or one in opened]
+            require(not missing, f"next_round() says that {missing[:1]} is answered, which it is not")
+            questions = tuple(asked[one][0] for one in whole)
+            records = world.advance([asked[one][1] for one in whole])
+            turns.append(Turn(questions, tuple(records), world.step))
+    return Episode(opening, tuple(turns), world.finished, tuple(world.pending()), {})
 
 
 @dataclass(frozen=True)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import pickle
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import msgspec
 
+from foundry import seeding
 from foundry.conformance.finding import Broken, Skipped, require
-from foundry.conformance.playing import Episode, WorldCase, play, seen
+from foundry.conformance.playing import Episode, WorldCase, play, play_ahead, seen
 
 
 def plays_to_its_end(case: WorldCase) -> None:
@@ -151,14 +152,25 @@ def is_equal_from_a_pickle(case: WorldCase) -> None:
     _same(case.played(case.answers, scenario=copy), case.usual, "a copy by way of pickle")
 
 
-def _same(other: Episode, one: Episode, which: str) -> None:
+_AGAIN = "draw from foundry.seeding.stream(seed, ...) alone, keep no state in the scenario and no order of a set"
+
+
+def _same(other: Episode, one: Episode, which: str, hint: str = _AGAIN) -> None:
     pairs = zip(one.content(), other.content(), strict=False)
     differing = next((f"{left!r} and {right!r}" for left, right in pairs if left != right), "one is longer")
-    require(
-        other.content() == one.content(),
-        f"{which} went another way: draw from foundry.seeding.stream(seed, ...) alone, keep no state in the scenario "
-        f"and no order of a set; first: {differing[:300]}",
-    )
+    require(other.content() == one.content(), f"{which} went another way: {hint}; first: {differing[:300]}")
+
+
+def asks_ahead_what_it_asks_later(case: WorldCase) -> None:
+    """What can be asked ahead is what will be pending, and the records are the same in any order of the answers."""
+    rng = seeding.stream(case.seed, "check:order")
+    orders: tuple[Callable[[int], int], ...] = (lambda n: 0, lambda n: n - 1, lambda n: int(rng.integers(n)))
+    for pick in orders:
+        found = play_ahead(case.scenario.start(case.seed), case.answers, most=case.most, pick=pick)
+        if found is None:
+            raise Skipped("asks nothing ahead: all wait for all")
+        hint = "let ready() give what nothing undecided can change, and next_round() the order of pending()"
+        _same(found, case.usual, "an episode that was asked ahead", hint)
 
 
 def follows_its_seed(case: WorldCase) -> str | None:
@@ -218,6 +230,7 @@ CHECKS = (
     is_equal_from_equal_settings,
     is_equal_from_a_pickle,
     starts_afresh,
+    asks_ahead_what_it_asks_later,
     follows_its_seed,
     has_a_persona_for_every_agent,
     keeps_its_secrets,

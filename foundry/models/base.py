@@ -198,6 +198,10 @@ class Model(ABC):
             replies.append(result)
         return replies
 
+    def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
+        """Begin to answer several requests; each reply is there as soon as it comes."""
+        return [asyncio.ensure_future(self.ask(request)) for request in requests]
+
     @abstractmethod
     def parameters(self) -> dict[str, Any]:
         """Return everything beside messages and seed that decides the answer, as it is sent."""
@@ -277,6 +281,13 @@ class Model(ABC):
 
     async def close(self) -> None:
         """Free connections."""
+
+
+def there(reply: Reply) -> asyncio.Future[Reply]:
+    """Return a reply that need not be waited for."""
+    future: asyncio.Future[Reply] = asyncio.get_running_loop().create_future()
+    future.set_result(reply)
+    return future
 
 
 class RequestKeys:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -30,6 +31,10 @@ class ForkedAsker:
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
         """Return the replies; the requests of one round belong to one step."""
         return await self._for(requests[0].step).ask_all(requests) if requests else []
+
+    def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
+        """Begin to answer requests, of one step or of several."""
+        return [reply for request in requests for reply in self._for(request.step).begin([request])]
 
     def call(self, request: Request, reply: Reply) -> Call:
         """Return the log line of an answered request."""

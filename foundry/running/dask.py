@@ -34,7 +34,12 @@ class DaskRunner(Runner):
     """Runs a sweep on a Dask cluster, its folder on a shared file system or each run sent to a URL."""
 
     def __init__(
-        self, address: str, workers: int | None = None, open_runs: int = 16, remote: str | None = None
+        self,
+        address: str,
+        workers: int | None = None,
+        open_runs: int = 16,
+        remote: str | None = None,
+        ahead: bool = True,
     ) -> None:
         """Set where the cluster is.
 
@@ -43,11 +48,12 @@ class DaskRunner(Runner):
             workers: how many work at once; None for one a thread of the cluster's workers.
             open_runs: runs that one worker plays at once where a server answers the calls.
             remote: fsspec URL that the runs are sent to; None where all machines share the sweep's folder.
+            ahead: whether agents that nothing undecided can touch are asked before the others have answered.
 
         Raises:
-            InputError: the address has no scheme, or one is no number of workers or runs.
+            InputError: the address has no scheme, one is no number of workers or runs, or neither true nor false.
         """
-        super().__init__(open_runs)
+        super().__init__(open_runs, ahead)
         if "://" not in address:
             raise InputError(f"runner.address={address} does not say how it is reached: write tcp://{address}.")
         self._address = address

@@ -64,6 +64,7 @@ class LaneSpec:
         cache: where the answer cache is: a file or a database.
         frame_every: keep a picture of every n-th step; 0 keeps none.
         open_runs: how many runs it plays at once; more where a server that it asks has room for more calls.
+        ahead: whether agents that nothing undecided can touch are asked before the others have answered.
         workers: how many workers begin at once, each with its part of every limit on the calls in flight.
         apart: whether they see nothing of each other's reports, so that it stays at that.
         parent: process that must be alive for the work to make sense; None for this very process.
@@ -78,6 +79,7 @@ class LaneSpec:
     suspects: tuple[str, ...] = ()
     frame_every: int = 0
     open_runs: int = 1
+    ahead: bool = True
     workers: int = 1
     apart: bool = False
     parent: int | None = None
@@ -329,6 +331,7 @@ class Lane:
             forked(asker, config, self.spec.folder),
             writer,
             frame_every=self.spec.frame_every,
+            ahead=self.spec.ahead,
             stopping=lambda: self.stopping,
         )
 

@@ -61,16 +61,20 @@ PlayPhase: TypeAlias = Callable[[Sequence[RunFolder], int], None]
 class Runner(ABC):
     """Runs a sweep, phase after phase, wherever its workers are."""
 
-    def __init__(self, open_runs: int) -> None:
+    def __init__(self, open_runs: int, ahead: bool = True) -> None:
         """Set the size.
 
         Args:
             open_runs: runs that one worker plays at once where a server answers the calls.
+            ahead: whether agents that nothing undecided can touch are asked before the others have answered.
 
         Raises:
-            InputError: it is no number of runs.
+            InputError: one is no number of runs, or neither true nor false.
         """
         self._open_runs = _count("runner.open_runs", open_runs)
+        if not isinstance(ahead, bool):
+            raise InputError(f"runner.ahead={ahead} is neither true nor false.")
+        self._ahead = ahead
 
     def run(self, job: SweepJob) -> None:
         """Run everything that has not ended; returns when all has, or raises.
@@ -105,23 +109,25 @@ class Runner(ABC):
             frame_every=job.frame_every,
             own=own_code.own_folders(),
             open_runs=self._open_runs if _is_served(runs[0]) else 1,
+            ahead=self._ahead,
         )
 
 
 class LocalRunner(Runner):
     """Runs a sweep on worker processes of this machine."""
 
-    def __init__(self, workers: int | None = None, open_runs: int = 16) -> None:
+    def __init__(self, workers: int | None = None, open_runs: int = 16, ahead: bool = True) -> None:
         """Set the size.
 
         Args:
             workers: worker processes; None for one a core. One works in this very process.
             open_runs: runs that one worker plays at once where a server answers the calls.
+            ahead: whether agents that nothing undecided can touch are asked before the others have answered.
 
         Raises:
-            InputError: one is no number of workers or runs.
+            InputError: one is no number of workers or runs, or neither true nor false.
         """
-        super().__init__(open_runs)
+        super().__init__(open_runs, ahead)
         self._workers = worker_count(workers) or joblib.cpu_count()
 
     @contextlib.contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,16 +13,13 @@ import msgspec
 from foundry import seeding
 from foundry.errors import RecordError
 from foundry.expansion import calls_seed
-from foundry.models.base import Reply, Request, RequestKeys, Source, logged
+from foundry.models.base import Reply, Request, RequestKeys, Source, logged, there
 from foundry.prompts.prompt import Prompt
 from foundry.records import Call
 from foundry.running.build import build
 from foundry.running.difference import CALLS, Difference, first_difference
 from foundry.running.replayed import reply_of
-from foundry.worlds.base import Question
-
-Place = tuple[int, int, str]
-"""Step, agent and kind of a question."""
+from foundry.worlds.base import Asked, Question
 
 
 class Departed(RecordError):
@@ -39,7 +37,7 @@ class Departed(RecordError):
 class NotRecorded(RecordError):
     """The log of calls holds no such question."""
 
-    def __init__(self, place: Place) -> None:
+    def __init__(self, place: Asked) -> None:
         step, agent, kind = place
         super().__init__(f"no answer to the {kind} question of agent {agent} at step {step} is recorded")
         self.place = place
@@ -87,10 +85,10 @@ class RecordedAsker:
             asked: how questions are put, by step.
         """
         self.calls = list(calls)
-        self._calls: dict[Place, deque[tuple[int, Call]]] = {}
+        self._calls: dict[Asked, deque[tuple[int, Call]]] = {}
         for number, call in enumerate(self.calls, start=1):
             self._calls.setdefault(place_of(call), deque()).append((number, call))
-        self._asked_for: dict[tuple[Place, str], Call] = {}
+        self._asked_for: dict[tuple[Asked, str], Call] = {}
         self._asked = asked
         self._keys: list[tuple[Source, RequestKeys]] = []
         self.used = 0
@@ -107,7 +105,7 @@ class RecordedAsker:
             NotRecorded: the log does not hold it.
             Departed: it was put in other words or with another seed.
         """
-        place = (question.step, question.agent, question.kind)
+        place = question.asked
         if not self._calls.get(place):
             raise NotRecorded(place)
         number, call = self._calls[place].popleft()  # an agent may be asked more than once
@@ -148,6 +146,11 @@ class RecordedAsker:
         self.used += len(requests)
         return [reply_of(self._call(request)) for request in requests]
 
+    def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
+        """Return the recorded replies, which are all there."""
+        self.used += len(requests)
+        return [there(reply_of(self._call(request))) for request in requests]
+
     def call(self, request: Request, reply: Reply) -> Call:
         """Return the recorded call, as one that cost nothing this time."""
         return msgspec.structs.replace(self._call(request), cached=True)
@@ -156,6 +159,6 @@ class RecordedAsker:
         return self._asked_for[(request.step, request.agent, request.kind), request.key]
 
 
-def place_of(call: Call) -> Place:
+def place_of(call: Call) -> Asked:
     """Return which question a call put."""
     return call.step, call.agent, call.kind

@@ -37,7 +37,7 @@ CITATION = "CITATION.cff"
 NEUTRAL = {
     "output": {"dir": None},
     "cache": {"path": "outputs/answers.sqlite"},
-    "runner": {"_target_": "foundry.running.local.LocalRunner", "workers": None, "open_runs": 16},
+    "runner": {"_target_": "foundry.running.local.LocalRunner", "workers": None, "open_runs": 16, "ahead": True},
 }
 """Where and how a bundled sweep is run: as anywhere, not as it was here."""
 

@@ -13,12 +13,13 @@ import msgspec
 from foundry.errors import InputError, RecordError
 from foundry.records import NOT_JSON, Call
 from foundry.running.difference import CALLS, NOTHING, Difference, first_difference
-from foundry.running.recorded import Place, place_of
+from foundry.running.recorded import place_of
 from foundry.storing.store import RunFolder
 from foundry.trust.forms import Compared, Line, compared_of
+from foundry.worlds.base import Asked
 
 STEPS = "steps.jsonl"
-Numbered = tuple[Place, int]
+Numbered = tuple[Asked, int]
 """A question or its record, and which of those with the same step, agent and kind it is, from 1."""
 T = TypeVar("T")
 
@@ -106,7 +107,7 @@ def _steps(run: RunFolder) -> dict[Numbered, tuple[int, Line]]:
         raise RecordError(f"The steps of '{run.path}' cannot be compared: {type(error).__name__} {error}.") from error
 
 
-def _decision_of(line: Line) -> Place:
+def _decision_of(line: Line) -> Asked:
     return line["step"], line["agent"], line.get("kind", "state")
 
 
@@ -117,9 +118,9 @@ def _calls(run: RunFolder) -> dict[Numbered, tuple[int, Call]]:
         raise RecordError(f"The calls of '{run.path}' cannot be read: {error}") from error
 
 
-def _numbered(lines: Iterable[T], place: Callable[[T], Place]) -> dict[Numbered, tuple[int, T]]:
+def _numbered(lines: Iterable[T], place: Callable[[T], Asked]) -> dict[Numbered, tuple[int, T]]:
     """Return lines and their numbers by what they are of."""
-    seen: Counter[Place] = Counter()
+    seen: Counter[Asked] = Counter()
     found = {}
     for number, line in enumerate(lines, start=1):
         seen[place(line)] += 1

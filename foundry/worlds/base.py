@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from collections import ChainMap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar, TypeAlias, cast
 
 from foundry.declared import Actions, Declared, keys_of
 from foundry.errors import InputError
@@ -17,6 +17,9 @@ from foundry.records import Outcome, Record
 
 Observation = Mapping[str, Any]
 """What an agent perceives: plain dicts, lists, strings, numbers and None, by documented keys."""
+
+Asked: TypeAlias = tuple[int, int, str]
+"""The step, the agent and the kind of a question, by which it is known."""
 
 STOPPED, LENGTH, ABORTED = "stop", "length", "aborted"
 """Why a reply's text ended: by itself, at the length limit, or because the backend gave up."""
@@ -48,6 +51,11 @@ class Question:
     idle: str | None = None
 
     @property
+    def asked(self) -> Asked:
+        """What it is known by."""
+        return self.step, self.agent, self.kind
+
+    @property
     def told(self) -> Observation:
         """The observation with the secret: what a scripted policy reads."""
         if self.secret is None:
@@ -68,6 +76,27 @@ class Answer:
     text: str
     ending: str = STOPPED
     inference_s: float = 0.0
+
+
+class Ahead(ABC):
+    """Says what can be asked of an episode before its world has come to it.
+
+    A world waits in each round for the slowest answer. Where nothing that is still undecided can touch an agent, its
+    later questions are known already, and this puts them: equal to those that the world will give as pending, each of
+    them once. The world itself is advanced as ever, round after round, so its records are the same.
+    """
+
+    @abstractmethod
+    def ready(self) -> Sequence[Question]:
+        """Return the questions that can be put now and were not before; one at least, unless answers are awaited."""
+
+    @abstractmethod
+    def take(self, asked: Asked, answer: Answer) -> None:
+        """Take the answer to one of them."""
+
+    @abstractmethod
+    def next_round(self) -> Sequence[Asked]:
+        """Return the next round in the order of `pending` and go on to the one after, once it is answered whole."""
 
 
 class World(ABC):
@@ -98,6 +127,10 @@ class World(ABC):
     @abstractmethod
     def draw(self) -> bytes:
         """Return the present state as a PNG."""
+
+    def ahead(self) -> Ahead | None:
+        """Return what can be asked from here on before the rounds are whole, or None where all wait for all."""
+        return None
 
 
 @dataclass(frozen=True, slots=True)

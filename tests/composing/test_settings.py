@@ -13,6 +13,7 @@ TINY = ("model=scripted/random", "world.agents=2", "world.steps=2", "analyze=fal
 REFUSED = {
     "runner.open_runs=0": "runner.open_runs=0",
     "runner.open_runs=null": "runner.open_runs=None",
+    "runner.ahead=maybe": "runner.ahead=maybe is neither true nor false",
     "runner.workers=abc": "runner.workers=abc",
     "runner.workers=-1": "whole number from 1",
     "runner.workers=0": "whole number from 1",

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import io
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, ClassVar
 
@@ -16,7 +17,9 @@ from foundry import seeding
 from foundry.declared import Actions
 from foundry.records import Agent, Outcome, Record, RoundStep
 from foundry.worlds.base import (
+    Ahead,
     Answer,
+    Asked,
     Question,
     Recorded,
     Redrawing,
@@ -76,6 +79,36 @@ class Round(World):
 
     def draw(self) -> bytes:
         return drawn(self.completed, self.calls)
+
+    def ahead(self) -> Ahead:
+        return Later(self)
+
+
+class Later(Ahead):
+    """What the coin will show depends on nobody, so all that is asked is known from the beginning."""
+
+    def __init__(self, world: Round) -> None:
+        self.world = copy.copy(world)
+        self.answered: set[Asked] = set()
+        self.round = world.completed + 1
+
+    def ready(self) -> Sequence[Question]:
+        return [*itertools.chain.from_iterable(self.steps())]
+
+    def steps(self) -> Iterator[Sequence[Question]]:
+        while not self.world.finished:
+            yield self.world.pending()
+            self.world.advance([Answer("")] * self.world.scenario.agents)
+
+    def take(self, asked: Asked, answer: Answer) -> None:
+        self.answered.add(asked)
+
+    def next_round(self) -> Sequence[Asked]:
+        whole = [(self.round, agent, "call") for agent in range(self.world.scenario.agents)]
+        if not self.answered.issuperset(whole):
+            return ()
+        self.round += 1
+        return whole
 
 
 def drawn(step: int, calls: Sequence[object]) -> bytes:
@@ -227,6 +260,26 @@ def _other_class(self: Round, answers: Sequence[Answer]) -> Sequence[Record]:
     return [Stranger(**msgspec.structs.asdict(row)) for row in Round.advance(self, answers)]
 
 
+class Hasty(Later):
+    def ready(self) -> Sequence[Question]:
+        return [replace(one, observation={**one.observation, "shown": "?"}) for one in super().ready()]
+
+
+class Backwards(Later):
+    def next_round(self) -> Sequence[Asked]:
+        return super().next_round()[::-1]
+
+
+class Mute(Later):
+    def ready(self) -> Sequence[Question]:
+        return ()
+
+
+class Early(Later):
+    def take(self, asked: Asked, answer: Answer) -> None:
+        self.answered |= {(asked[0], agent, "call") for agent in range(3)}
+
+
 BROKEN = [
     (with_world("Endless", finished=False), "plays to its end", "let finished become true"),
     (with_world("Stuck", pending=lambda self: ()), "plays to its end", "never end"),
@@ -300,6 +353,10 @@ BROKEN = [
     (with_world("Unsure", advance=_unsure), "gives the same when played again", "differ"),
     (with_world("Doubled", question=question_with(options=("heads", " heads"))), "reads the options it offers", "same"),
     (with_world("Misleading", question=question_with(options=("edge",))), "reads the options it offers", "read as"),
+    (with_world("Hasty", ahead=lambda self: Hasty(self)), "asks ahead what it asks later", "went another way"),
+    (with_world("Backwards", ahead=lambda self: Backwards(self)), "asks ahead what it asks later", "order of pending"),
+    (with_world("Mute", ahead=lambda self: Mute(self)), "asks ahead what it asks later", "nothing is ready"),
+    (with_world("Early", ahead=lambda self: Early(self)), "asks ahead what it asks later", "which it is not"),
     (with_world("Busy", question=question_with(idle="heads")), "reads its idle reply", "'heads'"),
 ]  # fmt: skip
 """A world, the check that must see what is wrong with it, and words of what that says."""

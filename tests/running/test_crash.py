@@ -21,7 +21,8 @@ IMPATIENT = ("model.server.retry.wait_initial_s=0.05",)
 def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     workspace = tmp_path_factory.mktemp("undisturbed")
     with OllamaServer() as server:
-        done = foundry(*SWEEP, "output.dir=sweep", "runner.workers=1", cwd=workspace, OLLAMA_HOST=server.url)
+        in_lock_step = ("runner.workers=1", "runner.ahead=false")
+        done = foundry(*SWEEP, "output.dir=sweep", *in_lock_step, cwd=workspace, OLLAMA_HOST=server.url)
     assert done.returncode == 0, done.stdout + done.stderr
     assert sum(server.answered.values()) == CALLS
     yield workspace / "sweep"

@@ -67,7 +67,8 @@ def measure(run: GridRun) -> dict[str, float]:
     """
     assert run.living is not None and run.world.energy is not None, "a world with energy says how much there is"
     agents, counted = run.world.agents, run.counted
-    died = np.zeros(run.agents, dtype=np.bool_) if run.lost is None else run.lost.any(axis=0)
+    died: BoolArray = np.zeros_like(run.there) if run.lost is None else run.lost
+    died = np.asarray(died.any(axis=0))
     lived = np.where(died, run.last, run.steps)[:agents]
     near = _near(run) & counted
     scarce = run.living["energy"] < run.world.energy.start

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import msgspec
 
 from foundry.models.answers.unconfirmed import Unconfirmed
-from foundry.models.base import Model, Reply, Request
+from foundry.models.base import Model, Reply, Request, there
 from foundry.models.wrappers.base import Wrapper
 
 MANY = 64
@@ -41,6 +41,14 @@ class CachedModel(Wrapper):
             missing = {r.key: r for r in requests if r.key not in hits}
             return await self._ask_missing(requests, missing, hits)
         return [_marked(hits[request.key]) for request in requests]
+
+    def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
+        """Begin to answer several requests; what is in the cache is looked up at once."""
+        hits = self._answers.find([request.key for request in requests])
+        return [
+            there(_marked(hits[request.key])) if request.key in hits else asyncio.ensure_future(self._ask_once(request))
+            for request in requests
+        ]
 
     async def _ask_missing(
         self, requests: Sequence[Request], missing: dict[str, Request], hits: dict[str, Reply]

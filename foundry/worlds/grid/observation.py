@@ -28,7 +28,7 @@ import numpy as np
 
 from foundry.worlds.grid.hazards import perceived_fires
 from foundry.worlds.grid.settings import GridSettings
-from foundry.worlds.grid.space import OUTSIDE, Cell, IntArray, Place, neighbours
+from foundry.worlds.grid.space import OUTSIDE, Cell, IntArray, Place, distances, neighbours
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,30 +75,11 @@ class Perception:
         near = self._near(grid, area_of)
         fires = perceived_fires(self._settings.fires, step, grid, burning)
         areas = area_of.tolist()
-        visited = self._visited(areas)
-        seen = [
-            {
-                "id": agent,
-                "x": x,
-                "y": y,
-                "persona": self._personas[agent],
-                "place": self._seen_place(area),
-            }
-            for agent, (x, y), area in zip(ids, cells, areas, strict=True)
-        ]
+        visited = {area: self._visited(area, areas.count(area)) for area in set(areas)}
+        seen = [self._seen(agent, cell, area) for agent, cell, area in zip(ids, cells, areas, strict=True)]
         observations = [
-            {
-                "agent": agent,
-                "step": step,
-                "persona": self._personas[agent],
-                "x": x,
-                "y": y,
-                **self._fixed,
-                "place": visited[areas[index]],
-                "fires": fires[index],
-                "neighbours": [seen[other] for other in near[index]],
-            }
-            for index, (agent, (x, y)) in enumerate(zip(ids, cells, strict=True))
+            self._perceived(step, me, visited[area], fires[index], [seen[other] for other in near[index]])
+            for index, (me, area) in enumerate(zip(seen, areas, strict=True))
         ]
         names = [tuple(fire["name"] for fire in perceived) for perceived in fires]
         heard = near if len(ids) == len(self._personas) else [tuple(ids[other] for other in own) for own in near]
@@ -108,22 +89,66 @@ class Perception:
         """Return who can talk to whom, by index; cells (n, 2), areas (n,)."""
         return neighbours(cells, areas, self._settings.communication_distance)
 
-    def _seen_place(self, area: int) -> dict[str, str] | None:
-        return None if area == OUTSIDE else self._seen_places[area]
+    def observe_one(self, step: int, agent: int, cells: IntArray, areas: IntArray) -> tuple[IntArray, dict[str, Any]]:
+        """Return whom one agent can talk to at `step`, and what it perceives, as `observe` would.
 
-    def _visited(self, areas: Sequence[int]) -> dict[int, dict[str, Any] | None]:
-        """Return what those inside each place learn about it, by area."""
-        visited: dict[int, dict[str, Any] | None] = {OUTSIDE: None}
-        for index, place in enumerate(self._settings.places):
-            agents = areas.count(index)
-            visited[index] = {
-                "name": place.name,
-                "type": place.type,
-                "agents": agents,
-                "capacity": place.capacity,
-                "occupancy_rate": agents / place.capacity,
-            }
-        return visited
+        Args:
+            step: 1-based.
+            agent: its id.
+            cells: where each agent is, (n, 2).
+            areas: the area of each, (n,); a number of no area for those of whom only that is known, that they are
+                neither within reach nor at the same place.
+        """
+        area = int(areas[agent])
+        there = np.flatnonzero(areas == area)
+        is_near = distances(cells[there], cells[agent]) <= self._settings.communication_distance
+        near = there[is_near & (there != agent)]
+        fires = perceived_fires(self._settings.fires, step, cells[agent : agent + 1])[0]
+        visited = self._visited(area, len(there))
+        x, y = cells[agent].tolist()
+        me = self._seen(agent, (x, y), area)
+        met = [
+            self._seen(other, (u, v), area) for other, (u, v) in zip(near.tolist(), cells[near].tolist(), strict=True)
+        ]
+        return near, self._perceived(step, me, visited, fires, met)
+
+    def _perceived(
+        self,
+        step: int,
+        me: dict[str, Any],
+        place: dict[str, Any] | None,
+        fires: list[dict[str, Any]],
+        met: list[dict[str, Any]],
+    ) -> dict[str, Any]:
+        return {
+            "agent": me["id"],
+            "step": step,
+            "persona": me["persona"],
+            "x": me["x"],
+            "y": me["y"],
+            **self._fixed,
+            "place": place,
+            "fires": fires,
+            "neighbours": met,
+        }
+
+    def _seen(self, agent: int, cell: Cell, area: int) -> dict[str, Any]:
+        """Return what others see of an agent."""
+        place = None if area == OUTSIDE else self._seen_places[area]
+        return {"id": agent, "x": cell[0], "y": cell[1], "persona": self._personas[agent], "place": place}
+
+    def _visited(self, area: int, agents: int) -> dict[str, Any] | None:
+        """Return what the so many agents in an area learn about it."""
+        if area == OUTSIDE:
+            return None
+        place = self._settings.places[area]
+        return {
+            "name": place.name,
+            "type": place.type,
+            "agents": agents,
+            "capacity": place.capacity,
+            "occupancy_rate": agents / place.capacity,
+        }
 
 
 def _describe(place: Place) -> dict[str, Any]:

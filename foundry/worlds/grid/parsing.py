@@ -76,6 +76,11 @@ class ActionReading:
     reasoning: str = ""
 
     @property
+    def is_kept(self) -> bool:
+        """Whether there is something that the agent remembers from now on."""
+        return self.outcome in (Outcome.CHOSEN, Outcome.REPAIRED) and bool(self.memory.strip())
+
+    @property
     def decision(self) -> tuple[object, ...]:
         """What several readings of one reply must agree on."""
         return (self.outcome is Outcome.UNREADABLE, self.action, self.direction)

@@ -196,8 +196,9 @@ def _check(settings: GridSettings) -> None:
 def _check_parts(settings: GridSettings) -> None:
     """Refuse further parts that do not fit the grid, or one another."""
     refuse_repeated_names((one.name for one in settings.exits), "world.exits")
-    refuse_repeated_names((one.name for one in (*settings.zones, *settings.fires)), "world.zones and world.fires")
-    ends = {f"world.walls[{n}]": wall for n, wall in enumerate(settings.walls)}
+    dangers = [*(zone.name for zone in settings.zones), *(fire.name for fire in settings.fires)]
+    refuse_repeated_names(dangers, "world.zones and world.fires")
+    ends: dict[str, tuple[Cell, ...]] = {f"world.walls[{n}]": wall for n, wall in enumerate(settings.walls)}
     ends |= {f"Zone '{one.name}'": one.corners for one in settings.zones}
     ends |= {f"Exit '{one.name}'": one.cells for one in settings.exits}
     ends |= {} if settings.order is None else {"world.order.target": settings.order.target}

@@ -69,6 +69,10 @@ class Place(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         """Highest row."""
         return self.center[1] + self.extent[1]
 
+    def __contains__(self, cell: Cell) -> bool:
+        """Whether a cell belongs to it."""
+        return self.x_min <= cell[0] <= self.x_max and self.y_min <= cell[1] <= self.y_max
+
     @property
     def area(self) -> int:
         """Number of cells."""
@@ -101,6 +105,10 @@ class Field:
             inside = (x >= place.x_min) & (x <= place.x_max) & (y >= place.y_min) & (y <= place.y_max)
             found[inside] = index
         return found
+
+    def area(self, cell: Cell) -> int:
+        """Return the index of one cell's place, or OUTSIDE, as `areas` does for many."""
+        return next((index for index, place in enumerate(self.places) if cell in place), OUTSIDE)
 
     def is_free(self, cells: IntArray) -> BoolArray:
         """Return which cells are on the grid, in no place and not closed; cells (n, 2), result (n,)."""

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import groupby
 from typing import Any, ClassVar
 
 import msgspec
 
 from foundry import seeding
 from foundry.declared import Actions
-from foundry.records import Agent, GridStep, Message, Outcome, Record
-from foundry.worlds.base import Answer, Question, Recorded, Redrawing, Scenario, World, filler
+from foundry.records import Agent, GridStep, Message, Record
+from foundry.worlds.base import Ahead, Answer, Question, Recorded, Redrawing, Scenario, World, filler
+from foundry.worlds.grid.dependence import GridAhead, Kept, is_known
 from foundry.worlds.grid.drawing import GridFrame, draw, make_frame
 from foundry.worlds.grid.observation import Perception
 from foundry.worlds.grid.parsing import ActionReading, MessageReading, read_action, read_message
@@ -21,7 +22,7 @@ from foundry.worlds.grid.parts.frames import recorded_frames
 from foundry.worlds.grid.parts.records import FurnishedStep, records_of
 from foundry.worlds.grid.parts.start import with_roles
 from foundry.worlds.grid.parts.world import FurnishedWorld
-from foundry.worlds.grid.questions import ACTION, IDLE, MESSAGE
+from foundry.worlds.grid.questions import ACTION, MESSAGE, question
 from foundry.worlds.grid.settings import GridSettings, read_grid_settings
 from foundry.worlds.grid.space import OFFSETS, OUTSIDE, Cell
 from foundry.worlds.personas import draw_personas
@@ -117,10 +118,10 @@ class GridScenario(Scenario):
         """Rebuild the frames of a run from its records alone: the initial state, then one per step."""
         personas = self.personas(seed)
         if self.settings.furnished:
-            rows = [record for record in records if isinstance(record, FurnishedStep)]
-            yield from recorded_frames(self.settings, self._ground, personas, seed, rows)
+            lines = [record for record in records if isinstance(record, FurnishedStep)]
+            yield from recorded_frames(self.settings, self._ground, personas, seed, lines)
             return
-        for step, group in groupby(records, key=lambda record: record.step):
+        for step, group in itertools.groupby(records, key=lambda record: record.step):
             rows = list(group)
             if step == 1:
                 yield make_frame(self.settings, personas, 0, [(row.x, row.y) for row in rows])
@@ -178,18 +179,8 @@ class GridWorld(World):
         """Return every agent's message question, then, once these are answered, every action question."""
         if self.finished:
             return ()
-        step = self._completed + 1
-        kind = MESSAGE if self._said is None else ACTION
-        questions = []
-        for agent, perceived in enumerate(self._scene.observations):
-            observation = perceived | {
-                "memory": list(self._memories[agent]),
-                "received": list(self._received[agent]),
-            }
-            if self._said is not None:
-                observation["message"] = self._said[agent].text
-            questions.append(Question(step, agent, kind, observation, idle=IDLE[kind]))
-        return questions
+        said: Iterable[MessageReading | None] = self._said or itertools.repeat(None)
+        return list(map(question, self._scene.observations, self._memories, self._received, said))
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
         """Return the delivered messages by (sender, recipient), or the steps by agent, in turn."""
@@ -206,6 +197,13 @@ class GridWorld(World):
     def draw(self) -> bytes:
         """Return the present state as a PNG."""
         return draw(self.frame())
+
+    def ahead(self) -> Ahead | None:
+        """Return who can be asked at the beginning of a step; None where there is more to the world than is known."""
+        if self._said is not None or type(self) is not GridWorld or not is_known(self._settings):
+            return None
+        kept = list(map(Kept, self._memories, self._received))
+        return GridAhead(self._settings, self._perception, self._target, self._completed + 1, self._cells, kept)
 
     def frame(self) -> GridFrame:
         """Return all that a picture of the present state shows."""
@@ -228,7 +226,7 @@ class GridWorld(World):
         records = []
         for agent, (message, action) in enumerate(zip(said, actions, strict=True)):
             records.append(self._record(agent, message, action))
-            if action.outcome in (Outcome.CHOSEN, Outcome.REPAIRED) and action.memory.strip():
+            if action.is_kept:
                 self._memories[agent].append(action.memory)
         self._cells = [(record.x_next, record.y_next) for record in records]
         self._completed += 1

@@ -99,7 +99,7 @@ def test_a_forager_alone_on_a_uniform_field_lives_as_long_as_the_closed_form_say
 def test_foragers_with_plenty_have_children_who_are_asked_too(tmp_path: Path):
     run = whole_run(
         tmp_path / "sweep", "survival", "forager", "world.half_size=4", "world.agents=3", "world.food.share=1",
-        "world.reproduction.most=8", "world.steps=20", seed=0,
+        "world.reproduction.most=8", "world.steps=20", "world.energy.start=35", seed=0,
     )  # fmt: skip
     assert isinstance(run, GridRun) and 3 < run.agents <= 8
     found = survival.measure(run)

@@ -190,3 +190,9 @@ def test_a_picture_is_drawn_again_byte_for_byte():
     lines = [*step(world, "up", "up", "left", "stay"), *step(world, *["up"] * len(world.pending()))]
     content = b"".join(msgspec.json.encode(line) + b"\n" for line in lines)
     assert made.redraw(Recorded(1, content, b"", lambda _: None)).draw(2) == world.draw()
+
+
+def test_worlds_with_further_parts_ask_in_rounds_and_those_without_may_ask_ahead():
+    assert scenario((0, 0)).start(0).ahead() is not None
+    for part in ({"walls": [[[1, 1], [1, 1]]]}, {"exits": [NORTH]}, {"view": 2}, {"energy": {"start": 3}}):
+        assert scenario((0, 0), **part).start(0).ahead() is None

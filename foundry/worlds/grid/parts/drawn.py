@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from foundry.worlds.grid.space import Cell
 
@@ -54,7 +54,7 @@ def draw_furniture(axes: Axes, furniture: Furniture) -> None:
     for name, cells in furniture.exits:
         _fill(axes, cells, EXIT_COLOUR, 0.9)
         backing = {"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1.0}
-        place = {"textcoords": "offset points", "ha": "center", "zorder": 7, "bbox": backing}
+        place: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "zorder": 7, "bbox": backing}
         axes.annotate(name, cells[0], (0, 9), fontsize=9, color=EXIT_COLOUR, **place)
     if furniture.gone:
         text = ", ".join(f"{count} {name}" for name, count in furniture.gone)

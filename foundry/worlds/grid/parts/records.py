@@ -96,5 +96,7 @@ class Growing(Record, frozen=True, kw_only=True):
 def records_of(settings: GridSettings) -> tuple[type[Record], ...]:
     """Return the classes of the records that a world with these further parts writes."""
     found: list[type[Record]] = [FurnishedStep if settings.energy is None else LivingStep, Message, Agent]
-    further = {Burning: settings.fires, Growing: settings.food, Newborn: settings.reproduction}
-    return (*found, *(kind for kind, part in further.items() if part))
+    found += [Burning] if settings.fires else []
+    found += [Growing] if settings.food else []
+    found += [Newborn] if settings.reproduction else []
+    return tuple(found)

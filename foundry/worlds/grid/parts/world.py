@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from foundry import seeding
-from foundry.records import Agent, Message, Outcome, Record
+from foundry.records import Agent, Message, Record
 from foundry.worlds.base import Answer, Question, World
 from foundry.worlds.grid.drawing import GridFrame, draw
 from foundry.worlds.grid.parsing import MessageReading, read_message
@@ -21,11 +22,9 @@ from foundry.worlds.grid.parts.records import Burning, FurnishedStep, Growing, L
 from foundry.worlds.grid.parts.senses import Senses
 from foundry.worlds.grid.parts.start import first_bodies, new_body
 from foundry.worlds.grid.parts.ways import Secret, WayOut
-from foundry.worlds.grid.questions import ACTION, IDLE, MESSAGE
+from foundry.worlds.grid.questions import ACTION, IDLE, question
 from foundry.worlds.grid.settings import GridSettings
 from foundry.worlds.grid.space import OFFSETS, OUTSIDE, Cell
-
-_DECIDED = (Outcome.CHOSEN, Outcome.REPAIRED)
 
 
 class FurnishedWorld(World):
@@ -33,7 +32,8 @@ class FurnishedWorld(World):
 
     A step: fires spread; messages are asked for and delivered; actions are asked for; deeds are done, then moves, both
     in an order that is drawn for the step; energy is lost, and who has none, or stands where it may die, may be lost;
-    food grows. The episode ends after the last step, or when nobody is left.
+    food grows. The episode ends after the last step, or when nobody is left. Its rounds wait for all: whoever is asked
+    before others would have to know what they do to the ground that all share.
     """
 
     def __init__(self, settings: GridSettings, seed: int, personas: Sequence[dict[str, str]], ground: Ground) -> None:
@@ -81,27 +81,15 @@ class FurnishedWorld(World):
         """Return a message question for all who are there, then, once these are answered, an action question."""
         if self.finished:
             return ()
-        kind = MESSAGE if self._said is None else ACTION
         burning = frozenset(self._blaze.cells)
         questions = []
         for agent, perceived in zip(self._bodies, self._scene.observations, strict=True):
-            body = self._bodies[agent]
-            observation = perceived | {"memory": list(body.memories), "received": list(body.received)}
-            if self._said is not None:
-                observation["message"] = self._said[agent].text
-            questions.append(
-                Question(
-                    self._completed + 1,
-                    agent,
-                    kind,
-                    observation,
-                    secret=None
-                    if kind == MESSAGE
-                    else Secret(self._plan, agent, body.cell, known=body.known, burning=burning),
-                    options=() if kind == MESSAGE else self._options(agent, observation),
-                    idle=IDLE[kind],
-                )
-            )
+            body, said = self._bodies[agent], None if self._said is None else self._said[agent]
+            asked = question(perceived, body.memories, body.received, said)
+            if said is not None:
+                secret = Secret(self._plan, agent, body.cell, known=body.known, burning=burning)
+                asked = replace(asked, secret=secret, options=self._options(agent, perceived))
+            questions.append(asked)
         return questions
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
@@ -248,7 +236,7 @@ class FurnishedWorld(World):
     def _remember(self, deeds: Mapping[int, Deed]) -> None:
         for agent, body in self._bodies.items():
             deed = deeds.get(agent)
-            if deed is not None and deed.outcome in _DECIDED and deed.memory.strip():
+            if deed is not None and deed.is_kept:
                 body.memories.append(deed.memory)
 
     def _record(
@@ -267,7 +255,7 @@ class FurnishedWorld(World):
     ) -> FurnishedStep:
         area = self._scene.areas[index]
         observation = self._scene.observations[index]
-        plain = {
+        plain: dict[str, Any] = {
             "step": self._completed + 1,
             "agent": agent,
             "x": cell[0],

@@ -1,0 +1,200 @@
+"""Who is asked ahead of the others is asked the same, and nobody waits for whoever is out of reach."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given, reject
+from hypothesis import strategies as st
+
+from foundry import seeding
+from foundry.conformance.playing import seen
+from foundry.errors import InputError
+from foundry.worlds.base import Ahead, Answer, Asked, Question
+from foundry.worlds.grid import dependence
+from foundry.worlds.grid.dependence import GridAhead, can_come_near, can_enter
+from foundry.worlds.grid.layouts import Uniform
+from foundry.worlds.grid.settings import GridSettings
+from foundry.worlds.grid.space import Place
+from foundry.worlds.grid.world import GridScenario, GridWorld
+from worlds.grid.conftest import load_world
+
+STAY, SILENCE = Answer('{"action": "stay"}'), Answer('{"message": null}')
+
+
+def answer(asked: Asked, seed: int) -> Answer:
+    """Return what an agent says and does, drawn from the seed and the question's place alone."""
+    step, agent, kind = asked
+    rng = seeding.stream(seed, f"{step} {agent} {kind}")
+    if rng.random() < 0.05:
+        return Answer("I cannot say.")
+    if kind == "message":
+        return Answer(json.dumps({"message": None if rng.random() < 0.5 else f"{agent} at {step}"}))
+    way = ("up", "down", "left", "right")[rng.integers(4)]
+    action = {"action": "stay"} if rng.random() < 0.2 else {"action": "move", "direction": way}
+    return Answer(json.dumps({**action, "memory": "" if rng.random() < 0.5 else f"step {step}"}))
+
+
+@st.composite
+def worlds(draw: Callable[..., Any]) -> GridScenario:
+    half = draw(st.integers(3, 14))
+    inside = st.integers(1 - half, half - 1)
+    places = [
+        {"name": f"p{n}", "type": "cafe", "center": [draw(inside), draw(inside)], "extent": [1, n % 2], "capacity": 2}
+        for n in range(draw(st.integers(0, 2)))
+    ]
+    fires = [{"name": "f", "start": 2, "position": [0, 0], "intensity": 0.5, "radius": 3}]
+    settings: dict[str, Any] = load_world("cafe_library") | {
+        "layout": Uniform(),
+        "half_size": half,
+        "agents": draw(st.integers(1, 7)),
+        "steps": draw(st.integers(1, 9)),
+        "places": places,
+        "fires": fires[: draw(st.integers(0, 1))],
+        "communication_distance": draw(st.sampled_from([0, 1, 1.5, 2, 2.9, 5])),
+        "history": {"memory": draw(st.integers(0, 2)), "messages": draw(st.integers(0, 3))},
+    }
+    try:
+        return GridScenario(**{key: value for key, value in settings.items() if key != "_target_"})
+    except InputError:
+        reject()
+
+
+def in_lock_step(world: GridWorld, seed: int) -> tuple[dict[Asked, Any], list[Any]]:
+    """Return every question as it is seen, in order, and all records."""
+    asked: dict[Asked, Any] = {}
+    records: list[Any] = []
+    while not world.finished:
+        questions = world.pending()
+        asked |= {one.asked: seen(one) for one in questions}
+        records += world.advance([answer(one.asked, seed) for one in questions])
+    return asked, records
+
+
+def out_of_order(world: GridWorld, seed: int, choose: Callable[[int], int]) -> tuple[dict[Asked, Any], list[Any]]:
+    """Return the same where one of the questions that are open is answered at a time."""
+    asked: dict[Asked, Any] = {}
+    records: list[Any] = []
+    ahead = world.ahead()
+    assert ahead is not None
+    answers: dict[Asked, Answer] = {}
+    opened: list[Asked] = []
+    while not world.finished:
+        for one in ahead.ready():
+            assert one.asked not in asked, "every question is put once"
+            asked[one.asked] = seen(one)
+            opened.append(one.asked)
+        one = opened.pop(choose(len(opened)))
+        answers[one] = answer(one, seed)
+        ahead.take(one, answers[one])
+        while whole := ahead.next_round():
+            assert list(whole) == [question.asked for question in world.pending()]
+            records += world.advance([answers.pop(asked) for asked in whole])
+    assert not ahead.ready() and not opened and not answers
+    return asked, records
+
+
+@given(worlds(), st.integers(0, 5), st.sampled_from(["first", "last", "random"]))
+def test_questions_and_records_are_those_of_lock_step_whatever_the_order_of_the_answers(
+    scenario: GridScenario, seed: int, order: str
+):
+    rng = seeding.stream(seed, "order")
+    choose = {"first": lambda n: 0, "last": lambda n: n - 1, "random": lambda n: int(rng.integers(n))}[order]
+    expected, records = in_lock_step(scenario.start(seed), seed)
+    asked, found = out_of_order(scenario.start(seed), seed, choose)
+    assert asked == expected
+    assert list(map(msgspec.json.encode, found)) == list(map(msgspec.json.encode, records))
+
+
+def test_an_episode_can_go_ahead_from_any_step(make: Callable[..., GridScenario]):
+    worlds = [make(agents=6, half_size=8, places=[], fires=[], steps=8).start(1) for _ in range(2)]
+    for world in worlds:
+        for _ in range(5):
+            assert (world.ahead() is None) == (world.pending()[0].kind == "action")
+            world.advance([answer(one.asked, 1) for one in world.pending()])
+        world.advance([answer(one.asked, 1) for one in world.pending()])
+    assert out_of_order(worlds[0], 1, lambda n: n - 1) == in_lock_step(worlds[1], 1)
+
+
+def asked_without(ahead: Ahead, silent: int) -> Iterator[Question]:
+    """Yield all that is asked while one agent never answers and the others stay where they are."""
+    while opened := ahead.ready():
+        for one in opened:
+            yield one
+            if one.agent != silent:
+                ahead.take(one.asked, SILENCE if one.kind == "message" else STAY)
+
+
+@pytest.mark.parametrize(
+    ("apart", "reach", "last"), [((20, 0), 5, 15), ((12, 12), 5, 17), ((3, 0), 5, 1), ((0, 6), 0.5, 6)]
+)
+def test_an_agent_is_asked_until_the_one_behind_could_be_within_reach(
+    apart: tuple[int, int], reach: float, last: int, at: Callable[..., GridScenario]
+):
+    ahead = at((0, 0), apart, places=[], communication_distance=reach).start(0).ahead()
+    assert ahead is not None
+    steps = [one.step for one in asked_without(ahead, silent=1) if one.agent == 0]
+    assert max(steps) == last
+
+
+def test_who_is_inside_a_place_waits_for_whoever_could_enter_it(at: Callable[..., GridScenario]):
+    cafe = [{"name": "cafe", "type": "cafe", "center": [0, 0], "extent": [3, 3], "capacity": 5}]
+    ahead = at((0, 0), (13, 0), places=cafe, communication_distance=1, steps=50).start(0).ahead()
+    assert ahead is not None
+    steps = [one.step for one in asked_without(ahead, silent=1) if one.agent == 0]
+    assert max(steps) == 10, "nine steps lead to the place's edge at (4, 0), the tenth into it"
+
+
+@pytest.mark.parametrize(("waiting", "steps"), [(dependence.MOST_WAITING, dependence.MOST_STEPS), (40, 10), (1, 1)])
+def test_nobody_is_further_ahead_than_the_answers_may_wait_in_memory(
+    waiting: int, steps: int, at: Callable[..., GridScenario], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(dependence, "MOST_WAITING", waiting)
+    ahead = at((-90, 0), (90, 0), half_size=100, places=[], steps=200).start(0).ahead()
+    assert ahead is not None
+    assert max(one.step for one in asked_without(ahead, silent=1)) == 1 + steps
+
+
+CELLS = [np.array(cell) for cell in itertools.product(range(-12, 13), repeat=2)]
+
+
+@given(st.integers(-9, 9), st.integers(-9, 9), st.integers(0, 6), st.sampled_from([0, 0.5, 1, 1.5, 2, 3.7]))
+def test_who_can_come_near_is_said_of_all_who_can_and_of_few_others(x: int, y: int, steps: int, reach: float):
+    reached = [cell for cell in CELLS if np.abs(cell - (x, y)).sum() <= steps]
+    nearest = min(float(np.hypot(*cell)) for cell in reached)
+    said = bool(can_come_near(np.array([[x, y]]), np.array([steps]), reach)[0])
+    assert said or nearest > reach
+    assert not said or nearest <= reach + 0.75, "half a cell's diagonal, since cells are whole"
+
+
+@given(st.integers(-9, 9), st.integers(-9, 9), st.integers(0, 8))
+def test_who_can_enter_a_place_is_said_exactly(x: int, y: int, steps: int):
+    place = Place(name="p", type="t", center=(1, -1), extent=(2, 1), capacity=1)
+    can = any(np.abs(cell - (x, y)).sum() <= steps for cell in CELLS if tuple(cell) in place)
+    assert bool(can_enter(np.array([[x, y]]), np.array([steps]), place)[0]) == can
+
+
+def test_the_area_of_one_cell_is_that_of_many(make: Callable[..., GridScenario]):
+    field = make().settings.field
+    cells = [(x, y) for x in range(-25, 26) for y in range(-25, 26)]
+    assert [field.area(cell) for cell in cells] == field.areas(np.array(cells)).tolist()
+
+
+def test_a_world_with_more_to_it_than_the_rule_was_made_for_stays_in_lock_step(
+    make: Callable[..., GridScenario], monkeypatch: pytest.MonkeyPatch
+):
+    class Other(GridWorld):
+        """May do anything."""
+
+    monkeypatch.setitem(dependence._KNOWN, GridSettings, dependence._KNOWN[GridSettings].replace(" fires", ""))
+    settings, personas = make(fires=[]).settings, make().personas(0)
+    cells = [(0, 0)] * len(personas)
+    assert isinstance(GridWorld(settings, cells, personas).ahead(), GridAhead)
+    assert GridWorld(make().settings, cells, personas).ahead() is None
+    assert Other(settings, cells, personas).ahead() is None
