@@ -77,9 +77,9 @@ def measure(run: GridRun) -> dict[str, float]:
     nothing = dict.fromkeys(MEASURES, math.nan) | {"n_states": 0.0, "n_group_states": 0.0, "n_isolation": 0.0}
     if run.agents < 2:
         return nothing
-    # Distances are held against agents anywhere on an open grid, always as many.
-    is_open = run.there.all() and not run.world.walls
-    return {**nothing, **_groups(run), **(_indices(run) if is_open else {})}
+    if run.world.walls or not run.there.all():
+        return nothing | _groups(run)  # distances are held against agents anywhere on an open grid, always as many
+    return {**_groups(run), **_indices(run)}
 
 
 def _groups(run: GridRun) -> dict[str, float]:

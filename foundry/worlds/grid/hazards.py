@@ -47,9 +47,9 @@ def perceived_fires(
     """
     seen: list[list[dict[str, Any]]] = [[] for _ in range(len(cells))]
     for fire in fires:
-        if fire.start > step:
-            continue
         spots = np.array([fire.position]) if burning is None else burning[fire.name]
+        if fire.start > step or not len(spots):  # where another burns already it finds nothing to light
+            continue
         apart = distances(cells[:, None], spots)
         distance, nearest = apart.min(axis=1), apart.argmin(axis=1)
         for agent in np.flatnonzero(distance <= fire.radius).tolist():

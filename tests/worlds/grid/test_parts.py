@@ -124,6 +124,16 @@ def test_a_fire_that_always_spreads_burns_one_ring_more_a_step_and_kills_who_sta
     assert [line.lost for line in step(world, "stay", "stay")] == ["fire", None]
 
 
+def test_a_fire_finds_nothing_to_light_where_another_burns_already():
+    plain = {"intensity": 1, "radius": 9}
+    first = {"name": "first", "start": 1, "position": [0, 0], "spread": 1, **plain}
+    second = {"name": "second", "start": 3, "position": [0, 1], **plain}
+    world = scenario((2, 2), fires=[first, second]).start(0)
+    for _ in range(3):
+        step(world, "stay")
+    assert [one["name"] for one in world.pending()[0].observation["fires"]] == ["first"]
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
