@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -35,12 +37,10 @@ def leaving(paths: list[list[tuple[int, int]]], steps: int, **world: Any) -> Gri
                 left[len(path) - 2, agent] = index
                 present[len(path) - 1 :, agent] = False
     run = grid_run(padded, half_size=2, left=left, present=present, lost=np.zeros_like(present), **world.pop("run", {}))
-    return GridRun(**{**vars(run), "world": world_of(run, exits=exits, **world)})
+    return replace(run, world=world_of(run, exits=exits, **world))
 
 
 def world_of(run: GridRun, **changes: Any) -> Any:
-    import msgspec
-
     return msgspec.structs.replace(run.world, **changes)
 
 
@@ -149,8 +149,8 @@ def test_signatures_count_no_agent_that_is_not_there(tmp_path: Path):
 
 def test_signatures_of_an_open_grid_are_what_they_were():
     run = grid_run([[(0, 0), (1, 0), (2, 0)], [(5, 5), (5, 6), (5, 7)]])
-    full = GridRun(**{**vars(run), "present": np.ones((2, 2), dtype=np.bool_)})
+    full = replace(run, present=np.ones((2, 2), dtype=np.bool_))
     for one in (clustering, exploration):
         assert one.measure(full) == pytest.approx(one.measure(run), nan_ok=True)
     assert hazard.applies(run) and not evacuation.applies(run)
-    assert not hazard.applies(GridRun(**{**vars(run), "world": world_of(run, fires=(Fire("f", 1, (0, 0), 2.0, 0.1),))}))
+    assert not hazard.applies(replace(run, world=world_of(run, fires=(Fire("f", 1, (0, 0), 2.0, 0.1),))))

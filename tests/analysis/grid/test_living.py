@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ def living(paths: Any, *, start: int = 10, order: Order | None = None, **changes
     numbers = {name: changes.get(name, np.zeros(run.choice.shape, dtype=np.int64)) for name in names}
     agents = changes.get("agents", run.agents)
     world = msgspec.structs.replace(run.world, energy=Energy(start), order=order, agents=agents)
-    return GridRun(**{**vars(run), "world": world, "living": numbers})
+    return replace(run, world=world, living=numbers)
 
 
 def test_rates_are_of_decisions_with_someone_within_reach_in_scarcity_and_plenty():
