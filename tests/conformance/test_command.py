@@ -115,4 +115,5 @@ def test_the_example_holds_what_every_part_must_hold(tmp_path: Path):
     found = [json.loads(line) for line in done.stdout.splitlines()]
     assert done.returncode == 0, [one for one in found if one["status"] == "failed"]
     skipped = {one["check"] for one in found if one["status"] == "skipped"}
-    assert skipped == {"keeps its secrets", "opens with its personas", "has a schema for every question"}
+    needless = {"asks ahead what it asks later", "keeps its secrets", "opens with its personas"}
+    assert skipped == {*needless, "has a schema for every question"}
