@@ -145,6 +145,11 @@ def test_signatures_count_no_agent_that_is_not_there(tmp_path: Path):
     assert math.isnan(found["exploration.walker_ratio"]) and found["exploration.n_cells"] == run.world.cells < 17 * 17
     assert not any(name.startswith("hazard.") for name in found), "its fire spreads"
     assert run.choice[~run.there].max() == 0 and not run.moved[~run.there].any()
+    doors = {cell for one in run.world.exits for cell in one.cells}
+    gone = np.flatnonzero((run.left != NO_EXIT).any(axis=0))
+    assert len(gone) and all((run.x[-1, agent], run.y[-1, agent]) in doors for agent in gone), (
+        "where it left, it is kept"
+    )
 
 
 def test_signatures_of_an_open_grid_are_what_they_were():
