@@ -151,11 +151,16 @@ def loads_its_records_back(case: WorldCase) -> None:
 
 
 def opens_with_its_personas(case: WorldCase) -> None:
-    """Where agents have personas, `opening()` records them as `Agent`, the same as `personas(seed)`."""
+    """Where agents have personas, `opening()` records them as `Agent`, the same as `personas(seed)`.
+
+    Those of agents that come into the world later are recorded then.
+    """
     personas = [dict(one) for one in case.scenario.personas(case.seed)]
     recorded = {one.agent: one.persona for one in case.usual.opening if isinstance(one, Agent)}
     if not any(personas) and not recorded:
         raise Skipped("has no personas")
+    if case.scenario.grows:
+        personas = personas[: len(case.usual.turns[0].questions)]
     expected = {agent: persona for agent, persona in enumerate(personas) if persona}
     require(recorded == expected, f"opening() records the personas {recorded}, personas({case.seed}) says {expected}")
 

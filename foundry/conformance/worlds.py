@@ -182,7 +182,7 @@ def follows_its_seed(case: WorldCase) -> str | None:
 
 
 def has_a_persona_for_every_agent(case: WorldCase) -> None:
-    """`personas(seed)` has one persona an agent, by its id, those that nobody asks included; the same every time."""
+    """`personas(seed)` has one persona an agent that there may ever be, by its id; the same every time."""
     personas = case.scenario.personas(case.seed)
     asked = {question.agent for question in case.usual.questions}
     require(

@@ -21,7 +21,15 @@ from foundry.conformance.worlds import follows_its_seed
 from foundry.paths import conf_dir
 from foundry.running.build import build
 
-SMALL = {"cafe_library": ("world.agents=5", "world.steps=3"), "bar_arthur": ("world.agents=8", "world.steps=2")}
+SMALL = {
+    "cafe_library": ("world.agents=5", "world.steps=3"),
+    "bar_arthur": ("world.agents=8", "world.steps=2"),
+    "evacuation": ("world.agents=6", "world.steps=3"),
+    "evacuation_corridor": ("world.agents=6", "world.steps=3"),
+    "evacuation_floor": ("world.agents=6", "world.steps=3"),
+    "survival": ("world.agents=6", "world.steps=4", "world.half_size=3", "world.energy.start=40"),
+    "survival_zone": ("world.steps=3",),
+}
 SCENES = ("kibo", "kibo_paper", "office", "gallery")
 ABSTRACT = ("usd",)
 """Worlds that others build on, and that are none without them."""
@@ -115,6 +123,8 @@ def shipped(form: str, world: str) -> list[tuple[str, str]]:
     ("world", "module"),
     [
         *shipped("grid", "cafe_library"),
+        *shipped("grid", "evacuation"),
+        *shipped("grid", "survival"),
         *(pytest.param(*one, marks=pytest.mark.slow) for one in shipped("camera", "kibo")),
     ],
 )
