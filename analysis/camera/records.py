@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from analysis.arrays import OUTCOMES, FloatArray
 from analysis.camera.command_kinds import kinds_of
 from analysis.camera.run import CameraRun
 from analysis.costs import RunCost, cost_of
-from analysis.lines import EPISODE, STEPS, read_lines, read_messages
+from analysis.lines import EPISODE, STEPS, read_further, read_lines, read_messages
 from foundry.errors import RecordError
 from foundry.records import COMMAND_KINDS, CameraEpisode, CameraStep, Message, Pose, RunSummary
 from foundry.storing.store import RunFolder
@@ -23,11 +23,19 @@ from foundry.storing.store import RunFolder
 
 @dataclass(frozen=True)
 class CameraRecords:
-    """The lines of one run of a 3D world; no episode where the run ended before its first."""
+    """The lines of one run of a 3D world; no episode where the run ended before its first.
+
+    Attributes:
+        episode: what holds for all of it.
+        steps: the decisions.
+        messages: the deliveries.
+        facts: what the world records of the episode beyond the keys of `CameraEpisode`.
+    """
 
     episode: CameraEpisode | None
     steps: list[CameraStep]
     messages: list[Message]
+    facts: Mapping[str, Any] = field(default_factory=dict)
 
     def rows(self) -> list[dict[str, Any]]:
         """Return the decisions as rows of a table; see `flat`."""
@@ -66,7 +74,8 @@ class CameraRecords:
         if poses[:-1] != [row.pose for row in self.steps]:
             raise RecordError(f"{file} does not fit: a decision does not start where the one before it ended.")
         try:
-            return _camera_run(folder.id, self.episode, self.steps, poses, cost=cost_of(folder.summary()))
+            found = _camera_run(folder.id, self.episode, self.steps, poses, cost=cost_of(folder.summary()))
+            return replace(found, facts=self.facts)
         except OverflowError as error:
             raise RecordError(f"{file} holds a number that no array does: {error}") from error
 
@@ -80,7 +89,9 @@ def read_records(folder: RunFolder, summary: RunSummary | None) -> CameraRecords
     episodes = read_lines(folder, EPISODE, folder.episode_bytes(), summary, CameraEpisode)
     steps = read_lines(folder, STEPS, folder.steps_bytes(), summary, CameraStep) if episodes else []
     check_commands(folder.path / STEPS, steps)
-    return CameraRecords(episodes[0] if episodes else None, steps, read_messages(folder, summary))
+    facts = read_further(folder, CameraEpisode.stream, summary) if episodes else [{}]
+    own = {key: value for key, value in facts[0].items() if key not in CameraEpisode.__struct_fields__}
+    return CameraRecords(episodes[0] if episodes else None, steps, read_messages(folder, summary), own)
 
 
 class _Translate(msgspec.Struct):

@@ -6,8 +6,9 @@ T decisions of one agent. State 0 is the start, drawn by the world; state t is t
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -47,6 +48,7 @@ class CameraRun:
         replies: the raw replies, (T,).
         visible_px: pixels of every labelled thing in the image the model saw, by label; T of them.
         cost: what the run took, or None where that is unknown.
+        facts: what its world records of the episode beyond the keys of `CameraEpisode`.
         readable_only: whether the decisions that could not be read are left out of all that is counted.
     """
 
@@ -70,6 +72,7 @@ class CameraRun:
     replies: TextArray
     visible_px: tuple[Mapping[str, int], ...]
     cost: RunCost | None = None
+    facts: Mapping[str, Any] = field(default_factory=dict)
     readable_only: bool = False
 
     @property

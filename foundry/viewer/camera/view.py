@@ -57,8 +57,8 @@ class CameraView(RunView):
         """Return the images that the steps name."""
         return [f"{self._folder}/{row.image}" for row in self._rows(1, self.done) if row.image is not None]
 
-    def episode(self) -> CameraEpisode | None:
-        """Return the facts of the episode, or None until the run has begun.
+    def episode(self) -> msgspec.Raw | None:
+        """Return the facts of the episode as they are recorded, or None until the run has begun.
 
         Raises:
             RecordError: they cannot be read.
@@ -67,13 +67,18 @@ class CameraView(RunView):
         if not lines or not lines[0].endswith(b"\n"):
             return None
         try:
-            return msgspec.json.decode(lines[0], type=CameraEpisode)
+            msgspec.json.decode(lines[0], type=CameraEpisode)
         except NOT_JSON as error:
             raise RecordError(f"{self.folder.stream_path('episode')} cannot be read: {error}") from error
+        return msgspec.Raw(lines[0].rstrip(b"\n"))
 
     def frames(self, first: int, last: int) -> dict[str, Any]:
-        """Return the records as they are."""
-        return {"first": first, "last": last, "steps": self._rows(first, last)}
+        """Return the records as they are, with whatever keys of its own the world gives them."""
+        self._rows(first, last)  # none that cannot be read goes out
+        return {"first": first, "last": last, "steps": [msgspec.Raw(one) for one in self._lines(first, last)]}
+
+    def _lines(self, first: int, last: int) -> list[bytes]:
+        return self.steps.read(first, last).splitlines()
 
     def marks(self, first: int, last: int) -> dict[str, list[int]]:
         """Return, by step, whether it was undecided, repaired, stopped by a boundary, or at the goal."""

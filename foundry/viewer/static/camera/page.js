@@ -156,8 +156,11 @@
 
     goal() {
       const {episode} = this.data.about;
-      return episode ? h("p", {class: "goal"}, "Find ", h("b", {}, h("bdi", {}, episode.target)),
-        ` in ${episode.scene}; within ${number(episode.radius)} m counts as reached. Shortest way: ${metres(episode.shortest_m)}.`) : null;
+      if (!episode) return null;
+      const told = Object.entries(episode.instruction || {});
+      return h("div", {class: "goal"}, h("p", {}, "Find ", h("b", {}, h("bdi", {}, episode.target)),
+        ` in ${episode.scene}; within ${number(episode.radius)} m counts as reached. Shortest way: ${metres(episode.shortest_m)}.`),
+      told.map(([language, text]) => h("p", {class: "told-way"}, `Told in ${language}: `, h("q", {}, h("bdi", {}, text)))));
     }
 
     summary() {
