@@ -97,6 +97,7 @@ AMOUNTS = {
     "communication": {"reply_rate"},
     "exploration": {"coverage", "group_coverage", "gyration", "path_length"},
     "gaze": {"rate", "share"},
+    "follow": {"sdtw", "legs"},
     "idle_rate": {"chosen", "blocked", "invalid"},
     "outcome": {"readable", "message_readable", "repaired"},
     "path_efficiency": {

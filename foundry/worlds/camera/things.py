@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
 from functools import cached_property
+from typing import Annotated
 
 import msgspec
 import numpy as np
@@ -30,7 +31,7 @@ class ThingsSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw
 
     ignore: list[str]
     largest: Positive
-    pixels: int
+    pixels: Annotated[int, msgspec.Meta(ge=1)]
 
 
 class Things:
@@ -94,15 +95,23 @@ class Things:
         yaw, pitch = angles(self._of(name).points.mean(axis=0) - self._around.eye(pose))
         return turn_between(pose.yaw, yaw), pitch
 
-    def seen(self, pose: Pose) -> dict[str, int]:
-        """Return the things that are seen from a pose, with their pixels: in the image, not hidden, large enough."""
-        eye = self._around.eye(pose)
-        pixels = dict.fromkeys(self.names, 0)
-        for path, count in self._around.renderer().visible(eye, pose.yaw, pose.pitch).items():
+    @property
+    def least_pixels(self) -> int:
+        """Pixels of an image, at least, that a thing fills that is seen in it."""
+        return self._settings.pixels
+
+    def pixels(self, pose: Pose) -> dict[str, int]:
+        """Return how many pixels each thing fills in the image from a pose: what is hidden or outside fills none."""
+        found = dict.fromkeys(self.names, 0)
+        for path, count in self._around.renderer().visible(self._around.eye(pose), pose.yaw, pose.pitch).items():
             label = self._around.labels.get(path)
-            if label in pixels:
-                pixels[label] += count
-        return {name: count for name, count in pixels.items() if count >= self._settings.pixels}
+            if label in found:
+                found[label] += count
+        return found
+
+    def seen(self, pose: Pose) -> dict[str, int]:
+        """Return the things that are seen from a pose, with their pixels."""
+        return {name: count for name, count in self.pixels(pose).items() if count >= self.least_pixels}
 
     def _of(self, name: str) -> TargetSurfaces:
         if name not in self._surfaces:

@@ -6,31 +6,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import msgspec
 import numpy as np
 
 from foundry import seeding
 from foundry.errors import InputError
 from foundry.records import CameraStep, Pose, Record, SeenImage
-from foundry.worlds.camera.body.navigation import Field
 from foundry.worlds.camera.body.pose import make_pose
 from foundry.worlds.camera.following.legs import ASIDE_M, MEASURED_ASIDE_M, legs_of, straightened
 from foundry.worlds.camera.following.records import FollowEpisode, Leg
 from foundry.worlds.camera.following.telling import GRAINS, told
 from foundry.worlds.camera.loading.scene import FloatArray
-from foundry.worlds.camera.settings import Positive
-from foundry.worlds.camera.surroundings import DRAWS, Target
+from foundry.worlds.camera.surroundings import Target
 from foundry.worlds.camera.things import Things, ThingsSettings
+from foundry.worlds.camera.ways import draw_way, read_way
 from foundry.worlds.camera.world import CameraScenario, CameraWorld
 from foundry.worlds.validation import read_settings
-
-
-class WaySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Which ways are told: their length, metres, and how near to the thing at their end counts as reached."""
-
-    shortest: Positive
-    longest: Positive
-    radius: Positive
 
 
 @dataclass(frozen=True)
@@ -85,11 +75,7 @@ class FollowScenario(CameraScenario):
         if grain not in GRAINS:
             raise InputError(f"world.grain={grain} is not one of: {', '.join(GRAINS)}.")
         self.grain = grain
-        self.way = read_settings(WaySettings, way, "world.way")
-        if self.way.shortest > self.way.longest:
-            raise InputError(
-                f"world.way.shortest={self.way.shortest:g} is above longest={self.way.longest:g}: swap them."
-            )
+        self.way = read_way(way)
         super().__init__(**settings)
         if self.settings.targets:
             raise InputError("world.targets is not for this world: the scene's labels say what ways lead to.")
@@ -109,29 +95,8 @@ class FollowScenario(CameraScenario):
         Raises:
             InputError: the scene has no way of such a length.
         """
-        goals, starts = seeding.stream(seed, "target"), seeding.stream(seed, "start")
-        for _ in range(DRAWS):
-            name = self.things.names[int(goals.integers(len(self.things.names)))]
-            target = self.things.target(name, self.way.radius)
-            ways = self._of_length(target.ways)
-            if np.isfinite(ways.distance).any():
-                start = self.surroundings.draw_start(starts, target, ways)
-                length = self.surroundings.way(start, target).length
-                if length is not None and self._fits(length):
-                    return self._told(target, start)
-        asset, way = self.settings.scene.asset, self.way
-        raise InputError(
-            f"Scene '{asset}' has no way of {way.shortest:g} to {way.longest:g} m to any of its "
-            f"{len(self.things.names)} things: see world.way and world.start."
-        )
-
-    def _of_length(self, ways: Field) -> Field:
-        """Return ways without those that are too short or too long."""
-        fits = (ways.distance >= self.way.shortest) & (ways.distance <= self.way.longest)
-        return Field(np.where(fits, ways.distance, np.inf), ways.following)
-
-    def _fits(self, length: float) -> bool:
-        return self.way.shortest <= length <= self.way.longest
+        streams = (seeding.stream(seed, name) for name in ("target", "start"))
+        return self._told(*draw_way(self.surroundings, self.things, self.way, *streams))
 
     def _told(self, target: Target, start: Pose) -> Errand:
         points = self._straight(self.surroundings.way(start, target).points)
