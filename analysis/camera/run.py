@@ -49,6 +49,8 @@ class CameraRun:
         visible_px: pixels of every labelled thing in the image the model saw, by label; T of them.
         cost: what the run took, or None where that is unknown.
         facts: what its world records of the episode beyond the keys of `CameraEpisode`.
+        answers: the answers to questions, beside the decisions that move: rows with all keys of the records.
+        world: the settings of its world.
         readable_only: whether the decisions that could not be read are left out of all that is counted.
     """
 
@@ -73,6 +75,8 @@ class CameraRun:
     visible_px: tuple[Mapping[str, int], ...]
     cost: RunCost | None = None
     facts: Mapping[str, Any] = field(default_factory=dict)
+    answers: tuple[Mapping[str, Any], ...] = ()
+    world: Mapping[str, Any] = field(default_factory=dict)
     readable_only: bool = False
 
     @property
@@ -103,7 +107,7 @@ class CameraRun:
     @property
     def all_readable(self) -> bool:
         """Whether every decision could be read, so that leaving out the others changes nothing."""
-        return bool(self.readable.all())
+        return bool(self.readable.all()) and all(one["answer"] is not None for one in self.answers)
 
     def only_readable(self) -> CameraRun:
         """Return the same run with the readable decisions alone counted."""

@@ -55,8 +55,9 @@ class MapProbeScenario(CameraScenario):
         allow fewer.
 
     Observation:
-        Of a question: `question`, the words `{english, japanese}`; `choices`, `[{label, text}]`; `frames`, the number of
-        pictures that go with it, the latest last; `walk`; `step`. Of a move: see `foundry.worlds.camera.observation`.
+        Of a question: `question`, the words `{english, japanese}`; `choices`, `[{label, text}]`; `frames`, the number
+        of pictures that go with it, the latest last; `walk`; `step`. Of a move, see
+        `foundry.worlds.camera.observation`.
 
     Questions:
         With `walk: own` one `move` question per step for `steps` decisions, or until it stays by its own word. Then one
