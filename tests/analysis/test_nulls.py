@@ -20,7 +20,7 @@ from analysis.measure import Measure, Null
 from analysis.stats.family import NO_BEHAVIOUR
 from analysis.stats.intervals import student_quantile
 from blind_any_runs import CROWDS
-from blind_camera_runs import BlindWalker, blind_camera_run
+from blind_camera_runs import BlindWalker, blind_answers, blind_camera_run
 from blind_runs import Blind, blind_run
 
 ALIKE = {f"stays {stay}": Blind(stay=stay) for stay in (0.0, 0.2, 0.5, 0.9, 1.0)}
@@ -42,6 +42,8 @@ CAMERA = {
     "mostly forward": BlindWalker((1, 6, 1, 1, 1, 1, 1, 1, 1)),
     "mostly left turns": BlindWalker((1, 1, 0, 0, 0, 4, 1, 0, 0), claim=0.9),
 }
+ASKED = {f"truth {skew}": skew for skew in (0.5, 0.9)}
+"""How often the first of the possible answers is the right one; what is answered is drawn from all alike."""
 FRESH = {name: one for name, one in CROWDS.items() if not one.habit}
 EVEN = {name: one for name, one in CAMERA.items() if name != "mostly left turns"}
 
@@ -62,6 +64,7 @@ WHOSE: Mapping[str, Iterable[str]] = {
     "looks up and down alike": EVEN,
     "is like all others, in habits shorter than a third of the run": CROWDS,
     "acts without regard to its persona, whatever its habits": CROWDS,
+    "draws its answers from those that are possible, whatever it sees": ASKED,
 }
 """The policies that are played, by whose null a measure states."""
 
@@ -99,6 +102,7 @@ AMOUNTS = {
     "gaze": {"rate", "share"},
     "follow": {"sdtw", "legs"},
     "idle_rate": {"chosen", "blocked", "invalid"},
+    "map_probe": {"distance_relative"},
     "outcome": {"readable", "message_readable", "repaired"},
     "path_efficiency": {
         "trip_efficiency", "trip_efficiency_moving", "arrived", "success", "spl", "soft_spl", "distance_to_goal",
@@ -143,6 +147,9 @@ def played(grid_seeds: int, camera_seeds: int) -> Values:
     camera = {
         name: measured(blind_camera_run(one, seed, DECISIONS) for seed in range(camera_seeds))
         for name, one in CAMERA.items()
+    }
+    camera |= {
+        name: measured(blind_answers(skew, seed) for seed in range(camera_seeds)) for name, skew in ASKED.items()
     }
     return grid | camera | {name: measured(map(one.play, range(2 * grid_seeds))) for name, one in CROWDS.items()}
 

@@ -20,8 +20,8 @@ from foundry.paths import conf_dir
 from foundry.running.build import build
 
 TINY = ("scene=kibo.usdz", "world.camera.width=64", "world.camera.height=48", "world.things.pixels=3", "world.steps=2")
-SMALL = {"cafe_library": ("world.agents=5", "world.steps=3"), "follow": TINY}
-SCENES = ("kibo", "kibo_paper", "office", "gallery", "follow")
+SMALL = {"cafe_library": ("world.agents=5", "world.steps=3"), "follow": TINY, "map_probe": TINY}
+SCENES = ("kibo", "kibo_paper", "office", "gallery", "follow", "map_probe")
 WORLDS = ("cafe_library", "kibo", *(pytest.param(name, marks=pytest.mark.slow) for name in SCENES[1:]))
 
 
@@ -88,7 +88,7 @@ POLICIES = [name for name in names("model") if name.startswith("scripted/")]
 def test_a_model_holds_what_every_model_must_hold(name: str, check):
     found = config("cafe_library", f"model={name}", *SETTINGS.get(name, ()))["model"]
     kinds = build(found).kinds
-    world = "kibo" if kinds == ("move",) else "cafe_library"
+    world = "kibo" if kinds == ("move",) else "map_probe" if kinds and "side" in kinds else "cafe_library"
     finding = look(f"model {name}", check, models.ModelCase(build, found, case(world)))
     assert finding.status is not Status.FAILED, finding
 

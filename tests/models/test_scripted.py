@@ -25,7 +25,7 @@ from foundry.worlds.grid.layouts import Explicit, Uniform
 from foundry.worlds.grid.world import GridScenario
 
 NAMES = sorted(path.stem for path in (conf_dir() / "model" / "scripted").glob("*.yaml"))
-CAMERA_ONLY = {"mumbler", "spin", "wander"}
+CAMERA_ONLY = {"knower", "mumbler", "spin", "wander"}
 GRID = [name for name in NAMES if name not in CAMERA_ONLY]
 PLACE = {"name": "hall", "type": "hall", "center": [5, 5], "extent": [1, 1], "capacity": 3}
 FIRE = {"name": "blaze", "start": 1, "position": [-4, -4], "intensity": 0.5, "radius": 4}
