@@ -16,6 +16,7 @@
     if (value.turn !== null && value.turn !== undefined) parts.push(`turn ${number(value.turn)}°`);
     if (value.gaze !== null && value.gaze !== undefined) parts.push(`gaze ${number(value.gaze)}°`);
     if (value.stay) parts.push("stay");
+    if (value.answer !== null && value.answer !== undefined) parts.push(`answer ${value.answer}`);
     return parts.join(", ") || "nothing";
   }
 
@@ -114,10 +115,23 @@
     }
   }
 
+  /** A question after a walk, what there is to choose from, and the right answer. */
+  function questionView(record) {
+    if (!record.question) return null;
+    const choices = Object.entries(record.choices).map(([label, text]) => h("li", {}, h("bdi", {}, `${label}: ${text}`)));
+    return [
+      h("h4", {}, `Question: ${record.kind}`),
+      Object.values(record.question).map((text) => h("p", {class: "question"}, h("bdi", {}, text))),
+      choices.length ? h("ul", {class: "told"}, choices) : null,
+      foundry.parts.facts([["right answer", String(record.truth)], ["chance", record.chance === null ? "none" : number(record.chance)]]),
+    ];
+  }
+
   function decisionView({record}) {
     const seen = Object.entries(record.visible_px).sort((a, b) => b[1] - a[1]), more = seen.length - LISTED;
     return [
       foundry.parts.facts([["outcome", badge(record.outcome)], ["command", command(record.command)], ["boundary", record.boundary || "none"]]),
+      questionView(record),
       h("h4", {}, "Reply"), quote(record.reply, "reply"),
       record.notes.length ? [h("h4", {}, "Notes of the reading"), h("ul", {class: "told"}, record.notes.map((note) => h("li", {}, h("bdi", {}, note))))] : null,
       foundry.parts.facts([
@@ -158,8 +172,9 @@
       const {episode} = this.data.about;
       if (!episode) return null;
       const told = Object.entries(episode.instruction || {});
-      return h("div", {class: "goal"}, h("p", {}, "Find ", h("b", {}, h("bdi", {}, episode.target)),
-        ` in ${episode.scene}; within ${number(episode.radius)} m counts as reached. Shortest way: ${metres(episode.shortest_m)}.`),
+      const goal = ["Find ", h("b", {}, h("bdi", {}, episode.target)),
+        ` in ${episode.scene}; within ${number(episode.radius)} m counts as reached. Shortest way: ${metres(episode.shortest_m)}.`];
+      return h("div", {class: "goal"}, h("p", {}, episode.walk ? `Questions after a walk in ${episode.scene}.` : goal),
       told.map(([language, text]) => h("p", {class: "told-way"}, `Told in ${language}: `, h("q", {}, h("bdi", {}, text)))));
     }
 

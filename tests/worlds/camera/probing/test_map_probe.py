@@ -183,7 +183,7 @@ def test_pictures_are_not_kept_where_nobody_asks_for_them(rooms: Path):
 
 def test_the_same_seed_asks_the_same_and_another_one_something_else(rooms: Path):
     questions = [[one.question for one in known(rooms, seed)[1]] for seed in SEEDS]
-    assert [one.question for one in scenario(rooms).prepared(3).probes] == questions[3]
+    assert [one.question for one in scenario(rooms).prepared(2).probes] == questions[2]
     assert len({str(one) for one in questions}) == len(SEEDS)
 
 
@@ -234,10 +234,6 @@ def test_pictures_lie_evenly_on_a_way_and_the_last_one_looks_at_its_goal():
         ({"questions": []}, "questions is empty"),
         ({"frames": 1}, "frames"),
         ({"targets": [{"name": "n", "prims": ["/World/Floor"], "radius": 1}]}, "nothing is to be found"),
-        (
-            {"things": {"ignore": ["[bwy]*"], "largest": 4, "pixels": 4}, "questions": ["order"]},
-            "none that allows order",
-        ),
     ],
 )
 def test_wrong_settings_are_refused_in_one_line(rooms: Path, changes: dict[str, Any], expected: str):
