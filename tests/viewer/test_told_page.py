@@ -10,6 +10,7 @@ import pytest
 from browser import put_aside
 from foundry.cli import run
 from foundry.storing.store import SweepFolder
+from foundry.viewer.export import export
 from foundry.viewer.server import serving
 from labelled_rooms import TINY, write_rooms
 from viewer_pages import go
@@ -44,4 +45,15 @@ def test_a_question_is_shown_with_its_choices_its_answer_and_the_right_one(page:
         assert "Question: nearer" in shown and "Which of the two is nearer" in shown and "A: " in shown
         assert "right answer" in shown and "answer " in shown
         assert "Questions after a walk in rooms." in page.text_content(".goal")
+        loaded = (
+            "() => [...document.querySelectorAll('.walk img')].filter((one) => one.naturalWidth === 96).length === 8"
+        )
+        page.wait_for_function(loaded)
         page.wait_for_function("() => document.querySelector('.seen').naturalWidth === 96")
+
+
+def test_an_exported_page_holds_the_pictures_of_the_walk(workspace: Path):
+    sweep = played(workspace, "map_probe", "knower")
+    exported = export(sweep.path, workspace / "page")
+    kept = sorted(file.name for file in exported.page.parent.rglob("walk_*.png"))
+    assert kept == [f"walk_{number:04d}.png" for number in range(1, 9)]

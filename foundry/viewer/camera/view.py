@@ -16,6 +16,16 @@ _ONE_AT_A_TIME = threading.Lock()
 _OUTCOME_CODES = {name: code for code, name in enumerate(OUTCOMES)}
 
 
+class _Named(msgspec.Struct):
+    """The images that a line names: that of the step, and further ones that went with a question."""
+
+    image: str | None
+    frames: tuple[str, ...] = ()
+
+
+_NAMED = msgspec.json.Decoder(_Named)
+
+
 class CameraView(RunView):
     """See `docs/viewer.md` for the keys of what is returned."""
 
@@ -54,8 +64,10 @@ class CameraView(RunView):
             yield "scene", Resource(b"", BINARY)
 
     def files(self) -> list[str]:
-        """Return the images that the steps name."""
-        return [f"{self._folder}/{row.image}" for row in self._rows(1, self.done) if row.image is not None]
+        """Return the images that the steps name, each once."""
+        named = [_NAMED.decode(line) for line in self._lines(1, self.done)]
+        paths = [path for one in named for path in (one.image, *one.frames) if path is not None]
+        return [f"{self._folder}/{path}" for path in dict.fromkeys(paths)]
 
     def episode(self) -> msgspec.Raw | None:
         """Return the facts of the episode as they are recorded, or None until the run has begun.

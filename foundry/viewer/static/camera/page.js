@@ -82,7 +82,8 @@
       this.data = data;
       this.image = h("img", {alt: "", class: "seen", onerror: () => this.again()});
       this.none = h("p", {class: "note"}, "The image of this step was not kept.");
-      this.element = h("figure", {class: "seen-box"}, this.image, this.none, h("figcaption", {}, "What the model saw"));
+      this.walk = h("div", {class: "walk"});
+      this.element = h("figure", {class: "seen-box"}, this.image, this.none, this.walk, h("figcaption", {}, "What the model saw"));
     }
 
     /** Show the image of a step as soon as its record is there; returns whether it is. */
@@ -100,12 +101,22 @@
       const path = record && record.image;
       this.image.hidden = !path;
       this.none.hidden = Boolean(path);
+      this.showWalk(record?.frames || []);
       if (!path) return;
-      const url = foundry.source.file(this.data.sweep, `${this.data.about.folder}/${path}`);
+      const url = this.address(path);
       if (this.url !== url) this.image.setAttribute("src", url);
       this.url = url;
       this.about = `The image the model saw at step ${record.step}`;
       this.image.alt = this.about;
+    }
+
+    address(path) { return foundry.source.file(this.data.sweep, `${this.data.about.folder}/${path}`); }
+
+    /** Show the pictures of a walk that went with a question, the earliest first; those that are shown already stay. */
+    showWalk(paths) {
+      if (this.shownWalk === paths.join()) return;
+      this.shownWalk = paths.join();
+      fill(this.walk, paths.map((path, at) => h("img", {src: this.address(path), alt: `Picture ${at + 1} of the walk`})));
     }
 
     /** Ask once more a little later: while a run is written, a record may be there before its image is. */
