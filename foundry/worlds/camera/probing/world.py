@@ -38,9 +38,10 @@ class _ProbeSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw
 
 @dataclass(frozen=True)
 class Prepared:
-    """A walk that was drawn: the poses of its pictures, and the questions about it."""
+    """A walk that was drawn: the poses of its pictures, these as they are sent, and the questions about it."""
 
     frames: list[Pose]
+    seen: list[bytes]
     probes: list[Probe]
 
 
@@ -95,6 +96,7 @@ class MapProbeScenario(CameraScenario):
         if self.settings.targets:
             raise InputError("world.targets is not for this world: nothing is to be found in it.")
         self.things = Things(self.surroundings, read_settings(ThingsSettings, things, "world.things"))
+        self._latest: tuple[int, Prepared] | None = None
 
     def start(self, seed: int) -> MapProbeWorld:
         """Return a fresh episode; the seed draws the walk, or where the agent's own begins, and the questions."""
@@ -118,11 +120,16 @@ class MapProbeScenario(CameraScenario):
         return len(self.probing.questions) + (self.settings.steps if self.probing.walk == "own" else 0)
 
     def prepared(self, seed: int) -> Prepared:
-        """Return the walk of the run with this seed, and the questions about it.
+        """Return the walk of the run with this seed, and the questions about it; asked again at once, the same ones.
 
         Raises:
             InputError: no walk of so many allows all questions.
         """
+        if self._latest is None or self._latest[0] != seed:
+            self._latest = (seed, self._drawn(seed))
+        return self._latest[1]
+
+    def _drawn(self, seed: int) -> Prepared:
         goals, starts, drawn = (seeding.stream(seed, name) for name in ("target", "start", "probes"))
         allowed: set[str] = set()
         for _ in range(DRAWS):
@@ -133,7 +140,7 @@ class MapProbeScenario(CameraScenario):
             walk = Walk(self.things, frames)
             probes = [one for kind in self.probing.questions if (one := ask(kind, walk, drawn)) is not None]
             if len(probes) == len(self.probing.questions):
-                return Prepared(frames, probes)
+                return Prepared(frames, [encoded_view(self.surroundings, pose) for pose in frames], probes)
             allowed |= {one.kind for one in probes}
         never = ", ".join(kind for kind in self.probing.questions if kind not in allowed)
         raise InputError(
@@ -165,8 +172,7 @@ class MapProbeWorld(CameraWorld):
         self._paths: tuple[str, ...] = ()
         self._probes: list[Probe] | None = None
         if prepared is not None:
-            self._frames, self._probes = prepared.frames, prepared.probes
-            self._seen = [encoded_view(self._around, pose) for pose in self._frames]
+            self._frames, self._seen, self._probes = prepared.frames, prepared.seen, prepared.probes
             self._paths = tuple(self._path("walk", number) for number in range(1, len(self._frames) + 1))
 
     @property
