@@ -26,7 +26,7 @@ REACHED_M = 1.0
 
 def applies(run: CameraRun) -> bool:
     """Return whether the world tells a way."""
-    return "legs" in run.facts
+    return "grain" in run.world
 
 
 def measure(run: CameraRun) -> dict[str, float]:
@@ -42,7 +42,7 @@ def measure(run: CameraRun) -> dict[str, float]:
     Denominators: n_decisions, n_legs.
     """
     arrived = path_efficiency.measure(run)
-    ends = np.array([leg["end"][:2] for leg in run.facts["legs"]], dtype=np.float64).reshape(-1, 2)
+    ends = np.array([leg["end"][:2] for leg in run.facts.get("legs", ())], dtype=np.float64).reshape(-1, 2)
     return {
         "sdtw": arrived["success"] * arrived["ndtw"],
         "legs": walked(run.foot[:, :2], ends) / len(ends) if run.counted.any() and len(ends) else math.nan,

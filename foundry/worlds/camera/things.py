@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from fnmatch import fnmatchcase
 from functools import cached_property
 from typing import Annotated
@@ -115,6 +114,6 @@ class Things:
 
     def _of(self, name: str) -> TargetSurfaces:
         if name not in self._surfaces:
-            paths: Sequence[str] = [path for path, label in self._around.labels.items() if label == name]
+            paths = [path for path, label in self._around.labels.items() if label == name]
             self._surfaces[name] = self._around.navigator.target(paths)
         return self._surfaces[name]

@@ -47,7 +47,7 @@ def test_likeness_counts_only_where_the_agent_arrived(camera):
 def test_worlds_that_tell_no_way_have_no_such_columns(camera):
     run = camera(3).run
     assert not any(name.startswith("follow.") for name in signatures.measure(run))
-    told = signatures.measure(dataclasses.replace(run, facts={"legs": LEGS}))
+    told = signatures.measure(dataclasses.replace(run, facts={"legs": LEGS}, world={"grain": "medium"}))
     assert {"follow.sdtw", "follow.legs", "follow.n_legs"} <= told.keys()
 
 

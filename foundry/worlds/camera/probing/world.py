@@ -14,6 +14,7 @@ from foundry.declared import Actions
 from foundry.errors import InputError, not_found
 from foundry.records import Pose, Record, SeenImage
 from foundry.worlds.base import Answer, Question
+from foundry.worlds.camera.body.pose import make_pose
 from foundry.worlds.camera.observation import encoded_view
 from foundry.worlds.camera.probing.questions import ACTIONS, Probe, Walk, ask
 from foundry.worlds.camera.probing.records import Frame, ProbeEpisode, ProbeStep
@@ -135,7 +136,8 @@ class MapProbeScenario(CameraScenario):
         for _ in range(DRAWS):
             target, start = draw_way(self.surroundings, self.things, self.way, goals, starts)
             points = self.surroundings.way(start, target).points
-            facing = start.yaw + self.things.aside(target.name, along(start, points, start.yaw, 2)[-1])
+            end = make_pose(points[-1], start.yaw, 0.0)
+            facing = end.yaw + self.things.aside(target.name, end)
             frames = along(start, points, facing, self.probing.frames)
             walk = Walk(self.things, frames)
             probes = [one for kind in self.probing.questions if (one := ask(kind, walk, drawn)) is not None]
