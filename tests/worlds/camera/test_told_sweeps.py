@@ -12,6 +12,7 @@ from labelled_rooms import TINY, write_rooms
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(600)
 @pytest.mark.parametrize(
     ("world", "models", "column", "expected"),
     [
