@@ -21,7 +21,7 @@ from analysis.rounds.run import RoundsRun
 from analysis.stats.family import NO_BEHAVIOUR
 from analysis.stats.intervals import student_quantile
 from blind_any_runs import CROWDS
-from blind_camera_runs import BlindWalker, blind_camera_run
+from blind_camera_runs import BlindWalker, blind_answers, blind_camera_run
 from blind_rounds import GIVERS, GOERS
 from blind_runs import Blind, blind_run
 
@@ -44,6 +44,8 @@ CAMERA = {
     "mostly forward": BlindWalker((1, 6, 1, 1, 1, 1, 1, 1, 1)),
     "mostly left turns": BlindWalker((1, 1, 0, 0, 0, 4, 1, 0, 0), claim=0.9),
 }
+ASKED = {f"truth {skew}": skew for skew in (0.5, 0.9)}
+"""How often the first of the possible answers is the right one; what is answered is drawn from all alike."""
 FRESH = {name: one for name, one in CROWDS.items() if not one.habit}
 EVEN = {name: one for name, one in CAMERA.items() if name != "mostly left turns"}
 
@@ -68,6 +70,7 @@ WHOSE: Mapping[str, Iterable[str]] = {
     "goes as often as it likes without regard to others": GOERS,
     "goes without regard to what was": ["goes as a coin falls", "goes by its own odds"],
     "gives without regard to the round and the others": GIVERS,
+    "draws its answers from those that are possible, whatever it sees": ASKED,
 }
 """The policies that are played, by whose null a measure states."""
 
@@ -105,8 +108,10 @@ AMOUNTS = {
     "evacuation": {"out", "time_50", "over_bound", "nearest", "path_efficiency"},
     "exploration": {"coverage", "group_coverage", "gyration", "path_length"},
     "fishery": {"months", "efficiency", "equality", "over_use"},
+    "follow": {"sdtw", "legs"},
     "gaze": {"rate", "share"},
     "idle_rate": {"chosen", "blocked", "invalid"},
+    "map_probe": {"distance_relative"},
     "naming": {"success", "converged", "rounds", "names"},
     "outcome": {"readable", "message_readable", "repaired"},
     "path_efficiency": {
@@ -115,8 +120,9 @@ AMOUNTS = {
     "public_goods": {"score", "conditional", "free_riders", "efficiency", "punishing", "antisocial"},
     "recognition": {"false_stop", "chair_i", "object_recall"},
     "recovery": {"wrong_rate", "recovered", "rmst", "max_excess", "detour_cost"},
-    "survival": {"lifespan", "sharing_rate", "attack_rate", "inequality", "births"},
+    "returns": {"mean", "first"},
     "stability": {"persistence", "reversal_rate"},
+    "survival": {"lifespan", "sharing_rate", "attack_rate", "inequality", "births"},
     "turning": {"rate", "share"},
     "utility": {"mean", "gini"},
     "warning": {"social_reach"},
@@ -156,6 +162,9 @@ def played(grid_seeds: int, camera_seeds: int) -> Values:
     camera = {
         name: measured(blind_camera_run(one, seed, DECISIONS) for seed in range(camera_seeds))
         for name, one in CAMERA.items()
+    }
+    camera |= {
+        name: measured(blind_answers(skew, seed) for seed in range(camera_seeds)) for name, skew in ASKED.items()
     }
     others = CROWDS | GOERS | GIVERS
     return grid | camera | {name: measured(map(one.play, range(2 * grid_seeds))) for name, one in others.items()}

@@ -21,16 +21,19 @@ from foundry.conformance.worlds import follows_its_seed
 from foundry.paths import conf_dir
 from foundry.running.build import build
 
+TINY = ("scene=kibo.usdz", "world.camera.width=64", "world.camera.height=48", "world.things.pixels=3", "world.steps=2")
 SMALL = {
     "cafe_library": ("world.agents=5", "world.steps=3"),
     "bar_arthur": ("world.agents=8", "world.steps=2"),
     "evacuation": ("world.agents=6", "world.steps=3"),
     "evacuation_corridor": ("world.agents=6", "world.steps=3"),
     "evacuation_floor": ("world.agents=6", "world.steps=3"),
+    "follow": TINY,
+    "map_probe": TINY,
     "survival": ("world.agents=6", "world.steps=4", "world.half_size=3", "world.energy.start=40"),
     "survival_zone": ("world.steps=3",),
 }
-SCENES = ("kibo", "kibo_paper", "office", "gallery")
+SCENES = ("kibo", "kibo_paper", "office", "gallery", "follow", "map_probe")
 ABSTRACT = ("usd",)
 """Worlds that others build on, and that are none without them."""
 
@@ -61,7 +64,7 @@ def case(world: str) -> WorldCase:
 
 def world_for(kinds: Collection[str] | None) -> str:
     """Return a world that asks these kinds of questions and no others."""
-    order = dict.fromkeys((*FIRST, *PLAIN))
+    order = dict.fromkeys((*FIRST, *PLAIN, "map_probe"))
     return next(name for name in order if kinds is None or set(case(name).scenario.kinds) <= set(kinds))
 
 
@@ -79,7 +82,8 @@ def test_another_seed_gives_another_episode(world: str):
 
 def prompt_config(name: str) -> tuple[str, Any]:
     """Return a world whose questions a prompt puts, and its configuration: one that chooses it, where one does."""
-    own = (world for world in PLAIN if config(world)["prompt"]["name"] == name.removesuffix("_japanese"))
+    choosing = (*PLAIN, "follow", "map_probe")
+    own = (world for world in choosing if config(world)["prompt"]["name"] == name.removesuffix("_japanese"))
     world = next(own, None) or world_for(config("cafe_library", f"prompt={name}")["prompt"]["templates"])
     return world, config(world, f"prompt={name}")
 
@@ -125,7 +129,7 @@ def shipped(form: str, world: str) -> list[tuple[str, str]]:
         *shipped("grid", "cafe_library"),
         *shipped("grid", "evacuation"),
         *shipped("grid", "survival"),
-        *(pytest.param(*one, marks=pytest.mark.slow) for one in shipped("camera", "kibo")),
+        *(pytest.param(*one, marks=pytest.mark.slow) for one in shipped("camera", "follow")),
     ],
 )
 def test_a_signature_holds_what_every_signature_must_hold(world: str, module: str, check):
