@@ -34,6 +34,7 @@ from foundry.expansion import settings_key
 from foundry.models.answers.base import Answers
 from foundry.models.answers.opening import open_answers
 from foundry.models.base import Model, ModelInfo
+from foundry.models.serving import RUN
 from foundry.records import Counts, RunSummary
 from foundry.running.asking import asker_of
 from foundry.running.build import build, model_stack
@@ -262,6 +263,7 @@ class Lane:
             return True
 
     async def _play(self, folder: RunFolder) -> None:
+        RUN.set(folder.id)
         config = folder.config()
         name = str(config["model"]["name"])
         writer = RunWriter(folder, self._config_text(folder))

@@ -7,12 +7,13 @@ import contextlib
 import functools
 import itertools
 import logging
+import secrets
 import signal
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import FrameType
 from typing import Any, TypeAlias
 
@@ -46,12 +47,14 @@ class SweepJob:
         infos: what the server said about each model, by `expansion.settings_key`.
         cache: where the answer cache is: a file or a database.
         frame_every: keep a picture of every n-th step; 0 keeps none.
+        session: what the names of this command's workers begin with, so that another on the same folder has others.
     """
 
     folder: SweepFolder
     infos: Mapping[str, ModelInfo]
     cache: str
     frame_every: int
+    session: str = field(default_factory=functools.partial(secrets.token_hex, 4))
 
 
 PlayPhase: TypeAlias = Callable[[Sequence[RunFolder], int], None]
@@ -92,7 +95,7 @@ class Runner(ABC):
                 with _stop_on_interrupt(job.folder):
                     _play_phases(job, play)
             finally:
-                job.folder.end_progress()
+                job.folder.end_progress(job.session)
 
     @abstractmethod
     def at_work(self, job: SweepJob) -> AbstractContextManager[PlayPhase]:
@@ -101,7 +104,7 @@ class Runner(ABC):
     def spec(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> LaneSpec:
         """Return what the workers of a phase are given."""
         return LaneSpec(
-            name=f"{number}",
+            name=f"{job.session}-{number}",
             folder=job.folder,
             runs=tuple(run.id for run in runs),
             infos=job.infos,
@@ -139,7 +142,7 @@ class LocalRunner(Runner):
         spec = self.spec(job, runs, number)
         workers = workers_for(runs, self._workers)
         alone = workers == 1
-        fatal = Lane(replace(spec, name=f"{number}-0")).run() if alone else Lanes(spec, workers).run()
+        fatal = Lane(replace(spec, name=f"{spec.name}-0")).run() if alone else Lanes(spec, workers).run()
         raise_if_stopped(fatal, job.folder)
 
 
