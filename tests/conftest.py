@@ -33,6 +33,7 @@ def clean_environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         if name.startswith(PREFIXES) or name.lower().endswith("_proxy"):
             monkeypatch.delenv(name)
     monkeypatch.setenv("FOUNDRY_WORKERS", "1")  # starting processes takes longer than most sweeps of tests
+    monkeypatch.setenv("FOUNDRY_DETERMINISM", "0")  # tests count the calls of their servers
     yield
 
 

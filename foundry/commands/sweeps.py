@@ -131,6 +131,7 @@ def _report_end(folder: SweepFolder) -> int:
     if complete < len(summaries) and lines:
         print(f"  try the failed runs again with: foundry resume {folder.path}")
     _print_unread(folder)
+    _print_determinism(folder)
     return EXIT_OK if complete == len(summaries) else EXIT_FAILED
 
 
@@ -140,6 +141,14 @@ def _print_unread(folder: SweepFolder) -> None:
 
     for one in unread(folder.runs()):
         print("\n".join(one.lines()))
+
+
+def _print_determinism(folder: SweepFolder) -> None:
+    """Say whether the servers repeat themselves."""
+    from foundry.storing.determinism import told_of
+
+    for one in told_of(folder):
+        print(one.line())
 
 
 @app.command(context_settings=OVERRIDES)
@@ -235,3 +244,4 @@ def status(folder: Folder, config_dir: Mine = None) -> None:
     for line in failures(opened):
         print(f"failed {line}")
     _print_unread(opened)
+    _print_determinism(opened)
