@@ -41,6 +41,7 @@ def contrasts(
     family: Sequence[str] | None = None,
     margins: Mapping[str, float] | None = None,
     alpha: float = ALPHA,
+    repeating: Mapping[str, str] | None = None,
 ) -> pd.DataFrame:
     """Return every difference between two groups that differ in one factor alone, one row per measure and pair.
 
@@ -52,6 +53,7 @@ def contrasts(
         family: measures of the declared family of tests; by default the first headline measure of each signature.
         margins: by measure, the difference below which groups count as the same; declared before the runs.
         alpha: level of the tests.
+        repeating: by model whose server does not repeat itself, how far it does; said of the rows that its runs are in.
 
     Raises:
         InputError: a measure of the family or of a margin does not exist, or a margin is not positive.
@@ -63,7 +65,8 @@ def contrasts(
     found = Estimates.joined([estimated for _, estimated in blocks])
     frame = frame.assign(**_over_families(frame, alpha))
     frame = frame.assign(**_equivalence(frame, found, _checked(margins or {}, values.measures), alpha))
-    return frame.assign(note=_notes(frame, found, alpha))[list(COLUMNS)]
+    notes = zip(_notes(frame, found, alpha), _of_servers(values, blocks, repeating or {}), strict=True)
+    return frame.assign(note=["; ".join(filter(None, both)) for both in notes])[list(COLUMNS)]
 
 
 COLUMNS = (

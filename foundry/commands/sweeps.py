@@ -162,9 +162,11 @@ def plan(
     """
     from foundry.composing.compose import compose
     from foundry.composing.planning import plan as plan_runs
+    from foundry.composing.planning import repeated_calls
     from foundry.composing.preflight import notes_of
     from foundry.composing.preparing import sweep_of
     from foundry.display import plan_table
+    from foundry.storing.determinism import SETTING
     from foundry.storing.store import SweepFolder
 
     composed = compose(context.args)
@@ -178,7 +180,9 @@ def plan(
     console().print(plan_table(planned))
     to_send = sum(one.to_send for one in planned)
     complete = sum(one.complete for one in planned)
-    print(f"{len(planned)} runs, {complete} complete; at most {to_send:,} calls would be sent")
+    again = repeated_calls(sweep, planned, composed.settings[SETTING])
+    beside = f", and at the end at most {again:,} of them once more to score determinism" if again else ""
+    print(f"{len(planned)} runs, {complete} complete; at most {to_send:,} calls would be sent{beside}")
     for line in [*notes_of(sweep), *filter(None, [note])]:
         print(line)
 

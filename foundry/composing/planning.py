@@ -14,11 +14,12 @@ from foundry.errors import InputError
 from foundry.expansion import Run, Sweep, settings_key
 from foundry.models.answers.base import Answers
 from foundry.models.base import Model, ModelInfo, Reply, Request
+from foundry.models.serving import serving_of
 from foundry.models.wrappers.base import Wrapper
 from foundry.prompts.prompt import Prompt
 from foundry.records import Call, Record
 from foundry.running.asking import asker_of, in_run
-from foundry.running.build import build
+from foundry.running.build import build, members_of
 from foundry.storing.store import RunFolder
 from foundry.worlds.base import Scenario
 
@@ -103,6 +104,31 @@ def plan(
         _planned(sweep.config(run), run, parts[run.condition], infos, answers, folders.get(run.id))
         for run in sweep.runs
     ]
+
+
+def repeated_calls(sweep: Sweep, planned: Sequence[PlannedRun], count: int) -> int:
+    """Return how many recorded calls would be made again at the end, at most.
+
+    Args:
+        sweep: the sweep.
+        planned: what its runs would do.
+        count: calls of each served model that are made again.
+    """
+    to_send: dict[str, int] = {}
+    models = [condition.config["model"] for condition in sweep.conditions]
+    for one in planned:
+        key = settings_key(models[one.run.condition])
+        to_send[key] = to_send.get(key, 0) + one.to_send
+    built = {settings_key(model): build(model) for model in models if count}
+    return sum(_repeated(one, to_send[key], count) for key, model in built.items() for one in members_of(model))
+
+
+def _repeated(model: Model, sent: int, count: int) -> int:
+    """Return how many calls of one model would be made again, where so many are sent: alone, then beside others."""
+    if not model.costs or model.in_process:
+        return 0
+    again = min(count, sent)
+    return 2 * again + min(serving_of(model).in_flight.max, sent - again)
 
 
 @dataclass(frozen=True)
