@@ -113,6 +113,13 @@ def _score(found: Sequence[Again]) -> Score:
     return Score(Share(sum(one.text is None for one in found), len(found)), Share(sum(told), len(told)))
 
 
+def inexact(repeats: Iterable[Repeats]) -> dict[str, str]:
+    """Return what to say of each model in tables whose server does not repeat itself: where it does so least."""
+    found = sorted((one for one in repeats if not one.exact), key=lambda one: -one.least.equal / one.least.of)
+    worst = {one.of: one for one in found}
+    return {name: f"{one.model}'s server repeats {one.least} calls exactly" for name, one in worst.items()}
+
+
 class _File(msgspec.Struct):
     models: tuple[Repeats, ...]
 
