@@ -162,7 +162,7 @@ def plan(
     """
     from foundry.composing.compose import compose
     from foundry.composing.planning import plan as plan_runs
-    from foundry.composing.planning import repeated_calls
+    from foundry.composing.planning import repeats
     from foundry.composing.preflight import notes_of
     from foundry.composing.preparing import sweep_of
     from foundry.display import plan_table
@@ -180,9 +180,13 @@ def plan(
     console().print(plan_table(planned))
     to_send = sum(one.to_send for one in planned)
     complete = sum(one.complete for one in planned)
-    again = repeated_calls(sweep, planned, composed.settings[SETTING])
-    beside = f", and at the end at most {again:,} of them once more to score determinism" if again else ""
-    print(f"{len(planned)} runs, {complete} complete; at most {to_send:,} calls would be sent{beside}")
+    print(f"{len(planned)} runs, {complete} complete; at most {to_send:,} calls would be sent")
+    twice = repeats(sweep, planned, composed.settings[SETTING])
+    if twice.again:
+        print(
+            f"determinism: {twice.again:,} of them would be made once more at the end, half of these beside as many "
+            f"others as are then in flight, at most {twice.beside:,}"
+        )
     for line in [*notes_of(sweep), *filter(None, [note])]:
         print(line)
 

@@ -106,29 +106,39 @@ def plan(
     ]
 
 
-def repeated_calls(sweep: Sweep, planned: Sequence[PlannedRun], count: int) -> int:
-    """Return how many recorded calls would be made again at the end, at most.
+@dataclass(frozen=True)
+class PlannedRepeats:
+    """What would be sent once more at the end.
+
+    Attributes:
+        again: calls that score determinism, half of them alone and half under load.
+        beside: others that may be sent for that load, at most.
+    """
+
+    again: int
+    beside: int
+
+
+def repeats(sweep: Sweep, planned: Sequence[PlannedRun], count: int) -> PlannedRepeats:
+    """Return what would be sent once more.
 
     Args:
         sweep: the sweep.
         planned: what its runs would do.
         count: calls of each served model that are made again.
     """
-    to_send: dict[str, int] = {}
     models = [condition.config["model"] for condition in sweep.conditions]
+    to_send = dict.fromkeys(map(settings_key, models), 0)
     for one in planned:
-        key = settings_key(models[one.run.condition])
-        to_send[key] = to_send.get(key, 0) + one.to_send
-    built = {settings_key(model): build(model) for model in models if count}
-    return sum(_repeated(one, to_send[key], count) for key, model in built.items() for one in members_of(model))
-
-
-def _repeated(model: Model, sent: int, count: int) -> int:
-    """Return how many calls of one model would be made again, where so many are sent: alone, then beside others."""
-    if not model.costs or model.in_process:
-        return 0
-    again = min(count, sent)
-    return 2 * again + min(serving_of(model).in_flight.max, sent - again)
+        to_send[settings_key(models[one.run.condition])] += one.to_send
+    again = beside = 0
+    for key, model in {settings_key(model): model for model in models if count}.items():
+        for member in members_of(build(model)):
+            if member.costs and not member.in_process:
+                drawn = min(count, to_send[key])
+                again += 2 * drawn
+                beside += min(serving_of(member).in_flight.max, to_send[key] - drawn)
+    return PlannedRepeats(again, beside)
 
 
 @dataclass(frozen=True)

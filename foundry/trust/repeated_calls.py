@@ -48,17 +48,14 @@ def draw(runs: Sequence[RunFolder], model: Model, count: int, *, most_runs: int)
     Only answers that the server gave in these runs count, none that came from the cache.
 
     Args:
-        runs: complete runs.
+        runs: complete runs, one at least.
         model: the bare model.
         count: how many calls are wanted at most, of each run and kind.
         most_runs: how many runs are read at most.
     """
-    live = [run for run in runs if (summary := run.summary()) and summary.counts.calls > summary.counts.cached]
-    if not live:
-        return []
-    order = seeding.stream(live[0].run.seed, STREAM).permutation(len(live))[:most_runs]
+    order = seeding.stream(runs[0].run.seed, STREAM).permutation(len(runs))[:most_runs]
     parameters = msgspec.json.decode(msgspec.json.encode(model.parameters()))
-    return _in_turn([_of_run(live[place], model, parameters, count, turn) for turn, place in enumerate(order.tolist())])
+    return _in_turn([_of_run(runs[place], model, parameters, count, turn) for turn, place in enumerate(order.tolist())])
 
 
 def _of_run(run: RunFolder, model: Model, parameters: Mapping[str, Any], count: int, turn: int) -> list[Repeatable]:

@@ -39,52 +39,58 @@ def repeat_calls(folder: SweepFolder, count: int, model: Mapping[str, Any], in_f
         model: its configuration; of a population each member is measured that a server answers for.
         in_flight: calls that were allowed in flight at once when it was asked; 0 where that is not known.
     """
-    key = settings_key(model)
-    asked = [number for number, one in enumerate(folder.sweep.conditions) if settings_key(one.config["model"]) == key]
-    runs = [run for run in folder.runs() if run.run.condition in asked]
-    summaries = [run.summary() for run in runs]
-    if not all(one is not None and one.status == "complete" for one in summaries):
-        return
-    for member in members_of(build(model)):
-        if member.costs and not member.in_process:
-            try:
-                _repeat_of_member(folder, runs, member, str(model["name"]), count, in_flight)
-            except Exception as error:  # noqa: BLE001 - the boundary: a backend or world of one's own may raise anything
-                cause = without_secrets(" ".join(str(error).split())) or type(error).__name__
-                _log("%s: determinism not measured: %s", visible(member.name), visible(cause))
+    served = [one for one in members_of(build(model)) if one.costs and not one.in_process]
+    left = [member for member in served if not _is_known(folder, str(model["name"]), member)]
+    live = _live_runs(folder, settings_key(model)) if left else []
+    for member in left if live else ():
+        try:
+            with claim_repeats(folder) as mine:
+                if mine and not _is_known(folder, str(model["name"]), member):
+                    _repeat_of_member(folder, live, member, str(model["name"]), count, in_flight)
+        except Exception as error:  # noqa: BLE001 - the boundary: a backend or world of one's own may raise anything
+            cause = without_secrets(" ".join(str(error).split())) or type(error).__name__
+            _log("%s: determinism not measured: %s", visible(member.name), visible(cause))
+
+
+def _is_known(folder: SweepFolder, of: str, member: Model) -> bool:
+    parameters = settings_key(member.parameters())
+    return any(
+        (one.of, one.model, settings_key(one.parameters)) == (of, member.name, parameters) for one in repeats_of(folder)
+    )
+
+
+def _live_runs(folder: SweepFolder, key: str) -> list[RunFolder]:
+    """Return the runs of a model in which its server answered; none where not all of its runs are complete."""
+    asked = {number for number, one in enumerate(folder.sweep.conditions) if settings_key(one.config["model"]) == key}
+    runs = [(run, run.summary()) for run in folder.runs() if run.run.condition in asked]
+    if not all(summary is not None and summary.status == "complete" for _, summary in runs):
+        return []
+    return [run for run, summary in runs if summary is not None and summary.counts.calls > summary.counts.cached]
 
 
 def _repeat_of_member(
     folder: SweepFolder, runs: Sequence[RunFolder], member: Model, of: str, count: int, in_flight: int
 ) -> None:
-    with claim_repeats(folder) as mine:
-        known = repeats_of(folder)
-        if not mine or any((one.of, one.model) == (of, member.name) and _same(one, member) for one in known):
-            return
-        bounds = serving_of(member).in_flight
-        beside = min(in_flight or bounds.initial, bounds.max)
-        drawn = draw(runs, member, count + beside, most_runs=count)
-        calls, others = drawn[:count], drawn[count : count + beside]
-        if not calls:
-            return
-        said = "%s: making %d recorded calls again, alone, then with %d others at once (determinism=0 leaves it out)"
-        _log(said, visible(member.name), len(calls), len(others))
-        replies = asyncio.run(_unless_stopped(_asked(member, calls, others), lambda: folder.stop_asked))
-        if replies is None:
-            return
-        found = Repeats(
-            model=member.name,
-            of=of,
-            parameters=calls[0].call.parameters,
-            measured=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
-            at_once=len(calls) + len(others),
-            calls=_compared(calls, *replies),
-        )
-        write_repeats(folder, [*known, found])
-
-
-def _same(one: Repeats, member: Model) -> bool:
-    return settings_key(one.parameters) == settings_key(member.parameters())
+    bounds = serving_of(member).in_flight
+    beside = min(in_flight or bounds.initial, bounds.max)
+    drawn = draw(runs, member, count + beside, most_runs=count)
+    calls, others = drawn[:count], drawn[count : count + beside]
+    if not calls:
+        return
+    said = "%s: making %d recorded calls again, alone, then with %d others at once (determinism=0 leaves it out)"
+    _log(said, visible(member.name), len(calls), len(others))
+    replies = asyncio.run(_unless_stopped(_asked(member, calls, others), lambda: folder.stop_asked))
+    if replies is None:
+        return
+    found = Repeats(
+        model=member.name,
+        of=of,
+        parameters=calls[0].call.parameters,
+        measured=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        at_once=len(calls) + len(others),
+        calls=_compared(calls, *replies),
+    )
+    write_repeats(folder, [*repeats_of(folder), found])
 
 
 def _log(text: str, *values: object) -> None:

@@ -60,8 +60,19 @@ def test_a_server_that_repeats_itself_is_said_to_after_the_sweep_and_by_status(t
     said = f"llama3.2: 4 of 4 calls gave the same text again alone, 4 of 4 with {found.at_once} at once; "
     assert said + "the same decision 2 of 2 and 2 of 2\n" in done.stdout
     assert said in foundry("status", "sweep", cwd=tmp_path).stdout
+    assert foundry("bundle", "sweep", "sweep.tar.zst", cwd=tmp_path).returncode == 0
+    assert foundry("unbundle", "sweep.tar.zst", "theirs", cwd=tmp_path).returncode == 0
+    assert repeats_of(SweepFolder.open(tmp_path / "theirs")) == (found,)
     assert server.counts.chats == CALLS + 4 + found.at_once
     assert server.counts.most_in_flight == found.at_once > 4
+
+
+def test_a_plan_counts_the_calls_that_would_be_made_again(tmp_path: Path):
+    with OllamaServer() as server:
+        planned = foundry("plan", *SWEEP, FOUR, cwd=tmp_path, OLLAMA_HOST=server.url).stdout
+        off = foundry("plan", *SWEEP, "determinism=0", cwd=tmp_path, OLLAMA_HOST=server.url).stdout
+    assert f"at most {CALLS} calls would be sent\ndeterminism: 8 of them would be made once more at the end" in planned
+    assert f"at most {CALLS - 4}\n" in planned and "determinism" not in off
 
 
 def test_what_was_measured_is_not_measured_again_by_resume(tmp_path: Path):
@@ -161,6 +172,13 @@ def test_each_served_member_of_a_population_is_measured(tmp_path: Path):
         swept(server, tmp_path, FOUR, "model=mix/qwen3:4b@50%+llama3.2@25%+scripted/herd@25%")
     assert [one.model for one in measured(tmp_path)] == ["qwen3:4b", "llama3.2"]
     assert {one.of for one in measured(tmp_path)} == {"mix/qwen3:4b@50%+llama3.2@25%+scripted/herd@25%"}
+
+
+def test_a_damaged_file_is_refused_in_one_line(tmp_path: Path):
+    foundry("model=scripted/stay", *SMALL, "output.dir=sweep", cwd=tmp_path)
+    (tmp_path / "sweep" / "determinism.json").write_text('{"models": [{"model": 3}]}')
+    done = foundry("status", "sweep", cwd=tmp_path)
+    assert done.returncode == 2 and "determinism.json cannot be read" in done.stderr
 
 
 @pytest.mark.parametrize("value", ["-1", "true"])
