@@ -127,6 +127,13 @@ def test_a_sweep_that_is_answered_from_the_cache_makes_none_and_says_so(tmp_path
     assert not (tmp_path / "again" / "determinism.json").exists()
 
 
+def test_answers_of_the_cache_are_not_held_against_the_server(tmp_path: Path):
+    with OllamaServer() as server:
+        swept(server, tmp_path, "world.steps=2", "determinism=0", "output.dir=shorter")
+        swept(server, tmp_path, "determinism=20")
+    assert {call.step for call in measured(tmp_path)[0].calls} == {3}
+
+
 def test_what_is_turned_off_or_has_no_server_is_not_mentioned(tmp_path: Path):
     done = foundry("-m", "model=scripted/random,scripted/stay", *SMALL, FOUR, cwd=tmp_path)
     assert done.returncode == 0 and "determinism" not in done.stdout + done.stderr
