@@ -53,7 +53,13 @@ def measured(cwd: Path) -> tuple[Repeats, ...]:
 
 
 def test_a_server_that_repeats_itself_is_said_to_after_the_sweep_and_by_status(tmp_path: Path):
-    with OllamaServer(latency_s=0.005) as server:
+    busy: list[int] = []
+
+    def under_load(body: Body) -> ChatCase:
+        busy.append(server.counts.in_flight)
+        return ChatCase(text=grid_answer(body), delay_s=0.2)
+
+    with OllamaServer(Again(2, under_load)) as server:
         done = swept(server, tmp_path, FOUR)
     (found,) = measured(tmp_path)
     assert found.exact and found.alone == found.loaded and str(found.loaded.texts) == "4 of 4"
@@ -64,7 +70,7 @@ def test_a_server_that_repeats_itself_is_said_to_after_the_sweep_and_by_status(t
     assert foundry("unbundle", "sweep.tar.zst", "theirs", cwd=tmp_path).returncode == 0
     assert repeats_of(SweepFolder.open(tmp_path / "theirs")) == (found,)
     assert server.counts.chats == CALLS + 4 + found.at_once
-    assert server.counts.most_in_flight == found.at_once > 4
+    assert len(busy) == 4 <= max(busy)
 
 
 def test_a_plan_counts_the_calls_that_would_be_made_again(tmp_path: Path):
@@ -90,7 +96,6 @@ def test_calls_that_are_made_again_are_in_no_record_and_no_cache(tmp_path: Path)
         assert sum(map(len, before[1].values())) == CALLS == cached_answers(tmp_path / "outputs" / "answers.sqlite")
         swept(server, tmp_path, FOUR, "output.dir=again")
     assert (records(tmp_path / "again"), calls(tmp_path / "again")) == before
-    assert foundry("verify", "sweep", cwd=tmp_path).returncode == 0
 
 
 def test_texts_and_decisions_that_load_changes_are_counted_apart(tmp_path: Path):
