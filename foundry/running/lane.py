@@ -392,6 +392,7 @@ class Lane:
             "counts": {run: _calls_so_far(writer.counts) for run, (_, writer) in opened},
             "models": {name: vars(tally) for name, tally in models.items()},
             "limits": self._parts,
+            "in_flight": self._limits.together,
             "removed": sum(change.removed for change in list(self._changes)),
             "notes": self.notes.lines[-MOST_NOTES:],
         }
