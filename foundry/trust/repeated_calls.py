@@ -14,11 +14,11 @@ from foundry import seeding
 from foundry.episode import answer_of
 from foundry.models.base import ChatMessage, Model, Reply, Request, RequestKeys
 from foundry.records import Call, Record
-from foundry.running.recorded import Place, place_of
+from foundry.running.recorded import place_of
 from foundry.running.replayed import reply_of
 from foundry.storing.store import IMAGES, RunFolder, kept_file, lines_of
 from foundry.trust.forms import Line, compared_of
-from foundry.worlds.base import Question, Scenario
+from foundry.worlds.base import Scenario
 
 STREAM = "determinism"
 """The named stream of a run's seed that its calls are drawn from."""
@@ -127,17 +127,13 @@ def _line_after(one: Repeatable, scenario: Scenario, reply: Reply) -> Line | Non
     while not world.finished and made < len(calls):
         questions = world.pending()
         logged = calls[made : made + len(questions)]
-        if list(map(_place, questions)) != list(map(place_of, logged)):
+        if [question.asked for question in questions] != list(map(place_of, logged)):
             return None
         replies = [reply if made + at == one.number else reply_of(call) for at, call in enumerate(logged)]
         for line in _decisions(world.advance([answer_of(each) for each in replies]), one.call):
             return line
         made += len(questions)
     return None
-
-
-def _place(question: Question) -> Place:
-    return question.step, question.agent, question.kind
 
 
 def _decisions(records: Sequence[Record], call: Call) -> Iterator[Line]:
