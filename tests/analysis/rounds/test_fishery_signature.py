@@ -10,7 +10,7 @@ import pytest
 
 from analysis.rounds.signatures.fishery import MEASURES, applies, measure
 from foundry.worlds.rounds.fishery import Fishery
-from played_rounds import answered_run, scripted_run
+from scripted_rounds import answered_run, scripted_run
 
 
 def measured(*months: tuple[object, ...], steps: int = 4, readable: bool = False) -> dict[str, float]:

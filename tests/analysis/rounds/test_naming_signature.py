@@ -12,7 +12,7 @@ import pytest
 
 from analysis.rounds.run import RoundsRun
 from analysis.rounds.signatures.naming import applies, measure
-from played_rounds import scripted_run
+from scripted_rounds import scripted_run
 
 
 def met(*rounds: str) -> list[dict[str, Any]]:

@@ -18,7 +18,7 @@ from foundry.models.scripted.rounds.fishery import GreedyCatch, SustainableCatch
 from foundry.records import Message, Record
 from foundry.worlds.base import Answer, World
 from foundry.worlds.rounds.fishery import Catch, Fishery, Stock, one_by_one, shares, sustainable
-from played_rounds import records
+from scripted_rounds import records
 
 USUAL: dict[str, Any] = {
     "name": "fishery", "agents": 5, "steps": 12, "stock": 100, "collapse": 5, "sharing": "stochastic", "talk": 0,

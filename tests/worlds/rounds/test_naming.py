@@ -19,7 +19,7 @@ from foundry.models.scripted.rounds.naming import BestResponse, FocalName
 from foundry.records import Record
 from foundry.worlds.base import Answer, Question
 from foundry.worlds.rounds.naming import Meeting, Naming, NamingGame, waves
-from played_rounds import records
+from scripted_rounds import records
 
 USUAL: dict[str, Any] = {
     "name": "naming", "agents": 6, "steps": 3, "names": ["ama", "bodo", "ceri"], "protocol": "both", "memory": 2,
