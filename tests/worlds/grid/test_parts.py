@@ -107,6 +107,11 @@ def test_an_exit_is_known_to_its_share_of_agents_and_to_who_sees_it_and_to_leade
     assert [question.observation["persona"]["role"] for question in world.pending()] == ["leader", "visitor", "visitor"]
 
 
+def test_the_crowd_at_an_exit_is_of_others():
+    world = scenario((0, 1), (1, 1), (-2, -2), exits=[NORTH]).start(0)
+    assert [question.observation["exits"][0]["agents"] for question in world.pending()] == [1, 1, 2]
+
+
 def test_sight_is_the_same_both_ways():
     ground = Ground(4, [((-1, 0), (1, 0)), ((2, 2), (2, 3))], [])
     cells = [(x, y) for x in range(-4, 5) for y in range(-4, 5)]
