@@ -223,7 +223,7 @@ class _Episode:
         past = {"own": name, "other": name, "points": rules.equal}
         memory = [dict(past) for _ in range(rules.memory)] if name is not None else []
         known = [one for one in (says or name,) if one is not None]
-        points = float(sum(one["points"] for one in memory))
+        points = len(memory) * float(rules.equal)
         return _Namer(deque(memory, maxlen=rules.memory), known, says, len(memory), points)
 
     def _question(self, agent: int) -> Question:
