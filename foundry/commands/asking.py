@@ -17,7 +17,9 @@ def prompt(
     context: typer.Context,
     step: Annotated[int, typer.Option(help="The step, from 1.")] = 1,
     agent: Annotated[int, typer.Option(help="The agent, from 0.")] = 0,
-    kind: Annotated[str, typer.Option(help="The kind of question, such as message or action.")] = "action",
+    kind: Annotated[
+        str | None, typer.Option(help="The kind of question, such as message; by default action, or the world's first.")
+    ] = None,
 ) -> None:
     """Print the exact prompt of one call: foundry prompt model=scripted/avoid seed=3 --step 7 --agent 3.
 

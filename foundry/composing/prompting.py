@@ -48,7 +48,7 @@ def find_prompt(
     *,
     step: int,
     agent: int,
-    kind: str,
+    kind: str | None,
 ) -> FoundPrompt:
     """Return the prompt that an agent gets at a step of the sweep's first run.
 
@@ -58,7 +58,7 @@ def find_prompt(
         answers: the answer cache, or None.
         step: 1-based step.
         agent: agent id.
-        kind: kind of question.
+        kind: kind of question; None for `action` where the world asks it, else for the first that it asks.
 
     Raises:
         InputError: this run asks no such question.
@@ -66,6 +66,8 @@ def find_prompt(
     run = sweep.runs[0]
     config = sweep.config(run)
     scenario = scenario_of(config)
+    if kind is None:
+        kind = "action" if "action" in scenario.kinds else scenario.kinds[0]
     if kind not in scenario.kinds:
         raise InputError(f"World '{scenario.name}' asks no '{kind}': its kinds are {', '.join(scenario.kinds)}.")
     model: Model = build(config["model"])

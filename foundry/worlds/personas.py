@@ -18,11 +18,14 @@ def check_attributes(attributes: Attributes) -> None:
     """Refuse weights of which no share can be made.
 
     Raises:
-        InputError: one is negative or not finite, or all of an attribute are 0.
+        InputError: these are no attributes, a weight is negative or no finite number, or all of an attribute are 0.
     """
+    shaped = isinstance(attributes, Mapping) and all(isinstance(weights, Mapping) for weights in attributes.values())
+    if not shaped:
+        raise InputError(f"world.personas={attributes} are no personas: write {{attribute: {{value: weight}}}}.")
     for attribute, weights in attributes.items():
         values = list(weights.values())
-        usable = all(math.isfinite(weight) and weight >= 0 for weight in values)
+        usable = all(isinstance(weight, int | float) and math.isfinite(weight) and weight >= 0 for weight in values)
         if not usable or sum(values) <= 0:
             raise InputError(
                 f"world.personas.{attribute} has the weights {values}. Give numbers of 0 or more, one of them above 0."

@@ -122,6 +122,11 @@ def test_tags_of_other_registries_are_models_too(workspace: Path, capsys: pytest
     assert yaml.safe_load(capsys.readouterr().out)["model"]["name"] == "hf.co/someone/some-model:Q4_K_M"
 
 
+def test_the_prompt_of_a_game_is_found_without_naming_its_kind(workspace: Path, capsys: pytest.CaptureFixture[str]):
+    assert run(["prompt", "world=bar", "model=scripted/random"]) == 0
+    assert '"go" or "stay"' in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("name", ["paper_2d", "cross_model", "prompt_sensitivity", "smoke"])
 def test_every_shipped_sweep_composes(name: str, workspace: Path):
     from foundry.composing.compose import compose

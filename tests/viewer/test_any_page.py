@@ -31,6 +31,14 @@ TONE = """name => {
   pen.fillRect(0, 0, 1, 1);
   return [...pen.getImageData(0, 0, 1, 1).data.slice(0, 3)].join();
 }"""
+PAINTED = """([canvas, tone]) => {
+  const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+  const is = (at) => [...data.slice(at, at + 3)].join() === tone && data[at + 3] === 255;
+  let found = 0;
+  for (let at = 0; at < data.length; at += 4) found += is(at);
+  return found;
+}"""
+"""How many pixels of a canvas have a colour."""
 ORANGE, GREEN = "230,159,0", "0,158,115"
 
 
@@ -223,6 +231,21 @@ def test_many_agents_are_shown_a_page_of_lines_at_a_time(page: Any, tmp_path: Pa
         page.click("[aria-label='Next rows'] >> nth=0")
         assert page.locator("tr[data-agent]").count() == 80
         assert "101 to 180 of 180" in page.text_content(".lines-box .pager")
+        page.goto("about:blank")
+
+
+def test_the_numbers_of_a_single_step_can_be_seen(page: Any, tmp_path: Path):
+    made = rounds.sweep(tmp_path / "single", models=("first",), steps=1)
+    rounds.whole_run(made.runs()[0])
+    with serving(made.path) as server:
+        viewer_pages.go(page, server.url, f"run/single/{made.runs()[0].id}")
+        page.wait_for_function("() => Foundry.page.curves?.loaded === 1")
+        painted(page)
+        accent, first = page.evaluate(TONE, "accent"), page.evaluate("() => Foundry.page.curves.lines()[0].colour")
+        chart, curves = (page.evaluate_handle(f"() => Foundry.page.{one}") for one in ("lanes.chart", "curves.canvas"))
+        assert page.evaluate(PAINTED, [chart, accent]) >= 8
+        first = page.evaluate(TONE.replace("Foundry.dom.color(name)", "name"), first)
+        assert page.evaluate(PAINTED, [curves, first]) >= 6
         page.goto("about:blank")
 
 

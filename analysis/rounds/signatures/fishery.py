@@ -38,6 +38,7 @@ def measure(run: RoundsRun) -> dict[str, float]:
     - survived: 1 where these are all months of the world, else 0. What is left after the last one changes nothing.
     - gain: mean over agents of the tons caught in all.
     - efficiency: min(1, tons caught by all / (N x months of the world x f)), f the sustainable share of the full stock.
+      NaN where that is 0 tons.
     - equality: 1 - the Gini coefficient over agents of the tons caught in all. NaN where nothing was caught.
     - over_use: share of the counted catches above floor(floor(stock / 2) / N), the sustainable share of that month.
 
@@ -56,7 +57,7 @@ def measure(run: RoundsRun) -> dict[str, float]:
         "months": float(len(months)),
         "survived": float(len(months) == run.world["steps"]),
         "gain": mean(gains),
-        "efficiency": min(1.0, ratio(float(gains.sum()), most)),
+        "efficiency": float(np.minimum(1.0, ratio(float(gains.sum()), most))),
         "equality": 1 - gini(gains),
         "over_use": mean(run.utility[counted] > sustainable[run.step[counted] - 1]),
         "n_agents": float(run.agents),

@@ -177,6 +177,7 @@ def _check(settings: GridSettings) -> None:
         raise InputError(f"world.agents={settings.agents} is too many: give at most {MOST_AGENTS:,}.")
     refuse_repeated_names((place.name for place in settings.places), "world.places")
     refuse_repeated_names((fire.name for fire in settings.fires), "world.fires")
+    _check_ground(settings)
     settings.field.check()
     for fire in settings.fires:
         if fire.position not in settings.field:
@@ -189,12 +190,12 @@ def _check(settings: GridSettings) -> None:
     if not (math.isfinite(reach) and reach >= 0):
         raise InputError(f"world.communication_distance is {reach}. Give a number of cells, 0 or more.")
     check_attributes(settings.personas)
-    _check_parts(settings)
+    _check_living(settings)
     settings.layout.check(settings.field, settings.agents)
 
 
-def _check_parts(settings: GridSettings) -> None:
-    """Refuse further parts that do not fit the grid, or one another."""
+def _check_ground(settings: GridSettings) -> None:
+    """Refuse walls, exits and zones that do not fit the grid, or one another."""
     refuse_repeated_names((one.name for one in settings.exits), "world.exits")
     dangers = [*(zone.name for zone in settings.zones), *(fire.name for fire in settings.fires)]
     refuse_repeated_names(dangers, "world.zones and world.fires")
@@ -202,9 +203,10 @@ def _check_parts(settings: GridSettings) -> None:
     ends |= {f"Zone '{one.name}'": one.corners for one in settings.zones}
     ends |= {f"Exit '{one.name}'": one.cells for one in settings.exits}
     ends |= {} if settings.order is None else {"world.order.target": settings.order.target}
+    grid = Field(settings.half_size, ())
     for where, cells in ends.items():
         for cell in cells:
-            if cell not in settings.field:
+            if cell not in grid:
                 raise InputError(f"{where} is at {list(cell)}, beyond the grid of half_size {settings.half_size}.")
     taken: dict[Cell, str] = dict.fromkeys(settings.ground.walls, "a wall")
     for one in settings.exits:
@@ -214,7 +216,6 @@ def _check_parts(settings: GridSettings) -> None:
                     f"Exit '{one.name}' is at {list(cell)}, where there is {taken[cell]}: leave a gap there."
                 )
             taken[cell] = f"exit '{one.name}'"
-    _check_living(settings)
 
 
 def _check_living(settings: GridSettings) -> None:

@@ -140,7 +140,8 @@ class Field:
             raise InputError("The places leave no room outside, where agents start. Shrink one or raise half_size.")
         if self.closed and not self.room:
             raise InputError(
-                "Places, walls, exits and zones leave no cell for agents to start in. Remove some of them."
+                "Places, walls, exits and zones leave no cell for agents to start in, or none with a way to an exit: "
+                "remove some of them, or make a gap in the walls."
             )
 
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import TYPE_CHECKING
 
+import msgspec
+
 from foundry.declared import Actions
 from foundry.records import RoundStep
 
@@ -63,19 +65,29 @@ def draw(lines: Sequence[RoundStep], step: int, *, agents: int, steps: int, acti
     image = Image.new("RGB", SIZE, "white")
     canvas = ImageDraw.Draw(image)
     lanes = _Lanes(agents, max(steps, step, 1))
+    ranges = {kind: _with_ends(known, kind, lines) for kind, known in actions.items()}
     canvas.text((_LEFT, 12), f"Round {step}", fill=WORDS)
     canvas.rectangle((_LEFT - 1, _TOP - 1, _RIGHT, _BOTTOM), outline="#AAAAB4")
     for agent in range(agents) if agents <= MOST_NUMBERED else ():
-        canvas.text((_LEFT - 28, lanes.box(1, agent, 0, 1)[1] + 1), str(agent), fill=WORDS)
+        _, top, _, bottom = lanes.box(1, agent, 0, 1)
+        canvas.text((_LEFT - 28, (top + bottom) // 2 - 6), str(agent), fill=WORDS)
     for (when, agent), group in groupby(sorted(lines, key=_place), key=_place):
         own = list(group)
         for part, line in enumerate(own):
             box = lanes.box(when, agent, part, len(own))
-            canvas.rectangle(box, fill=_colour(line, actions), outline="#C8C8D0" if line.action is None else None)
-    _legend(canvas, actions)
+            canvas.rectangle(box, fill=_colour(line, ranges), outline="#C8C8D0" if line.action is None else None)
+    _legend(canvas, ranges)
     png = io.BytesIO()
     image.save(png, format="PNG")
     return png.getvalue()
+
+
+def _with_ends(known: Actions, kind: str, lines: Sequence[RoundStep]) -> Actions:
+    """Return what can be decided, a range without an end with that of the numbers decided so far."""
+    numbers = [one.action for one in lines if one.kind == kind and isinstance(one.action, int | float)]
+    low = min(numbers, default=0) if known.low is None else known.low
+    high = max(numbers, default=1) if known.high is None else known.high
+    return msgspec.structs.replace(known, low=low, high=high)
 
 
 def _place(line: RoundStep) -> tuple[int, int]:
@@ -101,7 +113,7 @@ def _tone(label: str, known: Actions) -> str:
 
 
 def _shade(number: float, known: Actions) -> str:
-    low, high = known.low or 0.0, known.high if known.high is not None else max(number, 1.0)
+    low, high = known.low or 0.0, known.high or 0.0
     share = min(max((number - low) / (high - low), 0.0), 1.0) if high > low else 0.0
     return "#" + "".join(f"{round(a + (b - a) * share):02x}" for a, b in zip(LOW, HIGH, strict=True))
 
@@ -110,8 +122,8 @@ def _legend(canvas: ImageDraw, actions: Mapping[str, Actions]) -> None:
     """Write what the colours mean, as far as there is room."""
     x, y = float(_LEFT), float(_BOTTOM + 14)
     for kind, known in actions.items():
-        for label in known.labels or (f"{kind}: {known.low} to {known.high}",):
-            colour = _tone(label, known) if known.labels else _shade(known.high or 1.0, known)
+        for label in known.labels or (f"{kind}: {known.low:g} to {known.high:g}",):
+            colour = _tone(label, known) if known.labels else _shade(known.high or 0.0, known)
             said = label if len(label) <= LONGEST else f"{label[:LONGEST]}..."
             if x + 24 + canvas.textlength(said) > _RIGHT:
                 x, y = float(_LEFT), y + 18

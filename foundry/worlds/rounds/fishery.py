@@ -115,8 +115,9 @@ class Fishery(RoundsScenario):
             settings: those of every world of rounds.
         """
         super().__init__(**settings)
-        for key, value, most in (("stock", stock, MOST), ("collapse", collapse, stock), ("talk", talk, MOST)):
-            _check_whole(key, value, most)
+        _check_whole("stock", stock, MOST, least=1)
+        _check_whole("collapse", collapse, stock)
+        _check_whole("talk", talk, MOST)
         if sharing not in SHARINGS:
             raise not_found("world.sharing", str(sharing), SHARINGS)
         self.stock, self.collapse, self.sharing, self.talk = stock, collapse, sharing, talk
@@ -234,11 +235,11 @@ def _outsider(settings: Mapping[str, int] | None) -> tuple[int | None, int]:
         return None, 0
     if not isinstance(settings, Mapping) or set(settings) != {"from", "catch"}:
         raise InputError(f"world.outsider={settings} is no outsider: write outsider: {{from: 4, catch: 30}}, or null.")
-    _check_whole("outsider.from", settings["from"], MOST)
+    _check_whole("outsider.from", settings["from"], MOST, least=1)
     _check_whole("outsider.catch", settings["catch"], MOST)
     return settings["from"], settings["catch"]
 
 
-def _check_whole(key: str, value: object, most: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= most:
-        raise InputError(f"world.{key}={value} is out of range: give a whole number from 0 to {most}.")
+def _check_whole(key: str, value: object, most: int, *, least: int = 0) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+        raise InputError(f"world.{key}={value} is out of range: give a whole number from {least} to {most}.")

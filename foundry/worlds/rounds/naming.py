@@ -76,13 +76,15 @@ class _Namer:
         memory: its latest interactions, `own`, `other` and `points`, newest last.
         known: the names it knows, where one speaks.
         says: the one name that it always says, or None where it is asked.
-        points: its sum.
+        met: how many interactions it has had.
+        points: their sum.
     """
 
     memory: deque[dict[str, Any]]
     known: list[str]
     says: str | None
-    points: float = 0.0
+    met: int
+    points: float
 
 
 class NamingGame(RoundsScenario):
@@ -99,8 +101,9 @@ class NamingGame(RoundsScenario):
 
     Observation:
         `names` that can be said, in an order drawn each time; `memory`: the latest interactions, up to as many as the
-        setting `memory`, of each `own` and `other` name (null where none was said) and `points`; `points`, the sum of
-        all so far; `equal` and `different`, what success and failure bring; `protocol`.
+        setting `memory`, of each `own` and `other` name (null where none was said) and `points`; `met`, how many there
+        were so far, and `points`, the sum of all, those of an `established` name among them; `equal` and `different`,
+        what success and failure bring; `protocol`.
 
     Questions:
         `say`. Interactions that share no agent, and wait for none that does, are asked at once; the others in their
@@ -220,7 +223,8 @@ class _Episode:
         past = {"own": name, "other": name, "points": rules.equal}
         memory = [dict(past) for _ in range(rules.memory)] if name is not None else []
         known = [one for one in (says or name,) if one is not None]
-        return _Namer(deque(memory, maxlen=rules.memory), known, says)
+        points = len(memory) * float(rules.equal)
+        return _Namer(deque(memory, maxlen=rules.memory), known, says, len(memory), points)
 
     def _question(self, agent: int) -> Question:
         rules, namer = self._rules, self._namers[agent]
@@ -234,6 +238,7 @@ class _Episode:
             legal=legal,
             names=[legal.labels[place] for place in order],
             memory=list(namer.memory),
+            met=namer.met,
             points=namer.points,
             equal=rules.equal,
             different=rules.different,
@@ -258,6 +263,7 @@ class _Episode:
         points = self._points(meeting)
         for namer, own, heard in ((first, one, other), (second, other, one)):
             namer.memory.append({"own": own, "other": heard, "points": points})
+            namer.met += 1
             namer.points += points
         return meeting
 

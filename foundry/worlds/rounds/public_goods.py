@@ -64,8 +64,8 @@ class PublicGoods(RoundsScenario):
         set each has `tokens` anew every round, else what it had left and got back.
 
     Observation:
-        `tokens` (what it has now), `multiplier`, and `rounds`: of each so far, oldest first, `given` and `payoff` of
-        one's own, and `pot`, what all gave together.
+        `tokens` (what it has now), `multiplier`, `reset`, and `rounds`: of each so far, oldest first, `given` and
+        `payoff` of one's own, and `pot`, what all gave together.
 
     Questions:
         `contribution`, to all at once.
@@ -98,6 +98,7 @@ class PublicGoods(RoundsScenario):
         if not isinstance(reset, bool):
             raise InputError(f"world.reset={reset} is neither true nor false.")
         self.tokens, self.multiplier, self.reset = tokens, amount("multiplier", multiplier), reset
+        self.told: dict[str, Any] = {"multiplier": multiplier, "reset": reset}
 
     def actions(self) -> dict[str, Actions]:
         """Return what can be decided."""
@@ -123,8 +124,7 @@ class PublicGoods(RoundsScenario):
 
     def _asked(self, table: Table, agent: int, tokens: float, rounds: Sequence[dict[str, Any]]) -> Question:
         legal = Actions(low=0, high=math.floor(tokens), idle=0)
-        told: dict[str, Any] = {"tokens": tokens, "multiplier": self.multiplier, "rounds": list(rounds)}
-        return table.ask(agent, GIVE, legal=legal, **told)
+        return table.ask(agent, GIVE, legal=legal, **self.told, tokens=tokens, rounds=list(rounds))
 
     def afterwards(self, table: Table, given: Sequence[int], left: Sequence[float]) -> Afterwards:
         """Play what follows the contributions of a round, and return what each has then; here nothing follows.
@@ -146,9 +146,9 @@ class PunishedGoods(PublicGoods):
         `loss` from the other, who loses no more than it has.
 
     Observation:
-        As `PublicGoods`, `rounds` further with `punished` (the agent that one punished, or null) and `punished_by` (how
-        many others punished oneself). Of a `punishment`: `given` (what each gave, by its id), `tokens` (what it has
-        now), `multiplier`, `cost`, `loss`.
+        As `PublicGoods`, further `cost` and `loss`, and `rounds` with `punished` (the agent that one punished, or null)
+        and `punished_by` (how many others punished oneself). Of a `punishment`: `given` (what each gave, by its id),
+        `tokens` (what it has now), `multiplier`, `reset`, `cost`, `loss`.
 
     Questions:
         `contribution`, to all at once; then `punishment`, to all at once.
@@ -177,6 +177,7 @@ class PunishedGoods(PublicGoods):
         """
         super().__init__(**settings)
         self.cost, self.loss = amount("cost", cost), amount("loss", loss)
+        self.told |= {"cost": cost, "loss": loss}
 
     def actions(self) -> dict[str, Actions]:
         """Return what can be decided."""
@@ -184,12 +185,7 @@ class PunishedGoods(PublicGoods):
 
     def afterwards(self, table: Table, given: Sequence[int], left: Sequence[float]) -> Afterwards:
         """Ask each whom it punishes, and take what that costs."""
-        told: dict[str, Any] = {
-            "given": list(given),
-            "multiplier": self.multiplier,
-            "cost": self.cost,
-            "loss": self.loss,
-        }
+        told: dict[str, Any] = {**self.told, "given": list(given)}
         decisions = yield [
             table.ask(one, PUNISH, legal=self._legal(one, left[one]), tokens=left[one], **told) for one in table.agents
         ]

@@ -13,9 +13,9 @@ from foundry.worlds.rounds.fishery import Fishery
 from scripted_rounds import answered_run, scripted_run
 
 
-def measured(*months: tuple[object, ...], steps: int = 4, readable: bool = False) -> dict[str, float]:
+def measured(*months: tuple[object, ...], steps: int = 4, stock: int = 100, readable: bool = False) -> dict[str, float]:
     """Return the measures of a run in which the agents want so much by month; "?" cannot be read."""
-    settings = {"name": "fishery", "agents": len(months[0]), "steps": steps, "stock": 100, "collapse": 5, "talk": 0}
+    settings = {"name": "fishery", "agents": len(months[0]), "steps": steps, "stock": stock, "collapse": 5, "talk": 0}
     scenario = Fishery(**settings, sharing="stochastic", universalisation=False, outsider=None)  # type: ignore[arg-type]
     answers = (json.dumps({"action": one}) for one in chain(*months))
     run = answered_run(scenario, answers, settings)
@@ -49,6 +49,11 @@ def test_where_nothing_counts_or_nothing_is_caught_nothing_is_said_of_it():
     nothing = measured(("?", "?"), ("?", "?"), ("?", "?"), ("?", "?"), readable=True)
     assert all(math.isnan(nothing[name]) for name in MEASURES)
     assert math.isnan(measured((0, 0), (0, 0), (0, 0), (0, 0))["equality"])
+
+
+def test_a_lake_too_small_for_a_share_that_lasts_has_no_efficiency():
+    found = measured(*[(1, 0, 0, 0)] * 4, stock=7)
+    assert math.isnan(found["efficiency"]) and found["gain"] == 1 and found["over_use"] == 1 / 4
 
 
 def test_who_takes_all_comes_to_one_month_and_who_takes_the_sustainable_share_to_all_there_is():

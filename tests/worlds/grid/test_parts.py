@@ -107,6 +107,11 @@ def test_an_exit_is_known_to_its_share_of_agents_and_to_who_sees_it_and_to_leade
     assert [question.observation["persona"]["role"] for question in world.pending()] == ["leader", "visitor", "visitor"]
 
 
+def test_the_crowd_at_an_exit_is_of_others():
+    world = scenario((0, 1), (1, 1), (-2, -2), exits=[NORTH]).start(0)
+    assert [question.observation["exits"][0]["agents"] for question in world.pending()] == [1, 1, 2]
+
+
 def test_sight_is_the_same_both_ways():
     ground = Ground(4, [((-1, 0), (1, 0)), ((2, 2), (2, 3))], [])
     cells = [(x, y) for x in range(-4, 5) for y in range(-4, 5)]
@@ -140,6 +145,9 @@ def test_a_fire_finds_nothing_to_light_where_another_burns_already():
         ({"walls": [[[0, 0], [3, 0]]]}, "beyond the grid"),
         ({"walls": [[[0, 2], [0, 2]]], "exits": [NORTH]}, "there is a wall"),
         ({"walls": [[[-2, 0], [2, 0]]], "exits": [NORTH]}, "where nobody can start"),
+        ({"walls": [[[-2, 1], [2, 2]]], "exits": [NORTH]}, "Exit 'north' is at [0, 2], where there is a wall"),
+        ({"walls": [[[-2, 1], [2, 1]], [[-1, 2], [-1, 2]], [[1, 2], [1, 2]]], "exits": [NORTH]}, "make a gap"),
+        ({"walls": [[[-9, -9], [9, 9]]]}, "world.walls[0] is at [-9, -9], beyond the grid"),
         ({"exits": [{"name": "x", "cells": []}]}, "world.exits[0]"),
         ({"exits": [{**NORTH, "width": 1}]}, "width"),
         ({"sharing": True}, "set world.energy"),

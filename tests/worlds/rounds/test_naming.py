@@ -123,7 +123,7 @@ def test_who_is_committed_says_one_name_and_is_asked_nothing():
 def test_an_established_name_is_what_all_remember():
     first = game(established="ceri").start(0).pending()[0]
     assert first.observation["memory"] == [{"own": "ceri", "other": "ceri", "points": 100}] * 2
-    assert first.observation["points"] == 0
+    assert (first.observation["met"], first.observation["points"]) == (2, 200)
     written = records(game(established="ceri"), BestResponse("best"), 0)
     assert all(one.first_name == one.second_name == "ceri" for one in meetings(written))
 

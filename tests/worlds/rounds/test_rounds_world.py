@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import io
 import json
 from collections import Counter
 from typing import Any
 
 import msgspec
 import pytest
-from PIL import ImageColor
+from PIL import Image, ImageColor
 
 from foundry.composing.preflight import first_questions
 from foundry.declared import Actions
@@ -210,6 +211,16 @@ def test_every_label_has_a_colour_of_its_own_however_many_there_are():
     known = Actions(labels=("nobody", *(f"agent {agent}" for agent in range(30))), idle="nobody")
     tones = {ImageColor.getrgb(drawing._tone(label, known)) for label in known.labels}
     assert len(tones) == 31
+
+
+def test_a_number_without_a_greatest_one_is_drawn_by_the_greatest_so_far():
+    known = {"give": Actions(low=0)}
+    lines = [RoundStep(step=1, agent=agent, kind="give", action=action, outcome=Outcome.CHOSEN)
+             for agent, action in enumerate((5, 40, 20))]  # fmt: skip
+    picture = Image.open(io.BytesIO(drawing.draw(lines, 1, agents=3, steps=1, actions=known)))
+    assert [picture.getpixel((400, y)) for y in (110, 240, 370)] == [
+        ImageColor.getrgb(drawing._shade(share, Actions(low=0, high=1))) for share in (0.125, 1, 0.5)
+    ]
 
 
 def test_calls_are_counted_at_most():

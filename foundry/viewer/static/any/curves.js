@@ -95,14 +95,15 @@
     /** Draw a line over the steps that have a value; one that never changes, such as a capacity, is dashed. */
     line(pen, {mean, colour}, x, y) {
       const known = mean.filter((one) => one !== null), first = known[0];
-      pen.setLineDash(known.every((one) => one === first) ? DASHES : []);
+      pen.setLineDash(known.length > 1 && known.every((one) => one === first) ? DASHES : []);
       pen.strokeStyle = colour;
       pen.lineWidth = 2;
       pen.beginPath();
       mean.forEach((value, index) => {
         if (value === null) return;
         if (index && mean[index - 1] !== null) pen.lineTo(x(index), y(value));
-        else { pen.moveTo(x(index) - 2, y(value)); pen.lineTo(x(index), y(value)); }
+        else pen.moveTo(x(index) - 3, y(value));
+        pen.lineTo(x(index) + ((mean[index + 1] ?? null) === null ? 3 : 0), y(value));
       });
       pen.stroke();
       pen.setLineDash([]);

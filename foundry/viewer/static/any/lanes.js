@@ -221,7 +221,9 @@
 
     line(pen, values, x, y, tone) {
       pen.beginPath();
+      if (values.length === 1) pen.moveTo(x(1) - 4, y(values[0]));
       values.forEach((value, index) => pen.lineTo(x(index + 1), y(value)));
+      if (values.length === 1) pen.lineTo(x(1) + 4, y(values[0]));
       pen.strokeStyle = color(tone);
       pen.lineWidth = 2;
       pen.stroke();

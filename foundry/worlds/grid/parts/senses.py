@@ -7,7 +7,7 @@ window          what it sees, a text a row, the uppermost first: `@` itself, `A`
                 edge, `E` an exit, `*` a burning cell, `f` food, `.` nothing of these, `?` hidden behind a wall.
 open            the directions in which neither wall nor edge stands: `up`, `down`, `left`, `right`.
 exits           the exits it knows of: [{name, x, y, seen, agents}]: the cell that is nearest to it, whether it sees one
-                of them now, and how many agents it sees within two columns and rows of that (null when not seen).
+                of them now, and how many other agents it sees within two columns and rows of that (null when not seen).
 burning         the burning cells that it sees: [[x, y]].
 seen            the other agents that it sees, by id: [{id, x, y, persona}], those that it cannot talk to among them.
 zones           all zones: [{name, x_min, x_max, y_min, y_max, risk}].
@@ -17,6 +17,7 @@ loss            energy that a step costs, or null.
 attack          what an attack takes and costs, {takes, cost}, or null.
 reproduction    the energy that it takes to reproduce and that the newborn gets, {needs, gives}, or null.
 food            the food that it sees: [{x, y, amount}].
+deeds           what agents can do here beside staying and moving: of `gather`, `share`, `attack`, `reproduce`.
 touchable       ids of the agents that it can share with or attack: at most one column and row away.
 """
 
@@ -73,6 +74,7 @@ class Senses(Perception):
         self._chars = dict.fromkeys(ground.walls, "#") | dict.fromkeys(ground.exits, "E")
         self._fixed |= {
             "view": settings.view,
+            "deeds": list(settings.deeds),
             "loss": None if settings.energy is None else settings.energy.loss,
             "attack": None if settings.attack is None else msgspec.to_builtins(settings.attack),
             "reproduction": None
@@ -145,7 +147,7 @@ class Senses(Perception):
     ) -> dict[str, Any]:
         x, y = min(way_out.cells, key=lambda one: (abs(one[0] - cell[0]) + abs(one[1] - cell[1]), one))
         is_seen = not visible.isdisjoint(way_out.cells)
-        waiting = sum(len(there) for one, there in seen.items() if _is_at(one, way_out.cells))
+        waiting = sum(len(there) - (one == cell) for one, there in seen.items() if _is_at(one, way_out.cells))
         return {"name": way_out.name, "x": x, "y": y, "seen": is_seen, "agents": waiting if is_seen else None}
 
 
