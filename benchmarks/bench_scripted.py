@@ -6,7 +6,6 @@ from pathlib import Path
 
 from measuring import Cost, at_most, cost_of, cost_of_command, fastest, print_table, print_title, run_sweep, scratch
 
-from foundry import seeding
 from foundry.composing.compose import compose
 from foundry.composing.preflight import scenario_of
 from foundry.models.base import Request
@@ -31,7 +30,7 @@ def bare_loop(scenario: Scenario, model: ScriptedModel) -> int:
 
 
 def request(question: Question) -> Request:
-    seed = seeding.sampling_seed(SEED, step=question.step, agent=question.agent, kind=question.kind)
+    seed = question.sampling_seed(SEED)
     return Request((), seed, question.kind, question.observation, question.step, question.agent)
 
 

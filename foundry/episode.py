@@ -11,7 +11,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from foundry import seeding
 from foundry.errors import FoundryError
 from foundry.models.base import Model, Reply, Request, RequestKeys, Source, logged
 from foundry.prompts.prompt import Prompt
@@ -79,7 +78,7 @@ class Asker:
     def request(self, question: Question) -> Request:
         """Return the request that puts this question."""
         messages = self.prompt.render(question)
-        seed = seeding.sampling_seed(self.seed, step=question.step, agent=question.agent, kind=question.kind)
+        seed = question.sampling_seed(self.seed)
         return Request(
             messages=messages,
             seed=seed,

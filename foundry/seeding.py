@@ -26,7 +26,16 @@ def stream(seed: int, name: str) -> Generator:
     return default_rng(SeedSequence(seed, spawn_key=(_name_key(name),)))
 
 
-def sampling_seed(seed: int, *, step: int, agent: int, kind: str) -> int:
-    """Return the seed, 0..2^31-1, that a backend samples one call's reply with."""
-    sequence = SeedSequence(seed, spawn_key=(_name_key("call:" + kind), step, agent))
+def sampling_seed(seed: int, *, step: int, agent: int, kind: str, again: int = 0) -> int:
+    """Return the seed, 0..2^31-1, that a backend samples one call's reply with.
+
+    Args:
+        seed: of the run's calls.
+        step: 1-based step.
+        agent: who is asked.
+        kind: what is asked.
+        again: how often it was asked this before in the step.
+    """
+    place = (_name_key("call:" + kind), step, agent)
+    sequence = SeedSequence(seed, spawn_key=(*place, again) if again else place)
     return int(sequence.generate_state(1, np.uint32)[0]) & SEED_MASK

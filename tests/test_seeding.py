@@ -24,12 +24,13 @@ def test_sampling_seeds_are_in_the_range_that_every_server_takes(seed: int, step
 
 def test_every_call_of_a_run_has_a_sampling_seed_of_its_own():
     seeds = {
-        seeding.sampling_seed(1, step=step, agent=agent, kind=kind)
+        seeding.sampling_seed(1, step=step, agent=agent, kind=kind, again=again)
         for step in range(1, 51)
         for agent in range(20)
         for kind in ("message", "action")
+        for again in range(3)
     }
-    assert len(seeds) == 2000
+    assert len(seeds) == 6000
 
 
 def test_sampling_seeds_stay_what_they_are_from_version_to_version():

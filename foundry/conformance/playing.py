@@ -221,10 +221,9 @@ class WorldCase:
 
 def request_of(question: Question, seed: int) -> Request:
     """Return the request that puts a question to a scripted model, which reads no messages."""
-    sampling = seeding.sampling_seed(seed, step=question.step, agent=question.agent, kind=question.kind)
     return Request(
         messages=(),
-        seed=sampling,
+        seed=question.sampling_seed(seed),
         kind=question.kind,
         observation=question.told,
         step=question.step,

@@ -66,12 +66,12 @@ def asks_what_it_says(case: WorldCase) -> str | None:
 
 
 def _each_once(episode: Episode) -> None:
-    put = Counter((one.step, one.agent, one.kind) for one in episode.questions)
-    for (step, agent, kind), times in put.items():
+    put = Counter((one.step, one.agent, one.kind, one.again) for one in episode.questions)
+    for (step, agent, kind, _), times in put.items():
         require(
             times == 1,
             f"agent {agent} is asked '{kind}' {times} times in step {step}, each time with the same sampling seed: "
-            "give the questions of a step kinds of their own",
+            "give the questions of a step kinds of their own, or count in `again` how often it was asked before",
         )
 
 

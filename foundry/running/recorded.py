@@ -10,7 +10,6 @@ from typing import Any
 
 import msgspec
 
-from foundry import seeding
 from foundry.errors import RecordError
 from foundry.expansion import calls_seed
 from foundry.models.base import Reply, Request, RequestKeys, Source, logged, there
@@ -112,7 +111,7 @@ class RecordedAsker:
         wording = next(one for one in self._asked if one.before is None or question.step < one.before)
         messages = wording.prompt.render(question)
         now = {
-            "seed": seeding.sampling_seed(wording.seed, step=question.step, agent=question.agent, kind=question.kind),
+            "seed": question.sampling_seed(wording.seed),
             "messages": [logged(message) for message in messages],
             "key": "",
         }

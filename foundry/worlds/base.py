@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeAlias, cast
 
+from foundry import seeding
 from foundry.declared import Actions, Declared, keys_of
 from foundry.errors import InputError
 from foundry.records import Outcome, Record
@@ -39,6 +40,7 @@ class Question:
         options: replies that decide, one for each decision that is legal now; what `scripted/random` draws from. Empty
             where the scenario does not say.
         idle: the reply that does nothing, or None where there is none; what `scripted/stay` says.
+        again: how often the agent was asked this before in the same step.
     """
 
     step: int
@@ -49,6 +51,11 @@ class Question:
     secret: Observation | None = None
     options: tuple[str, ...] = ()
     idle: str | None = None
+    again: int = 0
+
+    def sampling_seed(self, seed: int) -> int:
+        """Return the seed that its reply is sampled with, where a run's calls have this seed."""
+        return seeding.sampling_seed(seed, step=self.step, agent=self.agent, kind=self.kind, again=self.again)
 
     @property
     def asked(self) -> Asked:

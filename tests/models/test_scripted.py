@@ -13,7 +13,6 @@ import pytest
 from hydra.utils import instantiate
 from omegaconf import OmegaConf
 
-from foundry import seeding
 from foundry.errors import InputError
 from foundry.models.base import Request
 from foundry.models.scripted.base import ScriptedModel
@@ -55,7 +54,7 @@ def world(cells: list[list[int]] | None = None, **changes: Any) -> GridScenario:
 
 
 def request(question: Question, seed: int = 0) -> Request:
-    sampling = seeding.sampling_seed(seed, step=question.step, agent=question.agent, kind=question.kind)
+    sampling = question.sampling_seed(seed)
     return Request(
         (), sampling, question.kind, question.observation, question.step, question.agent,
         options=question.options, idle=question.idle,

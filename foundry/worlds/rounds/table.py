@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -74,6 +75,7 @@ class Table:
         self.seed = seed
         self._actions = actions
         self._line = line
+        self._asked: Counter[tuple[int, str]] = Counter()
         self._open: dict[int, Decision] = {}
         self._written: list[Record] = []
 
@@ -85,6 +87,7 @@ class Table:
         """Yield the rounds to play; leaving the loop ends the episode early, with the round in which it is left."""
         while self.step < most:
             self._close()
+            self._asked.clear()
             self.step += 1
             yield self.step
 
@@ -124,7 +127,8 @@ class Table:
             "persona": self.personas[agent],
             "received": list(self.received[agent]),
         }
-        options, idle = options_of(actions), idle_of(actions)
+        again = self._asked[agent, kind]
+        self._asked[agent, kind] += 1
         return RoundQuestion(
             self.step,
             agent,
@@ -132,8 +136,9 @@ class Table:
             common | observed,
             images=images,
             secret=secret,
-            options=options,
-            idle=idle,
+            options=options_of(actions),
+            idle=idle_of(actions),
+            again=again,
             legal=actions,
         )
 

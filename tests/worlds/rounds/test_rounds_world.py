@@ -10,7 +10,6 @@ from typing import Any
 import msgspec
 import pytest
 
-from foundry import seeding
 from foundry.composing.preflight import first_questions
 from foundry.errors import FoundryError, InputError
 from foundry.models.base import Request
@@ -44,7 +43,7 @@ def of_stream(records: list[Record], stream: str) -> bytes:
 
 
 def request(question: Question, seed: int) -> Request:
-    sampling = seeding.sampling_seed(seed, step=question.step, agent=question.agent, kind=question.kind)
+    sampling = question.sampling_seed(seed)
     told = question.told
     options, idle = question.options, question.idle
     return Request((), sampling, question.kind, told, question.step, question.agent, options=options, idle=idle)
@@ -102,6 +101,27 @@ def test_talk_goes_one_after_another_in_drawn_order_and_is_heard_by_the_others_b
         delivered = [one for one in records if isinstance(one, Message)]
         assert {(one.sender, one.text) for one in delivered} == {(question.agent, f"I am {question.agent}")}
     assert sorted(order) == [0, 1, 2] and heard == [[], order[:1], order[:2]]
+
+
+class Echoing(Bar):
+    """All are asked the same twice an evening."""
+
+    def play(self, table: Table) -> Play:
+        for _ in table.rounds(self.steps):
+            for _ in range(2):
+                yield [table.ask(agent, "evening", went=None) for agent in table.agents]
+
+
+def test_who_is_asked_the_same_again_in_a_round_answers_with_another_seed():
+    world = Echoing(name="echoing", agents=2, steps=2).start(0)
+    asked: list[Question] = []
+    while not world.finished:
+        asked += world.pending()
+        answered(world, GO, STAY)
+    assert [(one.step, one.agent, one.again) for one in asked] == [
+        (step, agent, again) for step in (1, 2) for again in (0, 1) for agent in (0, 1)
+    ]
+    assert len({one.sampling_seed(0) for one in asked}) == 8
 
 
 def test_what_the_rules_leave_is_written_as_the_round_ends():
