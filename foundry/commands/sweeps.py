@@ -29,6 +29,7 @@ from foundry.errors import InputError
 
 if TYPE_CHECKING:
     from foundry.composing.compose import Composed
+    from foundry.composing.preparing import Checked
     from foundry.expansion import Sweep
     from foundry.models.answers.base import Answers
     from foundry.models.base import ModelInfo
@@ -49,7 +50,11 @@ def run_composed(composed: Composed, prepare: Callable[[SweepFolder], None] = la
     from foundry.composing.preparing import checked
 
     check_view(composed.settings["view"])
-    found = checked(composed)
+    return run_checked(checked(composed), prepare)
+
+
+def run_checked(found: Checked, prepare: Callable[[SweepFolder], None] = lambda folder: None) -> int:
+    """Run what was checked in its folder, once that is prepared."""
     for line in found.notes:
         print(line)
     folder = found.create()

@@ -1,0 +1,194 @@
+"""The world of a probe: recorded moments of another world, each asked several times, none leading to another."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+from foundry.declared import Actions
+from foundry.errors import InputError
+from foundry.records import Record, RoundStep
+from foundry.worlds.base import Answer, Question, Scenario, World
+from foundry.worlds.probe.editing import find_edit
+from foundry.worlds.probe.moments import Moment, Moments, questions_at, read_moments, read_past
+
+APART = 1 << 16
+"""What `Question.again` rises by from one repeat to the next: more than any world asks the same in a step."""
+
+
+class ProbeStep(RoundStep, frozen=True, kw_only=True):
+    """One decision in a recorded moment (`steps.jsonl`).
+
+    Attributes:
+        run: the run that the moment comes from.
+        again: how often the agent was asked this before in the step.
+        repeat: which asking of the moment it is, from 0.
+    """
+
+    run: str
+    again: int
+    repeat: int
+
+
+@dataclass(frozen=True)
+class Put:
+    """A question with the moment and the repeat that it is."""
+
+    moment: Moment
+    repeat: int
+    question: Question
+
+
+class ProbeScenario(Scenario):
+    """Recorded moments of a world.
+
+    Description:
+        The moments of recorded runs, made again by playing their world with their answers. One episode holds those of
+        the runs with its seed; nothing that is answered changes what is asked next.
+
+    Observation:
+        That of the world in that moment, changed by the edit.
+
+    Questions:
+        Each moment in which the edit changes something, `repeats` times, all at once.
+
+    Actions:
+        Those of the world, read by the world.
+
+    Termination:
+        When all is answered.
+    """
+
+    form: ClassVar[str] = "probe"
+    records: ClassVar[tuple[type[Record], ...]] = (ProbeStep,)
+
+    def __init__(
+        self,
+        *,
+        name: str,
+        source: Scenario,
+        edit: Mapping[str, Any],
+        repeats: int,
+        moments: str,
+        kept: Mapping[str, str] | None = None,
+    ) -> None:
+        """Set what is asked.
+
+        Args:
+            name: name of the world.
+            source: the world that was recorded.
+            edit: what is changed; its `name` is looked up.
+            repeats: how often each moment is asked.
+            moments: SHA-256 of the file of moments.
+            kept: where the moments (`moments`) and the answers of each run (`past`, with `{run}`) are; None before the
+                probe has a folder.
+
+        Raises:
+            InputError: there is no such edit, or the world does not say how a reply is read.
+        """
+        if type(source).read is Scenario.read:
+            raise InputError(f"World '{source.name}' cannot be probed: its Scenario does not say how a reply is read.")
+        self.name, self.source, self.repeats = name, source, repeats
+        self.kinds, self.shows_images = source.kinds, source.shows_images
+        self._edit = find_edit(edit["name"], source.form)
+        self._sha256, self._kept = moments, kept
+
+    def start(self, seed: int) -> ProbeWorld:
+        """Return the moments of the runs with this seed.
+
+        Raises:
+            RecordError: they cannot be made again.
+        """
+        return ProbeWorld(self.source, list(self._put(seed)))
+
+    def actions(self) -> Mapping[str, Actions]:
+        """Return what can be decided in the world."""
+        return self.source.actions()
+
+    def personas(self, seed: int) -> Sequence[Mapping[str, str]]:
+        """Return the persona of every agent of the world."""
+        return self.source.personas(seed)
+
+    def wordy_answer(self, question: Question, characters: int) -> str:
+        """Return what the world does."""
+        return self.source.wordy_answer(question, characters)
+
+    def count_calls(self) -> int:
+        """Return how many calls an episode makes, at most."""
+        return self._moments().most() * self.repeats
+
+    def _put(self, seed: int) -> Iterator[Put]:
+        """Yield what is asked, by step."""
+        moments, kept = self._moments(), self._places()
+        asked: dict[Moment, Question] = {}
+        for run, mine in moments.of(seed).items():
+            past = read_past(kept["past"].replace("{run}", run), moments.runs[run].sha256)
+            asked.update(zip(mine, questions_at(self.source, seed, past, mine), strict=True))
+        for moment in sorted(asked, key=lambda one: (one.step, one)):
+            changed = self._edit.applied(asked[moment])
+            if changed is not None:
+                for repeat in range(self.repeats):
+                    yield Put(moment, repeat, replace(changed, again=changed.again + repeat * APART))
+
+    def _moments(self) -> Moments:
+        return read_moments(self._places()["moments"], self._sha256)
+
+    def _places(self) -> Mapping[str, str]:
+        if self._kept is None:
+            raise InputError(f"World '{self.name}' is in the folder of a probe alone: begin one with foundry probe.")
+        return self._kept
+
+
+class ProbeWorld(World):
+    """The moments of one seed."""
+
+    def __init__(self, source: Scenario, put: Sequence[Put]) -> None:
+        """Set what is asked."""
+        self._source, self._put, self._answered = source, put, False
+
+    @property
+    def finished(self) -> bool:
+        """Whether all is answered, or nothing asked."""
+        return self._answered or not self._put
+
+    @property
+    def step(self) -> int:
+        """1 once all is answered; 0 before."""
+        return int(self._answered)
+
+    def pending(self) -> Sequence[Question]:
+        """Return all questions."""
+        return () if self.finished else [one.question for one in self._put]
+
+    def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
+        """Return what was decided in each moment."""
+        if self.finished:
+            raise ValueError("the episode is over")
+        if len(answers) != len(self._put):
+            raise ValueError(f"{len(answers)} answers for {len(self._put)} pending questions")
+        self._answered = True
+        return [self._record(one, answer) for one, answer in zip(self._put, answers, strict=True)]
+
+    def draw(self) -> bytes:
+        """Refuse: moments of several runs are no picture.
+
+        Raises:
+            InputError: always.
+        """
+        raise InputError("A probe has no pictures: draw the runs that its moments come from.")
+
+    def _record(self, put: Put, answer: Answer) -> ProbeStep:
+        reading = self._source.read(put.question, answer)
+        moment = put.moment
+        return ProbeStep(
+            step=moment.step,
+            agent=moment.agent,
+            kind=moment.kind,
+            action=reading.action,
+            outcome=reading.outcome,
+            message=reading.message,
+            run=moment.run,
+            again=moment.again,
+            repeat=put.repeat,
+        )
