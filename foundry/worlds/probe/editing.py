@@ -56,7 +56,9 @@ class Edit:
         """
         try:
             changed = self.change(question)
-            return None if changed is None or changed == question else changed
+            if changed is not None and not isinstance(changed, Question):
+                raise TypeError(f"edit returned {changed!r}, which is no question")
+            return None if changed == question else changed
         except Exception as error:  # the boundary: whatever a user's file raises, it is told by its name
             cause = " ".join(f"{type(error).__name__}: {error}".split())
             raise InputError(f"{self.origin} cannot edit what is asked ({question.kind}): {cause}") from error

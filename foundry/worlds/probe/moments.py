@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 
@@ -124,6 +125,40 @@ def read_past(path: str, sha256: str) -> list[Said]:
     if digest_of(past) != sha256:
         raise RecordError(f"{path} holds other answers than the probe was made of.")
     return past
+
+
+@dataclass(frozen=True)
+class Kept:
+    """The moments of one seed of a probe; equal ones are made of the same files.
+
+    Attributes:
+        moments: the file of moments.
+        sha256: its hash.
+        past: the file of answers of a run, with `{run}` in its name.
+        seed: the seed.
+        source: the world that was recorded.
+    """
+
+    moments: str
+    sha256: str
+    past: str
+    seed: int
+    source: Scenario = field(compare=False)
+
+
+@lru_cache(maxsize=1024)
+def questions_of(kept: Kept) -> Mapping[Moment, Question]:
+    """Return the question of each moment of a seed; the conditions of a probe share them.
+
+    Raises:
+        RecordError: they cannot be made again.
+    """
+    moments = read_moments(kept.moments, kept.sha256)
+    found: dict[Moment, Question] = {}
+    for run, mine in moments.of(kept.seed).items():
+        past = read_past(kept.past.replace("{run}", run), moments.runs[run].sha256)
+        found.update(zip(mine, questions_at(kept.source, kept.seed, past, mine), strict=True))
+    return found
 
 
 def questions_at(scenario: Scenario, seed: int, past: Sequence[Said], moments: Iterable[Moment]) -> list[Question]:

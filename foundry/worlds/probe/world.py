@@ -10,8 +10,8 @@ from foundry.declared import Actions
 from foundry.errors import InputError
 from foundry.records import Record, RoundStep
 from foundry.worlds.base import Answer, Question, Scenario, World
-from foundry.worlds.probe.editing import find_edit
-from foundry.worlds.probe.moments import Moment, Moments, questions_at, read_moments, read_past
+from foundry.worlds.probe.editing import UNEDITED, find_edit
+from foundry.worlds.probe.moments import Kept, Moment, questions_of, read_moments
 
 APART = 1 << 16
 """What `Question.again` rises by from one repeat to the next: more than any world asks the same in a step."""
@@ -90,7 +90,8 @@ class ProbeScenario(Scenario):
         if type(source).read is Scenario.read:
             raise InputError(f"World '{source.name}' cannot be probed: its Scenario does not say how a reply is read.")
         self.name, self.source, self.repeats = name, source, repeats
-        self.kinds, self.shows_images = source.kinds, source.shows_images
+        self.kinds = source.kinds  # type: ignore[misc]  # every probe has those of its world
+        self.shows_images = source.shows_images  # type: ignore[misc]
         self._edit = find_edit(edit["name"], source.form)
         self._sha256, self._kept = moments, kept
 
@@ -116,23 +117,17 @@ class ProbeScenario(Scenario):
 
     def count_calls(self) -> int:
         """Return how many calls an episode makes, at most."""
-        return self._moments().most() * self.repeats
+        return read_moments(self._places()["moments"], self._sha256).most() * self.repeats
 
     def _put(self, seed: int) -> Iterator[Put]:
         """Yield what is asked, by step."""
-        moments, kept = self._moments(), self._places()
-        asked: dict[Moment, Question] = {}
-        for run, mine in moments.of(seed).items():
-            past = read_past(kept["past"].replace("{run}", run), moments.runs[run].sha256)
-            asked.update(zip(mine, questions_at(self.source, seed, past, mine), strict=True))
+        kept = self._places()
+        asked = questions_of(Kept(kept["moments"], self._sha256, kept["past"], seed, self.source))
         for moment in sorted(asked, key=lambda one: (one.step, one)):
-            changed = self._edit.applied(asked[moment])
+            changed = asked[moment] if self._edit is UNEDITED else self._edit.applied(asked[moment])
             if changed is not None:
                 for repeat in range(self.repeats):
                     yield Put(moment, repeat, replace(changed, again=changed.again + repeat * APART))
-
-    def _moments(self) -> Moments:
-        return read_moments(self._places()["moments"], self._sha256)
 
     def _places(self) -> Mapping[str, str]:
         if self._kept is None:
