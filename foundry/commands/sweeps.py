@@ -101,6 +101,8 @@ def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
     from foundry.trust.targets import check_sweep_targets
 
     opened = SweepFolder.open(path)
+    if opened.moments_file.exists():
+        raise InputError(f"'{path}' is a probe, which has no baselines: name them among its models.")
     check_sweep_targets(opened.sweep, {}, trusted)
     return _run_beside(opened)
 

@@ -16,7 +16,7 @@ from foundry.composing.recorded import compose_recorded, overridden
 from foundry.errors import InputError
 from foundry.expansion import Condition, Sweep, settings_key
 from foundry.probing.drawing import Past, drawn, listed, moments_of
-from foundry.storing.store import RunFolder, SweepFolder, with_moments
+from foundry.storing.store import PROBE, RunFolder, SweepFolder, with_moments
 from foundry.worlds.probe.editing import NONE, find_edit
 from foundry.worlds.probe.world import ProbeScenario
 
@@ -165,7 +165,7 @@ def _condition(
 ) -> Condition:
     source = one.config["world"]
     world = {
-        "_target_": f"{ProbeScenario.__module__}.{ProbeScenario.__qualname__}",
+        "_target_": PROBE,
         "name": f"probe of {source['name']}",
         "source": source,
         "edit": dict(edit),

@@ -27,6 +27,8 @@ ALWAYS_THERE = ("steps", "messages")
 IMAGES = "images"
 KEPT = ("frames", IMAGES)
 """The folders of pictures."""
+PROBE = "foundry.worlds.probe.world.ProbeScenario"
+"""The world whose moments are in its sweep's folder."""
 MOMENTS_FILE = "moments.json"
 ORIGINS, PAST = "origins", "{}-past.jsonl.zst"
 """The folder of what is shared with other sweeps, and the file in it of what was answered in a run."""
@@ -88,7 +90,7 @@ def scene_here(config: Mapping[str, Any], scenes: Mapping[str, str], sweep: Path
 def moments_here(config: Mapping[str, Any], sweep: Path) -> dict[str, Any]:
     """Return a configuration whose world, where it is that of a probe, reads the moments in the sweep's folder."""
     world = config.get("world")
-    if not isinstance(world, Mapping) or "moments" not in world or "source" not in world:
+    if not isinstance(world, Mapping) or world.get("_target_") != PROBE:
         return dict(config)
     kept = {"moments": str(sweep / MOMENTS_FILE), "past": str(sweep / ORIGINS / PAST.format("{run}"))}
     return {**config, "world": {**world, "kept": kept}}

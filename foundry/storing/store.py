@@ -33,6 +33,7 @@ from foundry.storing.run_files import KEPT as KEPT
 from foundry.storing.run_files import MOMENTS_FILE as MOMENTS_FILE
 from foundry.storing.run_files import ORIGINS as ORIGINS
 from foundry.storing.run_files import PAST as PAST
+from foundry.storing.run_files import PROBE as PROBE
 from foundry.storing.run_files import RECORD_STREAMS as RECORD_STREAMS
 from foundry.storing.run_files import RunFolder as RunFolder
 from foundry.storing.run_files import calls_bytes as calls_bytes

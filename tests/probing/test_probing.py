@@ -178,6 +178,12 @@ def test_an_edit_of_ones_own_is_found_beside_the_configuration(pilot: Path, tmp_
     assert "alone" in set(table(tmp_path / "out", "edits")["edit"])
 
 
+def test_what_a_probe_has_not_is_refused(probed: Path):
+    for option, said in (("--baselines", "name them among its models"), ("--family=action.stay", "know no families")):
+        found = foundry("analyze", str(probed), option, cwd=probed.parent)
+        assert found.returncode == 2 and said in found.stderr and found.stderr.count("\n") == 1
+
+
 def test_games_are_probed_too(tmp_path: Path):
     done("-m", "world=frozen_lake", "model=scripted/random", "seed=0-1", *QUIET, "output.dir=lake", cwd=tmp_path)
     told = done("probe", "lake", "-m", "model=scripted/random,scripted/planner", "moments=6", "repeats=2",

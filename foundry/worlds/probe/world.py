@@ -17,6 +17,10 @@ APART = 1 << 16
 """What `Question.again` rises by from one repeat to the next: more than any world asks the same in a step."""
 
 
+ROUND = 64
+"""Questions that are asked at once; a worker plays several runs, so that a server is never idle between rounds."""
+
+
 class ProbeStep(RoundStep, frozen=True, kw_only=True):
     """One decision in a recorded moment (`steps.jsonl`).
 
@@ -51,7 +55,7 @@ class ProbeScenario(Scenario):
         That of the world in that moment, changed by the edit.
 
     Questions:
-        Each moment in which the edit changes something, `repeats` times, all at once.
+        Each moment in which the edit changes something, `repeats` times, many at once.
 
     Actions:
         Those of the world, read by the world.
@@ -87,6 +91,10 @@ class ProbeScenario(Scenario):
         Raises:
             InputError: there is no such edit, or the world does not say how a reply is read.
         """
+        if isinstance(source, ProbeScenario):
+            raise InputError(
+                f"World '{source.name}' is that of a probe itself: probe the world that its moments are of."
+            )
         if type(source).read is Scenario.read:
             raise InputError(f"World '{source.name}' cannot be probed: its Scenario does not say how a reply is read.")
         self.name, self.source, self.repeats = name, source, repeats
@@ -136,34 +144,38 @@ class ProbeScenario(Scenario):
 
 
 class ProbeWorld(World):
-    """The moments of one seed."""
+    """The moments of one seed, a round of questions after the other, so that a sweep can be stopped between them."""
 
     def __init__(self, source: Scenario, put: Sequence[Put]) -> None:
         """Set what is asked."""
-        self._source, self._put, self._answered = source, put, False
+        self._source, self._put, self._completed = source, put, 0
 
     @property
     def finished(self) -> bool:
         """Whether all is answered, or nothing asked."""
-        return self._answered or not self._put
+        return not self._round()
 
     @property
     def step(self) -> int:
-        """1 once all is answered; 0 before."""
-        return int(self._answered)
+        """Number of completed rounds."""
+        return self._completed
 
     def pending(self) -> Sequence[Question]:
-        """Return all questions."""
-        return () if self.finished else [one.question for one in self._put]
+        """Return the questions of a round."""
+        return [one.question for one in self._round()]
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
-        """Return what was decided in each moment."""
+        """Return what was decided in each moment of the round."""
         if self.finished:
             raise ValueError("the episode is over")
-        if len(answers) != len(self._put):
-            raise ValueError(f"{len(answers)} answers for {len(self._put)} pending questions")
-        self._answered = True
-        return [self._record(one, answer) for one, answer in zip(self._put, answers, strict=True)]
+        asked = self._round()
+        if len(answers) != len(asked):
+            raise ValueError(f"{len(answers)} answers for {len(asked)} pending questions")
+        self._completed += 1
+        return [self._record(one, answer) for one, answer in zip(asked, answers, strict=True)]
+
+    def _round(self) -> Sequence[Put]:
+        return self._put[ROUND * self._completed : ROUND * (self._completed + 1)]
 
     def draw(self) -> bytes:
         """Refuse: moments of several runs are no picture.
