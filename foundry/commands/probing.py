@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from foundry.commands.application import EXIT_OK, OVERRIDES, Trusted, TrustedServers, app
-from foundry.commands.sweeps import run_checked
+from foundry.commands.sweeps import reached_now, run_checked
 from foundry.commands.view import check_view
 
 
@@ -44,6 +44,7 @@ def probe(
     sweeps = [SweepFolder.open(path) for path in (sweep, *map(Path, further))]
     for one in sweeps:
         check_sweep_targets(one.sweep, one.settings, trust_targets or ())
+        one.sweep = reached_now(one.sweep)
     found = compose_probe(sweeps, arguments)
     if found is None:
         raise typer.Exit(EXIT_OK)

@@ -209,7 +209,6 @@ def resume(
     from foundry.composing.preflight import check, declare
     from foundry.composing.preparing import model_lines, runner_of
     from foundry.composing.settings import checked_settings
-    from foundry.expansion import with_hosts
     from foundry.storing.store import SweepFolder, check_declared, check_digests
     from foundry.trust import reaching
     from foundry.trust.targets import check_sweep_targets
@@ -217,9 +216,7 @@ def resume(
     opened = SweepFolder.open(folder)
     opened.check_runnable()
     check_sweep_targets(opened.sweep, opened.settings, trust_targets or ())
-    for variable, key in (("OLLAMA_HOST", "hosts"), ("OPENAI_BASE_URL", "base_url")):
-        if variable in os.environ:
-            opened.sweep = with_hosts(opened.sweep, os.environ[variable], key)
+    opened.sweep = reached_now(opened.sweep)
     if not trust_servers:
         reaching.check_models(condition.config["model"] for condition in opened.sweep.conditions)
         reaching.check_settings(opened.settings)
@@ -229,6 +226,16 @@ def resume(
     check_digests(opened, model_lines(infos))
     check_declared(opened, declare(opened.sweep_here()))
     raise typer.Exit(run_folder(opened, settings, infos, runner))
+
+
+def reached_now(sweep: Sweep) -> Sweep:
+    """Return a recorded sweep with its models at the servers that the environment names, where it names any."""
+    from foundry.expansion import with_hosts
+
+    for variable, key in (("OLLAMA_HOST", "hosts"), ("OPENAI_BASE_URL", "base_url")):
+        if variable in os.environ:
+            sweep = with_hosts(sweep, os.environ[variable], key)
+    return sweep
 
 
 @app.command()

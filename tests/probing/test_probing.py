@@ -200,7 +200,7 @@ def test_a_probe_that_is_killed_goes_on_and_pays_for_nothing_twice(tmp_path: Pat
         done(*source, cwd=tmp_path, OLLAMA_HOST=server.url)
         free = sum(server.answered.values())
     holding = Holding(9)
-    arguments = ("probe", "pilot", "model=qwen3:4b", "moments=8", "repeats=3", "edit=no_fire", *QUIET, "output.dir=out")
+    arguments = ("probe", "pilot", "moments=8", "repeats=3", "edit=no_fire", *QUIET, "output.dir=out")
     with OllamaServer(holding) as server:
         with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
             wait_until(lambda: holding.held, "the calls are held back")
