@@ -86,8 +86,8 @@ class Signature:
         return next((one for one in self.parts if one.run in (run, AnyRun)), None)
 
     def measure(self, run: Any) -> dict[str, float]:
-        """Return the measures of a run over the decisions that count in it; none if there are none for its class."""
-        return next((one.measure(run) for one in self.parts if one.run is type(run)), {})
+        """Return the measures of a run over the decisions that count in it; none if it is not about its world."""
+        return next((one.measure(run) for one in self.parts if one.run is type(run) and one.applies(run)), {})
 
     def columns(self, run: Any, readable: Any) -> dict[str, float]:
         """Return the columns of a run: its measures, then those of the same run with the readable decisions alone."""

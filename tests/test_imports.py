@@ -13,7 +13,19 @@ from foundry import paths
 ROOT = paths.PACKAGE.parent
 PACKAGES = ("foundry", "analysis", "hydra_plugins")
 LAYERS = {
-    "leaves": ("errors", "paths", "seeding", "records", "texts", "naming", "declared", "own_code", "labels", "rooms"),
+    "leaves": (
+        "errors",
+        "paths",
+        "seeding",
+        "records",
+        "texts",
+        "naming",
+        "declared",
+        "own_code",
+        "labels",
+        "leaving",
+        "rooms",
+    ),
     "parts": ("worlds", "models", "prompts"),
     "episode": ("episode",),
     "storing": ("expansion", "storing", "provenance"),

@@ -1,5 +1,7 @@
+import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.random import SeedSequence
 
 from foundry import seeding
 
@@ -15,6 +17,13 @@ def test_the_same_seed_and_name_give_the_same_stream():
 
 def test_streams_of_different_names_are_independent():
     assert seeding.stream(3, "layout").integers(0, 2**62) != seeding.stream(3, "personas").integers(0, 2**62)
+
+
+@given(st.integers(0, 2**200), st.integers(0, 2**32 - 1), st.integers(0, 2**32 - 1), st.sampled_from(("action", "é")))
+def test_a_sampling_seed_is_what_numpy_derives_from_the_run_s_seed(seed: int, step: int, agent: int, kind: str):
+    sequence = SeedSequence(seed, spawn_key=(seeding._name_key("call:" + kind), step, agent))
+    derived = int(sequence.generate_state(1, np.uint32)[0]) & seeding.SEED_MASK
+    assert seeding.sampling_seed(seed, step=step, agent=agent, kind=kind) == derived
 
 
 @given(SEEDS, st.integers(0, 10_000), st.integers(0, 10_000))

@@ -9,12 +9,14 @@ from foundry.declared import Declared
 _POSE = ("x", "y", "z", "yaw", "pitch")
 
 
-def schema(_: Declared) -> pa.Schema:
-    """Return the columns, those of `analysis.camera.records.flat` without texts."""
+def schema(declared: Declared) -> pa.Schema:
+    """Return the columns, those of `analysis.camera.records.flat` without texts; `kind` where there are questions."""
+    asked = [("kind", pa.string())] if "kind" in declared.streams.get("steps", {}) else []
     return pa.schema(
         [
             ("step", pa.int32()),
             ("agent", pa.int32()),
+            *asked,
             *((name, pa.float64()) for name in (*_POSE, *(f"{name}_next" for name in _POSE))),
             *((name, pa.float64()) for name in ("move_bearing", "move_distance", "turn", "gaze")),
             ("stay", pa.bool_()),

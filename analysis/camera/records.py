@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,23 +15,37 @@ from analysis.arrays import OUTCOMES, FloatArray
 from analysis.camera.command_kinds import kinds_of
 from analysis.camera.run import CameraRun
 from analysis.costs import RunCost, cost_of
-from analysis.lines import EPISODE, STEPS, read_lines, read_messages
+from analysis.lines import EPISODE, STEPS, read_further, read_lines, read_messages
 from foundry.errors import RecordError
 from foundry.records import COMMAND_KINDS, CameraEpisode, CameraStep, Message, Pose, RunSummary
 from foundry.storing.store import RunFolder
 
+MOVE = "move"
+"""The kind of question that a movement answers."""
+
 
 @dataclass(frozen=True)
 class CameraRecords:
-    """The lines of one run of a 3D world; no episode where the run ended before its first."""
+    """The lines of one run of a 3D world; no episode where the run ended before its first.
+
+    Attributes:
+        episode: what holds for all of it.
+        steps: the decisions.
+        messages: the deliveries.
+        facts: what the world records of the episode beyond the keys of `CameraEpisode`.
+        own: what it records of each decision beyond the keys of `CameraStep`; `kind` is `move` for a movement.
+    """
 
     episode: CameraEpisode | None
     steps: list[CameraStep]
     messages: list[Message]
+    facts: Mapping[str, Any] = field(default_factory=dict)
+    own: Sequence[Mapping[str, Any]] = ()
 
     def rows(self) -> list[dict[str, Any]]:
         """Return the decisions as rows of a table; see `flat`."""
-        return [flat(step) for step in self.steps]
+        own = self.own or [{}] * len(self.steps)
+        return [{**flat(step), **further} for step, further in zip(self.steps, own, strict=True)]
 
     def columns(self, names: Iterable[str]) -> dict[str, list[Any]]:
         """Return the decisions by column."""
@@ -48,11 +62,19 @@ class CameraRecords:
             gaze=_filled(found.pop("gaze"), 0.0),
         )
         nothing: list[Any] = [None] * len(self.steps)
-        labels = [COMMAND_KINDS[kind] for kind in kinds]
-        return {**found, "kind": ["move"] * len(labels), "action": labels, "utility": nothing, "message": nothing}
+        asked = self._kinds()
+        actions = [
+            COMMAND_KINDS[kind] if what == MOVE else step.command.get("answer")
+            for kind, what, step in zip(kinds, asked, self.steps, strict=True)
+        ]
+        return {**found, "kind": asked, "action": actions, "utility": nothing, "message": nothing}
+
+    def _kinds(self) -> list[str]:
+        """Return what was asked for in each decision."""
+        return [str(own.get("kind", MOVE)) for own in self.own] or [MOVE] * len(self.steps)
 
     def arrays(self, folder: RunFolder) -> CameraRun:
-        """Return a complete run as arrays.
+        """Return a complete run as arrays, of its movements; answers to questions stand beside them.
 
         Raises:
             RecordError: the decisions are not one per step, or do not follow on one another.
@@ -62,11 +84,15 @@ class CameraRecords:
             raise RecordError(f"{folder.path / EPISODE} holds no episode.")
         if [(row.step, row.agent) for row in self.steps] != [(step + 1, 0) for step in range(len(self.steps))]:
             raise RecordError(f"{file} does not hold one line per decision of the one agent, in this order.")
-        poses = [self.episode.start, *(row.pose_next for row in self.steps)]
-        if poses[:-1] != [row.pose for row in self.steps]:
+        kinds = self._kinds()
+        moves = [row for row, kind in zip(self.steps, kinds, strict=True) if kind == MOVE]
+        poses = [self.episode.start, *(row.pose_next for row in moves)]
+        if poses[:-1] != [row.pose for row in moves]:
             raise RecordError(f"{file} does not fit: a decision does not start where the one before it ended.")
+        answers = tuple(row for row, kind in zip(self.rows(), kinds, strict=True) if kind != MOVE)
         try:
-            return _camera_run(folder.id, self.episode, self.steps, poses, cost=cost_of(folder.summary()))
+            found = _camera_run(folder.id, self.episode, moves, poses, cost=cost_of(folder.summary()))
+            return replace(found, facts=self.facts, answers=answers, world=folder.config()["world"])
         except OverflowError as error:
             raise RecordError(f"{file} holds a number that no array does: {error}") from error
 
@@ -80,7 +106,27 @@ def read_records(folder: RunFolder, summary: RunSummary | None) -> CameraRecords
     episodes = read_lines(folder, EPISODE, folder.episode_bytes(), summary, CameraEpisode)
     steps = read_lines(folder, STEPS, folder.steps_bytes(), summary, CameraStep) if episodes else []
     check_commands(folder.path / STEPS, steps)
-    return CameraRecords(episodes[0] if episodes else None, steps, read_messages(folder, summary))
+    facts = read_further(folder, CameraEpisode.stream, summary) if episodes else [{}]
+    return CameraRecords(
+        episodes[0] if episodes else None,
+        steps,
+        read_messages(folder, summary),
+        facts=_beyond(CameraEpisode, facts[0]),
+        own=[_beyond(CameraStep, line) for line in _own_lines(folder, summary)] if episodes else [],
+    )
+
+
+def _own_lines(folder: RunFolder, summary: RunSummary | None) -> list[dict[str, Any]]:
+    """Return the decisions with all their keys, where the world gives them keys of its own; none where it does not."""
+    declared = folder.declared.streams.get(CameraStep.stream, {})
+    if set(declared) <= set(CameraStep.__struct_fields__):
+        return []
+    return read_further(folder, CameraStep.stream, summary)
+
+
+def _beyond(kind: type[msgspec.Struct], line: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the keys of a line that its class does not have."""
+    return {key: value for key, value in line.items() if key not in kind.__struct_fields__}
 
 
 class _Translate(msgspec.Struct):
@@ -114,7 +160,7 @@ def flat(step: CameraStep) -> dict[str, Any]:
     """Return a decision as one row.
 
     The pose is spread over x, y, z, yaw, pitch, and the pose after the motion over the same names with `_next`;
-    the command over move_bearing, move_distance, turn, gaze and stay.
+    the command over move_bearing, move_distance, turn, gaze and stay, and `answer` where it is one.
     """
     row = msgspec.structs.asdict(step)
     before, after, command = row.pop("pose"), row.pop("pose_next"), row.pop("command")
@@ -126,7 +172,7 @@ def flat(step: CameraStep) -> dict[str, Any]:
         **{f"{name}_next": value for name, value in msgspec.structs.asdict(after).items()},
         "move_bearing": translate["bearing"],
         "move_distance": translate["distance"],
-        **{name: command[name] for name in ("turn", "gaze", "stay")},
+        **{name: command[name] for name in ("turn", "gaze", "stay", "answer") if name in command},
         **row,
     }
 

@@ -6,8 +6,9 @@ T decisions of one agent. State 0 is the start, drawn by the world; state t is t
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -47,6 +48,9 @@ class CameraRun(Decisions):
         replies: the raw replies, (T,).
         visible_px: pixels of every labelled thing in the image the model saw, by label; T of them.
         cost: what the run took, or None where that is unknown.
+        facts: what its world records of the episode beyond the keys of `CameraEpisode`.
+        answers: the answers to questions, beside the decisions that move: rows with all keys of the records.
+        world: the settings of its world.
         readable_only: whether the decisions that could not be read are left out of all that is counted.
     """
 
@@ -70,6 +74,9 @@ class CameraRun(Decisions):
     replies: TextArray
     visible_px: tuple[Mapping[str, int], ...]
     cost: RunCost | None = None
+    facts: Mapping[str, Any] = field(default_factory=dict)
+    answers: tuple[Mapping[str, Any], ...] = ()
+    world: Mapping[str, Any] = field(default_factory=dict)
     readable_only: bool = False
 
     @property
@@ -86,6 +93,11 @@ class CameraRun(Decisions):
     def path_length(self) -> float:
         """Length of the whole way covered, metres."""
         return float(self.travelled.sum())
+
+    @property
+    def all_readable(self) -> bool:
+        """Whether every decision could be read, so that leaving out the others changes nothing."""
+        return super().all_readable and all(one["answer"] is not None for one in self.answers)
 
     @cached_property
     def collided(self) -> BoolArray:

@@ -30,8 +30,15 @@ def to_fires(world: GridSettings, x: IntArray, y: IntArray, *, straight: bool = 
     return np.asarray(np.hypot(across, along) if straight else across + along, dtype=np.float64)
 
 
-def to_nearest_agent(x: IntArray, y: IntArray, standing_x: IntArray, standing_y: IntArray, own: IntArray) -> FloatArray:
-    """Return the fewest moves to where the nearest other agent stands; NaN when there is no other.
+def to_nearest_agent(
+    x: IntArray,
+    y: IntArray,
+    standing_x: IntArray,
+    standing_y: IntArray,
+    own: IntArray,
+    there: BoolArray | None = None,
+) -> FloatArray:
+    """Return the fewest moves to where the nearest other agent stands, walls not minded; NaN when there is no other.
 
     Args:
         x: columns of the cells that are asked about, (R, k).
@@ -39,6 +46,7 @@ def to_nearest_agent(x: IntArray, y: IntArray, standing_x: IntArray, standing_y:
         standing_x: columns where all agents stand, (R, N).
         standing_y: rows where they stand, (R, N).
         own: index of the agent that is no other, (R,).
+        there: which agents are there at all, (R, N); None for all.
     """
     rows, agents = standing_x.shape
     if agents < 2:
@@ -48,8 +56,12 @@ def to_nearest_agent(x: IntArray, y: IntArray, standing_x: IntArray, standing_y:
     for start in range(0, rows, size):
         part = slice(start, start + size)
         away = np.abs(x[part, :, None] - standing_x[part, None]) + np.abs(y[part, :, None] - standing_y[part, None])
-        away[np.arange(len(away)), :, own[part]] = np.iinfo(away.dtype).max
-        found[part] = away.min(axis=2)
+        nobody = np.iinfo(away.dtype).max
+        away[np.arange(len(away)), :, own[part]] = nobody
+        if there is not None:
+            away[np.broadcast_to(~there[part, None], away.shape)] = nobody
+        least = away.min(axis=2)
+        found[part] = np.where(least == nobody, np.nan, least)
     return found
 
 

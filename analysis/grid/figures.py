@@ -13,7 +13,7 @@ from analysis.grid.cascade import NEVER, NOBODY, Cascade, first_step, trace
 from analysis.grid.plots.cascade import CascadeEdge, CascadeTree
 from analysis.grid.plots.occupancy import GridPaths, OccupancyMap
 from analysis.grid.plots.survival import SurvivalCurve
-from analysis.grid.run import GridRun, GridSettings
+from analysis.grid.run import NO_EXIT, GridRun, GridSettings
 from analysis.grid.signatures.warning import find_labels, waiting_times
 from analysis.stats.intervals import estimates
 from analysis.survival import survival
@@ -29,6 +29,7 @@ class GridGroup:
         world: the settings of their world.
         counts: agent-steps by run and cell, as shares, summed over runs.
         curves: how many agents are not warned yet, by run.
+        present: how many agents of the start are still there, by run; none where all always are.
         example: the run of the seed that is shown.
         runs: how many runs were added.
     """
@@ -38,6 +39,7 @@ class GridGroup:
     world: GridSettings
     counts: FloatArray = field(init=False)
     curves: list[FloatArray] = field(default_factory=list)
+    present: list[FloatArray] = field(default_factory=list)
     example: GridRun | None = None
     runs: int = 0
 
@@ -49,6 +51,8 @@ class GridGroup:
         self.counts += occupancy(run)
         if run.perceived.any():
             self.curves.append(not_warned(run))
+        if run.present is not None:
+            self.present.append(still_there(run))
         if seed == self.seed and self.example is None:
             self.example = run
         self.runs += 1
@@ -59,17 +63,24 @@ class GridGroup:
 
     def survival_curve(self) -> SurvivalCurve | None:
         """Return how many agents are not warned yet, with an interval over runs; None when no run has a fire seen."""
-        if not self.curves:
+        return self._mean_curve(self.curves)
+
+    def presence_curve(self) -> SurvivalCurve | None:
+        """Return how many agents are still there, with an interval over runs; None when all always are."""
+        return self._mean_curve(self.present)
+
+    def _mean_curve(self, curves: Sequence[FloatArray]) -> SurvivalCurve | None:
+        if not curves:
             return None
-        steps = min(len(curve) for curve in self.curves)
-        values = np.array([curve[:steps] for curve in self.curves]).T
+        steps = min(len(curve) for curve in curves)
+        values = np.array([curve[:steps] for curve in curves]).T
         found = estimates(values, np.zeros(steps), np.ones(steps))
         return SurvivalCurve(
             label=self.shown.label,
             remaining=found.mean,
             low=found.low,
             high=found.high,
-            runs=len(self.curves),
+            runs=len(curves),
             index=self.shown.index,
             baseline=self.shown.baseline,
         )
@@ -79,9 +90,23 @@ def occupancy(run: GridRun) -> FloatArray:
     """Return the share of agent-steps by row and column of the grid, without the start, (W, W)."""
     half, width = run.world.half_size, run.world.width
     counts = np.zeros((width, width), dtype=np.float64)
-    np.add.at(counts, (run.y[1:] + half, run.x[1:] + half), 1.0)
+    np.add.at(counts, (run.y[1:][run.there] + half, run.x[1:][run.there] + half), 1.0)
     share: FloatArray = counts / counts.sum()
     return share
+
+
+def still_there(run: GridRun) -> FloatArray:
+    """Return the share of the agents of the start that have neither left nor died after steps 0..T, (T + 1,).
+
+    T is the number of steps that were planned. A run that ends before since nobody is left has 0 from then on.
+    """
+    start = run.there[:, : run.world.agents]
+    stays = start[-1].copy()
+    for gone in (None if run.left is None else run.left != NO_EXIT, run.lost):
+        if gone is not None:
+            stays &= ~gone[-1, : run.world.agents]
+    left = np.full(max(0, run.world.steps - run.steps), stays.sum())
+    return np.concatenate([start.sum(axis=1), [stays.sum()], left]) / run.world.agents
 
 
 def cascade_of(run: GridRun) -> tuple[Cascade, IntArray]:

@@ -85,7 +85,15 @@ def _of_all_runs(groups: Sequence[GridGroup]) -> list[Picture]:
             "runs; band: 95 % interval over runs, not agents. Agents that see a fire first are censored. Runs in which "
             "nobody perceived a fire have no curve."
         )
-        pictures.append(
-            Picture("survival", "Time to the first warning", caption, partial(figures.survival_figure, curves))
+        # A signature draws under its own name, and `survival` is one of worlds with energy.
+        name = "not_warned" if any(group.world.energy for group in groups) else "survival"
+        pictures.append(Picture(name, "Time to the first warning", caption, partial(figures.survival_figure, curves)))
+    present = [curve for curve in (group.presence_curve() for group in groups) if curve is not None]
+    if present:
+        caption = (
+            "Share of the agents of the start that have neither left nor died, by step; line: mean over runs; band: "
+            "95 % interval over runs, not agents."
         )
+        drawn = partial(figures.survival_figure, present, "Still there (share)")
+        pictures.append(Picture("presence", "Agents that are still there", caption, drawn))
     return pictures

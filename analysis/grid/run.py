@@ -19,7 +19,13 @@ OUTSIDE = -1
 """Index of the cells that belong to no place."""
 
 CHOICES = ("stay", "up", "down", "left", "right")
-"""What an agent can ask for; `GridRun.choice` holds indices into it."""
+"""Where an agent can ask to go; `GridRun.choice` holds indices into it, and behind them into DEEDS."""
+
+DEEDS = ("gather", "share", "attack", "reproduce")
+"""What an agent can do beside that, in worlds that have it."""
+
+NO_EXIT = -1
+"""Index of the exit of a step by which an agent does not leave."""
 
 HEADINGS: IntArray = np.array([(0, 0), (0, 1), (0, -1), (-1, 0), (1, 0)], dtype=np.int64)
 """Change of (x, y) by choice, (5, 2)."""
@@ -45,12 +51,41 @@ class Place(msgspec.Struct, frozen=True):
 
 
 class Fire(msgspec.Struct, frozen=True):
-    """A fire that is perceived from step `start` on, within `radius` cells (Euclidean)."""
+    """A fire that is perceived from step `start` on, within `radius` cells (Euclidean); one that spreads moves on."""
 
     name: str
     start: int
     position: tuple[int, int]
     radius: float
+    spread: float = 0.0
+
+
+class Exit(msgspec.Struct, frozen=True):
+    """Cells that lead out of the world, and how many agents they let out in a step; None for any number."""
+
+    name: str
+    cells: tuple[tuple[int, int], ...]
+    capacity: int | None = None
+
+
+class Leaders(msgspec.Struct, frozen=True):
+    """How many agents, those with the lowest ids, know all exits."""
+
+    number: int
+
+
+class Energy(msgspec.Struct, frozen=True):
+    """What agents have at the start, and lose in a step."""
+
+    start: int
+    loss: int = 1
+
+
+class Order(msgspec.Struct, frozen=True):
+    """What everyone is told to do from a step on: to come into a rectangle, by two corners."""
+
+    target: tuple[tuple[int, int], tuple[int, int]]
+    start: int = 1
 
 
 class GridSettings(msgspec.Struct, frozen=True):
@@ -63,6 +98,11 @@ class GridSettings(msgspec.Struct, frozen=True):
     communication_distance: float
     places: tuple[Place, ...] = ()
     fires: tuple[Fire, ...] = ()
+    walls: tuple[tuple[tuple[int, int], tuple[int, int]], ...] = ()
+    exits: tuple[Exit, ...] = ()
+    leaders: Leaders | None = None
+    energy: Energy | None = None
+    order: Order | None = None
 
     @property
     def width(self) -> int:
@@ -71,8 +111,22 @@ class GridSettings(msgspec.Struct, frozen=True):
 
     @property
     def cells(self) -> int:
-        """Number of cells, all of them reachable from everywhere: nothing but the edge limits a move."""
-        return self.width**2
+        """Number of cells without a wall; where there is none, all can be reached from everywhere."""
+        return int(self.free().sum()) if self.walls else self.width**2
+
+    @property
+    def spreads(self) -> bool:
+        """Whether a fire spreads, so that where it burns hangs on the step."""
+        return any(fire.spread for fire in self.fires)
+
+    def free(self) -> BoolArray:
+        """Return the cells without a wall, x first, from the least x and y on, (W, W)."""
+        found = np.ones((self.width, self.width), dtype=np.bool_)
+        half = self.half_size
+        for (x, y), (other_x, other_y) in self.walls:
+            columns, rows = sorted((x + half, other_x + half)), sorted((y + half, other_y + half))
+            found[columns[0] : columns[1] + 1, rows[0] : rows[1] + 1] = False
+        return found
 
     def areas(self, x: IntArray, y: IntArray) -> IntArray:
         """Return the index of each cell's place, or OUTSIDE; same shape as x and y."""
@@ -93,8 +147,8 @@ class GridRun(Decisions):
         x: columns by state and agent, cells, (T + 1, N).
         y: rows by state and agent, cells, (T + 1, N).
         place: index of the place by state and agent, or OUTSIDE, (T + 1, N).
-        choice: what was asked for, by step and agent, index into CHOICES, (T, N); STAY where the reply
-            could not be read.
+        choice: what was asked for, by step and agent, index into CHOICES and DEEDS behind one another, (T, N); STAY
+            where the reply could not be read.
         moved: whether the position changed in the step, (T, N).
         outcome: of the action call, index into OUTCOMES, (T, N).
         message_outcome: of the message call, index into OUTCOMES, (T, N).
@@ -106,6 +160,13 @@ class GridRun(Decisions):
         readable_only: whether the decisions that could not be read are left out of all that is counted.
         labels: whether a text is a warning, by a labeller; one that is missing has no label. None for the rule of
             `analysis.labelling.warning_rule`.
+        present: who was there and asked, (T, N); None where all always were. Of those who were not, x and y are their
+            first or last cell, the place is OUTSIDE, the outcomes are none, and nothing was asked for or said.
+        left: index of the exit by which an agent left in the step, or NO_EXIT, (T, N); None in a world without exits.
+        lost: whether the agent died at the end of the step, (T, N); None where nobody can.
+        living: further numbers by step and agent, (T, N), of a world with energy: `energy` and `energy_next` before and
+            after the step, `amount` gathered, shared or taken, `target` (-1 for none), `born` (whether a newborn came
+            of it), `food` in the cell before the step; 0 for who was not there.
     """
 
     id: str
@@ -124,6 +185,30 @@ class GridRun(Decisions):
     cost: RunCost | None = None
     readable_only: bool = False
     labels: Mapping[str, bool] | None = None
+    present: BoolArray | None = None
+    left: IntArray | None = None
+    lost: BoolArray | None = None
+    living: Mapping[str, IntArray] | None = None
+
+    @cached_property
+    def there(self) -> BoolArray:
+        """Who was there and asked, (T, N)."""
+        return np.ones(self.choice.shape, dtype=np.bool_) if self.present is None else self.present
+
+    @property
+    def first(self) -> IntArray:
+        """The state in which each agent was first there, (N,): 0 for those of the start."""
+        return np.asarray(self.there.argmax(axis=0))
+
+    @property
+    def last(self) -> IntArray:
+        """The last step in which each agent was there, (N,): T for those that stayed to the end."""
+        return np.asarray(self.steps - self.there[::-1].argmax(axis=0))
+
+    @property
+    def acted(self) -> BoolArray:
+        """Whether something else than staying or moving was asked for, (T, N)."""
+        return np.asarray(self.choice >= len(CHOICES))
 
     @property
     def steps(self) -> int:
@@ -137,8 +222,8 @@ class GridRun(Decisions):
 
     @property
     def decisions(self) -> int:
-        """Number of agent-steps, T * N."""
-        return int(self.choice.size)
+        """Number of agent-steps; T * N where all are always there."""
+        return int(self.there.sum())
 
     @cached_property
     def message_readable(self) -> BoolArray:
@@ -146,14 +231,19 @@ class GridRun(Decisions):
         return np.isin(self.message_outcome, READABLE)
 
     @cached_property
+    def counted(self) -> BoolArray:
+        """Which action decisions count, (T, N)."""
+        return self.readable if self.readable_only else self.there
+
+    @cached_property
     def message_counted(self) -> BoolArray:
         """Which message decisions count, (T, N)."""
-        return self.message_readable if self.readable_only else np.ones(self.choice.shape, dtype=np.bool_)
+        return self.message_readable if self.readable_only else self.there
 
     @property
     def all_readable(self) -> bool:
         """Whether every decision could be read, so that leaving out the others changes nothing."""
-        return super().all_readable and bool(self.message_readable.all())
+        return bool((self.readable & self.message_readable)[self.there].all())
 
     @cached_property
     def perceived(self) -> BoolArray:

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from analysis.arrays import STAY, BoolArray, FloatArray, IntArray
-from analysis.grid.run import CHOICES, HEADINGS, GridRun
+from analysis.grid.run import CHOICES, HEADINGS, GridRun, GridSettings
 
 _CELLS_AT_ONCE = 2**17
 
@@ -23,10 +23,13 @@ def moves_to(x: IntArray, y: IntArray) -> tuple[IntArray, IntArray]:
     return x[..., None] + ways[:, 0], y[..., None] + ways[:, 1]
 
 
-def legal_moves(x: IntArray, y: IntArray, half_size: int) -> BoolArray:
-    """Return which of up, down, left and right stay on the grid; x and y of any shape, result (..., 4)."""
-    to_x, to_y = moves_to(x, y)
-    return np.asarray((np.abs(to_x) <= half_size) & (np.abs(to_y) <= half_size))
+def legal_moves(x: IntArray, y: IntArray, world: GridSettings) -> BoolArray:
+    """Return which of up, down, left and right lead to no wall and stay on the grid; x and y of any shape, (..., 4)."""
+    (to_x, to_y), half = moves_to(x, y), world.half_size
+    inside = np.asarray((np.abs(to_x) <= half) & (np.abs(to_y) <= half))
+    if world.walls:
+        inside &= world.free()[np.clip(to_x, -half, half) + half, np.clip(to_y, -half, half) + half]
+    return inside
 
 
 def blind_chances(run: GridRun, legal: BoolArray) -> FloatArray:
@@ -39,7 +42,7 @@ def blind_chances(run: GridRun, legal: BoolArray) -> FloatArray:
         run: the run.
         legal: which moves the edge allows, by decision, (E, 4).
     """
-    free = legal_moves(run.x[:-1], run.y[:-1], run.world.half_size).all(axis=2)
+    free = legal_moves(run.x[:-1], run.y[:-1], run.world).all(axis=2)
     made = np.bincount(run.choice[run.moved & run.counted & free], minlength=len(CHOICES))[STAY + 1 :] + 0.5
     chances = np.where(legal, made, 0.0)
     total = chances.sum(axis=1, keepdims=True)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from colorsys import hsv_to_rgb
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
+from matplotlib.colors import ListedColormap, to_hex
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
@@ -21,6 +22,8 @@ from analysis.plots.labels import LINE_IN, wrapped
 _LINES = ("-", "--", "-.", ":")
 _KEY_WIDTH = 40
 NUMBERS = "Blues"
+TURN = 0.381966
+"""Of the circle of hues, from one label to the next: the golden angle, which repeats none."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +108,7 @@ def lanes_figure(lanes: Sequence[Lanes]) -> Figure:
         image = _draw_lanes(ax, one, most)
     axes[-1].set_xlabel("Round")
     if labels:
-        patches = [Patch(color=_colour(place), label=label) for place, label in enumerate(labels)]
+        patches = [Patch(color=colour_of(place), label=label) for place, label in enumerate(labels)]
         figure.legend(handles=patches, loc="outside lower center", ncols=3)
     elif lanes:
         figure.colorbar(image, ax=list(axes), orientation="horizontal", aspect=40, pad=0.02)
@@ -114,7 +117,7 @@ def lanes_figure(lanes: Sequence[Lanes]) -> Figure:
 
 def _draw_lanes(ax: Axes, one: Lanes, most: float) -> Any:
     agents, rounds = one.values.shape
-    colours: Any = ListedColormap([_colour(place) for place in range(len(one.labels))]) if one.labels else NUMBERS
+    colours: Any = ListedColormap([colour_of(place) for place in range(len(one.labels))]) if one.labels else NUMBERS
     top = max(len(one.labels) - 0.5, 0.5) if one.labels else most or 1.0
     image = ax.imshow(
         np.ma.masked_invalid(one.values),
@@ -136,5 +139,8 @@ def _count_rounds(ax: Axes) -> None:
     ax.xaxis.set_major_locator(MaxNLocator(6, integer=True))
 
 
-def _colour(place: int) -> str:
-    return style.PALETTE[place % len(style.PALETTE)]
+def colour_of(place: int) -> str:
+    """Return the colour of the label at this place: one of the palette, for further ones hues between them."""
+    if place < len(style.PALETTE):
+        return style.PALETTE[place]
+    return to_hex(hsv_to_rgb(place * TURN % 1, 0.55, 0.8))

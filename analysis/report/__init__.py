@@ -81,11 +81,13 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
     from analysis.report.grids import grid, grid_of
     from analysis.report.worlds import world_differences
     from analysis.tables.texts import comparison_table, contrast_table
+    from analysis.validation.table import validation_table
 
     gallery = sections.Gallery(folder)
     names = [sweep.path.resolve().name for sweep in found.sweeps]
     differing = world_differences(found.sweeps)
     contrasts = contrast_table(found.analysis.contrasts)
+    known = validation_table(found.analysis.validation)
     return {
         "title": ", ".join(names),
         "asked": [
@@ -105,6 +107,7 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
         "runs": provenance.runs_grid(found, base),
         "comparison": grid_of(comparison_table(found.analysis.compared)),
         "contrasts": grid_of(contrasts) if contrasts.rows else None,
+        "known": grid_of(known) if known.rows else None,
         "variance": sections.variance_grid(found),
         "energy": sections.energy_grid(found),
         "retest": sections.retest_grid(found),

@@ -65,7 +65,7 @@ class RoundsFigures:
         by_group = self._curves[kind, label]
         for shown in (one for one in order if one in by_group):
             values = _stacked(by_group[shown])
-            bounds = (0.0, 1.0) if label else (-np.inf, np.inf)
+            bounds = (0.0, 1.0) if label else _bounds(self._actions[kind])
             found = estimates(values, *(np.full(len(values), bound) for bound in bounds))
             yield Curve(shown.label, found.mean, found.low, found.high, values.shape[1], shown.index, shown.baseline)
 
@@ -82,6 +82,10 @@ class RoundsFigures:
 def _kinds(run: RoundsRun | None) -> list[str]:
     """Return the kinds of question of a run that decide something."""
     return [] if run is None else [kind for kind in run.declared.actions if (run.kind == kind).any()]
+
+
+def _bounds(numbers: Actions) -> tuple[float, float]:
+    return (-np.inf if numbers.low is None else numbers.low, np.inf if numbers.high is None else numbers.high)
 
 
 def _values(run: RoundsRun, kind: str) -> FloatArray:

@@ -43,11 +43,11 @@ class RoundsRun(AnyRun):
 
     def was_read(self, kind: str) -> BoolArray:
         """Return where a decision of this kind could be read, (T, N)."""
-        return self._placed(kind, self.readable, fill=False)
+        return self.placed(kind, self.readable, fill=False)
 
     def counts(self, kind: str) -> BoolArray:
         """Return where a decision of this kind counts, (T, N)."""
-        return self._placed(kind, self.counted, fill=False)
+        return self.placed(kind, self.counted, fill=False)
 
     def choices(self, kind: str) -> IntArray:
         """Return what was decided, index into the declared labels, (T, N).
@@ -59,13 +59,18 @@ class RoundsRun(AnyRun):
         places = {label: place for place, label in enumerate(known.labels)}
         idle = places.get(str(known.idle), NONE)
         found = [places.get(label, idle) for label in self.action.tolist()]
-        return self._placed(kind, np.array(found, dtype=np.int64), fill=NONE)
+        return self.placed(kind, np.array(found, dtype=np.int64), fill=NONE)
 
     def numbers(self, kind: str) -> FloatArray:
         """Return the numbers that were decided, (T, N); the idle one where nothing could be read, else NaN."""
         idle = self.declared.actions[kind].idle
         default = float(idle) if isinstance(idle, int | float) else np.nan
-        return self._placed(kind, np.where(np.isnan(self.number), default, self.number), fill=np.nan)
+        return self.placed(kind, np.where(np.isnan(self.number), default, self.number), fill=np.nan)
+
+    def column(self, kind: str, key: str) -> FloatArray:
+        """Return a key of the world's own, of the decisions of a kind, as numbers, (T, N); NaN where there is none."""
+        values = np.array([np.nan if one is None else one for one in self.columns[key].tolist()], dtype=np.float64)
+        return self.placed(kind, values, fill=np.nan)
 
     def shares(self, kind: str) -> dict[str, FloatArray]:
         """Return the share of each label among the decisions that count, by round, (T,); NaN where none does."""
@@ -86,8 +91,8 @@ class RoundsRun(AnyRun):
         np.divide(np.nansum(numbers, axis=1), total, out=found, where=total > 0)
         return found
 
-    def _placed(self, kind: str, values: Values, *, fill: float) -> Values:
-        """Return one value a decision as (T, N), with a value where nobody was asked."""
+    def placed(self, kind: str, values: Values, *, fill: float) -> Values:
+        """Return the values of the decisions of a kind, of (K,), as (T, N), with a value where nobody was asked."""
         own = self.kind == kind
         found = np.full((self.steps, self.agents), fill, dtype=values.dtype)
         found[self.step[own] - 1, self.agent[own]] = values[own]

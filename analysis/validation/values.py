@@ -1,8 +1,9 @@
-"""The values of one measure, a run at a time."""
+"""The values of some measures, a run at a time."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from pathlib import Path
 
 from analysis.measuring.runs import Source, measure_run
@@ -10,17 +11,18 @@ from foundry.errors import RecordError
 from foundry.storing.store import SweepFolder
 
 
-def values_of(sweep: Path, column: str) -> list[float]:
-    """Return what a measure came to in each run of a sweep.
+def values_of(sweep: Path, columns: Iterable[str]) -> dict[str, list[float]]:
+    """Return what measures came to in each run of a sweep, by column.
 
     Raises:
         RecordError: there is no such measure, or it is not defined in a run.
     """
     source = Source(sweep, sweep.name)
-    found = []
+    found: dict[str, list[float]] = {column: [] for column in columns}
     for run in SweepFolder.open(sweep).runs():
-        value = measure_run(run, source).measures.get(column, math.nan)
-        if math.isnan(value):
-            raise RecordError(f"run {run.id} in {sweep} has no {column}.")
-        found.append(value)
+        measures = measure_run(run, source).measures
+        for column, values in found.items():
+            values.append(measures.get(column, math.nan))
+            if math.isnan(values[-1]):
+                raise RecordError(f"run {run.id} in {sweep} has no {column}.")
     return found

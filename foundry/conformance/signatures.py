@@ -45,6 +45,9 @@ class SignatureCase:
         found = [run for run in runs if isinstance(run, kind)]
         if not found:
             raise Skipped(f"it takes a {kind.__name__}, and this world gives none: name another world=")
+        found = [run for run in found if getattr(self.module, "applies", lambda _: True)(run)]
+        if not found:
+            raise Skipped("it is not about this world: name another world=")
         return found
 
     def measured(self) -> list[dict[str, float]]:

@@ -8,7 +8,8 @@ import traceback
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from jinja2 import StrictUndefined, TemplateError, UndefinedError
+from jinja2 import StrictUndefined, Template, TemplateError, UndefinedError
+from jinja2.runtime import Context
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from foundry.errors import InputError
@@ -49,6 +50,22 @@ def make_environment() -> PromptEnvironment:
     environment.filters["values"] = _values
     environment.filters["flat"] = _flat
     return environment
+
+
+def fill(template: Template, observation: Mapping[str, Any]) -> str:
+    """Return the text of a template in which the keys of an observation are names.
+
+    As `Template.render` does it, which takes half as long again to lay the globals and the observation together.
+
+    Raises:
+        RENDER_ERRORS: it cannot be filled; the traceback has the template's own lines.
+    """
+    environment = template.environment
+    names = {**environment.globals, **observation}
+    try:
+        return "".join(template.root_render_func(Context(environment, names, template.name, template.blocks)))
+    except RENDER_ERRORS:
+        environment.handle_exception()
 
 
 def _values(mapping: Mapping[str, Any]) -> Iterable[Any]:

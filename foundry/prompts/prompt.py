@@ -10,7 +10,7 @@ from jinja2 import Template, TemplateSyntaxError
 
 from foundry.errors import InputError, not_found
 from foundry.models.base import ChatMessage
-from foundry.prompts.environment import RENDER_ERRORS, explain, make_environment
+from foundry.prompts.environment import RENDER_ERRORS, explain, fill, make_environment
 from foundry.worlds.base import Question
 
 Source: TypeAlias = str | Sequence[Mapping[str, str]]
@@ -86,7 +86,7 @@ class Prompt:
 
     def _fill(self, template: Template, question: Question) -> str:
         try:
-            return template.render(question.observation)
+            return fill(template, question.observation)
         except RENDER_ERRORS as error:
             where = f"Prompt '{self.name}', template '{question.kind}'"
             raise explain(error, where, question.observation) from error

@@ -67,32 +67,45 @@ def hold(facts: Facts, folder: Path, mine: Sequence[Path] = ()) -> Iterator[Held
     Raises:
         FoundryError: a run failed, or a measure is not defined in one.
     """
-    for place, one in enumerate(facts.closed_forms):
-        yield _played(facts.world, one, folder / f"{facts.world}-{place}", mine)
+    alike: dict[tuple[Any, ...], list[ClosedForm]] = {}
+    for one in facts.closed_forms:
+        alike.setdefault((one.policy, one.overrides, one.seeds), []).append(one)
+    for place, forms in enumerate(alike.values()):
+        yield from _played(facts.world, forms, folder / f"{facts.world}-{place}", mine)
     for study in facts.studies:
         yield _studied(facts.world, study)
 
 
-def _played(world: str, one: ClosedForm, folder: Path, mine: Sequence[Path]) -> Held:
+def _played(world: str, forms: Sequence[ClosedForm], folder: Path, mine: Sequence[Path]) -> Iterator[Held]:
+    """Play one policy, and hold it against all that is known of it."""
     from analysis.validation.values import values_of
 
+    one = forms[0]
     asked = (f"world={world}", f"model={one.policy}", f"seed=0-{one.seeds - 1}", *one.overrides)
     where = (f"output.dir={folder}", "cache.path=''", "analyze=false")
     ran = calling.sweep(*asked, *where, config_dir=mine[0] if mine else None)
     if ran.failed:
         raise FoundryError(f"'{one.name}' of world '{world}' cannot be played: {ran.failed[0]}")
-    values = values_of(ran.path, one.column)
+    command = f"foundry -m {' '.join(asked)}" + (f" --config-dir {mine[0]}" if mine else "")
+    found = values_of(ran.path, [form.column for form in forms])
+    for form in forms:
+        result, error = _mean(found[form.column])
+        yield Held(
+            world=world,
+            command=command,
+            column=form.column,
+            n=one.seeds,
+            result=result,
+            error=error,
+            **_said(form),
+        )
+
+
+def _mean(values: Sequence[float]) -> tuple[float, float]:
+    """Return a mean with its standard error."""
     mean = math.fsum(values) / len(values)
     spread = math.sqrt(math.fsum((value - mean) ** 2 for value in values) / max(len(values) - 1, 1))
-    return Held(
-        command=f"foundry -m {' '.join(asked)}" + (f" --config-dir {mine[0]}" if mine else ""),
-        world=world,
-        column=one.column,
-        n=len(values),
-        result=mean,
-        error=spread / math.sqrt(len(values)),
-        **_said(one),
-    )
+    return mean, spread / math.sqrt(len(values))
 
 
 def _studied(world: str, study: Study) -> Held:

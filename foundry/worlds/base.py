@@ -191,6 +191,7 @@ class Scenario(ABC):
             its definition where it says none.
         kinds: the kinds of question its episodes ask.
         shows_images: whether its questions carry images, which not every model can see.
+        grows: whether agents may come into the world after its start; `personas` then has one for each that may.
     """
 
     form: ClassVar[str]
@@ -198,6 +199,7 @@ class Scenario(ABC):
     records: ClassVar[tuple[type[Record], ...]]
     public_name: ClassVar[str | None] = None
     shows_images: ClassVar[bool] = False
+    grows: bool = False
     name: str
 
     @abstractmethod

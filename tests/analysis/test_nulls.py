@@ -17,10 +17,12 @@ from analysis.any.run import AnyRun
 from analysis.camera.run import CameraRun
 from analysis.grid.run import GridRun
 from analysis.measure import Measure, Null
+from analysis.rounds.run import RoundsRun
 from analysis.stats.family import NO_BEHAVIOUR
 from analysis.stats.intervals import student_quantile
 from blind_any_runs import CROWDS
-from blind_camera_runs import BlindWalker, blind_camera_run
+from blind_camera_runs import BlindWalker, blind_answers, blind_camera_run
+from blind_rounds import GIVERS, GOERS
 from blind_runs import Blind, blind_run
 
 ALIKE = {f"stays {stay}": Blind(stay=stay) for stay in (0.0, 0.2, 0.5, 0.9, 1.0)}
@@ -42,6 +44,8 @@ CAMERA = {
     "mostly forward": BlindWalker((1, 6, 1, 1, 1, 1, 1, 1, 1)),
     "mostly left turns": BlindWalker((1, 1, 0, 0, 0, 4, 1, 0, 0), claim=0.9),
 }
+ASKED = {f"truth {skew}": skew for skew in (0.5, 0.9)}
+"""How often the first of the possible answers is the right one; what is answered is drawn from all alike."""
 FRESH = {name: one for name, one in CROWDS.items() if not one.habit}
 EVEN = {name: one for name, one in CAMERA.items() if name != "mostly left turns"}
 
@@ -62,6 +66,11 @@ WHOSE: Mapping[str, Iterable[str]] = {
     "looks up and down alike": EVEN,
     "is like all others, in habits shorter than a third of the run": CROWDS,
     "acts without regard to its persona, whatever its habits": CROWDS,
+    "goes as a coin falls": ["goes as a coin falls"],
+    "goes as often as it likes without regard to others": GOERS,
+    "goes without regard to what was": ["goes as a coin falls", "goes by its own odds"],
+    "gives without regard to the round and the others": GIVERS,
+    "draws its answers from those that are possible, whatever it sees": ASKED,
 }
 """The policies that are played, by whose null a measure states."""
 
@@ -93,18 +102,27 @@ DECISIONS = 150
 
 AMOUNTS = {
     "action": {"share_*", "variety", "variety_*", "mean", "mean_*", "sd", "sd_*"},
+    "bar": {"score", "share", "constant"},
     "collision": {"rate", "rate_moving"},
     "communication": {"reply_rate"},
+    "evacuation": {"out", "time_50", "over_bound", "nearest", "path_efficiency"},
     "exploration": {"coverage", "group_coverage", "gyration", "path_length"},
+    "fishery": {"months", "efficiency", "equality", "over_use"},
+    "follow": {"sdtw", "legs"},
     "gaze": {"rate", "share"},
     "idle_rate": {"chosen", "blocked", "invalid"},
+    "map_probe": {"distance_relative"},
+    "naming": {"success", "converged", "rounds", "names"},
     "outcome": {"readable", "message_readable", "repaired"},
     "path_efficiency": {
         "trip_efficiency", "trip_efficiency_moving", "arrived", "success", "spl", "soft_spl", "distance_to_goal",
     },
+    "public_goods": {"score", "conditional", "free_riders", "efficiency", "punishing", "antisocial"},
     "recognition": {"false_stop", "chair_i", "object_recall"},
     "recovery": {"wrong_rate", "recovered", "rmst", "max_excess", "detour_cost"},
+    "returns": {"mean", "first"},
     "stability": {"persistence", "reversal_rate"},
+    "survival": {"lifespan", "sharing_rate", "attack_rate", "inequality", "births"},
     "turning": {"rate", "share"},
     "utility": {"mean", "gini"},
     "warning": {"social_reach"},
@@ -114,13 +132,15 @@ AMOUNTS = {
 Values = Mapping[str, Mapping[str, np.ndarray]]
 
 
-def measured(runs: Iterable[GridRun | CameraRun | AnyRun], *, talk_alone: bool = False) -> dict[str, np.ndarray]:
+def measured(
+    runs: Iterable[GridRun | CameraRun | RoundsRun | AnyRun], *, talk_alone: bool = False
+) -> dict[str, np.ndarray]:
     """Return the defined values of each measure over runs, (n,) at most; of talk alone where nothing else is new."""
     found: dict[str, list[float]] = {}
     about = TALK if talk_alone else {name.partition(".")[0] for name in (*stated_nulls(), *ALIKE_IN)}
     asked = [one for one in signatures.discover() if one.name in about]
     for run in runs:
-        for one in [one for one in asked if any(part.run is type(run) for part in one.parts)]:
+        for one in [one for one in asked if any(part.run is type(run) and part.applies(run) for part in one.parts)]:
             for name, value in one.measure(run).items():
                 found.setdefault(f"{one.name}.{name}", []).append(value)
     return {name: np.array(values)[~np.isnan(values)] for name, values in found.items()}
@@ -143,7 +163,11 @@ def played(grid_seeds: int, camera_seeds: int) -> Values:
         name: measured(blind_camera_run(one, seed, DECISIONS) for seed in range(camera_seeds))
         for name, one in CAMERA.items()
     }
-    return grid | camera | {name: measured(map(one.play, range(2 * grid_seeds))) for name, one in CROWDS.items()}
+    camera |= {
+        name: measured(blind_answers(skew, seed) for seed in range(camera_seeds)) for name, skew in ASKED.items()
+    }
+    others = CROWDS | GOERS | GIVERS
+    return grid | camera | {name: measured(map(one.play, range(2 * grid_seeds))) for name, one in others.items()}
 
 
 def columns(values: Values) -> list[str]:

@@ -60,7 +60,7 @@ def ticks(ax) -> list[str]:
 
 def test_there_is_a_plot_for_every_signature_in_both_formats(plots):
     expected = {one.name for one in signatures.discover() if one.part(GridRun)}
-    without = {"persona_effect", "utility"}  # there are neither personas nor utilities in these runs
+    without = {"persona_effect", "utility", "evacuation", "survival"}  # there is nothing of these in these runs
     for suffix in (".png", ".svg"):
         assert {path.stem for path in plots.iterdir() if path.suffix == suffix} == expected - without
 
@@ -241,7 +241,7 @@ def test_survival_falls_from_one_and_its_band_is_over_runs(recorded):
 
 def test_a_survival_curve_names_its_runs():
     flat = np.ones(3)
-    ax = draw_survival(axes(), [SurvivalCurve("a", flat, flat * NAN, flat * NAN, 1)])
+    ax = draw_survival(axes(), [SurvivalCurve("a", flat, flat * NAN, flat * NAN, 1)], "Left")
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["a (n=1)"]
 
 

@@ -11,11 +11,13 @@ import numpy as np
 import pytest
 
 import made_up_rounds
+from analysis.any.arrays import objects
 from analysis.any.run import AnyRun
 from analysis.arrays import OUTCOMES
 from analysis.figures.shown import Shown
 from analysis.form import form_of
 from analysis.plots import draw
+from analysis.plots.rounds import colour_of
 from analysis.rounds.figures import RoundsFigures
 from analysis.rounds.run import NONE, RoundsRun
 from analysis.signatures import measure
@@ -70,6 +72,12 @@ def test_decisions_stand_by_round_and_agent_and_what_was_not_read_is_the_idle_on
     np.testing.assert_array_equal(run().numbers("catch"), [[4, 0, np.nan], [10, np.nan, np.nan]])
 
 
+def test_a_key_of_the_worlds_own_stands_by_round_and_agent_where_a_decision_has_one():
+    stocks = [7, None, *[0] * 7]
+    found = replace(run(), columns={"stock": objects(stocks)})
+    np.testing.assert_array_equal(found.column("evening", "stock"), [[7, np.nan, 0], [0, 0, np.nan]])
+
+
 def test_shares_and_means_are_over_those_that_decided_and_over_the_readable_alone():
     found, readable = run(), run().only_readable()
     assert isinstance(readable, RoundsRun)
@@ -98,6 +106,10 @@ def test_the_pictures_are_one_by_round_and_one_by_agent_for_each_kind_that_decid
         drawn = draw(picture)
         assert drawn.png.startswith(b"\x89PNG") and drawn.svg == draw(picture).svg
     assert "evening: go (share)" in draw(pictures[0]).svg
+
+
+def test_every_label_has_a_colour_of_its_own_in_the_figures():
+    assert len({colour_of(place) for place in range(60)}) == 60
 
 
 def test_a_signature_may_measure_a_shipped_form_that_has_none_of_its_own(

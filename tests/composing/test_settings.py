@@ -34,7 +34,7 @@ REFUSED = {
     "model=5": "Model '5' not found",
     "prompt=null": "Prompt 'null' not found",
     "world=7": "World '7' not found",
-    "world=[1]": "Available: cafe_library",
+    "world=[1]": "Available: bar",
     "~model": "No model is chosen",
     "~prompt": "No prompt is chosen",
     "~runner": "No runner is chosen",

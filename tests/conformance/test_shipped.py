@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Collection
 from functools import cache
 from typing import Any
 
@@ -15,18 +16,37 @@ from foundry.conformance.checking import WORLD_CHECKS, world_case
 from foundry.conformance.finding import Status, look, name_of
 from foundry.conformance.measuring import case_with, shipped_signatures
 from foundry.conformance.playing import WorldCase
+from foundry.conformance.signatures import run_type
 from foundry.conformance.worlds import follows_its_seed
 from foundry.paths import conf_dir
 from foundry.running.build import build
 
-SMALL = {"cafe_library": ("world.agents=5", "world.steps=3")}
-SCENES = ("kibo", "kibo_paper", "office", "gallery")
-WORLDS = ("cafe_library", "kibo", *(pytest.param(name, marks=pytest.mark.slow) for name in SCENES[1:]))
+TINY = ("scene=kibo.usdz", "world.camera.width=64", "world.camera.height=48", "world.things.pixels=3", "world.steps=2")
+SMALL = {
+    "cafe_library": ("world.agents=5", "world.steps=3"),
+    "bar_arthur": ("world.agents=8", "world.steps=2"),
+    "evacuation": ("world.agents=6", "world.steps=3"),
+    "evacuation_corridor": ("world.agents=6", "world.steps=3"),
+    "evacuation_floor": ("world.agents=6", "world.steps=3"),
+    "follow": TINY,
+    "map_probe": TINY,
+    "survival": ("world.agents=6", "world.steps=4", "world.half_size=3", "world.energy.start=40"),
+    "survival_zone": ("world.steps=3",),
+}
+SCENES = ("kibo", "kibo_paper", "office", "gallery", "follow", "map_probe")
+ABSTRACT = ("usd",)
+"""Worlds that others build on, and that are none without them."""
 
 
 def names(group: str) -> list[str]:
     folder = conf_dir() / group
     return sorted(file.relative_to(folder).with_suffix("").as_posix() for file in folder.rglob("*.yaml"))
+
+
+PLAIN = [name for name in names("world") if name not in {*SCENES, *ABSTRACT}]
+WORLDS = (*PLAIN, "kibo", *(pytest.param(name, marks=pytest.mark.slow) for name in SCENES[1:]))
+FIRST = ("cafe_library", "kibo")
+"""The worlds that policies and prompts which could do in several are tried in."""
 
 
 @cache
@@ -42,8 +62,10 @@ def case(world: str) -> WorldCase:
     return world_case(config(world), seed=3)
 
 
-def test_every_world_is_among_those_that_are_checked():
-    assert {*SMALL, *SCENES, "usd"} == set(names("world")), "`usd` is what the others build on"
+def world_for(kinds: Collection[str] | None) -> str:
+    """Return a world that asks these kinds of questions and no others."""
+    order = dict.fromkeys((*FIRST, *PLAIN, "map_probe"))
+    return next(name for name in order if kinds is None or set(case(name).scenario.kinds) <= set(kinds))
 
 
 @pytest.mark.parametrize("check", WORLD_CHECKS, ids=name_of)
@@ -53,15 +75,16 @@ def test_a_world_holds_what_every_world_must_hold(world: str, check):
     assert found.status is not Status.FAILED, found
 
 
-@pytest.mark.parametrize("world", ["cafe_library", "kibo"])
+@pytest.mark.parametrize("world", FIRST)
 def test_another_seed_gives_another_episode(world: str):
     assert look(f"world {world}", follows_its_seed, case(world)).note == ""
 
 
 def prompt_config(name: str) -> tuple[str, Any]:
-    """Return a world whose questions a prompt puts, and its configuration."""
-    asks_grid = "action" in config("cafe_library", f"prompt={name}")["prompt"]["templates"]
-    world = "cafe_library" if asks_grid else "kibo"
+    """Return a world whose questions a prompt puts, and its configuration: one that chooses it, where one does."""
+    choosing = (*PLAIN, "follow", "map_probe")
+    own = (world for world in choosing if config(world)["prompt"]["name"] == name.removesuffix("_japanese"))
+    world = next(own, None) or world_for(config("cafe_library", f"prompt={name}")["prompt"]["templates"])
     return world, config(world, f"prompt={name}")
 
 
@@ -85,8 +108,7 @@ POLICIES = [name for name in names("model") if name.startswith("scripted/")]
 @pytest.mark.parametrize("name", [*POLICIES, *SETTINGS])
 def test_a_model_holds_what_every_model_must_hold(name: str, check):
     found = config("cafe_library", f"model={name}", *SETTINGS.get(name, ()))["model"]
-    kinds = build(found).kinds
-    world = "kibo" if kinds == ("move",) else "cafe_library"
+    world = world_for(build(found).kinds)
     finding = look(f"model {name}", check, models.ModelCase(build, found, case(world)))
     assert finding.status is not Status.FAILED, finding
 
@@ -105,9 +127,26 @@ def shipped(form: str, world: str) -> list[tuple[str, str]]:
     ("world", "module"),
     [
         *shipped("grid", "cafe_library"),
-        *(pytest.param(*one, marks=pytest.mark.slow) for one in shipped("camera", "kibo")),
+        *shipped("grid", "evacuation"),
+        *shipped("grid", "survival"),
+        *(pytest.param(*one, marks=pytest.mark.slow) for one in shipped("camera", "follow")),
     ],
 )
 def test_a_signature_holds_what_every_signature_must_hold(world: str, module: str, check):
     finding = look(module, check, tried(world)(importlib.import_module(module)))
+    assert finding.status is not Status.FAILED, finding
+
+
+def is_about(module: Any, world: str) -> bool:
+    """Tell whether a signature is about runs of a world."""
+    case_of = tried(world)(module)
+    return any(module.applies(run) for run in case_of.runs if isinstance(run, run_type(module)))
+
+
+@pytest.mark.parametrize("check", signatures.CHECKS, ids=name_of)
+@pytest.mark.parametrize("name", [name for name, module in shipped_signatures("rounds") if ".rounds." in module])
+def test_a_signature_of_some_games_holds_the_same_in_the_first_that_it_is_about(name: str, check):
+    module = importlib.import_module(f"analysis.rounds.signatures.{name}")
+    world = next(one for one in PLAIN if is_about(module, one))
+    finding = look(name, check, tried(world)(module))
     assert finding.status is not Status.FAILED, finding

@@ -24,8 +24,6 @@ from foundry.worlds.grid.layouts import Explicit, Uniform
 from foundry.worlds.grid.world import GridScenario
 
 NAMES = sorted(path.stem for path in (conf_dir() / "model" / "scripted").glob("*.yaml"))
-CAMERA_ONLY = {"mumbler", "spin", "wander"}
-GRID = [name for name in NAMES if name not in CAMERA_ONLY]
 PLACE = {"name": "hall", "type": "hall", "center": [5, 5], "extent": [1, 1], "capacity": 3}
 FIRE = {"name": "blaze", "start": 1, "position": [-4, -4], "intensity": 0.5, "radius": 4}
 
@@ -35,6 +33,9 @@ def load(name: str) -> ScriptedModel:
         OmegaConf.load(conf_dir() / "model" / "scripted" / f"{name}.yaml"), _convert_="all"
     )
     return model
+
+
+GRID = [name for name in NAMES if (kinds := load(name).kinds) is None or {"message", "action"} <= set(kinds)]
 
 
 def world(cells: list[list[int]] | None = None, **changes: Any) -> GridScenario:

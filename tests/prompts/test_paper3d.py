@@ -15,8 +15,11 @@ from foundry.worlds.base import Question
 from foundry.worlds.camera.language.interpreter import JsonInterpreter, interpret
 
 VARIANTS = sorted(
-    path.stem for path in (conf_dir() / "prompt").glob("*.yaml") if "\n  move:" in path.read_text("utf-8")
+    path.stem
+    for path in (conf_dir() / "prompt").glob("*.yaml")
+    if "\n  move:" in (text := path.read_text("utf-8")) and "{{ task" in text
 )
+"""Those that any 3D world can be asked by: they need its task and nothing of its own."""
 KIBO = OmegaConf.load(conf_dir() / "world" / "kibo.yaml")
 
 STEP_0 = {

@@ -215,10 +215,12 @@ def load(name: str):
     return instantiate(OmegaConf.load(conf_dir() / "prompt" / f"{name}.yaml"), _convert_="all")
 
 
+FURTHER = "window"
+"""What prompts for worlds with further parts show, and the worlds of the paper do not have."""
 VARIANTS = sorted(
     path.stem
     for path in (conf_dir() / "prompt").glob("*.yaml")
-    if {"message", "action"} <= OmegaConf.load(path).templates.keys()
+    if {"message", "action"} <= OmegaConf.load(path).templates.keys() and FURTHER not in path.read_text("utf-8")
 )
 
 

@@ -17,10 +17,10 @@ EVERY = 3
 """Steps between the frames that the 2D runs save; the fires of the shipped world begin at 3 and 5."""
 
 
-def named(group: str, wanted: str) -> str:
-    """Return the configs of a group whose text holds a word, as the value of a sweep."""
-    files = sorted((conf_dir() / group).glob("*.yaml"))
-    return ",".join(file.stem for file in files if wanted in file.read_text(encoding="utf-8"))
+def named(group: str, wanted: str, unwanted: str = "nothing at all") -> str:
+    """Return the configs of a group whose text holds a word, and not another, as the value of a sweep."""
+    texts = {file.stem: file.read_text(encoding="utf-8") for file in sorted((conf_dir() / group).glob("*.yaml"))}
+    return ",".join(name for name, text in texts.items() if wanted in text and unwanted not in text)
 
 
 def swept(folder: Path, *overrides: str) -> list[RunFolder]:
@@ -32,10 +32,19 @@ def swept(folder: Path, *overrides: str) -> list[RunFolder]:
 
 @pytest.fixture(scope="session")
 def grid_runs(tmp_path_factory: pytest.TempPathFactory) -> list[RunFolder]:
-    """Every 2D world with every 2D prompt, agents that talk and fires that burn."""
-    worlds, prompts = named("world", "grid.world.GridScenario"), named("prompt", "message: |")
+    """Every 2D world without further parts, with every prompt for such; agents that talk and fires that burn."""
+    worlds = named("world", "grid.world.GridScenario", "@package _global_")
+    prompts = named("prompt", "message: |", "window")
     overrides = (f"world={worlds}", f"prompt={prompts}", "model=scripted/echo", "world.agents=6", "world.steps=6")
     return swept(tmp_path_factory.mktemp("grid"), *overrides, f"record.frames={EVERY}")
+
+
+@pytest.fixture(scope="session")
+def furnished_runs(tmp_path_factory: pytest.TempPathFactory) -> list[RunFolder]:
+    """Worlds in which agents leave, die and are born."""
+    overrides = ("world=evacuation,survival", "model=scripted/shortest_path,scripted/forager", "world.agents=6")
+    changes = ("world.steps=9", "world.half_size=8", f"record.frames={EVERY}")
+    return swept(tmp_path_factory.mktemp("furnished"), *overrides, *changes)
 
 
 @pytest.fixture(scope="session")

@@ -57,6 +57,13 @@ def test_the_inset_is_the_image_that_the_model_was_shown(camera_runs: list[RunFo
 
 
 @pytest.mark.slow
+def test_worlds_in_which_agents_come_and_go_are_redrawn_as_they_were_saved(furnished_runs: list[RunFolder]):
+    assert any(b'"left":"' in run.steps_bytes() for run in furnished_runs)
+    for run in furnished_runs:
+        kept = saved(run)
+        assert redrawn(run, [int(name[5:9]) for name in kept]) == kept, run.id
+
+
 def test_other_processes_draw_the_same_pictures_in_order(grid_runs: list[RunFolder]):
     recording = read_recording(grid_runs[0])
     steps = [0, 1, 2, 3, 4, 5, 6] * 2

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -96,6 +96,34 @@ def blind_camera_run(policy: BlindWalker, seed: int, decisions: int) -> CameraRu
         replies=np.where(claims, "I see the logo.", "I do not see the logo.").astype(np.object_),
         visible_px=tuple({"logo": count} for count in pixels.tolist()),
     )
+
+
+QUESTIONS = {"nearer": 2, "side": 2, "count": 4, "order": 6}
+"""How many answers are possible, by the kind of question."""
+
+
+def blind_answers(skew: float, seed: int, times: int = 30) -> CameraRun:
+    """Return a run that answers each kind of question so often, drawing from what is possible.
+
+    Args:
+        skew: how often the first of the possible answers is the right one.
+        seed: of the draws.
+        times: questions of each kind.
+    """
+    rng = seeding.stream(seed, f"answers {skew}")
+    answers = tuple(
+        {
+            "kind": kind,
+            "answer": int(rng.integers(possible)),
+            "truth": 0 if rng.random() < skew else int(rng.integers(1, possible)),
+            "chance": 1 / possible,
+            "scale": None,
+        }
+        for kind, possible in QUESTIONS.items()
+        for _ in range(times)
+    )
+    walked = blind_camera_run(BlindWalker(), seed, 10)
+    return replace(walked, answers=answers, world={"questions": list(QUESTIONS)})
 
 
 def _episode(start: Pose, goal: tuple[float, ...], shortest: float) -> CameraEpisode:

@@ -77,7 +77,7 @@ def _walks(policy: Blind, rng: np.random.Generator, world: GridSettings) -> tupl
     x[0], y[0] = rng.integers(-half, half, size=(2, world.agents), endpoint=True)
     moving, draws = rng.random(choice.shape) >= policy.stay, rng.random(choice.shape)
     for step in range(world.steps):
-        chances = np.cumsum(legal_moves(x[step], y[step], half) * policy.ways, axis=1)
+        chances = np.cumsum(legal_moves(x[step], y[step], world) * policy.ways, axis=1)
         way = (draws[step][:, None] * chances[:, -1:] >= chances).sum(axis=1)
         choice[step] = np.where(moving[step], STAY + 1 + way, STAY)
         x[step + 1], y[step + 1] = (x[step], y[step]) + HEADINGS[choice[step]].T

@@ -5,9 +5,11 @@ from __future__ import annotations
 import asyncio
 from pathlib import Path
 
+import msgspec
+
 from analysis.camera.records import CameraRecords
 from analysis.camera.run import CameraRun
-from analysis.grid.records import GridRecords
+from analysis.grid.records import FurnishedLine, GridRecords
 from analysis.grid.run import GridRun
 from episodes import Kept, composed, play_through
 from foundry.expansion import expand
@@ -22,5 +24,7 @@ def whole_run(path: Path, world: str, policy: str, *overrides: str, seed: int) -
     folder = SweepFolder.create(path, expand([], found.conditions), {}, []).runs()[0]
     if kept.steps:
         return CameraRecords(kept.opening, kept.steps, []).arrays(folder)
-    steps = [record for record in kept.records if isinstance(record, GridStep)]
+    lines = [record for record in kept.records if isinstance(record, GridStep)]
+    kind = FurnishedLine if hasattr(lines[0], "lost") else GridStep
+    steps = [msgspec.json.decode(msgspec.json.encode(line), type=kind) for line in lines]
     return GridRecords(steps, [record for record in kept.records if isinstance(record, Message)]).arrays(folder)

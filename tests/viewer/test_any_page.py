@@ -113,6 +113,16 @@ def test_the_step_is_a_table_with_the_worlds_own_keys_and_streams(page: Any, ser
     assert page.input_value("[aria-label=Agent]") == "2"
 
 
+def test_numbers_that_the_world_writes_are_lines_below_the_lanes(page: Any, served: ViewServer, bar: SweepFolder):
+    go(page, served, bar, "?step=7")
+    page.wait_for_selector("canvas.curves[aria-label='Step 7: crowd 3']")
+    assert page.text_content(".lanes-box >> nth=1").startswith("evenings over time")
+    lanes, curves = (page.locator(f"canvas.{name}").bounding_box() for name in ("lanes", "curves"))
+    assert curves["x"] == lanes["x"] and curves["width"] == pytest.approx(lanes["width"], abs=1), "column below column"
+    page.select_option("[aria-label='Numbers over time']", "1")
+    page.wait_for_function("() => document.querySelectorAll('.lanes-box')[1].textContent.startsWith('crowd over time')")
+
+
 def test_pictures_are_drawn_when_they_are_asked_for(page: Any, served: ViewServer, bar: SweepFolder):
     go(page, served, bar, "?step=8")
     page.wait_for_function("() => document.querySelector('.picture img').naturalWidth === 300")
@@ -183,6 +193,7 @@ def test_a_run_is_followed_while_it_is_written(page: Any, tmp_path: Path):
         playing.end("the server is gone")
         page.wait_for_selector(".state .is-failed")
         page.wait_for_function(LOADED, arg=6)
+        page.wait_for_function("() => Foundry.page.curves.loaded === 6")
         page.wait_for_selector(".picture img[alt='The world after step 6']")
         page.goto("about:blank")
 

@@ -53,6 +53,30 @@ def test_a_page_is_told_the_form_and_what_the_world_declared(bar: SweepFolder):
     ]
 
 
+def test_numbers_that_a_world_writes_are_curves_by_step(bar: SweepFolder):
+    assert ask(bar, "about")["curves"] == [
+        {"name": "evenings", "keys": ["crowd"]},
+        {"name": "crowd", "keys": ["crowd"]},
+    ], "not who sent a message, nor what was decided, nor a file without steps"
+    found = ask(bar, "curves/0")
+    assert (found["first"], found["last"]) == (1, STEPS)
+    crowd = [step % 4 for step in range(1, STEPS + 1)]
+    assert found["values"] == [[{"low": crowd, "mean": crowd, "high": crowd}]] * 2
+
+
+def test_a_step_without_a_value_has_none_and_several_have_their_mean(bar: SweepFolder, tmp_path: Path):
+    shutil.copytree(bar.path, tmp_path / "bar")
+    made = SweepFolder.open(tmp_path / "bar")
+    made.runs()[0].stream_path("evenings").write_text(
+        '{"step":1,"crowd":2,"weather":"sun"}\n{"step":1,"crowd":5,"weather":"sun"}\n'
+        '{"step":3,"crowd":null,"weather":"sun"}\n{"step":4,"crowd":1,"weather":"sun"}\n'
+    )
+    ((crowd,), _) = ask(made, "curves/0")["values"]
+    assert (crowd["low"][:4], crowd["mean"][:4], crowd["high"][:4]) == (
+        [2, None, None, 1], [3.5, None, None, 1], [5, None, None, 1],
+    )  # fmt: skip
+
+
 def test_lanes_hold_every_decision_of_their_steps_once(bar: SweepFolder):
     lanes = ask(bar, "lanes/0")
     assert {len(lanes[key]) for key in ("step", "agent", "kind", "action", "outcome", "utility")} == {
@@ -208,7 +232,7 @@ def test_an_export_draws_what_is_quickly_drawn_and_says_what_it_left(
 
     whole = exported()
     assert [name for name in whole if name.startswith("picture/")] == [f"picture/{step}" for step in range(STEPS + 1)]
-    assert {"lanes/0", "stream/0/0", "stream/1/0", "stream/2/0"} <= set(whole)
+    assert {"lanes/0", "curves/0", "stream/0/0", "stream/1/0", "stream/2/0"} <= set(whole)
     monkeypatch.setattr(drawing, "EXPORTED_S", -1.0)
     part = exported()
     assert [name for name in part if name.startswith("picture/")] == []

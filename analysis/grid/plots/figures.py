@@ -65,11 +65,11 @@ def paths_figure(paths: Sequence[GridPaths]) -> Figure:
     return figure
 
 
-def survival_figure(curves: Sequence[SurvivalCurve]) -> Figure:
-    """Return the share of agents that is not warned yet, by group."""
+def survival_figure(curves: Sequence[SurvivalCurve], label: str = "Not yet warned (share)") -> Figure:
+    """Return the share of agents that is not warned yet, or what else `label` says, by group."""
     below = sum(wrapped(f"{curve.label} (n={curve.runs})", 40).count("\n") + 1 for curve in curves)
     figure = new_figure(2.2 + 0.15 * below)
-    draw_survival(figure.add_subplot(), curves)
+    draw_survival(figure.add_subplot(), curves, label)
     return figure
 
 

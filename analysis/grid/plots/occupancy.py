@@ -101,8 +101,14 @@ def draw_paths(ax: Axes, found: GridPaths) -> Axes:
 
 
 def draw_world(ax: Axes, world: GridSettings, colour: str) -> None:
-    """Draw the outlines of places, and crosses and reaches of fires."""
+    """Draw the outlines of places, walls and exits, and crosses and reaches of fires."""
     from matplotlib.patches import Circle, Rectangle
+
+    for (x, y), (other_x, other_y) in world.walls:
+        low = (min(x, other_x) - 0.5, min(y, other_y) - 0.5)
+        ax.add_patch(Rectangle(low, abs(other_x - x) + 1, abs(other_y - y) + 1, facecolor=style.BASELINE, linewidth=0))
+    for x, y in (cell for one in world.exits for cell in one.cells):
+        ax.add_patch(Rectangle((x - 0.5, y - 0.5), 1, 1, facecolor=style.PLACE, linewidth=0))
 
     for place in world.places:
         corner = (place.low[0] - 0.5, place.low[1] - 0.5)

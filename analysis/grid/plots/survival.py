@@ -1,4 +1,4 @@
-"""How long it takes until agents are first warned: the share that is not warned yet."""
+"""How long it takes until agents are first warned, or gone: the share that is not yet."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _LINES = ("-", "--", "-.", ":")
 
 @dataclass(frozen=True)
 class SurvivalCurve:
-    """The agents of a group that are not warned yet.
+    """The agents of a group that are not warned yet, or still there.
 
     Attributes:
         label: name of the group.
-        remaining: mean over runs of the Kaplan-Meier estimate at steps 0..T, (T + 1,).
+        remaining: mean over runs of their share, if censored by Kaplan and Meier, at steps 0..T, (T + 1,).
         low: lower end of its interval over runs, (T + 1,); NaN where there is none.
         high: upper end.
         runs: how many runs have a curve.
@@ -41,17 +41,17 @@ class SurvivalCurve:
     baseline: bool = False
 
 
-def draw_survival(ax: Axes, curves: Sequence[SurvivalCurve]) -> Axes:
-    """Draw a falling line a group, with its band over runs."""
+def draw_survival(ax: Axes, curves: Sequence[SurvivalCurve], label: str) -> Axes:
+    """Draw a falling line a group, with its band over runs; `label` says what is left."""
     for curve in curves:
         steps = np.arange(len(curve.remaining))
         colour = style.colour(curve.index, baseline=curve.baseline)
         dashes = _LINES[curve.index % len(_LINES)]
-        label = wrapped(f"{curve.label} (n={curve.runs})", 40)
+        name = wrapped(f"{curve.label} (n={curve.runs})", 40)
         look: Any = {"color": colour, "linestyle": dashes, "zorder": 1.9 if curve.baseline else 2}
-        ax.step(steps, curve.remaining, where="post", linewidth=1.0 if curve.baseline else 1.4, label=label, **look)
+        ax.step(steps, curve.remaining, where="post", linewidth=1.0 if curve.baseline else 1.4, label=name, **look)
         ax.fill_between(steps, curve.low, curve.high, step="post", color=colour, alpha=0.15, linewidth=0)
-    ax.set(xlabel="Step", ylabel="Not yet warned (share)", ylim=(-0.03, 1.03))
+    ax.set(xlabel="Step", ylabel=label, ylim=(-0.03, 1.03))
     ax.grid(True, axis="both")
     ax.legend(loc="upper left", bbox_to_anchor=(-0.02, -0.22), borderaxespad=0, handlelength=2.2)
     return ax

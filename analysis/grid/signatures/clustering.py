@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from analysis.arrays import FloatArray, IntArray
+from analysis.arrays import BoolArray, FloatArray, IntArray
 from analysis.formulas import ratio, weighted_mean
 from analysis.grid.placements import besag, closeness, random_placements
 from analysis.grid.run import GridRun
@@ -43,6 +43,8 @@ _DONNELLY = (0.0514, 0.0412)
 def measure(run: GridRun) -> dict[str, float]:
     """Return the clustering of a run; all measures are NaN with fewer than two agents.
 
+    In a world with walls, and where agents come or go, the groups alone are measured, of those who are there.
+
     Means over states are weighted by the number of counted decisions that led to each state. Distances are
     Euclidean, as the world's own.
 
@@ -72,16 +74,19 @@ def measure(run: GridRun) -> dict[str, float]:
     Denominators: n_states (with weight, of the indices), n_group_states (of the groups; NaN there when it is 0),
     n_isolation (agent-states).
     """
+    nothing = dict.fromkeys(MEASURES, math.nan) | {"n_states": 0.0, "n_group_states": 0.0, "n_isolation": 0.0}
     if run.agents < 2:
-        return dict.fromkeys(MEASURES, math.nan) | {"n_states": 0.0, "n_group_states": 0.0, "n_isolation": 0.0}
+        return nothing
+    if run.world.walls or not run.there.all():
+        return nothing | _groups(run)  # distances are held against agents anywhere on an open grid, always as many
     return {**_groups(run), **_indices(run)}
 
 
 def _groups(run: GridRun) -> dict[str, float]:
     # Neighbours are recorded before a move: those of step t + 1 stand in state t, where the decisions of step t led.
-    led = run.counted[:-1]
+    led = run.counted[:-1] & run.there[1:]
     weights, alone = led.sum(axis=1), run.neighbours[1:] == 0
-    groups = group_shape(run.contacts, run.steps, run.agents)[1:]
+    groups = group_shape(run.contacts, run.there)[1:]
     return {
         "largest_group": weighted_mean(groups[:, 0], weights),
         "groups": weighted_mean(groups[:, 1], weights),
@@ -120,17 +125,18 @@ def expected_distance(agents: int, width: float, height: float, *, corrected: bo
     return naive + (constant + per_root / math.sqrt(agents)) * 2 * (width + height) / agents
 
 
-def group_shape(contacts: IntArray, steps: int, agents: int) -> FloatArray:
+def group_shape(contacts: IntArray, there: BoolArray) -> FloatArray:
     """Return the groups before each step's move.
 
     Args:
         contacts: rows (1-based step, agent, neighbour), (K, 3).
-        steps: number of steps, T.
-        agents: number of agents, N.
+        there: who is there, (T, N).
 
     Returns:
-        (T, 3): largest component / N, components of two or more, isolated agents / N.
+        (T, 3): largest component, components of two or more, isolated agents; the first and the last as shares of those
+        who are there.
     """
+    steps, agents = there.shape
     count = steps * agents
     first = (contacts[:, 0] - 1) * agents
     ends = (first + contacts[:, 1], first + contacts[:, 2])
@@ -138,6 +144,7 @@ def group_shape(contacts: IntArray, steps: int, agents: int) -> FloatArray:
     graph = coo_array((np.ones(len(contacts), dtype=np.int8), ends), shape=(count, count))
     labels = connected_components(graph, directed=False)[1]
     sizes = np.bincount(labels, minlength=1)[labels].reshape(steps, agents).astype(np.float64)
-    grouped = np.where(sizes > 1, 1 / sizes, 0.0).sum(axis=1)
+    sizes, present = np.where(there, sizes, 0), np.maximum(there.sum(axis=1), 1)
+    grouped = np.where(sizes > 1, 1 / np.maximum(sizes, 1), 0.0).sum(axis=1)
     isolated = (sizes == 1).sum(axis=1)
-    return np.column_stack([sizes.max(axis=1) / agents, np.round(grouped), isolated / agents])
+    return np.column_stack([sizes.max(axis=1) / present, np.round(grouped), isolated / present])

@@ -34,13 +34,13 @@ def measure(run: GridRun) -> dict[str, float]:
 
     An agent's states are its start and those that its counted decisions led to; T is the number of these decisions.
 
-    - coverage: different cells an agent was in / cells of the grid, all reachable; above 0..1. Bounded by
+    - coverage: different cells an agent was in / cells of the grid without a wall; above 0..1. Bounded by
       T + 1, so never compare runs of different T by it.
     - group_coverage: cells that any agent was in / cells of the grid.
     - unique_ratio: different cells / (T + 1); above 0..1.
     - walker_ratio: different cells / expected different cells of a walker that makes T moves from the same start, any
       legal move as likely; above 0. The expectation is exact: the sum over all cells of the probability to have
-      been there, edges included. Source of the quantity: Dvoretzky and Erdos 1951.
+      been there, edges included. NaN in a world with walls. Source of the quantity: Dvoretzky and Erdos 1951.
     - visit_entropy: entropy of an agent's visits over cells / log2 of the cells of the grid; 0..1. NaN on one cell.
     - gyration: root mean square distance of an agent's states from their mean, cells; 0 up.
     - revisit_rate: 1 - unique_ratio: share of states in a cell visited before; 0..1.
@@ -48,12 +48,14 @@ def measure(run: GridRun) -> dict[str, float]:
     An agent that never moves has one cell, entropy 0 and revisit rate T / (T + 1). Undefined nowhere else.
     Denominators: n_agents, n_states (T + 1, mean over agents), n_cells.
     """
-    kept = np.vstack([np.ones(run.agents, dtype=np.bool_), run.counted])
+    kept = np.vstack([np.zeros(run.agents, dtype=np.bool_), run.counted])
+    kept[run.first, np.arange(run.agents)] = True
     cell = (run.x + run.world.half_size) * run.world.width + run.y + run.world.half_size
     cells, states = run.world.cells, kept.sum(axis=0)
     visits = [np.unique_counts(own[flags]).counts for own, flags in zip(cell.T, kept.T, strict=True)]
     unique = np.array([len(counts) for counts in visits])
-    expected = expected_cells(run.x[0], run.y[0], states - 1, run.world.half_size)
+    # The closed form is that of the open square.
+    expected = np.nan if run.world.walls else expected_cells(*_starts(run), states - 1, run.world.half_size)
     return {
         "coverage": mean(unique / cells),
         "group_coverage": len(np.unique(cell[kept])) / cells,
@@ -66,6 +68,12 @@ def measure(run: GridRun) -> dict[str, float]:
         "n_states": mean(states),
         "n_cells": float(cells),
     }
+
+
+def _starts(run: GridRun) -> tuple[IntArray, IntArray]:
+    """Return the column and the row in which each agent was first, (N,) each."""
+    agents = np.arange(run.agents)
+    return run.x[run.first, agents], run.y[run.first, agents]
 
 
 def visit_entropy(visits: IntArray, cells: int) -> float:

@@ -111,6 +111,11 @@ class _Options:
         return np.asarray(np.divide(away, count, out=np.full(len(count), np.nan), where=count > 0))
 
 
+def applies(run: GridRun) -> bool:
+    """Whether fires stay where they are: how far one is that spreads is not known from where it began."""
+    return not run.world.spreads
+
+
 def measure(run: GridRun) -> dict[str, float]:
     """Return the hazard sensitivity of a run; the unit is the counted decision, pooled over agents.
 
@@ -196,7 +201,7 @@ def _options(run: GridRun, exposed: _Exposed) -> _Options:
     to_x, to_y = moves_to(x, y)
     seen = run.fires[exposed.step, exposed.agent]
     change = _near_perceived(run, seen, to_x, to_y) - exposed.before[:, None]
-    return _Options(to_x, to_y, legal_moves(x, y, run.world.half_size), change)
+    return _Options(to_x, to_y, legal_moves(x, y, run.world), change)
 
 
 def contrast(away: float, other: float, control_away: float, control_other: float) -> Contrast:
@@ -254,7 +259,8 @@ def _selection(run: GridRun, exposed: _Exposed, options: _Options, rows: IntArra
     x, y = run.x[step, agent][:, None], run.y[step, agent][:, None]
     place = to_nearest_place(run.world, to_x, to_y) - to_nearest_place(run.world, x, y)
     others = run.x[step], run.y[step]
-    other = to_nearest_agent(to_x, to_y, *others, agent) - to_nearest_agent(x, y, *others, agent)
+    there = None if run.present is None else run.present[step]
+    other = to_nearest_agent(to_x, to_y, *others, agent, there) - to_nearest_agent(x, y, *others, agent, there)
     covariates: FloatArray = np.nan_to_num(np.stack([options.change[rows], place, other], axis=2))
     beta = conditional_logit(covariates, options.legal[rows], run.choice[step, agent] - STAY - 1)
     return {**dict(zip(names, beta.tolist(), strict=True)), "n_choices": float(len(rows))}

@@ -32,7 +32,7 @@ def measure(run: GridRun) -> dict[str, float]:
     """Return the idle rate of a run, over the counted decisions of all agents together.
 
     - chosen: decisions read as `stay` / decisions; 0..1.
-    - blocked: moves asked for over the edge, so not made / decisions; 0..1.
+    - blocked: moves asked for and not made, over the edge, into a wall or where it is full / decisions; 0..1.
     - invalid: decisions that could not be read, which leave the agent in place / decisions; 0..1.
     - immobile: steps without a change of position / decisions; chosen + blocked + invalid.
     - longest_run: longest unbroken run of immobile steps among an agent's counted ones, steps, mean over the agents
@@ -41,17 +41,19 @@ def measure(run: GridRun) -> dict[str, float]:
       before them; in one with more agents than its capacity; that perceive a fire. NaN when there is none.
     - immobile_in_place, immobile_in_crowd, immobile_near_fire: `immobile` among the same.
 
-    NaN without decisions. Denominators: n_decisions, n_in_place, n_in_crowd, n_near_fire. A uniform walker over stay
+    Who gathers, shares, attacks or reproduces counts as one that moves. NaN without decisions.
+
+    Denominators: n_decisions, n_in_place, n_in_crowd, n_near_fire. A uniform walker over stay
     and the moves has chosen = 1/5.
     """
-    stay, counted = run.choice == STAY, run.counted
+    stay, counted, moved = run.choice == STAY, run.counted, run.moved | run.acted
     contexts = _contexts(run)
-    longest = [longest_run(~run.moved[kept, agent]) for agent, kept in enumerate(counted.T) if kept.any()]
+    longest = [longest_run(~moved[kept, agent]) for agent, kept in enumerate(counted.T) if kept.any()]
     return {
-        **idle_parts(stay[counted], run.moved[counted], run.readable[counted]),
+        **idle_parts(stay[counted], moved[counted], run.readable[counted]),
         "longest_run": mean(longest),
         **{f"chosen_{name}": mean((stay & run.readable)[kept]) for name, kept in contexts.items()},
-        **{f"immobile_{name}": mean(~run.moved[kept]) for name, kept in contexts.items()},
+        **{f"immobile_{name}": mean(~moved[kept]) for name, kept in contexts.items()},
         **{f"n_{name}": float(kept.sum()) for name, kept in contexts.items()},
     }
 

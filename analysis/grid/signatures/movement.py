@@ -80,7 +80,7 @@ def measure(run: GridRun) -> dict[str, float]:
       directions of a walker that makes any legal move as likely; 0..1.
     - drift_place: change of the fewest moves into any place (0 inside one); -1..1. NaN without places.
     - drift_agent: change of the fewest moves to where the nearest other agent stood before the step, since where it
-      goes is not known to the agent; -1..1. NaN with one agent.
+      goes is not known to the agent; -1..1. Steps of an agent that is alone are left out. NaN with one agent.
     - drift_place_beyond_blind, drift_agent_beyond_blind: the same less what is expected of a blind agent
       (`walker`), which stays where the agent stayed and else goes the legal ways by their shares in the run;
       cells per step. 0 for who prefers a way but not what lies there.
@@ -92,7 +92,7 @@ def measure(run: GridRun) -> dict[str, float]:
     counted = run.counted
     made = _by_direction(run.choice[run.moved & counted])
     asked = _by_direction(run.choice[counted])
-    null = direction_shares(legal_moves(run.x[:-1][counted], run.y[:-1][counted], run.world.half_size))
+    null = direction_shares(legal_moves(run.x[:-1][counted], run.y[:-1][counted], run.world))
     found = _directions(made)
     return {
         "variety": variety(made),
@@ -109,7 +109,7 @@ def measure(run: GridRun) -> dict[str, float]:
 
 
 def _by_direction(choices: IntArray) -> IntArray:
-    return np.bincount(choices, minlength=len(CHOICES))[STAY + 1 :]
+    return np.bincount(choices, minlength=len(CHOICES))[STAY + 1 : len(CHOICES)]
 
 
 def _directions(counts: IntArray) -> dict[str, float]:
@@ -151,16 +151,17 @@ def _drifts(run: GridRun) -> dict[str, float]:
     counted = run.counted
     fire, burning = _fire_changes(run)
     place, agent = (changes[counted] for changes in (_place_changes(run), _agent_changes(run)))
-    legal = legal_moves(run.x[:-1][counted], run.y[:-1][counted], run.world.half_size)
+    legal = legal_moves(run.x[:-1][counted], run.y[:-1][counted], run.world)
     chances = np.where(run.moved[counted][:, None], blind_chances(run, legal), 0.0)
 
     def beyond(changes: FloatArray) -> float:
         # The first column is what the agent did, the others are what each way would have done.
-        return mean(changes[:, 0] - (chances * changes[:, 1:]).sum(axis=1))
+        found = changes[:, 0] - (chances * changes[:, 1:]).sum(axis=1)
+        return mean(found[~np.isnan(found)])
 
     return {
         "drift_place": mean(place[:, 0]),
-        "drift_agent": mean(agent[:, 0]),
+        "drift_agent": mean(agent[~np.isnan(agent[:, 0]), 0]),
         "drift_place_beyond_blind": beyond(place),
         "drift_agent_beyond_blind": beyond(agent),
         "drift_fire": mean(fire[counted & burning]),
@@ -182,7 +183,8 @@ def _agent_changes(run: GridRun) -> FloatArray:
         for at, to in zip((run.x, run.y), _ends(run), strict=True)
     )
     standing_x, standing_y = (np.repeat(at[:-1], agents, axis=0) for at in (run.x, run.y))
-    distances = to_nearest_agent(x, y, standing_x, standing_y, np.tile(np.arange(agents), steps))
+    there = None if run.present is None else np.repeat(run.present, agents, axis=0)
+    distances = to_nearest_agent(x, y, standing_x, standing_y, np.tile(np.arange(agents), steps), there)
     return np.asarray(distances[:, 1:] - distances[:, :1]).reshape(steps, agents, -1)
 
 

@@ -22,10 +22,10 @@ def measure(run: GridRun) -> dict[str, float]:
 
     Denominators: n_decisions and n_message_decisions, calls of each kind.
     """
-    actions, messages = outcome_shares(run.outcome), outcome_shares(run.message_outcome)
+    actions, messages = (outcome_shares(each[run.there]) for each in (run.outcome, run.message_outcome))
     return {
         **actions,
         **{f"message_{name}": value for name, value in messages.items()},
-        "n_decisions": float(run.outcome.size),
-        "n_message_decisions": float(run.message_outcome.size),
+        "n_decisions": float(run.decisions),
+        "n_message_decisions": float(run.decisions),
     }

@@ -95,9 +95,9 @@ def _shortest(run: GridRun, agent: int, state: int, place: int) -> int:
 
 @lru_cache(maxsize=64)
 def _steps_to(world: GridSettings, place: int) -> IntArray:
-    """Return the steps from every cell to a place, (W, W), x first: every cell of these worlds can be entered."""
+    """Return the steps from every cell to a place, round walls, (W, W), x first."""
     edge = np.arange(-world.half_size, world.half_size + 1)
     x, y = np.meshgrid(edge, edge, indexing="ij")
     (left, bottom), (right, top) = world.places[place].low, world.places[place].high
     inside = (x >= left) & (x <= right) & (y >= bottom) & (y <= top)
-    return steps_to(inside, np.ones_like(inside))
+    return steps_to(inside, world.free())

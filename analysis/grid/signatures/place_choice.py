@@ -74,7 +74,7 @@ def measure(run: GridRun) -> dict[str, float]:
     Denominators: n_states (with weight), n_agent_states, n_in_place (agent-states), n_entering (agents).
     """
     places = range(len(run.world.places))
-    inside = np.array([(run.place[1:] == index) & run.counted for index in places]).reshape(-1, run.decisions)
+    inside = np.array([(run.place[1:] == index) & run.counted for index in places]).reshape(-1, run.choice.size)
     totals, every = inside.sum(axis=1), int(run.counted.sum())
     outside = every - int(totals.sum())
     names = [place.name for place in run.world.places]

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.grid.run import HEADINGS, GridRun
+from analysis.arrays import STAY
+from analysis.grid.run import DEEDS, HEADINGS, GridRun
 from analysis.repeats import HEADLINE, MEASURES, repeats
 
 __all__ = ["HEADLINE", "MEASURES", "NAME", "measure"]
 
 NAME = "stability"
 
-_OPPOSITE = np.array([np.flatnonzero((-heading == HEADINGS).all(axis=1))[0] for heading in HEADINGS])
+_OPPOSITE = np.array(
+    [*(np.flatnonzero((-heading == HEADINGS).all(axis=1))[0] for heading in HEADINGS), *(STAY for _ in DEEDS)]
+)
 
 
 def measure(run: GridRun) -> dict[str, float]:
     """Return the action stability of a run.
 
-    Actions are what was asked for: stay, up, down, left or right; a reply that could not be read is a stay. Pairs are
+    Actions are what was asked for: stay, up, down, left or right, or a deed where there are any, which counts as a move
+    without an opposite; a reply that could not be read is a stay. Pairs are
     two decisions of one agent in a row that both count, pooled over agents, never across them.
 
     - persistence: pairs of equal actions / pairs; 0..1. NaN with fewer than two steps.

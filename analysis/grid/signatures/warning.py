@@ -126,15 +126,15 @@ def find_labels(run: GridRun) -> tuple[BoolArray, BoolArray]:
 def waiting_times(run: GridRun, warned: BoolArray) -> tuple[IntArray, BoolArray]:
     """Return how long each agent was waited for until its first warning, steps, and whether it came then, (N,) each.
 
-    An agent that perceives a fire itself, untold, at step d is censored at d - 1; one that does neither, at T. For
-    `analysis.survival`; `warned` (T, N) as from `find_labels`.
+    An agent that perceives a fire itself, untold, at step d is censored at d - 1; one that does neither, at its last
+    step. For `analysis.survival`; `warned` (T, N) as from `find_labels`.
     """
     perceived_at = first_step(run.perceived)
-    return _waited(perceived_at, trace(perceived_at, first_step(warned), _heard(run, warned)), run.steps)
+    return _waited(perceived_at, trace(perceived_at, first_step(warned), _heard(run, warned)), run.last)
 
 
-def _waited(perceived_at: IntArray, cascade: Cascade, steps: int) -> tuple[IntArray, BoolArray]:
-    waited = np.where(cascade.told, cascade.told_at, np.where(cascade.direct, perceived_at - 1, steps))
+def _waited(perceived_at: IntArray, cascade: Cascade, last: IntArray) -> tuple[IntArray, BoolArray]:
+    waited = np.where(cascade.told, cascade.told_at, np.where(cascade.direct, perceived_at - 1, last))
     return waited, cascade.told
 
 
@@ -170,7 +170,7 @@ def _reach(
 ) -> dict[str, float]:
     """Return the measures of who was told, which need a perceived fire."""
     told, direct = int(cascade.told.sum()), int(cascade.direct.sum())
-    waited, observed = _waited(perceived_at, cascade, run.steps)
+    waited, observed = _waited(perceived_at, cascade, run.last)
     return {
         "informed_fraction": (told + direct) / run.agents,
         "social_reach": ratio(told, run.agents - direct),

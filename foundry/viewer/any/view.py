@@ -8,6 +8,7 @@ from typing import Any
 import msgspec
 
 from foundry.storing.store import RunFolder, lines_of
+from foundry.viewer.any.curves import Curves, curves_of
 from foundry.viewer.any.drawing import Drawing
 from foundry.viewer.any.lines import DecisionLines
 from foundry.viewer.any.streams import OwnStream, streams_of
@@ -40,6 +41,7 @@ class AnyView(RunView):
         self.steps: DecisionLines = DecisionLines(folder.stream_path("steps"))
         self.drawing = Drawing(folder, trusted)
         self._streams: tuple[OwnStream, ...] = streams_of(folder)
+        self._curves: tuple[Curves, ...] = curves_of(folder.declared, self.steps, self._streams)
 
     @property
     def agents(self) -> int:
@@ -70,6 +72,7 @@ class AnyView(RunView):
             "actions": declared.actions,
             "keys": declared.streams.get("steps", {}),
             "streams": [one.told for one in self._streams],
+            "curves": [one.told for one in self._curves],
         }
 
     def frames(self, first: int, last: int) -> dict[str, Any]:
@@ -90,6 +93,11 @@ class AnyView(RunView):
             "outcome": [_OUTCOME_CODES.get(row.outcome, -1) for row in rows],
             "utility": [row.utility for row in rows],
         }
+
+    def curves(self, block: int) -> dict[str, Any]:
+        """Return the numbers of a block of steps that can be drawn as lines, in the order of `curves` of the world."""
+        first, last = self.chunk(block, MARKS_PER_BLOCK)
+        return {"first": first, "last": last, "values": [one.values(first, last) for one in self._curves]}
 
     def marks(self, first: int, last: int) -> dict[str, list[int]]:
         """Return, by step, how many decisions were undecided or repaired, and how many spoke."""
@@ -136,9 +144,10 @@ class AnyView(RunView):
         return Resource(self.drawing.picture(step), PNG)
 
     def exports(self) -> Iterator[tuple[str, Resource]]:
-        """Yield the lanes, the streams, and the pictures as far as that is no long work."""
+        """Yield the lanes, the curves, the streams, and the pictures as far as that is no long work."""
         for block in range(parts_of(self.done, MARKS_PER_BLOCK)):
             yield f"lanes/{block}", Resource(_ENCODE(self.lanes(block)))
+            yield f"curves/{block}", Resource(_ENCODE(self.curves(block)))
         for number, stream in enumerate(self._streams):
             chunks = parts_of(self.done, self.steps_per_chunk) if stream.by_step else 1
             for chunk in range(chunks):
@@ -158,7 +167,13 @@ class AnyView(RunView):
     def _rows(self, first: int, last: int) -> list[Decision]:
         return lines_of(self.steps.read(first, last), Decision, self.steps.path)
 
-    parts = {("lanes", 1): lanes, ("stream", 2): stream, ("pictures", 0): pictures, ("picture", 1): picture}
+    parts = {
+        ("lanes", 1): lanes,
+        ("curves", 1): curves,
+        ("stream", 2): stream,
+        ("pictures", 0): pictures,
+        ("picture", 1): picture,
+    }
 
 
 def _plain(action: Any) -> str | int | float | None:

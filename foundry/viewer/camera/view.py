@@ -16,6 +16,16 @@ _ONE_AT_A_TIME = threading.Lock()
 _OUTCOME_CODES = {name: code for code, name in enumerate(OUTCOMES)}
 
 
+class _Named(msgspec.Struct):
+    """The images that a line names: that of the step, and further ones that went with a question."""
+
+    image: str | None
+    frames: tuple[str, ...] = ()
+
+
+_NAMED = msgspec.json.Decoder(_Named)
+
+
 class CameraView(RunView):
     """See `docs/viewer.md` for the keys of what is returned."""
 
@@ -54,11 +64,13 @@ class CameraView(RunView):
             yield "scene", Resource(b"", BINARY)
 
     def files(self) -> list[str]:
-        """Return the images that the steps name."""
-        return [f"{self._folder}/{row.image}" for row in self._rows(1, self.done) if row.image is not None]
+        """Return the images that the steps name, each once."""
+        named = [_NAMED.decode(line) for line in self._lines(1, self.done)]
+        paths = [path for one in named for path in (one.image, *one.frames) if path is not None]
+        return [f"{self._folder}/{path}" for path in dict.fromkeys(paths)]
 
-    def episode(self) -> CameraEpisode | None:
-        """Return the facts of the episode, or None until the run has begun.
+    def episode(self) -> msgspec.Raw | None:
+        """Return the facts of the episode as they are recorded, or None until the run has begun.
 
         Raises:
             RecordError: they cannot be read.
@@ -67,13 +79,18 @@ class CameraView(RunView):
         if not lines or not lines[0].endswith(b"\n"):
             return None
         try:
-            return msgspec.json.decode(lines[0], type=CameraEpisode)
+            msgspec.json.decode(lines[0], type=CameraEpisode)
         except NOT_JSON as error:
             raise RecordError(f"{self.folder.stream_path('episode')} cannot be read: {error}") from error
+        return msgspec.Raw(lines[0].rstrip(b"\n"))
 
     def frames(self, first: int, last: int) -> dict[str, Any]:
-        """Return the records as they are."""
-        return {"first": first, "last": last, "steps": self._rows(first, last)}
+        """Return the records as they are, with whatever keys of its own the world gives them."""
+        self._rows(first, last)  # none that cannot be read goes out
+        return {"first": first, "last": last, "steps": [msgspec.Raw(one) for one in self._lines(first, last)]}
+
+    def _lines(self, first: int, last: int) -> list[bytes]:
+        return self.steps.read(first, last).splitlines()
 
     def marks(self, first: int, last: int) -> dict[str, list[int]]:
         """Return, by step, whether it was undecided, repaired, stopped by a boundary, or at the goal."""

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
 import msgspec
 
 from foundry.errors import RecordError
 from foundry.records import GridStep
-from foundry.storing.store import RunFolder
-from foundry.viewer.lines import lines_of_agent
+from foundry.storing.store import RunFolder, lines_of
+from foundry.viewer.lines import StepLines, lines_of_agent
 from foundry.viewer.run_view import OUTCOMES, UNDECIDED, RunView
 
 DIRECTIONS = ("stay", "up", "down", "left", "right")
-SAID, MOVED, ALARMED = 1, 2, 4
-"""Bits of `flags`: said something, changed its cell, perceived a fire."""
+DEEDS = ("gather", "share", "attack", "reproduce")
+"""What is done beside that, in worlds that have it."""
+SAID, MOVED, ALARMED, AWAY = 1, 2, 4, 8
+"""Bits of `flags`: said something, changed its cell, perceived a fire, was not there."""
 DECISIONS_PER_CHUNK = 20_000
 _OUTCOME_CODES = {name: code for code, name in enumerate(OUTCOMES)}
-_DIRECTION_CODES: dict[str | None, int] = {name: code for code, name in enumerate(DIRECTIONS)} | {None: 0}
+_ACTION_CODES: dict[str | None, int] = {name: code for code, name in enumerate((*DIRECTIONS, *DEEDS))}
 _DELIVERY = re.compile(rb'^\{"step":(\d+),"sender":(\d+),"recipient":(\d+),', re.MULTILINE)
 _READ_STEP = msgspec.json.Decoder(GridStep).decode
 
@@ -28,11 +30,29 @@ class _Place(msgspec.Struct):
     name: str
 
 
+class _Reproduction(msgspec.Struct):
+    most: int
+
+
 class _Grid(msgspec.Struct):
     """What is read here of a world's settings."""
 
     agents: Annotated[int, msgspec.Meta(ge=1)]
     places: list[_Place]
+    reproduction: _Reproduction | None = None
+
+
+class _Cell(msgspec.Struct):
+    """A line of `burning.jsonl` or `food.jsonl`: a cell that catches fire, or how much food there is in one."""
+
+    step: int
+    x: int
+    y: int
+    amount: int = 1
+
+
+FURNITURE = ("walls", "exits", "zones", "food", "energy")
+"""Settings of further parts that the page draws, in worlds that have them."""
 
 
 class GridView(RunView):
@@ -46,16 +66,29 @@ class GridView(RunView):
             raise RecordError(f"The world of run '{folder.id}' cannot be shown: {error}") from error
         self.steps_per_chunk = max(1, min(50, DECISIONS_PER_CHUNK // self.agents))
         self._places = {place.name: index for index, place in enumerate(self._grid.places)}
+        self._cells = {
+            name: StepLines(folder.stream_path(name)) for name in ("burning", "food") if name in folder.declared.streams
+        }
+        self._come_and_go = "lost" in folder.declared.streams.get("steps", ())
 
     @property
     def agents(self) -> int:
-        """Number of agents."""
-        return self._grid.agents
+        """Number of agents that there may ever be."""
+        births = self._grid.reproduction
+        return self._grid.agents if births is None else max(self._grid.agents, births.most)
+
+    @property
+    def done(self) -> int:
+        """Number of steps that are recorded in full; where agents come and go, the last one once all have ended."""
+        if not self._come_and_go:
+            return super().done
+        return self.steps.last[0] if self.folder.ended else max(0, self.steps.last[0] - 1)
 
     def about_world(self) -> dict[str, Any]:
-        """Return the grid, its places and fires."""
+        """Return the grid, its places and fires, and the further parts that it has."""
         keys = ("half_size", "places", "fires", "communication_distance")
-        return {key: self.world.get(key) for key in keys} | {"directions": DIRECTIONS}
+        further = {key: self.world[key] for key in FURNITURE if self.world.get(key)}
+        return {key: self.world.get(key) for key in keys} | {"directions": DIRECTIONS} | further
 
     def frames(self, first: int, last: int) -> dict[str, Any]:
         """Return positions, actions, outcomes, links and deliveries."""
@@ -65,20 +98,41 @@ class GridView(RunView):
             for other in row.neighbours:
                 if other > row.agent:
                     links[row.step - first] += (row.agent, other)
-        final = rows[len(rows) - self.agents :]
+        rooms = [(row.step - first) * self.agents + row.agent for row in rows]
+        size = (last - first + 1) * self.agents
+
+        def dense(values: Iterable[int], nothing: int = 0, *, ends: Iterable[int] = ()) -> list[int]:
+            """Return the values by step and agent; with `ends`, those of the state behind the last step too."""
+            after = list(ends)
+            found = [nothing] * (size + (self.agents if after else 0))
+            for room, end in zip(rooms, after, strict=False):
+                found[room + self.agents] = end
+            for room, value in zip(rooms, values, strict=True):
+                found[room] = value
+            return found
+
         return {
             "first": first,
             "last": last,
-            "x": [row.x for row in rows] + [row.x_next for row in final],
-            "y": [row.y for row in rows] + [row.y_next for row in final],
-            "action": [self._code(_DIRECTION_CODES, row.direction, row) for row in rows],
-            "outcome": [_OUTCOME_CODES[row.outcome] for row in rows],
-            "message_outcome": [_OUTCOME_CODES[row.message_outcome] for row in rows],
-            "flags": [_flags(row) for row in rows],
-            "place": [-1 if row.place is None else self._code(self._places, row.place, row) for row in rows],
+            "x": dense((row.x for row in rows), ends=(row.x_next for row in rows)),
+            "y": dense((row.y for row in rows), ends=(row.y_next for row in rows)),
+            "action": dense(self._code(_ACTION_CODES, row.direction or row.action, row) for row in rows),
+            "outcome": dense(_OUTCOME_CODES[row.outcome] for row in rows),
+            "message_outcome": dense(_OUTCOME_CODES[row.message_outcome] for row in rows),
+            "flags": dense(map(_flags, rows), AWAY),
+            "place": dense((-1 if row.place is None else self._code(self._places, row.place, row) for row in rows), -1),
             "links": links,
             "deliveries": self._deliveries(first, last),
+            **{name: self._changes(lines, first, last) for name, lines in self._cells.items()},
         }
+
+    def _changes(self, lines: StepLines, first: int, last: int) -> list[list[int]]:
+        """Return x, y and amount of the cells that changed: up to the first step, then in each step from it on."""
+        lines.grow()
+        found: list[list[int]] = [[] for _ in range(first, last + 2)]
+        for one in lines_of(lines.read(0, last), _Cell, lines.path):
+            found[max(0, one.step - first + 1)] += (one.x, one.y, one.amount)
+        return found
 
     def _code(self, codes: Mapping[Any, int], name: str | None, row: GridStep) -> int:
         if name not in codes:
@@ -123,23 +177,33 @@ class GridView(RunView):
         return range(1, self.done + 1, self.steps_per_chunk)
 
     def _track(self, rows: Sequence[GridStep], persona: Mapping[str, str]) -> dict[str, Any]:
+        """Return an agent's way, by step; before it comes it stands where it comes, and once gone where it went."""
         final = rows[-1:]
+        before = [rows[0].x, rows[0].y] if rows else [0, 0]
+        early, late = (rows[0].step - 1, self.done - rows[-1].step) if rows else (0, self.done)
+
+        def padded(values: Iterable[int], nothing: int) -> list[int]:
+            return [nothing] * early + list(values) + [nothing] * late
+
+        end = [(row.x_next, row.y_next) for row in final]
         return {
-            "x": [row.x for row in rows] + [row.x_next for row in final],
-            "y": [row.y for row in rows] + [row.y_next for row in final],
-            "outcome": [_OUTCOME_CODES[row.outcome] for row in rows],
-            "message_outcome": [_OUTCOME_CODES[row.message_outcome] for row in rows],
-            "flags": [_flags(row) for row in rows],
+            "x": [before[0]] * early + [row.x for row in rows] + [x for x, _ in end] * (late + 1),
+            "y": [before[1]] * early + [row.y for row in rows] + [y for _, y in end] * (late + 1),
+            "outcome": padded((_OUTCOME_CODES[row.outcome] for row in rows), 0),
+            "message_outcome": padded((_OUTCOME_CODES[row.message_outcome] for row in rows), 0),
+            "flags": padded(map(_flags, rows), AWAY),
             "persona": persona,
         }
 
     def _rows(self, first: int, last: int) -> Sequence[GridStep]:
-        """Return the records of these steps, agent by agent.
+        """Return the records of these steps, agent by agent; where agents come and go, of those who are there.
 
         Raises:
             RecordError: they are not one per step and agent.
         """
         rows = self.read_steps(first, last, GridStep)
+        if self._come_and_go:
+            return rows
         shape = (range(first, last + 1), range(self.agents))
         if [(row.step, row.agent) for row in rows] != [(step, agent) for step in shape[0] for agent in shape[1]]:
             raise RecordError(f"{self.steps.path}: steps {first} to {last} are not one line per agent and step.")

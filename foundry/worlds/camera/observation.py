@@ -90,6 +90,12 @@ def look(around: Surroundings, pose: Pose, target: Target | None) -> Sight:
     )
 
 
+def encoded_view(around: Surroundings, pose: Pose) -> bytes:
+    """Return what is seen from a pose as it is sent."""
+    image = around.renderer().view(around.eye(pose), pose.yaw, pose.pitch)
+    return _encoded(image, around.settings.image_format)
+
+
 def _encoded(image: UInt8Array, image_format: str) -> bytes:
     """Return (h, w, 3) RGB as it is sent: PNG or JPEG; the same pixels give the same bytes."""
     if image_format == "png":

@@ -111,9 +111,10 @@ class Surroundings:
     def draw_target(self, rng: Generator) -> Target | None:
         """Return one of the targets at random, or None if there are none."""
         targets = self.settings.targets
-        return self._target(targets[int(rng.integers(len(targets)))]) if targets else None
+        return self.target(targets[int(rng.integers(len(targets)))]) if targets else None
 
-    def _target(self, settings: TargetSettings) -> Target:
+    def target(self, settings: TargetSettings) -> Target:
+        """Return what is to be found, with the ways to it; found once."""
         if settings.name not in self._targets:
             self._targets[settings.name] = self._find_target(settings)
         return self._targets[settings.name]
@@ -138,14 +139,20 @@ class Surroundings:
             ways=self.navigator.distance_field(goals),
         )
 
-    def draw_start(self, rng: Generator, target: Target | None) -> Pose:
-        """Return the first pose, drawn from the start region or as it is configured."""
+    def draw_start(self, rng: Generator, target: Target | None, ways: Field | None = None) -> Pose:
+        """Return the first pose, drawn from the start region or as it is configured.
+
+        Args:
+            rng: what decides.
+            target: what is to be found; the start is not near it.
+            ways: places without a way among these are not drawn; None for the ways to the target.
+        """
         start = self.settings.start
         yaw = float(rng.uniform(0.0, 360.0)) if start.yaw is None else start.yaw
         if start.x is not None and start.y is not None:
             return make_pose(self._stand(start.x, start.y), yaw, start.pitch)
         for _ in range(DRAWS):
-            foot = self._draw_foot(rng, target)
+            foot = self._draw_foot(rng, target.ways if ways is None and target else ways)
             if target is None or target.surfaces.gap(foot) > target.radius:
                 return make_pose(foot, yaw, start.pitch)
         raise InputError(
@@ -153,12 +160,11 @@ class Surroundings:
             "choose a region farther from it."
         )
 
-    def _draw_foot(self, rng: Generator, target: Target | None) -> FloatArray:
+    def _draw_foot(self, rng: Generator, ways: Field | None) -> FloatArray:
         start = self.settings.start
         box = self.collider.bounds[:, :2] if start.region is None else np.array(start.region, np.float64)
         clearance = self.body.radius_m + CLEARANCE_M
-        field = None if target is None else target.ways
-        return self.navigator.random_foot(rng, box, clearance_m=clearance, field=field)
+        return self.navigator.random_foot(rng, box, clearance_m=clearance, field=ways)
 
     def _stand(self, x: float, y: float) -> FloatArray:
         """Return where a foot at (x, y) comes to stand."""

@@ -69,7 +69,8 @@ class CameraScenario(Scenario):
 
     def start(self, seed: int) -> CameraWorld:
         """Return a fresh episode; the seed draws the target and the first pose."""
-        return CameraWorld(self, seed)
+        target = self.surroundings.draw_target(seeding.stream(seed, "target"))
+        return CameraWorld(self, target, self.surroundings.draw_start(seeding.stream(seed, "start"), target))
 
     def notes(self) -> Sequence[str]:
         """Say that nothing is to be found, where that is so."""
@@ -94,14 +95,14 @@ class CameraScenario(Scenario):
 
 
 class CameraWorld(World):
-    """One episode in a 3D world."""
+    """One episode in a 3D world: what is to be found, and where the agent stands at first."""
 
-    def __init__(self, scenario: CameraScenario, seed: int) -> None:
+    def __init__(self, scenario: CameraScenario, target: Target | None, start: Pose) -> None:
         self._scenario = scenario
         self._settings = scenario.settings
         self._around = scenario.surroundings
-        self._target: Target | None = self._around.draw_target(seeding.stream(seed, "target"))
-        self._pose = self._around.draw_start(seeding.stream(seed, "start"), self._target)
+        self._target = target
+        self._pose = start
         self._trail = [self._pose]
         self._cells = self._covered([self._pose])
         self._history: deque[Mapping[str, Any]] = deque(maxlen=self._settings.history)
@@ -123,29 +124,34 @@ class CameraWorld(World):
 
     def opening(self) -> Sequence[Record]:
         """Return the facts of the episode: the scene, the target and the shortest way to it."""
+        return [CameraEpisode(**self._facts())]
+
+    def _facts(self) -> dict[str, Any]:
         target, way = self._target, self._around.way(self._pose, self._target)
-        return [
-            CameraEpisode(
-                scene=self._around.scene.name,
-                scene_sha256=self._around.scene.sha256,
-                renderer=self._around.renderer().capabilities(),
-                target=target.name if target else "",
-                target_prims=target.paths if target else (),
-                target_label=target.label if target else None,
-                radius=target.radius if target else 0.0,
-                start=self._pose,
-                shortest_path=[(float(x), float(y), float(z)) for x, y, z in way.points],
-                shortest_m=way.length,
-                walkable_cells=self._around.reachable_cells(self._pose),
-                cell_m=self._around.cell_m,
-            )
-        ]
+        return {
+            "scene": self._around.scene.name,
+            "scene_sha256": self._around.scene.sha256,
+            "renderer": self._around.renderer().capabilities(),
+            "target": target.name if target else "",
+            "target_prims": target.paths if target else (),
+            "target_label": target.label if target else None,
+            "radius": target.radius if target else 0.0,
+            "start": self._pose,
+            "shortest_path": [(float(x), float(y), float(z)) for x, y, z in way.points],
+            "shortest_m": way.length,
+            "walkable_cells": self._around.reachable_cells(self._pose),
+            "cell_m": self._around.cell_m,
+        }
 
     def pending(self) -> Sequence[Question]:
         """Return the one question of this step, with the image that the agent sees."""
         if self.finished:
             return []
-        observation = observe(
+        secret, options = Secret(self._around, self._sight, self._target), self._scenario.options
+        return [Question(self._steps + 1, 0, MOVE, self._observed(), (self._sight.encoded,), secret, options, _IDLE)]
+
+    def _observed(self) -> dict[str, Any]:
+        return observe(
             self._sight,
             self._target,
             step=self._steps,
@@ -154,8 +160,6 @@ class CameraWorld(World):
             idle_streak=self._idle_streak,
             limits=self._scenario.limits,
         )
-        secret, options = Secret(self._around, self._sight, self._target), self._scenario.options
-        return [Question(self._steps + 1, 0, MOVE, observation, (self._sight.encoded,), secret, options, _IDLE)]
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
         """Move as the answer says; return the decision, and the image that led to it if it is kept."""

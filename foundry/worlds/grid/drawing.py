@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from foundry.worlds.grid.hazards import Fire
+from foundry.worlds.grid.parts.drawn import Furniture, draw_furniture
 from foundry.worlds.grid.settings import GridSettings
 from foundry.worlds.grid.space import Cell, Place, neighbours
 
@@ -39,6 +40,7 @@ class GridFrame:
         groups: each agent's value of the first persona attribute, or "".
         group_names: all values of that attribute, in the order of the colours.
         links: pairs of agents that can talk, the lower id first.
+        furniture: further parts, in a world that has any; then agents that are not there are left out everywhere.
     """
 
     step: int
@@ -50,15 +52,21 @@ class GridFrame:
     groups: tuple[str, ...]
     group_names: tuple[str, ...]
     links: tuple[tuple[int, int], ...]
+    furniture: Furniture | None = None
 
 
 def make_frame(
-    settings: GridSettings, personas: Sequence[dict[str, str]], step: int, cells: Sequence[Cell]
+    settings: GridSettings,
+    personas: Sequence[dict[str, str]],
+    step: int,
+    cells: Sequence[Cell],
+    near: Sequence[tuple[int, ...]] | None = None,
 ) -> GridFrame:
-    """Return the frame after `step` steps, with the agents on these cells."""
-    grid = np.array(cells, dtype=np.int64)
+    """Return the frame after `step` steps, with the agents on these cells; `near` is who can talk to whom if known."""
+    grid = np.array(cells, dtype=np.int64).reshape(-1, 2)
     areas = settings.field.areas(grid)
-    near = neighbours(grid, areas, settings.communication_distance)
+    if near is None:
+        near = neighbours(grid, areas, settings.communication_distance)
     attribute = next(iter(settings.personas), "")
     return GridFrame(
         step=step,
@@ -83,6 +91,8 @@ def draw(frame: GridFrame) -> bytes:
     axes = figure.add_axes((0.07, 0.1, 0.88, 0.85))
     _draw_axes(axes, frame)
     _draw_places(axes, frame)
+    if frame.furniture is not None:
+        draw_furniture(axes, frame.furniture)
     _draw_fires(axes, frame)
     _draw_agents(axes, frame)
     png = io.BytesIO()
@@ -157,7 +167,8 @@ def _draw_agents(axes: Axes, frame: GridFrame) -> None:
             size = 130 if numbered else 14
             axes.scatter(x, y, s=size, c=colour, edgecolors="white", linewidths=0.7, label=group, zorder=4)
     if numbered:
-        for agent, (x, y) in enumerate(points):
+        ids = range(len(points)) if frame.furniture is None else frame.furniture.ids
+        for agent, (x, y) in zip(ids, points, strict=True):
             axes.text(x, y, str(agent), fontsize=7, color="black", ha="center", va="center_baseline", zorder=6)
     if any(frame.group_names):
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.04), ncols=6, frameon=False, fontsize=10)

@@ -98,6 +98,11 @@ class Explicit(Layout):
                 raise InputError(
                     f"world.layout.positions[{agent}] is {list(cell)}, beyond the grid of half_size {field.half_size}."
                 )
+            if cell in field.closed:
+                raise InputError(
+                    f"world.layout.positions[{agent}] is {list(cell)}, where nobody can start: in a wall, an exit or a "
+                    "zone, or without a way to an exit."
+                )
 
     def draw(self, rng: Generator, field: Field, agents: int) -> IntArray:
         """Return the first positions, (agents, 2)."""

@@ -20,7 +20,7 @@ message         what it decided to say at this step, or null; only when the acti
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,7 +33,7 @@ from foundry.worlds.grid.space import OUTSIDE, Cell, IntArray, Place, distances,
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What all agents perceive at one step; every sequence is by agent id.
+    """What all agents perceive at one step; every sequence is by agent id, without those who are not there.
 
     Attributes:
         areas: index of the place each agent stands in, or OUTSIDE.
@@ -64,19 +64,30 @@ class Perception:
 
     def observe(self, step: int, cells: Sequence[Cell]) -> Scene:
         """Return the scene at `step` with the agents on these cells."""
+        return self._observe(step, range(len(cells)), cells)
+
+    def _observe(
+        self, step: int, ids: Sequence[int], cells: Sequence[Cell], burning: Mapping[str, IntArray] | None = None
+    ) -> Scene:
+        """Return the scene at `step` with these agents, ids ascending, on these cells; sequences in this order."""
         grid = np.array(cells, dtype=np.int64)
         area_of = self._field.areas(grid)
-        near = neighbours(grid, area_of, self._settings.communication_distance)
-        fires = perceived_fires(self._settings.fires, step, grid)
+        near = self._near(grid, area_of)
+        fires = perceived_fires(self._settings.fires, step, grid, burning)
         areas = area_of.tolist()
         visited = {area: self._visited(area, areas.count(area)) for area in set(areas)}
-        seen = [self._seen(agent, cell, areas[agent]) for agent, cell in enumerate(cells)]
+        seen = [self._seen(agent, cell, area) for agent, cell, area in zip(ids, cells, areas, strict=True)]
         observations = [
-            self._perceived(step, me, visited[area], fires[agent], [seen[other] for other in near[agent]])
-            for agent, (me, area) in enumerate(zip(seen, areas, strict=True))
+            self._perceived(step, me, visited[area], fires[index], [seen[other] for other in near[index]])
+            for index, (me, area) in enumerate(zip(seen, areas, strict=True))
         ]
         names = [tuple(fire["name"] for fire in perceived) for perceived in fires]
-        return Scene(areas, names, near, observations)
+        heard = near if len(ids) == len(self._personas) else [tuple(ids[other] for other in own) for own in near]
+        return Scene(areas, names, heard, observations)
+
+    def _near(self, cells: IntArray, areas: IntArray) -> Sequence[tuple[int, ...]]:
+        """Return who can talk to whom, by index; cells (n, 2), areas (n,)."""
+        return neighbours(cells, areas, self._settings.communication_distance)
 
     def observe_one(self, step: int, agent: int, cells: IntArray, areas: IntArray) -> tuple[IntArray, dict[str, Any]]:
         """Return whom one agent can talk to at `step`, and what it perceives, as `observe` would.

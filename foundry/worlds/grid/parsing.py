@@ -101,15 +101,15 @@ Reading = TypeVar("Reading", MessageReading, ActionReading)
 
 def read_message(answer: Answer) -> MessageReading:
     """Read the reply to a message question."""
-    return _read(answer, _interpret_message, MessageReading)
+    return read_as(answer, _interpret_message, MessageReading)
 
 
 def read_action(answer: Answer) -> ActionReading:
     """Read the reply to an action question."""
-    return _read(answer, _interpret_action, ActionReading)
+    return read_as(answer, interpret_action, ActionReading)
 
 
-def _read(
+def read_as(
     answer: Answer,
     interpret: Callable[[dict[str, Any]], Reading | None],
     blank: Callable[[Outcome], Reading],
@@ -221,7 +221,7 @@ def _objects(value: object) -> list[dict[str, Any]]:
 
 
 def _interpret_message(found: dict[str, Any]) -> MessageReading | None:
-    fields = _fields(found)
+    fields = fields_of(found)
     if isinstance(fields, Conflicting):
         return MessageReading(Outcome.UNREADABLE)
     if "message" not in fields and ("reasoning" not in fields or "action" in fields):
@@ -231,8 +231,8 @@ def _interpret_message(found: dict[str, Any]) -> MessageReading | None:
         return MessageReading(Outcome.UNREADABLE)
     silent = bool(message and message.strip()) and is_silence(message)
     exact = fields is found and not silent and message is fields.get("message") and _is_text(reasoning)
-    said = None if silent or not message or not message.strip() else _text(message)
-    return MessageReading(Outcome.CHOSEN if exact else Outcome.REPAIRED, said, _text(reasoning))
+    said = None if silent or not message or not message.strip() else text_of(message)
+    return MessageReading(Outcome.CHOSEN if exact else Outcome.REPAIRED, said, text_of(reasoning))
 
 
 def _is_doubtful(found: dict[str, Any], fields: dict[str, Any], message: str | None) -> bool:
@@ -242,8 +242,9 @@ def _is_doubtful(found: dict[str, Any], fields: dict[str, Any], message: str | N
     return isinstance(found, Mended) and ("message" not in fields or is_glued(message or ""))
 
 
-def _interpret_action(found: dict[str, Any]) -> ActionReading | None:
-    fields = _fields(found)
+def interpret_action(found: dict[str, Any]) -> ActionReading | None:
+    """Return what an object says about staying or moving; None where it is about something else."""
+    fields = fields_of(found)
     if isinstance(fields, Conflicting):
         return ActionReading(Outcome.UNREADABLE)
     if "action" not in fields:
@@ -256,7 +257,7 @@ def _interpret_action(found: dict[str, Any]) -> ActionReading | None:
     as_asked = asked == meant.action and (meant.direction is None or wanted == meant.direction)
     exact = fields is found and as_asked and _is_text(memory) and _is_text(reasoning)
     outcome = Outcome.CHOSEN if exact else Outcome.REPAIRED
-    return ActionReading(outcome, meant.action, meant.direction, _text(memory), _text(reasoning))
+    return ActionReading(outcome, meant.action, meant.direction, text_of(memory), text_of(reasoning))
 
 
 _NO_LETTERS = re.compile(r"[\W_]+")
@@ -273,7 +274,7 @@ _ASIDE = re.compile(
 _ASKED = frozenset(("message", "action", "direction", "memory", "reasoning"))
 
 
-def _fields(found: dict[str, Any]) -> dict[str, Any]:
+def fields_of(found: dict[str, Any]) -> dict[str, Any]:
     """Return the object itself when its keys are as asked, else one with the keys as they are asked for."""
     if found.keys() <= _ASKED:
         return found
@@ -294,7 +295,7 @@ def _is_text(value: object) -> bool:
     return value is None or isinstance(value, str)
 
 
-def _text(value: object) -> str:
+def text_of(value: object) -> str:
     """Return a string as it is, null as "", anything else as JSON; without lone surrogates, which no file takes."""
     if value is None:
         return ""

@@ -11,7 +11,22 @@ import msgspec
 from foundry.errors import InputError
 from foundry.worlds.grid.hazards import Fire
 from foundry.worlds.grid.layouts import Layout
-from foundry.worlds.grid.space import Count, Field, Name, Place, Size
+from foundry.worlds.grid.parts.ground import Ground, cells_of
+from foundry.worlds.grid.parts.settings import (
+    DEEDS,
+    Attack,
+    Barred,
+    Corners,
+    Energy,
+    Exit,
+    Food,
+    Leaders,
+    Order,
+    Reproduction,
+    Shape,
+    Zone,
+)
+from foundry.worlds.grid.space import Cell, Count, Field, Name, Place, Size
 from foundry.worlds.personas import check_attributes
 from foundry.worlds.validation import as_list, read_settings, refuse_repeated_names
 
@@ -45,6 +60,22 @@ class GridSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
         layout: where agents start.
         communication_distance: largest Euclidean distance at which agents can talk, cells.
         history: how much an agent keeps.
+
+    Further parts, each of which may be left out:
+        walls: rectangles of cells that nobody can enter, by two opposite corners.
+        walls_block: what else walls stop, `sight` and `talk`.
+        exits: ways out of the world.
+        cell_capacity: agents that a cell holds; null for any number.
+        view: columns and rows that an agent sees to each side; null for the whole grid.
+        communication_shape: whether the communication distance is Euclidean (`circle`), or columns and rows (`square`).
+        leaders: agents that know all exits.
+        zones: where agents may die.
+        order: what everyone is told to do.
+        energy: what agents live on.
+        food: what gives energy to those who gather it.
+        sharing: whether agents can share their energy.
+        attack: what an attack does; null where there is none.
+        reproduction: what a newborn takes; null where none can be.
     """
 
     name: Name
@@ -57,22 +88,85 @@ class GridSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     layout: Layout
     communication_distance: float
     history: History
+    walls: tuple[Corners, ...] = ()
+    walls_block: tuple[Barred, ...] = ("sight", "talk")
+    exits: tuple[Exit, ...] = ()
+    cell_capacity: Count | None = None
+    view: Count | None = None
+    communication_shape: Shape = "circle"
+    leaders: Leaders | None = None
+    zones: tuple[Zone, ...] = ()
+    order: Order | None = None
+    energy: Energy | None = None
+    food: Food | None = None
+    sharing: bool = False
+    attack: Attack | None = None
+    reproduction: Reproduction | None = None
+
+    @property
+    def furnished(self) -> bool:
+        """Whether it has any of the further parts."""
+        further = any(getattr(self, name) for name in _FURTHER) or self.communication_shape != "circle"
+        return further or any(fire.spread or fire.risk for fire in self.fires)
+
+    @property
+    def most_agents(self) -> int:
+        """Agents that there may ever be."""
+        return self.agents if self.reproduction is None else max(self.agents, self.reproduction.most)
+
+    @property
+    def deeds(self) -> tuple[str, ...]:
+        """What agents can do beside staying and moving."""
+        there = (self.food, self.sharing, self.attack, self.reproduction)
+        return tuple(name for name, part in zip(DEEDS, there, strict=True) if part)
+
+    @property
+    def ground(self) -> Ground:
+        """The walls and exits, anew each time: what is seen from where is kept in it."""
+        return Ground(self.half_size, self.walls, self.exits)
 
     @property
     def field(self) -> Field:
-        """The grid and its places."""
-        return Field(self.half_size, self.places)
+        """The grid, its places, and the cells where nobody starts: walls, exits, zones, and where no way out is."""
+        if not (self.walls or self.exits or self.zones):
+            return Field(self.half_size, self.places)
+        ground = self.ground
+        closed = {*ground.walls, *ground.exits, *(cell for zone in self.zones for cell in cells_of(zone.corners))}
+        if self.exits:
+            way_out = ground.steps_to(ground.exits)
+            half = range(-self.half_size, self.half_size + 1)
+            closed |= {(x, y) for x in half for y in half if (x, y) not in way_out}
+        return Field(self.half_size, self.places, frozenset(closed))
+
+
+_FURTHER = tuple(
+    name
+    for name in GridSettings.__struct_fields__[GridSettings.__struct_fields__.index("walls") :]
+    if name not in ("walls_block", "communication_shape")
+)
+
+
+_PARTS: dict[str, type[msgspec.Struct]] = {
+    "history": History,
+    "leaders": Leaders,
+    "order": Order,
+    "energy": Energy,
+    "food": Food,
+    "attack": Attack,
+    "reproduction": Reproduction,
+}
 
 
 def read_grid_settings(values: Mapping[str, Any]) -> GridSettings:
     """Return the checked settings, or raise InputError with one line that names the key."""
     plain = dict(values)
-    for key, kind in (("places", Place), ("fires", Fire)):
+    for key, kind in (("places", Place), ("fires", Fire), ("exits", Exit), ("zones", Zone)):
         if key in plain:
             items = as_list(plain[key], f"world.{key}")
             plain[key] = [read_settings(kind, item, f"world.{key}[{n}]") for n, item in enumerate(items)]
-    if "history" in plain:
-        plain["history"] = read_settings(History, plain["history"], "world.history")
+    for key, part in _PARTS.items():
+        if plain.get(key) is not None:
+            plain[key] = read_settings(part, plain[key], f"world.{key}")
     settings = read_settings(GridSettings, plain, "world")
     _check(settings)
     return settings
@@ -95,4 +189,53 @@ def _check(settings: GridSettings) -> None:
     if not (math.isfinite(reach) and reach >= 0):
         raise InputError(f"world.communication_distance is {reach}. Give a number of cells, 0 or more.")
     check_attributes(settings.personas)
+    _check_parts(settings)
     settings.layout.check(settings.field, settings.agents)
+
+
+def _check_parts(settings: GridSettings) -> None:
+    """Refuse further parts that do not fit the grid, or one another."""
+    refuse_repeated_names((one.name for one in settings.exits), "world.exits")
+    dangers = [*(zone.name for zone in settings.zones), *(fire.name for fire in settings.fires)]
+    refuse_repeated_names(dangers, "world.zones and world.fires")
+    ends: dict[str, tuple[Cell, ...]] = {f"world.walls[{n}]": wall for n, wall in enumerate(settings.walls)}
+    ends |= {f"Zone '{one.name}'": one.corners for one in settings.zones}
+    ends |= {f"Exit '{one.name}'": one.cells for one in settings.exits}
+    ends |= {} if settings.order is None else {"world.order.target": settings.order.target}
+    for where, cells in ends.items():
+        for cell in cells:
+            if cell not in settings.field:
+                raise InputError(f"{where} is at {list(cell)}, beyond the grid of half_size {settings.half_size}.")
+    taken: dict[Cell, str] = dict.fromkeys(settings.ground.walls, "a wall")
+    for one in settings.exits:
+        for cell in one.cells:
+            if cell in taken:
+                raise InputError(
+                    f"Exit '{one.name}' is at {list(cell)}, where there is {taken[cell]}: leave a gap there."
+                )
+            taken[cell] = f"exit '{one.name}'"
+    _check_living(settings)
+
+
+def _check_living(settings: GridSettings) -> None:
+    energy, birth = settings.energy, settings.reproduction
+    needing = [name for name in ("food", "sharing", "attack", "reproduction") if getattr(settings, name)]
+    if needing and energy is None:
+        raise InputError(f"world.{needing[0]} is about energy, and the world has none: set world.energy.")
+    if energy is not None and energy.most is not None and energy.most < energy.start:
+        raise InputError(f"world.energy.start={energy.start} is more than world.energy.most={energy.most} allows.")
+    if birth is not None and birth.gives > birth.needs:
+        raise InputError(
+            f"world.reproduction.gives={birth.gives} is more than the parent needs to have ({birth.needs})."
+        )
+    if birth is not None and not settings.agents <= birth.most <= MOST_AGENTS:
+        raise InputError(
+            f"world.reproduction.most={birth.most} counts all agents: give world.agents={settings.agents} or more, at "
+            f"most {MOST_AGENTS:,}."
+        )
+    if settings.leaders is not None and settings.leaders.number > settings.agents:
+        raise InputError(f"world.leaders.number={settings.leaders.number} is more than world.agents={settings.agents}.")
+    if settings.cell_capacity is not None:
+        room = settings.cell_capacity * settings.field.room
+        if room < settings.agents:
+            raise InputError(f"There is room for {room} agents at the start, and world.agents={settings.agents}.")

@@ -20,6 +20,7 @@ BoolArray: TypeAlias = NDArray[np.bool_]
 Name: TypeAlias = Annotated[str, msgspec.Meta(min_length=1)]
 Count: TypeAlias = Annotated[int, msgspec.Meta(ge=1)]
 Size: TypeAlias = Annotated[int, msgspec.Meta(ge=0)]
+Share: TypeAlias = Annotated[int, msgspec.Meta(ge=0, le=1)] | Annotated[float, msgspec.Meta(ge=0, le=1)]
 
 OFFSETS: dict[str, Cell] = {"up": (0, 1), "down": (0, -1), "left": (-1, 0), "right": (1, 0)}
 """Change of (x, y) by direction; y grows upwards."""
@@ -86,10 +87,11 @@ class Place(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """The grid from -half_size to +half_size on both axes, and the places on it."""
+    """The grid from -half_size to +half_size on both axes, the places on it, and other cells where nobody starts."""
 
     half_size: int
     places: tuple[Place, ...]
+    closed: frozenset[Cell] = frozenset()
 
     def __contains__(self, cell: Cell) -> bool:
         """Whether the cell is on the grid."""
@@ -109,9 +111,18 @@ class Field:
         return next((index for index, place in enumerate(self.places) if cell in place), OUTSIDE)
 
     def is_free(self, cells: IntArray) -> BoolArray:
-        """Return which cells are on the grid and in no place; cells (n, 2), result (n,)."""
+        """Return which cells are on the grid, in no place and not closed; cells (n, 2), result (n,)."""
         on_grid = (np.abs(cells) <= self.half_size).all(axis=1)
-        return np.asarray(on_grid & (self.areas(cells) == OUTSIDE))
+        free = np.asarray(on_grid & (self.areas(cells) == OUTSIDE))
+        if self.closed:
+            free &= np.array([(x, y) not in self.closed for x, y in cells.tolist()], dtype=np.bool_)
+        return free
+
+    @property
+    def room(self) -> int:
+        """Number of cells where agents can start."""
+        axis = np.arange(-self.half_size, self.half_size + 1)
+        return int(self.is_free(np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)).sum())
 
     def check(self) -> None:
         """Raise InputError unless the places lie on the grid, apart, and leave room outside."""
@@ -127,6 +138,10 @@ class Field:
                     raise InputError(f"Places '{other.name}' and '{place.name}' overlap. Move or shrink one.")
         if sum(place.area for place in self.places) >= (2 * self.half_size + 1) ** 2:
             raise InputError("The places leave no room outside, where agents start. Shrink one or raise half_size.")
+        if self.closed and not self.room:
+            raise InputError(
+                "Places, walls, exits and zones leave no cell for agents to start in. Remove some of them."
+            )
 
 
 def distances(cells: IntArray, target: IntArray) -> NDArray[np.float64]:

@@ -104,11 +104,11 @@ def understand(action: object, direction: object) -> Meaning | None:
         return None
     if STAY in words:
         return _STAYING
-    further = set() if not given else None if wanted is None else _words(wanted)
+    further = frozenset[str]() if not given else None if wanted is None else _words(wanted)
     if further is None or STAY in further:
         return None
     directions = (words | further) & _DIRECTIONS
-    return Meaning("move", directions.pop()) if len(directions) == 1 else None
+    return Meaning("move", *directions) if len(directions) == 1 else None
 
 
 def is_silence(message: str) -> bool:
@@ -146,16 +146,20 @@ def _text(value: object) -> str | None:
     if isinstance(value, list):
         few = 0 < len(value) <= _MOST_PARTS and all(isinstance(part, str) for part in value)
         value = " , ".join(value) if few else None
-    if not isinstance(value, str) or len(value) > _LONGEST:
-        return None
-    return _AXIS.sub(r"\1", _CHANGE.sub(r"\1\2", _plain(value).replace("_", " "))).strip(" \"'")
+    return _spelled(value) if isinstance(value, str) and len(value) <= _LONGEST else None
 
 
-def _words(text: str) -> set[str] | None:
+@lru_cache(maxsize=_REMEMBERED)
+def _spelled(text: str) -> str:
+    return _AXIS.sub(r"\1", _CHANGE.sub(r"\1\2", _plain(text).replace("_", " "))).strip(" \"'")
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _words(text: str) -> frozenset[str] | None:
     """Return what the words of a text mean, or None when one is not known and stands in no remark."""
     phrases = list(_phrases(text))
     telling = [number for number, phrase in enumerate(phrases) if phrase.meaning != _FILLER]
-    found = {phrases[number].meaning for number in telling}
+    found = frozenset(phrases[number].meaning for number in telling)
     end = phrases[-1].end if phrases else 0
     if not _SKIPPED.sub("", text[end:]):
         return found
@@ -176,7 +180,7 @@ def _phrases(text: str) -> Iterator[_Phrase]:
         yield _Phrase(_MEANINGS[match[0]], position)
 
 
-def _is_remark(rest: str, found: set[str]) -> bool:
+def _is_remark(rest: str, found: frozenset[str]) -> bool:
     """Tell whether the rest of a value is a remark that says nothing else than what stands before it."""
     opening = (*REMARKS, *STAYING_REMARKS) if found == {STAY} else REMARKS
     if not rest.startswith(opening) or "?" in rest or DOUBTS & set(_LETTERS.findall(rest)):

@@ -18,6 +18,11 @@ from foundry.worlds.grid.dependence import GridAhead, Kept, is_known
 from foundry.worlds.grid.drawing import GridFrame, draw, make_frame
 from foundry.worlds.grid.observation import Perception
 from foundry.worlds.grid.parsing import ActionReading, MessageReading, read_action, read_message
+from foundry.worlds.grid.parts.deeds import read_deed
+from foundry.worlds.grid.parts.frames import recorded_frames
+from foundry.worlds.grid.parts.records import FurnishedStep, records_of
+from foundry.worlds.grid.parts.start import with_roles
+from foundry.worlds.grid.parts.world import FurnishedWorld
 from foundry.worlds.grid.questions import ACTION, MESSAGE, question
 from foundry.worlds.grid.settings import GridSettings, read_grid_settings
 from foundry.worlds.grid.space import OFFSETS, OUTSIDE, Cell
@@ -30,10 +35,12 @@ class GridScenario(Scenario):
     Description:
         A bounded integer grid with places (rectangles with a capacity) and fires. Agents start outside all
         places, unless the layout lists their cells; several may share a cell, and none blocks another.
-        Nothing but the edge limits a move: fires and capacities are numbers that agents are told.
+        Nothing but the edge limits a move: fires and capacities are numbers that agents are told. A YAML can
+        add further parts (`foundry.worlds.grid.parts`): walls, exits, crowded cells, sight, fires that spread,
+        energy and food; then agents come and go.
 
     Observation:
-        See `foundry.worlds.grid.observation`.
+        See `foundry.worlds.grid.observation`, and with further parts `foundry.worlds.grid.parts.senses`.
 
     Questions:
         Each step asks every agent for a message, delivers what was said to the neighbours as they stood
@@ -42,10 +49,11 @@ class GridScenario(Scenario):
 
     Actions:
         Stay, or move by one cell up, down, left or right; all moves happen at once. A move over the edge is
-        recorded as asked for and not made. A reply without a readable decision leaves the agent in place.
+        recorded as asked for and not made. A reply without a readable decision leaves the agent in place. With
+        energy: gather, share, attack, reproduce, as far as the settings have them.
 
     Termination:
-        After `steps` steps.
+        After `steps` steps, or when nobody is left.
 
     Source:
         SD-AgentFoundry-2D, in "Minimal local simulation foundations".
@@ -58,9 +66,15 @@ class GridScenario(Scenario):
     def __init__(self, **settings: Any) -> None:
         self.settings: GridSettings = read_grid_settings(settings)
         self.name = self.settings.name
+        self.grows = self.settings.most_agents > self.settings.agents
+        self._ground = self.settings.ground
+        if self.settings.furnished:
+            self.records = records_of(self.settings)  # type: ignore[misc]  # what is written hangs on the settings
 
-    def start(self, seed: int) -> GridWorld:
+    def start(self, seed: int) -> GridWorld | FurnishedWorld:
         """Return a fresh episode for this seed."""
+        if self.settings.furnished:
+            return FurnishedWorld(self.settings, seed, self.personas(seed), self._ground)
         rng = seeding.stream(seed, "layout")
         cells = self.settings.layout.draw(rng, self.settings.field, self.settings.agents)
         return GridWorld(self.settings, [(x, y) for x, y in cells.tolist()], self.personas(seed))
@@ -77,7 +91,7 @@ class GridScenario(Scenario):
         if question.kind == MESSAGE:
             said = read_message(answer)
             return Reading(said.outcome, message=said.text)
-        decided = read_action(answer)
+        decided = read_deed(answer, self.settings.deeds) if self.settings.furnished else read_action(answer)
         return Reading(decided.outcome, (decided.direction or decided.action) if decided.is_read else None)
 
     def wordy_answer(self, question: Question, characters: int) -> str:
@@ -91,26 +105,31 @@ class GridScenario(Scenario):
         return json.dumps({**action, "memory": text, "reasoning": ""})
 
     def actions(self) -> dict[str, Actions]:
-        """Return what an agent can do: stay, or move in one of the directions."""
-        return {ACTION: Actions(labels=("stay", *OFFSETS), idle="stay")}
+        """Return what an agent can do: stay, move in one of the directions, and the deeds of the world."""
+        return {ACTION: Actions(labels=("stay", *OFFSETS, *self.settings.deeds), idle="stay")}
 
     def count_calls(self) -> int:
-        """Return how many calls a whole episode makes: two per agent and step."""
-        return 2 * self.settings.agents * self.settings.steps
+        """Return how many calls a whole episode makes, at most: two per agent and step."""
+        return 2 * self.settings.most_agents * self.settings.steps
 
     def personas(self, seed: int) -> list[dict[str, str]]:
-        """Return the persona of each agent in the run with this seed."""
-        return draw_personas(self.settings.personas, self.settings.agents, seeding.stream(seed, "personas"))
+        """Return the persona of each agent that there may ever be in the run with this seed."""
+        rng = seeding.stream(seed, "personas")
+        return with_roles(self.settings, draw_personas(self.settings.personas, self.settings.most_agents, rng))
 
     def redraw(self, recorded: Recorded) -> GridRedrawing:
         """Return the pictures of a run."""
-        steps = msgspec.json.Decoder(GridStep).decode_lines(recorded.steps)
-        frames = list(self.frames(recorded.seed, steps))
+        kind = next(one for one in self.records if issubclass(one, GridStep))
+        frames = list(self.frames(recorded.seed, msgspec.json.Decoder(kind).decode_lines(recorded.steps)))
         return GridRedrawing(frames or [self.start(recorded.seed).frame()])
 
     def frames(self, seed: int, records: Iterable[GridStep]) -> Iterator[GridFrame]:
         """Rebuild the frames of a run from its records alone: the initial state, then one per step."""
         personas = self.personas(seed)
+        if self.settings.furnished:
+            lines = [record for record in records if isinstance(record, FurnishedStep)]
+            yield from recorded_frames(self.settings, self._ground, personas, seed, lines)
+            return
         for step, group in itertools.groupby(records, key=lambda record: record.step):
             rows = list(group)
             if step == 1:

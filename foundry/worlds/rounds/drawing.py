@@ -18,6 +18,8 @@ SIZE = (800, 500)
 """Pixels."""
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#F0E442", "#D55E00")
 """Told apart under the common colour-vision deficiencies (Okabe and Ito); in the order of the viewer's."""
+TURN = 137.5
+"""Degrees between the hues of further labels, as in the viewer."""
 IDLE = "#5F6670"
 """The colour of doing nothing."""
 UNREAD, TALK, WORDS = "#FFFFFF", "#E4E4EC", "#333344"
@@ -92,7 +94,10 @@ def _colour(line: RoundStep, actions: Mapping[str, Actions]) -> str:
 
 
 def _tone(label: str, known: Actions) -> str:
-    return IDLE if label == known.idle else COLOURS[known.labels.index(label) % len(COLOURS)]
+    place = known.labels.index(label)
+    if label == known.idle:
+        return IDLE
+    return COLOURS[place] if place < len(COLOURS) else f"hsl({place * TURN % 360}, 65%, 55%)"
 
 
 def _shade(number: float, known: Actions) -> str:

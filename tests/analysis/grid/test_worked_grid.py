@@ -80,7 +80,7 @@ def test_proximity_groups():
         for j, b in enumerate(cells)
         if i != j and math.dist(a, b) <= inputs["radius"]
     ]
-    shape = clustering.group_shape(np.array(near), steps=1, agents=len(cells))
+    shape = clustering.group_shape(np.array(near), np.ones((1, len(cells)), dtype=np.bool_))
     assert shape[0].tolist() == close(
         [expected["largest_fraction"], expected["n_groups_ge2"], expected["isolated_fraction"]]
     )

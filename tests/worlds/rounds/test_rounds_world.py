@@ -9,8 +9,10 @@ from typing import Any
 
 import msgspec
 import pytest
+from PIL import ImageColor
 
 from foundry.composing.preflight import first_questions
+from foundry.declared import Actions
 from foundry.errors import FoundryError, InputError
 from foundry.models.base import Request
 from foundry.models.scripted.base import ScriptedModel
@@ -18,6 +20,7 @@ from foundry.models.scripted.random import Random
 from foundry.models.scripted.stay import Stay
 from foundry.records import Agent, Message, Outcome, Record, RoundStep
 from foundry.worlds.base import Answer, Question, Recorded, World
+from foundry.worlds.rounds import drawing
 from foundry.worlds.rounds.replies import deciding
 from foundry.worlds.rounds.table import Table
 from foundry.worlds.rounds.world import Play, RoundsScenario
@@ -201,6 +204,12 @@ def test_every_picture_is_made_again_from_the_records(scenario: RoundsScenario):
     again = scenario.redraw(Recorded(7, of_stream(records, "steps"), b"", lambda name: None))
     assert [again.draw(step) for step in range(len(pictures))] == pictures
     assert len(set(pictures)) == len(pictures) and pictures[0].startswith(b"\x89PNG")
+
+
+def test_every_label_has_a_colour_of_its_own_however_many_there_are():
+    known = Actions(labels=("nobody", *(f"agent {agent}" for agent in range(30))), idle="nobody")
+    tones = {ImageColor.getrgb(drawing._tone(label, known)) for label in known.labels}
+    assert len(tones) == 31
 
 
 def test_calls_are_counted_at_most():

@@ -69,5 +69,6 @@
   }
 
   Colours.scale = SCALE;
+  Colours.named = LABELS;
   foundry.Colours = Colours;
 })(window.Foundry);

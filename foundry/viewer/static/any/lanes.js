@@ -273,5 +273,6 @@
     }
   }
 
+  Object.assign(Lanes, {sized, GUTTER, CHART});
   foundry.Lanes = Lanes;
 })(window.Foundry);

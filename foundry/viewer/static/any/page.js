@@ -55,6 +55,7 @@
       this.agent = null;
       const select = (agent) => this.select(agent);
       this.lanes = new foundry.Lanes(data, {onPick: (agent, step) => { this.select(agent); if (step !== null) this.go(step); }});
+      this.curves = new foundry.Curves(data, this.lanes);
       this.picture = new foundry.Picture(data);
       this.table = new foundry.anyTables.StepTable(data, select);
       this.streams = new foundry.anyTables.StreamTables(data);
@@ -72,7 +73,7 @@
       this.grown(wanted);
     }
 
-    stage() { return [this.lanes.element, this.table.element, this.picture.element, this.streams.element]; }
+    stage() { return [this.lanes.element, this.curves.element, this.table.element, this.picture.element, this.streams.element]; }
 
     drawStep(step, share) {}
 
@@ -95,6 +96,7 @@
       if (this.agent !== null) this.loadTrack(this.agent);
       await this.trying(async () => {
         await this.lanes.load();
+        await this.curves.load();
         if (data.done) await this.picture.look();
         await data.loadMarks(() => this.player.timeline.draw());
       });
@@ -138,6 +140,7 @@
       const {clock, data} = this;
       if (!clock.steps) return;
       this.lanes.seek(clock.position);
+      this.curves.redraw();
       this.drawStep(clock.step, clock.share);
       if (!clock.playing) foundry.remember({step: clock.step, agent: this.agent});
       if (!clock.playing || clock.speed <= 4) this.showStep(clock.step);
@@ -208,7 +211,7 @@
   }
 
   foundry.form("any", {
-    needs: ["any/colours.js", "any/run_lanes.js", "any/lanes.js", "any/picture.js", "any/tables.js"],
+    needs: ["any/colours.js", "any/run_lanes.js", "any/lanes.js", "any/curves.js", "any/picture.js", "any/tables.js"],
     page: (data, wanted) => new AnyPage(data, wanted),
     panel: (data, options) => new AnyPanel(data, options),
     chunk, same, decision, outcome,

@@ -16,6 +16,7 @@
     if (value.turn !== null && value.turn !== undefined) parts.push(`turn ${number(value.turn)}°`);
     if (value.gaze !== null && value.gaze !== undefined) parts.push(`gaze ${number(value.gaze)}°`);
     if (value.stay) parts.push("stay");
+    if (value.answer !== null && value.answer !== undefined) parts.push(`answer ${value.answer}`);
     return parts.join(", ") || "nothing";
   }
 
@@ -81,7 +82,8 @@
       this.data = data;
       this.image = h("img", {alt: "", class: "seen", onerror: () => this.again()});
       this.none = h("p", {class: "note"}, "The image of this step was not kept.");
-      this.element = h("figure", {class: "seen-box"}, this.image, this.none, h("figcaption", {}, "What the model saw"));
+      this.walk = h("div", {class: "walk"});
+      this.element = h("figure", {class: "seen-box"}, this.image, this.none, this.walk, h("figcaption", {}, "What the model saw"));
     }
 
     /** Show the image of a step as soon as its record is there; returns whether it is. */
@@ -99,12 +101,22 @@
       const path = record && record.image;
       this.image.hidden = !path;
       this.none.hidden = Boolean(path);
+      this.showWalk(record?.frames || []);
       if (!path) return;
-      const url = foundry.source.file(this.data.sweep, `${this.data.about.folder}/${path}`);
+      const url = this.address(path);
       if (this.url !== url) this.image.setAttribute("src", url);
       this.url = url;
       this.about = `The image the model saw at step ${record.step}`;
       this.image.alt = this.about;
+    }
+
+    address(path) { return foundry.source.file(this.data.sweep, `${this.data.about.folder}/${path}`); }
+
+    /** Show the pictures of a walk that went with a question, the earliest first; those that are shown already stay. */
+    showWalk(paths) {
+      if (this.shownWalk === paths.join()) return;
+      this.shownWalk = paths.join();
+      fill(this.walk, paths.map((path, at) => h("img", {src: this.address(path), alt: `Picture ${at + 1} of the walk`})));
     }
 
     /** Ask once more a little later: while a run is written, a record may be there before its image is. */
@@ -114,10 +126,23 @@
     }
   }
 
+  /** A question after a walk, what there is to choose from, and the right answer. */
+  function questionView(record) {
+    if (!record.question) return null;
+    const choices = Object.entries(record.choices).map(([label, text]) => h("li", {}, h("bdi", {}, `${label}: ${text}`)));
+    return [
+      h("h4", {}, `Question: ${record.kind}`),
+      Object.values(record.question).map((text) => h("p", {class: "question"}, h("bdi", {}, text))),
+      choices.length ? h("ul", {class: "told"}, choices) : null,
+      foundry.parts.facts([["right answer", String(record.truth)], ["chance", record.chance === null ? "none" : number(record.chance)]]),
+    ];
+  }
+
   function decisionView({record}) {
     const seen = Object.entries(record.visible_px).sort((a, b) => b[1] - a[1]), more = seen.length - LISTED;
     return [
       foundry.parts.facts([["outcome", badge(record.outcome)], ["command", command(record.command)], ["boundary", record.boundary || "none"]]),
+      questionView(record),
       h("h4", {}, "Reply"), quote(record.reply, "reply"),
       record.notes.length ? [h("h4", {}, "Notes of the reading"), h("ul", {class: "told"}, record.notes.map((note) => h("li", {}, h("bdi", {}, note))))] : null,
       foundry.parts.facts([
@@ -156,8 +181,12 @@
 
     goal() {
       const {episode} = this.data.about;
-      return episode ? h("p", {class: "goal"}, "Find ", h("b", {}, h("bdi", {}, episode.target)),
-        ` in ${episode.scene}; within ${number(episode.radius)} m counts as reached. Shortest way: ${metres(episode.shortest_m)}.`) : null;
+      if (!episode) return null;
+      const told = Object.entries(episode.instruction || {});
+      const goal = ["Find ", h("b", {}, h("bdi", {}, episode.target)),
+        ` in ${episode.scene}; within ${number(episode.radius)} m counts as reached. Shortest way: ${metres(episode.shortest_m)}.`];
+      return h("div", {class: "goal"}, h("p", {}, episode.walk ? `Questions after a walk in ${episode.scene}.` : goal),
+      told.map(([language, text]) => h("p", {class: "told-way"}, `Told in ${language}: `, h("q", {}, h("bdi", {}, text)))));
     }
 
     summary() {

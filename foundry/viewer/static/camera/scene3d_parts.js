@@ -49,8 +49,8 @@ window.FoundrySceneParts = (() => {
   }
 
   /** A line of rods with a ball at every stop; `show(k)` shows its first k rods and k + 1 balls. */
-  function makeTrail(points, radius, opacity) {
-    const group = new THREE.Group(), material = plain(TRAIL, opacity);
+  function makeTrail(points, radius, opacity, color = TRAIL) {
+    const group = new THREE.Group(), material = plain(color, opacity);
     // A way behind a wall is seen all the same; "transparent" has it drawn after surfaces that can be seen through.
     Object.assign(material, { depthTest: false, transparent: true });
     const balls = new THREE.InstancedMesh(new THREE.SphereGeometry(radius * 1.8, 12, 8), material, points.length);
@@ -110,5 +110,5 @@ window.FoundrySceneParts = (() => {
     });
   }
 
-  return { FULL_HEIGHT, radians, makeAvatar, makeCone, makeTrail, makeTarget, discard };
+  return { FULL_HEIGHT, TARGET, radians, makeAvatar, makeCone, makeTrail, makeTarget, discard };
 })();

@@ -3,7 +3,7 @@
 
 window.FoundrySceneView = (() => {
   const THREE = window.THREE;
-  const { FULL_HEIGHT, radians, makeAvatar, makeCone, makeTrail, makeTarget, discard } = window.FoundrySceneParts;
+  const { FULL_HEIGHT, TARGET, radians, makeAvatar, makeCone, makeTrail, makeTarget, discard } = window.FoundrySceneParts;
   const SKY = 0x9eb3c7;
   const FADED = 0.22;
   const TURN = radians(5);
@@ -33,6 +33,7 @@ window.FoundrySceneView = (() => {
       this.camera = new THREE.PerspectiveCamera(40, 1, 0.05, 1000);
       this.fromEye = false;
       this.readScene(gltf);
+      this.showTold();
       this.controls = new THREE.OrbitControls(this.camera, this.canvas);
       this.controls.addEventListener("change", () => this.draw());
     }
@@ -59,6 +60,15 @@ window.FoundrySceneView = (() => {
       const places = this.surfaces.children[0].userData.targets;
       const boxes = (this.episode?.target_prims ?? []).map((path) => places[path]).filter(Boolean);
       if (boxes.length) this.world.add((this.target = makeTarget(boxes)));
+    }
+
+    /** Shows the way that was told, where one was, beside the one that is walked. */
+    showTold() {
+      if (!this.episode?.legs) return;
+      const radius = 0.015 * this.bodyHeight;
+      const points = this.episode.shortest_path.map(([x, y, z]) => new THREE.Vector3(x, y, z + radius));
+      this.told = makeTrail(points, radius, 0.6, TARGET);
+      this.world.add(this.told);
     }
 
     /** Takes the records there are by now. */

@@ -2,7 +2,8 @@
 /* Draws one step of a 2D run on a canvas: places and how full they are, fires, agents, links, messages as they fly. */
 (function (foundry) {
   const {h, color} = foundry.dom;
-  const SAID = 1, ALARMED = 4;
+  const SAID = 1, ALARMED = 4, AWAY = 8;
+  const NOWHERE = [-99999, -99999];
   const FLIGHT = 0.45;
   const TAU = 2 * Math.PI;
   const TONES = ["ink", "soft", "line", "paper", "agent", "bad", "mended", "talk", "fire", "place", "link", "select"];
@@ -105,6 +106,7 @@
       pen.fillRect(0, 0, this.width, this.height);
       this.drawField(pen);
       const {chunk, step} = this;
+      this.drawFurniture(pen);
       if (!chunk || step < chunk.first || step > chunk.last) { this.drawFires(pen); return; }
       const base = (step - chunk.first) * this.about.agents;
       this.drawPlaces(pen, chunk, base);
@@ -136,6 +138,45 @@
       pen.strokeStyle = tones.soft;
       pen.lineWidth = 1.5;
       pen.strokeRect(left, top, size, size);
+    }
+
+    /** Draw food, zones, burning cells, walls and exits, where the world has any. */
+    drawFurniture(pen) {
+      const {about, tones, chunk, step} = this, shown = chunk && step >= chunk.first && step <= chunk.last;
+      if (shown && chunk.food) {
+        const full = (about.food && about.food.amount) || 1;
+        for (const [cell, amount] of this.cellsOf(chunk.food, step - chunk.first + (this.share < 1 ? 0 : 1))) {
+          if (amount) this.fill(pen, ...cell.split(",").map(Number), tones.place, 0.1 + 0.4 * amount / full);
+        }
+      }
+      for (const zone of about.zones || []) this.fillRectangle(pen, zone.corners, tones.bad, 0.15);
+      if (shown && chunk.burning) {
+        for (const [cell] of this.cellsOf(chunk.burning, step - chunk.first + 1)) this.fill(pen, ...cell.split(",").map(Number), tones.fire, 0.5);
+      }
+      for (const wall of about.walls || []) this.fillRectangle(pen, wall, tones.soft, 1);
+      for (const way of about.exits || []) {
+        for (const [x, y] of way.cells) this.fill(pen, x, y, tones.talk, 0.85);
+        this.text(pen, way.name, this.toX(way.cells[0][0]) + 2, this.toY(way.cells[0][1]) - 6, tones.ink, 11);
+      }
+    }
+
+    /** Return [cell, amount] of all cells that have changed up to an entry of a list of changes. */
+    cellsOf(changes, upTo) {
+      const cells = new Map();
+      for (const found of changes.slice(0, upTo + 1)) {
+        for (let index = 0; index < found.length; index += 3) cells.set(`${found[index]},${found[index + 1]}`, found[index + 2]);
+      }
+      return cells;
+    }
+
+    fill(pen, x, y, tone, alpha) { this.fillRectangle(pen, [[x, y], [x, y]], tone, alpha); }
+
+    fillRectangle(pen, [[x, y], [otherX, otherY]], tone, alpha) {
+      const left = this.toX(Math.min(x, otherX) - 0.5), top = this.toY(Math.max(y, otherY) + 0.5);
+      pen.globalAlpha = alpha;
+      pen.fillStyle = tone;
+      pen.fillRect(left, top, (Math.abs(otherX - x) + 1) * this.cell, (Math.abs(otherY - y) + 1) * this.cell);
+      pen.globalAlpha = 1;
     }
 
     drawPlaces(pen, chunk, base) {
@@ -218,6 +259,7 @@
       const spots = new Array(count);
       for (let agent = 0; agent < count; agent += 1) {
         const now = base + agent, next = now + count;
+        if (chunk.flags[now] & AWAY) { spots[agent] = NOWHERE; continue; }
         const x = chunk.x[now] + (chunk.x[next] - chunk.x[now]) * moved, y = chunk.y[now] + (chunk.y[next] - chunk.y[now]) * moved;
         const key = chunk.x[now] * 100003 + chunk.y[now], before = crowd.get(key) || 0;
         crowd.set(key, before + 1);
@@ -369,7 +411,10 @@
       const places = about.places.map((place, index) => `${inside[index]} in ${place.name} (capacity ${place.capacity})`);
       const burning = (about.fires || []).filter((fire) => fire.start <= step).map((fire) => fire.name);
       const delivered = chunk.deliveries[step - chunk.first].length / 2;
-      return `${about.agents} agents: ${places.join(", ")}. ${delivered} messages delivered. ${burning.length ? `Burning: ${burning.join(", ")}.` : "No fire."}`;
+      const base = (step - chunk.first) * about.agents;
+      const there = chunk.flags.subarray(base, base + about.agents).filter((flags) => !(flags & AWAY)).length;
+      const where = places.length ? `: ${places.join(", ")}` : "";
+      return `${there} agents${where}. ${delivered} messages delivered. ${burning.length ? `Burning: ${burning.join(", ")}.` : "No fire."}`;
     }
   }
 

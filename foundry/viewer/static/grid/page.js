@@ -8,17 +8,36 @@
     const typed = {first: found.first, last: found.last, agents: about.agents, links: found.links, deliveries: found.deliveries};
     for (const key of ["x", "y", "place"]) typed[key] = Int16Array.from(found[key]);
     for (const key of ["action", "outcome", "message_outcome", "flags"]) typed[key] = Uint8Array.from(found[key]);
+    for (const key of ["burning", "food"]) if (found[key]) typed[key] = found[key];
     return typed;
   }
 
   function same(chunk, about, step, agent) {
     const at = (step - chunk.first) * about.agents + agent;
-    return [chunk.x[at], chunk.y[at], chunk.action[at], chunk.outcome[at], chunk.message_outcome[at]].join();
+    return [chunk.x[at], chunk.y[at], chunk.action[at], chunk.outcome[at], chunk.message_outcome[at], chunk.flags[at] & 8].join();
   }
 
   function motion(record) {
-    if (record.action !== "move") return "stay";
-    return `move ${record.direction}: ${record.moved ? `to (${record.x_next}, ${record.y_next})` : "stopped by the edge"}`;
+    if (record.action !== "move") return deed(record);
+    const stopped = {wall: "a wall", agents: "a full cell", exit: "others at the exit"}[record.blocked] || "the edge";
+    return `move ${record.direction}: ${record.moved ? `to (${record.x_next}, ${record.y_next})` : `stopped by ${stopped}`}`;
+  }
+
+  /** What was done beside moving, in worlds that have it. */
+  function deed(record) {
+    const whom = record.target === null || record.target === undefined ? "" : ` Agent ${record.target}`;
+    const born = record.born ? `: Agent ${record.born[0]}` : "";
+    return `${record.action}${whom}${record.amount ? `: ${record.amount}` : ""}${born}`;
+  }
+
+  /** What became of an agent and what it has, in worlds where agents come and go. */
+  function fate(record) {
+    const found = [];
+    if (record.energy !== undefined) found.push(["energy", `${record.energy}, then ${record.energy_next}`]);
+    if (record.exits) found.push(["exits known", record.exits.join(", ") || "none"]);
+    if (record.left) found.push(["left by", record.left]);
+    if (record.lost) found.push(["died of", record.lost]);
+    return found;
   }
 
   function decisionView({record, received, earlier}) {
@@ -28,6 +47,7 @@
         ["action", h("span", {}, badge(record.outcome), ` ${motion(record)}`)],
         ["message", h("span", {}, badge(record.message_outcome), record.message === null ? " silent" : ` to ${record.neighbours.length || "nobody"}${{0: "", 1: " agent"}[record.neighbours.length] ?? " agents"}`)],
         ["can talk to", record.neighbours.join(", ") || "nobody"], ["fires perceived", record.fires.join(", ") || "none"],
+        ...fate(record),
       ]),
       record.message === null ? null : [h("h4", {}, "Message"), quote(record.message)],
       record.message_reasoning ? [h("h4", {}, "Why it said so"), quote(record.message_reasoning)] : null,

@@ -27,3 +27,8 @@ def foot_of(pose: Pose) -> FloatArray:
 def feet_of(poses: Iterable[Pose]) -> FloatArray:
     """Return where the feet (k, 3) of poses are, metres."""
     return np.array([foot_of(pose) for pose in poses])
+
+
+def turn_between(before: float, after: float) -> float:
+    """Return the turn from one heading to another, degrees, left positive, -180..180."""
+    return (after - before + 180.0) % 360.0 - 180.0

@@ -163,5 +163,7 @@ def recorded_command(step: CameraStep) -> Command:
 
 def describe(command: Command, record: CameraStep) -> str:
     """Return in a short phrase what was understood and what came of it."""
-    said = render_command(command) if record.outcome in (Outcome.CHOSEN, Outcome.REPAIRED) else str(record.outcome)
+    said = str(record.outcome)
+    if record.outcome in (Outcome.CHOSEN, Outcome.REPAIRED):
+        said = f"answers {record.command['answer']}" if "answer" in record.command else render_command(command)
     return f"{said}; {record.boundary}" if record.boundary else said

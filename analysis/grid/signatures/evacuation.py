@@ -1,0 +1,164 @@
+"""Evacuation: how many get out and how soon, by which exits, and how that compares with the soonest possible."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from analysis.arrays import FloatArray, IntArray
+from analysis.formulas import mean, ratio
+from analysis.grid.leaving import NO_WAY, exit_steps, soonest, start_distances
+from analysis.grid.run import NO_EXIT, GridRun
+from analysis.grid.signatures.warning import find_labels
+from analysis.measure import Measure, share
+
+NAME = "evacuation"
+
+READABLE_TOO = False
+
+MEASURES = {
+    "out": share("Agents that got out (share)"),
+    "lost": share("Agents that died (share)"),
+    "time_50": Measure("Step by which half are out", low=1),
+    "time_90": Measure("Step by which nine in ten are out", low=1),
+    "lower_bound": Measure("Soonest step by which nine in ten can be out", low=1),
+    "lower_bound_50": Measure("Soonest step by which half can be out", low=1),
+    "over_bound": Measure("Time until nine in ten are out, over the soonest possible", low=1),
+    "over_bound_50": Measure("Time until half are out, over the soonest possible", low=1),
+    "share_*": share("Left by * (share of those out)"),
+    "nearest": share("Left by the exit that was nearest (share)"),
+    "with_leaders": share("Left by the exit of most leaders (share of the others)"),
+    "least_crowded": share("Left by an exit with the fewest at it (share)"),
+    "herding": Measure("Same exit, beyond taking the nearest (difference)", -1, 1),
+    "path_efficiency": share("Shortest way over steps taken, waits included"),
+    "path_efficiency_moving": share("Shortest way over moves made"),
+    "warned": share("Heard a warning before leaving (share of those out)"),
+    "warnings_heard": Measure("Warnings heard before leaving (mean of those out)", low=0),
+}
+
+HEADLINE = ("out", "time_50", "over_bound", "nearest", "path_efficiency")
+
+AT_IT = 2
+"""Columns and rows from a cell of an exit within which an agent counts as being at it."""
+
+
+def applies(run: GridRun) -> bool:
+    """Whether the world has exits."""
+    return bool(run.world.exits)
+
+
+def measure(run: GridRun) -> dict[str, float]:
+    """Return the evacuation of a run with exits; N agents at the start.
+
+    - out, lost: agents that left by an exit, that died / N; 0..1.
+    - time_50, time_90: first step by the end of which ceil(N/2), ceil(9N/10) agents are out; NaN (censored) where that
+      never happens.
+    - lower_bound, lower_bound_50: the first step by which so many can be out whatever they do: shortest ways round
+      walls from where they start, and in each step no more through an exit than it lets out (`analysis.grid.leaving`).
+      NaN where so many have no way out.
+    - over_bound, over_bound_50: time_90 / lower_bound, time_50 / lower_bound_50; 1 up. NaN where not that many get out:
+      show `out` beside them.
+
+    Of those that got out; NaN where nobody did:
+
+    - share_<exit>: agents that left by this exit / out; 0..1.
+    - nearest: agents whose exit was none farther from their start than any other / out; 0..1.
+    - with_leaders: agents but the leaders that left by the exit which most leaders that got out left by (the first of
+      equals) / agents but the leaders that got out; 0..1. NaN without leaders that got out.
+    - least_crowded: agents whose exit had, in the state halfway of their steps, no more agents within AT_IT columns and
+      rows of it than any other exit with a way / out; 0..1.
+    - herding: chance that two of those out left by one exit less the same had each taken its nearest (the first of
+      equals); -1..1. 0 for who goes the nearest way; above 0, who follows the many. NaN below two.
+    - path_efficiency: shortest way from the start to the exit taken / steps until then; mean; above 0..1.
+      path_efficiency_moving: the same / moves made.
+    - warned: agents that received a warning (as `warning` counts them) before the step in which they left / out; 0..1.
+      warnings_heard: mean number of such warnings.
+
+    Denominators: n_agents, n_out, n_lost, n_leaders_out.
+    """
+    assert run.left is not None, "a world with exits says who left"
+    agents = run.world.agents
+    left_at = np.where((run.left != NO_EXIT).any(axis=0), (run.left != NO_EXIT).argmax(axis=0) + 1, 0)[:agents]
+    who = np.flatnonzero(left_at)
+    taken, steps = run.left[left_at[who] - 1, who], left_at[who]
+    distances = start_distances(run)[:, :agents]
+    lost = 0 if run.lost is None else int(run.lost[:, :agents].sum())
+    return {
+        "out": ratio(len(who), agents),
+        "lost": ratio(lost, agents),
+        **_times(run, np.sort(steps)),
+        **{f"share_{one.name}": ratio(int((taken == k).sum()), len(who)) for k, one in enumerate(run.world.exits)},
+        **_choice(run, who, taken, distances),
+        "least_crowded": mean(_least_crowded(run, who, taken, steps)),
+        "path_efficiency": mean(distances[taken, who] / steps),
+        "path_efficiency_moving": mean(distances[taken, who] / run.moved[:, who].sum(axis=0)),
+        **_warnings(run, who, steps),
+        "n_agents": float(agents),
+        "n_out": float(len(who)),
+        "n_lost": float(lost),
+    }
+
+
+def _times(run: GridRun, left_at: IntArray) -> dict[str, float]:
+    """Return when so many were out and when they could be; `left_at` are the steps of those out, ascending."""
+    soon, found = soonest(run), dict[str, float]()
+    for share_out, suffix in ((0.9, ""), (0.5, "_50")):
+        leaving = math.ceil(share_out * run.world.agents - 1e-9)
+        time = float(left_at[leaving - 1]) if len(left_at) >= leaving else math.nan
+        bound = float(soon[leaving - 1]) if np.isfinite(soon[leaving - 1]) else math.nan
+        found |= {f"time{suffix or '_90'}": time, f"lower_bound{suffix}": bound, f"over_bound{suffix}": time / bound}
+    return found
+
+
+def _choice(run: GridRun, who: IntArray, taken: IntArray, distances: IntArray) -> dict[str, float]:
+    """Return which exits were taken; `who` are the agents that got out, and `taken` their exits, (n,)."""
+    far = np.where(distances == NO_WAY, np.iinfo(np.int64).max, distances)[:, who]
+    nearest = far.argmin(axis=0) if len(who) else taken
+    leaders = who < (0 if run.world.leaders is None else run.world.leaders.number)
+    of_leaders = np.bincount(taken[leaders], minlength=len(run.world.exits))
+    followed = taken[~leaders] == of_leaders.argmax() if leaders.any() else np.zeros(0)
+    return {
+        "nearest": mean(far[taken, np.arange(len(who))] == far.min(axis=0, initial=np.iinfo(np.int64).max)),
+        "with_leaders": mean(followed),
+        "herding": _same(taken) - _same(nearest),
+        "n_leaders_out": float(leaders.sum()),
+    }
+
+
+def _same(taken: IntArray) -> float:
+    """Return the chance that two agents have one exit; NaN below two."""
+    counts = np.bincount(taken) if len(taken) else np.zeros(1, dtype=np.int64)
+    return ratio(int((counts * (counts - 1)).sum()), len(taken) * (len(taken) - 1))
+
+
+def _least_crowded(run: GridRun, who: IntArray, taken: IntArray, steps: IntArray) -> FloatArray:
+    """Return of each agent that got out whether its exit was one of the least crowded halfway, 0 or 1, (n,)."""
+    half = run.world.half_size
+    states = steps // 2
+    at = np.array([_crowd(run, state) for state in range(int(states.max(initial=0)) + 1)])
+    reachable = exit_steps(run.world)[:, run.x[states, who] + half, run.y[states, who] + half].T != NO_WAY
+    crowds = np.where(reachable, at[states], np.iinfo(np.int64).max)
+    return np.asarray(crowds[np.arange(len(who)), taken] == crowds.min(axis=1), dtype=np.float64)
+
+
+def _crowd(run: GridRun, state: int) -> IntArray:
+    """Return how many agents are at each exit in a state, (E,)."""
+    there = run.there[min(state, run.steps - 1)]
+    x, y = run.x[state, there], run.y[state, there]
+    found = []
+    for one in run.world.exits:
+        cells = np.array(one.cells)
+        near = (np.abs(x[:, None] - cells[:, 0]) <= AT_IT) & (np.abs(y[:, None] - cells[:, 1]) <= AT_IT)
+        found.append(int(near.any(axis=1).sum()))
+    return np.array(found, dtype=np.int64)
+
+
+def _warnings(run: GridRun, who: IntArray, steps: IntArray) -> dict[str, float]:
+    warned, _ = find_labels(run)
+    heard = run.deliveries[warned[run.deliveries[:, 0] - 1, run.deliveries[:, 1]]]
+    left_at = np.zeros(run.agents, dtype=np.int64)
+    left_at[who] = steps
+    before = heard[heard[:, 0] < left_at[heard[:, 2]]]
+    counts = np.bincount(before[:, 2], minlength=run.agents)[who]
+    return {"warned": mean(counts > 0), "warnings_heard": mean(counts)}

@@ -1,0 +1,129 @@
+"""Survival: how long agents live, whether they share or fight, how unequal they are, and whether they obey."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from analysis.arrays import BoolArray, IntArray
+from analysis.formulas import gini, mean, ratio
+from analysis.grid.run import CHOICES, DEEDS, GridRun
+from analysis.measure import Measure, share
+
+NAME = "survival"
+
+MEASURES = {
+    "lifespan": Measure("Steps lived (restricted mean)", low=0),
+    "survived": share("Agents alive at the end (share of those of the start)"),
+    "sharing_rate": share("Shared (share of decisions with someone within reach)"),
+    "sharing_rate_scarce": share("Shared with less than at the start (share of such decisions)"),
+    "sharing_rate_plenty": share("Shared with as much as at the start (share of such decisions)"),
+    "attack_rate": share("Attacked (share of decisions with someone within reach)"),
+    "attack_rate_scarce": share("Attacked with less than at the start (share of such decisions)"),
+    "attack_rate_plenty": share("Attacked with as much as at the start (share of such decisions)"),
+    "given": Measure("Energy shared (units per decision)", low=0),
+    "taken": Measure("Energy taken by attacks (units per decision)", low=0),
+    "gathered": Measure("Energy gathered (units per decision)", low=0),
+    "inequality": share("Inequality of energy among those who are there (Gini)"),
+    "births": Measure("Births per agent of the start", low=0),
+    "compliance": share("Obeyed the order (share of those who could)"),
+}
+
+HEADLINE = ("lifespan", "sharing_rate", "attack_rate", "inequality", "births")
+
+TOUCH = 1
+"""Columns and rows within which agents can share and attack."""
+
+_SHARE, _ATTACK = (len(CHOICES) + DEEDS.index(name) for name in ("share", "attack"))
+_GATHER = len(CHOICES) + DEEDS.index("gather")
+
+
+def applies(run: GridRun) -> bool:
+    """Whether agents live on energy."""
+    return run.world.energy is not None
+
+
+def measure(run: GridRun) -> dict[str, float]:
+    """Return the survival of a run in a world with energy.
+
+    A decision has someone within reach when another agent is at most TOUCH columns and rows away before it. It is made
+    in scarcity when the agent has less energy than it began with, else in plenty.
+
+    - lifespan: steps that an agent of the start lived: the step in which it died, T (censored) for who did not; mean;
+      1..T. survived: those who did not die / agents of the start; 0..1.
+    - sharing_rate, attack_rate: decisions to share, to attack / decisions with someone within reach; 0..1; NaN without
+      any. `_scarce` and `_plenty`: the same over the decisions made in scarcity, in plenty. What is asked for counts,
+      whether or not it came to anything: that is of the world.
+    - given, taken, gathered: energy that was shared, that attacks took, that was gathered / decisions; 0 up.
+    - inequality: Gini coefficient of the energy of those who are asked in a step, mean over steps weighted by the
+      decisions of each; 0 (equal)..1 - 1/N. Steps in which one agent is left count as 0.
+    - births: newborns / agents of the start; 0 up.
+    - compliance: agents that came into the order's target in a step from its first one on / agents of the start that
+      were outside it when the order was first told and alive; 0..1. NaN without an order.
+
+    Denominators: n_decisions, n_reach, n_reach_scarce, n_reach_plenty (decisions with someone within reach), n_agents
+    (of the start), n_ordered.
+    """
+    assert run.living is not None and run.world.energy is not None, "a world with energy says how much there is"
+    agents, counted = run.world.agents, run.counted
+    died: BoolArray = np.zeros_like(run.there) if run.lost is None else run.lost
+    died = np.asarray(died.any(axis=0))
+    lived = np.where(died, run.last, run.steps)[:agents]
+    near = _near(run) & counted
+    scarce = run.living["energy"] < run.world.energy.start
+    contexts = {"": near, "_scarce": near & scarce, "_plenty": near & ~scarce}
+    decisions = int(counted.sum())
+
+    def amount(choice: int) -> float:
+        return (
+            ratio(int(run.living["amount"][counted & (run.choice == choice)].sum()), decisions) if run.living else 0.0
+        )
+
+    return {
+        "lifespan": mean(lived),
+        "survived": mean(~died[:agents]),
+        **{f"sharing_rate{name}": _rate(run, _SHARE, among) for name, among in contexts.items()},
+        **{f"attack_rate{name}": _rate(run, _ATTACK, among) for name, among in contexts.items()},
+        "given": amount(_SHARE),
+        "taken": amount(_ATTACK),
+        "gathered": amount(_GATHER),
+        "inequality": _inequality(run.living["energy"], counted),
+        "births": ratio(int((run.living["born"] * counted).sum()), agents),
+        **_compliance(run),
+        "n_decisions": float(decisions),
+        "n_agents": float(agents),
+        **{f"n_reach{name}": float(among.sum()) for name, among in contexts.items()},
+    }
+
+
+def _rate(run: GridRun, choice: int, among: BoolArray) -> float:
+    return ratio(int((among & (run.choice == choice)).sum()), int(among.sum()))
+
+
+def _near(run: GridRun) -> BoolArray:
+    """Return which agents have another within reach before their decision, (T, N)."""
+    found = np.zeros(run.choice.shape, dtype=np.bool_)
+    for step, there in enumerate(run.there):
+        x, y = run.x[step, there], run.y[step, there]
+        apart = np.maximum(np.abs(x[:, None] - x), np.abs(y[:, None] - y))
+        found[step, there] = (apart <= TOUCH).sum(axis=1) > 1
+    return found
+
+
+def _inequality(energy: IntArray, counted: BoolArray) -> float:
+    rows = [(gini(own[kept]), int(kept.sum())) for own, kept in zip(energy, counted, strict=True) if kept.any()]
+    return ratio(sum(value * weight for value, weight in rows), sum(weight for _, weight in rows))
+
+
+def _compliance(run: GridRun) -> dict[str, float]:
+    order = run.world.order
+    if order is None or order.start > run.steps:
+        return {"compliance": math.nan, "n_ordered": 0.0}
+    (x, y), (other_x, other_y) = order.target
+    inside = (run.x >= min(x, other_x)) & (run.x <= max(x, other_x))
+    inside &= (run.y >= min(y, other_y)) & (run.y <= max(y, other_y))
+    told = run.there[order.start - 1] & ~inside[order.start - 1]
+    told[run.world.agents :] = False
+    came = (inside[order.start :] & run.there[order.start - 1 :]).any(axis=0)
+    return {"compliance": ratio(int((came & told).sum()), int(told.sum())), "n_ordered": float(told.sum())}

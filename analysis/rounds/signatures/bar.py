@@ -1,0 +1,111 @@
+"""Bar: how near a crowd that cannot agree comes to the capacity of a bar, and whether its agents take turns."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from scipy.stats import binom
+
+from analysis.arrays import FloatArray
+from analysis.formulas import mean, ratio
+from analysis.measure import Measure, Null, share
+from analysis.rounds.run import RoundsRun
+
+NAME = "bar"
+KIND, GO = "evening", "go"
+
+MEASURES = {
+    "score": Measure("Nearness of the attendance to the capacity", 0, 100),
+    "score_of_coins": Measure("Nearness of as many coins to the capacity", 0, 100),
+    "score_over_coins": Measure(
+        "Nearness to the capacity, beyond that of coins", -100, 100, Null(0, "goes as a coin falls")
+    ),
+    "share": share("Mean share that goes"),
+    "crowded": share("Evenings that are crowded (share)"),
+    "volatility": Measure("Variance of the attendance, of the agents", low=0),
+    "volatility_ratio": Measure(
+        "Variance of the attendance, of that of its agents taken one by one",
+        low=0,
+        null=Null(1, "goes as often as it likes without regard to others"),
+    ),
+    "alternation": Measure(
+        "Evenings that turn crowded or empty, beyond chance (share)", -1, 1, Null(0, "goes without regard to what was")
+    ),
+    "constant": share("Agents that never change (share)"),
+}
+
+HEADLINE = ("score", "score_over_coins", "share", "volatility_ratio", "alternation", "constant")
+
+
+def applies(run: RoundsRun) -> bool:
+    """Tell whether its world is a bar with a capacity."""
+    return "capacity" in run.world and KIND in run.declared.actions
+
+
+def measure(run: RoundsRun) -> dict[str, float]:
+    """Return how a crowd deals with a bar, over the evenings on which anyone's decision counts.
+
+    c is the capacity, a share of all; a_t the share that goes on evening t, of the n_t whose decision counts.
+
+    - score: 100 (1 - mean of |a_t - c| / max(c, 1 - c)); 100 when the bar is always just full. Source: GAMABench.
+    - score_of_coins: what it comes to in the mean for n_t coins, by the binomial, exactly. score_over_coins: the score
+      less that; 0 for coins. Agents that all go with the probability of the mixed equilibrium have more.
+    - share: mean of a_t. crowded: evenings with a_t > c / evenings.
+    - volatility: mean square over the evenings of the agents' deviations, summed, / agents. The deviation of an agent
+      is 1 or 0 as it goes or stays, less its own mean; where all count this is the variance of the attendance / N.
+      p (1 - p) for agents that go with probability p one by one.
+    - volatility_ratio: the same sum of squares / the sum of the squares of all deviations; 1 for agents that go without
+      regard to one another, each in habits of its own; below 1 where they make room, above where they herd. NaN where
+      nobody ever changes. Source: Challet and Zhang 1997.
+    - alternation: pairs of evenings in a row of which one alone is crowded / pairs, less what the same evenings in any
+      order give, 2 n_c (n - n_c) / (n (n - 1)) of n evenings of which n_c are crowded. NaN below two evenings.
+    - constant: agents that always do the same / agents with a decision that counts.
+
+    NaN without evenings. Denominators: n_evenings, n_agents (with a decision that counts).
+    """
+    counts, goes = run.counts(KIND), run.choices(KIND) == run.declared.actions[KIND].labels.index(GO)
+    held = counts.any(axis=1)
+    counts, goes = counts[held], (goes & counts)[held]
+    number, went = counts.sum(axis=1), goes.sum(axis=1)
+    capacity = float(run.world["capacity"])
+    if not held.any():
+        return dict.fromkeys(MEASURES, np.nan) | {"n_evenings": 0.0, "n_agents": 0.0}
+    attendance, crowded = went / number, went / number > capacity
+    nearness = _score(np.abs(attendance - capacity), capacity)
+    of_coins = _score(np.array([coins_off(int(one), capacity) for one in number]), capacity)
+    acted = counts.sum(axis=0)
+    own = goes.sum(axis=0) / np.maximum(acted, 1)
+    deviations = np.where(counts, goes - own, 0.0)
+    squares = float((deviations.sum(axis=1) ** 2).sum())
+    return {
+        "score": nearness,
+        "score_of_coins": of_coins,
+        "score_over_coins": nearness - of_coins,
+        "share": mean(attendance),
+        "crowded": mean(crowded),
+        "volatility": squares / len(attendance) / run.agents,
+        "volatility_ratio": ratio(squares, float((deviations**2).sum())),
+        "alternation": _alternation(crowded),
+        "constant": ratio(float(np.isin(own[acted > 0], (0, 1)).sum()), float((acted > 0).sum())),
+        "n_evenings": float(len(attendance)),
+        "n_agents": float((acted > 0).sum()),
+    }
+
+
+@lru_cache(maxsize=1024)
+def coins_off(agents: int, capacity: float) -> float:
+    """Return the mean distance from the capacity of the share of so many coins that fall on one side."""
+    heads = np.arange(agents + 1)
+    return float(binom.pmf(heads, agents, 0.5) @ np.abs(heads / agents - capacity))
+
+
+def _score(distances: FloatArray, capacity: float) -> float:
+    return 100 * (1 - mean(distances) / max(capacity, 1 - capacity))
+
+
+def _alternation(crowded: FloatArray) -> float:
+    """Return how much more often flags (T,) change from one to the next than they do in any order."""
+    number, full = len(crowded), float(crowded.sum())
+    turns = float((crowded[1:] != crowded[:-1]).sum())
+    return ratio(turns, number - 1) - ratio(2 * full * (number - full), number * (number - 1.0))

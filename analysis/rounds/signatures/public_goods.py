@@ -1,0 +1,129 @@
+"""Public goods: how much agents give to all, whether they follow the others, and what they pay to punish."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from analysis.arrays import BoolArray, FloatArray
+from analysis.formulas import mean, ratio
+from analysis.measure import Measure, Null, share
+from analysis.rounds.run import RoundsRun
+
+NAME = "public_goods"
+GIVE, PUNISH = "contribution", "punishment"
+
+MEASURES = {
+    "score": Measure("Tokens that are kept (%)", 0, 100),
+    "contribution": Measure("Tokens given a round (mean)", low=0),
+    "trend": Measure(
+        "Change of the share given, a round", -1, 1, Null(0, "gives without regard to the round and the others")
+    ),
+    "conditional": Measure("Tokens given for each that the others gave before (slope)"),
+    "free_riders": share("Agents that never give (share)"),
+    "nothing": share("Decisions to give nothing (share)"),
+    "efficiency": Measure("Gain, of the greatest that all can have together", high=1),
+    "punishing": share("Decisions to punish (share)"),
+    "spent": Measure("Tokens spent on punishment a round (mean)", low=0),
+    "antisocial": share("Punishments of who gave no less than oneself (share)"),
+}
+
+HEADLINE = ("score", "trend", "conditional", "free_riders", "efficiency", "punishing", "antisocial")
+
+
+def applies(run: RoundsRun) -> bool:
+    """Tell whether its world is a pot that is multiplied."""
+    return "multiplier" in run.world and GIVE in run.declared.actions and "tokens" in run.columns
+
+
+def measure(run: RoundsRun) -> dict[str, float]:
+    """Return how agents give, over their counted contributions c of h tokens that they have.
+
+    - score: 100 (1 - mean of c / h), of those with tokens; it rewards free riding. Source: GAMABench.
+    - contribution: mean of c, tokens.
+    - trend: slope of the mean of c / h by round over the rounds (least squares); 0 for who gives alike in all. NaN
+      below two rounds.
+    - conditional: slope of an agent's c on the others' mean contribution the round before, both less a straight line of
+      the agent's own over the rounds, pooled over agents (least squares). 0 for who gives along a straight line of its
+      own; there is no null all the same: agents that all follow one curve over the rounds, without regard to one
+      another, look as if they followed one another, and only the design of a study can tell these apart. NaN below
+      four rounds. Source: Fischbacher, Gächter and Fehr 2001.
+    - free_riders: agents whose contributions are all 0 / agents. nothing: contributions of 0 / contributions.
+    - efficiency: mean payoff less the tokens that one begins with, of what it is where all give all; 1 where they do, 0
+      where nobody gives, below 0 where punishment eats up more. NaN where tokens are carried over.
+
+    With punishment:
+
+    - punishing: decisions to punish / decisions. spent: their cost a decision, tokens.
+    - antisocial: punishments of who gave at least as much as who punishes / punishments. NaN without any.
+      Source: Herrmann, Thoeni and Gächter 2008.
+
+    NaN without contributions. Denominators: n_contributions, n_rounds, n_agents (with a contribution); n_punishments.
+    """
+    counts, given, had = run.counts(GIVE), run.numbers(GIVE), run.column(GIVE, "tokens")
+    some = counts & (had > 0)
+    shares = np.divide(given, had, out=np.full(given.shape, np.nan), where=some)
+    acted = counts.any(axis=0)
+    riders = acted & (np.where(counts, given, 0) == 0).all(axis=0)
+    found = {
+        "score": 100 * (1 - mean(shares[some])),
+        "contribution": mean(given[counts]),
+        "trend": _trend(shares),
+        "conditional": _conditional(given, counts),
+        "free_riders": ratio(float(riders.sum()), float(acted.sum())),
+        "nothing": mean(given[counts] == 0),
+        "efficiency": _efficiency(run, counts),
+        "n_contributions": float(counts.sum()),
+        "n_rounds": float(counts.any(axis=1).sum()),
+        "n_agents": float(acted.sum()),
+    }
+    return found | (_punishment(run, given) if PUNISH in run.declared.actions else {})
+
+
+def _trend(shares: FloatArray) -> float:
+    """Return the slope of the mean of shares (T, N) over the rounds that have any."""
+    known = ~np.isnan(shares)
+    rounds = np.flatnonzero(known.any(axis=1))
+    if len(rounds) < 2:
+        return math.nan
+    values = np.array([mean(shares[one][known[one]]) for one in rounds])
+    return float(np.polynomial.polynomial.polyfit(rounds, values, 1)[1])
+
+
+def _conditional(given: FloatArray, counts: BoolArray) -> float:
+    """Return the slope of contributions (T, N) on the others' mean of the round before, each agent's own line apart."""
+    if len(given) < 4 or given.shape[1] < 2:
+        return math.nan
+    known = np.where(np.isnan(given), 0.0, given)
+    others = (known.sum(axis=1, keepdims=True) - known)[:-1] / (given.shape[1] - 1)
+    products = squares = 0.0
+    for agent in range(given.shape[1]):
+        kept = np.flatnonzero(counts[1:, agent])
+        if len(kept) > 2:
+            line = np.linalg.qr(np.column_stack([np.ones(len(kept)), kept - kept.mean()]))[0]
+            seen = others[kept, agent] - line @ (line.T @ others[kept, agent])
+            products += float(seen @ known[kept + 1, agent])
+            squares += float(seen @ seen)
+    return ratio(products, squares) if squares > 1e-9 else math.nan
+
+
+def _efficiency(run: RoundsRun, counts: BoolArray) -> float:
+    payoffs = run.placed(GIVE, run.utility, fill=np.nan)[counts]
+    tokens, multiplier = float(run.world["tokens"]), float(run.world["multiplier"])
+    return ratio(mean(payoffs) - tokens, tokens * (multiplier - 1)) if run.world["reset"] else math.nan
+
+
+def _punishment(run: RoundsRun, given: FloatArray) -> dict[str, float]:
+    """Return what is measured of punishment; labels are nobody, then the agents by their ids."""
+    counts, whom = run.counts(PUNISH), run.choices(PUNISH) - 1
+    punishing = counts & (whom >= 0)
+    rounds, agents = np.nonzero(punishing)
+    is_antisocial = given[rounds, whom[rounds, agents]] >= given[rounds, agents]
+    rate = ratio(float(punishing.sum()), float(counts.sum()))
+    return {
+        "punishing": rate,
+        "spent": rate * float(run.world["cost"]),
+        "antisocial": mean(is_antisocial),
+        "n_punishments": float(punishing.sum()),
+    }

@@ -1,0 +1,186 @@
+"""The command that looks for the value of a setting from which an outcome prevails."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+import typer
+
+from foundry.commands.application import EXIT_OK, OVERRIDES, app, console
+from foundry.errors import InputError, not_found
+
+if TYPE_CHECKING:
+    from analysis.stats.threshold import Points
+    from foundry.composing.compose import Composed
+    from foundry.expansion import Condition
+
+FILE, POINTS_FILE = "threshold.csv", "threshold_points.csv"
+
+
+class Asked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The part `search` of a sweep's file.
+
+    Attributes:
+        setting: what is changed, such as `world.committed`.
+        low: its least value.
+        high: its greatest value.
+        until: width of the bracket at which the search ends.
+        measure: an outcome that is 0 or 1 in each run, `<signature>.<measure>`.
+        level: share of runs above which it prevails.
+    """
+
+    setting: str
+    low: float
+    high: float
+    until: float
+    measure: str
+    level: float = 0.5
+
+
+@app.command(context_settings=OVERRIDES)
+def threshold(context: typer.Context) -> None:
+    """Look for the value of a setting from which an outcome prevails, by bisection, for each model of a sweep.
+
+    Takes what `foundry` takes: foundry threshold +sweep=critical_mass model=llama3.2 seed=0-9
+    """
+    from foundry.composing.compose import compose
+    from foundry.composing.preparing import OUTPUTS
+    from foundry.storing.store import fresh_folder
+
+    composed = compose(["-m", *context.args])
+    if composed is None:
+        return
+    asked = _asked(composed)
+    named = composed.settings["output"]["dir"]
+    folder = Path(named) if named else fresh_folder(OUTPUTS)
+    points, code = _played(composed, asked, folder)
+    if code == EXIT_OK:
+        _tell(composed.conditions, asked, points, folder)
+    raise typer.Exit(code)
+
+
+def _asked(composed: Composed) -> Asked:
+    """Return what a sweep says of its search.
+
+    Raises:
+        InputError: it says nothing, or what it says cannot be.
+    """
+    found = composed.settings.get("search")
+    if found is None:
+        raise InputError(
+            "This sweep looks for no threshold: its file needs a part `search`, as +sweep=critical_mass has."
+        )
+    try:
+        asked = msgspec.convert(found, Asked)
+    except msgspec.ValidationError as error:
+        raise InputError(f"search={found} says nothing that can be looked for: {error}.") from error
+    if not (asked.low < asked.high and asked.until > 0 and 0 < asked.level < 1):
+        raise InputError(f"search={found}: give low < high, until > 0 and a level between 0 and 1.")
+    for condition in composed.conditions:
+        _changed(condition.config, asked.setting.split("."), asked.low)
+    return asked
+
+
+def _played(composed: Composed, asked: Asked, folder: Path) -> tuple[list[dict[float, Any]], int]:
+    """Play stage after stage, each a sweep of one value a condition; return the outcomes by condition and value."""
+    from analysis.stats.threshold import Search, next_value
+    from foundry.commands.sweeps import run_composed
+
+    search = Search(asked.low, asked.high, asked.until, asked.level)
+    points: list[dict[float, Any]] = [{} for _ in composed.conditions]
+    stage = 0
+    while wanted := {
+        place: value for place, one in enumerate(points) if (value := next_value(search, one)) is not None
+    }:
+        stage += 1
+        path = folder / f"stage-{stage}"
+        conditions = [_with_value(composed.conditions[one], asked.setting, value) for one, value in wanted.items()]
+        code = run_composed(_stage(composed, conditions, path))
+        if code != EXIT_OK:
+            return points, code
+        for (place, value), outcomes in zip(wanted.items(), _outcomes(path, asked.measure, len(wanted)), strict=True):
+            points[place][value] = outcomes
+    return points, EXIT_OK
+
+
+def _stage(composed: Composed, conditions: Sequence[Condition], path: Path) -> Composed:
+    settings = {key: value for key, value in composed.settings.items() if key != "search"}
+    settings |= {"output": {"dir": str(path)}, "analyze": False}
+    return replace(composed, conditions=tuple(conditions), settings=settings)
+
+
+def _with_value(condition: Condition, setting: str, value: float) -> Condition:
+    factors = {**condition.factors, setting: value}
+    return replace(condition, factors=factors, config=_changed(condition.config, setting.split("."), value))
+
+
+def _changed(config: Mapping[str, Any], keys: Sequence[str], value: float) -> dict[str, Any]:
+    """Return a configuration with another value at one place.
+
+    Raises:
+        InputError: there is no such place.
+    """
+    first, *rest = keys
+    if first not in config or (rest and not isinstance(config[first], Mapping)):
+        raise not_found("Setting of the search", first, config)
+    return {**config, first: _changed(config[first], rest, value) if rest else value}
+
+
+def _outcomes(path: Path, measure: str, conditions: int) -> list[Any]:
+    """Return the outcomes of the runs of each condition, (runs,) each; those in which it is undefined left out.
+
+    Raises:
+        InputError: the measure does not exist, is no outcome, or is defined in no run of a condition.
+    """
+    import numpy as np
+
+    from analysis.measuring.runs import Source, measure_run
+    from foundry.storing.store import SweepFolder
+
+    found: list[list[float]] = [[] for _ in range(conditions)]
+    source = Source(path, path.name)
+    for run in SweepFolder.open(path).runs():
+        measures = measure_run(run, source).measures
+        if measure not in measures:
+            raise not_found("Measure of the search", measure, measures)
+        found[run.run.condition].append(measures[measure])
+    outcomes = [np.array([value for value in values if not np.isnan(value)]) for values in found]
+    for one in outcomes:
+        if not one.size or not np.isin(one, (0, 1)).all():
+            raise InputError(f"{measure} is no outcome in {path}: a search needs a measure that is 0 or 1 in each run.")
+    return outcomes
+
+
+def _tell(conditions: Sequence[Condition], asked: Asked, points: Sequence[Points], folder: Path) -> None:
+    """Write the tables, and show the one that says what was found."""
+    import pandas as pd
+
+    from analysis.stats.threshold import Search, share_of
+    from analysis.stats.threshold import threshold as found_by
+    from foundry.display import frame_table
+
+    search = Search(asked.low, asked.high, asked.until, asked.level)
+    rows, played = [], []
+    for condition, one in zip(conditions, points, strict=True):
+        names = {"model": condition.config["model"]["name"], "prompt": condition.config["prompt"]["name"]}
+        names |= {key: value for key, value in condition.factors.items() if key not in names}
+        found = found_by(search, one)
+        ends = {"low": found.low, "high": found.high, "surely_low": found.surely_low, "surely_high": found.surely_high}
+        asked_for = {"setting": asked.setting, "measure": asked.measure, "threshold": found.at}
+        rows.append({**names, **asked_for, **ends, "values": len(one)})
+        for value, outcomes in sorted(one.items()):
+            share, low, high = share_of(outcomes)
+            played.append({**names, asked.setting: value, "n": len(outcomes), "share": share, "low": low, "high": high})
+    pd.DataFrame(rows).to_csv(folder / FILE, index=False)
+    pd.DataFrame(played).to_csv(folder / POINTS_FILE, index=False)
+    columns = tuple(rows[0])
+    shown = [tuple(f"{one:.3g}" if isinstance(one, float) else str(one) for one in row.values()) for row in rows]
+    console().print(frame_table(shown, columns))
+    print(
+        f"{folder / FILE}: the bracket of the bisection (low, high), and the nearest values whose whole 95 % interval"
+    )
+    print(f"lies on one side (surely_low, surely_high); {folder / POINTS_FILE} has every value that was played")

@@ -1,0 +1,123 @@
+"use strict";
+/* Numbers that a world writes step by step, as lines below the lanes, whose columns they share. */
+(function (foundry) {
+  const {h, fill, color, number} = foundry.dom;
+  const DASHES = [6, 4], INSET = 6;
+
+  class Curves {
+    /** @param lanes where the columns of the steps are */
+    constructor(data, lanes) {
+      this.data = data;
+      this.lanes = lanes;
+      this.shown = 0;
+      this.reset();
+      const {curves} = data.about;
+      this.choice = h("select", {"aria-label": "Numbers over time", hidden: curves.length < 2, onchange: () => { this.shown = Number(this.choice.value); this.redraw(); }},
+        curves.map((one, index) => h("option", {value: String(index)}, one.name)));
+      this.title = h("figcaption");
+      this.canvas = h("canvas", {class: "curves", role: "img", "aria-label": "Numbers over time"});
+      this.legend = h("p", {class: "legend"});
+      this.element = h("figure", {class: "lanes-box", hidden: !curves.length}, h("div", {class: "row"}, this.title, this.choice), this.canvas, this.legend);
+      window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
+      new ResizeObserver(() => this.redraw()).observe(this.element);
+    }
+
+    reset() {
+      this.beginning = this.data.progress.beginning;
+      this.values = this.data.about.curves.map((one) => one.keys.map(() => ({low: [], mean: [], high: []})));
+      this.loaded = 0;
+    }
+
+    /** Load the blocks that are not there yet. */
+    async load() {
+      if (!this.values.length && !this.data.about.curves.length) return;
+      if (this.beginning !== this.data.progress.beginning) this.reset();
+      const size = this.data.about.marks_per_block, {beginning} = this;
+      while (this.loaded < this.data.done) {
+        const block = await this.data.once(`curves/${Math.floor(this.loaded / size)}`);
+        if (this.beginning !== beginning || block.last <= this.loaded) return;
+        block.values.forEach((keys, index) => keys.forEach((key, at) => this.take(this.values[index][at], key, block.first)));
+        this.loaded = block.last;
+        this.redraw();
+      }
+    }
+
+    /** Put the values of a block where its first step is; a block that comes again is longer. */
+    take(known, found, first) {
+      for (const name of ["low", "mean", "high"]) known[name].splice(first - 1, Infinity, ...found[name]);
+    }
+
+    redraw() {
+      if (this.drawing) return;
+      this.drawing = true;
+      requestAnimationFrame(() => { this.drawing = false; this.draw(); });
+    }
+
+    /** Return the lines that are shown: their names, their values and their colours. */
+    lines() {
+      const {keys} = this.data.about.curves[this.shown], {named} = foundry.Colours;
+      return keys.map((key, at) => ({key, colour: named[at % named.length], ...this.values[this.shown][at]}));
+    }
+
+    draw() {
+      if (!this.loaded || !this.canvas.clientWidth) return;
+      const {sized, GUTTER, CHART} = foundry.Lanes, {lanes} = this, lines = this.lines();
+      lanes.measure();
+      this.title.textContent = `${this.data.about.curves[this.shown].name} over time`;
+      this.canvas.style.width = `${lanes.width}px`;
+      const pen = sized(this.canvas, lanes.width, CHART), known = lines.flatMap((one) => [...one.low, ...one.high]).filter((one) => one !== null);
+      const low = known.reduce((a, b) => Math.min(a, b), 0), most = known.reduce((a, b) => Math.max(a, b), low), high = most === low ? low + 1 : most;
+      const y = (value) => INSET + (CHART - 2 * INSET) * (1 - (value - low) / (high - low)), x = (index) => lanes.left(index + 1) + lanes.column / 2;
+      for (const one of lines) {
+        this.band(pen, one, x, y);
+        this.line(pen, one, x, y);
+      }
+      pen.fillStyle = color("soft");
+      pen.textAlign = "right";
+      pen.textBaseline = "top";
+      pen.fillText(number(high), GUTTER - 5, 3);
+      pen.textBaseline = "bottom";
+      pen.fillText(number(low), GUTTER - 5, CHART - 3);
+      lanes.drawCursor(pen, CHART);
+      this.tell(lines);
+    }
+
+    band(pen, {low, high, colour}, x, y) {
+      pen.fillStyle = colour;
+      pen.globalAlpha = 0.2;
+      low.forEach((value, index) => {
+        if (value === null || value === high[index]) return;
+        pen.fillRect(x(index) - this.lanes.column / 2, y(high[index]), this.lanes.column, Math.max(1, y(value) - y(high[index])));
+      });
+      pen.globalAlpha = 1;
+    }
+
+    /** Draw a line over the steps that have a value; one that never changes, such as a capacity, is dashed. */
+    line(pen, {mean, colour}, x, y) {
+      const known = mean.filter((one) => one !== null), first = known[0];
+      pen.setLineDash(known.every((one) => one === first) ? DASHES : []);
+      pen.strokeStyle = colour;
+      pen.lineWidth = 2;
+      pen.beginPath();
+      mean.forEach((value, index) => {
+        if (value === null) return;
+        if (index && mean[index - 1] !== null) pen.lineTo(x(index), y(value));
+        else { pen.moveTo(x(index) - 2, y(value)); pen.lineTo(x(index), y(value)); }
+      });
+      pen.stroke();
+      pen.setLineDash([]);
+    }
+
+    /** Say what the lines are and what they come to at the step. */
+    tell(lines) {
+      const at = this.lanes.step - 1;
+      const said = lines.map(({key, low, mean, high}) => `${key} ${mean[at] === null || mean[at] === undefined ? "–" : number(mean[at], 6)}${
+        low[at] === high[at] ? "" : ` (${number(low[at], 6)} to ${number(high[at], 6)})`}`);
+      fill(this.legend, lines.map(({colour}, index) => h("span", {}, h("i", {class: "swatch", "data-color": colour}), ` ${said[index]}`)));
+      this.legend.querySelectorAll(".swatch").forEach((one) => { one.style.backgroundColor = one.dataset.color; });
+      this.canvas.setAttribute("aria-label", `Step ${at + 1}: ${said.join(", ")}`);
+    }
+  }
+
+  foundry.Curves = Curves;
+})(window.Foundry);

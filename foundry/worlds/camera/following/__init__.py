@@ -1,0 +1,1 @@
+"""A 3D world in which a way is told, and is to be followed."""

@@ -1,0 +1,236 @@
+"""Questions about a walk whose answers are known: worked out from what its pictures show and where things are.
+
+What could be doubted is not asked: a thing is seen with enough pixels, or not at all, and what is compared differs by a
+margin. Every answer that a question allows is as likely as any other, as far as the walk allows them all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import permutations
+
+import numpy as np
+from numpy.random import Generator
+
+from foundry.declared import Actions
+from foundry.records import Pose
+from foundry.worlds.camera.things import Things
+
+LETTERS = ("A", "B", "C", "D", "E", "F")
+COUNTED = 3
+"""Things that a `count` names."""
+
+FARTHER, FARTHER_M = 1.3, 0.5
+"""How many times, and by how much, the farther of two things is farther."""
+
+SIDE_DEG = (20.0, 160.0)
+"""How far from straight ahead, to either side, a thing is that is left or right."""
+
+NEAREST_M, MOST_M = 0.5, 30.0
+"""Between which distances a thing is that is asked for its own; and the greatest answer."""
+
+LEAST_SCALE_M = 0.5
+"""What the best answer that is the same for all things must be off in the mean, for a distance to be asked."""
+
+ACTIONS: Mapping[str, Actions] = {
+    "nearer": Actions(labels=LETTERS[:2]),
+    "side": Actions(labels=("left", "right")),
+    "count": Actions(low=0, high=COUNTED),
+    "order": Actions(labels=LETTERS),
+    "distance": Actions(low=0, high=MOST_M, whole=False),
+}
+"""What can be answered, by the kind of question."""
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A question and its answer.
+
+    Attributes:
+        kind: one of ACTIONS.
+        question: it in words, by language.
+        choices: what the letters stand for; empty where they are no letters.
+        truth: the right answer.
+        chance: how often an answer drawn among those allowed is right; None for numbers without end.
+        scale: of a distance, how far the best answer that is the same for all things is off in the mean, metres.
+    """
+
+    kind: str
+    question: Mapping[str, str]
+    choices: Mapping[str, str]
+    truth: str | float
+    chance: float | None
+    scale: float | None = None
+
+
+class Walk:
+    """What the pictures of a walk show, and where things are from its end.
+
+    Args:
+        things: of the scene.
+        frames: poses of the pictures, in their order; the last one is the end.
+    """
+
+    def __init__(self, things: Things, frames: Sequence[Pose]) -> None:
+        self._things, self.end = things, frames[-1]
+        self._pixels = [things.pixels(pose) for pose in frames]
+
+    def seen(self) -> list[str]:
+        """Return the things that a picture shows with enough pixels, in alphabetical order."""
+        return [name for name in self._things.names if self._first(name) is not None]
+
+    def unseen(self) -> list[str]:
+        """Return the things that no picture shows at all."""
+        return [name for name in self._things.names if not any(pixels[name] for pixels in self._pixels)]
+
+    def arrivals(self) -> dict[str, int]:
+        """Return the number of the first picture of each thing that is seen in it and not at all before."""
+        found = {name: self._first(name) for name in self.seen()}
+        return {
+            name: first
+            for name, first in found.items()
+            if first is not None and not any(pixels[name] for pixels in self._pixels[:first])
+        }
+
+    def distance(self, name: str) -> float:
+        """Return how far a thing is from the end, seen from above, metres."""
+        return self._things.gap(name, self.end)
+
+    def aside(self, name: str) -> float:
+        """Return where a thing is from the last heading, degrees, left positive."""
+        return self._things.aside(name, self.end)
+
+    def _first(self, name: str) -> int | None:
+        shown = (number for number, pixels in enumerate(self._pixels) if pixels[name] >= self._things.least_pixels)
+        return next(shown, None)
+
+
+def ask(kind: str, walk: Walk, rng: Generator) -> Probe | None:
+    """Return a question of a kind about a walk, or None where it allows none."""
+    return _ASKING[kind](walk, rng)
+
+
+def _nearer(walk: Walk, rng: Generator) -> Probe | None:
+    far = {name: walk.distance(name) for name in walk.seen()}
+    pairs = [
+        (one, other)
+        for one in far
+        for other in far
+        if far[other] >= FARTHER * far[one] and far[other] >= far[one] + FARTHER_M
+    ]
+    if not pairs:
+        return None
+    near, other = pairs[int(rng.integers(len(pairs)))]
+    shown = [near, other] if rng.random() < 0.5 else [other, near]
+    choices = dict(zip(LETTERS, shown, strict=False))
+    return Probe(
+        "nearer",
+        {
+            "english": "Which of the two is nearer to you, in a straight line, where the walk ends?",
+            "japanese": "歩き終えた場所から直線で測って、近いのはどちらですか。",
+        },
+        choices,
+        LETTERS[shown.index(near)],
+        1 / 2,
+    )
+
+
+def _side(walk: Walk, rng: Generator) -> Probe | None:
+    low, high = SIDE_DEG
+    turned = {name: walk.aside(name) for name in walk.seen()}
+    sides = {
+        side: [name for name, aside in turned.items() if low <= sign * aside <= high]
+        for side, sign in (("left", 1), ("right", -1))
+    }
+    open_sides = [side for side, names in sides.items() if names]
+    if not open_sides:
+        return None
+    side = open_sides[int(rng.integers(len(open_sides)))]
+    name = sides[side][int(rng.integers(len(sides[side])))]
+    return Probe(
+        "side",
+        {
+            "english": f"Where the walk ends you look as in the last picture. On which side of you is this: {name}?",
+            "japanese": f"歩き終えた場所で、最後の画像の向きに立っています。「{name}」は左右どちら側にありますか。",
+        },
+        {},
+        side,
+        1 / 2,
+    )
+
+
+def _count(walk: Walk, rng: Generator) -> Probe | None:
+    seen, unseen = walk.seen(), walk.unseen()
+    possible = [shown for shown in range(COUNTED + 1) if shown <= len(seen) and COUNTED - shown <= len(unseen)]
+    if not possible:
+        return None
+    shown = possible[int(rng.integers(len(possible)))]
+    names = [*rng.permutation(seen)[:shown].tolist(), *rng.permutation(unseen)[: COUNTED - shown].tolist()]
+    listed = ", ".join(str(one) for one in rng.permutation(names))
+    return Probe(
+        "count",
+        {
+            "english": f"How many of these things can be seen in the pictures: {listed}?",
+            "japanese": f"次の物のうち、画像に写っているものはいくつありますか。{listed}",
+        },
+        {},
+        shown,
+        1 / (COUNTED + 1),
+    )
+
+
+def _order(walk: Walk, rng: Generator) -> Probe | None:
+    first: dict[int, list[str]] = {}
+    for name, number in walk.arrivals().items():
+        first.setdefault(number, []).append(name)
+    if len(first) < 3:
+        return None
+    moments = sorted(int(one) for one in rng.permutation(sorted(first))[:3])
+    names = tuple(first[one][int(rng.integers(len(first[one])))] for one in moments)
+    orders = list(permutations(names))
+    shown = [orders[int(place)] for place in rng.permutation(len(orders))]
+    choices = {letter: " → ".join(order) for letter, order in zip(LETTERS, shown, strict=True)}
+    return Probe(
+        "order",
+        {
+            "english": "In which order do these things come into view for the first time?",
+            "japanese": "これらの物が初めて見えるのは、どの順番ですか。",
+        },
+        choices,
+        LETTERS[shown.index(names)],
+        1 / len(orders),
+    )
+
+
+def _distance(walk: Walk, rng: Generator) -> Probe | None:
+    every = {name: walk.distance(name) for name in walk.seen()}
+    far = {name: metres for name, metres in every.items() if NEAREST_M <= metres <= MOST_M}
+    if not far:
+        return None
+    values = np.array(list(far.values()))
+    scale = float(np.abs(values - np.median(values)).mean())
+    if scale < LEAST_SCALE_M:
+        return None
+    name = list(far)[int(rng.integers(len(far)))]
+    return Probe(
+        "distance",
+        {
+            "english": f"How many metres are there between you, where the walk ends, and this: {name}? Measure a "
+            "straight line as seen from above, to its nearest part.",
+            "japanese": f"歩き終えた場所から「{name}」の最も近い部分まで、真上から見た直線で何メートルありますか。",
+        },
+        {},
+        round(far[name], 3),
+        None,
+        round(scale, 6),
+    )
+
+
+_ASKING: Mapping[str, Callable[[Walk, Generator], Probe | None]] = {
+    "nearer": _nearer,
+    "side": _side,
+    "count": _count,
+    "order": _order,
+    "distance": _distance,
+}

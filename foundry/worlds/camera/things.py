@@ -1,0 +1,119 @@
+"""The things of a scene that can be spoken of: those whose label is theirs alone, and which of them are seen."""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+from functools import cached_property
+from typing import Annotated
+
+import msgspec
+import numpy as np
+
+from foundry.errors import InputError
+from foundry.records import Pose
+from foundry.worlds.camera.body.pose import foot_of, turn_between
+from foundry.worlds.camera.body.targets import TargetSurfaces
+from foundry.worlds.camera.eye.directions import angles
+from foundry.worlds.camera.loading.scene import FloatArray
+from foundry.worlds.camera.settings import Positive, TargetSettings
+from foundry.worlds.camera.surroundings import Surroundings, Target
+
+
+class ThingsSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Which things are spoken of.
+
+    Attributes:
+        ignore: patterns of labels that are not.
+        largest: the longer side, metres seen from above, of those that are: a wall is nowhere in particular.
+        pixels: how many of an image a thing fills that is seen in it.
+    """
+
+    ignore: list[str]
+    largest: Positive
+    pixels: Annotated[int, msgspec.Meta(ge=1)]
+
+
+class Things:
+    """The things of a scene whose label names one prim alone.
+
+    Args:
+        around: the scene.
+        settings: which of them.
+
+    Attributes:
+        names: their labels, in alphabetical order.
+
+    Raises:
+        InputError: there are fewer than two.
+    """
+
+    def __init__(self, around: Surroundings, settings: ThingsSettings) -> None:
+        self._around, self._settings = around, settings
+        self._surfaces: dict[str, TargetSurfaces] = {}
+        self.names: tuple[str, ...] = tuple(sorted(filter(self._is_one, around.scene.labels)))
+        if len(self.names) < 2:
+            raise InputError(
+                f"Scene '{around.settings.scene.asset}' has {len(self.names)} things with a label of their own, and "
+                "this world speaks of two or more: label its prims (UsdSemantics labels, or kind = component), as "
+                "`foundry scene info` shows them, or see world.things."
+            )
+
+    def _is_one(self, label: str) -> bool:
+        if len(self._around.scene.labels[label]) != 1:
+            return False
+        if any(fnmatchcase(label, pattern) for pattern in self._settings.ignore):
+            return False
+        corners = self._corners.get(label)
+        return corners is not None and float(np.ptp(corners[:, :, :2], axis=(0, 1)).max()) <= self._settings.largest
+
+    @cached_property
+    def _corners(self) -> dict[str, FloatArray]:
+        """Lowest and highest corners (n, 2, 3) of the meshes of each label, metres."""
+        found: dict[str, list[FloatArray]] = {}
+        for mesh in self._around.scene.meshes:
+            if mesh.label is not None and len(mesh.points):
+                box = np.array([mesh.points.min(axis=0), mesh.points.max(axis=0)])
+                found.setdefault(mesh.label, []).append(box)
+        return {label: np.array(boxes) for label, boxes in found.items()}
+
+    def target(self, name: str, radius_m: float) -> Target:
+        """Return a thing as something to be found, with the ways to it."""
+        prims = list(self._around.scene.labels[name])
+        return self._around.target(TargetSettings(name=name, prims=prims, radius=radius_m))
+
+    def gap(self, name: str, pose: Pose) -> float:
+        """Return how far a thing is from where a body stands, seen from above, metres."""
+        return self._of(name).gap(foot_of(pose))
+
+    def aside(self, name: str, pose: Pose) -> float:
+        """Return where a thing's middle is from the heading, degrees, left positive, -180..180."""
+        return self.direction(name, pose)[0]
+
+    def direction(self, name: str, pose: Pose) -> tuple[float, float]:
+        """Return where a thing's middle is from the heading and from the horizon, degrees, left and up positive."""
+        yaw, pitch = angles(self._of(name).points.mean(axis=0) - self._around.eye(pose))
+        return turn_between(pose.yaw, yaw), pitch
+
+    @property
+    def least_pixels(self) -> int:
+        """Pixels of an image, at least, that a thing fills that is seen in it."""
+        return self._settings.pixels
+
+    def pixels(self, pose: Pose) -> dict[str, int]:
+        """Return how many pixels each thing fills in the image from a pose: what is hidden or outside fills none."""
+        found = dict.fromkeys(self.names, 0)
+        for path, count in self._around.renderer().visible(self._around.eye(pose), pose.yaw, pose.pitch).items():
+            label = self._around.labels.get(path)
+            if label in found:
+                found[label] += count
+        return found
+
+    def seen(self, pose: Pose) -> dict[str, int]:
+        """Return the things that are seen from a pose, with their pixels."""
+        return {name: count for name, count in self.pixels(pose).items() if count >= self.least_pixels}
+
+    def _of(self, name: str) -> TargetSurfaces:
+        if name not in self._surfaces:
+            paths = [path for path, label in self._around.labels.items() if label == name]
+            self._surfaces[name] = self._around.navigator.target(paths)
+        return self._surfaces[name]

@@ -1,0 +1,113 @@
+"""What a picture of a 2D world with further parts shows, now or from the records alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import groupby
+
+import numpy as np
+
+from foundry.worlds.grid.drawing import GridFrame, make_frame
+from foundry.worlds.grid.parts.drawn import Furniture
+from foundry.worlds.grid.parts.ground import Ground, cells_of
+from foundry.worlds.grid.parts.growing import Blaze, Larder
+from foundry.worlds.grid.parts.records import FurnishedStep, LivingStep
+from foundry.worlds.grid.parts.senses import talking
+from foundry.worlds.grid.parts.start import ROLES, first_bodies
+from foundry.worlds.grid.settings import GridSettings
+from foundry.worlds.grid.space import Cell
+
+
+def furnished_frame(
+    settings: GridSettings,
+    ground: Ground,
+    personas: Sequence[dict[str, str]],
+    step: int,
+    *,
+    bodies: Mapping[int, Cell],
+    burning: Sequence[Cell],
+    food: Mapping[Cell, int],
+    gone: Mapping[str, int],
+) -> GridFrame:
+    """Return the frame after `step` steps.
+
+    Args:
+        settings: the world.
+        ground: its walls and exits.
+        personas: persona of each agent that there may ever be.
+        step: completed steps.
+        bodies: where those who are there stand, by id.
+        burning: the burning cells.
+        food: units by cell.
+        gone: how many left by each exit or died of each cause so far.
+    """
+    ids = tuple(sorted(bodies))
+    cells = [bodies[agent] for agent in ids]
+    grid = np.array(cells, dtype=np.int64).reshape(-1, 2)
+    near = talking(settings, ground, grid, settings.field.areas(grid)) if cells else ()
+    frame = make_frame(settings, [personas[agent] for agent in ids], step, cells, near)
+    furniture = Furniture(
+        ids=ids,
+        walls=tuple(sorted(ground.walls)),
+        exits=tuple((one.name, one.cells) for one in settings.exits),
+        zones=tuple((zone.name, tuple(cells_of(zone.corners))) for zone in settings.zones),
+        burning=tuple(burning),
+        food=tuple(sorted((cell, amount / settings.food.amount) for cell, amount in food.items()))
+        if settings.food is not None else (),
+        gone=tuple(sorted(gone.items())),
+    )  # fmt: skip
+    if not settings.personas and settings.leaders is not None and settings.leaders.announced:
+        roles = tuple(personas[agent]["role"] for agent in ids)
+        return replace(frame, furniture=furniture, groups=roles, group_names=ROLES)
+    return replace(frame, furniture=furniture)
+
+
+def recorded_frames(
+    settings: GridSettings,
+    ground: Ground,
+    personas: Sequence[dict[str, str]],
+    seed: int,
+    records: Sequence[FurnishedStep],
+) -> Iterator[GridFrame]:
+    """Yield the frames of a run from its steps alone: the initial state, then one per step.
+
+    Fires and the growth of food follow from the seed; what is eaten stands in the steps.
+    """
+    blaze = Blaze(settings.fires, ground, seed)
+    larder = None if settings.food is None else Larder(settings.food, ground, seed)
+    bodies = {agent: body.cell for agent, body in first_bodies(settings, ground, seed).items()}
+    gone: dict[str, int] = {}
+
+    def frame(step: int) -> GridFrame:
+        food = {} if larder is None else dict(larder.food)
+        burning = tuple(blaze.cells)
+        return furnished_frame(
+            settings, ground, personas, step, bodies=bodies, burning=burning, food=food, gone=dict(gone)
+        )
+
+    blaze.go_on(1)
+    yield frame(0)
+    for step, group in groupby(records, key=lambda record: record.step):
+        for record in group:
+            _follow(record, bodies, larder, gone)
+        if larder is not None:
+            larder.grow(step)
+        if step < settings.steps and bodies:
+            blaze.go_on(step + 1)
+        yield frame(step)
+
+
+def _follow(record: FurnishedStep, bodies: dict[int, Cell], larder: Larder | None, gone: dict[str, int]) -> None:
+    """Take over what a step changed."""
+    bodies[record.agent] = (record.x_next, record.y_next)
+    cause = record.left or record.lost
+    if cause is not None:
+        gone[cause] = gone.get(cause, 0) + 1
+        del bodies[record.agent]
+    if isinstance(record, LivingStep):
+        if record.action == "gather" and larder is not None:
+            larder.take((record.x, record.y), record.amount)
+        if record.born is not None:
+            child, x, y = record.born
+            bodies[child] = (x, y)

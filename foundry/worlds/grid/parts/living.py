@@ -1,0 +1,166 @@
+"""Bodies with energy, and what they do to one another: gather, share, attack, reproduce."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, MutableMapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from numpy.random import Generator
+
+from foundry.records import Outcome
+from foundry.worlds.grid.parts.deeds import Deed
+from foundry.worlds.grid.parts.ground import Ground, next_to
+from foundry.worlds.grid.parts.growing import Larder
+from foundry.worlds.grid.parts.senses import TOUCH, apart
+from foundry.worlds.grid.parts.settings import ATTACK, GATHER, REPRODUCE, SHARE
+from foundry.worlds.grid.settings import GridSettings
+from foundry.worlds.grid.space import Cell
+
+
+@dataclass(slots=True)
+class Body:
+    """An agent that is there.
+
+    Attributes:
+        cell: where it stands.
+        energy: what it lives on; 0 in a world without energy.
+        known: names of the exits that it knows of.
+        memories: its own memories, oldest first.
+        received: messages from others, oldest first.
+        robbed: whether it was attacked in this step.
+    """
+
+    cell: Cell
+    energy: int = 0
+    known: set[str] = field(default_factory=set)
+    memories: deque[str] = field(default_factory=deque)
+    received: deque[dict[str, Any]] = field(default_factory=deque)
+    robbed: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """What came of a deed: the energy that was gathered, shared or taken, and the id and cell of a newborn."""
+
+    amount: int = 0
+    born: tuple[int, int, int] | None = None
+
+
+NOTHING = Done()
+
+
+class Living:
+    """The deeds of one step, one after another in a drawn order, on the cells where agents stood when they decided.
+
+    Energy is neither made nor lost by them, beside what is gathered from cells, what an attack costs, and what is too
+    much for who gets it.
+    """
+
+    def __init__(
+        self,
+        settings: GridSettings,
+        ground: Ground,
+        bodies: MutableMapping[int, Body],
+        *,
+        larder: Larder | None,
+        rng: Generator,
+        make: Callable[[Cell, int], Body],
+    ) -> None:
+        """Set the stage.
+
+        Args:
+            settings: the world.
+            ground: its walls.
+            bodies: those who are there, by id; newborns are added.
+            larder: the food, if any.
+            rng: draws the cells of newborns.
+            make: returns a newborn's body from its cell and its energy.
+        """
+        self._settings = settings
+        self._ground = ground
+        self._bodies = bodies
+        self._larder = larder
+        self._rng = rng
+        self._make = make
+        self._ever = len(bodies)
+        self._deeds = {GATHER: self._gather, SHARE: self._share, ATTACK: self._attack, REPRODUCE: self._reproduce}
+
+    def do(self, deeds: Sequence[tuple[int, Deed]]) -> dict[int, Done]:
+        """Do what each agent asked for, in this order; what cannot be done is left."""
+        return {agent: self._deeds[deed.action](agent, deed) for agent, deed in deeds if deed.action in self._deeds}
+
+    def possible(self, agent: int, touchable: Sequence[int]) -> list[Deed]:
+        """Return the deeds that could be done now by an agent, sharing always of one unit."""
+        body, settings = self._bodies[agent], self._settings
+        found = []
+        if self._larder is not None and body.cell in self._larder.food:
+            found.append(Deed(Outcome.CHOSEN, GATHER))
+        if settings.sharing and body.energy > 1:
+            found += [Deed(Outcome.CHOSEN, SHARE, target=other, amount=1) for other in touchable]
+        if settings.attack is not None:
+            found += [Deed(Outcome.CHOSEN, ATTACK, target=other) for other in touchable]
+        if self._may_reproduce(body):
+            found.append(Deed(Outcome.CHOSEN, REPRODUCE))
+        return found
+
+    def _gather(self, agent: int, _: Deed) -> Done:
+        body = self._bodies[agent]
+        taken = 0 if self._larder is None else self._larder.take(body.cell, self._room(body))
+        body.energy += taken
+        return Done(taken)
+
+    def _share(self, agent: int, deed: Deed) -> Done:
+        giver, taker = self._bodies[agent], self._other(agent, deed)
+        if taker is None or deed.amount is None:
+            return NOTHING
+        given = min(deed.amount, giver.energy, self._room(taker))
+        giver.energy -= given
+        taker.energy += given
+        return Done(given)
+
+    def _attack(self, agent: int, deed: Deed) -> Done:
+        attacker, attacked = self._bodies[agent], self._other(agent, deed)
+        if attacked is None or self._settings.attack is None:
+            return NOTHING
+        taken = min(self._settings.attack.takes, attacked.energy)
+        attacked.energy -= taken
+        attacked.robbed = True
+        attacker.energy = max(0, attacker.energy - self._settings.attack.cost)
+        attacker.energy += min(taken, self._room(attacker))
+        return Done(taken)
+
+    def _reproduce(self, agent: int, _: Deed) -> Done:
+        parent = self._bodies[agent]
+        if not self._may_reproduce(parent) or self._settings.reproduction is None:
+            return NOTHING
+        places = [cell for cell in (parent.cell, *next_to(parent.cell)) if self._has_room(cell)]
+        if not places:
+            return NOTHING
+        cell = places[int(self._rng.integers(len(places)))]
+        given = min(self._settings.reproduction.gives, parent.energy)
+        parent.energy -= given
+        child, self._ever = self._ever, self._ever + 1
+        self._bodies[child] = self._make(cell, given)
+        return Done(born=(child, *cell))
+
+    def _may_reproduce(self, body: Body) -> bool:
+        rule = self._settings.reproduction
+        return rule is not None and body.energy >= rule.needs and self._ever < rule.most
+
+    def _other(self, agent: int, deed: Deed) -> Body | None:
+        """Return who a deed is done to, if there, near enough and another."""
+        other = self._bodies.get(-1 if deed.target is None else deed.target)
+        near = other is not None and apart(other.cell, self._bodies[agent].cell) <= TOUCH
+        return other if near and deed.target != agent else None
+
+    def _room(self, body: Body) -> int:
+        most = None if self._settings.energy is None else self._settings.energy.most
+        return max(0, most - body.energy) if most is not None else 10**9
+
+    def _has_room(self, cell: Cell) -> bool:
+        if self._ground.stops(cell) is not None or cell in self._ground.exits:
+            return False
+        held = sum(body.cell == cell for body in self._bodies.values())
+        return self._settings.cell_capacity is None or held < self._settings.cell_capacity

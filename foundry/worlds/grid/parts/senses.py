@@ -1,0 +1,153 @@
+"""What agents perceive in a 2D world with further parts, beside what `foundry.worlds.grid.observation` says.
+
+Keys of an observation beyond those; they are always there, empty or null where a part is left out:
+
+view            columns and rows that it sees to each side; null for the whole grid.
+window          what it sees, a text a row, the uppermost first: `@` itself, `A` another agent, `#` a wall or beyond the
+                edge, `E` an exit, `*` a burning cell, `f` food, `.` nothing of these, `?` hidden behind a wall.
+open            the directions in which neither wall nor edge stands: `up`, `down`, `left`, `right`.
+exits           the exits it knows of: [{name, x, y, seen, agents}]: the cell that is nearest to it, whether it sees one
+                of them now, and how many agents it sees within two columns and rows of that (null when not seen).
+burning         the burning cells that it sees: [[x, y]].
+seen            the other agents that it sees, by id: [{id, x, y, persona}], those that it cannot talk to among them.
+zones           all zones: [{name, x_min, x_max, y_min, y_max, risk}].
+order           what everyone is told to do from its step on, or null.
+energy          its energy, or null.
+loss            energy that a step costs, or null.
+attack          what an attack takes and costs, {takes, cost}, or null.
+reproduction    the energy that it takes to reproduce and that the newborn gets, {needs, gives}, or null.
+food            the food that it sees: [{x, y, amount}].
+touchable       ids of the agents that it can share with or attack: at most one column and row away.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from foundry.worlds.grid.observation import Perception, Scene
+from foundry.worlds.grid.parts.ground import Ground
+from foundry.worlds.grid.parts.growing import Blaze
+from foundry.worlds.grid.parts.settings import Exit
+from foundry.worlds.grid.settings import GridSettings
+from foundry.worlds.grid.space import Cell, IntArray, neighbours
+
+NEAR_AN_EXIT = 2
+"""Columns and rows from an exit within which an agent counts as being at it."""
+TOUCH = 1
+"""Columns and rows within which agents can share and attack."""
+
+
+def apart(one: Cell, other: Cell) -> int:
+    """Return how many columns or rows two cells are apart, whichever are more."""
+    return max(abs(one[0] - other[0]), abs(one[1] - other[1]))
+
+
+def talking(settings: GridSettings, ground: Ground, cells: IntArray, areas: IntArray) -> Sequence[tuple[int, ...]]:
+    """Return who can talk to whom, by index, walls and the shape of the reach minded; cells (n, 2), areas (n,)."""
+    reach, square = settings.communication_distance, settings.communication_shape == "square"
+    near = neighbours(cells, areas, reach * math.sqrt(2) * (1 + 1e-9) if square else reach)
+    barred = "talk" in settings.walls_block and bool(ground.walls)
+    if not square and not barred:
+        return near
+    at: list[Cell] = [(x, y) for x, y in cells.tolist()]
+
+    def heard(one: int, other: int) -> bool:
+        within = not square or apart(at[one], at[other]) <= reach
+        return within and (not barred or ground.is_clear(at[one], at[other]))
+
+    return [tuple(other for other in others if heard(one, other)) for one, others in enumerate(near)]
+
+
+class Senses(Perception):
+    """Observes the scenes of one configured world with further parts."""
+
+    def __init__(self, settings: GridSettings, personas: Sequence[dict[str, str]], ground: Ground) -> None:
+        super().__init__(settings, personas)
+        self._ground = ground
+        self._barred = "sight" in settings.walls_block
+        self._chars = dict.fromkeys(ground.walls, "#") | dict.fromkeys(ground.exits, "E")
+        self._fixed |= {
+            "view": settings.view,
+            "loss": None if settings.energy is None else settings.energy.loss,
+            "attack": None if settings.attack is None else msgspec.to_builtins(settings.attack),
+            "reproduction": None
+            if settings.reproduction is None
+            else {"needs": settings.reproduction.needs, "gives": settings.reproduction.gives},
+            "zones": [
+                {
+                    "name": zone.name,
+                    "x_min": min(zone.corners[0][0], zone.corners[1][0]),
+                    "x_max": max(zone.corners[0][0], zone.corners[1][0]),
+                    "y_min": min(zone.corners[0][1], zone.corners[1][1]),
+                    "y_max": max(zone.corners[0][1], zone.corners[1][1]),
+                    "risk": zone.risk,
+                }
+                for zone in settings.zones
+            ],
+        }
+
+    def look(
+        self,
+        step: int,
+        bodies: Mapping[int, Cell],
+        *,
+        blaze: Blaze,
+        known: Mapping[int, set[str]],
+        energy: Mapping[int, int],
+        food: Mapping[Cell, int],
+    ) -> Scene:
+        """Return the scene at `step`, in the order of `bodies`; an exit that an agent sees becomes `known` to it."""
+        ids, cells = list(bodies), list(bodies.values())
+        burning = {fire.name: np.array([c for c, one in blaze.cells.items() if one is fire]).reshape(-1, 2)
+                   for fire in self._settings.fires}  # fmt: skip
+        scene = self._observe(step, ids, cells, burning)
+        chars = self._chars | dict.fromkeys(food, "f") | dict.fromkeys(blaze.cells, "*") | dict.fromkeys(cells, "A")
+        standing: dict[Cell, list[int]] = {}
+        for agent, cell in bodies.items():
+            standing.setdefault(cell, []).append(agent)
+        order = self._settings.order
+        told = order.text if order is not None and order.start <= step else None
+        for observation, agent, cell in zip(scene.observations, ids, cells, strict=True):
+            sight = self._ground.sight(cell, self._settings.view, barred=self._barred)
+            seen = {one: standing[one] for one in sight.cells & standing.keys()}
+            known[agent].update(self._ground.exits[one].name for one in sight.cells & self._ground.exits.keys())
+            observation |= {
+                "window": sight.window(chars, cell),
+                "open": self._ground.ways(cell),
+                "exits": [self._exit(one, cell, seen, sight.cells) for one in self._settings.exits
+                          if one.name in known[agent]],
+                "burning": [list(one) for one in blaze.cells if one in sight.cells],
+                "seen": self._others(agent, seen),
+                "order": told,
+                "energy": energy.get(agent),
+                "food": [{"x": x, "y": y, "amount": food[x, y]} for x, y in sorted(sight.cells & food.keys())],
+                "touchable": sorted(
+                    other for one, others in seen.items() if apart(one, cell) <= TOUCH for other in others
+                    if other != agent
+                ),
+            }  # fmt: skip
+        return scene
+
+    def _near(self, cells: IntArray, areas: IntArray) -> Sequence[tuple[int, ...]]:
+        return talking(self._settings, self._ground, cells, areas)
+
+    def _others(self, agent: int, seen: Mapping[Cell, list[int]]) -> list[dict[str, Any]]:
+        others = sorted((other, cell) for cell, there in seen.items() for other in there if other != agent)
+        return [{"id": other, "x": x, "y": y, "persona": self._personas[other]} for other, (x, y) in others]
+
+    def _exit(
+        self, way_out: Exit, cell: Cell, seen: Mapping[Cell, list[int]], visible: frozenset[Cell]
+    ) -> dict[str, Any]:
+        x, y = min(way_out.cells, key=lambda one: (abs(one[0] - cell[0]) + abs(one[1] - cell[1]), one))
+        is_seen = not visible.isdisjoint(way_out.cells)
+        waiting = sum(len(there) for one, there in seen.items() if _is_at(one, way_out.cells))
+        return {"name": way_out.name, "x": x, "y": y, "seen": is_seen, "agents": waiting if is_seen else None}
+
+
+def _is_at(cell: Cell, cells: Iterable[Cell]) -> bool:
+    return any(apart(cell, one) <= NEAR_AN_EXIT for one in cells)

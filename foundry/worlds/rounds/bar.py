@@ -1,0 +1,116 @@
+"""The El Farol bar: fun while no more than a share of all go, and all decide at once."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar
+
+from foundry.declared import Actions
+from foundry.errors import InputError, not_found
+from foundry.records import Agent, Message, Record, RoundStep
+from foundry.worlds.rounds.table import Decision, Table
+from foundry.worlds.rounds.world import Play, RoundsScenario
+
+GO, STAY = "go", "stay"
+REPORTS = ("explicit", "implicit", "attendance")
+
+
+class Evening(Record, frozen=True, kw_only=True):
+    """One evening at the bar (`evenings.jsonl`).
+
+    Attributes:
+        step: 1-based evening.
+        went: how many went.
+        places: how many can go before it is crowded.
+    """
+
+    stream: ClassVar[str] = "evenings"
+
+    step: int
+    went: int
+    places: int
+
+
+class Bar(RoundsScenario):
+    """A bar that is fun unless more than a share of all go.
+
+    Description:
+        Every evening all decide at once whether to go to the same bar. It is crowded when more than `capacity` of all
+        go. Who goes gets `fun` where it is not, `crowded` where it is; who stays gets `home`.
+
+    Observation:
+        `capacity`, `places` (how many can go before it is crowded), `fun`, `crowded`, `home`, and `evenings`: of each
+        so far, oldest first, `went` (how many), `action` and `utility` of one's own; null for what one is not told.
+        Where reports are `explicit` all are told all; where `implicit`, who stayed is not told how many went; where
+        `attendance`, all are told how many went and nothing else.
+
+    Questions:
+        `evening`, to all at once.
+
+    Actions:
+        `go` or `stay`; a reply that cannot be read counts as `stay`.
+
+    Termination:
+        After `steps` evenings.
+
+    Source:
+        W. B. Arthur, Inductive reasoning and bounded rationality, American Economic Review 84 (1994); payoffs, reports
+        and score of GAMABench, Huang et al. 2024 (games/bar_game.py).
+    """
+
+    kinds: ClassVar[tuple[str, ...]] = ("evening",)
+    records: ClassVar[tuple[type[Record], ...]] = (RoundStep, Message, Agent, Evening)
+
+    def __init__(
+        self, *, capacity: float, fun: float, crowded: float, home: float, reports: str, **settings: Any
+    ) -> None:
+        """Set up the bar.
+
+        Args:
+            capacity: the greatest share of all, 0..1, with which it is not crowded.
+            fun: utility of going where it is not crowded.
+            crowded: of going where it is.
+            home: of staying.
+            reports: what is told of an evening: `explicit`, `implicit` or `attendance`.
+            settings: those of every world of rounds.
+        """
+        super().__init__(**settings)
+        for key, value in {"capacity": capacity, "fun": fun, "crowded": crowded, "home": home}.items():
+            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+                raise InputError(f"world.{key}={value} is no number: give one.")
+        if not 0 <= capacity <= 1:
+            raise InputError(f"world.capacity={capacity} is no share of all: give a number from 0 to 1.")
+        if reports not in REPORTS:
+            raise not_found("Report of a bar", str(reports), REPORTS, "Choose with world.reports.")
+        self.capacity, self.reports = capacity, reports
+        self.fun, self.crowded, self.home = fun, crowded, home
+        self.places = max(number for number in range(self.agents + 1) if number / self.agents <= capacity)
+
+    def actions(self) -> dict[str, Actions]:
+        """Return what can be decided."""
+        return {"evening": Actions(labels=(GO, STAY), idle=STAY)}
+
+    def play(self, table: Table) -> Play:
+        """Play the evenings."""
+        bar = {key: getattr(self, key) for key in ("capacity", "places", "fun", "crowded", "home")}
+        known: list[list[dict[str, Any]]] = [[] for _ in table.agents]
+        for evening in table.rounds(self.steps):
+            decisions = yield [table.ask(one, "evening", **bar, evenings=list(known[one])) for one in table.agents]
+            went = sum(one.taken == GO for one in decisions)
+            for one in decisions:
+                utility = self._utility(one, went)
+                table.record(one, utility=utility)
+                known[one.agent].append(self._told(one, went, utility))
+            table.write(Evening(step=evening, went=went, places=self.places))
+
+    def _utility(self, decision: Decision, went: int) -> float:
+        if decision.taken == STAY:
+            return self.home
+        return self.fun if went <= self.places else self.crowded
+
+    def _told(self, decision: Decision, went: int, utility: float) -> dict[str, Any]:
+        """Return what an agent is told of an evening."""
+        if self.reports == "attendance":
+            return {"went": went, "action": None, "utility": None}
+        is_told = self.reports == "explicit" or decision.taken == GO
+        return {"went": went if is_told else None, "action": decision.taken, "utility": utility}

@@ -1,0 +1,244 @@
+"""The fishery: a stock that grows back is shared by all who fish in it, and talk about it."""
+
+from __future__ import annotations
+
+from collections import abc
+from collections.abc import Mapping, Sequence
+from itertools import cycle, islice
+from typing import Any, ClassVar, TypeAlias
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from foundry.declared import Actions
+from foundry.errors import InputError, not_found
+from foundry.records import Agent, Message, Record, RoundStep
+from foundry.worlds.base import Question
+from foundry.worlds.rounds.table import Decision, Table
+from foundry.worlds.rounds.world import Play, RoundsScenario
+
+CATCH, TALK = "catch", "talk"
+STOCHASTIC, PROPORTIONAL = "stochastic", "proportional"
+SHARINGS = (STOCHASTIC, PROPORTIONAL)
+MOST = 10_000
+"""The largest stock, tons."""
+
+_Conversation: TypeAlias = abc.Generator[Sequence[Question], list[Decision], list[dict[str, Any]]]
+
+
+class Catch(RoundStep, frozen=True, kw_only=True):
+    """A decision of the fishery.
+
+    Attributes:
+        caught: tons that the agent got of those that it wanted; null for talk.
+    """
+
+    caught: int | None = None
+
+
+class Stock(Record, frozen=True, kw_only=True):
+    """A month of the fishery, tons (`stock.jsonl`).
+
+    Attributes:
+        step: 1-based month.
+        before: the stock before the catch.
+        caught: what the agents took together.
+        outsider: what the outsider took, or null while there is none.
+        after: the stock after the catch.
+        next: the stock of the next month, or null where it has collapsed.
+    """
+
+    stream: ClassVar[str] = "stock"
+
+    step: int
+    before: int
+    caught: int
+    outsider: int | None
+    after: int
+    next: int | None
+
+
+class Fishery(RoundsScenario):
+    """A configured fishery.
+
+    Description:
+        Each month all say at once how many tons they want to catch. Wishes beyond the stock are cut: `stochastic` gives
+        ton by ton to a random agent that still wants some, `proportional` in proportion to the wishes, rounded down,
+        the tons that are left to those that were rounded down, at random and by what they still want. Then the group
+        talks, and what is left of the stock doubles, up to what it was at first. From a month on an outsider may fish,
+        too, which is asked nothing and hears nothing.
+
+    Observation:
+        `stock`, `capacity` and `collapse` (tons); `months`: of each so far `step`, `stock` before the catch, `caught`
+        (by agent), `outsider` (null while there is none) and `left`; `talk`: what was said in the latest conversation,
+        one's own words among it, `agent` and `text`; with the catch `sustainable`: the tons that each may take so that
+        the stock grows back, where `universalisation` is set, else null. Nobody is told which month is the last.
+
+    Questions:
+        `catch`, to all at once; then `talk`, to one after the other in a drawn order, round and round. The conversation
+        ends after `talk` questions, or when everybody was silent in turn.
+
+    Actions:
+        A whole number of tons, 0 to the stock; a reply that cannot be read counts as 0.
+
+    Termination:
+        After `steps` months, or the month in which fewer than `collapse` tons are left.
+
+    Source:
+        G. Piatti et al., arXiv 2404.16698 (GovSim, simulation/scenarios/common/environment/concurrent_env.py).
+    """
+
+    kinds: ClassVar[tuple[str, ...]] = (CATCH, TALK)
+    records: ClassVar[tuple[type[Record], ...]] = (Catch, Message, Agent, Stock)
+
+    def __init__(
+        self,
+        *,
+        stock: int,
+        collapse: int,
+        sharing: str,
+        talk: int,
+        universalisation: bool,
+        outsider: Mapping[str, int] | None,
+        **settings: Any,
+    ) -> None:
+        """Set the rules.
+
+        Args:
+            stock: tons at first, and at most.
+            collapse: tons below which what is left of the stock is lost.
+            sharing: one of SHARINGS.
+            talk: questions of a conversation, at most; 0 for none.
+            universalisation: whether everybody is told what happens when all take more than the sustainable share.
+            outsider: `from`, the first month in which an outsider fishes, and `catch`, tons that it wants each month.
+            settings: those of every world of rounds.
+        """
+        super().__init__(**settings)
+        for key, value, most in (("stock", stock, MOST), ("collapse", collapse, stock), ("talk", talk, MOST)):
+            _check_whole(key, value, most)
+        if sharing not in SHARINGS:
+            raise not_found("world.sharing", str(sharing), SHARINGS)
+        self.stock, self.collapse, self.sharing, self.talk = stock, collapse, sharing, talk
+        if not isinstance(universalisation, bool):
+            raise InputError(f"world.universalisation={universalisation} is neither true nor false.")
+        self.universalisation = universalisation
+        self._from, self._wanted = _outsider(outsider)
+
+    def actions(self) -> dict[str, Actions]:
+        """Return what can be caught."""
+        return {CATCH: Actions(low=0, high=self.stock, idle=0)}
+
+    def count_calls(self) -> int:
+        """Return how many calls a whole episode makes at most."""
+        return (self.agents + self.talk) * self.steps
+
+    def play(self, table: Table) -> Play:
+        """Play the months."""
+        rng, order = table.stream("shares"), table.stream("order")
+        stock, talk = self.stock, list[dict[str, Any]]()
+        months: list[dict[str, Any]] = []
+        for month in table.rounds(self.steps):
+            share = sustainable(stock, self.agents) if self.universalisation else None
+            shown = {**self._shown(stock, months, talk), "sustainable": share}
+            legal = Actions(low=0, high=stock, idle=0)
+            wishes = yield [table.ask(agent, CATCH, legal=legal, **shown) for agent in table.agents]
+            comes = self._from is not None and month >= self._from
+            wanted = [one.taken for one in wishes] + [min(self._wanted, stock)] * comes
+            got = shares(wanted, stock, self.sharing, rng)
+            caught, outsider = got[: self.agents], got[-1] if comes else None
+            for one, tons in zip(wishes, caught, strict=True):
+                table.record(one, utility=tons, caught=tons)
+            left = stock - sum(got)
+            months.append({"step": month, "stock": stock, "caught": caught, "outsider": outsider, "left": left})
+            talk = yield from self._conversation(table, order, self._shown(left, months, []))
+            lasts = left >= self.collapse
+            after = min(2 * left, self.stock) if lasts else None
+            table.write(Stock(step=month, before=stock, caught=sum(caught), outsider=outsider, after=left, next=after))
+            if after is None:
+                return
+            stock = after
+
+    def _shown(self, stock: int, months: Sequence[Mapping[str, Any]], talk: Sequence[Any]) -> dict[str, Any]:
+        return {
+            "stock": stock,
+            "capacity": self.stock,
+            "collapse": self.collapse,
+            "months": list(months),
+            "talk": list(talk),
+        }
+
+    def _conversation(self, table: Table, order: Generator, shown: Mapping[str, Any]) -> _Conversation:
+        """Let all speak in turn; returns what was said."""
+        said: list[dict[str, Any]] = []
+        silent = 0
+        for agent in islice(cycle(order.permutation(self.agents).tolist()), self.talk):
+            (words,) = yield [table.ask(agent, TALK, **{**shown, "talk": list(said)})]
+            table.tell(agent, [other for other in table.agents if other != agent], words.message)
+            silent = 0 if words.message is not None else silent + 1
+            if words.message is not None:
+                said.append({"agent": agent, "text": words.message})
+            if silent == self.agents:
+                break
+        return said
+
+
+def sustainable(stock: int, agents: int) -> int:
+    """Return the tons that each may take at most so that a stock grows back, whole ones."""
+    return stock // 2 // agents
+
+
+def shares(wanted: Sequence[int], stock: int, sharing: str, rng: Generator) -> list[int]:
+    """Return what each gets, tons (N,): what it wants, or its part of the stock where that is too little.
+
+    Args:
+        wanted: tons, (N,), 0 to the stock each.
+        stock: tons that there are.
+        sharing: one of SHARINGS.
+        rng: draws who gets what cannot be divided.
+    """
+    wishes = np.asarray(wanted, dtype=np.int64)
+    total = int(wishes.sum())
+    if total <= stock:
+        found = wishes
+    elif sharing == STOCHASTIC:
+        found = one_by_one(wishes, stock, rng)
+    else:
+        parts, rest = np.divmod(wishes * stock, total)
+        still_wanted = np.where(rest > 0, wishes - parts, 0)
+        found = parts + rng.multivariate_hypergeometric(still_wanted, stock - int(parts.sum()))
+    return [int(one) for one in found]
+
+
+def one_by_one(wanted: NDArray[np.int64], units: int, rng: Generator) -> NDArray[np.int64]:
+    """Return what each gets, (N,), where every unit goes to a random one of those that still want some.
+
+    Each waits for its units with exponential gaps of its own. Who is served next is then any of those that still wait,
+    all equally likely whatever came before, since such gaps have no memory: the first units to come are those given one
+    by one, without a loop over them.
+
+    Args:
+        wanted: units, (N,), more than there are in all.
+        units: how many there are, at least one.
+        rng: draws the gaps.
+    """
+    times = rng.exponential(size=(len(wanted), int(wanted.max()))).cumsum(axis=1)
+    times[np.arange(times.shape[1]) >= wanted[:, None]] = np.inf
+    last = np.partition(times, units - 1, axis=None)[units - 1]
+    return np.asarray((times <= last).sum(axis=1))
+
+
+def _outsider(settings: Mapping[str, int] | None) -> tuple[int | None, int]:
+    """Return from which month an outsider fishes, None for never, and how much it wants, tons."""
+    if settings is None:
+        return None, 0
+    if not isinstance(settings, Mapping) or set(settings) != {"from", "catch"}:
+        raise InputError(f"world.outsider={settings} is no outsider: write outsider: {{from: 4, catch: 30}}, or null.")
+    _check_whole("outsider.from", settings["from"], MOST)
+    _check_whole("outsider.catch", settings["catch"], MOST)
+    return settings["from"], settings["catch"]
+
+
+def _check_whole(key: str, value: object, most: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= most:
+        raise InputError(f"world.{key}={value} is out of range: give a whole number from 0 to {most}.")

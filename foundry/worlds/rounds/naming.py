@@ -1,0 +1,327 @@
+"""The naming game: pairs that meet at random and say a name each; a convention is what comes of it."""
+
+from __future__ import annotations
+
+from collections import abc, deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple, TypeAlias
+
+from numpy.random import Generator
+
+from foundry.declared import Actions
+from foundry.errors import InputError, not_found
+from foundry.records import Agent, Message, Record, RoundStep
+from foundry.worlds.base import Question
+from foundry.worlds.rounds.table import Decision, Table
+from foundry.worlds.rounds.world import Play, RoundsScenario
+
+SAY = "say"
+BOTH, SPEAKER = "both", "speaker"
+PROTOCOLS = (BOTH, SPEAKER)
+CONSENSUS = "consensus"
+AGREED = 0.95
+"""Share of the interactions of a round that must succeed for a consensus."""
+
+_Meetings: TypeAlias = abc.Generator[Sequence[Question], list[Decision], int]
+
+
+class Naming(RoundStep, frozen=True, kw_only=True):
+    """A name that was said.
+
+    Attributes:
+        number: 1-based number of the interaction in which it was.
+    """
+
+    number: int
+
+
+class Meeting(Record, frozen=True, kw_only=True):
+    """One interaction (`meetings.jsonl`).
+
+    Attributes:
+        step: 1-based round.
+        number: 1-based number, in the order in which pairs were drawn.
+        first: agent id; where one speaks, the speaker.
+        second: agent id.
+        first_name: what the first said, or null where nothing could be read.
+        second_name: the same of the second; null where it was not to say anything.
+        equal: whether it succeeded.
+    """
+
+    stream: ClassVar[str] = "meetings"
+
+    step: int
+    number: int
+    first: int
+    second: int
+    first_name: str | None
+    second_name: str | None
+    equal: bool
+
+
+class _Pair(NamedTuple):
+    """Two agents that meet, in an interaction of this 1-based number."""
+
+    number: int
+    first: int
+    second: int
+
+
+@dataclass
+class _Namer:
+    """What an agent remembers and knows.
+
+    Attributes:
+        memory: its latest interactions, `own`, `other` and `points`, newest last.
+        known: the names it knows, where one speaks.
+        says: the one name that it always says, or None where it is asked.
+        points: its sum.
+    """
+
+    memory: deque[dict[str, Any]]
+    known: list[str]
+    says: str | None
+    points: float = 0.0
+
+
+class NamingGame(RoundsScenario):
+    """A configured naming game.
+
+    Description:
+        A round is N/2 interactions (rounded down) of pairs drawn at random, all pairs equally likely, so that an agent
+        may meet several others in a round, or none. With the protocol `both`, both say a name at once, and succeed if
+        the names are equal. With `speaker`, the first says one of the names that it knows, and succeeds if the other
+        knows it: then both forget all others; if not, the other learns it. Who knows none says any; where `names` is
+        null, a new one of its own. Success brings both `equal` points, failure `different`.
+        A drawn share of all is `committed` to `committed_name`: never asked, it says this and learns nothing. With
+        `established` all begin as if they had met that name in all interactions that they remember.
+
+    Observation:
+        `names` that can be said, in an order drawn each time; `memory`: the latest interactions, up to as many as the
+        setting `memory`, of each `own` and `other` name (null where none was said) and `points`; `points`, the sum of
+        all so far; `equal` and `different`, what success and failure bring; `protocol`.
+
+    Questions:
+        `say`. Interactions that share no agent, and wait for none that does, are asked at once; the others in their
+        order, so that everybody remembers the last one before the next.
+
+    Actions:
+        One of `names`. A reply that cannot be read names nothing, and the interaction fails.
+
+    Termination:
+        After `steps` rounds; with `until: consensus` after the first in which 95 % of the interactions succeed.
+
+    Source:
+        A. F. Ashery, L. M. Aiello and A. Baronchelli, Science Advances 11 (2025) eadu9368, arXiv 2410.08948; `speaker`:
+        A. Baronchelli et al., J. Stat. Mech. (2006) P06014, arXiv physics/0509075 and physics/0512045.
+    """
+
+    kinds: ClassVar[tuple[str, ...]] = (SAY,)
+    records: ClassVar[tuple[type[Record], ...]] = (Naming, Message, Agent, Meeting)
+
+    def __init__(
+        self,
+        *,
+        names: Sequence[str] | None,
+        protocol: str,
+        memory: int,
+        equal: float,
+        different: float,
+        established: str | None,
+        committed: float,
+        committed_name: str | None,
+        until: str | None,
+        **settings: Any,
+    ) -> None:
+        """Set the rules.
+
+        Args:
+            names: what can be said; None where each agent has a new name of its own.
+            protocol: one of PROTOCOLS.
+            memory: interactions that an agent remembers.
+            equal: points for a success.
+            different: points for a failure.
+            established: the name that all have met before, or None.
+            committed: share of all agents that always say one name, 0 to 1.
+            committed_name: that name.
+            until: `consensus` to end there, or None.
+            settings: those of every world of rounds.
+        """
+        super().__init__(**settings)
+        if protocol not in PROTOCOLS:
+            raise not_found("world.protocol", str(protocol), PROTOCOLS)
+        if until not in (None, CONSENSUS):
+            raise not_found("world.until", str(until), (CONSENSUS, "null"))
+        if self.agents < 2:
+            raise InputError(f"world.agents={self.agents} cannot meet: give 2 or more.")
+        if isinstance(memory, bool) or not isinstance(memory, int) or memory < 0:
+            raise InputError(f"world.memory={memory} is no number of interactions: give a whole number from 0.")
+        self.names = _checked_names(names, protocol, self.agents)
+        self.coined = names is None
+        self.speaks = protocol == SPEAKER
+        self.memory, self.equal, self.different = memory, equal, different
+        self.established = _among("established", established, self.names)
+        self.committed = _committed(committed, self.agents)
+        self.committed_name = _among("committed_name", committed_name, self.names)
+        if self.committed and committed_name is None:
+            raise InputError(f"world.committed={committed} to what? Give world.committed_name=<one of world.names>.")
+        self.until = until
+
+    def actions(self) -> dict[str, Actions]:
+        """Return what can be said; nothing of it means doing nothing."""
+        return {SAY: Actions(labels=self.names)}
+
+    def count_calls(self) -> int:
+        """Return how many calls a whole episode makes at most."""
+        return self.agents // 2 * (1 if self.speaks else 2) * self.steps
+
+    def play(self, table: Table) -> Play:
+        """Play the rounds."""
+        rng, episode = table.stream("pairs"), _Episode(self, table)
+        for step in table.rounds(self.steps):
+            pairs = _drawn_pairs(self.agents, rng)
+            before = (step - 1) * len(pairs)
+            successes = 0
+            for wave in waves(pairs):
+                successes += yield from episode.meet([_Pair(before + place + 1, *pairs[place]) for place in wave])
+            if self.until and successes >= AGREED * len(pairs):
+                return
+
+
+class _Episode:
+    """What all remember and know in one episode."""
+
+    def __init__(self, rules: NamingGame, table: Table) -> None:
+        committed = set(table.stream("committed").permutation(rules.agents)[: rules.committed].tolist())
+        self._rules, self._table = rules, table
+        self._shown = table.stream("order of names")
+        self._every = Actions(labels=rules.names)
+        self._namers = [self._namer(rules.committed_name if one in committed else None) for one in table.agents]
+
+    def meet(self, pairs: Sequence[_Pair]) -> _Meetings:
+        """Let pairs that share no agent meet; returns how many of them succeeded."""
+        speakers = [agent for pair in pairs for agent in (pair.first, pair.second)[: 1 if self._rules.speaks else 2]]
+        said = {agent: self._namers[agent].says for agent in speakers}
+        asked = [agent for agent in speakers if said[agent] is None]
+        decisions = (yield [self._question(agent) for agent in asked]) if asked else []
+        said |= {one.agent: one.taken for one in decisions}
+        met = [self._met(pair, said.get(pair.first), said.get(pair.second)) for pair in pairs]
+        by_agent = {agent: one for one in met for agent in (one.first, one.second)}
+        for decision in decisions:
+            meeting = by_agent[decision.agent]
+            self._table.record(decision, utility=self._points(meeting), number=meeting.number)
+        for meeting in met:
+            self._table.write(meeting)
+        return sum(one.equal for one in met)
+
+    def _namer(self, says: str | None) -> _Namer:
+        rules, name = self._rules, self._rules.established
+        past = {"own": name, "other": name, "points": rules.equal}
+        memory = [dict(past) for _ in range(rules.memory)] if name is not None else []
+        known = [one for one in (says or name,) if one is not None]
+        return _Namer(deque(memory, maxlen=rules.memory), known, says)
+
+    def _question(self, agent: int) -> Question:
+        rules, namer = self._rules, self._namers[agent]
+        legal = self._every
+        if rules.speaks and (namer.known or rules.coined):
+            legal = Actions(labels=tuple(namer.known) or (rules.names[agent],))
+        order = self._shown.permutation(len(legal.labels)).tolist()
+        return self._table.ask(
+            agent,
+            SAY,
+            legal=legal,
+            names=[legal.labels[place] for place in order],
+            memory=list(namer.memory),
+            points=namer.points,
+            equal=rules.equal,
+            different=rules.different,
+            protocol=SPEAKER if rules.speaks else BOTH,
+        )
+
+    def _met(self, pair: _Pair, one: str | None, other: str | None) -> Meeting:
+        """Return what came of an interaction, once both remember it."""
+        first, second = self._namers[pair.first], self._namers[pair.second]
+        equal = one is not None and (one in second.known if self._rules.speaks else one == other)
+        if self._rules.speaks and one is not None:
+            _learn(first, second, one, equal=equal)
+        meeting = Meeting(
+            step=self._table.step,
+            number=pair.number,
+            first=pair.first,
+            second=pair.second,
+            first_name=one,
+            second_name=other,
+            equal=equal,
+        )
+        points = self._points(meeting)
+        for namer, own, heard in ((first, one, other), (second, other, one)):
+            namer.memory.append({"own": own, "other": heard, "points": points})
+            namer.points += points
+        return meeting
+
+    def _points(self, meeting: Meeting) -> float:
+        return self._rules.equal if meeting.equal else self._rules.different
+
+
+def _learn(speaker: _Namer, hearer: _Namer, name: str, *, equal: bool) -> None:
+    """Let two forget all names but the one that they share, or the hearer learn it; who is committed stays as it is."""
+    if name not in speaker.known:
+        speaker.known.append(name)
+    if equal:
+        speaker.known, hearer.known = [name], [name]
+    elif hearer.says is None:
+        hearer.known.append(name)
+
+
+def _drawn_pairs(agents: int, rng: Generator) -> list[tuple[int, int]]:
+    """Return the pairs of a round in their order, agents // 2 of them, each of two that differ, all equally likely."""
+    first = rng.integers(agents, size=agents // 2)
+    second = (first + 1 + rng.integers(agents - 1, size=agents // 2)) % agents
+    return list(zip(first.tolist(), second.tolist(), strict=True))
+
+
+def waves(pairs: Sequence[tuple[int, int]]) -> list[list[int]]:
+    """Return the places of pairs in waves: each as early as the pairs before it that it shares an agent with allow.
+
+    Pairs of one wave share no agent, so that their order changes nothing, and every agent meets the others in the order
+    in which its pairs stand.
+    """
+    free: dict[int, int] = {}
+    found: list[list[int]] = []
+    for place, (first, second) in enumerate(pairs):
+        wave = max(free.get(first, 0), free.get(second, 0))
+        if wave == len(found):
+            found.append([])
+        found[wave].append(place)
+        free[first] = free[second] = wave + 1
+    return found
+
+
+def _checked_names(names: Sequence[str] | None, protocol: str, agents: int) -> tuple[str, ...]:
+    """Return the names that can be said."""
+    if names is None and protocol == SPEAKER:
+        return tuple(f"n{agent}" for agent in range(agents))
+    known = isinstance(names, Sequence) and not isinstance(names, str) and all(isinstance(one, str) for one in names)
+    if names is None or not known or len(set(names)) < len(names) or not names:
+        raise InputError(
+            f"world.names={names} are no names: give a list of texts that differ, or null with world.protocol=speaker."
+        )
+    return tuple(names)
+
+
+def _among(key: str, name: str | None, names: Sequence[str]) -> str | None:
+    if name is not None and name not in names:
+        raise not_found(f"world.{key}", str(name), names)
+    return name
+
+
+def _committed(share: float, agents: int) -> int:
+    """Return how many agents a share of all is, rounded."""
+    if isinstance(share, bool) or not isinstance(share, int | float) or not 0 <= share <= 1:
+        raise InputError(f"world.committed={share} is no share of all agents: give a number from 0 to 1.")
+    found = round(share * agents)
+    if found == agents:
+        raise InputError(f"world.committed={share} leaves nobody to ask: give a smaller share.")
+    return found

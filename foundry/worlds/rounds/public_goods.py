@@ -1,0 +1,231 @@
+"""Public goods: what all give is multiplied and shared by all, so that each gains most by giving nothing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, TypeAlias
+
+from foundry.declared import Actions
+from foundry.errors import InputError
+from foundry.records import Agent, Message, Record, RoundStep
+from foundry.worlds.base import Question
+from foundry.worlds.rounds.table import Decision, Table
+from foundry.worlds.rounds.world import Play, RoundsScenario
+
+GIVE, PUNISH = "contribution", "punishment"
+NOBODY = "nobody"
+
+
+class Giving(RoundStep, frozen=True, kw_only=True):
+    """A decision, with what the agent had (`steps.jsonl`).
+
+    Attributes:
+        tokens: what it had to give from, or null for another decision.
+    """
+
+    tokens: float | None = None
+
+
+class Pot(Record, frozen=True, kw_only=True):
+    """The pot of a round (`pot.jsonl`).
+
+    Attributes:
+        step: 1-based round.
+        given: tokens that all gave.
+        returned: tokens that all got back.
+    """
+
+    stream: ClassVar[str] = "pot"
+
+    step: int
+    given: int
+    returned: float
+
+
+@dataclass(frozen=True)
+class After:
+    """What a round leaves an agent with: its tokens, and what it is told beside what all are."""
+
+    tokens: float
+    told: Mapping[str, Any] = field(default_factory=dict)
+
+
+Afterwards: TypeAlias = Generator[Sequence[Question], list[Decision], list[After]]
+"""What follows the contributions: questions go out, decisions come back, at last what is left, by agent."""
+
+
+class PublicGoods(RoundsScenario):
+    """A pot that is worth more to all than to each.
+
+    Description:
+        Every round each gives some of its tokens to a pot. The pot is multiplied and shared equally. Where `reset` is
+        set each has `tokens` anew every round, else what it had left and got back.
+
+    Observation:
+        `tokens` (what it has now), `multiplier`, and `rounds`: of each so far, oldest first, `given` and `payoff` of
+        one's own, and `pot`, what all gave together.
+
+    Questions:
+        `contribution`, to all at once.
+
+    Actions:
+        A whole number of tokens that it has; a reply that cannot be read gives nothing.
+
+    Termination:
+        After `steps` rounds.
+
+    Source:
+        GAMABench, Huang et al. 2024 (games/public_goods.py); the game is that of Isaac, Walker and Thomas 1984.
+    """
+
+    kinds: ClassVar[tuple[str, ...]] = (GIVE,)
+    records: ClassVar[tuple[type[Record], ...]] = (Giving, Message, Agent, Pot)
+
+    def __init__(self, *, tokens: int, multiplier: float, reset: bool, **settings: Any) -> None:
+        """Set up the pot.
+
+        Args:
+            tokens: what each has in the first round, and where `reset` is set in every round.
+            multiplier: what the pot is multiplied by.
+            reset: whether nothing is carried over from round to round.
+            settings: those of every world of rounds.
+        """
+        super().__init__(**settings)
+        if isinstance(tokens, bool) or not isinstance(tokens, int) or tokens < 1:
+            raise InputError(f"world.tokens={tokens} is no number of tokens: give a whole number from 1.")
+        if not isinstance(reset, bool):
+            raise InputError(f"world.reset={reset} is neither true nor false.")
+        self.tokens, self.multiplier, self.reset = tokens, amount("multiplier", multiplier), reset
+
+    def actions(self) -> dict[str, Actions]:
+        """Return what can be decided."""
+        return {GIVE: Actions(low=0, high=self.tokens if self.reset else None, idle=0)}
+
+    def play(self, table: Table) -> Play:
+        """Play the rounds."""
+        tokens: list[float] = [self.tokens] * self.agents
+        known: list[list[dict[str, Any]]] = [[] for _ in table.agents]
+        for step in table.rounds(self.steps):
+            decisions = yield [self._asked(table, one, tokens[one], known[one]) for one in table.agents]
+            given = [int(one.taken) for one in decisions]
+            back = self.multiplier * sum(given) / self.agents
+            table.write(Pot(step=step, given=sum(given), returned=self.multiplier * sum(given)))
+            left = [had - gave + back for had, gave in zip(tokens, given, strict=True)]
+            after = yield from self.afterwards(table, given, left)
+            for one, had, has in zip(decisions, tokens, after, strict=True):
+                payoff = has.tokens if self.reset else has.tokens - had
+                table.record(one, utility=payoff, tokens=had)
+                told = {"given": int(one.taken), "pot": sum(given), "payoff": payoff}
+                known[one.agent].append(told | dict(has.told))
+            tokens = [self.tokens if self.reset else has.tokens for has in after]
+
+    def _asked(self, table: Table, agent: int, tokens: float, rounds: Sequence[dict[str, Any]]) -> Question:
+        legal = Actions(low=0, high=math.floor(tokens), idle=0)
+        told: dict[str, Any] = {"tokens": tokens, "multiplier": self.multiplier, "rounds": list(rounds)}
+        return table.ask(agent, GIVE, legal=legal, **told)
+
+    def afterwards(self, table: Table, given: Sequence[int], left: Sequence[float]) -> Afterwards:
+        """Play what follows the contributions of a round, and return what each has then; here nothing follows.
+
+        Args:
+            table: the episode.
+            given: what each gave.
+            left: what each has, its share of the pot included.
+        """
+        yield from ()
+        return [After(tokens) for tokens in left]
+
+
+class PunishedGoods(PublicGoods):
+    """The same with punishment: who gave what is told, and each may pay to take from one other.
+
+    Description:
+        As `PublicGoods`. After the contributions each may punish one other: that costs it `cost` tokens and takes
+        `loss` from the other, who loses no more than it has.
+
+    Observation:
+        As `PublicGoods`, `rounds` further with `punished` (the agent that one punished, or null) and `punished_by` (how
+        many others punished oneself). Of a `punishment`: `given` (what each gave, by its id), `tokens` (what it has
+        now), `multiplier`, `cost`, `loss`.
+
+    Questions:
+        `contribution`, to all at once; then `punishment`, to all at once.
+
+    Actions:
+        `contribution`: as `PublicGoods`. `punishment`: `nobody`, or `agent <id>` of another; a reply that cannot be
+        read punishes nobody, and who has less than `cost` can punish nobody.
+
+    Termination:
+        After `steps` rounds.
+
+    Source:
+        E. Fehr and S. Gächter, Cooperation and punishment in public goods experiments, American Economic Review 90
+        (2000), and Altruistic punishment in humans, Nature 415 (2002), in which a unit costs 1 and takes 3.
+    """
+
+    kinds: ClassVar[tuple[str, ...]] = (GIVE, PUNISH)
+
+    def __init__(self, *, cost: float, loss: float, **settings: Any) -> None:
+        """Set up the pot and what punishment is.
+
+        Args:
+            cost: tokens that who punishes pays.
+            loss: tokens that who is punished loses.
+            settings: those of `PublicGoods`.
+        """
+        super().__init__(**settings)
+        self.cost, self.loss = amount("cost", cost), amount("loss", loss)
+
+    def actions(self) -> dict[str, Actions]:
+        """Return what can be decided."""
+        return super().actions() | {PUNISH: whom(range(self.agents))}
+
+    def afterwards(self, table: Table, given: Sequence[int], left: Sequence[float]) -> Afterwards:
+        """Ask each whom it punishes, and take what that costs."""
+        told: dict[str, Any] = {
+            "given": list(given),
+            "multiplier": self.multiplier,
+            "cost": self.cost,
+            "loss": self.loss,
+        }
+        decisions = yield [
+            table.ask(one, PUNISH, legal=self._legal(one, left[one]), tokens=left[one], **told) for one in table.agents
+        ]
+        whom_each = [None if one.taken == NOBODY else agent_of(one.taken) for one in decisions]
+        return [After(*one) for one in self._settled(left, whom_each)]
+
+    def _legal(self, agent: int, tokens: float) -> Actions:
+        return whom(other for other in range(self.agents) if other != agent and tokens >= self.cost)
+
+    def _settled(
+        self, left: Sequence[float], whom_each: Sequence[int | None]
+    ) -> Iterator[tuple[float, dict[str, Any]]]:
+        """Yield what each has when all have paid and lost, and what it is told of it."""
+        for agent, tokens in enumerate(left):
+            paid = self.cost if whom_each[agent] is not None else 0
+            times = sum(one == agent for one in whom_each)
+            kept = tokens - paid
+            yield kept - min(times * self.loss, kept), {"punished": whom_each[agent], "punished_by": times}
+
+
+def whom(agents: Iterable[int]) -> Actions:
+    """Return the choice among these agents and nobody."""
+    return Actions(labels=(NOBODY, *(f"agent {one}" for one in agents)), idle=NOBODY)
+
+
+def agent_of(label: str) -> int:
+    """Return the agent that a label names."""
+    return int(label.removeprefix("agent "))
+
+
+def amount(key: str, value: float) -> float:
+    """Return a setting that is a number from 0.
+
+    Raises:
+        InputError: it is none.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
+        raise InputError(f"world.{key}={value} is no amount: give a number from 0.")
+    return value

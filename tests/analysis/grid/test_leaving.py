@@ -1,0 +1,161 @@
+"""Evacuations on arrays worked out by hand, the bound against brute force, and whole runs of agents that leave."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from analysis import signatures
+from analysis.grid.leaving import NO_WAY, exit_steps
+from analysis.grid.run import NO_EXIT, Exit, Fire, GridRun, Leaders
+from analysis.grid.signatures import clustering, evacuation, exploration, hazard
+from foundry.leaving import FAR, soonest_departures
+from grid_runs import grid_run
+from whole_runs import whole_run
+
+LEFT, RIGHT = Exit("left", ((-2, 0),), 1), Exit("right", ((2, 0),), 1)
+
+
+def leaving(paths: list[list[tuple[int, int]]], steps: int, **world: Any) -> GridRun:
+    """Return the run in which agents go along their paths and leave where these end on an exit, else stay there."""
+    exits = world.pop("exits", (LEFT, RIGHT))
+    padded = [path + [path[-1]] * (steps + 1 - len(path)) for path in paths]
+    left = np.full((steps, len(paths)), NO_EXIT)
+    present = np.ones((steps, len(paths)), dtype=np.bool_)
+    for agent, path in enumerate(paths):
+        for index, one in enumerate(exits):
+            if path[-1] in one.cells:
+                left[len(path) - 2, agent] = index
+                present[len(path) - 1 :, agent] = False
+    run = grid_run(padded, half_size=2, left=left, present=present, lost=np.zeros_like(present), **world.pop("run", {}))
+    return replace(run, world=world_of(run, exits=exits, **world))
+
+
+def world_of(run: GridRun, **changes: Any) -> Any:
+    return msgspec.structs.replace(run.world, **changes)
+
+
+def test_times_choices_and_ways_of_three_agents():
+    run = leaving(
+        [
+            [(-1, 0), (-2, 0)],  # the nearest exit, at once
+            [(-1, 1), (-1, 0), (0, 0), (1, 0), (2, 0)],  # turns away from the nearest: 4 moves where 4 are the way
+            [(0, 0), (0, 1)],  # stays in
+        ],
+        steps=5,
+        leaders=Leaders(1),
+    )
+    found = evacuation.measure(run)
+    assert found["out"] == pytest.approx(2 / 3) and found["lost"] == 0
+    assert found["time_50"] == 4 and math.isnan(found["time_90"])
+    assert (found["lower_bound_50"], found["lower_bound"]) == (2, 2), "1, 2 and 2 moves to two exits of one a step"
+    assert found["over_bound_50"] == 2
+    assert (found["share_left"], found["share_right"]) == (0.5, 0.5)
+    assert found["nearest"] == 0.5 and found["with_leaders"] == 0
+    assert found["herding"] == -1, "both had the left one nearest, and left by two"
+    assert found["path_efficiency"] == 1
+    assert (found["n_out"], found["n_leaders_out"]) == (2, 1)
+
+
+def test_waiting_costs_path_efficiency_and_not_that_of_the_moves():
+    run = leaving([[(0, 0), (0, 0), (1, 0), (1, 0), (2, 0)]], steps=4)
+    found = evacuation.measure(run)
+    assert (found["path_efficiency"], found["path_efficiency_moving"]) == (0.5, 1)
+
+
+def test_ways_lead_round_walls_and_through_no_other_exit():
+    run = leaving([[(0, 0)]], steps=1, walls=(((-1, -1), (-1, 2)),))
+    steps = exit_steps(run.world)
+    assert steps[0, 2, 2] == 6, "down, round the wall, and up again"
+    assert steps[1, 2, 2] == 2 and steps[0, 1, 2] == NO_WAY
+
+
+def test_warnings_count_that_were_heard_before_the_step_of_leaving():
+    said = np.full((2, 2), None, dtype=np.object_)
+    said[:, 0] = "Fire! There is a fire, get out!"
+    deliveries = np.array([(1, 0, 1), (2, 0, 1)])
+    run = leaving([[(0, 0)], [(0, 0), (1, 0), (2, 0)]], steps=2, run={"said": said, "deliveries": deliveries})
+    found = evacuation.measure(run)
+    assert (found["warned"], found["warnings_heard"]) == (1, 1)
+
+
+def test_nobody_out_is_missing_and_not_zero():
+    found = evacuation.measure(leaving([[(0, 0)], [(0, 1)]], steps=2))
+    missing = {name for name, value in found.items() if math.isnan(value)}
+    assert found["out"] == 0 and {"time_50", "time_90", "nearest", "path_efficiency", "share_left"} <= missing
+
+
+def most_out(distances: list[list[int]], capacities: list[int | None], steps: int) -> int:
+    """Return the most agents that can be out by then, over all ways to give them exits and steps."""
+    ways = [
+        [(index, step) for index, far in enumerate(own) for step in range(max(far, 1), steps + 1)] + [None]
+        for own in distances
+    ]
+    best = 0
+    for chosen in itertools.product(*ways):
+        taken = [one for one in chosen if one is not None]
+        fits = all(
+            capacities[index] is None or taken.count((index, step)) <= capacities[index] for index, step in set(taken)
+        )
+        best = max(best, len(taken)) if fits else best
+    return best
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.lists(st.lists(st.sampled_from([1, 2, 3, FAR]), min_size=2, max_size=2), min_size=1, max_size=4),
+    st.lists(st.sampled_from([1, 2, None]), min_size=2, max_size=2),
+)
+def test_the_plan_is_best_at_every_step_as_brute_force_finds_it(distances: Any, capacities: Any):
+    plan = [one for one in soonest_departures(distances, capacities) if one is not None]
+    for steps in range(1, 5):
+        assert sum(one.step <= steps for one in plan) == most_out(distances, capacities, steps)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_oracle_meets_the_bound_where_nobody_is_in_its_way(tmp_path: Path, seed: int):
+    run = whole_run(
+        tmp_path / "sweep",
+        "evacuation_corridor",
+        "shortest_path",
+        "world.cell_capacity=null",
+        "world.agents=12",
+        seed=seed,
+    )
+    found = evacuation.measure(run)
+    assert found["over_bound"] == found["over_bound_50"] == 1 and found["path_efficiency_moving"] == 1
+
+
+def test_signatures_count_no_agent_that_is_not_there(tmp_path: Path):
+    run = whole_run(tmp_path / "sweep", "evacuation", "shortest_path", "world.steps=12", "world.agents=10", seed=0)
+    assert isinstance(run, GridRun) and not run.there.all()
+    found = signatures.measure(run)
+    asked = int(run.there.sum())
+    assert found["idle_rate.n_decisions"] == found["outcome.n_decisions"] == found["movement.n_decisions"] == asked
+    assert math.isnan(found["clustering.nni"]) and 0 < found["clustering.largest_group"] <= 1
+    assert math.isnan(found["exploration.walker_ratio"]) and found["exploration.n_cells"] == run.world.cells < 17 * 17
+    assert not any(name.startswith("hazard.") for name in found), "its fire spreads"
+    assert run.choice[~run.there].max() == 0 and not run.moved[~run.there].any()
+    doors = {cell for one in run.world.exits for cell in one.cells}
+    gone = np.flatnonzero((run.left != NO_EXIT).any(axis=0))
+    assert len(gone) and all((run.x[-1, agent], run.y[-1, agent]) in doors for agent in gone), (
+        "where it left, it is kept"
+    )
+
+
+def test_signatures_of_an_open_grid_are_what_they_were():
+    run = grid_run([[(0, 0), (1, 0), (2, 0)], [(5, 5), (5, 6), (5, 7)]])
+    full = replace(run, present=np.ones((2, 2), dtype=np.bool_))
+    for one in (clustering, exploration):
+        assert one.measure(full) == pytest.approx(one.measure(run), nan_ok=True)
+    assert hazard.applies(run) and not evacuation.applies(run)
+    assert not hazard.applies(replace(run, world=world_of(run, fires=(Fire("f", 1, (0, 0), 2.0, 0.1),))))

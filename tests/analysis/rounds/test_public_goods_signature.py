@@ -1,0 +1,76 @@
+"""What the signature of public goods says of rounds worked by hand, and of policies whose results are known."""
+
+from __future__ import annotations
+
+import math
+from itertools import chain
+
+import numpy as np
+import pytest
+
+from analysis.rounds.signatures.public_goods import applies, measure
+from foundry.worlds.rounds.public_goods import PublicGoods, PunishedGoods
+from foundry.worlds.rounds.replies import deciding
+from scripted_rounds import answered_run, scripted_run
+
+SETTINGS = {"name": "goods", "tokens": 20, "multiplier": 2, "reset": True}
+
+
+def measured(*rounds: tuple[int | str, ...], readable: bool = False) -> dict[str, float]:
+    settings = SETTINGS | {"agents": len(rounds[0]), "steps": len(rounds)}
+    scenario = PublicGoods(**settings)
+    run = answered_run(scenario, (one if isinstance(one, str) else deciding(one) for one in chain(*rounds)), settings)
+    assert applies(run)
+    return measure(run.only_readable() if readable else run)
+
+
+def test_rounds_worked_by_hand():
+    found = measured((20, 10, 0), (10, 5, 0))
+    assert found["contribution"] == 7.5 and found["score"] == pytest.approx(62.5)
+    assert found["efficiency"] == pytest.approx(0.375)
+    assert found["trend"] == pytest.approx(-0.25)
+    assert (found["free_riders"], found["nothing"]) == (1 / 3, 1 / 3)
+    assert math.isnan(found["conditional"])
+
+
+def test_what_could_not_be_read_gives_nothing_or_is_left_out():
+    assert measured((20, "?"), (20, "?"))["score"] == 50
+    alone = measured((20, "?"), (20, "?"), readable=True)
+    assert (alone["score"], alone["n_agents"]) == (0, 1)
+    assert math.isnan(measured(("?", "?"), readable=True)["score"])
+
+
+def test_who_gives_the_half_of_what_the_others_gave_has_that_slope():
+    rounds = [(16, 4), (2, 8), (4, 1), (0, 2)]
+    others = np.array(rounds)[:-1, ::-1] * 1.0
+    assert (np.array(rounds)[1:] == others // 2).all()
+    assert measured(*rounds)["conditional"] == pytest.approx(0.5, abs=0.12)
+
+
+def test_who_gives_less_every_round_by_itself_follows_nobody():
+    assert measured(*((18 - 2 * step, 9 - step) for step in range(8)))["trend"] < 0
+    values = [measured(*zip(*((np.random.default_rng(9 * seed + one).integers(0, 20 - 2 * np.arange(9))).tolist()
+              for one in range(4)), strict=True))["conditional"] for seed in range(30)]  # fmt: skip
+    assert abs(np.mean(values)) < 3 * np.std(values) / math.sqrt(30)
+
+
+def test_punishment_is_counted_with_what_it_costs_and_whom_it_hits():
+    settings = SETTINGS | {"agents": 3, "steps": 1, "cost": 2, "loss": 3}
+    said = [*map(deciding, (20, 10, 10)), *map(deciding, ("agent 2", "agent 2", "nobody"))]
+    found = measure(answered_run(PunishedGoods(**settings), said, settings))
+    assert (found["punishing"], found["spent"], found["antisocial"]) == pytest.approx((2 / 3, 4 / 3, 1 / 2))
+    assert found["efficiency"] == pytest.approx((40 - (2 * 2 + 2 * 3)) / 3 / 20)
+
+
+@pytest.mark.parametrize(
+    ("model", "column", "value"),
+    [
+        ("scripted/free_rider", "score", 100),
+        ("scripted/random", "score", 50),
+        ("scripted/conditional", "score", 100 - 100 * (1 - 0.8**20) / (2 * 20 * 0.2)),
+        ("scripted/conditional", "conditional", 0.8),
+    ],
+)
+def test_policies_come_to_what_is_known_of_them(model: str, column: str, value: float):
+    values = [measure(scripted_run("world=public_goods", f"model={model}", seed=seed))[column] for seed in range(6)]
+    assert abs(np.mean(values) - value) <= 4 * np.std(values) / math.sqrt(len(values)) + 1e-9

@@ -1,0 +1,55 @@
+"""`foundry threshold`: stages of a sweep, a bracket for each model, and one line where nothing can be looked for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from foundry.cli import run
+from foundry.storing.store import SweepFolder
+
+SMALL = (
+    "+sweep=critical_mass",
+    "seed=0-1",
+    "world.steps=6",
+    "world.agents=6",
+    "world.memory=1",
+    "cache.path=answers.sqlite",
+)
+POLICIES = "model=scripted/focal_name,scripted/best_response"
+ASKED = (*SMALL, POLICIES, "world.committed_name=bafu", "world.established=tazo", "output.dir=mass", "search.until=0.4")
+
+
+def test_every_model_gets_its_own_bracket_from_stages_that_are_sweeps(workspace: Path, capsys):
+    assert run(["threshold", *ASKED]) == 0
+    table = pd.read_csv("mass/threshold.csv").set_index("model")
+    assert table.loc["scripted/focal_name", "high"] == 0 and pd.isna(table.loc["scripted/focal_name", "threshold"])
+    best = table.loc["scripted/best_response"]
+    assert (best["low"], best["high"]) in ((0, 0.35), (0.35, 0.7)) and best["low"] < best["threshold"] < best["high"]
+    points = pd.read_csv("mass/threshold_points.csv")
+    assert set(points["n"]) == {2} and set(points["share"]) >= {0, 1}
+    stages = [SweepFolder.open(stage) for stage in sorted(Path("mass").glob("stage-*"))]
+    assert [len(stage.runs()) for stage in stages] == [4, 4, 2]
+    assert "surely_low" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_the_same_command_plays_nothing_again(workspace: Path):
+    assert run(["threshold", *ASKED]) == 0
+    written = {one: one.stat().st_mtime_ns for one in Path("mass").glob("stage-*/runs/*/run.json")}
+    assert run(["threshold", *ASKED]) == 0
+    assert written == {one: one.stat().st_mtime_ns for one in Path("mass").glob("stage-*/runs/*/run.json")}
+
+
+@pytest.mark.parametrize(("asked", "told"), [
+    (("world=naming",), "looks for no threshold"),
+    (("+sweep=critical_mass", "search.low=1"), "give low < high"),
+    (("+sweep=critical_mass", "search.setting=world.comitted"), "Did you mean 'committed'"),
+    ((*SMALL, "search.measure=naming.success", "output.dir=y"), "is no outcome"),
+])  # fmt: skip
+def test_a_search_that_cannot_be_is_told_in_one_line(asked: tuple[str, ...], told: str, workspace: Path, capsys):
+    assert run(["threshold", *asked, "model=scripted/best_response"]) == 2
+    error = capsys.readouterr().err
+    assert told in error and error.count("\n") == 1

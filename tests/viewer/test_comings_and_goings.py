@@ -1,0 +1,94 @@
+"""Sweeps of worlds in which agents come and go: recorded, verified, forked, measured, and shown."""
+
+from __future__ import annotations
+
+import pandas as pd
+import pytest
+
+import viewer_pages
+from browser import browser_page
+from commands import foundry
+from foundry.records import GridStep
+from foundry.storing.store import SweepFolder
+from foundry.viewer.grid.view import AWAY, GridView
+from foundry.viewer.server import serving
+
+SMALL = ("world.half_size=4", "world.agents=5", "world.steps=12", "world.food.share=1", "world.energy.start=30")
+
+
+@pytest.fixture(scope="module")
+def sweep(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
+    """Return the runs of two policies that have children and kill one another."""
+    cwd = tmp_path_factory.mktemp("living")
+    models = "model=scripted/forager,scripted/fighter"
+    done = foundry("-m", "world=survival", models, "seed=0-1", *SMALL, "output.dir=lives", "analyze=false", cwd=cwd)
+    assert done.returncode == 0, done.stderr
+    return SweepFolder.open(cwd / "lives")
+
+
+@pytest.fixture
+def view(sweep: SweepFolder) -> GridView:
+    found = GridView(sweep.runs()[0])
+    found.steps.grow()
+    return found
+
+
+def test_a_run_in_which_agents_are_born_is_verified_and_continued(sweep: SweepFolder):
+    cwd = sweep.path.parent
+    assert "4 identical" in foundry("verify", "lives", cwd=cwd).stdout
+    run = sweep.runs()[0].path
+    forked = foundry(
+        "fork", str(run), "--at", "6", "-m", "model=scripted/sharer", "output.dir=on", "analyze=false", cwd=cwd
+    )
+    assert forked.returncode == 0, forked.stderr
+    before, after = ((path / "steps.jsonl").read_bytes() for path in (run, SweepFolder.open(cwd / "on").runs()[0].path))
+    shared = before[: before.index(b'{"step":6,')]
+    assert after.startswith(shared) and after != before
+
+
+def test_frames_have_room_for_all_that_may_ever_be_and_say_who_is_away(view: GridView):
+    frames = view.frames(1, view.done)
+    assert view.agents == 60 and len(frames["flags"]) == view.done * 60
+    there = [
+        sum(not flags & AWAY for flags in frames["flags"][step * 60 : step * 60 + 60]) for step in range(view.done)
+    ]
+    lines = [line.step for line in view.read_steps(1, view.done, GridStep)]
+    assert there == [lines.count(step) for step in range(1, view.done + 1)] and there[-1] > there[0] == 5
+
+
+def test_food_is_told_up_to_a_chunk_and_by_step(view: GridView):
+    whole, late = view.frames(1, view.done)["food"], view.frames(5, view.done)["food"]
+    assert len(whole) == view.done + 1 and len(whole[0]) == 3 * 81, "all cells at the start"
+    assert late[0] == [number for changes in whole[:5] for number in changes] and late[1:] == whole[5:]
+
+
+def test_the_way_of_an_agent_that_is_born_begins_where_that_is(view: GridView):
+    tracks = dict(view.all_tracks())
+    born = next(agent for agent in range(5, 60) if not tracks[agent]["flags"][-1] & AWAY)
+    assert tracks[born] == view.track(born)
+    early = tracks[born]["flags"].index(next(flags for flags in tracks[born]["flags"] if not flags & AWAY))
+    assert early > 0 and set(tracks[born]["x"][:early]) == {tracks[born]["x"][early]}
+    assert len(tracks[born]["x"]) == view.done + 1
+
+
+@pytest.mark.slow
+def test_it_is_measured_and_reported(sweep: SweepFolder):
+    cwd = sweep.path.parent
+    assert foundry("analyze", "lives", cwd=cwd).returncode == 0
+    assert foundry("report", "lives", cwd=cwd).returncode == 0
+    found = pd.read_csv(sweep.path / "analysis" / "signatures.csv")
+    assert (found["survival.births"] > 0).any() and found["survival.lifespan"].notna().all()
+    assert not any(column.startswith("evacuation.") for column in found)
+    assert (sweep.path / "analysis" / "plots" / "presence.png").is_file()
+
+
+@pytest.mark.browser
+@pytest.mark.slow
+def test_the_page_draws_who_is_there_and_tells_of_their_energy(sweep: SweepFolder):
+    run = sweep.runs()[0].id
+    with serving(sweep.path) as server, browser_page() as page:
+        viewer_pages.go(page, server.url, f"run/lives/{run}?step=3&agent=1")
+        page.wait_for_selector("text=energy")
+        page.wait_for_function(
+            "() => document.querySelector('canvas.grid').getAttribute('aria-label').startsWith('5 ')"
+        )

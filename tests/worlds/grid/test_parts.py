@@ -1,0 +1,208 @@
+"""Walls, exits, crowds, sight and fires that spread: parts of the grid, against worlds worked out by hand."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import msgspec
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from foundry.errors import InputError
+from foundry.worlds.base import Answer, Recorded
+from foundry.worlds.grid.layouts import Explicit
+from foundry.worlds.grid.parts.ground import Ground
+from foundry.worlds.grid.parts.records import Burning, FurnishedStep
+from foundry.worlds.grid.world import GridScenario
+
+SILENT = Answer(json.dumps({"message": None, "reasoning": ""}))
+NORTH = {"name": "north", "cells": [[0, 2]]}
+
+
+def scenario(*cells: tuple[int, int], **changes: Any) -> GridScenario:
+    """Return a small open world with agents on these cells."""
+    plain = {"name": "small", "half_size": 2, "agents": len(cells), "steps": 9, "places": []}
+    plain |= {"communication_distance": 9, "history": {"memory": 1, "messages": 1}}
+    return GridScenario(layout=Explicit(positions=[list(cell) for cell in cells]), **{**plain, **changes})
+
+
+def go(*ways: str) -> list[Answer]:
+    plain = [{"action": "stay"} if way == "stay" else {"action": "move", "direction": way} for way in ways]
+    return [Answer(json.dumps({**one, "memory": "", "reasoning": ""})) for one in plain]
+
+
+def step(world: Any, *ways: str) -> list[FurnishedStep]:
+    """Let a step go by in silence and return its lines."""
+    world.advance([SILENT] * len(world.pending()))
+    return [one for one in world.advance(go(*ways)) if isinstance(one, FurnishedStep)]
+
+
+def test_a_wall_stops_a_move_as_the_edge_does_and_each_says_which_it_was():
+    world = scenario((0, 0), (2, 0), walls=[[[1, -2], [1, 2]]]).start(0)
+    lines = step(world, "right", "right")
+    assert [(line.moved, line.blocked) for line in lines] == [(False, "wall"), (False, "edge")]
+
+
+def test_who_moves_onto_an_exit_is_gone_and_is_asked_no_more():
+    world = scenario((0, 1), (0, -2), exits=[NORTH]).start(0)
+    first = step(world, "up", "stay")
+    assert first[0].left == "north" and first[1].left is None
+    assert [question.agent for question in world.pending()] == [1]
+    assert world.pending()[0].observation["neighbours"] == []
+
+
+def test_an_exit_lets_out_so_many_a_step_and_the_others_wait():
+    world = scenario((0, 1), (0, 1), (0, 1), exits=[{**NORTH, "capacity": 2}]).start(0)
+    lines = step(world, "up", "up", "up")
+    assert sorted(str(line.left) for line in lines) == ["None", "north", "north"]
+    assert [line.blocked for line in lines if line.left is None] == ["exit"]
+    assert [line.left for line in step(world, "up")] == ["north"]
+    assert world.finished
+
+
+def test_who_is_first_at_a_narrow_exit_is_drawn_by_the_seed():
+    firsts = set()
+    for seed in range(20):
+        world = scenario((0, 1), (0, 1), exits=[{**NORTH, "capacity": 1}]).start(seed)
+        firsts.add(next(line.agent for line in step(world, "up", "up") if line.left))
+    assert firsts == {0, 1}
+
+
+def test_a_full_cell_is_not_entered_unless_who_stands_in_it_goes_on_in_the_same_step():
+    world = scenario((0, 0), (1, 0), (2, 0), cell_capacity=1).start(0)
+    assert [line.blocked for line in step(world, "right", "stay", "stay")] == ["agents", None, None]
+    assert [line.moved for line in step(world, "right", "right", "up")] == [True, True, True]
+
+
+def test_two_do_not_change_places_where_a_cell_holds_one():
+    world = scenario((0, 0), (1, 0), cell_capacity=1).start(0)
+    assert [line.blocked for line in step(world, "right", "left")] == ["agents", "agents"]
+
+
+def test_agents_see_as_far_as_their_view_and_not_behind_walls():
+    world = scenario((0, 0), (2, 0), walls=[[[1, -1], [1, 1]]], view=2, exits=[NORTH]).start(0)
+    world.advance([SILENT, SILENT])
+    seen = world.pending()[0].observation
+    assert seen["window"] == ["..E??", "...#?", "..@#?", "...#?", "...??"]
+    assert seen["seen"] == [] and seen["open"] == ["up", "down", "left"]
+    assert world.pending()[1].observation["neighbours"] == [], "walls stop talk too"
+
+
+@pytest.mark.parametrize("block", [[], ["sight"], ["talk"]])
+def test_what_walls_block_is_a_setting(block: list[str]):
+    world = scenario((0, 0), (2, 0), walls=[[[1, -1], [1, 1]]], walls_block=block).start(0)
+    seen = world.pending()[0].observation
+    assert bool(seen["seen"]) == ("sight" not in block)
+    assert bool(seen["neighbours"]) == ("talk" not in block)
+
+
+def test_an_exit_is_known_to_its_share_of_agents_and_to_who_sees_it_and_to_leaders():
+    far = {"name": "far", "cells": [[-2, -2]], "known": 0}
+    changes = {"view": 1, "exits": [{**NORTH, "known": False}, far], "leaders": {"number": 1}}
+    world = scenario((2, 0), (0, 1), (2, -2), **changes).start(0)
+    known = [[one["name"] for one in question.observation["exits"]] for question in world.pending()]
+    assert known == [["north", "far"], ["north"], []]
+    assert [question.observation["persona"]["role"] for question in world.pending()] == ["leader", "visitor", "visitor"]
+
+
+def test_sight_is_the_same_both_ways():
+    ground = Ground(4, [((-1, 0), (1, 0)), ((2, 2), (2, 3))], [])
+    cells = [(x, y) for x in range(-4, 5) for y in range(-4, 5)]
+    assert all(ground.is_clear(one, other) == ground.is_clear(other, one) for one in cells for other in cells)
+
+
+def test_a_fire_that_always_spreads_burns_one_ring_more_a_step_and_kills_who_stands_there():
+    fire = {"name": "fire", "start": 1, "position": [0, 0], "intensity": 1, "radius": 9, "spread": 1, "risk": 1}
+    world = scenario((2, 0), (2, 2), fires=[fire]).start(0)
+    assert [one for one in world.opening() if isinstance(one, Burning)] == [Burning(step=1, x=0, y=0, fire="fire")]
+    assert [line.lost for line in step(world, "stay", "stay")] == [None, None]
+    assert len(world.pending()[0].observation["burning"]) == 5
+    assert world.pending()[0].observation["fires"][0]["distance"] == 1.0, "from the nearest flame"
+    assert [line.lost for line in step(world, "stay", "stay")] == [None, None]
+    assert [line.lost for line in step(world, "stay", "stay")] == ["fire", None]
+
+
+def test_a_fire_finds_nothing_to_light_where_another_burns_already():
+    plain = {"intensity": 1, "radius": 9}
+    first = {"name": "first", "start": 1, "position": [0, 0], "spread": 1, **plain}
+    second = {"name": "second", "start": 3, "position": [0, 1], **plain}
+    world = scenario((2, 2), fires=[first, second]).start(0)
+    for _ in range(3):
+        step(world, "stay")
+    assert [one["name"] for one in world.pending()[0].observation["fires"]] == ["first"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"walls": [[[0, 0], [3, 0]]]}, "beyond the grid"),
+        ({"walls": [[[0, 2], [0, 2]]], "exits": [NORTH]}, "there is a wall"),
+        ({"walls": [[[-2, 0], [2, 0]]], "exits": [NORTH]}, "where nobody can start"),
+        ({"exits": [{"name": "x", "cells": []}]}, "world.exits[0]"),
+        ({"exits": [{**NORTH, "width": 1}]}, "width"),
+        ({"sharing": True}, "set world.energy"),
+        ({"leaders": {"number": 2}}, "world.leaders.number=2"),
+        ({"energy": {"start": 5, "most": 4}}, "world.energy.start=5"),
+        ({"walls_block": ["smell"]}, "world.walls_block"),
+    ],
+)
+def test_parts_that_do_not_fit_are_refused_in_one_line(changes: dict[str, Any], words: str):
+    with pytest.raises(InputError) as refused:
+        scenario((0, -1), **changes)
+    assert words in str(refused.value) and "\n" not in str(refused.value)
+
+
+def test_agents_start_where_there_is_room_and_a_way_out():
+    crowded = scenario((0, 0), (0, 0), (0, 0), cell_capacity=1).start(0)
+    cells = {(one.observation["x"], one.observation["y"]) for one in crowded.pending()}
+    assert len(cells) == 3 and (0, 0) in cells
+
+
+def test_a_world_without_further_parts_writes_what_it_always_wrote():
+    plain = scenario((0, 0))
+    assert not plain.settings.furnished and "lost" not in plain.declared().streams["steps"]
+    assert set(plain.start(0).pending()[0].observation) & {"window", "exits", "energy"} == set()
+
+
+def room() -> GridScenario:
+    fire = {"name": "fire", "start": 2, "position": [-1, -1], "intensity": 1, "radius": 3, "spread": 0.3, "risk": 0.5}
+    exits = [{**NORTH, "capacity": 1}]
+    cells = [(0, 0), (0, 0), (1, 1), (-2, -2)]
+    return scenario(*cells, exits=exits, fires=[fire], walls=[[[1, 0], [2, 0]]], cell_capacity=2, view=2)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 50), data=st.data())
+def test_whatever_is_answered_agents_are_asked_until_they_are_gone_and_pictures_come_out_again(seed: int, data: Any):
+    made = room()
+    world = made.start(seed)
+    lines: list[FurnishedStep] = []
+    there = set(range(4))
+    frames = [world.frame()]
+    while not world.finished:
+        questions = world.pending()
+        assert [one.agent for one in questions] == sorted(there)
+        told = [data.draw(st.sampled_from([*one.options, "", "{", '{"message": "hi"}'])) for one in questions]
+        for record in world.advance([Answer(text) for text in told]):
+            if isinstance(record, FurnishedStep):
+                lines.append(record)
+                there -= {record.agent} if record.left or record.lost else set()
+        if len(frames) <= world.step:
+            frames.append(world.frame())
+    assert list(made.frames(seed, lines)) == frames
+
+
+def test_a_picture_is_drawn_again_byte_for_byte():
+    made = room()
+    world = made.start(1)
+    lines = [*step(world, "up", "up", "left", "stay"), *step(world, *["up"] * len(world.pending()))]
+    content = b"".join(msgspec.json.encode(line) + b"\n" for line in lines)
+    assert made.redraw(Recorded(1, content, b"", lambda _: None)).draw(2) == world.draw()
+
+
+def test_worlds_with_further_parts_ask_in_rounds_and_those_without_may_ask_ahead():
+    assert scenario((0, 0)).start(0).ahead() is not None
+    for part in ({"walls": [[[1, 1], [1, 1]]]}, {"exits": [NORTH]}, {"view": 2}, {"energy": {"start": 3}}):
+        assert scenario((0, 0), **part).start(0).ahead() is None

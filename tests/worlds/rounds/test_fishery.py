@@ -1,0 +1,214 @@
+"""The fishery: who gets what of a stock that is too small, what is told, who talks when, and when it is over."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from foundry import seeding
+from foundry.errors import InputError
+from foundry.models.scripted.random import Random
+from foundry.models.scripted.rounds.fishery import GreedyCatch, SustainableCatch
+from foundry.records import Message, Record
+from foundry.worlds.base import Answer, World
+from foundry.worlds.rounds.fishery import Catch, Fishery, Stock, one_by_one, shares, sustainable
+from scripted_rounds import records
+
+USUAL: dict[str, Any] = {
+    "name": "fishery", "agents": 5, "steps": 12, "stock": 100, "collapse": 5, "sharing": "stochastic", "talk": 0,
+    "universalisation": False, "outsider": None,
+}  # fmt: skip
+
+
+def fishery(**changes: Any) -> Fishery:
+    return Fishery(**(USUAL | changes))
+
+
+def caught(world: World, *wishes: object) -> list[Record]:
+    return list(world.advance([Answer(json.dumps({"action": one})) for one in wishes]))
+
+
+def stocks(written: list[Record]) -> list[Stock]:
+    return [one for one in written if isinstance(one, Stock)]
+
+
+def test_wishes_within_the_stock_are_met_and_what_is_left_doubles():
+    world = fishery(agents=2).start(0)
+    written = caught(world, 30, 45)
+    assert [(one.action, one.caught, one.utility) for one in written if isinstance(one, Catch)] == [
+        (30, 30, 30),
+        (45, 45, 45),
+    ]
+    assert stocks(written) == [Stock(step=1, before=100, caught=75, outsider=None, after=25, next=50)]
+    assert [one.observation["stock"] for one in world.pending()] == [50, 50]
+    assert world.pending()[0].observation["months"] == [
+        {"step": 1, "stock": 100, "caught": [30, 45], "outsider": None, "left": 25}
+    ]
+    assert len(world.pending()[0].options) == 51
+
+
+def test_the_stock_grows_to_its_first_size_at_most():
+    assert stocks(caught(fishery(agents=1).start(0), 10))[0].next == 100
+
+
+@pytest.mark.parametrize(("left", "finished"), [(4, True), (5, False)])
+def test_it_is_over_with_fewer_than_five_tons(left: int, finished: bool):
+    world = fishery(agents=1).start(0)
+    (month,) = stocks(caught(world, 100 - left))
+    assert (world.finished, month.after, month.next) == (finished, left, None if finished else 10)
+
+
+def test_unread_wishes_count_as_none():
+    world = fishery(agents=2).start(0)
+    first, second, _ = caught(world, 101, 7)
+    assert (first.action, first.caught, second.caught) == (None, 0, 7)
+
+
+def by_loops(wanted: tuple[int, ...], units: int) -> dict[tuple[int, ...], float]:
+    """Return how likely it is who gets what, where each unit goes to one of those that still want some."""
+    if units == 0:
+        return {(0,) * len(wanted): 1.0}
+    found: Counter[tuple[int, ...]] = Counter()
+    hungry = [agent for agent, one in enumerate(wanted) if one]
+    for agent in hungry:
+        rest = tuple(one - (place == agent) for place, one in enumerate(wanted))
+        for got, chance in by_loops(rest, units - 1).items():
+            found[tuple(one + (place == agent) for place, one in enumerate(got))] += chance / len(hungry)
+    return dict(found)
+
+
+@pytest.mark.parametrize(("wanted", "units"), [((3, 1, 2), 4), ((5, 5), 5), ((0, 4, 1), 3)])
+def test_units_go_to_a_random_one_of_those_that_still_want_some(wanted: tuple[int, ...], units: int):
+    rng, draws = seeding.stream(0, "test"), 4000
+    drawn = Counter(tuple(one_by_one(np.array(wanted), units, rng).tolist()) for _ in range(draws))
+    exact = by_loops(wanted, units)
+    assert set(drawn) <= set(exact) and sum(exact.values()) == pytest.approx(1)
+    for got, chance in exact.items():
+        assert abs(drawn[got] - draws * chance) < 5 * np.sqrt(draws * chance * (1 - chance)) + 1
+
+
+def test_in_proportion_everybody_gets_its_part_and_the_rest_is_drawn_among_the_rounded():
+    rng = seeding.stream(0, "test")
+    assert shares([100, 50, 50], 100, "proportional", rng) == [50, 25, 25]
+    drawn = Counter(tuple(shares([100, 100, 1], 100, "proportional", rng)) for _ in range(400))
+    assert set(drawn) == {(50, 50, 0), (51, 49, 0), (49, 51, 0), (50, 49, 1), (49, 50, 1)}
+    assert abs(drawn[50, 50, 0] - 400 * 51 * 51 * 2 / (103 * 102)) < 5 * 10, "by what is still wanted: 51, 51 and 1"
+
+
+@given(
+    st.lists(st.integers(0, 100), min_size=1, max_size=8),
+    st.integers(0, 100),
+    st.sampled_from(["stochastic", "proportional"]),
+    st.integers(0, 99),
+)
+def test_nobody_gets_more_than_it_wants_and_all_of_a_stock_that_is_wanted_is_given(
+    wishes: list[int], stock: int, sharing: str, seed: int
+):
+    wanted = [min(one, stock) for one in wishes]
+    got = shares(wanted, stock, sharing, seeding.stream(seed, "test"))
+    assert all(0 <= one <= most for one, most in zip(got, wanted, strict=True))
+    assert sum(got) == min(sum(wanted), stock)
+
+
+@settings(max_examples=25)
+@given(
+    st.integers(0, 99),
+    st.sampled_from(["stochastic", "proportional"]),
+    st.integers(0, 4),
+    st.none() | st.fixed_dictionaries({"from": st.integers(1, 3), "catch": st.integers(0, 60)}),
+    st.lists(st.sampled_from(["", "12", '{"action": 3}', '{"action": 999}', "no", '{"message": "hm"}']), min_size=1),
+)
+def test_no_ton_is_lost_or_made_whatever_is_answered(
+    seed: int, sharing: str, talk: int, outsider: Any, said: list[str]
+):
+    world = fishery(agents=3, steps=4, sharing=sharing, talk=talk, outsider=outsider).start(seed)
+    written, asked = list(world.opening()), 0
+    while not world.finished:
+        written += world.advance([Answer(said[(asked + place) % len(said)]) for place, _ in enumerate(world.pending())])
+        asked += 1
+    months = stocks(written)
+    assert [one.step for one in months] == list(range(1, world.step + 1))
+    for month, following in zip(months, [*months[1:], None], strict=True):
+        got = [
+            one.caught for one in written if isinstance(one, Catch) and one.kind == "catch" and one.step == month.step
+        ]
+        assert month.caught == sum(one or 0 for one in got)
+        assert month.before == month.caught + (month.outsider or 0) + month.after
+        assert month.next == (min(2 * month.after, 100) if month.after >= 5 else None)
+        assert following is None or following.before == month.next
+
+
+def test_all_talk_in_drawn_order_round_and_round_and_hear_what_was_said():
+    world = fishery(agents=2, talk=3, steps=2).start(0)
+    caught(world, 1, 1)
+    order, texts = [], ["a", "b", "c"]
+    for text in texts:
+        (question,) = world.pending()
+        order.append(question.agent)
+        assert [one["text"] for one in question.observation["talk"]] == texts[: texts.index(text)]
+        written = list(world.advance([Answer(json.dumps({"message": text}))]))
+        assert [one.recipient for one in written if isinstance(one, Message)] == [1 - question.agent]
+    assert order == [order[0], 1 - order[0], order[0]]
+    assert world.pending()[0].kind == "catch"
+    assert [one["agent"] for one in world.pending()[0].observation["talk"]] == order
+    assert len({one.sampling_seed(0) for one in world.pending()}) == 2
+
+
+def test_a_conversation_ends_when_all_were_silent_in_turn():
+    world = fishery(agents=2, talk=9, steps=2).start(0)
+    caught(world, 1, 1)
+    for text in ("", '{"message": "well"}', '{"message": null}', "{}"):
+        assert world.pending()[0].kind == "talk"
+        world.advance([Answer(text)])
+    assert world.pending()[0].kind == "catch"
+
+
+def test_the_sustainable_share_is_told_where_it_is_set_and_grows_the_stock_back():
+    assert fishery().start(0).pending()[0].observation["sustainable"] is None
+    assert fishery(universalisation=True).start(0).pending()[0].observation["sustainable"] == 10
+
+
+@given(st.integers(5, 1000), st.integers(1, 20))
+def test_the_sustainable_share_is_the_most_that_leaves_half_of_the_stock(stock: int, agents: int):
+    most = sustainable(stock, agents)
+    assert 2 * (stock - most * agents) >= stock > 2 * (stock - (most + 1) * agents)
+
+
+def test_an_outsider_fishes_from_its_month_on_and_is_asked_nothing():
+    world = fishery(agents=2, outsider={"from": 2, "catch": 60}).start(0)
+    (first,) = stocks(caught(world, 10, 10))
+    (second,) = stocks(caught(world, 5, 5))
+    assert (first.outsider, first.next, second.outsider, second.after) == (None, 100, 60, 30)
+    assert len(world.pending()) == 2 and world.pending()[0].observation["months"][1]["outsider"] == 60
+
+
+def test_who_takes_all_ends_it_at_once_and_who_takes_the_sustainable_share_never():
+    greedy = stocks(list(records(fishery(talk=10), GreedyCatch("greedy"), 3)))
+    assert greedy == [Stock(step=1, before=100, caught=100, outsider=None, after=0, next=None)]
+    lasting = stocks(list(records(fishery(talk=10), SustainableCatch("sustainable"), 3)))
+    assert lasting == [
+        Stock(step=month, before=100, caught=50, outsider=None, after=50, next=100) for month in range(1, 13)
+    ]
+
+
+def test_the_same_seed_gives_the_same_episode_and_chance_comes_of_the_seed():
+    one, again, other = (records(fishery(talk=3), Random("r"), seed) for seed in (1, 1, 2))
+    assert one == again and one != other
+
+
+@pytest.mark.parametrize(("changes", "told"), [
+    ({"sharing": "stocastic"}, "Did you mean 'stochastic'"), ({"stock": 2.5}, "world.stock=2.5 is out of range"),
+    ({"collapse": 101}, "from 0 to 100"), ({"talk": -1}, "world.talk=-1"), ({"universalisation": "x"}, "neither true"),
+    ({"outsider": {"from": 2}}, "write outsider: {from: 4, catch: 30}"),
+    ({"outsider": {"from": 2, "catch": -1}}, "world.outsider.catch=-1"),
+])  # fmt: skip
+def test_a_setting_that_cannot_be_is_told_in_one_line(changes: dict[str, Any], told: str):
+    with pytest.raises(InputError) as error:
+        fishery(**changes)
+    assert told in str(error.value) and "\n" not in str(error.value)

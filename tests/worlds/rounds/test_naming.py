@@ -1,0 +1,211 @@
+"""The naming game: who meets whom and when, what is remembered, what succeeds, and who is never asked."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from foundry import seeding
+from foundry.conformance.playing import play
+from foundry.errors import InputError
+from foundry.models.scripted.random import Random
+from foundry.models.scripted.rounds.naming import BestResponse, FocalName
+from foundry.records import Record
+from foundry.worlds.base import Answer, Question
+from foundry.worlds.rounds.naming import Meeting, Naming, NamingGame, waves
+from scripted_rounds import records
+
+USUAL: dict[str, Any] = {
+    "name": "naming", "agents": 6, "steps": 3, "names": ["ama", "bodo", "ceri"], "protocol": "both", "memory": 2,
+    "equal": 100, "different": -50, "established": None, "committed": 0, "committed_name": None, "until": None,
+}  # fmt: skip
+
+
+def game(**changes: Any) -> NamingGame:
+    return NamingGame(**(USUAL | changes))
+
+
+def answered(scenario: NamingGame, say: Callable[[Question], str], seed: int = 0) -> Sequence[Record]:
+    """Return what an episode writes in which `say` answers."""
+    answers = lambda asked: [Answer(json.dumps({"action": say(one)})) for one in asked]  # noqa: E731
+    return play(scenario.start(seed), answers, most=scenario.count_calls()).records
+
+
+def meetings(written: Sequence[Record]) -> list[Meeting]:
+    return sorted((one for one in written if isinstance(one, Meeting)), key=lambda one: one.number)
+
+
+def own_name(question: Question) -> str:
+    return ("ama", "bodo", "ceri")[question.agent % 3]
+
+
+PAIRS = st.lists(st.tuples(st.integers(0, 7), st.integers(0, 7)).filter(lambda pair: pair[0] != pair[1]), max_size=20)
+
+
+@given(PAIRS)
+def test_every_pair_meets_as_soon_as_those_before_it_with_its_agents_have_met(pairs: list[tuple[int, int]]):
+    found = waves(pairs)
+    assert sorted(place for wave in found for place in wave) == list(range(len(pairs)))
+    at = {place: number for number, wave in enumerate(found) for place in wave}
+    for place, pair in enumerate(pairs):
+        shared = [at[other] for other in range(place) if set(pairs[other]) & set(pair)]
+        assert at[place] == max(shared, default=-1) + 1
+
+
+def test_two_that_say_the_same_name_succeed_and_others_fail():
+    written = answered(game(steps=9), own_name)
+    met = meetings(written)
+    assert [(one.number, one.step) for one in met] == [(place + 1, place // 3 + 1) for place in range(27)]
+    assert all(one.equal == (one.first % 3 == one.second % 3) for one in met) and len({one.equal for one in met}) == 2
+    said = [one for one in written if isinstance(one, Naming)]
+    assert Counter((one.number, one.agent) for one in said) == Counter(
+        (one.number, agent) for one in met for agent in (one.first, one.second)
+    )
+    equal = {one.number: one.equal for one in met}
+    assert all(one.utility == (100 if equal[one.number] else -50) for one in said)
+
+
+def test_each_remembers_its_latest_meetings_in_their_order_before_the_next():
+    past: dict[int, list[dict[str, Any]]] = {agent: [] for agent in range(6)}
+    seen: list[Question] = []
+    world = game(steps=20).start(1)
+    while not world.finished:
+        questions = world.pending()
+        for one in questions:
+            assert one.observation["memory"] == past[one.agent][-2:]
+            assert one.observation["points"] == sum(met["points"] for met in past[one.agent])
+            assert sorted(one.observation["names"]) == ["ama", "bodo", "ceri"]
+        written = world.advance([Answer(json.dumps({"action": own_name(one)})) for one in questions])
+        for met in (one for one in written if isinstance(one, Meeting)):
+            for agent, own, other in (
+                (met.first, met.first_name, met.second_name),
+                (met.second, met.second_name, met.first_name),
+            ):
+                past[agent].append({"own": own, "other": other, "points": 100 if met.equal else -50})
+        seen += questions
+    again = Counter((one.step, one.agent) for one in seen if one.again)
+    assert again, "some are asked twice in a round, each time with another seed"
+    assert len({one.sampling_seed(0) for one in seen}) == len(seen)
+
+
+def test_all_pairs_are_equally_likely():
+    met = Counter(
+        frozenset((one.first, one.second))
+        for seed in range(10)
+        for one in meetings(answered(game(steps=50), own_name, seed))
+    )
+    assert len(met) == 15 and all(abs(count - 100) < 5 * 10 for count in met.values())
+
+
+def test_what_cannot_be_read_names_nothing_and_fails():
+    met = meetings(answered(game(steps=1), lambda _: "dada"))
+    assert {(one.first_name, one.second_name, one.equal) for one in met} == {(None, None, False)}
+
+
+def test_who_is_committed_says_one_name_and_is_asked_nothing():
+    scenario = game(agents=9, committed=1 / 3, committed_name="bodo", steps=40)
+    written = answered(scenario, lambda _: "ama", 5)
+    asked = {one.agent for one in written if isinstance(one, Naming)}
+    assert len(asked) == 6
+    for one in meetings(written):
+        for agent, name in ((one.first, one.first_name), (one.second, one.second_name)):
+            assert name == ("ama" if agent in asked else "bodo")
+    other = {one.agent for one in answered(scenario, lambda _: "ama", 6) if isinstance(one, Naming)}
+    assert other != asked, "the seed draws who is committed"
+
+
+def test_an_established_name_is_what_all_remember():
+    first = game(established="ceri").start(0).pending()[0]
+    assert first.observation["memory"] == [{"own": "ceri", "other": "ceri", "points": 100}] * 2
+    assert first.observation["points"] == 0
+    written = records(game(established="ceri"), BestResponse("best"), 0)
+    assert all(one.first_name == one.second_name == "ceri" for one in meetings(written))
+
+
+def by_the_classic_rules(met: Sequence[Meeting], agents: int) -> list[bool]:
+    """Return which meetings succeed in the minimal naming game, whose speakers say what they said here."""
+    known: list[set[str]] = [set() for _ in range(agents)]
+    found = []
+    for one in met:
+        name = one.first_name
+        assert name is not None
+        speaker, hearer = known[one.first], known[one.second]
+        assert name in (speaker or {f"n{one.first}"}), "a speaker says a name it knows, or else invents one"
+        speaker.add(name)
+        found.append(name in hearer)
+        if found[-1]:
+            known[one.first], known[one.second] = {name}, {name}
+        else:
+            hearer.add(name)
+    return found
+
+
+@given(st.integers(0, 50), st.integers(2, 12))
+@settings(max_examples=15)
+def test_with_a_speaker_it_is_the_minimal_naming_game(seed: int, agents: int):
+    scenario = game(protocol="speaker", names=None, agents=agents, steps=30)
+    met = meetings(records(scenario, Random("random"), seed))
+    assert [one.equal for one in met] == by_the_classic_rules(met, agents)
+    assert all(one.second_name is None for one in met)
+
+
+def test_a_speaker_draws_evenly_among_the_names_that_it_knows():
+    first = Counter(
+        one.first_name
+        for seed in range(200)
+        for one in meetings(records(game(protocol="speaker", agents=2, steps=1), Random("random"), seed))
+    )
+    assert set(first) == {"ama", "bodo", "ceri"} and all(abs(count - 200 / 3) < 5 * 7 for count in first.values())
+
+
+def test_a_committed_hearer_learns_nothing():
+    scenario = game(protocol="speaker", agents=2, committed=0.5, committed_name="ceri", steps=60)
+    met = meetings(answered(scenario, lambda question: min(question.observation["names"])))
+    assert {one.equal for one in met if one.first_name == "ama"} == {False}
+    assert {one.first_name for one in met} == {"ama", "ceri"}
+
+
+def test_it_ends_with_a_consensus_where_that_is_set():
+    assert len(meetings(records(game(until="consensus", steps=9), FocalName("focal"), 0))) == 3
+    assert len(meetings(records(game(steps=9), FocalName("focal"), 0))) == 27
+    assert len(meetings(answered(game(until="consensus", steps=9), own_name))) == 27
+
+
+def test_the_best_response_is_what_others_said_most_and_is_drawn_where_several_would_do():
+    def said(*others: str | None) -> set[str]:
+        memory = [{"own": "ama", "other": other, "points": 0} for other in others]
+        observation = {"names": ["ceri", "bodo", "ama"], "memory": memory}
+        rng = seeding.stream(0, "test")
+        return {json.loads(BestResponse("best").say(observation, rng))["action"] for _ in range(40)}
+
+    assert said("bodo", None, "ceri", "bodo") == {"bodo"}
+    assert said("bodo", "ceri") == {"bodo", "ceri"}
+    assert said() == said(None) == {"ama", "bodo", "ceri"}
+
+
+@given(st.integers(0, 30), st.lists(st.sampled_from(["", "ama", '{"say": "ceri"}', "{", "no name"]), min_size=1))
+def test_whatever_is_answered_every_meeting_is_written_once(seed: int, said: list[str]):
+    world = game(agents=5, committed=0.2, committed_name="ama").start(seed)
+    written: list[Record] = list(world.opening())
+    while not world.finished:
+        written += world.advance([Answer(said[place % len(said)]) for place, _ in enumerate(world.pending())])
+    assert [one.number for one in meetings(written)] == list(range(1, 7))
+
+
+@pytest.mark.parametrize(("changes", "told"), [
+    ({"protocol": "speakers"}, "Did you mean 'speaker'"), ({"until": "agreement"}, "Available: consensus, null"),
+    ({"agents": 1}, "give 2 or more"), ({"memory": -1}, "world.memory=-1"), ({"names": ["a", "a"]}, "that differ"),
+    ({"names": None}, "null with world.protocol=speaker"), ({"established": "amo"}, "Did you mean 'ama'"),
+    ({"committed": 0.2}, "Give world.committed_name"), ({"committed": 2, "committed_name": "ama"}, "is no share"),
+    ({"committed": 0.99, "committed_name": "ama"}, "leaves nobody to ask"), ({"names": "ama"}, "give a list"),
+])  # fmt: skip
+def test_a_setting_that_cannot_be_is_told_in_one_line(changes: dict[str, Any], told: str):
+    with pytest.raises(InputError) as error:
+        game(**changes)
+    assert told in str(error.value) and "\n" not in str(error.value)

@@ -1,0 +1,131 @@
+"""Public goods: what a pot returns, what punishment costs, and that no token comes from nowhere."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from foundry.errors import InputError
+from foundry.models.scripted.rounds.public_goods import Conditional
+from foundry.records import RoundStep
+from foundry.worlds.base import Answer, World
+from foundry.worlds.rounds.public_goods import Giving, Pot, PublicGoods, PunishedGoods
+from foundry.worlds.rounds.replies import deciding
+
+SETTINGS = {"name": "goods", "agents": 4, "steps": 3, "tokens": 20, "multiplier": 2, "reset": True}
+
+
+def goods(**changes: Any) -> PublicGoods:
+    return PublicGoods(**(SETTINGS | changes))
+
+
+def punished(**changes: Any) -> PunishedGoods:
+    return PunishedGoods(**(SETTINGS | {"cost": 1, "loss": 3} | changes))
+
+
+def payoffs(world: World, *texts: str) -> list[float | None]:
+    records = world.advance([Answer(text) for text in texts])
+    return [one.utility for one in records if isinstance(one, Giving) and one.kind == "contribution"]
+
+
+def give(*tokens: int) -> list[str]:
+    return [deciding(one) for one in tokens]
+
+
+def test_the_pot_is_doubled_and_shared_by_all_whatever_each_gave():
+    world = goods().start(0)
+    assert payoffs(world, *give(20, 10, 0, 0)) == [15, 25, 35, 35]
+    assert payoffs(world, *give(20, 20, 20, 20)) == [40] * 4
+    assert payoffs(world, *give(0, 0, 0, 0)) == [20] * 4
+
+
+def test_each_is_told_its_own_part_and_the_pot_and_has_as_many_tokens_anew():
+    world = goods().start(0)
+    payoffs(world, *give(20, 10, 0, 0))
+    told = world.pending()[1].observation
+    assert told["tokens"] == 20 and told["rounds"] == [{"given": 10, "pot": 30, "payoff": 25}]
+
+
+def test_what_is_carried_over_can_be_given_and_the_payoff_is_the_gain():
+    world = goods(reset=False).start(0)
+    assert payoffs(world, *give(20, 20, 20, 1)) == [10.5, 10.5, 10.5, 29.5]
+    assert [one.observation["tokens"] for one in world.pending()] == [30.5, 30.5, 30.5, 49.5]
+    assert payoffs(world, *give(31, 30, 0, 49)) == [39.5, 9.5, 39.5, -9.5], "nobody gives more than it has"
+
+
+@pytest.mark.parametrize("reply", ["-1", "21", "2.5", "all of it", ""])
+def test_what_is_no_number_of_tokens_gives_nothing(reply: str):
+    world = goods().start(0)
+    assert payoffs(world, reply, *give(0, 0, 0)) == [20] * 4
+
+
+def test_punishment_costs_who_punishes_and_takes_from_who_is_punished():
+    world = punished().start(0)
+    payoffs(world, *give(20, 20, 20, 0))
+    asked = world.pending()
+    assert {one.kind for one in asked} == {"punishment"}
+    assert asked[2].observation["given"] == [20, 20, 20, 0] and asked[2].observation["tokens"] == 30
+    assert [json.loads(one)["action"] for one in asked[3].options] == ["nobody", "agent 0", "agent 1", "agent 2"]
+    found = payoffs(world, deciding("agent 3"), "Agent 3!", deciding("nobody"), deciding("agent 0"))
+    assert found == [26, 29, 30, 43]
+    (last,) = world.pending()[3].observation["rounds"]
+    assert (last["punished"], last["punished_by"], last["payoff"]) == (0, 2, 43)
+
+
+def test_nobody_punishes_itself_or_with_what_it_has_not_or_loses_more_than_it_has():
+    world = punished(cost=25, loss=1000).start(0)
+    payoffs(world, *give(20, 0, 0, 0))
+    assert [len(one.options) for one in world.pending()] == [1, 4, 4, 4]
+    assert payoffs(world, *map(deciding, ("agent 1", "agent 1", "agent 1", "nobody"))) == [10, 0, 5, 30]
+
+
+@settings(max_examples=40, deadline=None)
+@given(data=st.data(), agents=st.integers(2, 5), reset=st.booleans(), multiplier=st.sampled_from([1, 1.6, 2]))
+def test_tokens_come_from_the_multiplied_pot_and_go_to_punishment_alone(
+    data: st.DataObject, agents: int, reset: bool, multiplier: float
+):
+    world = punished(agents=agents, reset=reset, multiplier=multiplier).start(0)
+    had = 20.0 * agents
+    while not world.finished:
+        asked = world.pending()
+        replies = [data.draw(st.sampled_from([*one.options[:3], one.options[-1], "none", ""])) for one in asked]
+        before = [one.observation["tokens"] for one in asked]
+        records = world.advance([Answer(one) for one in replies])
+        pots = [one for one in records if isinstance(one, Pot)]
+        if asked[0].kind == "contribution":
+            had, (pot,) = sum(before), pots
+            left = had + pot.returned - pot.given
+            continue
+        assert sum(before) == pytest.approx(left)
+        whom = [one.action for one in world_lines(records, "punishment")]
+        got = sum(one.utility or 0 for one in world_lines(records, "contribution")) + (0 if reset else had)
+        paid = sum(one not in (None, "nobody") for one in whom)
+        assert left - paid * (1 + 3) - 1e-6 <= got <= left - paid + 1e-6
+
+
+def world_lines(records: Any, kind: str) -> list[RoundStep]:
+    return [one for one in records if isinstance(one, RoundStep) and one.kind == kind]
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"tokens": 0}, "tokens"),
+        ({"multiplier": -1}, "multiplier"),
+        ({"reset": "no"}, "reset"),
+        ({"cost": math.nan}, "cost"),
+    ],
+)
+def test_settings_that_make_no_game_are_told(changes: dict[str, Any], told: str):
+    with pytest.raises(InputError, match=f"world.{told}="):
+        punished(**changes)
+
+
+def test_a_slope_that_is_none_is_refused():
+    with pytest.raises(InputError, match=r"model.slope is 2"):
+        Conditional("c", slope=2, punishes=False)
