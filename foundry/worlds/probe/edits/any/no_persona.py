@@ -11,5 +11,7 @@ LEAVES = "cause"
 
 def edit(question: Question) -> Question:
     """Return the question of an agent without a persona among others without any."""
-    near = [{**other, "persona": {}} for other in question.observation.get("neighbours", ())]
-    return observing(question, persona={}, neighbours=near)
+    near, seen = (
+        [{**other, "persona": {}} for other in question.observation.get(key, ())] for key in ("neighbours", "seen")
+    )
+    return observing(question, persona={}, neighbours=near, seen=seen)

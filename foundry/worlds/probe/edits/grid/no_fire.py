@@ -11,4 +11,5 @@ LEAVES = "cause"
 
 def edit(question: Question) -> Question:
     """Return the question of an agent that perceives no fire."""
-    return observing(question, fires=[])
+    window = [row.replace("*", ".") for row in question.observation.get("window", ())]
+    return observing(question, fires=[], burning=[], window=window)
