@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from foundry.errors import InputError
 from foundry.worlds.base import Answer, Question
+from foundry.worlds.grid.layouts import Explicit
 from foundry.worlds.grid.world import GridScenario
 from foundry.worlds.probe.editing import LEAVES, NONE, UNEDITED, edits_for, find_edit, observing
 
@@ -29,8 +30,6 @@ CHANGES = {
 
 
 def world(cells: list[list[int]]) -> GridScenario:
-    from foundry.worlds.grid.layouts import Explicit
-
     return GridScenario(
         name="small", half_size=9, agents=len(cells), steps=3, layout=Explicit(positions=cells),
         places=[{"name": "hall", "type": "hall", "center": [-5, 0], "extent": [2, 2], "capacity": 3}],
