@@ -36,6 +36,7 @@ from analysis.tables.signature_table import SignatureTable, build_table
 from analysis.tables.texts import SUFFIXES, Table, write_table, write_tables
 from analysis.validation.table import validation_frame, validation_table
 from foundry.errors import InputError
+from foundry.storing.determinism import inexact, repeats_of
 from foundry.storing.store import RunFolder, SweepFolder, ensure_writable
 
 _READABLE = "outcome.readable"
@@ -151,7 +152,8 @@ def _found(
     """Return what the table of the runs tells, before anything of it is written."""
     groups = group_columns(results, table)
     compared = compare(table, groups)
-    differences = contrasts(table, groups, family=family, margins=margins)
+    repeating = inexact(one for source in sources for one in repeats_of(SweepFolder.open(source.path)))
+    differences = contrasts(table, groups, family=family, margins=margins, repeating=repeating)
     forms = [form_of(name) for name in dict.fromkeys(result.form for result in results)]
     return Analysis(
         path=folder,
@@ -162,6 +164,7 @@ def _found(
             *_reach(differences),
             *_of_forms(forms, table, sources),
             *_without_decisions(table),
+            *(f"{said}: differences as small as that makes may be the server's own" for said in repeating.values()),
         ),
         written=(),
         table=table,

@@ -221,7 +221,7 @@ def main() -> None:
         "Live calls",
         "A local server in a process of its own answers after the latency given. It shares the cores: its columns",
         "say how much it used. The bare clients post the bodies that foundry posted and do nothing else. Ratios are",
-        "to bare httpx. Best of two, but one of bare httpx. At 1 in",
+        "to bare aiohttp. Best of two, but one of bare httpx. At 1 in",
         "flight every client sleeps between calls, which makes each call dearer; the rows without latency show by how",
         "much. The start of the sweep, about 50 ms, is in foundry's CPU.",
     )
@@ -232,7 +232,7 @@ def main() -> None:
     for load in (BUSY, ONE, SOME, MANY):
         samples = measure(load)
         ours[load] = samples["foundry, all in"]
-        rows += [row(load, name, sample, samples["bare httpx"]) for name, sample in samples.items()]
+        rows += [row(load, name, sample, samples["bare aiohttp"]) for name, sample in samples.items()]
     columns = ["in flight", "latency", "client", "calls", "calls/s", "ratio", "CPU ms/call", "ratio"]
     print_table([*columns, "really in flight", "server's CPU ms/call", "server busy"], rows)
     print_targets(ours)

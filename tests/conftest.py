@@ -14,6 +14,7 @@ from postgres_server import PostgresServer, postgres_server, programs
 
 gc.set_threshold(20_000, 20, 20)  # hundreds of thousands of objects live here, most of them from imports
 os.environ.setdefault("LP_NUM_THREADS", "0")  # two test processes draw faster with a core each
+os.environ["FOUNDRY_DETERMINISM"] = "0"  # for what is made once for all tests of a session
 settings.register_profile("foundry", deadline=None, max_examples=20, derandomize=True)
 settings.load_profile("foundry")
 
@@ -33,6 +34,7 @@ def clean_environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         if name.startswith(PREFIXES) or name.lower().endswith("_proxy"):
             monkeypatch.delenv(name)
     monkeypatch.setenv("FOUNDRY_WORKERS", "1")  # starting processes takes longer than most sweeps of tests
+    monkeypatch.setenv("FOUNDRY_DETERMINISM", "0")  # tests count the calls of their servers
     yield
 
 

@@ -172,7 +172,7 @@ def test_no_room_holds_more_than_20_files():
 
 
 def test_analysis_reads_records_and_the_store_only():
-    storing = {"foundry.storing.store", "foundry.storing.unread"}
+    storing = {"foundry.storing.store", "foundry.storing.unread", "foundry.storing.determinism"}
     allowed = {*LEAVES, *storing, "foundry"}  # the package itself says its version alone
     for name, found in imports_of("analysis").items():
         foreign = {one for one in found if not is_in(one, "analysis")} - allowed

@@ -14,11 +14,17 @@ from analysis.report.material import Material
 from analysis.stats.contrasts import ALPHA, MCNEMAR, SIGN_FLIP
 from analysis.stats.intervals import BOOTSTRAP_T, FEWEST_FOR_CLAIMS, STUDENT, WILSON
 from foundry import __version__
+from foundry.storing.determinism import told_of
 from foundry.storing.store import is_served
 from foundry.storing.unread import unread
 
 _ENOUGH = 20
 """Seeds from which claims are made."""
+
+_OF_ITSELF = (
+    " Its server answers the same call in different ways: differences as small as that makes may be the server's own; "
+    "the records stand as they are."
+)
 
 _INTERVALS = {
     STUDENT: "Student's t",
@@ -140,6 +146,7 @@ def limits(found: Material) -> list[str]:
         *_of_unread(found),
         *_of_numbers(found),
         *_of_decisions(found),
+        *_of_servers(found),
         *_of_baselines(found),
         *_of_tests(found),
         *_of_reach(found),
@@ -188,6 +195,16 @@ def _of_decisions(found: Material) -> list[str]:
 def _unread_decision(mine: Sequence[Member]) -> str:
     forms = forms_of(member.folder for member in mine)
     return " or ".join(dict.fromkeys(form.words.unread_decision for form in forms))
+
+
+def _of_servers(found: Material) -> list[str]:
+    """Say what is known of servers that do not repeat themselves, and of which nothing is known."""
+    told = [one for sweep in found.sweeps for one in told_of(sweep)]
+    return [
+        f"{one.line()}." + ("" if one.repeats is None else _OF_ITSELF)
+        for one in told
+        if one.repeats is None or not one.repeats.exact
+    ]
 
 
 def _of_baselines(found: Material) -> list[str]:

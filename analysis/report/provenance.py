@@ -17,6 +17,7 @@ from analysis.report.material import Material
 from analysis.tables.groups import leaves
 from analysis.tables.texts import number
 from foundry.records import reused_share
+from foundry.storing.determinism import Repeats, told_of
 
 _HOW_REACHED = ("server", "name", "_target_")
 """Settings of a model that do not say what it is asked."""
@@ -62,6 +63,25 @@ def versions_grid(found: Material) -> Grid:
             counted.update((every | one.packages).items())
     rows = [(name, version, runs) for (name, version), runs in counted.items()]
     return grid("Software that the runs were made with.", ("software", "version", "runs"), rows, labels=2)
+
+
+def determinism_grid(found: Material) -> Grid | None:
+    """Return whether the servers repeated themselves; None where nothing was measured."""
+    told = [one for sweep in (*found.sweeps, *found.beside) for one in told_of(sweep)]
+    rows = [(one.name, *_repeated(one.repeats)) for one in told if one.repeats is not None]
+    if not rows:
+        return None
+    columns = ("model", "texts alone", "decisions alone", "texts under load", "decisions under load", "at once", "when")
+    caption = (
+        "Recorded calls that were made again at the end of the sweep, one by one and then many at once: how many gave "
+        "the same text, and how many of those that decide something by themselves the same decision."
+    )
+    return grid(caption, columns, rows)
+
+
+def _repeated(one: Repeats) -> tuple[str, ...]:
+    scores = [str(share) for score in (one.alone, one.loaded) for share in (score.texts, score.decisions)]
+    return (*scores, str(one.at_once), one.measured[:19].replace("T", " "))
 
 
 def cost_grid(found: Material) -> Grid:

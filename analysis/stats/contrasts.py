@@ -22,6 +22,7 @@ from analysis.stats.paired import equivalence_p, hedges_g_z, mcnemar_p, superior
 from analysis.stats.pairing import Paired, bounds, mean_where, pair_up, row_frame
 from analysis.stats.sign_flip import least_p, sign_flip_p
 from analysis.stats.values import BoolArray, SeedValues, seed_values
+from analysis.tables.groups import swept_columns
 from analysis.tables.signature_table import SignatureTable
 from foundry.errors import InputError
 
@@ -41,6 +42,7 @@ def contrasts(
     family: Sequence[str] | None = None,
     margins: Mapping[str, float] | None = None,
     alpha: float = ALPHA,
+    repeating: Mapping[str, str] | None = None,
 ) -> pd.DataFrame:
     """Return every difference between two groups that differ in one factor alone, one row per measure and pair.
 
@@ -52,13 +54,15 @@ def contrasts(
         family: measures of the declared family of tests; by default the first headline measure of each signature.
         margins: by measure, the difference below which groups count as the same; declared before the runs.
         alpha: level of the tests.
+        repeating: by model whose server does not repeat itself, how far it does; said of the rows that its runs are in.
 
     Raises:
         InputError: a measure of the family or of a margin does not exist, or a margin is not positive.
     """
     values = seed_values(table, groups)
     declared = primary_measures(values.measures) if family is None else _known(family, values.measures)
-    blocks = [_row_by_row(values, paired, declared) for paired in pair_up(values)]
+    servers = _servers(values, table, groups, repeating or {})
+    blocks = [_row_by_row(values, paired, declared, servers) for paired in pair_up(values)]
     frame = pd.concat([rows for rows, _ in blocks], ignore_index=True)
     found = Estimates.joined([estimated for _, estimated in blocks])
     frame = frame.assign(**_over_families(frame, alpha))
@@ -90,11 +94,24 @@ def _checked(margins: Mapping[str, float], measures: Sequence[str]) -> Mapping[s
     return margins
 
 
-def _row_by_row(values: SeedValues, paired: Paired, declared: Sequence[str]) -> tuple[pd.DataFrame, Estimates]:
+def _servers(
+    values: SeedValues, table: SignatureTable, groups: pd.DataFrame | None, repeating: Mapping[str, str]
+) -> list[str]:
+    """Return what is said of the server of each group (G); "" where it repeats itself, or nobody knows."""
+    keys = (swept_columns(table) if groups is None else groups).astype(str).itertuples(index=False, name=None)
+    models = dict(zip(keys, table.frame["model"].astype(str), strict=True))
+    return [repeating.get(models[group], "") for group in values.groups]
+
+
+def _row_by_row(
+    values: SeedValues, paired: Paired, declared: Sequence[str], servers: Sequence[str]
+) -> tuple[pd.DataFrame, Estimates]:
     """Return the columns of some rows that no other row changes, and the estimates behind them."""
     found = paired.estimates()
     frame = row_frame(values, paired, declared).assign(**_sizes(paired, found))
     frame = frame.assign(**_tests(paired, found, frame["baseline"].to_numpy(dtype=bool)))
+    said = [dict.fromkeys((servers[pair.level], servers[pair.reference])) for pair in paired.pair]
+    frame = frame.assign(servers=["; ".join(filter(None, both)) for both in said])
     return frame.assign(**_effects(paired, found), **_extremes(paired)), found
 
 
@@ -179,9 +196,8 @@ def _equivalence(frame: pd.DataFrame, found: Estimates, margins: Mapping[str, fl
 def _notes(frame: pd.DataFrame, found: Estimates, alpha: float) -> list[str]:
     """Return what keeps each row from being a claim, or weakens it."""
     reachable = {int(n): least_p(int(n)) for n in np.unique(found.n) if n >= FEWEST_FOR_CLAIMS}
-    parts = zip(
-        found.note, found.n, frame["n_missing"], frame["n_undefined"], frame["family"], frame["p"].notna(), strict=True
-    )
+    columns = (frame[name] for name in ("n_missing", "n_undefined", "family", "servers"))
+    parts = zip(found.note, found.n, *columns, frame["p"].notna(), strict=True)
     return [
         "; ".join(
             part
@@ -192,8 +208,9 @@ def _notes(frame: pd.DataFrame, found: Estimates, alpha: float) -> list[str]:
                 f"no p can reach {alpha:g} with {n} pairs among {family} tests"
                 if tested and reachable[n] * family > alpha
                 else "",
+                servers,
             )
             if part
         )
-        for note, n, missing, undefined, family, tested in parts
+        for note, n, missing, undefined, family, servers, tested in parts
     ]

@@ -138,6 +138,7 @@ def _report_end(folder: SweepFolder) -> int:
     if complete < len(summaries) and lines:
         print(f"  try the failed runs again with: foundry resume {folder.path}")
     _print_unread(folder)
+    _print_determinism(folder)
     return EXIT_OK if complete == len(summaries) else EXIT_FAILED
 
 
@@ -147,6 +148,14 @@ def _print_unread(folder: SweepFolder) -> None:
 
     for one in unread(folder.runs()):
         print("\n".join(one.lines()))
+
+
+def _print_determinism(folder: SweepFolder) -> None:
+    """Say whether the servers repeat themselves."""
+    from foundry.storing.determinism import told_of
+
+    for one in told_of(folder):
+        print(one.line())
 
 
 @app.command(context_settings=OVERRIDES)
@@ -160,9 +169,11 @@ def plan(
     """
     from foundry.composing.compose import compose
     from foundry.composing.planning import plan as plan_runs
+    from foundry.composing.planning import repeats
     from foundry.composing.preflight import notes_of
     from foundry.composing.preparing import sweep_of
     from foundry.display import plan_table
+    from foundry.storing.determinism import SETTING
     from foundry.storing.store import SweepFolder
 
     composed = compose(context.args)
@@ -177,6 +188,12 @@ def plan(
     to_send = sum(one.to_send for one in planned)
     complete = sum(one.complete for one in planned)
     print(f"{len(planned)} runs, {complete} complete; at most {to_send:,} calls would be sent")
+    twice = repeats(sweep, planned, composed.settings[SETTING])
+    if twice.again:
+        print(
+            f"determinism: {twice.again:,} of them would be made once more at the end, half of these beside as many "
+            f"others as are then in flight, at most {twice.beside:,}"
+        )
     for line in [*notes_of(sweep), *filter(None, [note])]:
         print(line)
 
@@ -249,3 +266,4 @@ def status(folder: Folder, config_dir: Mine = None) -> None:
     for line in failures(opened):
         print(f"failed {line}")
     _print_unread(opened)
+    _print_determinism(opened)

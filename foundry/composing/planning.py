@@ -14,11 +14,12 @@ from foundry.errors import InputError
 from foundry.expansion import Run, Sweep, settings_key
 from foundry.models.answers.base import Answers
 from foundry.models.base import Model, ModelInfo, Reply, Request
+from foundry.models.serving import serving_of
 from foundry.models.wrappers.base import Wrapper
 from foundry.prompts.prompt import Prompt
 from foundry.records import Call, Record
 from foundry.running.asking import asker_of, in_run
-from foundry.running.build import build
+from foundry.running.build import build, members_of
 from foundry.storing.store import RunFolder
 from foundry.worlds.base import Scenario
 
@@ -103,6 +104,41 @@ def plan(
         _planned(sweep.config(run), run, parts[run.condition], infos, answers, folders.get(run.id))
         for run in sweep.runs
     ]
+
+
+@dataclass(frozen=True)
+class PlannedRepeats:
+    """What would be sent once more at the end.
+
+    Attributes:
+        again: calls that score determinism, half of them alone and half under load.
+        beside: others that may be sent for that load, at most.
+    """
+
+    again: int
+    beside: int
+
+
+def repeats(sweep: Sweep, planned: Sequence[PlannedRun], count: int) -> PlannedRepeats:
+    """Return what would be sent once more.
+
+    Args:
+        sweep: the sweep.
+        planned: what its runs would do.
+        count: calls of each served model that are made again.
+    """
+    models = [condition.config["model"] for condition in sweep.conditions]
+    to_send = dict.fromkeys(map(settings_key, models), 0)
+    for one in planned:
+        to_send[settings_key(models[one.run.condition])] += one.to_send
+    again = beside = 0
+    for key, model in {settings_key(model): model for model in models if count}.items():
+        for member in members_of(build(model)):
+            if member.costs and not member.in_process:
+                drawn = min(count, to_send[key])
+                again += 2 * drawn
+                beside += min(serving_of(member).in_flight.max, to_send[key] - drawn)
+    return PlannedRepeats(again, beside)
 
 
 @dataclass(frozen=True)

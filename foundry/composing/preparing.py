@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,9 @@ from foundry.models.answers.opening import check_reachable
 from foundry.models.base import ModelInfo
 from foundry.running.build import build
 from foundry.running.local import Runner, SweepJob
+from foundry.storing.determinism import SETTING
 from foundry.storing.store import SweepFolder, ensure_writable, fresh_folder
+from foundry.trust.repeating import repeat_calls
 
 OUTPUTS = Path("outputs")
 """Where sweeps go that name no folder."""
@@ -89,8 +92,13 @@ def job_of(folder: SweepFolder, settings: Mapping[str, Any], infos: Mapping[str,
         InputError: the answer cache cannot be reached.
     """
     check_reachable(settings["cache"]["path"])
+    repeated = settings.get(SETTING, 0)
     return SweepJob(
-        folder=folder, infos=infos, cache=settings["cache"]["path"], frame_every=settings["record"]["frames"]
+        folder=folder,
+        infos=infos,
+        cache=settings["cache"]["path"],
+        frame_every=settings["record"]["frames"],
+        after_model=partial(repeat_calls, folder, repeated) if repeated else None,
     )
 
 

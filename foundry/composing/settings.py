@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from foundry.errors import InputError
+from foundry.storing.determinism import SETTING
 
 BASELINES = "baselines"
 """What `analyze` is where the scripted baselines are run first."""
@@ -29,6 +30,7 @@ def checked_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
         "cache": {"path": _path("cache.path", cache if isinstance(cache, str) else _entry(settings, "cache", "path"))},
         "output": {"dir": None if folder is None else _path("output.dir", folder)},
         "record": {"frames": _frames(_entry(settings, "record", "frames"))},
+        SETTING: _repeated(settings.get(SETTING, 0)),
     }
 
 
@@ -68,6 +70,12 @@ def _path(key: str, value: object) -> str:
     if isinstance(value, str) or type(value) is int:
         return str(value)
     raise InputError(f"{key}={value} names no file: give a path.")
+
+
+def _repeated(value: object) -> int:
+    if isinstance(value, int) and not isinstance(value, bool) and value >= 0:
+        return value
+    raise InputError(f"{SETTING}={value} is no number of calls: give a whole number; 0 makes none again.")
 
 
 def _frames(value: object) -> bool | int:

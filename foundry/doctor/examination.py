@@ -12,8 +12,7 @@ from foundry.doctor.finding import Finding
 from foundry.doctor.machine import check_disk, check_drawing, check_versions
 from foundry.doctor.models import Use, examine_model
 from foundry.expansion import Sweep, settings_key
-from foundry.models.base import Model
-from foundry.running.build import build
+from foundry.running.build import build, members_of
 from foundry.storing.store import SweepFolder
 from foundry.worlds.base import Scenario
 
@@ -75,18 +74,6 @@ def _uses(sweep: Sweep, scenarios: Mapping[str, Scenario]) -> Iterator[Use]:
             continue
         seen.add(settings_key(parts))
         scenario = scenarios[settings_key(parts["world"])]
-        for model in _members(build(parts["model"])):
+        for model in members_of(build(parts["model"])):
             if model.costs:
                 yield Use(model, scenario, prompt_of(condition.config), condition.seeds[0])
-
-
-def _members(model: Model) -> list[Model]:
-    """Return the model, or those that it routes to."""
-    found: list[Model] = []
-
-    def noted(one: Model) -> Model:
-        found.append(one)
-        return one
-
-    model.wrapped(noted)
-    return found

@@ -2,26 +2,17 @@
 
 from __future__ import annotations
 
-import asyncio
 import statistics
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from foundry.models.base import Model, Reply, Request
+from foundry.models.base import Model, Request
+from foundry.running.load import Timed, at_once, one_by_one
 from foundry.worlds.base import Answer, unanswered
 
 BURST = 16
 """Calls sent at once."""
-
-
-@dataclass(frozen=True)
-class Timed:
-    """A reply and when the server worked on it, seconds of the client's clock."""
-
-    reply: Reply
-    began: float
-    ended: float
 
 
 @dataclass(frozen=True)
@@ -55,10 +46,10 @@ async def measure_load(model: Model, request: Request) -> LoadResult:
     Raises:
         BackendError: the server gave no answer.
     """
-    first, second = await timed(model, request), await timed(model, request)
+    first, second = await one_by_one(model, [request, request])
     requests = [request if index % 2 else replace(request, seed=request.seed + index) for index in range(BURST)]
     started = time.perf_counter()
-    burst = await asyncio.gather(*(timed(model, one) for one in requests))
+    burst = await at_once(model, requests)
     elapsed = time.perf_counter() - started
     same = [one.reply.text == first.reply.text for one, asked in zip(burst, requests, strict=True) if asked is request]
     alone = second.ended - second.began
@@ -73,15 +64,6 @@ async def measure_load(model: Model, request: Request) -> LoadResult:
         repeated=sum(bool(reply.attempts) for reply in replies),
         undecided=sum(unanswered(Answer(reply.text, reply.ending)) is not None for reply in replies),
     )
-
-
-async def timed(model: Model, request: Request) -> Timed:
-    """Ask, and note when the server worked on it: by its own account where it gives one."""
-    sent = time.perf_counter()
-    reply = await model.ask(request)
-    ended = time.perf_counter()
-    work = reply.timings.get("prompt", 0.0) + reply.timings.get("output", 0.0)
-    return Timed(reply, max(sent, ended - work) if work else sent, ended)
 
 
 def _slots(burst: Sequence[Timed], alone_s: float, elapsed_s: float) -> int:

@@ -256,6 +256,10 @@ class Model(ABC):
         """
         return ModelInfo(name=self.name)
 
+    def next_served(self) -> Callable[[str | None], bool]:
+        """Return what says of a run whether the server with the most room is the one that its calls should go to."""
+        return every_run
+
     @property
     def connections(self) -> int:
         """How many connections to its server were opened so far; a server that was started anew needs new ones."""
@@ -281,6 +285,11 @@ class Model(ABC):
 
     async def close(self) -> None:
         """Free connections."""
+
+
+def every_run(run: str | None) -> bool:
+    """Return that it makes no difference which run's call comes next."""
+    return True
 
 
 def there(reply: Reply) -> asyncio.Future[Reply]:

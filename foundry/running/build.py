@@ -68,6 +68,18 @@ def model_stack(
     return model.wrapped(lambda one: _stacked(one, answers, next(known, None), limit))
 
 
+def members_of(model: Model) -> list[Model]:
+    """Return the model, or those that it routes to."""
+    found: list[Model] = []
+
+    def noted(one: Model) -> Model:
+        found.append(one)
+        return one
+
+    model.wrapped(noted)
+    return found
+
+
 def _each(info: ModelInfo) -> Iterator[ModelInfo]:
     """Yield what is known of a model, or of its members in their order, in which they are wrapped."""
     if not info.members:

@@ -83,7 +83,7 @@ class DaskRunner(Runner):
         spec = self.spec(job, runs, number)
 
         def attempt() -> str | None:
-            given = [replace(spec, name=f"{number}-{lane}", workers=workers) for lane in range(workers)]
+            given = [replace(spec, name=f"{spec.name}-{lane}", workers=workers) for lane in range(workers)]
             tasks = [joblib.delayed(work)(one) for one in given]
             return _first(_parallel(client, tasks, at_once="all"))
 

@@ -34,6 +34,7 @@ from foundry.expansion import settings_key
 from foundry.models.answers.base import Answers
 from foundry.models.answers.opening import open_answers
 from foundry.models.base import Model, ModelInfo
+from foundry.models.serving import RUN
 from foundry.records import Counts, RunSummary
 from foundry.running.asking import asker_of
 from foundry.running.build import build, model_stack
@@ -262,6 +263,7 @@ class Lane:
             return True
 
     async def _play(self, folder: RunFolder) -> None:
+        RUN.set(folder.id)
         config = folder.config()
         name = str(config["model"]["name"])
         writer = RunWriter(folder, self._config_text(folder))
@@ -390,6 +392,7 @@ class Lane:
             "counts": {run: _calls_so_far(writer.counts) for run, (_, writer) in opened},
             "models": {name: vars(tally) for name, tally in models.items()},
             "limits": self._parts,
+            "in_flight": self._limits.together,
             "removed": sum(change.removed for change in list(self._changes)),
             "notes": self.notes.lines[-MOST_NOTES:],
         }

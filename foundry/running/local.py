@@ -7,12 +7,13 @@ import contextlib
 import functools
 import itertools
 import logging
+import secrets
 import signal
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import FrameType
 from typing import Any, TypeAlias
 
@@ -46,12 +47,17 @@ class SweepJob:
         infos: what the server said about each model, by `expansion.settings_key`.
         cache: where the answer cache is: a file or a database.
         frame_every: keep a picture of every n-th step; 0 keeps none.
+        session: what the names of this command's workers begin with, so that another on the same folder has others.
+        after_model: called for each served model, by its configuration, before it is unloaded, when its runs have
+            ended; with the calls that were allowed in flight at once, 0 where none was made.
     """
 
     folder: SweepFolder
     infos: Mapping[str, ModelInfo]
     cache: str
     frame_every: int
+    session: str = field(default_factory=functools.partial(secrets.token_hex, 4))
+    after_model: Callable[[Mapping[str, Any], int], None] | None = None
 
 
 PlayPhase: TypeAlias = Callable[[Sequence[RunFolder], int], None]
@@ -92,7 +98,7 @@ class Runner(ABC):
                 with _stop_on_interrupt(job.folder):
                     _play_phases(job, play)
             finally:
-                job.folder.end_progress()
+                job.folder.end_progress(job.session)
 
     @abstractmethod
     def at_work(self, job: SweepJob) -> AbstractContextManager[PlayPhase]:
@@ -101,7 +107,7 @@ class Runner(ABC):
     def spec(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> LaneSpec:
         """Return what the workers of a phase are given."""
         return LaneSpec(
-            name=f"{number}",
+            name=f"{job.session}-{number}",
             folder=job.folder,
             runs=tuple(run.id for run in runs),
             infos=job.infos,
@@ -139,7 +145,7 @@ class LocalRunner(Runner):
         spec = self.spec(job, runs, number)
         workers = workers_for(runs, self._workers)
         alone = workers == 1
-        fatal = Lane(replace(spec, name=f"{number}-0")).run() if alone else Lanes(spec, workers).run()
+        fatal = Lane(replace(spec, name=f"{spec.name}-0")).run() if alone else Lanes(spec, workers).run()
         raise_if_stopped(fatal, job.folder)
 
 
@@ -190,8 +196,27 @@ def _play_phases(job: SweepJob, play: PlayPhase) -> None:
     phases = list(_phases(job))
     for number, phase in enumerate(phases):
         play(phase, number)
+        _look_again(job, phase[0].config()["model"], number)
         if number + 1 < len(phases):
             _free_server(job.folder, phase[0])
+    played = {settings_key(phase[0].config()["model"]) for phase in phases}
+    models = {settings_key(one.config["model"]): one.config["model"] for one in job.folder.sweep.conditions}
+    for key in models.keys() - played:
+        _look_again(job, models[key], len(phases))
+
+
+def _look_again(job: SweepJob, model: Mapping[str, Any], number: int) -> None:
+    """Do with a model whose runs have ended what is asked for.
+
+    Raises:
+        SweepInterrupted: the user asked to stop meanwhile.
+    """
+    if job.after_model is None or not is_served(model):
+        return
+    reports = job.folder.progress().items()
+    in_flight = [report.get("in_flight", 0) for lane, report in reports if lane.startswith(f"{number}-")]
+    job.after_model(model, max(in_flight, default=0))
+    raise_if_stopped(None, job.folder)
 
 
 def _phases(job: SweepJob) -> Iterator[list[RunFolder]]:

@@ -106,6 +106,15 @@ class Shared:
         """The limits of this worker."""
         return tuple(self._limits.values())
 
+    @property
+    def together(self) -> int:
+        """Calls that may be in flight to its servers, those of the other workers among them."""
+        return sum(self._together(key, limit) for key, limit in list(self._limits.items()))
+
+    def _together(self, key: str, limit: Limit) -> int:
+        group = self._groups.get(key)
+        return self._totals.get(key, limit.allowed) if group is None else group.total
+
     def maker(self, model: str) -> Callable[[InFlight], Limit]:
         """Return what makes the limits of a model, given by its key, and of those that it routes to."""
         first = len(self._limits)

@@ -7,6 +7,7 @@ import errno
 import os
 import threading
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from functools import cached_property
 from pathlib import Path, PurePath
 from typing import Any, TypeVar
@@ -262,22 +263,27 @@ class RunFolder:
         if summary is not None and summary.status != "complete":
             (self.path / "run.json").unlink()
 
-    @contextlib.contextmanager
-    def claim(self) -> Iterator[bool]:
+    def claim(self) -> AbstractContextManager[bool]:
         """Hold the run for this process; yields whether it could be had. The system frees it on a crash."""
-        lock = FileLock(self._lock_path, timeout=0)
-        try:
-            self._lock_path.parent.mkdir(parents=True, exist_ok=True)
-            lock.acquire()
-        except Timeout:
-            yield False
-            return
-        except OSError as error:
-            raise cannot_write(self._lock_path, error) from error
-        try:
-            yield True
-        finally:
-            lock.release()
+        return claimed(self._lock_path)
+
+
+@contextlib.contextmanager
+def claimed(lock_path: Path) -> Iterator[bool]:
+    """Hold a lock for this process; yields whether it could be had. The system frees it on a crash."""
+    lock = FileLock(lock_path, timeout=0)
+    try:
+        lock_path.parent.mkdir(parents=True, exist_ok=True)
+        lock.acquire()
+    except Timeout:
+        yield False
+        return
+    except OSError as error:
+        raise cannot_write(lock_path, error) from error
+    try:
+        yield True
+    finally:
+        lock.release()
 
 
 def _content(path: Path) -> bytes | None:

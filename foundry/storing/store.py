@@ -273,13 +273,23 @@ class SweepFolder:
         return reports
 
     def start_progress(self) -> None:
-        """Begin a session: forget the reports of the last one."""
-        self.end_progress()
-        (self.path / "progress").mkdir(parents=True, exist_ok=True)
+        """Begin a session: forget the reports of the last one; those of a session that goes on are soon there again."""
+        folder = self.path / "progress"
+        folder.mkdir(parents=True, exist_ok=True)  # it is never missing meanwhile, which would end other sessions
+        for file in filter(Path.is_file, folder.iterdir()):
+            file.unlink(missing_ok=True)
 
-    def end_progress(self) -> None:
-        """End a session: remove the reports, and the locks that nobody holds."""
-        shutil.rmtree(self.path / "progress", ignore_errors=True)
+    def end_progress(self, session: str = "") -> None:
+        """End a session: remove the reports of its workers, all else when no other reports, and free locks.
+
+        Args:
+            session: what the names of its workers begin with.
+        """
+        for name in self.progress():
+            if name.startswith(session):
+                self.progress_file(name).unlink(missing_ok=True)
+        if not self.progress():
+            shutil.rmtree(self.path / "progress", ignore_errors=True)
         if all(run.ended for run in self.runs()):
             shutil.rmtree(self.path / "locks", ignore_errors=True)
 

@@ -18,6 +18,7 @@ from foundry import provenance
 from foundry.errors import InputError
 from foundry.expansion import Sweep
 from foundry.records import Attempt, Call
+from foundry.storing.determinism import DETERMINISM_FILE
 from foundry.storing.store import (
     SCENES_FILE,
     RunFolder,
@@ -131,6 +132,9 @@ def _entries(folder: SweepFolder, scrubber: Scrubber, prefix: str) -> Iterator[E
     yield from (Entry(prefix + name, file.read_bytes) for scene in scenes for name, file in scene.files.items())
     if folder.labels_file.exists():
         yield _text(f"{prefix}analysis/{folder.labels_file.name}", folder.labels_file.read_text, scrubber)
+    repeated = folder.path / DETERMINISM_FILE
+    if repeated.exists():
+        yield Entry(f"{prefix}{DETERMINISM_FILE}", partial(_checked, repeated, scrubber))
     if not prefix:
         yield _text(CITATION, partial(_citation, folder.path.resolve().name), scrubber)
         if (folder.baselines_dir / "sweep.yaml").exists():

@@ -184,7 +184,7 @@ def _drift_of(step: int, pairs: Sequence[tuple[Line, Line]], compared: Compared)
         step=step,
         agents=len({a["agent"] for a, _ in pairs}),
         decisions=len(pairs),
-        acted=_mean(any(a[key] != b[key] for key in compared.acted) for a, b in pairs),
+        acted=_mean(not compared.acts_alike(a, b) for a, b in pairs),
         elsewhere=_mean(any(a[key] != b[key] for key in compared.ends) for a, b in pairs if compared.ends),
         distance=_mean(distances),
         turned=_mean(turns),

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import asyncio
 import heapq
 from collections import Counter
 from contextlib import AbstractContextManager
@@ -11,6 +12,10 @@ from hypothesis import strategies as st
 from foundry.errors import InputError, RequestError, TransientError
 from foundry.models.http.hosts import HostPool
 from foundry.models.ollama.hosts import parse_host, parse_hosts
+from foundry.models.serving import RUN, InFlight
+from foundry.models.wrappers.limited import Limit, LimitedModel
+from ollama_cases import ChatCase
+from ollama_server import OllamaServer
 
 
 @pytest.mark.parametrize(
@@ -72,8 +77,17 @@ def test_a_failure_weighs_like_a_call_in_flight_until_the_host_answers():
         assert {fourth, fifth} == {"a", "b"}
 
 
+@pytest.fixture
+def of_run():
+    """Sets the run that is asked for, until the test ends."""
+    token = RUN.set(None)
+    yield RUN.set
+    RUN.reset(token)
+
+
+@pytest.mark.parametrize("runs", [1, 8])
 @pytest.mark.parametrize(("slots", "times"), [((4, 16), 1.6), ((8, 8), 1.0), ((16, 4), 0.63)])
-def test_a_server_that_answers_more_has_more_calls_in_flight_and_equal_ones_equally_many(slots, times):
+def test_a_server_that_answers_more_has_more_calls_in_flight_and_equal_ones_equally_many(slots, times, runs, of_run):
     """Two servers that take one unit of time for a call, with as many calls in flight as they have slots."""
     pool, now = HostPool(("a", "b")), 0.0
     free_at = {host: [0.0] * number for host, number in zip("ab", slots, strict=True)}
@@ -83,6 +97,7 @@ def test_a_server_that_answers_more_has_more_calls_in_flight_and_equal_ones_equa
         if len(under_way) == sum(slots):
             now, _, _, ended = heapq.heappop(under_way)
             ended.__exit__(None, None, None)
+        of_run(f"run {number % runs}")
         call = pool.least_loaded()
         host = call.__enter__()
         ends = max(now, heapq.heappop(free_at[host])) + 1
@@ -90,6 +105,46 @@ def test_a_server_that_answers_more_has_more_calls_in_flight_and_equal_ones_equa
         heapq.heappush(under_way, (ends, number, host, call))
         in_flight.update(host for _, _, host, _ in under_way if number >= 500)
     assert in_flight["b"] / in_flight["a"] == pytest.approx(times, rel=0.1)
+
+
+def test_most_calls_of_a_run_go_to_one_of_two_servers_and_both_are_used_alike(make_model, make_request, run):
+    hosts_of = {f"run {number}": Counter[str]() for number in range(8)}
+
+    async def ask_as(name, model):
+        RUN.set(name)
+        for step in range(8):
+            requests = [make_request(name, seed=int(name[4:]) + 10 * step + 3 * agent) for agent in range(4)]
+            hosts_of[name].update(reply.host for reply in await model.ask_all(requests))
+
+    def ask_all(model):
+        limited = LimitedModel(model, Limit(InFlight(min=16, max=16, initial=16)))
+        return asyncio.gather(*(ask_as(name, limited) for name in hosts_of))
+
+    def answer(body):  # replies of unequal length
+        return ChatCase("stay", delay_s=0.01 + 0.03 * (body["options"]["seed"] * 0.618 % 1))
+
+    with OllamaServer(answer) as first, OllamaServer(answer) as second:
+        run(make_model([first.url, second.url]), ask_all)
+        assert 0.4 < first.counts.chats / (first.counts.chats + second.counts.chats) < 0.6
+    mostly = {name: hosts.most_common(1)[0] for name, hosts in hosts_of.items()}
+    assert sum(calls for _, calls in mostly.values()) > 0.75 * 8 * 32
+    assert {host for host, _ in mostly.values()} == {first.url, second.url}
+
+
+def test_one_run_alone_uses_every_server(make_model, make_request, run, of_run):
+    of_run("alone")
+    with OllamaServer(latency_s=0.05) as first, OllamaServer(latency_s=0.05) as second:
+        run(make_model([first.url, second.url]), lambda m: m.ask_all([make_request(seed=n) for n in range(12)]))
+        assert (first.counts.chats, second.counts.chats) == (6, 6)
+
+
+def test_a_run_leaves_a_server_that_fails(of_run):
+    pool = HostPool(("a", "b"))
+    of_run("run")
+    with pytest.raises(TransientError), pool.least_loaded() as host:
+        raise TransientError("down")
+    with pool.least_loaded() as other:
+        assert (host, other) == ("a", "b")
 
 
 def test_a_refused_request_says_nothing_against_its_host():

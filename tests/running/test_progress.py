@@ -16,12 +16,13 @@ import msgspec
 import pytest
 from rich.console import Console
 
-from commands import environment, foundry, wait_until
+from commands import environment, foundry, started, wait_until
 from foundry.cli import run
 from foundry.composing.compose import compose
 from foundry.display import ProgressDisplay, status_table
 from foundry.expansion import Sweep, expand
 from foundry.running.lane import Tally
+from foundry.running.local import SweepJob
 from foundry.running.progress import Pace, Totals
 from foundry.storing.store import SweepFolder, write_atomically
 from ollama_cases import Body, ChatCase, grid_answer
@@ -275,3 +276,41 @@ def test_a_session_that_ends_while_a_thread_looks_at_it_has_no_reports(sweep: Sw
     monkeypatch.setattr(os, "scandir", just_removed)
     assert folder.progress() == {}
     assert not (folder.path / "progress").exists()
+
+
+def test_a_command_that_begins_or_ends_leaves_another_at_work_on_the_same_sweep(sweep: Sweep, tmp_path: Path):
+    folder = SweepFolder.create(tmp_path / "shared", sweep, {}, [])
+    one, two = (SweepJob(folder, {}, "", 0).session for _ in range(2))
+    folder.start_progress()
+    place = folder.stop_file.parent.stat().st_ino
+    folder.start_progress()
+    assert folder.stop_file.parent.stat().st_ino == place  # never missing, which would tell workers to stop
+    for session in (one, two):
+        write_atomically(folder.progress_file(f"{session}-0-0"), b'{"open": [], "models": {}}')
+    folder.end_progress(one)
+    assert (list(folder.progress()), folder.stop_asked) == ([f"{two}-0-0"], False)
+    folder.end_progress(two)
+    assert not folder.stop_file.parent.exists()
+
+
+@pytest.mark.slow
+def test_two_commands_on_one_sweep_share_a_limit_and_both_end_well(tmp_path: Path):
+    asked = (
+        *("-m", "model=llama3.2", "seed=0-5", "world.agents=12", "world.steps=6", "analyze=false", "runner.workers=1"),
+        *("runner.open_runs=1", "model.server.in_flight={min: 1, max: 8, initial: 8}", "output.dir=sweep"),
+    )
+
+    def allowed() -> list[int]:
+        reports = SweepFolder.open(tmp_path / "sweep").progress().values()
+        return [part["allowed"] for report in reports for part in report.get("limits", {}).values()]
+
+    with OllamaServer(latency_s=0.2) as server:
+        to = {"OLLAMA_HOST": server.url}
+        with started(*asked, cwd=tmp_path, **to) as first:
+            wait_until(lambda: (tmp_path / "sweep" / "sweep.yaml").exists() and allowed(), "the first is at work")
+            with started(*asked, cwd=tmp_path, **to) as second:
+                wait_until(lambda: len(allowed()) == 2 and sum(allowed()) <= 8, "they share the limit")
+                for process in (first, second):
+                    output, _ = process.communicate(timeout=90)
+                    assert process.returncode == 0, output
+    assert max(server.answered.values()) == 1

@@ -184,7 +184,7 @@ def test_there_is_room_where_calls_are_made_and_seldom_wait():
     limit.in_flight = 3
     clock[0] += 1
     assert shared.have_room()
-    limit._waiters.append(None)
+    limit._waiters[None] = None
     clock[0] += 1
     assert not shared.have_room()
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from urllib.parse import urlsplit
@@ -11,7 +12,8 @@ from urllib.parse import urlsplit
 from yarl import URL
 
 from foundry.errors import HostsDifferError, InputError, TransientError
-from foundry.models.base import ModelInfo
+from foundry.models.base import ModelInfo, every_run
+from foundry.models.serving import RUN
 
 SCHEME_PORTS = {"http": 80, "https": 443}
 ANY_ADDRESS = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
@@ -82,6 +84,11 @@ MEMORY = 50
 """Answers that are remembered for each host."""
 LEAST_ANSWERED = 1.0
 """So many are taken to be answered at least, so that a host which was slow is seen to be fast again."""
+PREFERENCE = 1 / 8
+"""A run's own host may have this share of its calls in flight more than its part: none where it has fewer than eight,
+so that no slot of another stays empty."""
+MOST_HOMES = 128
+"""Runs whose hosts are remembered; so many are never open at once."""
 
 
 class HostPool:
@@ -92,6 +99,9 @@ class HostPool:
     faster one, or the one that works on more calls at once, gets more.
     A server that fails answers fast and would draw every call, so each failure in a row weighs like one
     more call in flight until it answers again.
+
+    A run's calls share the beginnings of their prompts, so they go to one host, which has these in its prompt cache:
+    of the calls that wait, those come first whose host has room, and a host may have a few of its own more.
     """
 
     def __init__(self, hosts: tuple[str, ...]) -> None:
@@ -99,11 +109,12 @@ class HostPool:
         self._in_flight = dict.fromkeys(hosts, 0)
         self._failures = dict.fromkeys(hosts, 0)
         self._answered = dict.fromkeys(hosts, float(MEMORY))
+        self._homes: dict[str, str] = {}
 
     @contextmanager
     def least_loaded(self) -> Iterator[str]:
-        """Count one call against the least loaded host, whose base URL is yielded."""
-        host = min(self.hosts, key=self._load)
+        """Count one call against the least loaded host or the run's own, whose base URL is yielded."""
+        host = self._choice()
         self._in_flight[host] += 1
         try:
             yield host
@@ -115,6 +126,31 @@ class HostPool:
             self._note_answer(host)
         finally:
             self._in_flight[host] -= 1
+
+    def next_served(self) -> Callable[[str | None], bool]:
+        """Return what says of a run whether its calls go to the least loaded host by preference, or to any."""
+        if len(self.hosts) == 1:
+            return every_run
+        served = {min(self.hosts, key=self._load), *(host for host in self.hosts if self._failures[host]), None}
+        return lambda run: self._homes.get(run or "") in served
+
+    def _choice(self) -> str:
+        """Return the run's own host, unless another has less to do by more than the leeway."""
+        least, run = min(self.hosts, key=self._load), RUN.get()
+        home = least if run is None else self._home_of(run)
+        leeway = PREFERENCE if len(self._homes) > 1 else 0.0
+        return home if self._load(home)[0] * (1 - leeway) <= self._load(least)[0] else least
+
+    def _home_of(self, run: str) -> str:
+        """Return the host of a run; a new one gets that with the fewest runs for what it can do."""
+        home = self._homes.pop(run, None)
+        if home is None:
+            homes = Counter(self._homes.values())
+            home = min(self.hosts, key=lambda host: homes[host] / math.sqrt(self._answered[host]))
+        self._homes[run] = home  # the one asked for last stands last
+        if len(self._homes) > MOST_HOMES:
+            del self._homes[next(iter(self._homes))]
+        return home
 
     def _load(self, host: str) -> tuple[float, float]:
         """Return the calls in flight over what the host can do; then what it answered, so that equals take turns."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from foundry.errors import InputError, not_found
@@ -44,6 +44,10 @@ class HttpModel(ServedModel):
     def kinds(self) -> tuple[str, ...] | None:
         """The kinds of question there is a schema for; None, for any, without schemas."""
         return None if self._schemas is None else tuple(self._schemas)
+
+    def next_served(self) -> Callable[[str | None], bool]:
+        """Return whose calls the server with the most room should get next."""
+        return self._pool.next_served()
 
     async def close(self) -> None:
         """Free connections; a later call opens new ones, in another event loop if need be."""

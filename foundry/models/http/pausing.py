@@ -19,7 +19,10 @@ SAID_FROM_S = 30.0
 """A pause of so many seconds is said, since nothing moves meanwhile."""
 LONGEST_RESET_S = 1e8
 """What is longer is a point in time, as some services give it, and no duration."""
-KINDS = ("requests", "tokens")
+ORDERS = {"retry-after-ms": 1e-3, "retry-after": 1.0}
+"""Headers that say how long to wait, with their unit in seconds."""
+BUDGETS = tuple((f"x-ratelimit-remaining-{kind}", f"x-ratelimit-reset-{kind}") for kind in ("requests", "tokens"))
+"""Headers that say what is left, and when it is reset."""
 SECONDS = {"h": 3600.0, "m": 60.0, "s": 1.0, "ms": 1e-3, "us": 1e-6}
 DURATION = re.compile(r"(?:\d+(?:\.\d+)?(?:ms|us|h|m|s))+")
 PART = re.compile(r"(\d+(?:\.\d+)?)(ms|us|h|m|s)")
@@ -85,13 +88,11 @@ def wait_asked(headers: Mapping[str, str]) -> float | None:
     `Retry-After` (and `Retry-After-Ms`) is an order; else a count of requests or tokens that has come to
     nothing asks for the time until it is reset.
     """
-    milliseconds = seconds_to_wait(headers.get("retry-after-ms"), datetime.now(UTC))
-    if milliseconds is not None:
-        return milliseconds / 1e3
-    ordered = seconds_to_wait(headers.get("retry-after"), datetime.now(UTC))
-    if ordered is not None:
-        return ordered
-    resets = [parse_reset(headers.get(f"x-ratelimit-reset-{kind}", "")) for kind in KINDS if _used_up(headers, kind)]
+    for name, unit_s in ORDERS.items():
+        ordered = seconds_to_wait(headers.get(name), datetime.now(UTC)) if name in headers else None
+        if ordered is not None:
+            return ordered * unit_s
+    resets = [parse_reset(headers.get(reset, "")) for left, reset in BUDGETS if _used_up(headers.get(left))]
     return max((reset for reset in resets if reset is not None), default=None)
 
 
@@ -109,9 +110,9 @@ def _duration(text: str) -> float:
     return sum(float(number) * SECONDS[unit] for number, unit in PART.findall(text))
 
 
-def _used_up(headers: Mapping[str, str], kind: str) -> bool:
+def _used_up(left: str | None) -> bool:
     try:
-        return float(headers.get(f"x-ratelimit-remaining-{kind}", "")) <= 0
+        return left is not None and float(left) <= 0
     except ValueError:
         return False
 

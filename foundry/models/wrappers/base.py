@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from foundry.models.base import Model, ModelInfo
@@ -37,6 +38,10 @@ class Wrapper(Model):
     def context_length(self) -> int | None:
         """Tokens of prompt and reply that the wrapped model's settings make room for; None where they do not say."""
         return self.inner.context_length
+
+    def next_served(self) -> Callable[[str | None], bool]:
+        """Return whose calls the wrapped model's server with the most room should get next."""
+        return self.inner.next_served()
 
     async def inspect(self) -> ModelInfo:
         """Ask the wrapped model's server about it."""

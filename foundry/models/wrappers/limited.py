@@ -4,21 +4,26 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections import deque
 from collections.abc import Callable
+from itertools import islice
 
 from foundry.errors import TransientError
-from foundry.models.base import Model, Reply, Request
-from foundry.models.serving import InFlight
+from foundry.models.base import Model, Reply, Request, every_run
+from foundry.models.serving import RUN, InFlight
 from foundry.models.wrappers.base import Wrapper
 from foundry.models.wrappers.climbing import Climb, Sums
 
 PACE = 2
 """Calls that may follow one that ended: where the limit rose, they come one by one and not in a burst."""
 
+LOOK_AHEAD = 256
+"""Waiting calls among which one is looked for that suits the server that is free."""
+
 
 class Limit:
     """Lets so many calls to a server be in flight, first come first served, and sums up what comes of them.
+
+    Where there are several servers, those come first that suit the one that is free.
 
     It finds the number itself, unless it is one of several workers' and told its share (`allow`).
 
@@ -35,7 +40,7 @@ class Limit:
         self.in_flight = 0
         self._climb: Climb | None = climb_within(bounds, bounds.initial, found=False)
         self._sums = Sums()
-        self._waiters: deque[asyncio.Future[None]] = deque()
+        self._waiters: dict[asyncio.Future[None], str | None] = {}
         self._clock = clock
         self._now = self._changed = clock()
 
@@ -57,23 +62,27 @@ class Limit:
             self.in_flight += 1
             return self._now
         turn = asyncio.get_running_loop().create_future()
-        self._waiters.append(turn)
+        self._waiters[turn] = RUN.get()
         try:
             await turn
         except asyncio.CancelledError:
-            if turn in self._waiters:
-                self._waiters.remove(turn)
+            self._waiters.pop(turn, None)
             if not turn.cancelled():  # the turn was given before the cancellation arrived
                 self.release()
             raise
         self._pass_time()
         return self._now
 
-    def release(self) -> None:
-        """Give a turn back, to whoever waits."""
+    def release(self, suits: Callable[[str | None], bool] = every_run) -> None:
+        """Give a turn back, to whoever waits; to the calls of a run that suits before others."""
         self._pass_time()
         self.in_flight -= 1
-        self._admit()
+        for _ in range(PACE):
+            turn = self._next(suits) if self.in_flight < self.allowed else None
+            if turn is not None:
+                self.in_flight += 1
+                del self._waiters[turn]
+                turn.set_result(None)
 
     def note_reply(self, reply: Reply, started: float) -> None:
         """Take up the answer to a call whose turn came at this time."""
@@ -113,13 +122,15 @@ class Limit:
             self._climb.look(self._sums)
             self.allow(self._climb.limit)
 
-    def _admit(self) -> None:
-        for _ in range(PACE):
-            while self._waiters and self._waiters[0].cancelled():
-                self._waiters.popleft()
-            if self._waiters and self.in_flight < self.allowed:
-                self.in_flight += 1
-                self._waiters.popleft().set_result(None)
+    def _next(self, suits: Callable[[str | None], bool]) -> asyncio.Future[None] | None:
+        """Return whose turn it is, if anyone waits."""
+        first = None
+        for turn, run in islice(self._waiters.items(), LOOK_AHEAD):
+            if not turn.cancelled():
+                if suits(run):
+                    return turn
+                first = first or turn
+        return first
 
     def _pass_time(self) -> None:
         now = self._clock()
@@ -152,4 +163,4 @@ class LimitedModel(Wrapper):
             self.limit.note_reply(reply, started)
             return reply
         finally:
-            self.limit.release()
+            self.limit.release(self.inner.next_served())

@@ -31,6 +31,10 @@ class Compared:
     place: Callable[[Line], tuple[float, ...]] | None = None
     heading: Callable[[Line], float] | None = None
 
+    def acts_alike(self, one: Line, other: Line) -> bool:
+        """Return whether two lines say that the same was done."""
+        return all(one.get(key) == other.get(key) for key in self.acted)
+
     def state_of(self, line: Line, declared: Declared) -> dict[str, Any]:
         """Return what a line says of its agent's state."""
         if self.state is not None:

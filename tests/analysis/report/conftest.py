@@ -12,7 +12,9 @@ import pytest
 from analysis.report import render
 from analysis.report.material import Material, gather
 from foundry.records import Counts, RunSummary
+from foundry.storing.determinism import write_repeats
 from foundry.storing.store import RunFolder, SweepFolder
+from repeated import repeats
 from report_pages import narrowed
 
 HOSTILE = "<script>document.title='owned'</script>&\"'"
@@ -44,6 +46,7 @@ def hostile_sweep(
     for run in runs:
         change(run, counts=counts, model_digest="f00d" * 16)
     change(runs[1], status="failed", error=CAUSE, error_type="TransientError")
+    write_repeats(folder, [repeats(LONG, alone=10, loaded=8), repeats(HOSTILE, alone=10, loaded=10)])
     for file in runs[8].path.iterdir():
         file.unlink()
     runs[8].path.rmdir()

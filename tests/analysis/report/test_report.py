@@ -15,7 +15,15 @@ from analysis.prose import joined
 from analysis.report.definitions import Block, blocks, definitions
 from analysis.report.material import Material
 from analysis.report.methods import limits, methods, seeds_text
-from analysis.report.provenance import cost_grid, failures_grid, ledger_grid, link, models_grid, runs_grid
+from analysis.report.provenance import (
+    cost_grid,
+    determinism_grid,
+    failures_grid,
+    ledger_grid,
+    link,
+    models_grid,
+    runs_grid,
+)
 from analysis.report.sections import energy_grid, run_grids, variance_grid
 from analysis.report.worlds import world_differences
 from analysis.signatures import discover
@@ -76,6 +84,16 @@ def test_what_servers_reused_of_prompts_is_a_share_of_those_that_say_so(hostile:
     summaries = [msgspec.structs.replace(hostile.members[0].summary, counts=one) for one in counts]
     told = [replace(hostile.members[0], summary=summary) for summary in summaries]
     assert texts(cost_grid(replace(hostile, members=tuple(told))))[0][6] == "25%"
+
+
+def test_servers_that_do_not_repeat_themselves_are_said_beside_models_and_first(hostile: Material):
+    assert [row[1:6] for row in texts(determinism_grid(hostile))] == [
+        ["10 of 10", "5 of 5", "8 of 10", "4 of 5", "18"],
+        ["10 of 10", "5 of 5", "10 of 10", "5 of 5", "18"],
+    ]
+    (said,) = [one for one in limits(hostile) if "same text again" in one]
+    assert "Q4_K_M: 10 of 10 calls gave the same text again alone, 8 of 10 with 18 at once; the same decision" in said
+    assert any("Q4_K_M's server repeats 8 of 10 calls exactly" in note for note in hostile.analysis.notes)
 
 
 def test_models_are_named_with_their_digests(hostile: Material):

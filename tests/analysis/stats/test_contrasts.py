@@ -43,6 +43,14 @@ def test_a_lower_level_mirrors_a_higher_one():
     assert forth["superiority"] == pytest.approx(1 - back["superiority"])
 
 
+def test_rows_of_a_server_that_does_not_repeat_itself_say_so_and_no_others():
+    found = contrasts(
+        table([*runs("a", FIRST), *runs("b", SECOND), *runs("c", FIRST)]), repeating={"b": "b repeats 8 of 10"}
+    )
+    said = found.set_index(["level", "reference"])["note"].str.contains("b repeats 8 of 10")
+    assert said.to_dict() == {("b", "a"): True, ("c", "a"): False, ("c", "b"): True}
+
+
 def test_repeats_of_a_seed_count_once():
     found = only([*runs("a", [0.1] * 6), *runs("a", [0.3] * 6), *runs("b", SECOND)])
     assert found["n_pairs"] == 6

@@ -1,0 +1,213 @@
+"""Whether servers repeat themselves: recorded calls that were made again, and how many came out the same."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+
+from foundry.expansion import is_served
+from foundry.storing.run_files import claimed, json_file, storing, write_atomically
+from foundry.storing.store import RunFolder, SweepFolder
+from foundry.texts import visible
+
+DETERMINISM_FILE = "determinism.json"
+SETTING = "determinism"
+"""Recorded calls of each served model that are made again; 0 for none."""
+
+
+class Again(msgspec.Struct, frozen=True, kw_only=True):
+    """What came of a recorded call that was made again.
+
+    Attributes:
+        text: of the reply; null where it is the recorded one, to the letter and with the same ending.
+        alike: whether it decides the same; null where the call decides nothing by itself, as in talk.
+    """
+
+    text: str | None = None
+    alike: bool | None = None
+
+
+class Repeat(msgspec.Struct, frozen=True, kw_only=True):
+    """A recorded call and what came of it by itself, and among many at once."""
+
+    run: str
+    step: int
+    agent: int
+    kind: str
+    alone: Again
+    loaded: Again
+
+
+class Share(msgspec.Struct, frozen=True):
+    """So many of so many."""
+
+    equal: int
+    of: int
+
+    def __str__(self) -> str:
+        return f"{self.equal} of {self.of}"
+
+
+class Score(msgspec.Struct, frozen=True):
+    """How many texts and how many decisions came out the same; of decisions those count that can be told."""
+
+    texts: Share
+    decisions: Share
+
+
+class Repeats(msgspec.Struct, frozen=True, kw_only=True):
+    """What became of the calls of one served model that were made again (`determinism.json`).
+
+    Attributes:
+        model: its name.
+        of: name of the model in tables: that of the population where it is a member of one.
+        parameters: what decided its answers beside messages and seed.
+        measured: when, ISO 8601, UTC.
+        at_once: calls that were in flight together under load.
+        calls: the calls.
+    """
+
+    model: str
+    of: str
+    parameters: dict[str, Any]
+    measured: str
+    at_once: int
+    calls: tuple[Repeat, ...]
+
+    @property
+    def alone(self) -> Score:
+        """How many came out the same one at a time."""
+        return _score([call.alone for call in self.calls])
+
+    @property
+    def loaded(self) -> Score:
+        """How many came out the same among many at once."""
+        return _score([call.loaded for call in self.calls])
+
+    @property
+    def least(self) -> Share:
+        """Equal texts where there were fewer: one at a time, or among many."""
+        return min(self.alone.texts, self.loaded.texts, key=lambda share: share.equal)
+
+    @property
+    def exact(self) -> bool:
+        """Whether every text came out the same."""
+        return self.least.equal == self.least.of
+
+    def line(self) -> str:
+        """Return the score in words."""
+        alone, loaded = self.alone, self.loaded
+        said = f"{alone.texts} calls gave the same text again alone, {loaded.texts} with {self.at_once} at once"
+        if not alone.decisions.of:
+            return f"{said}; no decision could be compared"
+        return f"{said}; the same decision {alone.decisions} and {loaded.decisions}"
+
+
+def _score(found: Sequence[Again]) -> Score:
+    told = [one.alike for one in found if one.alike is not None]
+    return Score(Share(sum(one.text is None for one in found), len(found)), Share(sum(told), len(told)))
+
+
+def inexact(repeats: Iterable[Repeats]) -> dict[str, str]:
+    """Return what to say of each model in tables whose server does not repeat itself: where it does so least."""
+    found = sorted((one for one in repeats if not one.exact), key=lambda one: -one.least.equal / one.least.of)
+    worst = {one.of: one for one in found}
+    return {name: f"{one.model}'s server repeats {one.least} calls exactly" for name, one in worst.items()}
+
+
+class _File(msgspec.Struct):
+    models: tuple[Repeats, ...]
+
+
+def repeats_of(folder: SweepFolder) -> tuple[Repeats, ...]:
+    """Return what was measured of the served models of a sweep.
+
+    Raises:
+        RecordError: the file cannot be read.
+    """
+    found = json_file(folder.path / DETERMINISM_FILE, _File)
+    return () if found is None else found.models
+
+
+def write_repeats(folder: SweepFolder, repeats: Sequence[Repeats]) -> None:
+    """Keep what was measured.
+
+    Raises:
+        StorageError: the system does not let us.
+    """
+    content = msgspec.json.format(msgspec.json.encode(_File(tuple(repeats))), indent=1)
+    with storing(folder.path / DETERMINISM_FILE):
+        write_atomically(folder.path / DETERMINISM_FILE, content + b"\n")
+
+
+def claim_repeats(folder: SweepFolder) -> AbstractContextManager[bool]:
+    """Hold the measuring for this process, since several commands may run one sweep; yields whether it could be had."""
+    return claimed(folder.path / "locks" / "determinism.lock")
+
+
+@dataclass(frozen=True)
+class Told:
+    """What there is to say of one served model: its name, and what was measured or why nothing was."""
+
+    name: str
+    repeats: Repeats | None
+    why: str = ""
+
+    def line(self) -> str:
+        """Return it in one line, safe to show on a terminal."""
+        said = f"determinism not measured: {self.why}" if self.repeats is None else self.repeats.line()
+        return f"{visible(self.name)}: {said}"
+
+
+def told_of(folder: SweepFolder) -> list[Told]:
+    """Return what there is to say of each served model; nothing where none is, or where it was not asked for.
+
+    Raises:
+        RecordError: a file cannot be read.
+    """
+    found = repeats_of(folder)
+    told = [Told(name, one) for name, one in zip(_names(found), found, strict=True)]
+    if not folder.settings.get(SETTING):
+        return told
+    named = {str(one.config["model"]["name"]) for one in folder.sweep.conditions if is_served(one.config["model"])}
+    left = named - {one.of for one in found}
+    having: dict[str, list[RunFolder]] = {name: [] for name in sorted(left)}
+    for run in folder.runs() if left else []:
+        having.get(str(folder.sweep.conditions[run.run.condition].config["model"]["name"]), []).append(run)
+    return told + [Told(name, None, _why(runs)) for name, runs in having.items()]
+
+
+def _why(runs: Iterable[RunFolder]) -> str:
+    """Return why nothing was measured of a model, from its runs."""
+    summaries = [run.summary() for run in runs]
+    complete = [one for one in summaries if one is not None and one.status == "complete"]
+    if len(complete) < len(summaries):
+        return "not all of its runs are complete"
+    if all(one.counts.cached == one.counts.calls for one in complete):
+        return "every answer came from the cache"
+    return "its calls were not made again"
+
+
+def _names(found: Sequence[Repeats]) -> list[str]:
+    """Return a name for each model, with the settings in which those of one name differ."""
+    repeated = Counter(one.model for one in found)
+    flat = [dict(_leaves(one.parameters)) for one in found]
+    names = []
+    for one, mine in zip(found, flat, strict=True):
+        others = [flat[place] for place, other in enumerate(found) if other.model == one.model]
+        differing = [f"{key}={mine[key]}" for key in mine if any(other.get(key) != mine[key] for other in others)]
+        names.append(f"{one.model} ({', '.join(differing)})" if repeated[one.model] > 1 and differing else one.model)
+    return names
+
+
+def _leaves(value: Mapping[str, Any], prefix: str = "") -> Iterable[tuple[str, Any]]:
+    for key, inner in value.items():
+        if isinstance(inner, Mapping):
+            yield from _leaves(inner, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", inner

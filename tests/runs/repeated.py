@@ -1,0 +1,22 @@
+"""What came of calls that were made again, without a server."""
+
+from __future__ import annotations
+
+from foundry.storing.determinism import Again, Repeat, Repeats
+
+CALLS = 10
+
+
+def repeats(model: str, *, alone: int, loaded: int) -> Repeats:
+    """Return ten calls of a model, so many of which came out the same; half of them decide something."""
+
+    def again(number: int, equal: int) -> Again:
+        alike = number < equal if number % 2 else None
+        return Again(text=None if number < equal else "another", alike=alike)
+
+    calls = tuple(
+        Repeat(run="r", step=1, agent=n, kind="action", alone=again(n, alone), loaded=again(n, loaded))
+        for n in range(CALLS)
+    )
+    measured = "2026-11-22T09:00:00+00:00"
+    return Repeats(model=model, of=model, parameters={}, measured=measured, at_once=18, calls=calls)

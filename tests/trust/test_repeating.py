@@ -1,0 +1,199 @@
+"""What a server does to a number: recorded calls that are made again at the end of a sweep, against a real server."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from subprocess import CompletedProcess
+
+import msgspec
+import pytest
+
+from commands import cached_answers, calls, foundry, records
+from foundry.storing.determinism import Repeats, repeats_of
+from foundry.storing.store import SweepFolder
+from ollama_cases import Body, ChatCase, body_key, grid_answer, refused
+from ollama_server import OllamaServer
+
+SMALL = ("world.agents=3", "world.steps=3", "analyze=false")
+SWEEP = ("-m", "model=llama3.2", "seed=0-2", *SMALL, "output.dir=sweep")
+CALLS = 3 * 3 * 3 * 2
+FOUR = "determinism=4"
+REPLY = msgspec.json.Decoder(dict[str, str])
+
+
+class Again:
+    """Answers a call that it answered so often before with what is given, every other one as `grid_answer` does."""
+
+    def __init__(self, times: int, answer: object) -> None:
+        self.seen: Counter[bytes] = Counter()
+        self._times = times
+        self._answer = answer
+
+    def __call__(self, body: Body) -> str | ChatCase:
+        self.seen[body_key(body)] += 1
+        if self.seen[body_key(body)] <= self._times:
+            return grid_answer(body)
+        return self._answer(body)  # type: ignore[operator,no-any-return]
+
+
+def in_other_words(body: Body) -> str:
+    """Return a reply that decides the same where it stays, and to stay where it goes."""
+    return msgspec.json.encode({**REPLY.decode(grid_answer(body)), "action": "stay", "reasoning": "Why not?"}).decode()
+
+
+def swept(server: OllamaServer, cwd: Path, *arguments: str) -> CompletedProcess[str]:
+    done = foundry(*SWEEP, *arguments, cwd=cwd, OLLAMA_HOST=server.url)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done
+
+
+def measured(cwd: Path) -> tuple[Repeats, ...]:
+    return repeats_of(SweepFolder.open(cwd / "sweep"))
+
+
+def test_a_server_that_repeats_itself_is_said_to_after_the_sweep_and_by_status(tmp_path: Path):
+    busy: list[int] = []
+
+    def under_load(body: Body) -> ChatCase:
+        busy.append(server.counts.in_flight)
+        return ChatCase(text=grid_answer(body), delay_s=0.2)
+
+    with OllamaServer(Again(2, under_load)) as server:
+        done = swept(server, tmp_path, FOUR)
+    (found,) = measured(tmp_path)
+    assert found.exact and found.alone == found.loaded and str(found.loaded.texts) == "4 of 4"
+    said = f"llama3.2: 4 of 4 calls gave the same text again alone, 4 of 4 with {found.at_once} at once; "
+    assert said + "the same decision 2 of 2 and 2 of 2\n" in done.stdout
+    assert said in foundry("status", "sweep", cwd=tmp_path).stdout
+    assert foundry("bundle", "sweep", "sweep.tar.zst", cwd=tmp_path).returncode == 0
+    assert foundry("unbundle", "sweep.tar.zst", "theirs", cwd=tmp_path).returncode == 0
+    assert repeats_of(SweepFolder.open(tmp_path / "theirs")) == (found,)
+    assert server.counts.chats == CALLS + 4 + found.at_once
+    assert len(busy) == 4 <= max(busy)
+
+
+def test_a_plan_counts_the_calls_that_would_be_made_again(tmp_path: Path):
+    with OllamaServer() as server:
+        planned = foundry("plan", *SWEEP, FOUR, cwd=tmp_path, OLLAMA_HOST=server.url).stdout
+        off = foundry("plan", *SWEEP, "determinism=0", cwd=tmp_path, OLLAMA_HOST=server.url).stdout
+    assert f"at most {CALLS} calls would be sent\ndeterminism: 8 of them would be made once more at the end" in planned
+    assert f"at most {CALLS - 4}\n" in planned and "determinism" not in off
+
+
+def test_what_was_measured_is_not_measured_again_by_resume(tmp_path: Path):
+    with OllamaServer() as server:
+        swept(server, tmp_path, FOUR)
+        chats = server.counts.chats
+        assert "4 of 4 calls" in foundry("resume", "sweep", cwd=tmp_path, OLLAMA_HOST=server.url).stdout
+        assert server.counts.chats == chats
+
+
+def test_calls_that_are_made_again_are_in_no_record_and_no_cache(tmp_path: Path):
+    with OllamaServer(Again(1, in_other_words)) as server:
+        swept(server, tmp_path, FOUR)
+        before = records(tmp_path / "sweep"), calls(tmp_path / "sweep")
+        assert sum(map(len, before[1].values())) == CALLS == cached_answers(tmp_path / "outputs" / "answers.sqlite")
+        swept(server, tmp_path, FOUR, "output.dir=again")
+    assert (records(tmp_path / "again"), calls(tmp_path / "again")) == before
+
+
+def test_texts_and_decisions_that_load_changes_are_counted_apart(tmp_path: Path):
+    with OllamaServer(Again(2, in_other_words)) as server:
+        swept(server, tmp_path, "determinism=20")
+        going = {body_key(body): "direction" in grid_answer(body) for body in server.bodies}
+    (found,) = measured(tmp_path)
+    assert found.alone.texts.equal == found.alone.texts.of == 20
+    assert found.loaded.texts.equal == 0 and not found.exact
+    deciding = [call for call in found.calls if call.kind == "action"]
+    assert [call.loaded.alike for call in found.calls if call.kind == "message"] == [None] * (20 - len(deciding))
+    for call in deciding:
+        text = msgspec.json.decode(call.loaded.text or "")
+        assert call.loaded.alike == ("direction" not in text), "who stayed stays"
+    assert {call.loaded.alike for call in deciding} == {True, False} and True in going.values()
+
+
+def test_calls_are_drawn_from_every_run_and_of_every_kind_and_the_same_ones_each_time(tmp_path: Path):
+    with OllamaServer() as server:
+        swept(server, tmp_path, "determinism=6")
+        (found,) = measured(tmp_path)
+        swept(server, tmp_path, "determinism=6", "output.dir=other", "cache.path=other.sqlite")
+    assert Counter(Counter(call.run for call in found.calls).values()) == {2: 3}
+    assert Counter(call.kind for call in found.calls) == {"message": 3, "action": 3}
+    assert repeats_of(SweepFolder.open(tmp_path / "other"))[0].calls == found.calls
+
+
+def test_a_sweep_that_is_answered_from_the_cache_makes_none_and_says_so(tmp_path: Path):
+    with OllamaServer() as server:
+        assert "determinism" not in swept(server, tmp_path, "determinism=0").stdout
+        done = swept(server, tmp_path, FOUR, "output.dir=again")
+        assert server.counts.chats == CALLS
+    assert "llama3.2: determinism not measured: every answer came from the cache\n" in done.stdout
+    assert not (tmp_path / "again" / "determinism.json").exists()
+
+
+def test_answers_of_the_cache_are_not_held_against_the_server(tmp_path: Path):
+    with OllamaServer() as server:
+        swept(server, tmp_path, "world.steps=2", "determinism=0", "output.dir=shorter")
+        swept(server, tmp_path, "determinism=20")
+    assert {call.step for call in measured(tmp_path)[0].calls} == {3}
+
+
+def test_what_is_turned_off_or_has_no_server_is_not_mentioned(tmp_path: Path):
+    done = foundry("-m", "model=scripted/random,scripted/stay", *SMALL, FOUR, cwd=tmp_path)
+    assert done.returncode == 0 and "determinism" not in done.stdout + done.stderr
+
+
+def test_a_server_that_fails_is_told_in_one_line_and_asked_again_by_resume(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+):
+    with OllamaServer(Again(1, lambda body: refused(400, "not now"))) as server:
+        done = swept(server, tmp_path, FOUR)
+        assert len([one for one in caplog.messages if "determinism not measured" in one and "not now" in one]) == 1
+        assert "llama3.2: determinism not measured: its calls were not made again\n" in done.stdout
+        server.answer = grid_answer
+        assert "4 of 4 calls" in foundry("resume", "sweep", cwd=tmp_path, OLLAMA_HOST=server.url).stdout
+
+
+def test_a_sweep_that_is_stopped_meanwhile_ends_in_order_and_resume_measures(tmp_path: Path):
+    def stopping(body: Body) -> ChatCase:
+        SweepFolder.open(tmp_path / "sweep").stop_file.touch()  # as the first Ctrl-C does
+        return ChatCase(hang=True)
+
+    with OllamaServer(Again(1, stopping)) as server:
+        done = foundry(*SWEEP, FOUR, cwd=tmp_path, OLLAMA_HOST=server.url)
+        assert done.returncode == 130 and "go on with: foundry resume" in done.stdout + done.stderr
+        assert "3 of 3 runs complete" in done.stdout and measured(tmp_path) == ()
+        server.answer = grid_answer
+        assert "4 of 4 calls" in foundry("resume", "sweep", cwd=tmp_path, OLLAMA_HOST=server.url).stdout
+
+
+@pytest.mark.slow
+def test_each_model_is_asked_before_it_is_unloaded_and_each_of_its_settings_by_itself(tmp_path: Path):
+    heat = "model.options.temperature=0.1,0.9"
+    with OllamaServer() as server:
+        done = swept(server, tmp_path, FOUR, "model=llama3.2,qwen3:4b", heat, "seed=0")
+        assert (server.counts.loads, server.counts.unloads) == (4, 3)
+    assert [one.model for one in measured(tmp_path)] == ["llama3.2", "llama3.2", "qwen3:4b", "qwen3:4b"]
+    assert "llama3.2 (options.temperature=0.9): 4 of 4 calls" in done.stdout
+
+
+@pytest.mark.slow
+def test_each_served_member_of_a_population_is_measured(tmp_path: Path):
+    with OllamaServer() as server:
+        swept(server, tmp_path, FOUR, "model=mix/qwen3:4b@50%+llama3.2@25%+scripted/herd@25%")
+    assert [one.model for one in measured(tmp_path)] == ["qwen3:4b", "llama3.2"]
+    assert {one.of for one in measured(tmp_path)} == {"mix/qwen3:4b@50%+llama3.2@25%+scripted/herd@25%"}
+
+
+def test_a_damaged_file_is_refused_in_one_line(tmp_path: Path):
+    foundry("model=scripted/stay", *SMALL, "output.dir=sweep", cwd=tmp_path)
+    (tmp_path / "sweep" / "determinism.json").write_text('{"models": [{"model": 3}]}')
+    done = foundry("status", "sweep", cwd=tmp_path)
+    assert done.returncode == 2 and "determinism.json cannot be read" in done.stderr
+
+
+@pytest.mark.parametrize("value", ["-1", "true"])
+def test_what_is_no_number_of_calls_is_refused(value: str, tmp_path: Path):
+    done = foundry("model=scripted/stay", f"determinism={value}", cwd=tmp_path)
+    assert done.returncode == 2 and f"determinism={value.capitalize() if value == 'true' else value}" in done.stderr
