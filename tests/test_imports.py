@@ -42,6 +42,7 @@ LAYERS = {
         "calling",
         "new_parts",
         "validating",
+        "probing",
     ),
     "commands": ("commands", "cli", "__main__"),
 }

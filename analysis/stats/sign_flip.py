@@ -73,6 +73,22 @@ def sign_flip_p(differences: FloatArray) -> FloatArray:
     return share_as_extreme(sums, np.abs(differences.sum(axis=1)), _TIES * np.abs(differences).sum(axis=1), n)
 
 
+def upper_sign_flip_p(values: FloatArray) -> FloatArray:
+    """Return the one-sided p of each row's mean being above 0 (rows,), exact to n = 16.
+
+    Args:
+        values: values (rows, n), n >= 1, that are as likely below 0 as above it where there is nothing.
+
+    Raises:
+        ValueError: a value is NaN, of which no p value would mean anything.
+    """
+    if np.isnan(values).any():
+        raise ValueError("A value is NaN: leave it out.")
+    n = values.shape[1]
+    sums = (np.hstack([sums, -sums]) for block in sign_blocks(n) for sums in (values @ block.T,))
+    return share_as_extreme(sums, values.sum(axis=1), _TIES * np.abs(values).sum(axis=1), n)
+
+
 def least_p(n: int) -> float:
     """Return the least p that n pairs can reach."""
     return 2.0 ** (1 - n) if n <= EXACT_UP_TO else max(2.0 ** (1 - n), 1 / (DRAWS + 1))

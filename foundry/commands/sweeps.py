@@ -29,6 +29,7 @@ from foundry.errors import InputError
 
 if TYPE_CHECKING:
     from foundry.composing.compose import Composed
+    from foundry.composing.preparing import Checked
     from foundry.expansion import Sweep
     from foundry.models.answers.base import Answers
     from foundry.models.base import ModelInfo
@@ -49,7 +50,11 @@ def run_composed(composed: Composed, prepare: Callable[[SweepFolder], None] = la
     from foundry.composing.preparing import checked
 
     check_view(composed.settings["view"])
-    found = checked(composed)
+    return run_checked(checked(composed), prepare)
+
+
+def run_checked(found: Checked, prepare: Callable[[SweepFolder], None] = lambda folder: None) -> int:
+    """Run what was checked in its folder, once that is prepared."""
     for line in found.notes:
         print(line)
     folder = found.create()
@@ -96,6 +101,8 @@ def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
     from foundry.trust.targets import check_sweep_targets
 
     opened = SweepFolder.open(path)
+    if opened.moments_file.exists():
+        raise InputError(f"'{path}' is a probe, which has no baselines: name them among its models.")
     check_sweep_targets(opened.sweep, {}, trusted)
     return _run_beside(opened)
 
@@ -219,7 +226,6 @@ def resume(
     from foundry.composing.preflight import check, declare
     from foundry.composing.preparing import model_lines, runner_of
     from foundry.composing.settings import checked_settings
-    from foundry.expansion import with_hosts
     from foundry.storing.store import SweepFolder, check_declared, check_digests
     from foundry.trust import reaching
     from foundry.trust.targets import check_sweep_targets
@@ -227,9 +233,7 @@ def resume(
     opened = SweepFolder.open(folder)
     opened.check_runnable()
     check_sweep_targets(opened.sweep, opened.settings, trust_targets or ())
-    for variable, key in (("OLLAMA_HOST", "hosts"), ("OPENAI_BASE_URL", "base_url")):
-        if variable in os.environ:
-            opened.sweep = with_hosts(opened.sweep, os.environ[variable], key)
+    opened.sweep = reached_now(opened.sweep)
     if not trust_servers:
         reaching.check_models(condition.config["model"] for condition in opened.sweep.conditions)
         reaching.check_settings(opened.settings)
@@ -239,6 +243,16 @@ def resume(
     check_digests(opened, model_lines(infos))
     check_declared(opened, declare(opened.sweep_here()))
     raise typer.Exit(run_folder(opened, settings, infos, runner))
+
+
+def reached_now(sweep: Sweep) -> Sweep:
+    """Return a recorded sweep with its models at the servers that the environment names, where it names any."""
+    from foundry.expansion import with_hosts
+
+    for variable, key in (("OLLAMA_HOST", "hosts"), ("OPENAI_BASE_URL", "base_url")):
+        if variable in os.environ:
+            sweep = with_hosts(sweep, os.environ[variable], key)
+    return sweep
 
 
 @app.command()

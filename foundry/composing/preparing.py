@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -64,15 +64,23 @@ class Checked:
         return {**settings, "cache": {"path": settled(settings["cache"]["path"])}}
 
 
-def checked(composed: Composed) -> Checked:
+def _as_it_is(sweep: Sweep) -> Sweep:
+    return sweep
+
+
+def checked(composed: Composed, place: Callable[[Sweep], Sweep] = _as_it_is) -> Checked:
     """Check everything that can be wrong with a sweep.
+
+    Args:
+        composed: what was asked for.
+        place: returns the sweep with what its folder is to hold for it at some other place, since it has none yet.
 
     Raises:
         InputError: something is.
     """
     sweep = sweep_of(composed)
     runner = runner_of(composed.settings, composed.launch)
-    infos = check(sweep)
+    infos = check(place(sweep))
     sweep = declare(sweep)
     return Checked(composed, sweep, infos, runner, notes_of(sweep))
 

@@ -28,6 +28,11 @@ ALWAYS_THERE = ("steps", "messages")
 IMAGES = "images"
 KEPT = ("frames", IMAGES)
 """The folders of pictures."""
+PROBE = "foundry.worlds.probe.world.ProbeScenario"
+"""The world whose moments are in its sweep's folder."""
+MOMENTS_FILE = "moments.json"
+ORIGINS, PAST = "origins", "{}-past.jsonl.zst"
+"""The folder of what is shared with other sweeps, and the file in it of what was answered in a run."""
 _OWN_HOUSE = frozenset((*RECORD_STREAMS, *KEPT))
 _ENCODE = msgspec.json.Encoder().encode
 T = TypeVar("T")
@@ -83,6 +88,15 @@ def scene_here(config: Mapping[str, Any], scenes: Mapping[str, str], sweep: Path
     return {**config, "world": {**config["world"], "scene": {**scene, **here}}}
 
 
+def moments_here(config: Mapping[str, Any], sweep: Path) -> dict[str, Any]:
+    """Return a configuration whose world, where it is that of a probe, reads the moments in the sweep's folder."""
+    world = config.get("world")
+    if not isinstance(world, Mapping) or world.get("_target_") != PROBE:
+        return dict(config)
+    kept = {"moments": str(sweep / MOMENTS_FILE), "past": str(sweep / ORIGINS / PAST.format("{run}"))}
+    return {**config, "world": {**world, "kept": kept}}
+
+
 class RunFolder:
     """Where one run's files are; reads them.
 
@@ -123,8 +137,8 @@ class RunFolder:
         return self._sweep_path / "locks" / f"{self.id}.lock"
 
     def config(self) -> dict[str, Any]:
-        """Return the effective configuration; a scene that came with the sweep is read from its folder."""
-        return scene_here(self.recorded_config(), self._scenes, self.path.parent.parent)
+        """Return the effective configuration; scenes and moments that came with the sweep are read from its folder."""
+        return moments_here(scene_here(self.recorded_config(), self._scenes, self._sweep_path), self._sweep_path)
 
     def recorded_config(self) -> dict[str, Any]:
         """Return the effective configuration as the sweep's definition has it."""

@@ -1,8 +1,9 @@
 """The only code that knows the layout of a sweep's folder.
 
 outputs/<sweep>/sweep.yaml, multirun.yaml, runs/<run-id>/{config.yaml, run.json, steps.jsonl, messages.jsonl,
-calls.jsonl.zst, frames/, images/}, analysis/; while it runs also progress/ and locks/; in a sweep of forks origins/;
-in an unpacked bundle manifest.json, scenes.json and scenes/. The files of one run are in `foundry.storing.run_files`.
+calls.jsonl.zst, frames/, images/}, analysis/; while it runs also progress/ and locks/; in a sweep of forks or a probe
+origins/, in a probe moments.json; in an unpacked bundle manifest.json, scenes.json and scenes/. The files of one run
+are in `foundry.storing.run_files`.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import datetime
 import errno
 import os
 import shutil
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,17 +25,21 @@ from foundry.expansion import Sweep
 from foundry.expansion import is_served as is_served
 from foundry.expansion import without_servers as without_servers
 from foundry.labels import Labels
-from foundry.records import NOT_JSON
+from foundry.records import NOT_JSON, Call
 from foundry.storing.plain_files import check_folder, is_there
 from foundry.storing.run_files import ALWAYS_THERE as ALWAYS_THERE
 from foundry.storing.run_files import IMAGES as IMAGES
 from foundry.storing.run_files import KEPT as KEPT
+from foundry.storing.run_files import MOMENTS_FILE as MOMENTS_FILE
+from foundry.storing.run_files import ORIGINS as ORIGINS
+from foundry.storing.run_files import PAST as PAST
+from foundry.storing.run_files import PROBE as PROBE
 from foundry.storing.run_files import RECORD_STREAMS as RECORD_STREAMS
 from foundry.storing.run_files import RunFolder as RunFolder
 from foundry.storing.run_files import calls_bytes as calls_bytes
 from foundry.storing.run_files import cannot_write as cannot_write
 from foundry.storing.run_files import frame_name as frame_name
-from foundry.storing.run_files import json_file, scene_here
+from foundry.storing.run_files import json_file, moments_here, scene_here
 from foundry.storing.run_files import kept_file as kept_file
 from foundry.storing.run_files import last_whole_step as last_whole_step
 from foundry.storing.run_files import lines_of as lines_of
@@ -208,18 +213,33 @@ class SweepFolder:
         return {name: str(file) for name, file in files.items()}
 
     def sweep_here(self) -> Sweep:
-        """Return the sweep with the scenes that came with it read from its folder.
+        """Return the sweep with the scenes and moments that came with it read from its folder.
 
         Raises:
             RecordError: their list cannot be read, or names files elsewhere.
         """
         scenes = self.scenes()
         placed = (replace(one, config=scene_here(one.config, scenes, self.path)) for one in self.sweep.conditions)
-        return replace(self.sweep, conditions=tuple(placed))
+        return with_moments(replace(self.sweep, conditions=tuple(placed)), self.path)
 
     def origin_path(self, run: str, at: int) -> Path:
         """Return where the calls are kept that forks of a run at a step share with it."""
-        return self.path / "origins" / f"{run}-at{at}.jsonl.zst"
+        return self.path / ORIGINS / f"{run}-at{at}.jsonl.zst"
+
+    @property
+    def moments_file(self) -> Path:
+        """The moments of a probe, and the runs they come from."""
+        return self.path / MOMENTS_FILE
+
+    def write_moments(self, moments: bytes, past: Mapping[str, Iterable[Call]]) -> None:
+        """Keep the moments of a probe, and what was answered before them in each run; what is there stays."""
+        for run, calls in past.items():
+            path = self.path / ORIGINS / PAST.format(run)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            if not path.exists():
+                write_atomically(path, calls_bytes(calls))
+        if not self.moments_file.exists():
+            write_atomically(self.moments_file, moments)
 
     def write_multirun(self, text: str) -> None:
         """Keep Hydra's composed sweep configuration."""
@@ -272,6 +292,11 @@ class SweepFolder:
             shutil.rmtree(self.path / "progress", ignore_errors=True)
         if all(run.ended for run in self.runs()):
             shutil.rmtree(self.path / "locks", ignore_errors=True)
+
+
+def with_moments(sweep: Sweep, path: Path) -> Sweep:
+    """Return a probe's sweep with its moments read from a folder; any other sweep as it is."""
+    return replace(sweep, conditions=tuple(replace(c, config=moments_here(c.config, path)) for c in sweep.conditions))
 
 
 def runs_at(path: Path) -> tuple[SweepFolder, list[RunFolder]]:

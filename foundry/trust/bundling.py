@@ -124,6 +124,8 @@ def _entries(folder: SweepFolder, scrubber: Scrubber, prefix: str) -> Iterator[E
         yield from _run_entries(run, sweep, scrubber, f"{prefix}runs/{run.id}/")
     for file in sorted((folder.path / "origins").glob("*.jsonl.zst")):
         yield Entry(f"{prefix}origins/{file.name}", partial(_calls, partial(read_calls, file), file.name, scrubber))
+    if folder.moments_file.exists():
+        yield Entry(f"{prefix}{folder.moments_file.name}", partial(_checked, folder.moments_file, scrubber))
     if scenes:
         content = msgspec.json.encode(dict(sorted(named.items())))
         yield _text(f"{prefix}{SCENES_FILE}", content.decode, scrubber)

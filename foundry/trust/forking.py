@@ -4,33 +4,23 @@ from __future__ import annotations
 
 import asyncio
 import hashlib
-import re
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from foundry import paths
-from foundry.composing.compose import Composed, compose
+from foundry.composing.compose import Composed
+from foundry.composing.recorded import compose_recorded, overridden
 from foundry.episode import play
-from foundry.errors import InputError, RecordError, UndeclaredError
+from foundry.errors import InputError, UndeclaredError
 from foundry.expansion import Condition, calls_seed, settings_key
 from foundry.records import Call
 from foundry.running.build import build
 from foundry.running.recorded import Departed, NotRecorded, RecordedAsker, past_wordings
-from foundry.storing.plain_yaml import load_plain
 from foundry.storing.store import RunFolder, SweepFolder, calls_bytes, last_whole_step, lines_of, write_atomically
-from foundry.storing.sweep_file import to_yaml
 from foundry.trust.summaries import COMPLETE
 from foundry.trust.verifying import Comparer, EndOfRecords
-
-_INTERPOLATION = re.compile(r"(\\*)\$\{")
-GROUPS = ("world", "model", "prompt")
-AS_RECORDED = "as_recorded"
-"""The option of each group that is the run's own configuration."""
 
 
 def compose_fork(run: RunFolder, sweep: str, at: int, overrides: Sequence[str]) -> Composed | None:
@@ -50,7 +40,9 @@ def compose_fork(run: RunFolder, sweep: str, at: int, overrides: Sequence[str]) 
     """
     _check_step(run, at)
     config = run.config()
-    composed = _compose(config, overrides)
+    if "seed" in overridden(overrides):
+        raise InputError("A fork keeps the seed of its run, which the past depends on: vary sampling_seed instead.")
+    composed = compose_recorded(config, overrides)
     if composed is None:
         return None
     fork = _fork_block(run, config, sweep, at)
@@ -90,41 +82,6 @@ def _steps_of(run: RunFolder) -> list[int]:
     content = run.steps_bytes()
     whole = content[: content.rfind(b"\n") + 1]
     return [line.step for line in lines_of(whole, _StepOf, run.stream_path("steps"))]
-
-
-def _compose(config: Mapping[str, Any], overrides: Sequence[str]) -> Composed | None:
-    """Compose the overrides over the run's own configuration."""
-    given = {override.lstrip("+~").partition("=")[0] for override in overrides}
-    if "seed" in given:
-        raise InputError("A fork keeps the seed of its run, which the past depends on: vary sampling_seed instead.")
-    for group in GROUPS:
-        if "defaults" in config[group]:  # would be read as names of further files
-            raise RecordError(f"The recorded {group} is refused: no {group} has a setting 'defaults'.")
-    shipped = load_plain((paths.conf_dir() / "config.yaml").read_text(encoding="utf-8"), "config.yaml")
-    with tempfile.TemporaryDirectory() as name:
-        for group in GROUPS:
-            path = Path(name) / group / f"{AS_RECORDED}.yaml"
-            path.parent.mkdir()
-            path.write_text(to_yaml(_literal(config[group])), encoding="utf-8")
-        sources = [f"file://{name}", *shipped["hydra"]["searchpath"]]
-        own = [f"{group}={AS_RECORDED}" for group in GROUPS if group not in given]
-        if "sampling_seed" not in given:
-            own.append(f"sampling_seed={'null' if config['sampling_seed'] is None else config['sampling_seed']}")
-        if "record.frames" not in given:
-            own.append(f"record.frames={str(config.get('record', {}).get('frames', False)).lower()}")
-        if "baselines" in config and "baselines" not in given:
-            own.append(f"baselines=[{','.join(config['baselines'])}]")
-        quoted = ",".join(f'"{source}"' for source in sources)
-        return compose([*overrides, *own, f"seed={config['seed']}", f"hydra.searchpath=[{quoted}]"])
-
-
-def _literal(value: Any) -> Any:
-    """Return settings in which `${` stands for itself: they are resolved already, or recorded by someone else."""
-    if isinstance(value, str):
-        return _INTERPOLATION.sub(lambda found: 2 * found[1] + r"\${", value)
-    if isinstance(value, Mapping):
-        return {key: _literal(inner) for key, inner in value.items()}
-    return [_literal(inner) for inner in value] if isinstance(value, list | tuple) else value
 
 
 def _fork_block(run: RunFolder, config: Mapping[str, Any], sweep: str, at: int) -> dict[str, Any]:

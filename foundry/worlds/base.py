@@ -71,6 +71,21 @@ class Question:
 
 
 @dataclass(frozen=True, slots=True)
+class Reading:
+    """What a reply says.
+
+    Attributes:
+        outcome: what became of the call.
+        action: the decision, or None where there is none.
+        message: what was said beside it, or instead of one; None for silence.
+    """
+
+    outcome: Outcome
+    action: str | int | float | None = None
+    message: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Answer:
     """What the model said.
 
@@ -214,6 +229,14 @@ class Scenario(ABC):
     def notes(self) -> Sequence[str]:
         """Return what is to be known of the world before a sweep starts, one line each; nothing by default."""
         return ()
+
+    def read(self, question: Question, answer: Answer) -> Reading:
+        """Return what an answer to one of its questions decides, as its episodes read it.
+
+        Raises:
+            InputError: the scenario does not say, as by default.
+        """
+        raise InputError(f"World '{self.name}' does not say how one reply is read: give its Scenario a `read`.")
 
     def wordy_answer(self, question: Question, characters: int) -> str:
         """Return an answer of about so many characters that makes later prompts long; filler text by default."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 
 from foundry.models.base import Reply, Request
+from foundry.models.scripted.grid import act
 from foundry.models.scripted.stay import Stay
 
 
@@ -28,3 +29,10 @@ class Faulty(Stay):
         if is_doomed(request):
             raise ZeroDivisionError("a bug")
         return super().reply(request)
+
+
+class Left(Stay):
+    """Goes left, wherever that leads."""
+
+    def reply(self, request: Request) -> Reply:
+        return Reply(text=act("left", reasoning="As ever.")) if request.kind == "action" else super().reply(request)

@@ -76,9 +76,14 @@ class ActionReading:
     reasoning: str = ""
 
     @property
+    def is_read(self) -> bool:
+        """Whether a decision could be read."""
+        return self.outcome in (Outcome.CHOSEN, Outcome.REPAIRED)
+
+    @property
     def is_kept(self) -> bool:
         """Whether there is something that the agent remembers from now on."""
-        return self.outcome in (Outcome.CHOSEN, Outcome.REPAIRED) and bool(self.memory.strip())
+        return self.is_read and bool(self.memory.strip())
 
     @property
     def decision(self) -> tuple[object, ...]:

@@ -13,11 +13,12 @@ import msgspec
 from foundry import seeding
 from foundry.declared import Actions
 from foundry.records import Agent, GridStep, Message, Record
-from foundry.worlds.base import Ahead, Answer, Question, Recorded, Redrawing, Scenario, World, filler
+from foundry.worlds.base import Ahead, Answer, Question, Reading, Recorded, Redrawing, Scenario, World, filler
 from foundry.worlds.grid.dependence import GridAhead, Kept, is_known
 from foundry.worlds.grid.drawing import GridFrame, draw, make_frame
 from foundry.worlds.grid.observation import Perception
 from foundry.worlds.grid.parsing import ActionReading, MessageReading, read_action, read_message
+from foundry.worlds.grid.parts.deeds import read_deed
 from foundry.worlds.grid.parts.frames import recorded_frames
 from foundry.worlds.grid.parts.records import FurnishedStep, records_of
 from foundry.worlds.grid.parts.start import with_roles
@@ -84,6 +85,14 @@ class GridScenario(Scenario):
         late = [fire for fire in self.settings.fires if fire.start > steps]
         told = "starts at step {}, after the last one ({}): nobody perceives it"
         return [f"{world}: fire '{fire.name}' {told.format(fire.start, steps)}" for fire in late]
+
+    def read(self, question: Question, answer: Answer) -> Reading:
+        """Return what an answer decides: a message, or `stay` or the direction of a move."""
+        if question.kind == MESSAGE:
+            said = read_message(answer)
+            return Reading(said.outcome, message=said.text)
+        decided = read_deed(answer, self.settings.deeds) if self.settings.furnished else read_action(answer)
+        return Reading(decided.outcome, (decided.direction or decided.action) if decided.is_read else None)
 
     def wordy_answer(self, question: Question, characters: int) -> str:
         """Return an answer that fills what is remembered or heard, and gathers everyone in the middle."""

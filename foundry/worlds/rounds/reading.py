@@ -20,7 +20,7 @@ from typing import Any
 from foundry.declared import Actions
 from foundry.records import Outcome
 from foundry.texts import without_surrogates
-from foundry.worlds.base import LENGTH, Answer, unanswered, undecided_outcome
+from foundry.worlds.base import LENGTH, Answer, Reading, unanswered, undecided_outcome
 from foundry.worlds.grid.parsing import read_message
 from foundry.worlds.grid.words import is_placeholder, is_silence, key_of
 from foundry.worlds.mending import Mended, in_plain_marks, mended
@@ -46,21 +46,6 @@ _LINE = re.compile(
 )
 _PAIR = re.compile(r"""["'“”]?([^\W\d][\w ]{0,39})["'“”]?\s*+[:：]\s*+["'“”]?([^"'“”,{}\n]*+)""")
 _TAG = re.compile(r"<([a-zA-Z_]{1,30})>([^<>]{0,200})</\1>")
-
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """What a reply says.
-
-    Attributes:
-        outcome: what became of the call.
-        action: the decision, or None where there is none.
-        message: what was said beside it, or instead of one; None for silence.
-    """
-
-    outcome: Outcome
-    action: Decided | None = None
-    message: str | None = None
 
 
 def read_talk(answer: Answer) -> Reading:

@@ -13,7 +13,7 @@ from foundry import seeding
 from foundry.declared import Actions
 from foundry.errors import FoundryError
 from foundry.records import Message, Outcome, Record, RoundStep
-from foundry.worlds.base import Answer, Observation, Question
+from foundry.worlds.base import Answer, Observation, Question, Reading
 from foundry.worlds.rounds.decided import Decided
 from foundry.worlds.rounds.reading import read_decision, read_talk
 from foundry.worlds.rounds.replies import idle_of, options_of
@@ -169,8 +169,7 @@ class Table:
 
     def read(self, question: Question, answer: Answer) -> Decision:
         """Return what an answer decides."""
-        legal = question.legal if isinstance(question, RoundQuestion) else None
-        found = read_talk(answer) if legal is None else read_decision(answer, legal, question.kind)
+        found, legal = read_reply(question, answer), _legal(question)
         idle = None if legal is None else legal.idle
         taken = idle if found.action is None else found.action
         decision = Decision(
@@ -210,3 +209,13 @@ class RoundQuestion(Question):
     """A question that knows what is legal: actions, or None where it asks for words alone."""
 
     legal: Actions | None = None
+
+
+def read_reply(question: Question, answer: Answer) -> Reading:
+    """Return what an answer says: a decision among what is legal, or words where nothing is to be decided."""
+    legal = _legal(question)
+    return read_talk(answer) if legal is None else read_decision(answer, legal, question.kind)
+
+
+def _legal(question: Question) -> Actions | None:
+    return question.legal if isinstance(question, RoundQuestion) else None

@@ -12,11 +12,11 @@ import msgspec
 from foundry import seeding
 from foundry.errors import FoundryError, InputError
 from foundry.records import Agent, Message, Record, RoundStep
-from foundry.worlds.base import Answer, Question, Recorded, Redrawing, Scenario, World, filler
+from foundry.worlds.base import Answer, Question, Reading, Recorded, Redrawing, Scenario, World, filler
 from foundry.worlds.personas import Attributes, check_attributes, draw_personas
 from foundry.worlds.rounds.drawing import draw
 from foundry.worlds.rounds.reading import MESSAGE
-from foundry.worlds.rounds.table import Decision, Table
+from foundry.worlds.rounds.table import Decision, Table, read_reply
 
 Play: TypeAlias = Generator[Sequence[Question], list[Decision], None]
 """Questions that are asked at the same time go out, what was decided comes back in their order."""
@@ -76,6 +76,10 @@ class RoundsScenario(Scenario):
     def personas(self, seed: int) -> list[dict[str, str]]:
         """Return the persona of each agent in the run with this seed."""
         return draw_personas(self._attributes, self.agents, seeding.stream(seed, "personas"))
+
+    def read(self, question: Question, answer: Answer) -> Reading:
+        """Return what an answer decides."""
+        return read_reply(question, answer)
 
     def count_calls(self) -> int:
         """Return how many calls a whole episode makes where every agent is asked once of every kind in every round."""

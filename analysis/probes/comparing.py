@@ -1,0 +1,89 @@
+"""Two sets of choices in the same moments: how far apart, moment by moment, and over the seeds of the runs."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.arrays import FloatArray
+from analysis.probes.choices import Chosen, MomentKey
+from analysis.probes.distance import Apart, apart
+from analysis.stats.intervals import estimate
+from analysis.stats.multiplicity import holm
+from analysis.stats.sign_flip import upper_sign_flip_p
+from foundry.seeding import stream
+
+ALL = "all"
+"""All kinds of question together; the declared comparison, over which p is corrected."""
+STANDS_OUT = 0.05
+FIGURES = (
+    "kind", "moments", "seeds", "distance", "floor", "excess", "excess_low", "excess_high", "p", "standing_out",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Compared:
+    """Choices in the same moments, by moment."""
+
+    moments: Mapping[MomentKey, Apart]
+
+    @classmethod
+    def of(cls, first: Chosen, second: Chosen, what: str) -> Compared:
+        """Compare what was chosen in the moments that both have.
+
+        Args:
+            first: choices by moment.
+            second: the same of others.
+            what: names the comparison; its splits are drawn by it.
+        """
+        rng = stream(0, f"probe:{what}")
+        return cls({key: apart(first[key], second[key], rng) for key in sorted(first.keys() & second.keys())})
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return the figures over all kinds of question, then those of each where there are several."""
+        kinds = sorted({key.kind for key in self.moments})
+        return [self._row(ALL, kinds), *(self._row(kind, [kind]) for kind in kinds if len(kinds) > 1)]
+
+    def _row(self, name: str, kinds: Iterable[str]) -> dict[str, Any]:
+        counted = set(kinds)
+        chosen = {key: one for key, one in self.moments.items() if key.kind in counted}
+        excess = _by_seed({key: one.distance - one.floor for key, one in chosen.items()})
+        over_seeds = estimate(excess, -1.0, 1.0)
+        return {
+            "kind": name,
+            "moments": len(chosen),
+            "seeds": len(excess),
+            "distance": _mean(_by_seed({key: one.distance for key, one in chosen.items()})),
+            "floor": _mean(_by_seed({key: one.floor for key, one in chosen.items()})),
+            "excess": over_seeds.mean,
+            "excess_low": over_seeds.low,
+            "excess_high": over_seeds.high,
+            "p": float(upper_sign_flip_p(excess[None, :])[0]) if len(excess) else np.nan,
+            "standing_out": _mean(np.array([one.p <= STANDS_OUT for one in chosen.values()], dtype=np.float64)),
+        }
+
+
+def corrected(rows: list[dict[str, Any]], columns: Iterable[str]) -> pd.DataFrame:
+    """Return rows as a table with Holm's correction over those of all kinds of question."""
+    frame = pd.DataFrame(rows, columns=[*columns, *FIGURES])
+    declared = frame["kind"] == ALL
+    frame.insert(list(frame.columns).index("p") + 1, "p_holm", np.nan)
+    frame.loc[declared, "p_holm"] = holm(frame.loc[declared, "p"].to_numpy(dtype=np.float64))
+    return frame
+
+
+def _by_seed(values: Mapping[MomentKey, float]) -> FloatArray:
+    """Return the mean over the moments of each seed (seeds,), the unit that is independent."""
+    found: dict[int, list[float]] = defaultdict(list)
+    for key, value in values.items():
+        found[key.seed].append(value)
+    return np.array([np.mean(mine) for _, mine in sorted(found.items())], dtype=np.float64)
+
+
+def _mean(values: FloatArray) -> float:
+    return float(values.mean()) if len(values) else float("nan")

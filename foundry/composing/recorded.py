@@ -1,0 +1,70 @@
+"""Overrides over the configuration of a recorded run, in place of the shipped one."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from foundry import paths
+from foundry.composing.compose import Composed, compose
+from foundry.errors import RecordError
+from foundry.storing.plain_yaml import load_plain
+from foundry.storing.sweep_file import to_yaml
+
+GROUPS = ("world", "model", "prompt")
+AS_RECORDED = "as_recorded"
+"""The option of each group that is the run's own configuration."""
+_INTERPOLATION = re.compile(r"(\\*)\$\{")
+
+
+def overridden(overrides: Iterable[str]) -> set[str]:
+    """Return the keys that overrides set."""
+    return {override.lstrip("+~").partition("=")[0] for override in overrides}
+
+
+def compose_recorded(config: Mapping[str, Any], overrides: Sequence[str]) -> Composed | None:
+    """Compose overrides over a run's own configuration, with its seed.
+
+    Args:
+        config: the run's effective configuration.
+        overrides: as `foundry` takes them, without a seed.
+
+    Returns:
+        What was composed, or None when Hydra answered a flag of its own.
+
+    Raises:
+        InputError: an override cannot be read.
+        RecordError: the recorded configuration has a key that would be read as more than a setting.
+    """
+    given = overridden(overrides)
+    for group in GROUPS:
+        if "defaults" in config[group]:  # would be read as names of further files
+            raise RecordError(f"The recorded {group} is refused: no {group} has a setting 'defaults'.")
+    shipped = load_plain((paths.conf_dir() / "config.yaml").read_text(encoding="utf-8"), "config.yaml")
+    with tempfile.TemporaryDirectory() as name:
+        for group in GROUPS:
+            path = Path(name) / group / f"{AS_RECORDED}.yaml"
+            path.parent.mkdir()
+            path.write_text(to_yaml(_literal(config[group])), encoding="utf-8")
+        sources = [f"file://{name}", *shipped["hydra"]["searchpath"]]
+        own = [f"{group}={AS_RECORDED}" for group in GROUPS if group not in given]
+        if "sampling_seed" not in given:
+            own.append(f"sampling_seed={'null' if config['sampling_seed'] is None else config['sampling_seed']}")
+        if "record.frames" not in given:
+            own.append(f"record.frames={str(config.get('record', {}).get('frames', False)).lower()}")
+        if "baselines" in config and "baselines" not in given:
+            own.append(f"baselines=[{','.join(config['baselines'])}]")
+        quoted = ",".join(f'"{source}"' for source in sources)
+        return compose([*overrides, *own, f"seed={config['seed']}", f"hydra.searchpath=[{quoted}]"])
+
+
+def _literal(value: Any) -> Any:
+    """Return settings in which `${` stands for itself: they are resolved already, or recorded by someone else."""
+    if isinstance(value, str):
+        return _INTERPOLATION.sub(lambda found: 2 * found[1] + r"\${", value)
+    if isinstance(value, Mapping):
+        return {key: _literal(inner) for key, inner in value.items()}
+    return [_literal(inner) for inner in value] if isinstance(value, list | tuple) else value

@@ -1,0 +1,1 @@
+"""From recorded sweeps to a probe: the same moments before every model."""

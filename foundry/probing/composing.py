@@ -1,0 +1,175 @@
+"""From recorded sweeps and a command line to a probe: conditions of models, prompts and edits in the same moments."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from foundry.composing.compose import Composed
+from foundry.composing.preflight import scenario_of
+from foundry.composing.recorded import compose_recorded, overridden
+from foundry.errors import InputError
+from foundry.expansion import Condition, Sweep, settings_key
+from foundry.probing.drawing import Past, drawn, listed, moments_of
+from foundry.storing.store import PROBE, RunFolder, SweepFolder, with_moments
+from foundry.worlds.probe.editing import NONE, find_edit
+from foundry.worlds.probe.world import ProbeScenario
+
+OWN = {"edit": NONE, "repeats": "10", "moments": "300", "moments_seed": "0"}
+"""What a probe is asked beside the overrides of a sweep, with what holds where it is not said."""
+_KEPT = ("world", "layout", "scene", "task", "seed")
+"""What the recorded moments have decided."""
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A probe that can be run.
+
+    Attributes:
+        composed: its conditions and settings.
+        moments: the content of `moments.json`.
+        past: what was asked and answered in each run as far as it is needed.
+        asked: how many moments there are, of how many runs, and how many calls they make at most.
+    """
+
+    composed: Composed
+    moments: bytes
+    past: Mapping[str, Past]
+    asked: str
+
+    def keep(self, folder: SweepFolder) -> None:
+        """Keep the moments in the probe's folder."""
+        folder.write_moments(self.moments, {run: past.calls for run, past in self.past.items()})
+
+    def placed(self, scratch: Path, sweep: Sweep) -> Sweep:
+        """Return the probe's sweep with its moments read from a folder that holds nothing else."""
+        self.keep(SweepFolder(scratch, sweep, {}, []))
+        return with_moments(sweep, scratch)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What is asked of the probe alone."""
+
+    edits: tuple[str, ...]
+    repeats: int
+    moments: str
+    seed: int
+
+    @classmethod
+    def of(cls, arguments: Sequence[str]) -> _Asked:
+        given = dict(argument.split("=", 1) for argument in arguments if argument.partition("=")[0] in OWN)
+        values = {**OWN, **given}
+        edits = [name.strip() for name in values["edit"].strip("[]").split(",")]
+        least = {"repeats": 1, "moments_seed": 0}
+        numbers = {key: _number(key, values[key], at_least) for key, at_least in least.items()}
+        # What is edited is held against what is not.
+        return cls(tuple(dict.fromkeys([NONE, *edits])), numbers["repeats"], values["moments"], numbers["moments_seed"])
+
+
+def _number(key: str, text: str, least: int) -> int:
+    if not text.isdecimal() or int(text) < least:
+        raise InputError(f"{key}={text} is no number of {key}: give a whole number from {least}.")
+    return int(text)
+
+
+def compose_probe(sweeps: Sequence[SweepFolder], arguments: Sequence[str]) -> Probe | None:
+    """Compose a probe of the moments of recorded sweeps.
+
+    Args:
+        sweeps: at least one; all of one world.
+        arguments: overrides as `foundry` takes them, and `edit=`, `repeats=`, `moments=`, `moments_seed=`.
+
+    Returns:
+        The probe, or None when Hydra answered a flag of its own.
+
+    Raises:
+        InputError: there are no such moments, or something is asked that cannot be.
+    """
+    asked = _Asked.of(arguments)
+    overrides = [argument for argument in arguments if argument.partition("=")[0] not in OWN]
+    runs = _runs(sweeps)
+    config = _source_config(runs, overridden(overrides))
+    composed = compose_recorded(config, [*overrides, "record.frames=false"])
+    if composed is None:
+        return None
+    scenario = scenario_of(config)
+    edits = [find_edit(name, scenario.form).described(scenario) for name in asked.edits]
+    recorded = {run.id: Past.of(run) for run in runs}
+    moments, past = moments_of(_moments(asked, recorded), recorded)
+    content = msgspec.json.format(msgspec.json.encode(moments), indent=1) + b"\n"
+    seeds = tuple(sorted({one.seed for one in past.values()}))
+    conditions = [
+        _condition(one, edit, asked.repeats, hashlib.sha256(content).hexdigest(), seeds)
+        for one in composed.conditions
+        for edit in edits
+    ]
+    names = [sweep.path.resolve().name for sweep in sweeps]
+    settings = {**composed.settings, "analyze": bool(composed.settings["analyze"])}
+    composed = replace(composed, asked=("probe", *names, *arguments), conditions=tuple(conditions), settings=settings)
+    return Probe(composed, content, past, _told(len(moments.moments), len(past), len(conditions), asked.repeats))
+
+
+def _told(moments: int, runs: int, conditions: int, repeats: int) -> str:
+    calls = moments * conditions * repeats
+    return (
+        f"{moments} moments of {runs} runs, {conditions} conditions, {repeats} repeats: at most {calls:,} calls, "
+        "fewer where an edit changes nothing"
+    )
+
+
+def _runs(sweeps: Sequence[SweepFolder]) -> list[RunFolder]:
+    """Return the complete runs; moments of one that failed would stand for what it did not live to."""
+    runs = {run.id: run for sweep in sweeps for run in sweep.runs()}
+    complete = [run for run in runs.values() if (found := run.summary()) is not None and found.status == "complete"]
+    if not complete:
+        raise InputError(f"'{sweeps[0].path}' holds no complete run: go on with it first, foundry resume.")
+    return complete
+
+
+def _source_config(runs: Sequence[RunFolder], given: set[str]) -> dict[str, Any]:
+    """Return the configuration that overrides go over.
+
+    Raises:
+        InputError: an override would change the moments, or the runs differ in what must be the same for all.
+    """
+    for key in sorted(given):
+        if key.partition(".")[0] in _KEPT:
+            raise InputError(f"A probe asks in recorded moments, which {key}= would change: leave it out.")
+    configs = [run.config() for run in runs]
+    if runs[0].declared.form == ProbeScenario.form:
+        raise InputError("This sweep is a probe itself: name the sweep that its moments come from.")
+    for key, what in (("world", "worlds"), ("prompt", "prompts"), ("sampling_seed", "sampling seeds")):
+        if key not in given and len({settings_key({key: config[key]}) for config in configs}) > 1:
+            hint = "probe the sweep of one world" if key == "world" else f"choose with {key}="
+            raise InputError(f"The recorded runs have several {what}: {hint}.")
+    return {key: value for key, value in configs[0].items() if key != "fork"}
+
+
+def _moments(asked: _Asked, recorded: Mapping[str, Past]) -> Sequence[Any]:
+    if not asked.moments.isdecimal():
+        return listed(Path(asked.moments), recorded)
+    found = drawn(recorded, _number("moments", asked.moments, 1), asked.seed)
+    if not found:
+        raise InputError("The recorded runs hold no question.")
+    return found
+
+
+def _condition(
+    one: Condition, edit: Mapping[str, Any], repeats: int, moments: str, seeds: tuple[int, ...]
+) -> Condition:
+    source = one.config["world"]
+    world = {
+        "_target_": PROBE,
+        "name": f"probe of {source['name']}",
+        "source": source,
+        "edit": dict(edit),
+        "repeats": repeats,
+        "moments": moments,
+    }
+    return Condition({**one.factors, "edit": edit["name"]}, {**one.config, "world": world}, seeds)

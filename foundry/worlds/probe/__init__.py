@@ -1,0 +1,1 @@
+"""Recorded moments as a world: the same questions before every model, as they were or edited."""

@@ -1,0 +1,1 @@
+"""Edits of keys that worlds of several forms have."""

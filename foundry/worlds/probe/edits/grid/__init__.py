@@ -1,0 +1,1 @@
+"""Edits of the 2D world's observations."""

@@ -1,0 +1,74 @@
+"""How far apart two samples of choices are, held against what can be counted by hand, and against chance."""
+
+from __future__ import annotations
+
+import itertools
+from collections import Counter
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from analysis.probes.choices import Change, MomentKey
+from analysis.probes.comparing import Compared
+from analysis.probes.distance import apart
+from analysis.stats.sign_flip import upper_sign_flip_p
+from foundry.seeding import stream
+
+samples = st.lists(st.sampled_from("abc"), min_size=1, max_size=4)
+
+
+@given(samples, samples)
+def test_the_floor_is_the_mean_over_all_splits(first: list[str], second: list[str]):
+    pooled = [*first, *second]
+    gaps = []
+    for taken in itertools.combinations(range(len(pooled)), len(first)):
+        one = Counter(pooled[place] for place in taken)
+        other = Counter(pooled) - one
+        gaps.append(0.5 * sum(abs(one[k] / len(first) - other[k] / len(second)) for k in set(pooled)))
+    found = apart(Counter(first), Counter(second), stream(0, "test"))
+    assert found.floor == pytest.approx(np.mean(gaps))
+    assert found.p == pytest.approx(np.mean([gap >= found.distance - 1e-9 for gap in gaps]), abs=0.08)
+
+
+def test_what_never_meets_is_wholly_apart_and_what_is_alike_is_not():
+    assert apart(Counter(left=10), Counter(right=10), stream(0, "test")).distance == 1
+    same = apart(Counter(left=5, right=5), Counter(left=5, right=5), stream(0, "test"))
+    assert (same.distance, same.p) == (0, 1) and same.floor > 0.1
+
+
+def test_moments_that_were_asked_once_show_no_difference():
+    for other in ("left", "right"):
+        found = apart(Counter(left=1), Counter({other: 1}), stream(0, "test"))
+        assert found.distance == found.floor and found.p == 1
+
+
+def test_what_a_mirror_expects_is_the_other_side():
+    change = Change("mirror", "equivariance", {"left": "right", "right": "left"})
+    assert change.carried(Counter(left=3, stay=1)) == Counter(right=3, stay=1)
+
+
+def sampled(rng: np.random.Generator, chance: np.ndarray, repeats: int) -> Counter[str]:
+    return Counter(dict(zip("abcde", rng.multinomial(repeats, chance).tolist(), strict=True)))
+
+
+def test_one_model_under_two_names_is_told_apart_from_itself_no_more_often_than_declared():
+    rng = stream(0, "null")
+    found = 0
+    for _ in range(200):
+        chances = [rng.dirichlet(np.ones(5)) for _ in range(18)]
+        keys = [MomentKey(number % 6, "run", number, 0, "action", 0) for number in range(18)]
+        one, other = ({key: sampled(rng, p, 5) for key, p in zip(keys, chances, strict=True)} for _ in range(2))
+        excess = np.array([gap.distance - gap.floor for gap in Compared.of(one, other, "null").moments.values()])
+        found += bool(upper_sign_flip_p(excess.reshape(3, 6).mean(axis=0)[None, :])[0] <= 0.05)
+    assert found / 200 <= 0.08
+
+
+def test_the_one_sided_p_counts_the_signs_of_all_seeds():
+    assert upper_sign_flip_p(np.array([[1.0, 2.0, 3.0], [-1.0, -2.0, -3.0], [0.0, 0.0, 0.0]])).tolist() == [1 / 8, 1, 1]
+    assert upper_sign_flip_p(np.array([[3.0, -1.0]])).tolist() == [0.5]
+    many = upper_sign_flip_p(np.ones((1, 20)))
+    assert many[0] < 0.001
+    with pytest.raises(ValueError, match="NaN"):
+        upper_sign_flip_p(np.array([[np.nan]]))

@@ -1,0 +1,215 @@
+"""The same recorded moments before every model: what is known of scripted policies in closed form comes out."""
+
+from __future__ import annotations
+
+import shutil
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pandas as pd
+import pytest
+
+from commands import cached_answers, foundry, kill, started, wait_until
+from foundry.worlds.probe.moments import Moments
+from holding import Holding
+from ollama_server import OllamaServer
+from probing.conftest import PARTS, WORLD, done, lines, runs
+
+TRUSTED = ("--trust-targets", "policies")
+QUIET = ("analyze=false", "runner.workers=1")
+
+
+def moments_in(path: Path) -> Moments:
+    return msgspec.json.decode((path / "moments.json").read_bytes(), type=Moments)
+
+
+def table(path: Path, name: str, **wanted: str) -> pd.DataFrame:
+    frame = pd.read_csv(path / "analysis" / f"{name}.csv", keep_default_na=False, na_values=[""])
+    for column, value in wanted.items():
+        frame = frame[frame[column] == value]
+    return frame
+
+
+def shares(path: Path, model: str, edit: str) -> dict[tuple[Any, ...], dict[str, int]]:
+    """Return the counts of choices by moment."""
+    found: dict[tuple[Any, ...], dict[str, int]] = {}
+    for row in table(path, "moments", model=model, edit=edit).to_dict("records"):
+        key = tuple(row[name] for name in ("run", "step", "agent", "kind"))
+        found.setdefault(key, {})[row["choice"]] = row["count"]
+    return found
+
+
+def test_a_probe_asks_in_the_moments_as_they_were_recorded(pilot: Path, probed: Path):
+    recorded = {
+        (run.id, call.step, call.agent, call.kind): (call.messages, call.seed)
+        for run in runs(pilot)
+        for call in run.calls()
+    }
+    moments = moments_in(probed)
+    assert len(moments.moments) == len(set(moments.moments)) == 30
+    for run in runs(probed):
+        if run.config()["world"]["edit"]["name"] == "none":
+            asked = list(zip(lines(run), run.calls(), strict=True))
+            assert len(asked) == 8 * sum(len(one) for one in moments.of(run.run.seed).values())
+            for line, call in asked:
+                messages, seed = recorded[line["run"], line["step"], line["agent"], line["kind"]]
+                assert call.messages == messages and (call.seed == seed) == (line["repeat"] == 0)
+
+
+def test_moments_are_drawn_over_all_runs_and_of_an_agent_one_in_a_window(probed: Path):
+    moments = moments_in(probed).moments
+    assert set(Counter(one.run for one in moments).values()) == {5}
+    assert set(Counter((one.run, one.agent, (one.step - 1) // 5) for one in moments).values()) == {1}
+    assert {one.kind for one in moments} == {"message", "action"}
+
+
+def test_taking_fires_away_is_asked_in_the_moments_with_a_known_fire_alone(pilot: Path, probed: Path):
+    fires = {(run.id, line["step"], line["agent"]): line["fires"] for run in runs(pilot) for line in lines(run)}
+    known = {(*one[:3], one[3]) for one in shares(probed, "scripted/avoid", "none") if fires[one[:3]]}
+    assert 0 < len(known) < 30
+    assert set(shares(probed, "scripted/avoid", "no_fire")) == set(shares(probed, "scripted/herd", "no_fire")) == known
+
+
+def test_who_reads_fires_alone_changes_without_them_and_who_reads_none_does_not(pilot: Path, probed: Path):
+    met = {(run.id, line["step"], line["agent"]): line["neighbours"] for run in runs(pilot) for line in lines(run)}
+    avoid = shares(probed, "scripted/avoid", "none"), shares(probed, "scripted/avoid", "no_fire")
+    changed = {one for one in avoid[1] if avoid[0][one] != avoid[1][one]}
+    warned = {one for one in avoid[1] if one[3] == "message" and met[one[:3]]}
+    fled = {one for one in avoid[1] if one[3] == "action"}
+    assert warned and fled and changed == warned | fled
+    for one in warned:
+        assert (avoid[0][one], avoid[1][one]) == ({"speaks": 8}, {"is silent": 8})
+    herd = shares(probed, "scripted/herd", "none"), shares(probed, "scripted/herd", "no_fire")
+    assert all(herd[0][one] == herd[1][one] for one in herd[1])
+    (found,) = table(probed, "edits", model="scripted/herd", edit="no_fire", kind="all").to_dict("records")
+    assert found["distance"] == 0 and found["standing_out"] == 0 and found["p"] == 1
+    (found,) = table(probed, "edits", model="scripted/avoid", edit="no_fire", kind="all").to_dict("records")
+    assert found["excess"] > 0.2 and found["p"] == 1 / 8
+
+
+def test_who_always_goes_left_is_as_wrong_in_a_mirror_as_one_can_be(probed: Path):
+    rows = table(probed, "edits", model="left", edit="mirror").set_index("kind")
+    assert rows["leaves"].unique().tolist() == ["equivariance"] and rows.loc["all", "moments"] == 30
+    assert rows.loc["action", "distance"] == 1 and rows.loc["message", "distance"] == 0
+
+
+def test_a_model_under_another_name_does_not_differ_from_itself(probed: Path):
+    pairs = table(probed, "agreement", kind="all").set_index(["first", "second"])
+    assert len(pairs) == 10
+    (same,) = pairs[(pairs.index == ("other", "scripted/random"))].to_dict("records")
+    assert same["distance"] == 0 and same["p"] == same["p_holm"] == 1
+
+
+@pytest.mark.slow
+def test_a_model_that_is_sampled_anew_does_not_differ_from_itself(pilot: Path):
+    again = ("-m", "model=scripted/random", "sampling_seed=1,2", "output.dir=anew")
+    done("probe", "pilot", *again, "moments=30", "repeats=8", cwd=pilot.parent)
+    (row,) = table(pilot.parent / "anew", "agreement", kind="all").to_dict("records")
+    assert (row["first"], row["second"]) == ("scripted/random / 1", "scripted/random / 2")
+    assert row["distance"] > 0 and row["p"] > 0.05 and row["excess_low"] < 0 < row["excess_high"]
+
+
+def test_the_same_moments_can_be_given_again_and_are_verified_and_handed_on(pilot: Path, probed: Path, tmp_path: Path):
+    given = f"moments={probed / 'moments.json'}"
+    done("probe", str(pilot), "model=scripted/stay", given, "repeats=1", "output.dir=out", *QUIET, cwd=tmp_path)
+    assert (tmp_path / "out" / "moments.json").read_bytes() == (probed / "moments.json").read_bytes()
+    shutil.copytree(tmp_path / "out", tmp_path / "moved")
+    shutil.rmtree(tmp_path / "out")
+    assert "3 identical" in done("verify", "moved", "--workers", "1", cwd=tmp_path)
+    done("bundle", "moved", "moved.tar.zst", cwd=tmp_path)
+    done("unbundle", "moved.tar.zst", "again", cwd=tmp_path)
+    assert "3 identical" in done("verify", "again", "--workers", "1", cwd=tmp_path)
+    assert "asked once" in done("analyze", "again", cwd=tmp_path)
+
+
+def test_what_was_kept_is_held_against_what_the_probe_was_made_of(probed: Path, tmp_path: Path):
+    for name, said in (("moments.json", "other moments than"), ("origins", "other answers than")):
+        shutil.copytree(probed, tmp_path / name)
+        file = tmp_path / name / name
+        if file.is_dir():
+            files = sorted(file.iterdir())
+            files[0].write_bytes(files[1].read_bytes())
+        else:
+            file.write_bytes(file.read_bytes().replace(b'"action"', b'"message"', 1))
+        told = foundry("verify", name, "--workers", "1", *TRUSTED, cwd=tmp_path)
+        assert told.returncode == 2 and said in told.stderr and told.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (("edit=no_fires",), "Did you mean 'no_fire'?"),
+        (("repeats=0",), "repeats=0 is no number of repeats"),
+        (("moments=many",), "moments=many cannot be read"),
+        (("world.agents=3",), "A probe asks in recorded moments, which world.agents= would change"),
+        (("seed=3",), "which seed= would change"),
+        (("modl=x",), "Did you mean 'model'"),
+        (("nowhere",), "'nowhere' does not exist"),
+    ],
+)
+def test_what_cannot_be_probed_is_refused_in_one_line(arguments: tuple[str, ...], expected: str, pilot: Path):
+    found = foundry("probe", "pilot", *arguments, "output.dir=refused", cwd=pilot.parent)
+    assert found.returncode == 2 and expected in found.stderr and found.stderr.count("\n") == 1
+    assert not (pilot.parent / "refused").exists()
+
+
+def test_a_probe_of_a_probe_or_of_several_worlds_is_refused(pilot: Path, probed: Path, tmp_path: Path):
+    found = foundry("probe", str(probed), *TRUSTED, cwd=tmp_path, PYTHONPATH=str(PARTS))
+    assert found.returncode == 2 and "a probe itself" in found.stderr
+    done("model=scripted/stay", *WORLD, "world.agents=3", *QUIET, "output.dir=other", cwd=tmp_path)
+    found = foundry("probe", "other", str(pilot), cwd=tmp_path)
+    assert found.returncode == 2 and "several worlds" in found.stderr
+
+
+def test_an_edit_of_ones_own_is_found_beside_the_configuration(pilot: Path, tmp_path: Path):
+    (tmp_path / "mine" / "edits").mkdir(parents=True)
+    own = "NAME, LEAVES = 'alone', 'cause'\ndef edit(question):\n    return {}\n"
+    (tmp_path / "mine" / "edits" / "alone.py").write_text(own)
+    command = ("probe", str(pilot), "model=scripted/stay", "edit=alone", "moments=2", "--config-dir", "mine")
+    found = foundry(*command, "output.dir=out", cwd=tmp_path)
+    assert "mine/edits/alone.py cannot edit what is asked" in found.stderr + found.stdout
+    own = own.replace("return {}", "from dataclasses import replace\n    return replace(question, observation={"
+                      "**question.observation, 'neighbours': []})")  # fmt: skip
+    (tmp_path / "mine2" / "edits").mkdir(parents=True)
+    (tmp_path / "mine2" / "edits" / "alone.py").write_text(own)
+    done(*command[:-1], "mine2", "output.dir=out", cwd=tmp_path)
+    assert "alone" in set(table(tmp_path / "out", "edits")["edit"])
+
+
+def test_what_a_probe_has_not_is_refused(probed: Path):
+    for option, said in (("--baselines", "name them among its models"), ("--family=action.stay", "know no families")):
+        found = foundry("analyze", str(probed), option, cwd=probed.parent)
+        assert found.returncode == 2 and said in found.stderr and found.stderr.count("\n") == 1
+
+
+def test_games_are_probed_too(tmp_path: Path):
+    done("-m", "world=frozen_lake", "model=scripted/random", "seed=0-1", *QUIET, "output.dir=lake", cwd=tmp_path)
+    told = done("probe", "lake", "-m", "model=scripted/random,scripted/planner", "moments=6", "repeats=2",
+                "edit=no_persona", "output.dir=out", cwd=tmp_path)  # fmt: skip
+    assert "scripted/planner" in told
+    moments = moments_in(tmp_path / "out").moments
+    assert {counts for one in shares(tmp_path / "out", "scripted/planner", "none").values() for counts in one.values()}
+    assert not shares(tmp_path / "out", "scripted/planner", "no_persona") and moments
+
+
+def test_a_probe_that_is_killed_goes_on_and_pays_for_nothing_twice(tmp_path: Path):
+    with OllamaServer() as server:
+        source = ("-m", "model=qwen3:4b", "seed=0-1", *WORLD, *QUIET, "output.dir=pilot")
+        done(*source, cwd=tmp_path, OLLAMA_HOST=server.url)
+        free = sum(server.answered.values())
+    holding = Holding(9)
+    arguments = ("probe", "pilot", "moments=8", "repeats=3", "edit=no_fire", *QUIET, "output.dir=out")
+    with OllamaServer(holding) as server:
+        with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
+            wait_until(lambda: holding.held, "the calls are held back")
+            cache = tmp_path / "outputs" / "answers.sqlite"
+            wait_until(lambda: cached_answers(cache) == free + 9, "every answer given is in the cache")
+            kill(process.pid)
+        holding.free()
+        done("resume", "out", cwd=tmp_path)
+        edited = sum(len(lines(run)) for run in runs(tmp_path / "out") if run.factors["edit"] == "no_fire")
+        assert set(server.answered.values()) == {1}
+        assert sum(server.answered.values()) == 8 * 2 + edited  # the first repeat is the free run's own answer
+    assert "4 identical" in done("verify", "out", "--workers", "1", cwd=tmp_path)

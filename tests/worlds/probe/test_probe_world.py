@@ -1,0 +1,115 @@
+"""Recorded moments are made again by playing their world, and asked in rounds."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+import zstandard
+
+from foundry.errors import InputError, RecordError
+from foundry.records import Outcome
+from foundry.worlds.base import Answer, Question, Scenario
+from foundry.worlds.grid.layouts import Uniform
+from foundry.worlds.grid.world import GridScenario
+from foundry.worlds.probe.editing import UNEDITED
+from foundry.worlds.probe.moments import Moment, Moments, Said, Source, digest_of, questions_at
+from foundry.worlds.probe.world import APART, ROUND, ProbeScenario
+
+UP = '{"action": "move", "direction": "up", "memory": "", "reasoning": ""}'
+HELLO = '{"message": "Hello.", "reasoning": ""}'
+
+
+def world(agents: int = 3) -> GridScenario:
+    return GridScenario(
+        name="small", half_size=9, agents=agents, steps=3, layout=Uniform(), places=[], communication_distance=20,
+        history={"memory": 3, "messages": 3},
+    )  # fmt: skip
+
+
+def played(scenario: Scenario) -> tuple[list[Question], list[Said]]:
+    """Return what is asked in an episode, and what was answered."""
+    running, asked, past = scenario.start(4), list[Question](), list[Said]()
+    while not running.finished:
+        pending = running.pending()
+        texts = [HELLO if one.kind == "message" else UP for one in pending]
+        asked += pending
+        past += [Said(step=one.step, agent=one.agent, kind=one.kind, text=text, ending="stop")
+                 for one, text in zip(pending, texts, strict=True)]  # fmt: skip
+        running.advance([Answer(text) for text in texts])
+    return asked, past
+
+
+def kept_in(folder: Path, moments: list[Moment], past: list[Said]) -> dict[str, Any]:
+    """Write down moments of a run `run` and return the settings of a probe of them."""
+    runs = {"run": Source(seed=4, sha256=digest_of(past))}
+    content = msgspec.json.encode(Moments(runs=runs, moments=tuple(moments)))
+    (folder / "moments.json").write_bytes(content)
+    lines = b"".join(msgspec.json.encode(one) + b"\n" for one in past)
+    (folder / "run.zst").write_bytes(zstandard.compress(lines))
+    kept = {"moments": str(folder / "moments.json"), "past": str(folder / "{run}.zst")}
+    return {"name": "probe", "edit": {"name": "none"}, "moments": hashlib.sha256(content).hexdigest(), "kept": kept}
+
+
+def as_moments(asked: list[Question]) -> list[Moment]:
+    return [Moment("run", one.step, one.agent, one.kind) for one in asked]
+
+
+def test_every_question_of_an_episode_comes_out_as_it_was_asked():
+    asked, past = played(world())
+    assert questions_at(world(), 4, past, as_moments(asked)) == asked
+    assert questions_at(world(), 4, past, as_moments(asked[7:8])) == asked[7:8]
+
+
+def test_a_world_that_asks_otherwise_by_now_is_refused():
+    asked, past = played(world())
+    with pytest.raises(RecordError, match="then the message of agent 0 at step 1"):
+        questions_at(world(), 4, [past[0], *past], as_moments(asked[-1:]))
+    with pytest.raises(RecordError, match="then nothing"):
+        questions_at(world(), 4, past[:4], as_moments(asked[-1:]))
+    with pytest.raises(RecordError, match="the run ends before"):
+        questions_at(world(), 4, past, [Moment("run", 9, 0, "action")])
+
+
+def test_moments_are_asked_in_rounds_each_time_with_a_seed_of_its_own_and_read_by_their_world(tmp_path: Path):
+    asked, past = played(world())
+    probe = ProbeScenario(source=world(), repeats=10, **kept_in(tmp_path, as_moments(asked), past))
+    assert probe.count_calls() == 10 * len(asked) == 180
+    running, found, records = probe.start(4), list[Question](), []
+    while not running.finished:
+        pending = running.pending()
+        found += pending
+        records += running.advance([Answer(HELLO if one.kind == "message" else "no idea") for one in pending])
+    assert running.step == 3 and running.pending() == [] and len(found) == 180 > 2 * ROUND
+    assert {one.again for one in found} == {repeat * APART for repeat in range(10)}
+    assert len({one.sampling_seed(4) for one in found}) == 180
+    assert {(one.message, one.outcome) for one in records if one.kind == "message"} == {("Hello.", Outcome.CHOSEN)}
+    assert {(one.action, one.outcome) for one in records if one.kind == "action"} == {(None, Outcome.UNREADABLE)}
+    assert [one.repeat for one in records[:10]] == list(range(10)) and not probe.start(5).pending()
+
+
+def test_a_probe_has_no_moments_before_it_has_a_folder_and_is_no_source_of_moments(tmp_path: Path):
+    asked, past = played(world())
+    settings = kept_in(tmp_path, as_moments(asked), past)
+    with pytest.raises(InputError, match="foundry probe"):
+        ProbeScenario(source=world(), repeats=1, **{**settings, "kept": None}).start(4)
+    with pytest.raises(InputError, match="a probe itself"):
+        ProbeScenario(source=ProbeScenario(source=world(), repeats=1, **settings), repeats=1, **settings)
+
+
+class Mute(GridScenario):
+    """A world that does not say how a reply is read."""
+
+    read = Scenario.read
+
+
+def test_a_world_that_reads_no_reply_alone_is_refused(tmp_path: Path):
+    asked, past = played(world())
+    with pytest.raises(InputError, match="does not say how a reply is read"):
+        source = Mute(**{"name": "mute", "half_size": 3, "agents": 1, "steps": 1, "layout": Uniform(), "places": [],
+                         "communication_distance": 1, "history": {"memory": 1, "messages": 1}})  # fmt: skip
+        ProbeScenario(source=source, repeats=1, **kept_in(tmp_path, as_moments(asked), past))
+    assert UNEDITED.described(world())["expected"] == {}
