@@ -67,9 +67,11 @@ def test_every_command_that_reads_or_makes_runs_takes_the_folder_of_own_parts():
     taking = {name for name, one in commands.items() if any(param.name == "config_dir" for param in one.params)}
     composing = {str(one.callback.__name__) for one in app.registered_commands if one.context_settings and one.callback}
     assert taking == {
-        "analyze", "bundle", "diff", "power", "replay", "report", "resume", "status", "verify", "view",
+        "analyze", "bundle", "diff", "power", "replay", "report", "resume", "status", "validate", "verify", "view",
     }  # fmt: skip
-    assert composing == {"check", "doctor", "fork", "label", "plan", "prompt"}, "these hand it to Hydra"
+    assert composing == {"check", "doctor", "fork", "label", "plan", "probe", "prompt", "threshold"}, (
+        "these hand it to Hydra"
+    )
 
 
 def test_modules_of_the_working_directory_never_stand_before_ours(tmp_path: Path):

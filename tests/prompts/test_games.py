@@ -14,7 +14,7 @@ from foundry.models.base import ChatMessage
 from foundry.paths import conf_dir
 from foundry.worlds.base import Answer
 
-OURS = ("message", "action", "move")
+OURS = ("message", "action", "move", "nearer", "side", "count", "order", "distance")
 """The kinds of question of the worlds with space, whose prompts have tests of their own."""
 
 

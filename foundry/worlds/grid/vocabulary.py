@@ -175,6 +175,8 @@ PLACEHOLDERS = (
     "message to nearby agents (max 200 words, optional if you don't want to send a message)",
     "what you tell them, 200 words at most; leave it out to say nothing",
     "近くのエージェントへのメッセージ（最大200語、送らない場合は省略可）",
+    "what you say",
+    "あなたの言葉",
     "your message here",
     "message here",
     "message text",

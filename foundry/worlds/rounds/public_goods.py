@@ -64,7 +64,7 @@ class PublicGoods(RoundsScenario):
         set each has `tokens` anew every round, else what it had left and got back.
 
     Observation:
-        `tokens` (what it has now), `multiplier`, `reset`, and `rounds`: of each so far, oldest first, `given` and
+        `tokens` (what it has now), `multiplier`, `reset`, `cost` and `loss` (null), and `rounds`: of each so far, oldest first, `given` and
         `payoff` of one's own, and `pot`, what all gave together.
 
     Questions:
@@ -98,7 +98,7 @@ class PublicGoods(RoundsScenario):
         if not isinstance(reset, bool):
             raise InputError(f"world.reset={reset} is neither true nor false.")
         self.tokens, self.multiplier, self.reset = tokens, amount("multiplier", multiplier), reset
-        self.told: dict[str, Any] = {"multiplier": multiplier, "reset": reset}
+        self.told: dict[str, Any] = {"multiplier": multiplier, "reset": reset, "cost": None, "loss": None}
 
     def actions(self) -> dict[str, Actions]:
         """Return what can be decided."""
