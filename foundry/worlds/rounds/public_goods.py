@@ -64,7 +64,8 @@ class PublicGoods(RoundsScenario):
         set each has `tokens` anew every round, else what it had left and got back.
 
     Observation:
-        `tokens` (what it has now), `multiplier`, `reset`, `cost` and `loss` (null), and `rounds`: of each so far, oldest first, `given` and
+        `tokens` (what it has now), `multiplier`, `reset`, `cost` and `loss` (null), and
+        `rounds`: of each so far, oldest first, `given` and
         `payoff` of one's own, and `pot`, what all gave together.
 
     Questions:
