@@ -35,10 +35,18 @@ def view(sweep: SweepFolder) -> GridView:
 
 def test_a_run_in_which_agents_are_born_is_verified_and_continued(sweep: SweepFolder):
     cwd = sweep.path.parent
-    assert "4 identical" in foundry("verify", "lives", cwd=cwd).stdout
+    assert "4 identical" in foundry("verify", str(sweep.path), cwd=cwd).stdout
     run = sweep.runs()[0].path
     forked = foundry(
-        "fork", str(run), "--at", "6", "-m", "model=scripted/sharer", "output.dir=on", "analyze=false", cwd=cwd
+        "fork",
+        str(run),
+        "--at",
+        "6",
+        "-m",
+        "model=scripted/sharer",
+        f"output.dir={cwd / 'on'}",
+        "analyze=false",
+        cwd=cwd,
     )
     assert forked.returncode == 0, forked.stderr
     before, after = ((path / "steps.jsonl").read_bytes() for path in (run, SweepFolder.open(cwd / "on").runs()[0].path))
