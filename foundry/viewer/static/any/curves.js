@@ -1,7 +1,7 @@
 "use strict";
 /* Numbers that a world writes step by step, as lines below the lanes, whose columns they share. */
 (function (foundry) {
-  const {h, fill, color, number} = foundry.dom;
+  const {h, fill, number} = foundry.dom;
   const DASHES = [6, 4], INSET = 6;
 
   class Curves {
@@ -61,7 +61,7 @@
 
     draw() {
       if (!this.loaded || !this.canvas.clientWidth) return;
-      const {sized, GUTTER, CHART} = foundry.Lanes, {lanes} = this, lines = this.lines();
+      const {sized, CHART} = foundry.Lanes, {lanes} = this, lines = this.lines();
       lanes.measure();
       this.title.textContent = `${this.data.about.curves[this.shown].name} over time`;
       this.canvas.style.width = `${lanes.width}px`;
@@ -72,12 +72,7 @@
         this.band(pen, one, x, y);
         this.line(pen, one, x, y);
       }
-      pen.fillStyle = color("soft");
-      pen.textAlign = "right";
-      pen.textBaseline = "top";
-      pen.fillText(number(high), GUTTER - 5, 3);
-      pen.textBaseline = "bottom";
-      pen.fillText(number(low), GUTTER - 5, CHART - 3);
+      lanes.drawScale(pen, low, high);
       lanes.drawCursor(pen, CHART);
       this.tell(lines);
     }

@@ -180,6 +180,15 @@
       }
     }
 
+    drawScale(pen, low, high) {
+      pen.fillStyle = color("soft");
+      pen.textAlign = "right";
+      pen.textBaseline = "top";
+      pen.fillText(number(high), GUTTER - 5, 3);
+      pen.textBaseline = "bottom";
+      pen.fillText(number(low), GUTTER - 5, CHART - 3);
+    }
+
     drawCursor(pen, high) {
       pen.strokeStyle = color("ink");
       pen.lineWidth = 2;
@@ -208,12 +217,7 @@
       pen.globalAlpha = 1;
       this.line(pen, utilities.map((one) => one.sum / one.count), x, y, "accent");
       if (this.selected !== null) this.line(pen, this.ofAgent(), x, y, "select");
-      pen.fillStyle = color("soft");
-      pen.textAlign = "right";
-      pen.textBaseline = "top";
-      pen.fillText(number(high), GUTTER - 5, 3);
-      pen.textBaseline = "bottom";
-      pen.fillText(number(low), GUTTER - 5, CHART - 3);
+      this.drawScale(pen, low, high);
       this.drawCursor(pen, CHART);
       const here = utilities[this.step - 1];
       this.chart.setAttribute("aria-label", here ? `Utility at step ${this.step}: mean ${number(here.sum / here.count)}, from ${number(here.low)} to ${number(here.high)}` : "Utility over time");
