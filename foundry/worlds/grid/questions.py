@@ -1,4 +1,4 @@
-"""How the questions of the 2D world are made from what an agent perceives, keeps and has decided."""
+"""What agents of the 2D world are asked, and who hears what they say."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterable
 from typing import Any
 
+from foundry.records import Message
 from foundry.worlds.base import Question
 from foundry.worlds.grid.parsing import MessageReading
 
@@ -36,3 +37,26 @@ def question(
         observation["message"] = said.text
     kind = MESSAGE if said is None else ACTION
     return Question(perceived["step"], perceived["agent"], kind, observation, idle=IDLE[kind])
+
+
+def deliveries(
+    step: int, said: Iterable[tuple[int, MessageReading]], neighbours: Iterable[Iterable[int]]
+) -> list[Message]:
+    """Return who hears what at a step, by sender and recipient.
+
+    Args:
+        step: 1-based step.
+        said: senders with what they said; silence is heard by nobody.
+        neighbours: those whom each sender can talk to, in the order of the senders.
+    """
+    return [
+        Message(step=step, sender=sender, recipient=recipient, text=reading.text)
+        for (sender, reading), hearers in zip(said, neighbours, strict=True)
+        if reading.text is not None
+        for recipient in hearers
+    ]
+
+
+def heard(message: Message) -> dict[str, Any]:
+    """Return a delivered message as its recipient keeps it."""
+    return {"sender": message.sender, "text": message.text}

@@ -23,7 +23,7 @@ from foundry.worlds.grid.parts.frames import recorded_frames
 from foundry.worlds.grid.parts.records import FurnishedStep, records_of
 from foundry.worlds.grid.parts.start import with_roles
 from foundry.worlds.grid.parts.world import FurnishedWorld
-from foundry.worlds.grid.questions import ACTION, MESSAGE, question
+from foundry.worlds.grid.questions import ACTION, MESSAGE, deliveries, heard, question
 from foundry.worlds.grid.settings import GridSettings, read_grid_settings
 from foundry.worlds.grid.space import OFFSETS, OUTSIDE, Cell
 from foundry.worlds.personas import draw_personas
@@ -219,16 +219,9 @@ class GridWorld(World):
         return make_frame(self._settings, self._personas, self._completed, self._cells)
 
     def _deliver(self, said: Sequence[MessageReading]) -> list[Message]:
-        delivered = []
-        for sender, reading in enumerate(said):
-            if reading.text is None:
-                continue
-            heard = {"sender": sender, "text": reading.text}
-            for recipient in self._scene.neighbours[sender]:
-                self._received[recipient].append(heard)
-                delivered.append(
-                    Message(step=self._completed + 1, sender=sender, recipient=recipient, text=reading.text)
-                )
+        delivered = deliveries(self._completed + 1, enumerate(said), self._scene.neighbours)
+        for message in delivered:
+            self._received[message.recipient].append(heard(message))
         return delivered
 
     def _move(self, said: Sequence[MessageReading], actions: Sequence[ActionReading]) -> list[GridStep]:

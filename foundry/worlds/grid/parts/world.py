@@ -22,7 +22,7 @@ from foundry.worlds.grid.parts.records import Burning, FurnishedStep, Growing, L
 from foundry.worlds.grid.parts.senses import Senses
 from foundry.worlds.grid.parts.start import first_bodies, new_body
 from foundry.worlds.grid.parts.ways import Secret, WayOut
-from foundry.worlds.grid.questions import ACTION, IDLE, question
+from foundry.worlds.grid.questions import ACTION, IDLE, deliveries, heard, question
 from foundry.worlds.grid.settings import GridSettings
 from foundry.worlds.grid.space import OFFSETS, OUTSIDE, Cell
 
@@ -151,16 +151,10 @@ class FurnishedWorld(World):
         changed = [cell for cell in sorted({*before, *now}) if before.get(cell, 0) != now.get(cell, 0)]
         return [Growing(step=self._completed, x=x, y=y, amount=now.get((x, y), 0)) for x, y in changed]
 
-    def _deliver(self, said: Mapping[int, MessageReading]) -> list[Record]:
-        delivered: list[Record] = []
-        for (sender, reading), hearers in zip(said.items(), self._scene.neighbours, strict=True):
-            if reading.text is None:
-                continue
-            for recipient in hearers:
-                self._bodies[recipient].received.append({"sender": sender, "text": reading.text})
-                delivered.append(
-                    Message(step=self._completed + 1, sender=sender, recipient=recipient, text=reading.text)
-                )
+    def _deliver(self, said: Mapping[int, MessageReading]) -> list[Message]:
+        delivered = deliveries(self._completed + 1, said.items(), self._scene.neighbours)
+        for message in delivered:
+            self._bodies[message.recipient].received.append(heard(message))
         return delivered
 
     def _act(self, said: Mapping[int, MessageReading], deeds: Mapping[int, Deed]) -> list[Record]:
