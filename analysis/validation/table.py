@@ -47,11 +47,12 @@ def validation_frame(results: Sequence[RunResult], groups: pd.DataFrame, compare
     first: dict[Group, RunResult] = {}
     for key, result in zip(keys, results, strict=True):
         first.setdefault(key, result)
+    known = {world: facts_of(world) for world in {one.keys["world"] for one in first.values()}}
     rows = [
         _row(group, first, compared, facts)
         for group in compared.groups
         if group not in compared.baselines
-        and (facts := facts_of(first[group].keys["world"])) is not None
+        and (facts := known[first[group].keys["world"]]) is not None
         and (facts.score, group) in compared.estimates
     ]
     return pd.DataFrame(rows, columns=list(COLUMNS))
