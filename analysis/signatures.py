@@ -163,7 +163,7 @@ def measure(run: Any, general: AnyRun | None = None) -> dict[str, float]:
     found: dict[str, float] = {}
     for signature in discover():
         part = signature.part(type(run))
-        if part is not None and part.run in views and part.applies(views[part.run][0]):
+        if part is not None and part.run in views:
             found |= signature.columns(*views[part.run])
     return found
 

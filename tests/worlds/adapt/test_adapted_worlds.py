@@ -119,10 +119,10 @@ def test_where_there_is_an_idle_action_it_is_what_is_played_instead():
 
 
 def test_the_last_turns_are_told_and_no_more_than_asked_for():
-    _, _, asked = played(lake(history=2, settings=LAKE | {"is_slippery": False}), first)
-    told = [question.observation["turns"] for question in asked[:4]]
+    _, _, asked = played(lake(history=3, settings=LAKE | {"is_slippery": False}), first)
+    told = [question.observation["turns"] for question in asked[:5]]
     turn = {"state": 0, "action": "left", "reward": 0.0}
-    assert told == [[], [turn], [turn, turn], [turn, turn]]
+    assert told == [[], [turn], [turn, turn], [turn] * 3, [turn] * 3]
 
 
 def test_pictures_are_made_again_from_the_records_byte_for_byte():
@@ -153,6 +153,9 @@ def test_a_plan_knows_how_many_turns_are_left():
     assert plan is not None and plan.worth(0) == 0, "the goal is six steps away"
     plan = lake(steps=6, settings=LAKE | {"is_slippery": False}).plan
     assert plan is not None and plan.worth(0) == 1
+    shortest = lake(steps=6, settings=LAKE | {"is_slippery": False})
+    _, (end,), _ = played(shortest, lambda question: json.dumps({"action": question.told["best"]}))
+    assert end.total == 1, "no turn can be spared"
 
 
 @pytest.mark.parametrize(

@@ -279,6 +279,6 @@
     }
   }
 
-  Object.assign(Lanes, {sized, GUTTER, CHART});
+  Object.assign(Lanes, {sized, CHART});
   foundry.Lanes = Lanes;
 })(window.Foundry);
