@@ -5,7 +5,9 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+
+from msgspec import structs
 
 from foundry.models.base import Model, Request
 from foundry.running.load import Timed, at_once, one_by_one
@@ -47,7 +49,7 @@ async def measure_load(model: Model, request: Request) -> LoadResult:
         BackendError: the server gave no answer.
     """
     first, second = await one_by_one(model, [request, request])
-    requests = [request if index % 2 else replace(request, seed=request.seed + index) for index in range(BURST)]
+    requests = [request if index % 2 else structs.replace(request, seed=request.seed + index) for index in range(BURST)]
     started = time.perf_counter()
     burst = await at_once(model, requests)
     elapsed = time.perf_counter() - started

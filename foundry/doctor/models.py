@@ -12,6 +12,7 @@ from foundry.doctor.longest import LongestPrompt, longest_prompt
 from foundry.episode import Asker
 from foundry.errors import FoundryError, InputError, RequestError
 from foundry.models.base import Model, ModelInfo, Request
+from foundry.models.human.model import HumanModel
 from foundry.models.serving import serving_of
 from foundry.models.wrappers.retried import RetriedModel
 from foundry.prompts.prompt import Prompt
@@ -53,6 +54,9 @@ async def examine_model(use: Use, began: str | None, *, calls: bool) -> AsyncIte
         calls: whether about twenty are sent, none of whose answers is kept.
     """
     name = use.model.name
+    if isinstance(use.model, HumanModel):
+        yield Finding("person", name, Status.SKIPPED, "a person is asked on the page of foundry play, not tried here")
+        return
     try:
         info = await use.model.inspect()
     except Exception as error:  # noqa: BLE001 - the boundary: a backend of one's own may raise anything

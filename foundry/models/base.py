@@ -16,8 +16,7 @@ from foundry.records import Attempt, Member
 from foundry.worlds.base import Question
 
 
-@dataclass(frozen=True, slots=True)
-class ChatMessage:
+class ChatMessage(msgspec.Struct, frozen=True):
     """One message of a prompt; `images` are PNG or JPEG bytes."""
 
     role: str
@@ -25,8 +24,7 @@ class ChatMessage:
     images: tuple[bytes, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Request:
+class Request(msgspec.Struct, frozen=True):
     """One model call as the backend sees it.
 
     Attributes:

@@ -182,7 +182,9 @@ class Population(Model):
 
     async def _ask_member(self, label: str, requests: Sequence[Request]) -> list[Reply]:
         keys, model = self._keys[label], self._models[label]
-        rekeyed = [replace(request, key=keys.key(request.messages, request.seed)) for request in requests]
+        rekeyed = [
+            msgspec.structs.replace(request, key=keys.key(request.messages, request.seed)) for request in requests
+        ]
         replies = await model.ask_all(rekeyed)
         return [self._signed(label, *pair) for pair in zip(rekeyed, replies, strict=True)]
 

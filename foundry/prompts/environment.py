@@ -5,10 +5,12 @@ from __future__ import annotations
 import difflib
 import re
 import traceback
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache, lru_cache
 from typing import Any
 
 from jinja2 import StrictUndefined, Template, TemplateError, UndefinedError
+from jinja2.filters import sync_do_join
 from jinja2.runtime import Context
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
@@ -41,15 +43,29 @@ class PromptEnvironment(ImmutableSandboxedEnvironment):
         return super().getattr(obj, attribute)
 
 
-def make_environment() -> PromptEnvironment:
-    """Return the environment.
+@cache
+def environment_of(finalize: Callable[[Any], Any] | None = None) -> PromptEnvironment:
+    """Return the environment whose templates do this to each value that they fill in.
 
     Filters beyond Jinja2's own: `values`, the values of a dict; `flat(n)`, a text in one line of at most n characters.
     """
-    environment = PromptEnvironment(undefined=StrictUndefined, autoescape=False, trim_blocks=True, lstrip_blocks=True)
+    environment = PromptEnvironment(
+        undefined=StrictUndefined, autoescape=False, trim_blocks=True, lstrip_blocks=True, finalize=finalize
+    )
     environment.filters["values"] = _values
     environment.filters["flat"] = _flat
+    environment.filters["join"] = sync_do_join  # the other asks each time whether what it joins must be awaited
     return environment
+
+
+@lru_cache(maxsize=256)
+def compiled(source: str, finalize: Callable[[Any], Any] | None = None) -> Template:
+    """Return the template of a text; a sweep asks for each many times, and compiling one takes milliseconds.
+
+    Raises:
+        TemplateSyntaxError: it is none.
+    """
+    return environment_of(finalize).from_string(source)
 
 
 def fill(template: Template, observation: Mapping[str, Any]) -> str:

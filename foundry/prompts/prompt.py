@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import TypeAlias
+from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 from jinja2 import Template, TemplateSyntaxError
+from msgspec import structs
 
 from foundry.errors import InputError, not_found
 from foundry.models.base import ChatMessage
-from foundry.prompts.environment import RENDER_ERRORS, explain, fill, make_environment
+from foundry.prompts.environment import RENDER_ERRORS, compiled, explain, fill
+from foundry.prompts.formats import Format, unmarked
 from foundry.worlds.base import Question
 
 Source: TypeAlias = str | Sequence[Mapping[str, str]]
@@ -32,16 +34,20 @@ class Prompt:
         name: name of the variant.
     """
 
-    def __init__(self, name: str, templates: Mapping[str, Source]) -> None:
+    def __init__(self, name: str, templates: Mapping[str, Source], format: Mapping[str, Any] | None = None) -> None:
         """Compile the templates.
 
         Args:
             name: name of the variant.
             templates: Jinja2 source by kind of question; the keys of the observation are its variables, and a
                 last line break is dropped.
+            format: which format of a space they are written in, as `Format.of` takes it; None: as they are.
+
+        Raises:
+            InputError: a template is none, there is no such format, or it has nothing to change in this prompt.
         """
         self.name = name
-        self._environment = make_environment()
+        self._format = None if format is None else Format.of(format)
         self._parts = {kind: self._compile(kind, source) for kind, source in templates.items()}
 
     @property
@@ -76,7 +82,7 @@ class Prompt:
             if entry["role"] not in ROLES:
                 raise not_found(f"{where}: role", str(entry["role"]), ROLES)
             try:
-                template = self._environment.from_string(entry["content"])
+                template = self._compiled(entry["content"])
             except TemplateSyntaxError as error:
                 raise InputError(f"{where}, line {error.lineno}: {error.message}.") from error
             parts.append(_Part(entry["role"], template))
@@ -84,9 +90,13 @@ class Prompt:
             raise InputError(f"{where}: one message needs the role 'user'.")
         return tuple(parts)
 
+    def _compiled(self, source: str) -> Template:
+        return compiled(source) if self._format is None else compiled(self._format.marked(source), unmarked)
+
     def _fill(self, template: Template, question: Question) -> str:
         try:
-            return fill(template, question.observation)
+            text = fill(template, question.observation)
+            return text if self._format is None else self._format.laid_out(text)
         except RENDER_ERRORS as error:
             where = f"Prompt '{self.name}', template '{question.kind}'"
             raise explain(error, where, question.observation) from error
@@ -94,4 +104,4 @@ class Prompt:
 
 def _attach(messages: list[ChatMessage], images: tuple[bytes, ...]) -> None:
     last = max(index for index, message in enumerate(messages) if message.role == "user")
-    messages[last] = replace(messages[last], images=images)
+    messages[last] = structs.replace(messages[last], images=images)

@@ -88,7 +88,7 @@ class DaskRunner(Runner):
             return _first(_parallel(client, tasks, at_once="all"))
 
         workers = self._size(client, runs)
-        raise_if_stopped(self._outlive(client, attempt, runs), job.folder)
+        raise_if_stopped(self._outlive(client, attempt, runs), job)
 
     def _play_remotely(
         self, client: Any, job: SweepJob, remote: RemoteRuns, runs: Sequence[RunFolder], number: int
@@ -104,10 +104,10 @@ class DaskRunner(Runner):
                 remote.take(played)
                 fatal = fatal or played.fatal
                 if fatal:
-                    job.folder.stop_file.touch()
+                    job.stop()
             return fatal
 
-        raise_if_stopped(self._outlive(client, attempt, runs), job.folder)
+        raise_if_stopped(self._outlive(client, attempt, runs), job)
 
     def _outlive(self, client: Any, attempt: Callable[[], str | None], runs: Sequence[RunFolder]) -> str | None:
         """Try again when Dask gives up a task whose workers died, as long as the sweep gets on meanwhile."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import datetime
 import logging
 import os
@@ -20,10 +21,11 @@ from typing import Any
 import msgspec
 
 from foundry import own_code, provenance
-from foundry.episode import Interrupted, play
+from foundry.episode import play
 from foundry.errors import (
     FoundryError,
     InputError,
+    Interrupted,
     ModelChangedError,
     ServerError,
     StorageError,
@@ -39,7 +41,7 @@ from foundry.records import Counts, RunSummary
 from foundry.running.asking import asker_of
 from foundry.running.build import build, model_stack
 from foundry.running.continuing import forked, origin_of
-from foundry.running.cores import share_cores
+from foundry.running.cores import garbage_sought_seldom, share_cores
 from foundry.running.sharing import Shared
 from foundry.storing.run_writer import RunWriter, write_run_summary
 from foundry.storing.store import RunFolder, SweepFolder, cannot_write, write_atomically
@@ -59,6 +61,7 @@ class LaneSpec:
 
     Attributes:
         name: the worker's name in the sweep's folder.
+        session: the command's that it works for, which stops its own workers alone.
         folder: the sweep.
         runs: ids of the runs it may take, in order; those that another worker has are left to it.
         suspects: ids it takes first and one at a time, since they were open when a worker died.
@@ -74,6 +77,7 @@ class LaneSpec:
     """
 
     name: str
+    session: str
     folder: SweepFolder
     runs: tuple[str, ...]
     infos: Mapping[str, ModelInfo]
@@ -97,6 +101,8 @@ class Tally:
     calls: int = 0
     cached: int = 0
     retries: int = 0
+    prompt_tokens: int = 0
+    output_tokens: int = 0
     spared: int = 0
 
     def add(self, counts: Counts) -> None:
@@ -104,6 +110,8 @@ class Tally:
         self.calls += counts.calls
         self.cached += counts.cached
         self.retries += counts.retries
+        self.prompt_tokens += counts.prompt_tokens
+        self.output_tokens += counts.output_tokens
 
     def end(self, summary: RunSummary, most: int = 0) -> None:
         """Add a run that ended; it could have made this many calls at most."""
@@ -157,6 +165,7 @@ class Lane:
     _most: dict[str, int] = field(default_factory=dict)
     _limits: Shared = field(init=False)
     _parts: dict[str, Any] = field(default_factory=dict)
+    _heard: dict[str, dict[str, Any]] | None = None
     _more: int = 0
     _built: dict[str, Any] = field(default_factory=dict)
     _models: dict[str, Model] = field(default_factory=dict)
@@ -170,12 +179,13 @@ class Lane:
 
     def run(self) -> str | None:
         """Work until no run is left; returns the cause that must end the sweep, or None."""
-        self.stopping = self.spec.folder.stop_asked
+        self.stopping = self.spec.folder.stop_asked(self.spec.session)
         stop_reporting = threading.Event()
         reporter = threading.Thread(target=self._report_until, args=(stop_reporting,), daemon=True)
         reporter.start()
         try:
-            asyncio.run(self._work())
+            with garbage_sought_seldom():
+                asyncio.run(self._work())
         finally:
             stop_reporting.set()
             reporter.join()
@@ -186,28 +196,24 @@ class Lane:
 
     async def _work(self) -> None:
         folders = {folder.id: folder for folder in self.spec.folder.runs()}
-        exchange = asyncio.create_task(self._exchange())
         try:
             await self._take([folders[run] for run in self.spec.suspects], at_once=1)
             await self._take([folders[run] for run in self.spec.runs], at_once=self.spec.open_runs)
             await self._confirm()
             self._fail_spoiled()
         finally:
-            exchange.cancel()
             self._parts = {}
             for model in self._models.values():
                 await model.close()
 
-    async def _exchange(self) -> None:
-        """Share what is known of the servers with the other workers, again and again."""
-        while True:
-            await asyncio.sleep(REPORT_EVERY_S)
-            if self._limits.limits:
-                reports = await asyncio.to_thread(self.spec.folder.progress)
-                self._limits.exchange({name: report.get("limits", {}) for name, report in reports.items()})
-                self._parts = self._limits.report()
-                if self._limits.have_room():
-                    self._more = min(MOST_OPEN, 1 + self._more + len(self._open) // 8)
+    def _exchange(self) -> None:
+        """Share what is known of the servers with the other workers, each time that their reports were read."""
+        reports, self._heard = self._heard, None
+        if reports is not None:
+            self._limits.exchange({name: report.get("limits", {}) for name, report in reports.items()})
+            self._parts = self._limits.report()
+            if self._limits.have_room():
+                self._more = min(MOST_OPEN, 1 + self._more + len(self._open) // 8)
 
     async def _confirm(self) -> None:
         """Ask the servers at the end whether they still have the models that they had at the start."""
@@ -246,6 +252,7 @@ class Lane:
             elif elsewhere:
                 await asyncio.sleep(RETRY_CLAIM_S)
                 waiting, elsewhere = elsewhere, deque()
+            self._exchange()
 
     def _open_runs(self, least: int) -> int:
         """Return how many runs to play at once: more than said where a server has room, unless one was said."""
@@ -377,18 +384,22 @@ class Lane:
         while not stop.wait(REPORT_EVERY_S):
             if self.spec.parent is not None and os.getppid() != self.spec.parent:
                 os._exit(1)
-            self.stopping = self.stopping or self.spec.folder.stop_asked
+            self.stopping = self.stopping or self.spec.folder.stop_asked(self.spec.session)
             self._report()
+            if self._limits.limits:
+                with contextlib.suppress(OSError):  # some systems let nobody read what is just replaced
+                    self._heard = self.spec.folder.progress(beside=self.spec.name)
 
     def _report(self) -> None:
         """Write how far this worker is, for whoever watches the sweep."""
         models = {name: Tally(**vars(tally)) for name, tally in list(self._tallies.items())}
-        opened = list(self._open.items())
+        opened, most = list(self._open.items()), dict(self._most)
         for _, (name, writer) in opened:
             models.setdefault(name, Tally()).add(writer.counts)
         report = {
             "pid": os.getpid(),
             "open": [run for run, _ in opened],
+            "most": {run: most[run] for run, _ in opened if run in most},
             "counts": {run: _calls_so_far(writer.counts) for run, (_, writer) in opened},
             "models": {name: vars(tally) for name, tally in models.items()},
             "limits": self._parts,
@@ -416,7 +427,7 @@ def run_lane(spec: LaneSpec) -> str | None:
 
 
 def _calls_so_far(counts: Counts) -> dict[str, int | None]:
-    names = ("calls", "cached", "retries", "prompt_tokens", "cached_tokens")
+    names = ("calls", "cached", "retries", "prompt_tokens", "output_tokens", "cached_tokens")
     return {name: getattr(counts, name) for name in names}
 
 

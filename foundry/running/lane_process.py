@@ -12,6 +12,7 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 
+from foundry.running.cores import leave_all_to_the_system
 from foundry.running.lane import LaneSpec
 
 
@@ -86,6 +87,7 @@ def main() -> None:
         result = error
     with os.fdopen(answer, "wb") as file:
         pickle.dump(result, file)
+    leave_all_to_the_system()
 
 
 if __name__ == "__main__":

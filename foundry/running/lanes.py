@@ -65,8 +65,9 @@ class Lanes:
                 for future in done:
                     fatal = self._collect(future) or fatal
                     if fatal:
-                        with storing(self._spec.folder.stop_file):
-                            self._spec.folder.stop_file.touch()
+                        stop_file = self._spec.folder.stop_file(self._spec.session)
+                        with storing(stop_file):
+                            stop_file.touch()
                 self._say()
         finally:
             for process in self._processes.values():
@@ -93,7 +94,7 @@ class Lanes:
         try:
             return future.result()
         except WorkerDied:
-            if not self._spec.folder.stop_asked:
+            if not self._spec.folder.stop_asked(self._spec.session):
                 self._start(self._suspects(spec))
             return None
 

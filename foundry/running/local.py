@@ -17,8 +17,6 @@ from dataclasses import dataclass, field, replace
 from types import FrameType
 from typing import Any, TypeAlias
 
-import joblib
-
 from foundry import own_code
 from foundry.errors import BackendError, FoundryError, InputError, ModelChangedError
 from foundry.expansion import is_served, models_in, settings_key
@@ -38,6 +36,11 @@ class SweepInterrupted(Exception):
     """The user stopped the sweep."""
 
 
+def new_session() -> str:
+    """Return what no other command's workers have their names begin with."""
+    return secrets.token_hex(4)
+
+
 @dataclass(frozen=True)
 class SweepJob:
     """What is to be run.
@@ -49,15 +52,24 @@ class SweepJob:
         frame_every: keep a picture of every n-th step; 0 keeps none.
         session: what the names of this command's workers begin with, so that another on the same folder has others.
         after_model: called for each served model, by its configuration, before it is unloaded, when its runs have
-            ended; with the calls that were allowed in flight at once, 0 where none was made.
+            ended; with the calls that were allowed in flight at once, 0 where none was made, and with what says whether
+            to stop.
     """
 
     folder: SweepFolder
     infos: Mapping[str, ModelInfo]
     cache: str
     frame_every: int
-    session: str = field(default_factory=functools.partial(secrets.token_hex, 4))
-    after_model: Callable[[Mapping[str, Any], int], None] | None = None
+    session: str = field(default_factory=new_session)
+    after_model: Callable[[Mapping[str, Any], int, Callable[[], bool]], None] | None = None
+
+    def stop(self) -> None:
+        """Ask the workers of this command to stop in order, and none of another on the same folder."""
+        self.folder.ask_to_stop(self.session)
+
+    def stop_asked(self) -> bool:
+        """Return whether the workers must stop."""
+        return self.folder.stop_asked(self.session)
 
 
 PlayPhase: TypeAlias = Callable[[Sequence[RunFolder], int], None]
@@ -95,7 +107,7 @@ class Runner(ABC):
             for run in job.folder.runs():
                 run.forget_failure()
             try:
-                with _stop_on_interrupt(job.folder):
+                with _stop_on_interrupt(job):
                     _play_phases(job, play)
             finally:
                 job.folder.end_progress(job.session)
@@ -108,6 +120,7 @@ class Runner(ABC):
         """Return what the workers of a phase are given."""
         return LaneSpec(
             name=f"{job.session}-{number}",
+            session=job.session,
             folder=job.folder,
             runs=tuple(run.id for run in runs),
             infos=job.infos,
@@ -134,7 +147,7 @@ class LocalRunner(Runner):
             InputError: one is no number of workers or runs, or neither true nor false.
         """
         super().__init__(open_runs, ahead)
-        self._workers = worker_count(workers) or joblib.cpu_count()
+        self._workers = worker_count(workers)
 
     @contextlib.contextmanager
     def at_work(self, job: SweepJob) -> Iterator[PlayPhase]:
@@ -146,7 +159,7 @@ class LocalRunner(Runner):
         workers = workers_for(runs, self._workers)
         alone = workers == 1
         fatal = Lane(replace(spec, name=f"{spec.name}-0")).run() if alone else Lanes(spec, workers).run()
-        raise_if_stopped(fatal, job.folder)
+        raise_if_stopped(fatal, job)
 
 
 def worker_count(workers: object) -> int | None:
@@ -164,14 +177,22 @@ def _count(key: str, value: object) -> int:
     return value
 
 
-def workers_for(runs: Sequence[RunFolder], available: int) -> int:
-    """Return how many workers a phase takes; each would load weights that are not on a server."""
+def _cores() -> int:
+    """Return how many processes this one may have at work at once."""
+    import joblib  # takes longer to load than Typer does
+
+    return int(joblib.cpu_count())
+
+
+def workers_for(runs: Sequence[RunFolder], available: int | None) -> int:
+    """Return how many workers a phase takes, of those available or one a core; each would load weights on no server."""
     servers = [one.get("server") or {} for one in models_in(runs[0].config()["model"])]
     limits: list[int | None] = [server.get("workers") for server in servers]
-    return min([available, len(runs), *filter(None, limits)])
+    useful = min([len(runs), *filter(None, limits)])
+    return useful if useful == 1 else min(useful, available or _cores())
 
 
-def raise_if_stopped(fatal: str | None, folder: SweepFolder) -> None:
+def raise_if_stopped(fatal: str | None, job: SweepJob) -> None:
     """Raise what ended the sweep early, if anything did.
 
     Raises:
@@ -179,8 +200,8 @@ def raise_if_stopped(fatal: str | None, folder: SweepFolder) -> None:
         SweepInterrupted: the user asked to stop.
     """
     if fatal is not None:
-        raise SweepStopped(fatal + _undone(folder))
-    if folder.stop_asked:
+        raise SweepStopped(fatal + _undone(job.folder))
+    if job.stop_asked():
         raise SweepInterrupted
 
 
@@ -214,9 +235,9 @@ def _look_again(job: SweepJob, model: Mapping[str, Any], number: int) -> None:
     if job.after_model is None or not is_served(model):
         return
     reports = job.folder.progress().items()
-    in_flight = [report.get("in_flight", 0) for lane, report in reports if lane.startswith(f"{number}-")]
-    job.after_model(model, max(in_flight, default=0))
-    raise_if_stopped(None, job.folder)
+    in_flight = [report.get("in_flight", 0) for lane, report in reports if lane.startswith(f"{job.session}-{number}-")]
+    job.after_model(model, max(in_flight, default=0), job.stop_asked)
+    raise_if_stopped(None, job)
 
 
 def _phases(job: SweepJob) -> Iterator[list[RunFolder]]:
@@ -260,16 +281,16 @@ def _is_served(run: RunFolder) -> bool:
 
 
 @contextlib.contextmanager
-def _stop_on_interrupt(folder: SweepFolder) -> Iterator[None]:
+def _stop_on_interrupt(job: SweepJob) -> Iterator[None]:
     """Make the first Ctrl-C ask the workers to stop in order, and the second one stop at once."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
 
     def handle(number: int, frame: FrameType | None) -> None:
-        if folder.stop_file.exists():
+        if job.folder.stop_file(job.session).exists():
             raise KeyboardInterrupt
-        folder.stop_file.touch()
+        job.stop()
 
     before: Any = signal.signal(signal.SIGINT, handle)
     try:

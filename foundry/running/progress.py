@@ -95,7 +95,8 @@ class SweepProgress:
         now = {name: Totals(**vars(totals)) for name, totals in self.before.items()}
         for report in self.folder.progress().values():
             for name, tally in report["models"].items():
-                now[name].merge(tally)
+                if name in now:  # else it is a model by which another command lets the sweep grow meanwhile
+                    now[name].merge(tally)
         return now
 
     def at_end(self) -> dict[str, Totals]:

@@ -14,8 +14,9 @@ from typing import Any
 import msgspec
 
 from foundry.errors import FoundryError, InputError
+from foundry.expansion import Sweep
 from foundry.records import RunSummary
-from foundry.storing.store import ENDED_RUNS, SWEEP_FILE, RunFolder, SweepFolder, write_atomically
+from foundry.storing.store import ENDED_RUNS, SWEEP_FILE, RunFolder, SweepFolder, is_sweep, write_atomically
 from foundry.texts import without_secrets
 
 _INSTALL = "pip install 'foundry-worlds[remote]'"
@@ -82,14 +83,17 @@ class RemoteSweep:
         self._send(folder, run.files())
 
     def put_sweep(self, folder: SweepFolder) -> None:
-        """Send the sweep's definition, unless it is there.
+        """Send the sweep's definition as its folder has it, unless it is there.
 
         Raises:
             InputError: another sweep is there, or nothing can be written there.
         """
         try:
-            if not self._same_definition(folder):
+            here, there = SweepFolder.open(folder.path).sweep, self._sweep_there()
+            if there is None or _grows_into(there, here):
                 self._send(folder, [folder.path / SWEEP_FILE])
+            elif there.definition != here.definition:
+                raise self._other(folder.path)
         except FoundryError as error:
             raise InputError(str(error)) from error
 
@@ -99,17 +103,18 @@ class RemoteSweep:
         Raises:
             InputError: there is no sweep at the URL, or the folder holds another one.
         """
-        if (path / SWEEP_FILE).exists():
-            folder = SweepFolder.open(path)
-            if self._same_definition(folder):
-                return folder
-        else:
-            with self._told(), contextlib.suppress(FileNotFoundError):
+        there = self._sweep_there()
+        if there is None:
+            raise InputError(f"There is no sweep at '{self._shown}': give the URL that was its runner.remote.")
+        here = SweepFolder.open(path).sweep if is_sweep(path) else None
+        if here is None or _grows_into(here, there):
+            with self._told():
                 content = self._filesystem.cat_file(f"{self._root}/{SWEEP_FILE}")
                 path.mkdir(parents=True, exist_ok=True)
                 write_atomically(path / SWEEP_FILE, content)
-                return SweepFolder.open(path)
-        raise InputError(f"There is no sweep at '{self._shown}': give the URL that was its runner.remote.")
+        elif here.definition != there.definition and not _grows_into(there, here):
+            raise self._other(path)
+        return SweepFolder.open(path)
 
     def fetch(self, folder: SweepFolder, runs: Iterable[RunFolder]) -> Fetched:
         """Fetch those of the runs that ended there and not here."""
@@ -137,21 +142,18 @@ class RemoteSweep:
         write_atomically(run.path / "run.json", content)
         return True
 
-    def _same_definition(self, folder: SweepFolder) -> bool:
-        """Return whether the sweep is there; False when none is."""
+    def _sweep_there(self) -> Sweep | None:
+        """Return the sweep at the URL; None when none is."""
         with self._told(), tempfile.TemporaryDirectory() as scratch:
             try:
                 content = self._filesystem.cat_file(f"{self._root}/{SWEEP_FILE}")
             except FileNotFoundError:
-                return False
+                return None
             (Path(scratch) / SWEEP_FILE).write_bytes(content)
-            there = SweepFolder.open(scratch)
-        if there.sweep.definition != folder.sweep.definition:
-            raise InputError(
-                f"'{self._shown}' holds another sweep than '{folder.path}' ({len(there.sweep.runs)} runs, "
-                f"{len(folder.sweep.runs)} here): name another URL or another folder."
-            )
-        return True
+            return SweepFolder.open(scratch).sweep
+
+    def _other(self, path: Path) -> InputError:
+        return InputError(f"'{self._shown}' holds another sweep than '{path}': name another URL or another folder.")
 
     def _send(self, folder: SweepFolder, files: Iterable[Path]) -> None:
         with self._told():
@@ -184,6 +186,11 @@ def fetch(url: str, path: Path) -> Fetched:
     remote = RemoteSweep.open(url)
     folder = remote.fetch_sweep(path)
     return remote.fetch(folder, folder.runs())
+
+
+def _grows_into(one: Sweep, other: Sweep) -> bool:
+    """Return whether another sweep has all runs of one, and more."""
+    return {run.id for run in one.runs} < {run.id for run in other.runs}
 
 
 def _summary(content: bytes) -> RunSummary | None:

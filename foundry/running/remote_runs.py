@@ -78,7 +78,7 @@ class RemoteRuns:
         waiting = [run for run in spec.runs if not self._runs[run].ended]
         size = max(1, min(MAX_CHUNK, -(-len(waiting) // (workers * CHUNKS_PER_WORKER))))
         for start in range(0, len(waiting), size):
-            if self._folder.stop_asked:
+            if self._folder.stop_asked(spec.session):
                 return
             ids = tuple(waiting[start : start + size])
             part = part_of(self._folder.sweep, [self._runs[run].run for run in ids])
@@ -139,4 +139,5 @@ def part_of(sweep: Sweep, runs: Sequence[Run]) -> Sweep:
     """Return the sweep with some of its runs and their conditions alone."""
     used = sorted({run.condition for run in runs})
     conditions = tuple(sweep.conditions[index] for index in used)
-    return Sweep(sweep.asked, conditions, tuple(replace(run, condition=used.index(run.condition)) for run in runs))
+    placed = tuple(replace(run, condition=used.index(run.condition)) for run in runs)
+    return replace(sweep, conditions=conditions, runs=placed)

@@ -11,6 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeAlias, cast
 
+import msgspec
+
 from foundry import seeding
 from foundry.declared import Actions, Declared, keys_of
 from foundry.errors import InputError
@@ -85,8 +87,7 @@ class Reading:
     message: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Answer:
+class Answer(msgspec.Struct, frozen=True):
     """What the model said.
 
     Attributes:
@@ -179,6 +180,10 @@ class Redrawing(ABC):
     def draw(self, step: int) -> bytes:
         """Return the state after `step` (0: the initial one) as the PNG that `World.draw` made then."""
 
+    def told(self, step: int) -> Sequence[str]:
+        """Return what a film says of a step beside what agents said to each other; nothing unless a world does."""
+        return ()
+
 
 class Scenario(ABC):
     """A configured world, shared by all runs of a condition; what a world's YAML instantiates.
@@ -237,6 +242,10 @@ class Scenario(ABC):
             InputError: the scenario does not say, as by default.
         """
         raise InputError(f"World '{self.name}' does not say how one reply is read: give its Scenario a `read`.")
+
+    def strata(self, question: Question) -> Mapping[str, str | bool]:
+        """Return what a probe tells moments apart by, to draw as many of each; nothing by default."""
+        return {}
 
     def wordy_answer(self, question: Question, characters: int) -> str:
         """Return an answer of about so many characters that makes later prompts long; filler text by default."""

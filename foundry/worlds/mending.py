@@ -13,8 +13,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-import json_repair
-
 LONGEST = 6_000
 """Characters of an object that is mended."""
 
@@ -57,6 +55,8 @@ def mended(text: str, key_of: KeyOf) -> Mended | None:
     """
     if not _is_small(text):
         return None
+    import json_repair  # most replies need no mending
+
     text = in_plain_marks(text)
     try:
         found = json_repair.loads(text, skip_json_loads=True)

@@ -74,7 +74,7 @@ class FoundryLauncher(Launcher):
         collector = _collector(self.task_function)
         for condition, seeds in conditions.items():
             config = self.hydra_context.config_loader.load_sweep_config(self.config, list(condition))
-            collector.add(config, condition, seeds)
+            collector.add(config, condition, seeds, config.hydra.runtime.choices)
         return []
 
 

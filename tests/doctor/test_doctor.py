@@ -33,7 +33,7 @@ FEW = ("world.agents=3", "world.steps=4", "world.history={memory: 2, messages: 3
 
 def findings(server: OllamaServer, cwd: Path, *arguments: str) -> tuple[int, dict[str, dict[str, Any]]]:
     done = foundry("doctor", "--json", *arguments, *FEW, cwd=cwd, OLLAMA_HOST=server.url)
-    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    rows = json.loads(done.stdout)["findings"]
     return done.returncode, {row["check"]: row for row in rows}
 
 
@@ -173,7 +173,7 @@ def test_a_backend_of_ones_own_that_raises_is_a_problem_in_one_line(
     (tmp_path / "model" / "mine.yaml").write_text(settings, encoding="utf-8")
     monkeypatch.syspath_prepend(str(tmp_path))
     done = foundry("doctor", "--json", "--config-dir", str(tmp_path), "model=mine", *FEW, cwd=tmp_path)
-    rows = {row["check"]: row for row in map(json.loads, done.stdout.splitlines())}
+    rows = {row["check"]: row for row in json.loads(done.stdout)["findings"]}
     assert done.returncode == 3
     assert rows[check]["status"] == "problem" and rows[check]["found"].startswith(found)
 
@@ -184,7 +184,7 @@ def test_a_blind_model_in_a_world_of_images_is_a_problem(tmp_path: Path):
         done = foundry(
             "doctor", "--json", "--no-calls", "world=kibo", "model=llama3.2", cwd=tmp_path, OLLAMA_HOST=server.url
         )
-    found = {row["check"]: row for row in map(json.loads, done.stdout.splitlines())}
+    found = {row["check"]: row for row in json.loads(done.stdout)["findings"]}
     assert done.returncode == 3
     assert found["vision"]["status"] == "problem" and found["drawing"]["status"] == "ok"
     assert found["drawing"]["found"].startswith("by ") and "EGL lists" in found["drawing"]["found"]

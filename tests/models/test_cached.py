@@ -142,6 +142,22 @@ def test_followers_of_a_failed_call_see_its_failure(store: Store):
     answers.close()
 
 
+def test_who_gives_up_while_answers_are_committed_takes_none_from_the_others(store: Store):
+    async def two(answers: Answers) -> list[Any]:
+        model = CachedModel(opened(Counting()), Unconfirmed(answers))
+        leaves, stays = (asyncio.create_task(model.ask(request(seed=seed))) for seed in (1, 2))
+        while not model._unsaved:
+            await asyncio.sleep(0)
+        leaves.cancel()
+        async with asyncio.timeout(10):
+            return await asyncio.gather(leaves, stays, return_exceptions=True)
+
+    answers = store.open()
+    assert [type(result) for result in asyncio.run(two(answers))] == [asyncio.CancelledError, Reply]
+    assert answers.count([request(seed=seed).key for seed in (1, 2)]) == 2
+    answers.close()
+
+
 def test_an_answer_that_could_not_be_committed_is_seen_by_nobody(tmp_path: Path):
     """The table is taken away while the model answers, so that the commit fails."""
     store = SqliteStore(tmp_path)

@@ -23,7 +23,7 @@ from commands import foundry, statuses
 from foundry.errors import BackendError, InputError, ServerError, TransientError
 from foundry.models.base import ChatMessage, ModelInfo, Reply, Request
 from foundry.models.http.pausing import seconds_to_wait, wait_asked
-from foundry.models.http.transport import LARGEST_BODY, Origin, _say_unknown
+from foundry.models.http.transport import LARGEST_BODY, Origin, _say_unknown, decoded
 from foundry.models.ollama import errors as ollama_errors
 from foundry.models.ollama import inspect as ollama_inspect
 from foundry.models.ollama import wire as ollama_wire
@@ -310,6 +310,21 @@ def test_a_pause_that_an_ollama_server_asks_for_holds_every_later_call_back(make
         with pytest.raises(ServerError, match=r"longest_pause_s \(900\)"):
             run(model, lambda m: m.ask(make_request()))
         assert len(server.bodies) == 1
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        b'{"a": 1e5, "b": -0, "c": 123456789012345678901234567890, "d": 0.1, "e": "\\u00e9\xc3\xa9"}',
+        b'{"a": 1, "a": [true, null, {}]}',
+        b'{"a": NaN, "b": -Infinity, "c": 1e400}',
+        b'{"a": "\xff\xed\xa0\x80", "\xff": 1}',
+        b'{"a": "\\ud800"}',
+    ],
+)
+def test_a_body_says_what_json_says_that_it_does(body: bytes):
+    assert repr(decoded(body)) == repr(json.loads(body.decode("utf-8", "replace")))
+    assert decoded(body[:-1]) is None
 
 
 def test_a_sweep_that_was_told_to_come_back_much_later_can_be_resumed(workspace):

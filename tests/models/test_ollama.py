@@ -26,7 +26,10 @@ def test_a_refused_connection_is_worth_another_try(make_model, make_request, run
 
 
 def test_something_that_does_not_speak_http_is_worth_another_try(make_model, make_request):
+    calls: list[asyncio.Task[None] | None] = []
+
     async def babble(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        calls.append(asyncio.current_task())
         await reader.readline()
         writer.write(b"SSH-2.0-OpenSSH\r\n")
         writer.close()
@@ -39,6 +42,7 @@ def test_something_that_does_not_speak_http_is_worth_another_try(make_model, mak
                 await model.ask(make_request())
             finally:
                 await model.close()
+                await asyncio.gather(*filter(None, calls))
 
     with pytest.raises(TransientError):
         asyncio.run(ask_it())

@@ -11,7 +11,7 @@ from foundry.errors import InputError
 from foundry.prompts.prompt import Prompt
 from foundry.worlds.base import Question
 
-SECRET = {"way", "near", "reached", "target_yaw", "target_pitch"}
+SECRET = {"way", "near", "reached", "target_yaw", "target_pitch", "in_view", "stopped"}
 
 
 @pytest.fixture(scope="module")

@@ -1,10 +1,11 @@
 """Workers that draw share the cores."""
 
+import gc
 import os
 
 import pytest
 
-from foundry.running.cores import share_cores, threads_of
+from foundry.running.cores import garbage_sought_seldom, share_cores, threads_of
 
 
 @pytest.mark.parametrize(
@@ -20,3 +21,14 @@ def test_what_the_environment_says_stands(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setenv("LP_NUM_THREADS", "7")
     share_cores(2)
     assert os.environ["LP_NUM_THREADS"] == "7"
+
+
+def test_while_a_worker_works_garbage_is_sought_less_often() -> None:
+    kept = gc.get_threshold()
+    gc.set_threshold(700, 10, 10)
+    try:
+        with garbage_sought_seldom():
+            assert gc.get_threshold()[0] > 700
+        assert gc.get_threshold() == (700, 10, 10)
+    finally:
+        gc.set_threshold(*kept)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from commands import cached_answers, foundry, kill, started, statuses, wait_until
+from commands import cached_answers, foundry, is_stopping, kill, sessions, started, statuses, wait_until
 from foundry.storing.store import SweepFolder
 from holding import CALLS, SWEEP, Holding, assert_nothing_lost_or_paid_twice
 from ollama_server import OllamaServer
@@ -37,6 +37,13 @@ def wait_until_all_report(folder: SweepFolder) -> None:
 
     before = reported()
     wait_until(lambda: all(reported().get(name, then + 1) > then for name, then in before.items()), "all report")
+
+
+def all_open(folder: Path) -> int:
+    """Return how many runs workers have open."""
+    if not (folder / "sweep.yaml").exists():
+        return 0
+    return sum(len(report["open"]) for report in SweepFolder.open(folder).progress().values())
 
 
 @pytest.mark.parametrize(
@@ -83,7 +90,7 @@ def test_ctrl_c_stops_in_order_and_says_how_to_go_on(tmp_path: Path, undisturbed
             wait_until(lambda: holding.held, "the calls are held back")
             os.killpg(process.pid, signal.SIGINT)
             folder = SweepFolder.open(tmp_path / "sweep")
-            wait_until(folder.stop_file.exists, "it was understood")
+            wait_until(lambda: is_stopping(folder.path), "it was understood")
             for _ in range(2):  # a worker looks whether to stop before it reports
                 wait_until_all_report(folder)
             holding.free()
@@ -97,6 +104,26 @@ def test_ctrl_c_stops_in_order_and_says_how_to_go_on(tmp_path: Path, undisturbed
         assert_nothing_lost_or_paid_twice(server, tmp_path / "sweep", undisturbed)
 
 
+def test_of_two_commands_on_one_sweep_ctrl_c_stops_its_own_alone(tmp_path: Path, undisturbed: Path):
+    holding, folder = Holding(0), tmp_path / "sweep"
+    arguments = (*SWEEP, "output.dir=sweep", "runner.workers=1", "runner.open_runs=3", *IMPATIENT)
+    with OllamaServer(holding) as server:
+        with (
+            started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as stopped,
+            started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as other,
+        ):
+            wait_until(lambda: all_open(folder) == 6 and len(sessions(folder)) == 2, "each has its runs")
+            os.killpg(stopped.pid, signal.SIGINT)
+            wait_until(lambda: is_stopping(folder), "it was understood")
+            for _ in range(2):  # a worker looks whether to stop before it reports
+                wait_until_all_report(SweepFolder.open(folder))
+            holding.free()
+            server.drop_hanging()
+            told = [process.communicate(timeout=60)[0] for process in (stopped, other)]
+        assert (stopped.returncode, other.returncode) == (130, 0), told
+        assert_nothing_lost_or_paid_twice(server, folder, undisturbed)
+
+
 @pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_a_second_ctrl_c_stops_at_once(workers: int, tmp_path: Path):
     holding = Holding(10)
@@ -105,8 +132,7 @@ def test_a_second_ctrl_c_stops_at_once(workers: int, tmp_path: Path):
         with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
             wait_until(lambda: holding.held, "the calls are held back")
             os.killpg(process.pid, signal.SIGINT)
-            stop_file = SweepFolder.open(tmp_path / "sweep").stop_file
-            wait_until(stop_file.exists, "the first one was understood")
+            wait_until(lambda: is_stopping(tmp_path / "sweep"), "the first one was understood")
             os.killpg(process.pid, signal.SIGINT)
             output, _ = process.communicate(timeout=20)
         assert process.returncode == 130, output

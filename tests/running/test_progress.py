@@ -15,6 +15,7 @@ from pathlib import Path
 import msgspec
 import pytest
 from rich.console import Console
+from rich.table import Table
 
 from commands import environment, foundry, started, wait_until
 from foundry.cli import run
@@ -24,6 +25,7 @@ from foundry.expansion import Sweep, expand
 from foundry.running.lane import Tally
 from foundry.running.local import SweepJob
 from foundry.running.progress import Pace, Totals
+from foundry.storing.standing import standings
 from foundry.storing.store import SweepFolder, write_atomically
 from ollama_cases import Body, ChatCase, grid_answer
 from ollama_server import OllamaServer
@@ -208,7 +210,7 @@ def test_the_status_of_a_sweep_shows_the_calls_of_running_runs(workspace: Path):
             folder = SweepFolder.open(workspace / "out")
             wait_until(lambda: _calls_of(folder) == 6, "the worker has reported whole rounds")
             console = Console(file=io.StringIO(), width=120)
-            console.print(status_table(folder))
+            console.print(table_of(folder))
             shown.extend(console.file.getvalue().splitlines())  # type: ignore[attr-defined]
 
     asked = ("model=llama3.2", "world.agents=2", "world.steps=2", "analyze=false", "output.dir=out")
@@ -232,10 +234,10 @@ def test_the_status_says_what_share_of_the_prompts_came_from_a_servers_prompt_ca
     }
     report = {"open": [], "counts": counts, "models": {}}
     write_atomically(folder.progress_file("0-0"), msgspec.json.encode(report))
-    table = status_table(folder)
+    table = table_of(folder)
     assert [str(cell) for cell in table.columns[-1].cells] == ["30%", ""]
     folder.end_progress()
-    assert len(status_table(folder).columns) == len(table.columns) - 1
+    assert len(table_of(folder).columns) == len(table.columns) - 1
 
 
 def _calls_of(folder: SweepFolder) -> int:
@@ -280,17 +282,23 @@ def test_a_session_that_ends_while_a_thread_looks_at_it_has_no_reports(sweep: Sw
 
 def test_a_command_that_begins_or_ends_leaves_another_at_work_on_the_same_sweep(sweep: Sweep, tmp_path: Path):
     folder = SweepFolder.create(tmp_path / "shared", sweep, {}, [])
-    one, two = (SweepJob(folder, {}, "", 0).session for _ in range(2))
+    jobs = [SweepJob(folder, {}, "", 0) for _ in range(2)]
+    one, two = (job.session for job in jobs)
     folder.start_progress()
-    place = folder.stop_file.parent.stat().st_ino
+    reports = folder.progress_file("any").parent
+    place = reports.stat().st_ino
+    jobs[0].stop()
     folder.start_progress()
-    assert folder.stop_file.parent.stat().st_ino == place  # never missing, which would tell workers to stop
+    assert reports.stat().st_ino == place  # never missing, which would tell workers to stop
+    assert (folder.stop_asked(one), folder.stop_asked(two)) == (True, False)
     for session in (one, two):
         write_atomically(folder.progress_file(f"{session}-0-0"), b'{"open": [], "models": {}}')
     folder.end_progress(one)
-    assert (list(folder.progress()), folder.stop_asked) == ([f"{two}-0-0"], False)
+    assert (list(folder.progress()), folder.stop_asked(two)) == ([f"{two}-0-0"], False)
     folder.end_progress(two)
-    assert not folder.stop_file.parent.exists()
+    assert not reports.exists()
+    jobs[1].stop()  # a Ctrl-C at the very end
+    assert jobs[1].stop_asked()
 
 
 @pytest.mark.slow
@@ -314,3 +322,8 @@ def test_two_commands_on_one_sweep_share_a_limit_and_both_end_well(tmp_path: Pat
                     output, _ = process.communicate(timeout=90)
                     assert process.returncode == 0, output
     assert max(server.answered.values()) == 1
+
+
+def table_of(folder: SweepFolder) -> Table:
+    """Return the table of how far a sweep is."""
+    return status_table(standings(folder, [run.summary() for run in folder.runs()]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -79,6 +80,20 @@ def test_another_sweep_at_the_url_is_refused(sent: RemoteSweep, tmp_path: Path):
     assert done.returncode == 2 and "holds another sweep" in done.stderr
 
 
+def test_a_sweep_that_has_grown_is_sent_and_fetched_as_it_is_now(swept: SweepFolder, sent: RemoteSweep, tmp_path: Path):
+    fetch(sent.url, tmp_path / "before")
+    shutil.copytree(swept.path, tmp_path / "sweep")
+    more = ("-m", "model=scripted/random", "seed=7", *SMALL, "record.frames=4", "output.dir=sweep")
+    assert foundry(*more, cwd=tmp_path).returncode == 0
+    grown = SweepFolder.open(tmp_path / "sweep")
+    sent.put_sweep(grown)
+    sent.put(grown, grown.runs()[-1])
+    assert fetch(sent.url, tmp_path / "before").runs == (grown.runs()[-1].id,)
+    assert SweepFolder.open(tmp_path / "before").sweep.runs == grown.sweep.runs
+    with pytest.raises(InputError, match="holds another sweep"):
+        sent.put_sweep(swept)
+
+
 @pytest.mark.parametrize("url", ["file:///nowhere/at/all", "no-such-kind://x/y"])
 def test_a_url_that_holds_nothing_is_told_in_one_line(url: str, tmp_path: Path):
     done = foundry("fetch", url, "here", cwd=tmp_path)
@@ -104,7 +119,7 @@ def test_a_name_that_leads_out_of_the_folder_is_not_followed(swept: SweepFolder,
 def test_a_chunk_plays_what_is_not_complete_and_sends_it(swept: SweepFolder, sent: RemoteSweep, tmp_path: Path):
     last = swept.runs()[-1]
     infos = {settings_key(last.config()["model"]): ModelInfo(name="scripted/random")}
-    spec = LaneSpec("0", swept, tuple(run.id for run in swept.runs()), infos, cache="")
+    spec = LaneSpec("0", "0", swept, tuple(run.id for run in swept.runs()), infos, cache="")
     before = {run.id: (tmp_path / "bucket" / "x" / "runs" / run.id / "run.json").stat() for run in swept.runs()[:-1]}
     played = play_chunk(Chunk(spec, sent.url))
     assert (played.fatal, set(played.runs)) == (None, {run.id for run in swept.runs()})
@@ -117,7 +132,7 @@ def test_a_chunk_plays_what_is_not_complete_and_sends_it(swept: SweepFolder, sen
 def test_a_chunk_whose_url_cannot_be_written_to_says_so(swept: SweepFolder, tmp_path: Path):
     (tmp_path / "file").write_text("no folder")
     infos = {settings_key(swept.runs()[0].config()["model"]): ModelInfo(name="scripted/random")}
-    spec = LaneSpec("0", swept, (swept.runs()[0].id,), infos, cache="")
+    spec = LaneSpec("0", "0", swept, (swept.runs()[0].id,), infos, cache="")
     with pytest.raises(FoundryError, match="cannot be used"):
         play_chunk(Chunk(spec, (tmp_path / "file").as_uri()))
 
@@ -127,7 +142,7 @@ def test_workers_of_chunks_cannot_see_each_other_and_are_told_how_many_they_are(
     again.start_progress()
     ids = tuple(run.id for run in again.runs())
     runs = RemoteRuns(again, RemoteSweep.open((tmp_path / "bucket" / "y").as_uri()))
-    chunks = list(runs.chunks(LaneSpec("0", again, ids, {}, cache=""), 3))
+    chunks = list(runs.chunks(LaneSpec("0", "0", again, ids, {}, cache=""), 3))
     assert [chunk.spec.runs for chunk in chunks] == [(run,) for run in ids]
     assert {(chunk.spec.workers, chunk.spec.apart) for chunk in chunks} == {(3, True)}
 

@@ -24,8 +24,8 @@ SWEEP = (
 )
 CALLS_OF_A_RUN = 2 * 3 * 2
 CALLS = 6 * CALLS_OF_A_RUN
-MIDWAY = 30
-"""A call at which some runs are complete."""
+MIDWAY = 38
+"""A call at which two runs are complete and confirmed, three rounds of the next two ago, and none of those is over."""
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from commands import foundry, statuses
+from foundry.storing.standing import failures
 from foundry.storing.store import SweepFolder
 
 PARTS = Path(__file__).parents[1] / "parts"
@@ -54,3 +55,5 @@ def test_a_bug_fails_its_run_with_its_traceback_and_the_others_complete(workers:
     failed = next(one for one in summaries if one and one.status == "failed")
     assert (failed.error, failed.error_type) == ("a bug", "ZeroDivisionError")
     assert failed.traceback and "policies.py" in failed.traceback
+    summaries = [run.summary() for run in SweepFolder.open(own_parts / "out").runs()]
+    assert {one.error for one in failures(summaries)} == {"ZeroDivisionError: a bug"}

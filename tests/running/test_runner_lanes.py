@@ -14,7 +14,7 @@ from foundry.running.lane_process import LaneProcess, WorkerDied
 from foundry.storing.store import SweepFolder
 from lane_works import blocked, dying, echoing, failing, waiting
 
-SPEC = LaneSpec("0-0", SweepFolder(Path("sweep"), Sweep((), (), ()), {}, []), (), {}, cache="")
+SPEC = LaneSpec("0-0", "0", SweepFolder(Path("sweep"), Sweep((), (), ()), {}, []), (), {}, cache="")
 
 
 @pytest.fixture(autouse=True)

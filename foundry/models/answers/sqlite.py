@@ -116,13 +116,15 @@ class SqliteAnswers(Answers):
         return int(self._rows_of(query, tuple(marks))[0][0])
 
     def _rows_of(self, query: str, parameters: Sequence[str] = ()) -> list[Any]:
-        with self._using():
+        try:
             return self._database.execute(query, parameters).fetchall()
+        except sqlite3.Error as error:
+            raise self._unusable(error) from error
 
     @contextmanager
     def _changing(self) -> Iterator[sqlite3.Connection]:
         """Open a transaction, which is committed at the end, or rolled back."""
-        with self._using():
+        try:
             try:
                 self._database.execute("BEGIN IMMEDIATE")
                 yield self._database
@@ -130,16 +132,14 @@ class SqliteAnswers(Answers):
             finally:
                 if self._database.in_transaction:
                     self._database.execute("ROLLBACK")
-
-    @contextmanager
-    def _using(self) -> Iterator[None]:
-        try:
-            yield
         except sqlite3.Error as error:
-            raise StorageError(
-                f"The answer cache '{self.path}' cannot be used ({error}): make room if the disk is full, move the "
-                "file away if it is damaged, then go on with foundry resume."
-            ) from error
+            raise self._unusable(error) from error
+
+    def _unusable(self, error: sqlite3.Error) -> StorageError:
+        return StorageError(
+            f"The answer cache '{self.path}' cannot be used ({error}): make room if the disk is full, move the "
+            "file away if it is damaged, then go on with foundry resume."
+        )
 
     def close(self) -> None:
         """Close the file."""

@@ -136,6 +136,8 @@ class HostPool:
 
     def _choice(self) -> str:
         """Return the run's own host, unless another has less to do by more than the leeway."""
+        if len(self.hosts) == 1:
+            return self.hosts[0]
         least, run = min(self.hosts, key=self._load), RUN.get()
         home = least if run is None else self._home_of(run)
         leeway = PREFERENCE if len(self._homes) > 1 else 0.0

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import aiohttp
+import msgspec
 
 from foundry.errors import TransientError
 from foundry.models.base import Reply
@@ -182,6 +183,14 @@ def _cause_line(error: BaseException) -> str:
 
 def decoded(content: bytes | str) -> Any:
     """Return what a body of JSON says; None where it is not JSON, or nested too deep to be a reply."""
+    try:
+        return msgspec.json.decode(content)
+    except (msgspec.DecodeError, UnicodeError, RecursionError):
+        return _decoded_loosely(content)
+
+
+def _decoded_loosely(content: bytes | str) -> Any:
+    """Return what a body says that may be damaged; of any other `json` says the same, and takes four times as long."""
     text = content.decode("utf-8", "replace") if isinstance(content, bytes) else content
     try:
         return json.loads(text)

@@ -108,9 +108,10 @@ class OllamaModel(HttpModel):
         """Answer one request by one call, once its server is to be asked; trying again is `RetriedModel`'s."""
         body = ollama_wire.chat_body(self.settings, request, self.server.keep_alive)
         with self._pool.least_loaded() as host:
-            await self._pauses[host].over(self._origin(host))
+            origin = self._origin(host)
+            await self._pauses[host].over(origin)
             started = time.perf_counter()
-            content = await self._chat(host, body, self.server.read_timeout_s)
+            content = await self._chat(origin, body, self.server.read_timeout_s)
             latency_s = time.perf_counter() - started
             return ollama_wire.read_reply(content, request, self.settings, self._origin(host), latency_s=latency_s)
 
@@ -134,7 +135,8 @@ class OllamaModel(HttpModel):
     async def unload(self) -> None:
         """Let every server free the model's memory."""
         body = ollama_wire.unload_body(self.name)
-        await asyncio.gather(*(self._chat(host, body, self.server.read_timeout_s) for host in self.hosts))
+        origins = map(self._origin, self.hosts)
+        await asyncio.gather(*(self._chat(origin, body, self.server.read_timeout_s) for origin in origins))
 
     async def _inspect_on(self, host: str) -> ModelInfo:
         try:
@@ -147,8 +149,8 @@ class OllamaModel(HttpModel):
 
     async def _load(self, host: str) -> None:
         body = ollama_wire.load_body(self.settings, self.server.keep_alive)
-        content = await self._chat(host, body, self.server.warm_up_timeout_s)
-        ollama_wire.read_object(content, self._origin(host))
+        origin = self._origin(host)
+        ollama_wire.read_object(await self._chat(origin, body, self.server.warm_up_timeout_s), origin)
         self._versions[host] = await self._version(host)
 
     async def _version(self, host: str) -> str:
@@ -156,22 +158,21 @@ class OllamaModel(HttpModel):
 
     async def _object(self, host: str, method: str, path: str, body: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Return what the server says about itself or a model; that waits for nothing."""
-        content = None if body is None else msgspec.json.encode(body)
-        return ollama_wire.read_object(await self._send(host, method, path, LOOK_UP_S, content), self._origin(host))
+        content, origin = None if body is None else msgspec.json.encode(body), self._origin(host)
+        return ollama_wire.read_object(await self._send(origin, method, path, LOOK_UP_S, content), origin)
 
-    async def _chat(self, host: str, body: Mapping[str, Any], read_timeout_s: float) -> bytes:
-        return await self._send(host, "POST", "/api/chat", read_timeout_s, msgspec.json.encode(body))
+    async def _chat(self, origin: Origin, body: Mapping[str, Any], read_timeout_s: float) -> bytes:
+        return await self._send(origin, "POST", "/api/chat", read_timeout_s, msgspec.json.encode(body))
 
     async def _send(
-        self, host: str, method: str, path: str, read_timeout_s: float, content: bytes | None = None
+        self, origin: Origin, method: str, path: str, read_timeout_s: float, content: bytes | None = None
     ) -> bytes:
         """Return the body that comes with status 200, or raise what any other status stands for."""
-        origin = self._origin(host)
         response = await self._transport.send(origin, method, path, read_timeout_s=read_timeout_s, content=content)
-        wait_s = wait_asked(response.headers)
-        self._pauses[host].note(wait_s, origin)
+        pause, wait_s = self._pauses[origin.host], wait_asked(response.headers)
+        pause.note(wait_s, origin)
         if response.status != OK:
-            raise self._pauses[host].judged(refusal(origin, response.status, response.content, wait_s), origin)
+            raise pause.judged(refusal(origin, response.status, response.content, wait_s), origin)
         return response.content
 
     def _origin(self, host: str) -> Origin:

@@ -27,8 +27,7 @@ class CachedModel(Wrapper):
         super().__init__(inner)
         self._answers = answers
         self._in_flight: dict[str, asyncio.Future[Reply]] = {}
-        self._unsaved: dict[str, Reply] = {}
-        self._saved: asyncio.Future[None] | None = None
+        self._unsaved: dict[str, tuple[Reply, asyncio.Future[None]]] = {}
 
     async def ask(self, request: Request) -> Reply:
         """Answer one request from the cache, else from the wrapped model."""
@@ -70,7 +69,7 @@ class CachedModel(Wrapper):
         self._in_flight[request.key] = future
         try:
             reply = await self.inner.ask(request)
-            await asyncio.shield(self._save(request.key, reply))
+            await self._save(request.key, reply)
         except BaseException as error:
             future.set_exception(error)
             future.exception()  # a follower may or may not be there to see it
@@ -83,25 +82,29 @@ class CachedModel(Wrapper):
     def _save(self, key: str, reply: Reply) -> asyncio.Future[None]:
         """Return when the reply is committed; those of a turn of the loop, or of a moment if many come, share that."""
         loop = asyncio.get_running_loop()
-        self._unsaved[key] = reply
-        if self._saved is None:
-            self._saved = loop.create_future()
+        if not self._unsaved:
             if len(self._in_flight) < MANY:
                 loop.call_soon(self._commit)
             else:
                 loop.call_later(MOMENT_S, self._commit)
-        return self._saved
+        saved = loop.create_future()  # each its own, so that who is cancelled cancels no other
+        self._unsaved[key] = reply, saved
+        return saved
 
     def _commit(self) -> None:
-        replies, saved = self._unsaved, self._saved
-        assert saved is not None
-        self._unsaved, self._saved = {}, None
+        unsaved, self._unsaved = self._unsaved, {}
+        failure: Exception | None = None
         try:
-            self._answers.keep(replies, self.name)
+            self._answers.keep({key: reply for key, (reply, _) in unsaved.items()}, self.name)
         except Exception as error:  # noqa: BLE001 - handed on to everyone who waits for the commit
-            saved.set_exception(error)
-            return
-        saved.set_result(None)
+            failure = error
+        for _, saved in unsaved.values():
+            if saved.done():  # whoever waited was cancelled
+                continue
+            if failure is None:
+                saved.set_result(None)
+            else:
+                saved.set_exception(failure)
 
 
 def _marked(reply: Reply) -> Reply:

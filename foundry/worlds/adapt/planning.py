@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from foundry.errors import InputError
+
 
 @dataclass(frozen=True, eq=False)
 class Plan:
@@ -39,6 +41,10 @@ def plan_of(env: Any, steps: int) -> Plan | None:
     Args:
         env: an environment whose `P[state][action]` is a list of (probability, next state, reward, ended).
         steps: turns of an episode, at most.
+
+    Raises:
+        InputError: by its rules nothing is ever rewarded, or an episode begins nowhere, as on a map without a goal or a
+            start.
     """
     rules = getattr(env.unwrapped, "P", None)
     if not isinstance(rules, Mapping):
@@ -46,6 +52,10 @@ def plan_of(env: Any, steps: int) -> Plan | None:
     limit = env.spec.max_episode_steps if env.spec is not None else None
     turns = min(steps, limit or steps)
     chance, follows, reward, goes_on = _arrays(rules)
+    if not (chance * reward).any():
+        raise InputError(f"{_as_set(env)} rewards nothing, whatever is done: give its map a goal in world.settings.")
+    if np.isnan(getattr(env.unwrapped, "initial_state_distrib", 0.0)).any():
+        raise InputError(f"{_as_set(env)} has nowhere to begin: give its map a start in world.settings.")
     value = np.zeros(len(rules))
     choices, values = [], []
     for _ in range(turns):
@@ -54,6 +64,10 @@ def plan_of(env: Any, steps: int) -> Plan | None:
         value = expected.max(axis=1)
         values.append(value)
     return Plan(np.array(choices), np.array(values))
+
+
+def _as_set(env: Any) -> str:
+    return f"Environment '{env.spec.id}', as it is set," if env.spec is not None else "The environment, as it is set,"
 
 
 def _arrays(rules: Mapping[int, Mapping[int, Any]]) -> tuple[Any, ...]:

@@ -160,6 +160,10 @@ class Adapted(RoundsScenario):
         """Return what can be decided."""
         return {TURN: self.choices.actions}
 
+    def payoffs(self, question: Question) -> list[float]:
+        """Return what the agent is told that it got."""
+        return [turn["reward"] for turn in question.observation["turns"]]
+
     def play(self, table: Table) -> Play:
         """Play one episode."""
         episode = self.episode(table.seed)
@@ -247,10 +251,13 @@ class Adapted(RoundsScenario):
             episode.close()
 
     def _made(self, **further: Any) -> Any:
+        asked = {key: value for key, value in further.items() if value is not None}
         try:
-            return self.make(**self._settings, **{key: value for key, value in further.items() if value is not None})
-        except TypeError as error:
-            raise InputError(f"Environment '{self.env}' cannot be made with world.settings: {error}") from error
+            with np.errstate(invalid="ignore"):  # of a map that has nowhere to begin, which is refused as that
+                return self.make(**self._settings, **asked)
+        except (TypeError, ValueError) as error:
+            told = " ".join(str(error).split())
+            raise InputError(f"Environment '{self.env}' cannot be made with world.settings: {told}") from error
 
 
 def _played_for(one: Decision, legal: Actions, rng: np.random.Generator) -> str | float:

@@ -18,6 +18,8 @@ near          whether the goal's distance is reached.
 reached       whether the target is in view as well.
 target_yaw    direction of the target's middle from the eye, degrees.
 target_pitch  the same, up positive.
+in_view       whether the target is in view.
+stopped       whether something was in the way of the last movement.
 """
 
 from __future__ import annotations
@@ -147,13 +149,15 @@ def observe(
 class Secret(Mapping[str, Any]):
     """What scripted models are told beside the observation; worked out when it is asked for, since few ask."""
 
-    def __init__(self, around: Surroundings, sight: Sight, target: Target | None) -> None:
+    def __init__(self, around: Surroundings, sight: Sight, target: Target | None, stopped: bool) -> None:
         self._told: dict[str, Callable[[], Any]] = {
             "way": lambda: [] if sight.near else around.way(sight.pose, target).corners,
             "near": lambda: sight.near,
             "reached": lambda: sight.success,
             "target_yaw": lambda: _direction_of(around, sight.pose, target)[0],
             "target_pitch": lambda: _direction_of(around, sight.pose, target)[1],
+            "in_view": lambda: sight.target_px > 0,
+            "stopped": lambda: stopped,
         }
 
     def __getitem__(self, key: str) -> Any:

@@ -50,6 +50,13 @@ class CameraRedrawing(Redrawing):
         """Return the overview after a step as a PNG."""
         return png(self.around.overview(self.frame(step)))
 
+    def told(self, step: int) -> Sequence[str]:
+        """Return the reply that led to a step and how it was read; what was read stands in the picture."""
+        if not 1 <= step <= len(self._steps):
+            return ()
+        record = self._steps[step - 1]
+        return (f"reply ({record.outcome}): {' '.join(record.reply.split())}",)
+
     def frame(self, step: int) -> OverviewFrame:
         """Return what the overview after a step shows."""
         latest = self._steps[step - 1] if step else None

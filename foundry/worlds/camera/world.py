@@ -5,14 +5,15 @@ from __future__ import annotations
 import hashlib
 from collections import deque
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import msgspec
 
 from foundry import seeding
 from foundry.declared import Actions
-from foundry.records import COMMAND_KINDS, CameraEpisode, CameraStep, Outcome, Pose, Record, SeenImage
-from foundry.worlds.base import Answer, Question, Recorded, Scenario, World, unanswered, undecided_outcome
+from foundry.records import COMMAND_KINDS, CameraEpisode, CameraStep, Pose, Record, SeenImage
+from foundry.worlds.base import Answer, Question, Reading, Recorded, Scenario, World, unanswered, undecided_outcome
 from foundry.worlds.camera.body.motion import Moved, moved
 from foundry.worlds.camera.body.pose import feet_of
 from foundry.worlds.camera.eye.rendering import png
@@ -93,6 +94,25 @@ class CameraScenario(Scenario):
         """Return the number of decisions, at most."""
         return self.settings.steps
 
+    def understood(self, answer: Answer) -> Command:
+        """Return the command in an answer; where there is none, its outcome says why."""
+        if (unread := unanswered(answer)) is not None:
+            return Command(outcome=unread)
+        command = self.interpreter.read(answer.text, self.limits)
+        return replace(command, outcome=undecided_outcome(answer)) if not command.is_read else command
+
+    def strata(self, question: Question) -> dict[str, bool]:
+        """Return, of a move, whether the target is in view, and whether something stopped the last move."""
+        if question.kind != MOVE or question.secret is None:
+            return {}
+        found = {"wall": question.secret["stopped"]}
+        return {"target": question.secret["in_view"], **found} if question.observation["target"] else found
+
+    def read(self, question: Question, answer: Answer) -> Reading:
+        """Return the kind of command that an answer asks for, whatever its amounts."""
+        command = self.understood(answer)
+        return Reading(command.outcome, command.kind if command.is_read else None)
+
 
 class CameraWorld(World):
     """One episode in a 3D world: what is to be found, and where the agent stands at first."""
@@ -147,7 +167,8 @@ class CameraWorld(World):
         """Return the one question of this step, with the image that the agent sees."""
         if self.finished:
             return []
-        secret, options = Secret(self._around, self._sight, self._target), self._scenario.options
+        stopped = self._latest is not None and self._latest.boundary is not None
+        secret, options = Secret(self._around, self._sight, self._target, stopped), self._scenario.options
         return [Question(self._steps + 1, 0, MOVE, self._observed(), (self._sight.encoded,), secret, options, _IDLE)]
 
     def _observed(self) -> dict[str, Any]:
@@ -164,14 +185,13 @@ class CameraWorld(World):
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
         """Move as the answer says; return the decision, and the image that led to it if it is kept."""
         (answer,) = answers
-        outcome = unanswered(answer)
-        command = Command() if outcome else self._scenario.interpreter.read(answer.text, self._scenario.limits)
+        command = self._scenario.understood(answer)
         result = self._moved(command)
         before, self._pose = self._sight, result.pose
         self._sight = look(self._around, self._pose, self._target)
         self._cells |= self._covered(result.places)
         self._steps += 1
-        record = self._record(answer, outcome or command.outcome, command, result, before)
+        record = self._record(answer, command, result, before)
         self._remember(command, record)
         self._terminated = command.stay and self._sight.success
         if record.image is None:
@@ -197,7 +217,7 @@ class CameraWorld(World):
         name = self._target.name if self._target else ""
         return self._settings.task.replace("{target}", name)
 
-    def _record(self, answer: Answer, outcome: Outcome, command: Command, result: Moved, before: Sight) -> CameraStep:
+    def _record(self, answer: Answer, command: Command, result: Moved, before: Sight) -> CameraStep:
         suffix = "png" if self._settings.image_format == "png" else "jpg"
         return CameraStep(
             step=self._steps,
@@ -207,7 +227,7 @@ class CameraWorld(World):
             reply=answer.text,
             command=command_record(command),
             notes=(*command.notes, *result.notes),
-            outcome=undecided_outcome(answer) if outcome is Outcome.UNREADABLE else outcome,
+            outcome=command.outcome,
             boundary=result.boundary,
             travelled=result.travelled,
             image=f"images/step_{self._steps:04d}.{suffix}" if self._settings.keep_images else None,

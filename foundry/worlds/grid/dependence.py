@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any, TypeAlias
 
 import msgspec
@@ -20,7 +21,7 @@ import numpy as np
 from foundry.worlds.base import Ahead, Answer, Asked, Question
 from foundry.worlds.grid.hazards import Fire
 from foundry.worlds.grid.observation import Perception
-from foundry.worlds.grid.parsing import MessageReading, read_action, read_message
+from foundry.worlds.grid.parsing import MessageReading, Readings
 from foundry.worlds.grid.questions import ACTION, MESSAGE, question
 from foundry.worlds.grid.settings import GridSettings, History
 from foundry.worlds.grid.space import OUTSIDE, BoolArray, Cell, IntArray, Place
@@ -52,8 +53,12 @@ def is_known(settings: GridSettings) -> bool:
     return all(
         one.name in _KNOWN.get(type(part), "").split() or getattr(part, one.name) == one.default
         for part in parts
-        for one in msgspec.structs.fields(part)
+        for one in _fields(type(part))
     )
+
+
+_fields = cache(msgspec.structs.fields)
+"""The settings of a part, which take msgspec a while to tell."""
 
 
 def can_come_near(offsets: IntArray, steps: IntArray, reach: float) -> BoolArray:
@@ -67,13 +72,12 @@ def can_come_near(offsets: IntArray, steps: IntArray, reach: float) -> BoolArray
     The cells that can be reached lie in a square on its corner, |x| + |y| <= steps; what is asked is whether the
     nearest point of it is within reach.
     """
-    long, short = np.abs(offsets).max(axis=1), np.abs(offsets).min(axis=1)
-    beyond = long + short - steps
-    by_side = beyond * beyond / 2
-    by_corner = (long - steps) ** 2 + short * short
-    squared = np.where(2 * short >= beyond, by_side, by_corner)
+    away = np.abs(offsets)
+    beyond = np.maximum(away.sum(axis=1) - steps, 0)
+    aside = np.minimum(away.min(axis=1), beyond / 2)  # as far as the side goes; then comes its corner
+    squared = aside**2 + (beyond - aside) ** 2
     # A hair more than asked, so that rounding never lets go of anyone.
-    return np.asarray((beyond <= 0) | (squared <= reach * reach * (1 + 1e-9)))
+    return np.asarray(squared <= reach * reach * (1 + 1e-9))
 
 
 def can_enter(cells: IntArray, steps: IntArray, place: Place) -> BoolArray:
@@ -128,6 +132,7 @@ class GridAhead(Ahead):
         step: int,
         cells: Sequence[Cell],
         kept: Sequence[Kept],
+        readings: Readings,
     ) -> None:
         """Begin at a step, before its messages.
 
@@ -138,9 +143,10 @@ class GridAhead(Ahead):
             step: the step that comes, from 1.
             cells: where each agent is then.
             kept: what each agent keeps then.
+            readings: its readings of replies.
         """
         self._settings, self._perception, self._target = settings, perception, target
-        self._kept = kept
+        self._kept, self._readings = kept, readings
         self._cells = np.array(cells, dtype=np.int64).reshape(-1, 2)
         self._areas = settings.field.areas(self._cells)
         self._steps = np.full(len(cells), step)
@@ -214,7 +220,7 @@ class GridAhead(Ahead):
         return question(moment.perceived.pop(agent), kept.memories, kept.received, moment.said[agent])
 
     def _take_message(self, moment: _Moment, agent: int, answer: Answer) -> None:
-        moment.said[agent] = read_message(answer)
+        moment.said[agent] = self._readings.messages.ahead(answer)
         for hearer in (agent, *moment.near[agent]):
             if hearer in moment.unheard:
                 moment.unheard[hearer] -= 1
@@ -222,7 +228,7 @@ class GridAhead(Ahead):
                     self._to_act.append(hearer)
 
     def _take_action(self, moment: _Moment, agent: int, answer: Answer) -> None:
-        action = read_action(answer)
+        action = self._readings.actions.ahead(answer)
         if action.is_kept:
             self._kept[agent].memories.append(action.memory)
         x, y = self._cells[agent].tolist()

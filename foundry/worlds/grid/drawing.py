@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from foundry.palette.fonts import families
 from foundry.worlds.grid.hazards import Fire
 from foundry.worlds.grid.parts.drawn import Furniture, draw_furniture
 from foundry.worlds.grid.settings import GridSettings
@@ -145,6 +146,7 @@ def _write(axes: Axes, x: float, y: float, label: str, *, colour: str, frame: Gr
         label,
         color=colour,
         fontsize=10,
+        fontfamily=families(),
         ha="center",
         va="bottom",
         bbox=backing,
@@ -171,7 +173,8 @@ def _draw_agents(axes: Axes, frame: GridFrame) -> None:
         for agent, (x, y) in zip(ids, points, strict=True):
             axes.text(x, y, str(agent), fontsize=7, color="black", ha="center", va="center_baseline", zorder=6)
     if any(frame.group_names):
-        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.04), ncols=6, frameon=False, fontsize=10)
+        letters = {"family": families(), "size": 10}
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.04), ncols=6, frameon=False, prop=letters)
 
 
 def _spread(cells: Sequence[Cell]) -> list[tuple[float, float]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
@@ -54,14 +55,26 @@ def perceived_fires(
         distance, nearest = apart.min(axis=1), apart.argmin(axis=1)
         for agent in np.flatnonzero(distance <= fire.radius).tolist():
             x, y = spots[nearest[agent]].tolist()
-            seen[agent].append(
-                {
-                    "name": fire.name,
-                    "x": x,
-                    "y": y,
-                    "intensity": fire.intensity,
-                    "radius": fire.radius,
-                    "distance": float(distance[agent]),
-                }
-            )
+            seen[agent].append(_described(fire, (x, y), float(distance[agent])))
     return seen
+
+
+def fires_perceived_at(cell: Cell, fires: Sequence[Fire], step: int) -> list[dict[str, Any]]:
+    """Return what one agent perceives of the fires at `step`, as `perceived_fires` does for many; none spreads."""
+    apart = [
+        (fire, math.sqrt((cell[0] - fire.position[0]) ** 2 + (cell[1] - fire.position[1]) ** 2))
+        for fire in fires
+        if fire.start <= step
+    ]
+    return [_described(fire, fire.position, distance) for fire, distance in apart if distance <= fire.radius]
+
+
+def _described(fire: Fire, spot: Cell, distance: float) -> dict[str, Any]:
+    return {
+        "name": fire.name,
+        "x": spot[0],
+        "y": spot[1],
+        "intensity": fire.intensity,
+        "radius": fire.radius,
+        "distance": distance,
+    }

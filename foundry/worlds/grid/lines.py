@@ -20,6 +20,7 @@ _LABEL = re.compile(
     rf"({_NAMES})[ \t*_`\"'”]{{0,6}}+[:：=](?!=)[ \t*_`]*+",
     re.IGNORECASE | re.MULTILINE,
 )
+_LABEL_END = re.compile("[:：=]")
 _TAG = re.compile(rf"<(/?)\s*+({_NAMES})\s*+>", re.IGNORECASE)
 _HEADING = re.compile(
     rf"^[ \t]{{0,8}}+(?:#{{1,6}}+[ \t]{{0,4}}+\**|\*\*)({_NAMES})\**[ \t]{{0,8}}+$", re.IGNORECASE | re.MULTILINE
@@ -44,7 +45,7 @@ def labelled_values(text: str, *, cut: bool) -> dict[str, Any]:
     """
     text = _TAG.sub(lambda tag: "\n" if tag[1] else f"\n{tag[2]}: ", _FENCE.sub("", text))
     text = _HEADING.sub(r"\1: ", text)
-    labels = list(_LABEL.finditer(text))
+    labels = list(_LABEL.finditer(text)) if _LABEL_END.search(text) else []
     if not labels or len(labels) > _MOST:
         return {}
     ends = [label.start() for label in labels[1:]] + [len(text)]

@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from foundry.worlds.grid.hazards import perceived_fires
+from foundry.worlds.grid.hazards import fires_perceived_at, perceived_fires
 from foundry.worlds.grid.settings import GridSettings
 from foundry.worlds.grid.space import OUTSIDE, Cell, IntArray, Place, distances, neighbours
 
@@ -103,9 +103,9 @@ class Perception:
         there = np.flatnonzero(areas == area)
         is_near = distances(cells[there], cells[agent]) <= self._settings.communication_distance
         near = there[is_near & (there != agent)]
-        fires = perceived_fires(self._settings.fires, step, cells[agent : agent + 1])[0]
-        visited = self._visited(area, len(there))
         x, y = cells[agent].tolist()
+        fires = fires_perceived_at((x, y), self._settings.fires, step)
+        visited = self._visited(area, len(there))
         me = self._seen(agent, (x, y), area)
         met = [
             self._seen(other, (u, v), area) for other, (u, v) in zip(near.tolist(), cells[near].tolist(), strict=True)

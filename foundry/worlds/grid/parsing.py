@@ -21,12 +21,11 @@ import json
 import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 from foundry.records import Outcome
 from foundry.texts import without_surrogates
 from foundry.worlds.base import LENGTH, Answer, unanswered, undecided_outcome
-from foundry.worlds.grid.lines import labelled_values
 from foundry.worlds.grid.words import is_placeholder, is_silence, key_of, understand
 from foundry.worlds.mending import Mended, in_plain_marks, is_glued, mended
 from foundry.worlds.replies import Conflicting, Mend, find_objects, merged, whole_object, without_thinking
@@ -134,6 +133,37 @@ def read_as(
     return undecided if reading is None else replace(reading, outcome=Outcome.REPAIRED)
 
 
+class ReadOnce(Generic[Reading]):
+    """Reads replies; what was read ahead of its round is kept until the round comes."""
+
+    def __init__(self, read: Callable[[Answer], Reading]) -> None:
+        self._read: Callable[[Answer], Reading] = read
+        self._kept: dict[Answer, Reading] = {}
+
+    def ahead(self, answer: Answer) -> Reading:
+        """Read a reply before its round."""
+        reading = self._kept[answer] = self._read(answer)
+        return reading
+
+    def in_round(self, answer: Answer) -> Reading:
+        """Read a reply in its round."""
+        kept = self._kept.pop(answer, None)
+        return self._read(answer) if kept is None else kept
+
+
+class Readings:
+    """Reads the replies of an episode.
+
+    Attributes:
+        messages: reads those to message questions.
+        actions: reads those to action questions.
+    """
+
+    def __init__(self) -> None:
+        self.messages = ReadOnce(read_message)
+        self.actions = ReadOnce(read_action)
+
+
 def _agreed(
     candidates: Iterable[dict[str, Any]], interpret: Callable[[dict[str, Any]], Reading | None]
 ) -> Reading | None:
@@ -163,11 +193,18 @@ def _candidates(
     for found in objects:
         yield from _with_inner(found)
     if not objects:
-        yield labelled_values(content, cut=answer.ending == LENGTH)
+        yield _said_in_lines(content, cut=answer.ending == LENGTH)
         return
-    before = labelled_values(content.partition("{")[0], cut=False)
+    before = _said_in_lines(content.partition("{")[0], cut=False)
     if "action" in before and not isinstance(before, Conflicting):
         yield Mended(before)
+
+
+def _said_in_lines(text: str, *, cut: bool) -> dict[str, Any]:
+    """Return `labelled_values`, whose patterns take milliseconds to make: most replies never need them."""
+    from foundry.worlds.grid.lines import labelled_values
+
+    return labelled_values(text, cut=cut)
 
 
 def _mending(interpret: Callable[[dict[str, Any]], Reading | None]) -> Mend:
@@ -176,7 +213,7 @@ def _mending(interpret: Callable[[dict[str, Any]], Reading | None]) -> Mend:
     def mend(text: str) -> Mended:
         found = mended(text, _decisive)
         reading = None if found is None else _agreed(_with_inner(found), interpret)
-        lines = interpret(labelled_values(in_plain_marks(text), cut=False))
+        lines = interpret(_said_in_lines(in_plain_marks(text), cut=False))
         agree = reading is not None and lines is not None and reading.gist == lines.gist
         return found if found is not None and agree else Mended()
 

@@ -6,7 +6,7 @@ import re
 import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 
 from foundry.worlds.grid.vocabulary import (
     DOUBTS,
@@ -79,7 +79,10 @@ def _joins(character: str) -> bool:
     return not unicodedata.name(character, "").startswith(("LATIN", "CYRILLIC", "DIGIT"))
 
 
-_PHRASE = re.compile("|".join(_bounded(word) for word in sorted(_MEANINGS, key=len, reverse=True)))
+@cache
+def _phrase() -> re.Pattern[str]:
+    """Return the pattern of all known phrases, made when it is first needed, since that takes milliseconds."""
+    return re.compile("|".join(_bounded(word) for word in sorted(_MEANINGS, key=len, reverse=True)))
 
 
 @lru_cache(maxsize=_REMEMBERED)
@@ -121,16 +124,13 @@ def is_placeholder(message: str) -> bool:
     """Tell whether a message is what the prompt has in its place, or the beginning of that."""
     said = _SPACES.sub(" ", message[:_LONGEST].lower()).strip()
     bracketed = message.strip().startswith("<") and message.strip().endswith(">")
-    return bracketed or len(said) > 1 and any(_starts(known, said) for known in _PLACEHOLDERS)
+    return bracketed or said in _COPIED
 
 
 _PLACEHOLDERS = tuple(_SPACES.sub(" ", known.lower()).strip() for known in PLACEHOLDERS)
 _TELLING = 12
 """Characters of a placeholder that can stand for the whole."""
-
-
-def _starts(placeholder: str, said: str) -> bool:
-    return said == placeholder or len(said) >= _TELLING and placeholder.startswith(said)
+_COPIED = frozenset(known[:end] for known in _PLACEHOLDERS for end in range(min(len(known), _TELLING), len(known) + 1))
 
 
 @lru_cache(maxsize=_REMEMBERED)
@@ -170,10 +170,10 @@ def _words(text: str) -> frozenset[str] | None:
 
 def _phrases(text: str) -> Iterator[_Phrase]:
     """Yield the known phrases at the beginning of a text, up to the first word that is none."""
-    position = 0
+    position, phrase = 0, _phrase()
     while True:
         skipped = _SKIPPED.match(text, position)
-        match = _PHRASE.match(text, position) or (skipped and _PHRASE.match(text, skipped.end()))
+        match = phrase.match(text, position) or (skipped and phrase.match(text, skipped.end()))
         if not match:
             return
         position = match.end()
@@ -185,5 +185,5 @@ def _is_remark(rest: str, found: frozenset[str]) -> bool:
     opening = (*REMARKS, *STAYING_REMARKS) if found == {STAY} else REMARKS
     if not rest.startswith(opening) or "?" in rest or DOUBTS & set(_LETTERS.findall(rest)):
         return False
-    said = {_MEANINGS[match[0]] for match in _PHRASE.finditer(rest)} - {_FILLER}
+    said = {_MEANINGS[match[0]] for match in _phrase().finditer(rest)} - {_FILLER}
     return said <= found | (set() if STAY in found else {MOVE})

@@ -17,7 +17,7 @@ from foundry.worlds.base import Ahead, Answer, Question, Reading, Recorded, Redr
 from foundry.worlds.grid.dependence import GridAhead, Kept, is_known
 from foundry.worlds.grid.drawing import GridFrame, draw, make_frame
 from foundry.worlds.grid.observation import Perception
-from foundry.worlds.grid.parsing import ActionReading, MessageReading, read_action, read_message
+from foundry.worlds.grid.parsing import ActionReading, MessageReading, Readings, read_action, read_message
 from foundry.worlds.grid.parts.deeds import read_deed
 from foundry.worlds.grid.parts.frames import recorded_frames
 from foundry.worlds.grid.parts.records import FurnishedStep, records_of
@@ -94,6 +94,13 @@ class GridScenario(Scenario):
         decided = read_deed(answer, self.settings.deeds) if self.settings.furnished else read_action(answer)
         return Reading(decided.outcome, (decided.direction or decided.action) if decided.is_read else None)
 
+    def strata(self, question: Question) -> dict[str, bool]:
+        """Return whether the agent perceives a fire, has received a message, and stands at a wall or the edge."""
+        seen, edge = question.observation, self.settings.half_size
+        at_edge = edge in (abs(seen["x"]), abs(seen["y"]))
+        at_wall = at_edge or len(seen.get("open", OFFSETS)) < len(OFFSETS)
+        return {"fire": bool(seen["fires"]), "message": bool(seen["received"]), "wall": at_wall}
+
     def wordy_answer(self, question: Question, characters: int) -> str:
         """Return an answer that fills what is remembered or heard, and gathers everyone in the middle."""
         text = filler(max(characters - 120, 1))
@@ -168,6 +175,7 @@ class GridWorld(World):
         self._received = [deque[dict[str, Any]](maxlen=settings.history.messages) for _ in cells]
         self._completed = 0
         self._said: list[MessageReading] | None = None
+        self._readings = Readings()
         self._scene = self._perception.observe(1, self._cells)
 
     @property
@@ -198,10 +206,10 @@ class GridWorld(World):
         if len(answers) != len(self._cells):
             raise ValueError(f"{len(answers)} answers for {len(self._cells)} pending questions")
         if self._said is None:
-            self._said = [read_message(answer) for answer in answers]
+            self._said = list(map(self._readings.messages.in_round, answers))
             return self._deliver(self._said)
         said, self._said = self._said, None
-        return self._move(said, [read_action(answer) for answer in answers])
+        return self._move(said, list(map(self._readings.actions.in_round, answers)))
 
     def draw(self) -> bytes:
         """Return the present state as a PNG."""
@@ -212,7 +220,8 @@ class GridWorld(World):
         if self._said is not None or type(self) is not GridWorld or not is_known(self._settings):
             return None
         kept = list(map(Kept, self._memories, self._received))
-        return GridAhead(self._settings, self._perception, self._target, self._completed + 1, self._cells, kept)
+        step = self._completed + 1
+        return GridAhead(self._settings, self._perception, self._target, step, self._cells, kept, self._readings)
 
     def frame(self) -> GridFrame:
         """Return all that a picture of the present state shows."""

@@ -2,32 +2,39 @@
 
 An edit is a module with `NAME`, `LEAVES` (`invariance`: the decision should stay; `equivariance`: it should change as
 `expected` says; `cause`: something is taken away that may have been its cause) and `edit(question)`, which returns
-another question, or None where there is nothing to change. It acts on the structured observation, never on text.
+another question, or None where there is nothing to change. It acts on the structured observation and the images, never
+on text.
+
+`edit` may take more, by name: `others`, the questions of the other moments of its seed and of the next one, and
+`part`, where a function `parts(scenario)` says which parts the edit has: `swap_persona.age` changes the part `age`,
+`swap_persona.each` stands for all of them. `expected(action)` may take the `scenario`.
 """
 
 from __future__ import annotations
 
 import importlib
+import inspect
 import pkgutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from foundry.errors import InputError, not_found
 from foundry.own_code import own_modules
+from foundry.seeding import stream
 from foundry.worlds.base import Question, Scenario
+from foundry.worlds.probe.moving import moved, split
 
 NONE = "none"
 """The edit that changes nothing."""
 LEAVES = ("invariance", "equivariance", "cause")
 _ROOM = f"{__package__}.edits"
 _ANY = "any"
-
-
-def _same(action: Any) -> Any:
-    return action
+EACH = "each"
+"""Stands for every part of an edit."""
 
 
 @dataclass(frozen=True)
@@ -37,28 +44,40 @@ class Edit:
     Attributes:
         name: what it is called.
         leaves: what a decision that is made for the right reasons does: one of `LEAVES`.
-        change: returns the changed question, or None where there is nothing to change.
-        expected: returns what an action should become.
+        change: returns the changed question, or None where there is nothing to change; takes `others` where it asks
+            for them.
+        expected: returns what an action should become in a world.
         origin: where it comes from, for people.
+        moves: the quantity that it moves, and to which value; then it is asked where that is the recorded one, too.
     """
 
     name: str
     leaves: str
-    change: Callable[[Question], Question | None]
-    expected: Callable[[Any], Any] = _same
+    change: Callable[..., Question | None]
+    expected: Callable[..., Any] = lambda action: action
     origin: str = "foundry"
+    moves: tuple[str, float] | None = None
 
-    def applied(self, question: Question) -> Question | None:
+    @property
+    def looks_around(self) -> bool:
+        """Whether it asks for the other moments."""
+        return "others" in inspect.signature(self.change).parameters
+
+    def applied(self, question: Question, others: Sequence[Question] = ()) -> Question | None:
         """Return the changed question; None where the edit changes nothing in it.
+
+        Args:
+            question: what was asked.
+            others: what was asked in the other moments of its seed and of the next.
 
         Raises:
             InputError: a module of the user's own fails on it.
         """
         try:
-            changed = self.change(question)
+            changed = _given(self.change, question, others=others)
             if changed is not None and not isinstance(changed, Question):
                 raise TypeError(f"edit returned {changed!r}, which is no question")
-            return None if changed == question else changed
+            return None if changed == question and self.moves is None else changed
         except Exception as error:  # the boundary: whatever a user's file raises, it is told by its name
             cause = " ".join(f"{type(error).__name__}: {error}".split())
             raise InputError(f"{self.origin} cannot edit what is asked ({question.kind}): {cause}") from error
@@ -66,42 +85,100 @@ class Edit:
     def described(self, scenario: Scenario) -> dict[str, Any]:
         """Return what is to be known of it without its code: name, what it leaves, what actions should become."""
         labels = dict.fromkeys(label for actions in scenario.actions().values() for label in actions.labels)
-        expected = {label: self.expected(label) for label in labels} if self.leaves == "equivariance" else {}
-        return {"name": self.name, "leaves": self.leaves, "expected": expected}
+        is_moved = self.leaves == "equivariance"
+        expected = {label: _given(self.expected, label, scenario=scenario) for label in labels} if is_moved else {}
+        moves = {} if self.moves is None else {"moves": self.moves[0], "to": self.moves[1]}
+        return {"name": self.name, "leaves": self.leaves, "expected": expected, **moves}
+
+
+def _given(function: Callable[..., Any], subject: Any, **known: Any) -> Any:
+    """Call a function with what it asks for by name beside its subject."""
+    asked = inspect.signature(function).parameters
+    return function(subject, **{name: value for name, value in known.items() if name in asked})
 
 
 UNEDITED = Edit(NONE, "invariance", lambda question: question)
 
 
-def find_edit(name: str, form: str) -> Edit:
-    """Return an edit for worlds of a form: the form's own stands before that of any form.
+def find_edits(name: str, scenario: Scenario) -> list[Edit]:
+    """Return the edit of a name, or those of all its parts for `<edit>.each`.
+
+    Raises:
+        InputError: there is none of this name, or a module of the user's own is no edit.
+    """
+    whole, _, part = name.partition(".")
+    if part != EACH:
+        return [find_edit(name, scenario)]
+    parts = parts_of(whole, scenario)
+    if not parts:
+        raise InputError(f"edit={name}: '{whole}' has no parts in world '{scenario.name}'. Leave .{EACH} out.")
+    return [find_edit(f"{whole}.{one}", scenario) for one in parts]
+
+
+def find_edit(name: str, scenario: Scenario) -> Edit:
+    """Return an edit for a world: that of its form stands before that of any form.
 
     Raises:
         InputError: there is none of this name, or a module of the user's own is no edit.
     """
     if name == NONE:
         return UNEDITED
-    found = {edit.name: edit for edit in edits_for(form)}
+    if "=" in name:
+        path, value = split(name)
+        change = partial(moved, path=path, value=value, form=scenario.form)
+        return Edit(name, "cause", change, moves=(path, value))
+    whole, _, part = name.partition(".")
+    module, edit = _found(whole, scenario)
+    if not part:
+        return edit
+    parts = _parts(module, scenario)
+    if part not in parts:
+        raise not_found(f"Part of edit '{whole}'", part, [EACH, *parts] if parts else [])
+    return replace(edit, name=name, change=partial(edit.change, part=part))
+
+
+def parts_of(name: str, scenario: Scenario) -> Sequence[str]:
+    """Return the parts of an edit in a world; nothing where it has none.
+
+    Raises:
+        InputError: there is no such edit.
+    """
+    return () if name == NONE else _parts(_found(name, scenario)[0], scenario)
+
+
+def _parts(module: ModuleType, scenario: Scenario) -> Sequence[str]:
+    return tuple(module.parts(scenario)) if hasattr(module, "parts") else ()
+
+
+def _found(name: str, scenario: Scenario) -> tuple[ModuleType, Edit]:
+    found = {module.NAME: (module, edit) for module, edit in _modules(scenario.form)}
     if name not in found:
-        raise not_found(f"Edit for worlds of form '{form}'", name, [NONE, *found], "Own ones are in mine/edits/.")
+        raise not_found(
+            f"Edit for worlds of form '{scenario.form}'", name, [NONE, *found], "Own ones are in mine/edits/."
+        )
     return found[name]
 
 
 def edits_for(form: str) -> Iterator[Edit]:
-    """Yield the edits for worlds of a form, later ones before earlier ones of their name."""
+    """Yield the edits for worlds of a form; a later one stands before an earlier one of its name."""
+    return (edit for _, edit in _modules(form))
+
+
+def _modules(form: str) -> Iterator[tuple[ModuleType, Edit]]:
     for room in (_ANY, form):
         folder = Path(__file__).parent / "edits" / room
         for found in pkgutil.iter_modules([str(folder)]):
-            yield _edit(importlib.import_module(f"{_ROOM}.{room}.{found.name}"), "foundry")
+            module = importlib.import_module(f"{_ROOM}.{room}.{found.name}")
+            yield module, _edit(module, "foundry")
     for own in own_modules("edits"):
         module = own.load()
         if getattr(module, "FORM", form) == form:
-            yield _edit(module, own.origin)
+            yield module, _edit(module, own.origin)
 
 
 def _edit(module: ModuleType, origin: str) -> Edit:
     try:
-        edit = Edit(module.NAME, module.LEAVES, module.edit, getattr(module, "expected", _same), origin)
+        edit = Edit(module.NAME, module.LEAVES, module.edit, getattr(module, "expected", Edit.expected), origin)
     except AttributeError as error:
         raise InputError(f"{origin} is no edit ({error}): it needs NAME, LEAVES, a function edit(question).") from error
     if edit.leaves not in LEAVES:
@@ -115,3 +192,8 @@ def observing(question: Question, **changes: Any) -> Question:
     """Return a question whose agent perceives other values under some keys that it has."""
     known: Mapping[str, Any] = question.observation
     return replace(question, observation={**known, **{key: value for key, value in changes.items() if key in known}})
+
+
+def drawn(question: Question, name: str, among: Sequence[Any]) -> Any:
+    """Return one of several, drawn for the moment: the same each time; None where there are none."""
+    return among[int(stream(question.sampling_seed(0), name).integers(len(among)))] if among else None

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
+from typing import TypeAlias
 
 import msgspec
 import zstandard
 
 from foundry.errors import RecordError
 from foundry.records import NOT_JSON
-from foundry.worlds.base import Answer, Question, Scenario
+from foundry.worlds.base import Answer, Question, Scenario, World
 
 
 class Moment(msgspec.Struct, frozen=True, order=True, array_like=True):
@@ -47,16 +48,22 @@ class Source(msgspec.Struct, frozen=True, kw_only=True):
     sha256: str
 
 
+Strata: TypeAlias = Mapping[str, str | bool]
+"""What a world tells a moment apart by."""
+
+
 class Moments(msgspec.Struct, frozen=True, kw_only=True):
     """The moments of a probe (`moments.json`).
 
     Attributes:
         runs: the runs they come from, by their ids.
         moments: the moments, sorted.
+        strata: what the world tells each apart by, in their order; empty where it says nothing.
     """
 
     runs: dict[str, Source]
     moments: tuple[Moment, ...]
+    strata: tuple[dict[str, str | bool], ...] = ()
 
     def of(self, seed: int) -> dict[str, list[Moment]]:
         """Return the moments of the runs with a seed, by run."""
@@ -171,19 +178,41 @@ def questions_at(scenario: Scenario, seed: int, past: Sequence[Said], moments: I
     """
     wanted = {(one.step, one.agent, one.kind, one.again): place for place, one in enumerate(moments)}
     found: dict[int, Question] = {}
-    world, left, asked = scenario.start(seed), list(reversed(past)), Counter[tuple[int, int, str]]()
-    while len(found) < len(wanted) and not world.finished:
-        pending = world.pending()
-        for question in pending:
-            place = wanted.get((*question.asked, asked[question.asked]))
-            asked[question.asked] += 1
-            if place is not None:
-                found[place] = question
-        if len(found) < len(wanted):
-            world.advance([_answer(question, left) for question in pending])
+    for question, again in asked_in(scenario, seed, past):
+        place = wanted.get((*question.asked, again))
+        if place is not None:
+            found[place] = question
+            if len(found) == len(wanted):
+                break
     if len(found) < len(wanted):
         raise RecordError(f"World '{scenario.name}' no longer asks what it was recorded to ask: the run ends before.")
     return [found[place] for place in range(len(wanted))]
+
+
+def asked_in(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tuple[Question, int]]:
+    """Yield every question of a run with how often it was asked before in its step, as far as there are answers.
+
+    Raises:
+        RecordError: the world asks otherwise than it did then.
+    """
+    asked = Counter[tuple[int, int, str]]()
+    for _, pending in played(scenario, seed, past):
+        for question in pending:
+            yield question, asked[question.asked]
+            asked[question.asked] += 1
+
+
+def played(scenario: Scenario, seed: int, past: Sequence[Said]) -> Iterator[tuple[World, Sequence[Question]]]:
+    """Yield the world of a run with what it asks at once, again and again, as far as there are answers.
+
+    Raises:
+        RecordError: the world asks otherwise than it did then.
+    """
+    world, left = scenario.start(seed), list(reversed(past))
+    while not world.finished:
+        pending = world.pending()
+        yield world, pending
+        world.advance([_answer(question, left) for question in pending])
 
 
 def _answer(question: Question, left: list[Said]) -> Answer:

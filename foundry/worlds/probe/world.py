@@ -7,16 +7,17 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from foundry.declared import Actions
-from foundry.errors import InputError
+from foundry.errors import InputError, RecordError
 from foundry.records import Record, RoundStep
-from foundry.worlds.base import Answer, Question, Scenario, World
+from foundry.worlds.base import Answer, Question, Recorded, Redrawing, Scenario, World
 from foundry.worlds.probe.editing import UNEDITED, find_edit
-from foundry.worlds.probe.moments import Kept, Moment, questions_of, read_moments
+from foundry.worlds.probe.moments import Kept, Moment, Moments, played, questions_of, read_moments, read_past
 
 APART = 1 << 16
 """What `Question.again` rises by from one repeat to the next: more than any world asks the same in a step."""
 
 
+NO_PICTURES = "A probe has no pictures: draw the runs that its moments come from."
 ROUND = 64
 """Questions that are asked at once; a worker plays several runs, so that a server is never idle between rounds."""
 
@@ -100,7 +101,7 @@ class ProbeScenario(Scenario):
         self.name, self.source, self.repeats = name, source, repeats
         self.kinds = source.kinds  # type: ignore[misc]  # every probe has those of its world
         self.shows_images = source.shows_images  # type: ignore[misc]
-        self._edit = find_edit(edit["name"], source.form)
+        self._edit = find_edit(edit["name"], source)
         self._sha256, self._kept = moments, kept
 
     def start(self, seed: int) -> ProbeWorld:
@@ -123,19 +124,86 @@ class ProbeScenario(Scenario):
         """Return what the world does."""
         return self.source.wordy_answer(question, characters)
 
+    def redraw(self, recorded: Recorded) -> Redrawing:
+        """Refuse: moments of several runs are no picture.
+
+        Raises:
+            InputError: always.
+        """
+        raise InputError(NO_PICTURES)
+
     def count_calls(self) -> int:
         """Return how many calls an episode makes, at most."""
-        return read_moments(self._places()["moments"], self._sha256).most() * self.repeats
+        return self.moments().most() * self.repeats
+
+    def count_moments(self, seed: int) -> int:
+        """Return in how many moments of the runs with a seed it asks.
+
+        Raises:
+            RecordError: they cannot be made again.
+        """
+        return len({put.moment for put in self._put(seed)})
+
+    def asked_at(self, moment: Moment) -> Question | None:
+        """Return what is asked in a moment; None where the edit changes nothing in it.
+
+        Raises:
+            RecordError: it cannot be made again.
+        """
+        seed = self.moments().runs[moment.run].seed
+        return self._changed(self._asked(seed), self._around(seed), moment)
+
+    def drawn_at(self, moment: Moment) -> bytes:
+        """Return the state of the world in a moment as a PNG, before anything was answered in it.
+
+        Raises:
+            RecordError: it cannot be made again.
+        """
+        source, past = self.moments().runs[moment.run], self._places()["past"].replace("{run}", moment.run)
+        wanted = moment.step, moment.agent, moment.kind
+        for world, pending in played(self.source, source.seed, read_past(past, source.sha256)):
+            if any(question.asked == wanted for question in pending):
+                return world.draw()
+        raise RecordError(
+            f"World '{self.source.name}' no longer asks what it was recorded to ask: the run ends before."
+        )
+
+    def moments(self) -> Moments:
+        """Return the moments of all seeds.
+
+        Raises:
+            RecordError: they cannot be read.
+        """
+        return read_moments(self._places()["moments"], self._sha256)
 
     def _put(self, seed: int) -> Iterator[Put]:
         """Yield what is asked, by step."""
-        kept = self._places()
-        asked = questions_of(Kept(kept["moments"], self._sha256, kept["past"], seed, self.source))
+        asked, around = self._asked(seed), self._around(seed)
         for moment in sorted(asked, key=lambda one: (one.step, one)):
-            changed = asked[moment] if self._edit is UNEDITED else self._edit.applied(asked[moment])
+            changed = self._changed(asked, around, moment)
             if changed is not None:
                 for repeat in range(self.repeats):
                     yield Put(moment, repeat, replace(changed, again=changed.again + repeat * APART))
+
+    def _around(self, seed: int) -> Mapping[Moment, Question]:
+        """Return what an edit that looks around may look at: the moments of a seed and of the next one."""
+        return {**self._asked(seed), **self._asked(self._after(seed))} if self._edit.looks_around else {}
+
+    def _changed(
+        self, asked: Mapping[Moment, Question], around: Mapping[Moment, Question], moment: Moment
+    ) -> Question | None:
+        if self._edit is UNEDITED:
+            return asked[moment]
+        return self._edit.applied(asked[moment], [other for at, other in around.items() if at != moment])
+
+    def _asked(self, seed: int) -> Mapping[Moment, Question]:
+        kept = self._places()
+        return questions_of(Kept(kept["moments"], self._sha256, kept["past"], seed, self.source))
+
+    def _after(self, seed: int) -> int:
+        """Return the seed after this one, after the last one the first."""
+        seeds = sorted({one.seed for one in self.moments().runs.values()})
+        return next((one for one in seeds if one > seed), seeds[0])
 
     def _places(self) -> Mapping[str, str]:
         if self._kept is None:
@@ -183,7 +251,7 @@ class ProbeWorld(World):
         Raises:
             InputError: always.
         """
-        raise InputError("A probe has no pictures: draw the runs that its moments come from.")
+        raise InputError(NO_PICTURES)
 
     def _record(self, put: Put, answer: Answer) -> ProbeStep:
         reading = self._source.read(put.question, answer)

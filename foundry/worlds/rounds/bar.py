@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 from foundry.declared import Actions
 from foundry.errors import InputError, not_found
 from foundry.records import Agent, Message, Record, RoundStep
+from foundry.worlds.base import Question
 from foundry.worlds.rounds.table import Decision, Table
 from foundry.worlds.rounds.world import Play, RoundsScenario
 
@@ -89,6 +90,10 @@ class Bar(RoundsScenario):
     def actions(self) -> dict[str, Actions]:
         """Return what can be decided."""
         return {"evening": Actions(labels=(GO, STAY), idle=STAY)}
+
+    def payoffs(self, question: Question) -> list[float]:
+        """Return what the agent is told that it got."""
+        return [one["utility"] for one in question.observation["evenings"] if one["utility"] is not None]
 
     def play(self, table: Table) -> Play:
         """Play the evenings."""

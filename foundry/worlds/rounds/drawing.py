@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from foundry.declared import Actions
+from foundry.palette import label_colour
 from foundry.records import RoundStep
 
 if TYPE_CHECKING:
@@ -18,10 +19,6 @@ if TYPE_CHECKING:
 
 SIZE = (800, 500)
 """Pixels."""
-COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#F0E442", "#D55E00")
-"""Told apart under the common colour-vision deficiencies (Okabe and Ito); in the order of the viewer's."""
-TURN = 137.5
-"""Degrees between the hues of further labels, as in the viewer."""
 IDLE = "#5F6670"
 """The colour of doing nothing."""
 UNREAD, TALK, WORDS = "#FFFFFF", "#E4E4EC", "#333344"
@@ -109,7 +106,7 @@ def _tone(label: str, known: Actions) -> str:
     place = known.labels.index(label)
     if label == known.idle:
         return IDLE
-    return COLOURS[place] if place < len(COLOURS) else f"hsl({place * TURN % 360}, 65%, 55%)"
+    return label_colour(place)
 
 
 def _shade(number: float, known: Actions) -> str:

@@ -134,6 +134,10 @@ class Fishery(RoundsScenario):
         """Return how many calls a whole episode makes at most."""
         return (self.agents + self.talk) * self.steps
 
+    def payoffs(self, question: Question) -> list[float]:
+        """Return what the agent is told that it got."""
+        return [month["caught"][question.agent] for month in question.observation["months"]]
+
     def play(self, table: Table) -> Play:
         """Play the months."""
         rng, order = table.stream("shares"), table.stream("order")

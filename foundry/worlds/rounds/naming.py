@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 from numpy.random import Generator
 
-from foundry.declared import Actions
+from foundry.declared import Actions, Id
 from foundry.errors import InputError, not_found
 from foundry.records import Agent, Message, Record, RoundStep
 from foundry.worlds.base import Question
@@ -33,7 +33,7 @@ class Naming(RoundStep, frozen=True, kw_only=True):
         number: 1-based number of the interaction in which it was.
     """
 
-    number: int
+    number: Id
 
 
 class Meeting(Record, frozen=True, kw_only=True):
@@ -52,9 +52,9 @@ class Meeting(Record, frozen=True, kw_only=True):
     stream: ClassVar[str] = "meetings"
 
     step: int
-    number: int
-    first: int
-    second: int
+    number: Id
+    first: Id
+    second: Id
     first_name: str | None
     second_name: str | None
     equal: bool
@@ -178,6 +178,10 @@ class NamingGame(RoundsScenario):
     def count_calls(self) -> int:
         """Return how many calls a whole episode makes at most."""
         return self.agents // 2 * (1 if self.speaks else 2) * self.steps
+
+    def payoffs(self, question: Question) -> list[float]:
+        """Return what the agent is told that it got."""
+        return [met["points"] for met in question.observation["memory"]]
 
     def play(self, table: Table) -> Play:
         """Play the rounds."""

@@ -105,6 +105,10 @@ class PublicGoods(RoundsScenario):
         """Return what can be decided."""
         return {GIVE: Actions(low=0, high=self.tokens if self.reset else None, idle=0)}
 
+    def payoffs(self, question: Question) -> list[float]:
+        """Return what the agent is told that it got."""
+        return [one["payoff"] for one in question.observation.get("rounds", ())]
+
     def play(self, table: Table) -> Play:
         """Play the rounds."""
         tokens: list[float] = [self.tokens] * self.agents

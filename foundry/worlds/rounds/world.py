@@ -81,6 +81,15 @@ class RoundsScenario(Scenario):
         """Return what an answer decides."""
         return read_reply(question, answer)
 
+    def payoffs(self, question: Question) -> Sequence[float]:
+        """Return what the agent is told that it got from earlier rounds, oldest first; nothing by default."""
+        return ()
+
+    def strata(self, question: Question) -> dict[str, str | bool]:
+        """Return whether a message was received, and the last payoff beside the mean of those that are told."""
+        received = question.observation.get("received")
+        return {"message": bool(received), "payoff": _beside_mean(self.payoffs(question))}
+
     def count_calls(self) -> int:
         """Return how many calls a whole episode makes where every agent is asked once of every kind in every round."""
         return self.agents * len(self.kinds) * self.steps
@@ -104,6 +113,13 @@ class RoundsScenario(Scenario):
     def line(self) -> type[RoundStep]:
         """The class of the lines of `steps.jsonl`."""
         return next(one for one in self.records if issubclass(one, RoundStep))
+
+
+def _beside_mean(payoffs: Sequence[float]) -> str:
+    if not payoffs:
+        return "none"
+    mean = sum(payoffs) / len(payoffs)
+    return "above" if payoffs[-1] > mean else "below" if payoffs[-1] < mean else "at"
 
 
 class RoundsRedrawing(Redrawing):

@@ -19,6 +19,7 @@ from foundry.errors import InputError
 from foundry.worlds.base import Ahead, Answer, Asked, Question
 from foundry.worlds.grid import dependence
 from foundry.worlds.grid.dependence import GridAhead, can_come_near, can_enter
+from foundry.worlds.grid.hazards import fires_perceived_at, perceived_fires
 from foundry.worlds.grid.layouts import Uniform
 from foundry.worlds.grid.settings import GridSettings
 from foundry.worlds.grid.space import Place
@@ -185,6 +186,15 @@ def test_the_area_of_one_cell_is_that_of_many(make: Callable[..., GridScenario])
     field = make().settings.field
     cells = [(x, y) for x in range(-25, 26) for y in range(-25, 26)]
     assert [field.area(cell) for cell in cells] == field.areas(np.array(cells)).tolist()
+
+
+def test_what_one_agent_perceives_of_fires_is_what_it_does_among_many(make: Callable[..., GridScenario]):
+    fires = make().settings.fires
+    cells = [(x, y) for x in range(-25, 26) for y in range(-25, 26)]
+    for step in (fires[0].start, fires[1].start):
+        among_many = perceived_fires(fires, step, np.array(cells))
+        assert any(among_many)
+        assert [fires_perceived_at(cell, fires, step) for cell in cells] == among_many
 
 
 def test_a_world_with_more_to_it_than_the_rule_was_made_for_stays_in_lock_step(

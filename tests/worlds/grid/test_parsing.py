@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from foundry.records import Outcome
 from foundry.worlds.base import Answer
-from foundry.worlds.grid.parsing import read_action, read_message
+from foundry.worlds.grid.parsing import ReadOnce, read_action, read_message
 
 CHOSEN, REPAIRED, UNREADABLE = Outcome.CHOSEN, Outcome.REPAIRED, Outcome.UNREADABLE
 UP = '{"action": "move", "direction": "up", "memory": "m", "reasoning": "r"}'
@@ -317,3 +317,18 @@ def test_megabytes_without_a_decision_are_read_to_their_end(unit):
 
 def test_a_decision_after_ten_megabytes_of_thinking_is_found():
     assert read_action(Answer("<think>" + "hm " * 3_000_000 + "</think>" + UP)).direction == "up"
+
+
+def test_what_was_read_ahead_of_its_round_is_read_once():
+    read: list[str] = []
+
+    def reading(answer: Answer):
+        read.append(answer.text)
+        return read_message(answer)
+
+    once = ReadOnce(reading)
+    assert once.in_round(Answer(HELLO)).text == "hello"
+    ahead = [once.ahead(Answer(text)) for text in ("", HELLO)]
+    assert [once.in_round(Answer(text)) for text in (HELLO, "")] == ahead[::-1]
+    assert read == [HELLO, "", HELLO]
+    assert once.in_round(Answer(HELLO)).text == "hello"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from foundry.records import Outcome
 from foundry.worlds.base import Answer, Question, Scenario
 from foundry.worlds.grid.layouts import Uniform
 from foundry.worlds.grid.world import GridScenario
-from foundry.worlds.probe.editing import UNEDITED
+from foundry.worlds.probe.editing import UNEDITED, Edit
 from foundry.worlds.probe.moments import Moment, Moments, Said, Source, digest_of, questions_at
 from foundry.worlds.probe.world import APART, ROUND, ProbeScenario
 
@@ -43,19 +44,22 @@ def played(scenario: Scenario) -> tuple[list[Question], list[Said]]:
     return asked, past
 
 
-def kept_in(folder: Path, moments: list[Moment], past: list[Said]) -> dict[str, Any]:
-    """Write down moments of a run `run` and return the settings of a probe of them."""
-    runs = {"run": Source(seed=4, sha256=digest_of(past))}
+def kept_in(
+    folder: Path, moments: list[Moment], past: list[Said], runs: dict[str, Source] | None = None
+) -> dict[str, Any]:
+    """Write down moments of a run `run`, or of several, and return the settings of a probe of them."""
+    runs = runs or {"run": Source(seed=4, sha256=digest_of(past))}
     content = msgspec.json.encode(Moments(runs=runs, moments=tuple(moments)))
     (folder / "moments.json").write_bytes(content)
     lines = b"".join(msgspec.json.encode(one) + b"\n" for one in past)
-    (folder / "run.zst").write_bytes(zstandard.compress(lines))
+    for run in runs:
+        (folder / f"{run}.zst").write_bytes(zstandard.compress(lines))
     kept = {"moments": str(folder / "moments.json"), "past": str(folder / "{run}.zst")}
     return {"name": "probe", "edit": {"name": "none"}, "moments": hashlib.sha256(content).hexdigest(), "kept": kept}
 
 
-def as_moments(asked: list[Question]) -> list[Moment]:
-    return [Moment("run", one.step, one.agent, one.kind) for one in asked]
+def as_moments(asked: list[Question], run: str = "run") -> list[Moment]:
+    return [Moment(run, one.step, one.agent, one.kind) for one in asked]
 
 
 def test_every_question_of_an_episode_comes_out_as_it_was_asked():
@@ -89,6 +93,24 @@ def test_moments_are_asked_in_rounds_each_time_with_a_seed_of_its_own_and_read_b
     assert {(one.message, one.outcome) for one in records if one.kind == "message"} == {("Hello.", Outcome.CHOSEN)}
     assert {(one.action, one.outcome) for one in records if one.kind == "action"} == {(None, Outcome.UNREADABLE)}
     assert [one.repeat for one in records[:10]] == list(range(10)) and not probe.start(5).pending()
+
+
+def test_an_edit_that_looks_around_is_given_the_moments_of_its_seed_and_of_the_next(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    def counted(question: Question, others: list[Question]) -> Question:
+        assert question not in others
+        return replace(question, observation={"others": len(others)})
+
+    monkeypatch.setattr("foundry.worlds.probe.world.find_edit", lambda *_: Edit("counted", "cause", counted))
+    asked, past = played(world())
+    counts = {4: 2, 6: 1, 9: 3}
+    sources = {f"run{seed}": Source(seed=seed, sha256=digest_of(past)) for seed in counts}
+    moments = [moment for seed, count in counts.items() for moment in as_moments(asked[:count], f"run{seed}")]
+    probe = ProbeScenario(source=world(), repeats=1, **kept_in(tmp_path, moments, past, sources))
+    for seed, others in {4: 1 + 1, 6: 0 + 3, 9: 2 + 2}.items():
+        assert {one.observation["others"] for one in probe.start(seed).pending()} == {others}
+    assert probe.start(5).pending() == []
 
 
 def test_a_probe_has_no_moments_before_it_has_a_folder_and_is_no_source_of_moments(tmp_path: Path):

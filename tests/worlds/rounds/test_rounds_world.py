@@ -6,6 +6,7 @@ import asyncio
 import io
 import json
 from collections import Counter
+from dataclasses import replace
 from typing import Any
 
 import msgspec
@@ -17,6 +18,7 @@ from foundry.declared import Actions
 from foundry.errors import FoundryError, InputError
 from foundry.models.base import Request
 from foundry.models.scripted.base import ScriptedModel
+from foundry.models.scripted.first import First
 from foundry.models.scripted.random import Random
 from foundry.models.scripted.stay import Stay
 from foundry.records import Agent, Message, Outcome, Record, RoundStep
@@ -171,8 +173,8 @@ def test_what_is_legal_may_be_less_than_the_world_declares():
 
 
 @pytest.mark.parametrize("scenario", [bar(agents=4), fishery(agents=3)], ids=["bar", "fishery"])
-@pytest.mark.parametrize("model", [Random("r"), Stay("s")], ids=["random", "stay"])
-def test_random_and_stay_play_any_world_and_are_read_as_chosen(scenario: RoundsScenario, model: ScriptedModel):
+@pytest.mark.parametrize("model", [Random("r"), First("f"), Stay("s")], ids=["random", "first", "stay"])
+def test_random_first_and_stay_play_any_world_and_are_read_as_chosen(scenario: RoundsScenario, model: ScriptedModel):
     first, second = (played(scenario, model, 4) for _ in range(2))
     assert first == second
     assert {one.outcome for one in first if isinstance(one, RoundStep)} == {Outcome.CHOSEN}
@@ -185,7 +187,13 @@ def test_random_draws_uniformly_among_what_is_legal():
     assert abs(drawn["stay"] - 90) < 3 * 9
 
 
-@pytest.mark.parametrize(("model", "what"), [(Random("r"), "options"), (Stay("s"), "idle")])
+def test_first_gives_the_first_of_what_is_legal_and_does_nothing_where_that_is_not_listed():
+    assert {one.action for one in played(bar(agents=3), First("f"))} == {"go"}
+    question = replace(bar(agents=1).start(0).pending()[0], options=(), idle="I stay.")
+    assert asyncio.run(First("f").ask(request(question, 0))).text == "I stay."
+
+
+@pytest.mark.parametrize(("model", "what"), [(Random("r"), "options"), (First("f"), "options"), (Stay("s"), "idle")])
 def test_a_world_that_declares_nothing_is_refused_in_one_line(model: ScriptedModel, what: str):
     (question,) = Silent(name="silent", agents=1, steps=1).start(0).pending()
     with pytest.raises(InputError, match=f"cannot act in this world.*Question.{what}"):

@@ -67,6 +67,11 @@ def cut(corners: FloatArray, low: float, high: float) -> Outlines:
     return Outlines(np.concatenate([ends for ends, _ in parts]), np.concatenate([owner for _, owner in parts]))
 
 
+def section(corners: FloatArray, height: float) -> FloatArray:
+    """Return the (m, 2, 2) segments in which (n, 3, 3) triangles cross a height, as seen from above."""
+    return _section(corners, corners[:, _NEXT], height)[0]
+
+
 def _clipped_sides(a: FloatArray, b: FloatArray, low: float, high: float) -> tuple[FloatArray, BoolArray]:
     """Return the (n, 3, 2, 2) sides cut to the two heights, and where something is left of them."""
     rise = b[..., 2] - a[..., 2]

@@ -86,6 +86,11 @@ class SightLines:
         """Return whether anything of the target can be seen from `eye` (3,), in whatever direction it lies."""
         return not self._opaque.size or any(self._meets(eye, point, target) for point in target.points)
 
+    def points_seen(self, eye: FloatArray, target: TargetSurfaces) -> FloatArray:
+        """Return those of the target's points, (k, 3), that nothing hides from `eye` (3,), in whatever direction."""
+        seen = [not self._opaque.size or self._meets(eye, point, target) for point in target.points]
+        return np.asarray(target.points[seen])
+
     def _meets(self, eye: FloatArray, point: FloatArray, target: TargetSurfaces) -> bool:
         part, cell, piece = self._answers
         if not self._locator.IntersectWithLine(eye, point, 1e-9, part, [0.0] * 3, [0.0] * 3, piece, cell):

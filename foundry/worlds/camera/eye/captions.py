@@ -12,23 +12,24 @@ from PIL import Image, ImageDraw, ImageFont
 
 from foundry.worlds.camera.loading.scene import UInt8Array
 
-_INK, _PAPER, _FRAME = (20, 24, 32), (255, 255, 255), (20, 24, 32)
-_TEXT_PX, _MARGIN_PX, _FRAME_PX = 18, 12, 2
+INK, PAPER, _FRAME = (20, 24, 32), (255, 255, 255), (20, 24, 32)
+MARGIN_PX, LINE_PX = 12, 24
+TEXT_PX, _FRAME_PX = 18, 2
 _MOST_LINES = 4
 
 
 def captioned(image: UInt8Array, text: str) -> UInt8Array:
     """Return the picture with the text in a band along its top; what is too long ends in an ellipsis."""
-    lines = list(_wrapped(text, image.shape[1] - 2 * _MARGIN_PX))
+    lines = list(_wrapped(text, image.shape[1] - 2 * MARGIN_PX))
     if len(lines) > _MOST_LINES:
         lines = [*lines[: _MOST_LINES - 1], lines[_MOST_LINES - 1] + " …"]
     if not lines:
         return image
     picture = Image.fromarray(image)
-    pen, height = ImageDraw.Draw(picture), round(_TEXT_PX * 1.35)
-    pen.rectangle((0, 0, picture.width, height * len(lines) + _MARGIN_PX), fill=_PAPER)
+    pen = ImageDraw.Draw(picture)
+    pen.rectangle((0, 0, picture.width, LINE_PX * len(lines) + MARGIN_PX), fill=PAPER)
     for number, line in enumerate(lines):
-        pen.text((_MARGIN_PX, _MARGIN_PX // 2 + number * height), line, fill=_INK, font=_font())
+        pen.text((MARGIN_PX, MARGIN_PX // 2 + number * LINE_PX), line, fill=INK, font=font())
     return np.asarray(picture, np.uint8)
 
 
@@ -50,8 +51,9 @@ def with_inset(image: UInt8Array, inset: UInt8Array, width: int, place: tuple[in
 
 
 @cache
-def _font() -> ImageFont.FreeTypeFont:
-    return ImageFont.truetype(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf", _TEXT_PX)
+def font() -> ImageFont.FreeTypeFont:
+    """Return the font of captions."""
+    return ImageFont.truetype(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf", TEXT_PX)
 
 
 def _wrapped(text: str, width: int) -> Iterator[str]:
@@ -59,7 +61,7 @@ def _wrapped(text: str, width: int) -> Iterator[str]:
         line = ""
         for word in paragraph.split():
             longer = f"{line} {word}".lstrip()
-            if line and _font().getlength(longer) > width:
+            if line and font().getlength(longer) > width:
                 yield line
                 longer = word
             line = longer

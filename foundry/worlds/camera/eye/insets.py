@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from foundry.worlds.camera.eye.canvas import Camera
+from foundry.worlds.camera.eye.projection import in_picture, offsets_from
 from foundry.worlds.camera.loading.scene import FloatArray, UInt8Array
 
 MARGIN_PX = 12
@@ -65,10 +66,8 @@ def layout(camera: Camera, bounds: FloatArray, frame: tuple[int, int], inset: tu
 def projected(camera: Camera, bounds: FloatArray, frame: tuple[int, int]) -> FloatArray:
     """Return the (8, 2) pixels, to the right and down, at which the corners of a box (2, 3) are drawn."""
     ahead = (camera.target - camera.eye) / np.linalg.norm(camera.target - camera.eye)
-    aside = np.cross(ahead, camera.up)
-    offsets = np.array(list(product(*bounds.T))) - camera.eye
-    scale = frame[1] / 2 / np.tan(np.radians(camera.fov_deg) / 2) / (offsets @ ahead)
-    return np.column_stack([frame[0] / 2 + offsets @ aside * scale, frame[1] / 2 - offsets @ camera.up * scale])
+    corners = np.array(list(product(*bounds.T)))
+    return in_picture(offsets_from(camera.eye, ahead, camera.up, corners), frame, camera.fov_deg)
 
 
 def shifted(image: UInt8Array, shift: tuple[int, int]) -> UInt8Array:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from foundry.errors import InputError
-from foundry.records import CameraStep, Outcome
+from foundry.records import CameraStep, Outcome, command_kind
 from foundry.worlds.camera.language.vocabulary.words import Way
 
 BEARINGS = {
@@ -93,6 +93,17 @@ class Command:
     def idle(self) -> bool:
         """Whether it moves nothing: "stay", nothing understood, or amounts of zero."""
         return not (self.turn or self.gaze or (self.translate is not None and self.translate.distance))
+
+    @property
+    def is_read(self) -> bool:
+        """Whether a command was found."""
+        return self.outcome in (Outcome.CHOSEN, Outcome.REPAIRED)
+
+    @property
+    def kind(self) -> str:
+        """Which of `foundry.records.COMMAND_KINDS` it is."""
+        way = self.translate or Translation(0.0, 0.0)
+        return command_kind(way.bearing, way.distance, self.turn or 0.0, self.gaze or 0.0)
 
 
 def every_kind(limits: Limits) -> tuple[Command, ...]:

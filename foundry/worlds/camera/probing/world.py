@@ -13,7 +13,7 @@ from foundry import seeding
 from foundry.declared import Actions
 from foundry.errors import InputError, not_found
 from foundry.records import Pose, Record, SeenImage
-from foundry.worlds.base import Answer, Question
+from foundry.worlds.base import Answer, Question, Reading
 from foundry.worlds.camera.body.pose import make_pose
 from foundry.worlds.camera.observation import encoded_view
 from foundry.worlds.camera.probing.questions import ACTIONS, Probe, Walk, ask
@@ -119,6 +119,12 @@ class MapProbeScenario(CameraScenario):
     def count_calls(self) -> int:
         """Return the number of decisions and questions, at most."""
         return len(self.probing.questions) + (self.settings.steps if self.probing.walk == "own" else 0)
+
+    def read(self, question: Question, answer: Answer) -> Reading:
+        """Return what an answer to a question about the walk says, or the kind of command that a move is."""
+        if question.kind == MOVE:
+            return super().read(question, answer)
+        return read_decision(answer, ACTIONS[question.kind], question.kind)
 
     def prepared(self, seed: int) -> Prepared:
         """Return the walk of the run with this seed, and the questions about it; asked again at once, the same ones.

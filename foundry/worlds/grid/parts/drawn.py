@@ -6,6 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from foundry.palette.fonts import families
 from foundry.worlds.grid.space import Cell
 
 if TYPE_CHECKING:
@@ -45,8 +48,7 @@ class Furniture:
 
 def draw_furniture(axes: Axes, furniture: Furniture) -> None:
     """Draw it below fires and agents; the names of exits stand beside them."""
-    for cell, fullness in furniture.food:
-        _fill(axes, [cell], FOOD_COLOUR, 0.2 + 0.6 * fullness)
+    _fill(axes, [cell for cell, _ in furniture.food], FOOD_COLOUR, [0.2 + 0.6 * full for _, full in furniture.food])
     for _, cells in furniture.zones:
         _fill(axes, cells, ZONE_COLOUR, 0.2)
     _fill(axes, furniture.walls, WALL_COLOUR, 1.0)
@@ -55,15 +57,18 @@ def draw_furniture(axes: Axes, furniture: Furniture) -> None:
         _fill(axes, cells, EXIT_COLOUR, 0.9)
         backing = {"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1.0}
         place: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "zorder": 7, "bbox": backing}
-        axes.annotate(name, cells[0], (0, 9), fontsize=9, color=EXIT_COLOUR, **place)
+        axes.annotate(name, cells[0], (0, 9), fontsize=9, fontfamily=families(), color=EXIT_COLOUR, **place)
     if furniture.gone:
         text = ", ".join(f"{count} {name}" for name, count in furniture.gone)
         axes.set_title(f"gone: {text}", fontsize=10, loc="right", y=1.0, color="#333344")
 
 
-def _fill(axes: Axes, cells: Sequence[Cell], colour: str, alpha: float) -> None:
-    from matplotlib.collections import PatchCollection
-    from matplotlib.patches import Rectangle
+def _fill(axes: Axes, cells: Sequence[Cell], colour: str, alpha: float | Sequence[float]) -> None:
+    """Fill cells in a colour, with one transparency or one for each cell."""
+    from matplotlib.collections import PolyCollection
 
-    squares = [Rectangle((x - 0.5, y - 0.5), 1, 1) for x, y in cells]
-    axes.add_collection(PatchCollection(squares, facecolor=colour, alpha=alpha, linewidth=0, zorder=1.5))
+    if not cells:
+        return
+    corners = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
+    squares = np.array(cells, dtype=float).reshape(-1, 1, 2) + corners
+    axes.add_collection(PolyCollection(squares, facecolor=colour, alpha=alpha, linewidth=0, zorder=1.5))

@@ -10,7 +10,18 @@ from pxr import Gf, Sdf, UsdGeom, UsdLux, UsdShade, UsdSkel
 
 from foundry.worlds.camera.loading import traversal as walking
 from foundry.worlds.camera.loading.stage import load_scene
-from worlds.camera.usd_files import bind, load, material, mesh, picture, primvar, shader, texture_coordinates, textured
+from worlds.camera.usd_files import (
+    bind,
+    load,
+    material,
+    mesh,
+    picture,
+    primvar,
+    shader,
+    texture_coordinates,
+    textured,
+    write_stage,
+)
 
 NAMES = Sdf.ValueTypeNames
 CORNERS = ((0, 0), (1, 0), (1, 1), (0, 1))
@@ -48,7 +59,9 @@ def test_a_missing_reference_and_a_missing_sublayer_are_named(
         stage.DefinePrim("/Rack").GetReferences().AddReference("omniverse://server/rack.usd")
         stage.DefinePrim("/Hatch").GetPayloads().AddPayload("./gone_hatch.usd")
 
-    scene = load(tmp_path, build)
+    file = write_stage(tmp_path / "scene.usda", build)
+    capfd.readouterr()
+    scene = load_scene(file)
     text = "\n".join(scene.warnings)
     assert all(name in text for name in ("gone_layer.usda", "server/rack.usd", "gone_hatch.usd"))
     assert scene.triangles == 2

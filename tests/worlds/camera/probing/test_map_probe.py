@@ -240,3 +240,13 @@ def test_wrong_settings_are_refused_in_one_line(rooms: Path, changes: dict[str, 
     with pytest.raises(InputError, match=expected) as refusal:
         build({**settings(rooms), **changes}).start(0)
     assert "\n" not in str(refusal.value)
+
+
+def test_one_answer_about_a_walk_is_read_as_its_episode_reads_it(rooms: Path):
+    world, asked = scenario(rooms, BRIEF), scenario(rooms, BRIEF).start(1)
+    while not asked.finished:
+        (question,) = asked.pending()
+        record = asked.advance([told(asked)])[0]
+        reading = world.read(question, Answer(question.told["answer"]))
+        assert isinstance(record, ProbeStep)
+        assert (reading.outcome, reading.action) == (Outcome.CHOSEN, record.command["answer"])

@@ -1,0 +1,1 @@
+"""Models that are people, and the desk at which they are asked."""

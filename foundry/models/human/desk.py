@@ -1,0 +1,183 @@
+"""Where questions to people wait for their answers; a page shows one after the other."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from typing import Any
+
+from foundry.errors import InputError, Interrupted
+from foundry.models.base import ChatMessage, Reply, Request
+
+Schema = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A question that waits at the desk.
+
+    Attributes:
+        number: counts the questions of a sitting, from 1.
+        person: who is asked.
+        messages: the rendered prompt.
+        schema: JSON Schema of the reply, where there is one.
+    """
+
+    number: int
+    person: str
+    messages: tuple[ChatMessage, ...]
+    schema: Schema | None
+
+
+@dataclass(frozen=True)
+class Standing:
+    """What there is to see of a desk.
+
+    Attributes:
+        version: rises with every change.
+        agreed: whether the person agreed to be asked; before, no question is shown.
+        question: what is to be answered now, or None.
+        answered: how many were answered in this sitting.
+        waiting: how many wait, the one to be answered now among them.
+        over: whether nothing more is asked.
+    """
+
+    version: int
+    agreed: bool
+    question: Asked | None
+    answered: int
+    waiting: int
+    over: bool
+
+
+@dataclass(frozen=True)
+class _Waiting:
+    asked: Asked
+    order: tuple[Any, ...]
+    reply: asyncio.Future[Reply]
+    loop: asyncio.AbstractEventLoop
+
+
+class Desk:
+    """Hands questions out one by one and takes one answer to each; asked in an event loop, answered from any thread."""
+
+    def __init__(self, *, blind: bool = False) -> None:
+        """Set the order.
+
+        Args:
+            blind: whether a person's questions come in an order that says nothing of where they are from, in place of
+                the order of their steps and agents.
+        """
+        self._blind = blind
+        self._changed = threading.Condition()
+        self._waiting: dict[int, _Waiting] = {}
+        self._now: _Waiting | None = None
+        self._since = 0.0
+        self._numbers = self._answered = 0
+        self._version = 1
+        self._agreed = self._over = False
+
+    async def ask(self, person: str, request: Request, schema: Schema | None) -> Reply:
+        """Wait for a person's answer, as long as it takes.
+
+        Raises:
+            Interrupted: the sitting ended before it came.
+        """
+        with self._changed:
+            if self._over:
+                raise Interrupted
+            self._numbers += 1
+            asked = Asked(self._numbers, person, request.messages, schema)
+            loop = asyncio.get_running_loop()
+            place = (request.key,) if self._blind else (request.step, request.agent, asked.number)
+            waiting = self._waiting[asked.number] = _Waiting(asked, (person, *place), loop.create_future(), loop)
+            self._note()
+        try:
+            return await waiting.reply
+        finally:
+            with self._changed:
+                self._forget(waiting)
+
+    def agree(self) -> None:
+        """Begin to show questions."""
+        with self._changed:
+            self._agreed = True
+            self._note()
+
+    def answer(self, number: int, text: str) -> None:
+        """Take the answer to the question that is shown.
+
+        Raises:
+            InputError: another one is, or the text is empty.
+        """
+        if not text.strip():
+            raise InputError("An empty answer says nothing: choose, or write something.")
+        with self._changed:
+            waiting = self._now
+            if waiting is None or waiting.asked.number != number:
+                raise InputError(f"Question {number} is not asked now: it was answered, or the sitting ended.")
+            seconds = time.perf_counter() - self._since
+            self._forget(waiting)
+            self._answered += 1
+            reply = Reply(text=text, timings={"total": seconds, "latency": seconds})
+            waiting.loop.call_soon_threadsafe(_settle, waiting.reply, reply)
+
+    def leave(self) -> None:
+        """End the sitting: what is not answered stays open, and nothing more is asked."""
+        with self._changed:
+            self._over = True
+            for waiting in list(self._waiting.values()):
+                self._forget(waiting)
+                waiting.loop.call_soon_threadsafe(_settle, waiting.reply, Interrupted())
+            self._note()
+
+    def standing(self, after: int = 0, patience_s: float = 0.0) -> Standing:
+        """Return how the desk stands, as soon as its version is past one that is known, or patience ends."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._version > after, patience_s)
+            question = None if self._now is None else self._now.asked
+            return Standing(self._version, self._agreed, question, self._answered, len(self._waiting), self._over)
+
+    def _forget(self, waiting: _Waiting) -> None:
+        if self._waiting.pop(waiting.asked.number, None) is not None:
+            if self._now is waiting:
+                self._now = None
+            self._note()
+
+    def _note(self) -> None:
+        """Show the next question where none is shown, and tell whoever waits for a change."""
+        if self._now is None and self._waiting and self._agreed:
+            self._now = min(self._waiting.values(), key=lambda one: one.order)
+            self._since = time.perf_counter()
+        self._version += 1
+        self._changed.notify_all()
+
+
+def _settle(future: asyncio.Future[Reply], outcome: Reply | Interrupted) -> None:
+    """Give a question its answer, unless nobody waits for it any more."""
+    if future.done():
+        return
+    if isinstance(outcome, Reply):
+        future.set_result(outcome)
+    else:
+        future.set_exception(outcome)
+
+
+DESK: ContextVar[Desk | None] = ContextVar("DESK", default=None)
+"""The desk of a command that shows a page; None in all others."""
+
+
+@contextmanager
+def seated(desk: Desk) -> Iterator[None]:
+    """Ask people at this desk while the block runs; nothing is asked there any more afterwards."""
+    before = DESK.set(desk)
+    try:
+        yield
+    finally:
+        DESK.reset(before)
+        desk.leave()

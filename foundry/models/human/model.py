@@ -1,0 +1,85 @@
+"""A person as a model: shown what a model would be shown, asked on a page."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from foundry.errors import InputError, ServerError
+from foundry.models.base import ModelInfo, Reply, Request
+from foundry.models.human.desk import DESK, Desk, Schema
+from foundry.models.serving import InFlight, Retry, ServedModel, Serving
+
+MOST_WAITING = 1 << 16
+"""Questions that may wait on the page."""
+_NAME = re.compile(r"\w[\w-]{0,39}")
+
+
+class HumanModel(ServedModel):
+    """Has a person answer; answers are kept as those of any model, so that nobody is asked the same twice.
+
+    A person is asked once and waited for without end; where there is no page, what is not in the cache has no answer.
+    """
+
+    in_process = True
+    replaceable = False
+    server = Serving(
+        in_flight=InFlight(min=MOST_WAITING, max=MOST_WAITING, initial=MOST_WAITING),
+        retry=Retry(attempts=1, unusable_attempts=1, wait_initial_s=1.0, wait_max_s=1.0),
+    )
+
+    def __init__(self, *, person: str, name: str, schemas: Mapping[str, Schema] | None = None) -> None:
+        """Take the settings of `conf/model/human.yaml`.
+
+        Args:
+            person: the name under which answers are kept.
+            name: name in tables and records.
+            schemas: JSON Schema of the reply by kind of question, from which the page makes what can be chosen; of a
+                kind without one the reply is written as text.
+
+        Raises:
+            InputError: the name is none.
+        """
+        if not _NAME.fullmatch(person):
+            raise InputError(
+                f"model.person='{person}' is no name for a person here: write model=human/<name> with letters, "
+                "digits, - and _, at most 40, such as human/p07."
+            )
+        self.name = name
+        self._person = person
+        self._schemas = dict(schemas or {})
+
+    def parameters(self) -> dict[str, Any]:
+        """Return what the page offers as answers; nothing else but the prompt is shown."""
+        return {"person": self._person, "schemas": self._schemas}
+
+    async def inspect(self) -> ModelInfo:
+        """Return what is known: people see."""
+        return ModelInfo(self.name, capabilities=("completion", "vision"))
+
+    async def warm_up(self) -> None:
+        """Look whether there is a page to ask on.
+
+        Raises:
+            ServerError: there is none.
+        """
+        self._desk()
+
+    async def ask(self, request: Request) -> Reply:
+        """Wait for the person's answer.
+
+        Raises:
+            ServerError: there is no page to ask on.
+            Interrupted: the person left before.
+        """
+        return await self._desk().ask(self._person, request, self._schemas.get(request.kind))
+
+    def _desk(self) -> Desk:
+        desk = DESK.get()
+        if desk is None:
+            raise ServerError(
+                f"Person '{self.name}' has not answered everything yet, and is asked on a page alone: "
+                "go on with foundry play <the sweep's folder>."
+            )
+        return desk

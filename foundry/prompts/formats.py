@@ -1,0 +1,238 @@
+"""Formats of prompts: other headings, labels, lists, an other order of sections, other words, and nothing else.
+
+A space of formats names the options of each feature; a format is one option of each (FormatSpread, Sclar et al. 2024,
+arXiv 2310.11324). What it may touch is marked in the source of a template, before anything observed is filled in: its
+headings, labels, lists and phrases. So what agents said is never formatted, and no more is the shape of the reply.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+
+from foundry import seeding
+from foundry.errors import InputError, not_found
+from foundry.naming import format_of
+
+AS_WRITTEN = "as written"
+CASES: Mapping[str, Callable[[str], str]] = {
+    AS_WRITTEN: str,
+    "upper": str.upper,
+    "lower": str.lower,
+    "title": str.title,
+}
+ORDERS = (AS_WRITTEN, "reversed", "shuffled")
+STRUCTURES = ("lines", "json")
+FEATURES: Mapping[str, Any] = {
+    "heading": "=== {} ===",
+    "case": AS_WRITTEN,
+    "separator": ": ",
+    "item": "- ",
+    "order": AS_WRITTEN,
+    "structure": "lines",
+    "wording": {},
+}
+"""What a format says, and what holds where its space does not say it."""
+_MOST = 1_000_000
+"""Formats of a space."""
+_HEADING, _TITLE, _LABEL, _VALUE, _ITEM, _POINT, _END, _REPLY = (chr(0xF8F0 + number) for number in range(8))
+"""Marks in a template, of the private use area of Unicode."""
+_MARKS = re.compile(f"[{_HEADING}-{_REPLY}]")
+_TAG = re.compile(r"(\{\{.*?\}\}|\{%.*?%\}|\{#.*?#\})", re.DOTALL)
+_SHAPE = re.compile(r"(^[ \t]*\{[ \t]*\n.*?^[ \t]*\}[ \t]*$)", re.DOTALL | re.MULTILINE)
+_ASKS = re.compile(r"(?P<text>[^\W\d_][\w ,']*):$")
+_LINES = (
+    (re.compile(r"(=== )(?P<text>[^{}\n]+)( ===)$"), f"{_HEADING}{{text}}{_END}"),
+    (re.compile(r"(#{1,3} )(?P<text>[^{}\n]+)$"), f"{_HEADING}{{text}}{_END}"),
+    (_ASKS, f"{_TITLE}{{text}}{_END}"),
+    (re.compile(r"- (?P<text>[^{}\n]+)$"), f"{_POINT}{{text}}{_END}"),
+    (re.compile(r"- (?P<text>.+)$"), f"{_ITEM}{{text}}{_END}"),
+    (
+        re.compile(r"(?P<label>[^\W\d_][\w ]{0,40}|\{\{[^{}]*\}\}): (?P<text>.*\{\{.*)$"),
+        f"{_LABEL}{{label}}{_VALUE}{{text}}{_END}",
+    ),
+)
+_MARKED = re.compile(
+    f"(?P<mark>[{_HEADING}{_TITLE}{_ITEM}{_POINT}])(?P<text>[^{_END}]*){_END}"
+    f"|{_LABEL}(?P<label>[^{_VALUE}]*){_VALUE}(?P<value>[^{_END}]*){_END}"
+)
+
+
+@dataclass(frozen=True)
+class Format:
+    """One format of a space.
+
+    Attributes:
+        name: of the space, and which of its formats it is.
+        chosen: the option of each feature.
+        draw: which format it is; the order of shuffled sections is drawn by it.
+    """
+
+    name: str
+    chosen: Mapping[str, Any]
+    draw: int
+
+    @classmethod
+    def of(cls, space: Mapping[str, Any]) -> Format:
+        """Return the format that a space and the number of a draw are.
+
+        Args:
+            space: `name`, `options` by feature, and `draw`: which of all formats it is in their drawn order.
+
+        Raises:
+            InputError: the space says something that no format has, or there is no such draw.
+        """
+        name, options, draw = space.get("name"), space.get("options"), space.get("draw")
+        if not isinstance(options, Mapping) or not options:
+            raise InputError(f"Format '{name}': its file needs 'options: ...', with a list for each feature.")
+        for feature, listed in options.items():
+            _check(str(name), feature, listed)
+        if type(draw) is not int:
+            raise InputError(f"format={name} is a space of formats: draw some, as in -m format={name}/0-9.")
+        sizes = [len(listed) for listed in options.values()]
+        if (total := math.prod(sizes)) > _MOST:
+            raise InputError(f"Format '{name}' has {total:,} formats, more than {_MOST:,}: give it fewer options.")
+        if draw >= total:
+            raise InputError(f"format={name}/{draw} is none of the {total:,} formats of '{name}': they begin with 0.")
+        place = seeding.stream(0, f"formats:{name}").permutation(total)[draw]
+        drawn = np.unravel_index(place, sizes)
+        chosen = {feature: options[feature][int(number)] for feature, number in zip(options, drawn, strict=True)}
+        return cls(format_of({"format": space}), {**FEATURES, **chosen}, draw)
+
+    def marked(self, source: str) -> str:
+        """Return the source of a template in the words of this format, with marks at what it may change."""
+        outside = _SHAPE.split(source)
+        changed = [
+            _REPLY + part if number % 2 else _lines_marked(self._reworded(part), last=number + 1 == len(outside))
+            for number, part in enumerate(outside)
+        ]
+        return "".join(changed)
+
+    def laid_out(self, text: str) -> str:
+        """Return the text of a filled template in this format, without its marks."""
+        return _MARKS.sub("", self._in_order(text))
+
+    def _reworded(self, part: str) -> str:
+        words = _TAG.split(part)
+        for phrase, other in self.chosen["wording"].items():
+            words[::2] = [literal.replace(phrase, other) for literal in words[::2]]
+        return "".join(words)
+
+    def _in_order(self, text: str) -> str:
+        """Return the text with its sections written and in order; what comes before the first stays before all."""
+        first, *sections = re.split(f"(?m)^(?={_HEADING})", text)
+        last = next((number for number, one in enumerate(sections) if _REPLY in one), len(sections) - 1)
+        free = [number for number in range(len(sections)) if number != last]
+        if self.chosen["order"] == AS_WRITTEN or len(free) < 2:
+            return self._written(text)
+        moved = dict(zip(free, self._moved([sections[number] for number in free]), strict=True))
+        ordered = [moved.get(number, one) for number, one in enumerate(sections)]
+        return self._written(first) + "\n\n".join(self._written(one.rstrip("\n")) for one in ordered)
+
+    def _moved(self, sections: Sequence[str]) -> list[str]:
+        if self.chosen["order"] == "reversed":
+            return list(reversed(sections))
+        # By the heading, so that a section that is left out moves no other.
+        drawn = (seeding.stream(self.draw, f"section:{one.partition(_END)[0]}").random() for one in sections)
+        return [one for _, one in sorted(zip(drawn, sections, strict=True))]
+
+    def _written(self, text: str) -> str:
+        """Return marked text with its headings, labels and lists in this format."""
+        found = list(_MARKED.finditer(text))
+        pieces, end = [], 0
+        for run in _runs(found, text):
+            pieces.append(text[end : run[0].start()])
+            pieces.append(self._run(run, text))
+            end = run[-1].end()
+        return "".join([*pieces, text[end:]])
+
+    def _run(self, run: Sequence[re.Match[str]], text: str) -> str:
+        """Return a heading, or labels or items that follow each other."""
+        cased = CASES[self.chosen["case"]]
+        if run[0]["mark"] in (_HEADING, _TITLE):
+            return str(self.chosen["heading"].format(cased(run[0]["text"])))
+        if run[0]["mark"] in (_ITEM, _POINT):
+            if run[0]["mark"] == _ITEM and self.chosen["structure"] == "json":
+                return json.dumps([one["text"] for one in run], ensure_ascii=False)
+            marks = (self.chosen["item"].replace("{n}", str(number)) for number in range(1, len(run) + 1))
+            return _joined([mark + one["text"] for mark, one in zip(marks, run, strict=True)], run, text)
+        if self.chosen["structure"] == "json":
+            return json.dumps({cased(one["label"]): one["value"] for one in run}, ensure_ascii=False)
+        return _joined([cased(one["label"]) + self.chosen["separator"] + one["value"] for one in run], run, text)
+
+
+def unmarked(value: Any) -> Any:
+    """Return a value that is filled in, without what could be taken for a mark of the template."""
+    return _MARKS.sub("", value) if isinstance(value, str) else value
+
+
+def _lines_marked(part: str, *, last: bool) -> str:
+    head, line_break, asking = ("", "", "") if last else part.rstrip("\n").rpartition("\n")
+    if not last and _ASKS.match(asking):  # asks for the reply whose shape follows
+        tail = part[len(part.rstrip("\n")) :]
+        return _lines_marked(head, last=True) + line_break + asking + tail
+    return "\n".join(_line_marked(line) for line in part.split("\n"))
+
+
+def _line_marked(line: str) -> str:
+    text = line.lstrip(" ")
+    for pattern, marks in _LINES:
+        if found := pattern.match(text):
+            # Jinja drops the line break behind a tag, as it would without the mark.
+            tail = "{##}" if text.endswith(("%}", "#}")) else ""
+            return line[: len(line) - len(text)] + marks.format(**found.groupdict()) + tail
+    return line
+
+
+def _runs(found: Sequence[re.Match[str]], text: str) -> Iterator[list[re.Match[str]]]:
+    """Yield each heading by itself, and labels or items as far as nothing but a line break is between them."""
+    places: list[tuple[int, re.Match[str]]] = []
+    number = 0
+    for one in found:
+        before = places[-1][1] if places else None
+        follows = before is not None and _kind(before) == _kind(one) and not text[before.end() : one.start()].strip()
+        number += not (follows and _kind(one) in (_ITEM, _POINT, _LABEL))
+        places.append((number, one))
+    for _, run in groupby(places, key=lambda place: place[0]):
+        yield [one for _, one in run]
+
+
+def _kind(one: re.Match[str]) -> str:
+    return one["mark"] or _LABEL
+
+
+def _joined(written: Sequence[str], run: Sequence[re.Match[str]], text: str) -> str:
+    """Return what is written of a run, with what stood between."""
+    between = [text[one.end() : other.start()] for one, other in zip(run, run[1:], strict=False)]
+    return "".join(part for pair in zip(written, [*between, ""], strict=True) for part in pair)
+
+
+def _check(name: str, feature: str, listed: Any) -> None:
+    where = f"Format '{name}'"
+    if feature not in FEATURES:
+        raise not_found(f"{where}: feature", feature, FEATURES)
+    if not isinstance(listed, Sequence) or isinstance(listed, str) or not listed:
+        raise InputError(f"{where}: {feature} is no list of options: write {feature}: [...].")
+    known = {"case": CASES, "order": ORDERS, "structure": STRUCTURES}.get(feature)
+    for option in listed:
+        if known is not None and option not in known:
+            raise not_found(f"{where}: option of {feature}", str(option), known)
+        if feature == "heading" and (not isinstance(option, str) or option.count("{}") != 1 or option.count("{") > 1):
+            raise InputError(f"{where}: heading '{option}' needs one {{}}, where the text of the heading goes.")
+        if feature in ("separator", "item") and not isinstance(option, str):
+            raise InputError(f"{where}: {feature} '{option}' is no text: put it in quotation marks.")
+        if feature == "wording" and not _are_phrases(option):
+            raise InputError(f"{where}: wording {option} is no phrases with their other words, each in one line.")
+
+
+def _are_phrases(option: Any) -> bool:
+    if not isinstance(option, Mapping):
+        return False
+    return all(isinstance(word, str) and word and "\n" not in word for pair in option.items() for word in pair)

@@ -1,0 +1,1 @@
+"""Edits of what is seen and told in 3D worlds."""

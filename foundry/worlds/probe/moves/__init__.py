@@ -1,0 +1,1 @@
+"""Quantities of a form that move more than a number."""

@@ -1,0 +1,58 @@
+"""Every shipped world goes the whole way with a scripted model: played, verified, measured, shown, drawn, reported."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from analysis import analyze
+from analysis.report import write_report
+from commands import statuses
+from foundry.cli import run
+from foundry.paths import sweeps_dir
+from foundry.storing.store import SweepFolder
+from foundry.viewer.export import export
+
+SCENES = ("kibo", "kibo_paper", "office", "gallery", "follow", "map_probe")
+DRAWN = ("frozen_lake", "cliff_walking", "tictactoe", "minigrid")
+SHORT = ("model=scripted/random", "seed=0", "world.steps=2", "analyze=false", "output.dir=s")
+
+
+def worlds() -> list[str]:
+    found = yaml.safe_load((sweeps_dir() / "worlds.yaml").read_text(encoding="utf-8"))
+    return str(found["hydra"]["sweeper"]["params"]["world"]).split(",")
+
+
+def played(names: list[str]) -> SweepFolder:
+    assert run(["+sweep=worlds", f"world={','.join(names)}", *SHORT]) == 0
+    assert statuses("s") == ["complete"] * len(names)
+    return SweepFolder.open("s")
+
+
+@pytest.mark.timeout(300)
+def test_every_world_without_a_scene_is_played_verified_measured_shown_and_drawn(
+    workspace: Path, capsys: pytest.CaptureFixture[str]
+):
+    names = [name for name in worlds() if name not in SCENES]
+    sweep = played(names)
+    assert run(["verify", "s", "--workers", "1"]) == 0
+    assert f"{len(names)} identical" in capsys.readouterr().out
+    found = analyze([sweep.path], plots=False)
+    assert found.runs["world"].tolist() == names and (found.runs["outcome.readable"] == 1).all()
+    assert found.runs.loc[found.runs["world"].isin(DRAWN), "returns.mean"].notna().all()
+    shown = export(sweep.path, workspace / "page")
+    assert shown.runs == len(names) and shown.page.is_file()
+    runs = {one.config()["world"]["name"]: one for one in sweep.runs()}
+    for name in DRAWN:
+        assert run(["replay", str(runs[name].path), "--out", f"pictures/{name}"]) == 0
+        assert len(list((workspace / "pictures" / name).glob("*.png"))) == 3
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_every_world_is_reported(workspace: Path):
+    sweep = played(worlds())
+    page = write_report([sweep.path]).path.read_text(encoding="utf-8")
+    assert all(name in page for name in worlds())
