@@ -135,6 +135,11 @@ def question() -> str:
     return files(__name__).joinpath("question.txt").read_text(encoding="utf-8")
 
 
+def reading_question() -> str:
+    """Return the template of the question what a reply decides, with `$reply` and `$options`."""
+    return files(__name__).joinpath("reading.txt").read_text(encoding="utf-8")
+
+
 def rule_labelling() -> Labelling:
     """Return the rule."""
     agreed = agreement([is_warning(one.text, FIRES) for one in hand_labelled()])

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import msgspec
 
 from analysis.lines import COMPLETE
 from analysis.load import status
-from foundry.declared import Declared
-from foundry.records import Outcome
+from foundry.naming import Subject as Subject
+from foundry.naming import format_of, names_of
+from foundry.records import Outcome, choice_of
 from foundry.storing.store import RunFolder, lines_of
 
-SPEAKS, SILENT, UNREAD = "speaks", "is silent", "unreadable"
-"""What is chosen in a question that asks for words alone, and where no decision could be read."""
-_READ = (Outcome.CHOSEN, Outcome.REPAIRED)
+NONE = "none"
+"""The edit that changes nothing, and the format in which a prompt is written."""
 
 
 class MomentKey(NamedTuple):
@@ -35,12 +36,12 @@ Chosen: TypeAlias = dict[MomentKey, Counter[str]]
 """How often each choice was made, by moment."""
 
 
-class Subject(NamedTuple):
-    """Who is asked: a model with a prompt and a seed of its sampling, where several were asked for."""
+class Asked(NamedTuple):
+    """A subject with the edit and the format of the prompt that it was asked with."""
 
-    model: str
-    prompt: str
-    sampling_seed: str
+    subject: Subject
+    edit: str
+    format: str
 
 
 class _Line(msgspec.Struct):
@@ -64,11 +65,20 @@ class Change:
         name: the edit.
         leaves: `invariance`, `equivariance` or `cause`.
         expected: what each action should become.
+        moves: the quantity that it moves, "" for none.
+        to: the value to which it moves it.
     """
 
     name: str
     leaves: str
     expected: Mapping[str, str] = field(default_factory=dict)
+    moves: str = ""
+    to: float = float("nan")
+
+    @property
+    def is_edit(self) -> bool:
+        """Whether it changes something, and not a quantity to one value of many."""
+        return self.name != NONE and not self.moves
 
     def carried(self, counts: Counter[str]) -> Counter[str]:
         """Return choices as they should be where the edit is made."""
@@ -83,20 +93,30 @@ class Answers:
     """What was chosen in a probe.
 
     Attributes:
-        chosen: the counts, by who was asked and the name of the edit.
+        chosen: the counts, by who was asked with which edit and format.
         changes: the edits by their names, in the order they were asked for.
+        formats: the formats of prompts, in the order they were asked for.
         names: what each subject is called: its model, with more only where that tells subjects apart.
         missing: runs that are not complete.
     """
 
-    chosen: Mapping[tuple[Subject, str], Chosen]
+    chosen: Mapping[Asked, Chosen]
     changes: Mapping[str, Change]
+    formats: tuple[str, ...]
     names: Mapping[Subject, str]
     missing: int
 
-    def of(self, subject: Subject, edit: str) -> Chosen:
+    def of(self, subject: Subject, edit: str = NONE, format: str = NONE) -> Chosen:
         """Return what a subject chose; nothing where it was not asked."""
-        return self.chosen.get((subject, edit), {})
+        return self.chosen.get(Asked(subject, edit, format), {})
+
+    def edited(self) -> Iterator[tuple[Subject, Change]]:
+        """Yield each subject with each edit that changes something."""
+        return (pair for pair in itertools.product(self.names, self.changes.values()) if pair[1].is_edit)
+
+    def expected(self, subject: Subject, change: Change) -> Chosen:
+        """Return what a subject should choose under an edit, by what it chose without."""
+        return {key: change.carried(counts) for key, counts in self.of(subject).items()}
 
 
 def read_answers(runs: Iterable[RunFolder]) -> Answers:
@@ -105,37 +125,20 @@ def read_answers(runs: Iterable[RunFolder]) -> Answers:
     Raises:
         RecordError: a file is damaged.
     """
-    chosen: dict[tuple[Subject, str], Chosen] = defaultdict(dict)
+    chosen: dict[Asked, Chosen] = defaultdict(dict)
+    formats: dict[str, None] = {}
     changes: dict[str, Change] = {}
     missing = 0
     for run in runs:
         config = run.config()
         edit = config["world"]["edit"]
-        changes.setdefault(edit["name"], Change(edit["name"], edit["leaves"], edit["expected"]))
+        changes.setdefault(edit["name"], msgspec.convert(edit, Change))
         if status(run, run.summary()) != COMPLETE:
             missing += 1
             continue
-        mine = chosen[_subject(config), edit["name"]]
+        formats.setdefault(written := format_of(config["prompt"]))
+        mine = chosen[Asked(Subject.of(config), edit["name"], written)]
         for line in lines_of(run.steps_bytes(), _Line, run.stream_path("steps")):
             key = MomentKey(config["seed"], line.run, line.step, line.agent, line.kind, line.again)
-            mine.setdefault(key, Counter())[_choice(line, run.declared)] += 1
-    return Answers(dict(chosen), changes, _names({subject for subject, _ in chosen}), missing)
-
-
-def _choice(line: _Line, declared: Declared) -> str:
-    if line.outcome not in _READ:
-        return UNREAD
-    if line.kind not in declared.actions:
-        return SILENT if line.message is None else SPEAKS
-    return line.action if isinstance(line.action, str) else f"{line.action:g}"
-
-
-def _subject(config: Mapping[str, Any]) -> Subject:
-    sampling = config["sampling_seed"]
-    return Subject(config["model"]["name"], config["prompt"]["name"], "" if sampling is None else str(sampling))
-
-
-def _names(subjects: set[Subject]) -> dict[Subject, str]:
-    """Return what to call each: all that not all share, the model always."""
-    told = [place for place in range(len(Subject._fields)) if place == 0 or len({one[place] for one in subjects}) > 1]
-    return {one: " / ".join(filter(None, (one[place] for place in told))) for one in sorted(subjects)}
+            mine.setdefault(key, Counter())[choice_of(line, run.declared.actions)] += 1
+    return Answers(dict(chosen), changes, tuple(formats), names_of(one.subject for one in chosen), missing)

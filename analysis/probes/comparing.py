@@ -14,12 +14,11 @@ from analysis.arrays import FloatArray
 from analysis.probes.choices import Chosen, MomentKey
 from analysis.probes.distance import Apart, apart
 from analysis.stats.intervals import estimate
-from analysis.stats.multiplicity import holm
 from analysis.stats.sign_flip import upper_sign_flip_p
 from foundry.seeding import stream
 
 ALL = "all"
-"""All kinds of question together; the declared comparison, over which p is corrected."""
+"""All kinds of question together; the comparisons over which p is corrected."""
 STANDS_OUT = 0.05
 FIGURES = (
     "kind", "moments", "seeds", "distance", "floor", "excess", "excess_low", "excess_high", "p", "standing_out",
@@ -52,14 +51,14 @@ class Compared:
     def _row(self, name: str, kinds: Iterable[str]) -> dict[str, Any]:
         counted = set(kinds)
         chosen = {key: one for key, one in self.moments.items() if key.kind in counted}
-        excess = _by_seed({key: one.distance - one.floor for key, one in chosen.items()})
+        excess = by_seed({key: one.distance - one.floor for key, one in chosen.items()})
         over_seeds = estimate(excess, -1.0, 1.0)
         return {
             "kind": name,
             "moments": len(chosen),
             "seeds": len(excess),
-            "distance": _mean(_by_seed({key: one.distance for key, one in chosen.items()})),
-            "floor": _mean(_by_seed({key: one.floor for key, one in chosen.items()})),
+            "distance": _mean(by_seed({key: one.distance for key, one in chosen.items()})),
+            "floor": _mean(by_seed({key: one.floor for key, one in chosen.items()})),
             "excess": over_seeds.mean,
             "excess_low": over_seeds.low,
             "excess_high": over_seeds.high,
@@ -68,21 +67,24 @@ class Compared:
         }
 
 
-def corrected(rows: list[dict[str, Any]], columns: Iterable[str]) -> pd.DataFrame:
-    """Return rows as a table with Holm's correction over those of all kinds of question."""
+def framed(rows: list[dict[str, Any]], columns: Iterable[str]) -> pd.DataFrame:
+    """Return rows as a table in which no p is corrected yet."""
     frame = pd.DataFrame(rows, columns=[*columns, *FIGURES])
-    declared = frame["kind"] == ALL
     frame.insert(list(frame.columns).index("p") + 1, "p_holm", np.nan)
-    frame.loc[declared, "p_holm"] = holm(frame.loc[declared, "p"].to_numpy(dtype=np.float64))
     return frame
 
 
-def _by_seed(values: Mapping[MomentKey, float]) -> FloatArray:
+def by_seed(values: Mapping[MomentKey, float]) -> FloatArray:
     """Return the mean over the moments of each seed (seeds,), the unit that is independent."""
+    return np.array([mine.mean() for mine in values_by_seed(values)], dtype=np.float64)
+
+
+def values_by_seed(values: Mapping[MomentKey, float]) -> list[FloatArray]:
+    """Return the values of the moments of each seed, (moments,) each, seeds in order."""
     found: dict[int, list[float]] = defaultdict(list)
     for key, value in values.items():
         found[key.seed].append(value)
-    return np.array([np.mean(mine) for _, mine in sorted(found.items())], dtype=np.float64)
+    return [np.array(mine) for _, mine in sorted(found.items())]
 
 
 def _mean(values: FloatArray) -> float:

@@ -47,6 +47,15 @@ def apart(first: Counter[str], second: Counter[str], rng: Generator) -> Apart:
     return Apart(distance, floor, _p(a + b, m, n, distance, rng))
 
 
+def gap(first: Counter[str], second: Counter[str]) -> float:
+    """Return by how much two samples are further apart than one chance would put them in the mean."""
+    m, n = first.total(), second.total()
+    choices = first.keys() | second.keys()
+    return 0.5 * sum(
+        abs(first[one] / m - second[one] / n) - expected_gap(first[one] + second[one], m, n) for one in choices
+    )
+
+
 @lru_cache(maxsize=65536)
 def expected_gap(count: int, m: int, n: int) -> float:
     """Return the mean of |k / m - (count - k) / n| where k of `count` choices fall into the sample of m.

@@ -1,22 +1,30 @@
-"""The tables of a probe: choices by moment, pairs of models, edits."""
+"""The tables of a probe: choices by moment, pairs of models, edits, formats."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
+from analysis.plots import draw, write
+from analysis.probes.changed import changes_of, changes_table
 from analysis.probes.choices import Answers, MomentKey, Subject, read_answers
-from analysis.probes.comparing import ALL, Compared, corrected
+from analysis.probes.comparing import ALL, Compared, framed
+from analysis.probes.curves import curve_tables, curves_table, steepness_table
+from analysis.probes.declaring import Family
+from analysis.probes.formats import format_tables, formats_table, orders_table
+from analysis.probes.matrix import matrix_of, matrix_table
+from analysis.probes.pictures import pictures_of
+from analysis.probes.strata import with_strata
+from analysis.probes.summary import summary_of
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS
-from analysis.tables.texts import Table, number, p_value, with_interval, write_table
+from analysis.tables.texts import Table, alike, p_value, told_rows, write_summary, write_table
 from foundry.storing.store import SweepFolder, ensure_writable
 
-NONE = "none"
-"""The edit that changes nothing."""
 FORM = "probe"
 MOST_SHOWN = 20
 """Moments that the short table shows: those in which the models are furthest apart."""
@@ -29,20 +37,20 @@ class ProbeAnalysis:
 
     Attributes:
         path: the folder of tables.
-        moments: one row per moment, subject, edit and choice.
-        agreement: one row per pair of subjects and kind of question.
-        edits: one row per subject, edit and kind of question.
-        tables: the short tables of agreement and edits.
+        frames: the tables as they are written, by name.
+        tables: the short tables with anything in them, but those of moments and curves.
+        summary: what was found, a sentence each.
         notes: what a reader must know, one line each.
+        furthest: the 20 moments in which the models are furthest apart, with the mean distance over their pairs.
         written: the files.
     """
 
     path: Path
-    moments: pd.DataFrame
-    agreement: pd.DataFrame
-    edits: pd.DataFrame
+    frames: Mapping[str, pd.DataFrame]
     tables: tuple[Table, ...]
+    summary: tuple[str, ...]
     notes: tuple[str, ...]
+    furthest: Mapping[MomentKey, float]
     written: tuple[Path, ...]
 
 
@@ -51,26 +59,49 @@ def is_probe(folder: SweepFolder) -> bool:
     return {run.declared.form for run in folder.runs()} == {FORM}
 
 
-def analyze_probe(folder: SweepFolder) -> ProbeAnalysis:
+def analyze_probe(folder: SweepFolder, family: Sequence[str] = (), *, plots: bool = True) -> ProbeAnalysis:
     """Compare who was asked in the moments of a probe, and write the tables into its folder.
 
+    Args:
+        folder: the probe.
+        family: the models and edits that were declared beforehand; nothing: all.
+        plots: whether to draw the plots.
+
     Raises:
+        InputError: what is declared is no model or edit of the probe.
         RecordError: a recorded file is damaged.
     """
     answers = read_answers(folder.runs())
+    declared = Family.of(family, answers)
     pairs = _pairs(answers)
-    agreement = _agreement(pairs)
-    edits = _edits(answers)
-    moments = _moments(answers)
-    tables = (_agreement_table(agreement), _edits_table(edits))
+    agreement, edits = _agreement(pairs), _edits(answers)
+    moments = with_strata(_moments(answers), folder.moments_file)
+    declared.correct(agreement, edits)
+    matrix, changes = matrix_of(answers), changes_of(answers)
+    spread, orders = format_tables(answers)
+    curves, steepness = curve_tables(answers)
+    furthest = _furthest(pairs)
+    found = (
+        (_moments_table(answers, furthest), moments),
+        (_agreement_table(agreement), agreement),
+        (matrix_table(matrix, agreement), matrix),
+        (_edits_table(edits), edits),
+        (changes_table(changes), changes),
+        (formats_table(spread), spread),
+        (orders_table(orders), orders),
+        (curves_table(curves), curves),
+        (steepness_table(steepness), steepness),
+    )
     ensure_writable(folder.analysis_dir)
-    written = [
-        *write_table(folder.analysis_dir, _moments_table(answers, pairs), moments),
-        *write_table(folder.analysis_dir, tables[0], agreement),
-        *write_table(folder.analysis_dir, tables[1], edits),
-    ]
-    shown = tuple(table for table in tables if table.rows)
-    return ProbeAnalysis(folder.analysis_dir, moments, agreement, edits, shown, tuple(_notes(answers)), tuple(written))
+    written = tuple(file for table, frame in found for file in write_table(folder.analysis_dir, table, frame))
+    frames = {table.name: frame for table, frame in found}
+    pictures = pictures_of(frames) if plots else ()
+    drawn = tuple(file for picture in pictures for file in write(draw(picture), folder.analysis_dir / "plots"))
+    shown = tuple(table for table, _ in found if table.rows and table.name not in ("moments", "curves"))
+    notes = (*_notes(answers), *declared.note(agreement, edits))
+    summary = summary_of(frames, declared=bool(family))
+    written = (*written, *drawn, write_summary(folder.analysis_dir, summary))
+    return ProbeAnalysis(folder.analysis_dir, frames, shown, summary, notes, furthest, written)
 
 
 def _pairs(answers: Answers) -> dict[tuple[str, str], Compared]:
@@ -78,48 +109,50 @@ def _pairs(answers: Answers) -> dict[tuple[str, str], Compared]:
     found = {}
     for first, second in itertools.combinations(answers.names, 2):
         names = answers.names[first], answers.names[second]
-        found[names] = Compared.of(answers.of(first, NONE), answers.of(second, NONE), " and ".join(names))
+        found[names] = Compared.of(answers.of(first), answers.of(second), " and ".join(names))
     return found
 
 
 def _agreement(pairs: dict[tuple[str, str], Compared]) -> pd.DataFrame:
     rows = [{"first": pair[0], "second": pair[1]} | row for pair, found in pairs.items() for row in found.rows()]
-    return corrected(rows, ("first", "second"))
+    return framed(rows, ("first", "second"))
 
 
 def _edits(answers: Answers) -> pd.DataFrame:
-    edited = [change for name, change in answers.changes.items() if name != NONE]
     rows = []
-    for subject, change in itertools.product(answers.names, edited):
-        before, after = answers.of(subject, NONE), answers.of(subject, change.name)
-        expected = {key: change.carried(counts) for key, counts in before.items()}
-        about = {"model": answers.names[subject], "edit": change.name, "leaves": change.leaves, "asked": len(before)}
+    for subject, change in answers.edited():
+        expected, after = answers.expected(subject, change), answers.of(subject, change.name)
+        about = {"model": answers.names[subject], "edit": change.name, "leaves": change.leaves, "asked": len(expected)}
         found = Compared.of(expected, after, f"{answers.names[subject]} {change.name}")
         rows += [about | row for row in found.rows()]
-    return corrected(rows, ("model", "edit", "leaves", "asked"))
+    return framed(rows, ("model", "edit", "leaves", "asked"))
 
 
 def _moments(answers: Answers) -> pd.DataFrame:
     rows = [
-        (*key, answers.names[subject], edit, choice, count, count / counts.total())
-        for (subject, edit), chosen in answers.chosen.items()
+        (*key, answers.names[asked.subject], asked.edit, asked.format, choice, count, count / counts.total())
+        for asked, chosen in answers.chosen.items()
         for key, counts in sorted(chosen.items())
         for choice, count in sorted(counts.items())
     ]
-    return pd.DataFrame(rows, columns=[*_MOMENT, "model", "edit", "choice", "count", "share"])
+    return pd.DataFrame(rows, columns=[*_MOMENT, "model", "edit", "format", "choice", "count", "share"])
 
 
-def _moments_table(answers: Answers, pairs: dict[tuple[str, str], Compared]) -> Table:
-    """Return what each chose most often in the moments in which they are furthest apart."""
+def _furthest(pairs: Mapping[tuple[str, str], Compared]) -> dict[MomentKey, float]:
+    """Return the moments in which models are furthest apart, with the mean distance over their pairs."""
     mean: dict[MomentKey, float] = {}
     for found in pairs.values():
         for key, one in found.moments.items():
             mean[key] = mean.get(key, 0.0) + one.distance / len(pairs)
-    furthest = sorted(mean, key=lambda key: (-mean[key], key))[:MOST_SHOWN]
+    return {key: mean[key] for key in sorted(mean, key=lambda key: (-mean[key], key))[:MOST_SHOWN]}
+
+
+def _moments_table(answers: Answers, furthest: Mapping[MomentKey, float]) -> Table:
+    """Return what each chose most often in the moments in which they are furthest apart."""
     rows = [
-        (key.run, str(key.step), str(key.agent), key.kind, number(mean[key]),
+        (key.run, str(key.step), str(key.agent), key.kind, distance,
          *(_most(answers, subject, key) for subject in answers.names))
-        for key in furthest
+        for key, distance in zip(furthest, alike(list(furthest.values())), strict=True)
     ]  # fmt: skip
     caption = (
         f"The {MOST_SHOWN} moments in which the models are furthest apart: what each chose most often, and how often."
@@ -129,7 +162,7 @@ def _moments_table(answers: Answers, pairs: dict[tuple[str, str], Compared]) -> 
 
 
 def _most(answers: Answers, subject: Subject, key: MomentKey) -> str:
-    counts = answers.of(subject, NONE).get(key)
+    counts = answers.of(subject).get(key)
     if counts is None:
         return ""
     choice, count = min(counts.items(), key=lambda one: (-one[1], one[0]))
@@ -139,19 +172,25 @@ def _most(answers: Answers, subject: Subject, key: MomentKey) -> str:
 _FIGURES = ("moments", "distance", "floor", "excess", "p (Holm)", "stand out")
 
 
-def _figures(row: pd.Series) -> tuple[str, ...]:
+def _told(frame: pd.DataFrame) -> list[dict[Any, Any]]:
+    """Return the rows over all kinds of question as texts."""
+    numbers = ("distance", "floor", "standing_out")
+    return told_rows(frame[frame["kind"] == ALL], numbers, {"excess": ("excess_low", "excess_high")})
+
+
+def _figures(row: Mapping[Any, Any]) -> tuple[str, ...]:
     return (
         str(row["moments"]),
-        number(row["distance"]),
-        number(row["floor"]),
-        with_interval(row["excess"], row["excess_low"], row["excess_high"]),
+        row["distance"],
+        row["floor"],
+        row["excess"],
         p_value(row["p_holm"]),
-        number(row["standing_out"]),
+        row["standing_out"],
     )
 
 
 def _agreement_table(frame: pd.DataFrame) -> Table:
-    rows = [(row["first"], row["second"], *_figures(row)) for _, row in frame[frame["kind"] == ALL].iterrows()]
+    rows = [(row["first"], row["second"], *_figures(row)) for row in _told(frame)]
     caption = (
         "Total variation between what two models chose in the same moments; the floor is what one chance would give; "
         "excess with its 95 % interval over seeds."
@@ -160,10 +199,7 @@ def _agreement_table(frame: pd.DataFrame) -> Table:
 
 
 def _edits_table(frame: pd.DataFrame) -> Table:
-    rows = [
-        (row["model"], row["edit"], row["leaves"], str(row["asked"]), *_figures(row))
-        for _, row in frame[frame["kind"] == ALL].iterrows()
-    ]
+    rows = [(row["model"], row["edit"], row["leaves"], str(row["asked"]), *_figures(row)) for row in _told(frame)]
     caption = (
         "Total variation between what a model chose in a moment and in the edited one, over the moments in which the "
         "edit changes something; for an equivariance, from what should have been chosen there."

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -11,16 +11,21 @@ from typing import Any
 import msgspec
 
 from foundry.composing.compose import Composed
+from foundry.composing.defaults import Defaults
 from foundry.composing.preflight import scenario_of
-from foundry.composing.recorded import compose_recorded, overridden
+from foundry.composing.recorded import compose_recorded, without_format
 from foundry.errors import InputError
-from foundry.expansion import Condition, Sweep, settings_key
-from foundry.probing.drawing import Past, drawn, listed, moments_of
+from foundry.expansion import FORMAT, Condition, Sweep, overridden, settings_key
+from foundry.naming import format_of
+from foundry.probing.drawing import Past, drawn, kept_of, listed, strata_of
 from foundry.storing.store import PROBE, RunFolder, SweepFolder, with_moments
-from foundry.worlds.probe.editing import NONE, find_edit
+from foundry.worlds.base import Scenario
+from foundry.worlds.probe.editing import NONE, find_edits
+from foundry.worlds.probe.moments import Moment, Moments, by_run, questions_at
+from foundry.worlds.probe.moving import check_path, moves_of, split
 from foundry.worlds.probe.world import ProbeScenario
 
-OWN = {"edit": NONE, "repeats": "10", "moments": "300", "moments_seed": "0"}
+OWN = {"edit": NONE, "sweep_over": "", "repeats": "10", "moments": "300", "moments_seed": "0", "window": "5"}
 """What a probe is asked beside the overrides of a sweep, with what holds where it is not said."""
 _KEPT = ("world", "layout", "scene", "task", "seed")
 """What the recorded moments have decided."""
@@ -57,19 +62,40 @@ class _Asked:
     """What is asked of the probe alone."""
 
     edits: tuple[str, ...]
-    repeats: int
+    moves: tuple[str, ...]
     moments: str
-    seed: int
+    repeats: int
+    moments_seed: int
+    window: int
 
     @classmethod
     def of(cls, arguments: Sequence[str]) -> _Asked:
         given = dict(argument.split("=", 1) for argument in arguments if argument.partition("=")[0] in OWN)
         values = {**OWN, **given}
         edits = [name.strip() for name in values["edit"].strip("[]").split(",")]
-        least = {"repeats": 1, "moments_seed": 0}
+        least = {"repeats": 1, "moments_seed": 0, "window": 0}
         numbers = {key: _number(key, values[key], at_least) for key, at_least in least.items()}
         # What is edited is held against what is not.
-        return cls(tuple(dict.fromkeys([NONE, *edits])), numbers["repeats"], values["moments"], numbers["moments_seed"])
+        moves = moves_of(values["sweep_over"]) if values["sweep_over"] else ()
+        names = tuple(dict.fromkeys([NONE, *edits, *moves]))
+        return cls(names, tuple(moves), moments=values["moments"], **numbers)
+
+
+def _with_none(override: str) -> str:
+    """Return the override of formats with the prompt as it is written among them, which they are held against."""
+    key, _, value = override.partition("=")
+    names = [name.strip() for name in value.strip("[]").split(",")]
+    return override if key != FORMAT or NONE in names else f"{key}={','.join([NONE, *names])}"
+
+
+def _check_moves(names: Sequence[str], scenario: Scenario, moments: Iterable[Moment], past: Mapping[str, Past]) -> None:
+    questions = (
+        question
+        for run, mine in by_run(moments).items()
+        for question in questions_at(scenario, past[run].seed, past[run].said(), mine)
+    )
+    path, _ = split(names[0])
+    check_path(path, scenario.form, questions, [split(name)[1] for name in names])
 
 
 def _number(key: str, text: str, least: int) -> int:
@@ -78,12 +104,16 @@ def _number(key: str, text: str, least: int) -> int:
     return int(text)
 
 
-def compose_probe(sweeps: Sequence[SweepFolder], arguments: Sequence[str]) -> Probe | None:
+def compose_probe(
+    sweeps: Sequence[SweepFolder], arguments: Sequence[str], defaults: Defaults | None = None
+) -> Probe | None:
     """Compose a probe of the moments of recorded sweeps.
 
     Args:
         sweeps: at least one; all of one world.
-        arguments: overrides as `foundry` takes them, and `edit=`, `repeats=`, `moments=`, `moments_seed=`.
+        arguments: overrides as `foundry` takes them, and `edit=`, `repeats=`, `moments=`, `moments_seed=`,
+            `window=`.
+        defaults: the user's own.
 
     Returns:
         The probe, or None when Hydra answered a flag of its own.
@@ -92,16 +122,18 @@ def compose_probe(sweeps: Sequence[SweepFolder], arguments: Sequence[str]) -> Pr
         InputError: there are no such moments, or something is asked that cannot be.
     """
     asked = _Asked.of(arguments)
-    overrides = [argument for argument in arguments if argument.partition("=")[0] not in OWN]
+    overrides = [_with_none(argument) for argument in arguments if argument.partition("=")[0] not in OWN]
     runs = _runs(sweeps)
     config = _source_config(runs, overridden(overrides))
-    composed = compose_recorded(config, [*overrides, "record.frames=false"])
+    composed = compose_recorded(config, [*overrides, "record.frames=false"], defaults)
     if composed is None:
         return None
     scenario = scenario_of(config)
-    edits = [find_edit(name, scenario.form).described(scenario) for name in asked.edits]
+    edits = [edit.described(scenario) for name in asked.edits for edit in find_edits(name, scenario)]
     recorded = {run.id: Past.of(run) for run in runs}
-    moments, past = moments_of(_moments(asked, recorded), recorded)
+    moments, past = _moments(asked, recorded, scenario)
+    if asked.moves:
+        _check_moves(asked.moves, scenario, moments.moments, past)
     content = msgspec.json.format(msgspec.json.encode(moments), indent=1) + b"\n"
     seeds = tuple(sorted({one.seed for one in past.values()}))
     conditions = [
@@ -111,7 +143,12 @@ def compose_probe(sweeps: Sequence[SweepFolder], arguments: Sequence[str]) -> Pr
     ]
     names = [sweep.path.resolve().name for sweep in sweeps]
     settings = {**composed.settings, "analyze": bool(composed.settings["analyze"])}
-    composed = replace(composed, asked=("probe", *names, *arguments), conditions=tuple(conditions), settings=settings)
+    composed = replace(
+        composed,
+        asked=("probe", *names, *composed.deciding, *arguments),
+        conditions=tuple(conditions),
+        settings=settings,
+    )
     return Probe(composed, content, past, _told(len(moments.moments), len(past), len(conditions), asked.repeats))
 
 
@@ -144,20 +181,34 @@ def _source_config(runs: Sequence[RunFolder], given: set[str]) -> dict[str, Any]
     configs = [run.config() for run in runs]
     if runs[0].declared.form == ProbeScenario.form:
         raise InputError("This sweep is a probe itself: name the sweep that its moments come from.")
-    for key, what in (("world", "worlds"), ("prompt", "prompts"), ("sampling_seed", "sampling seeds")):
-        if key not in given and len({settings_key({key: config[key]}) for config in configs}) > 1:
-            hint = "probe the sweep of one world" if key == "world" else f"choose with {key}="
-            raise InputError(f"The recorded runs have several {what}: {hint}.")
+    for key in ("world", "model", "prompt", "sampling_seed"):
+        kept = (
+            config[key] if key == "sampling_seed" else without_format(config[key], key, given) for config in configs
+        )
+        recorded = {settings_key({key: one}): one for one in kept}
+        if key not in given and len(recorded) > 1:
+            raise _several(key, list(recorded.values()))
     return {key: value for key, value in configs[0].items() if key != "fork"}
 
 
-def _moments(asked: _Asked, recorded: Mapping[str, Past]) -> Sequence[Any]:
+def _several(key: str, recorded: Sequence[Any]) -> InputError:
+    """Return the error for runs that differ in what a probe has one of where nothing is said."""
+    names = dict.fromkeys(str(one["name"] if isinstance(one, Mapping) else one) for one in recorded)
+    if key == "prompt" and len(names) == 1:
+        key, names = FORMAT, dict.fromkeys(format_of(one) for one in recorded)
+    hint = "probe the sweep of one world" if key == "world" else f"choose with {key}="
+    return InputError(f"The recorded runs have several {key.replace('_', ' ')}s ({', '.join(names)}): {hint}")
+
+
+def _moments(asked: _Asked, recorded: Mapping[str, Past], scenario: Scenario) -> tuple[Moments, dict[str, Past]]:
     if not asked.moments.isdecimal():
-        return listed(Path(asked.moments), recorded)
-    found = drawn(recorded, _number("moments", asked.moments, 1), asked.seed)
+        given = listed(Path(asked.moments), recorded)
+        return kept_of(given.moments, recorded, given.strata)
+    strata = strata_of(scenario, recorded)
+    found = drawn(recorded, _number("moments", asked.moments, 1), asked.moments_seed, asked.window, strata)
     if not found:
         raise InputError("The recorded runs hold no question.")
-    return found
+    return kept_of(found, recorded, [strata[one] for one in found] if strata else ())
 
 
 def _condition(

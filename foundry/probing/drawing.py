@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, TypeAlias, TypeVar
 
 import msgspec
 from numpy.random import Generator
@@ -14,10 +15,12 @@ from foundry import seeding
 from foundry.errors import InputError, RecordError, not_found
 from foundry.records import NOT_JSON, Call
 from foundry.storing.store import RunFolder
-from foundry.worlds.probe.moments import Moment, Moments, Said, Source, by_run, digest_of
+from foundry.worlds.base import Scenario
+from foundry.worlds.probe.moments import Moment, Moments, Said, Source, Strata, asked_in, by_run, digest_of
 
-WINDOW = 5
-"""Steps of which an agent gives one moment at most, since what it is asked in the next is much the same."""
+_Stratum: TypeAlias = tuple[Any, ...]
+"""The kind of a question, then what the world tells moments apart by, as pairs."""
+_Item = TypeVar("_Item")
 
 
 @dataclass(frozen=True)
@@ -41,9 +44,13 @@ class Past:
         """Return what was asked up to a step."""
         return Past(self.seed, [call for call in self.calls if call.step <= step])
 
+    def said(self) -> list[Said]:
+        """Return what was answered."""
+        return [msgspec.convert(call, Said, from_attributes=True) for call in self.calls]
+
     def digest(self) -> str:
         """Return the SHA-256 of what was answered."""
-        return digest_of(msgspec.convert(call, Said, from_attributes=True) for call in self.calls)
+        return digest_of(self.said())
 
     def moments(self, run: str) -> Iterator[Moment]:
         """Yield every question as a moment."""
@@ -58,37 +65,74 @@ def _bare(call: Call) -> Call:
     return msgspec.structs.replace(call, messages=[], host=None, attempts=(), served_model=None, server_version=None)
 
 
-def drawn(recorded: Mapping[str, Past], count: int, seed: int) -> list[Moment]:
-    """Return this many moments, or all that there are; at most one of each agent in a window of steps.
+def strata_of(scenario: Scenario, recorded: Mapping[str, Past]) -> dict[Moment, Strata]:
+    """Return what a world tells every moment apart by; nothing, and no run is played, where it does not say.
 
-    The runs have equally many as far as they can, and so, in each of them, the windows and kinds of question.
+    Raises:
+        RecordError: the world asks otherwise than it was recorded to.
+    """
+    if type(scenario).strata is Scenario.strata:
+        return {}
+    return {
+        Moment(run, *question.asked, again): dict(scenario.strata(question))
+        for run, past in recorded.items()
+        for question, again in asked_in(scenario, past.seed, past.said())
+    }
+
+
+def drawn(
+    recorded: Mapping[str, Past], count: int, seed: int, window: int, strata: Mapping[Moment, Strata]
+) -> list[Moment]:
+    """Return this many moments, or all that there are.
+
+    The runs have equally many as far as they can; so have, in each of them, the kinds of question with what the world
+    tells moments apart by; and so, of each of these, the windows.
 
     Args:
         recorded: the runs by their ids.
         count: how many.
         seed: what they are drawn by.
+        window: steps of which an agent gives one moment at most, since what it is asked in the next is much the same;
+            0 for no limit.
+        strata: what the world tells moments apart by.
     """
     rng = seeding.stream(seed, "moments")
-    queues = [_in_turns(_of_run(rng, past.moments(run)), rng) for run, past in sorted(recorded.items())]
+    queues = [_evenly(_of_run(rng, past.moments(run), window, strata), rng) for run, past in sorted(recorded.items())]
     order = [queues[place] for place in rng.permutation(len(queues))]
     return sorted(moment for moment, _ in zip(_round_robin(order), range(count), strict=False))
 
 
-def _of_run(rng: Generator, moments: Iterable[Moment]) -> dict[tuple[int, str], list[Moment]]:
-    """Return one moment of each agent and window, of a kind that is drawn first, by window and kind."""
-    known: dict[tuple[int, int], dict[str, list[Moment]]] = defaultdict(lambda: defaultdict(list))
+def _of_run(
+    rng: Generator, moments: Iterable[Moment], window: int, strata: Mapping[Moment, Strata]
+) -> dict[_Stratum, dict[int, list[Moment]]]:
+    """Return one moment of each agent and window by stratum and window; its kind, then its stratum, are drawn first."""
+    near: dict[Any, dict[str, dict[_Stratum, list[Moment]]]] = {}
     for moment in moments:
-        known[moment.agent, (moment.step - 1) // WINDOW][moment.kind].append(moment)
-    strata: dict[tuple[int, str], list[Moment]] = defaultdict(list)
-    for (_, window), kinds in sorted(known.items()):
-        kind = sorted(kinds)[rng.integers(len(kinds))]
-        strata[window, kind].append(kinds[kind][rng.integers(len(kinds[kind]))])
-    return strata
+        kinds = near.setdefault((moment.agent, (moment.step - 1) // window) if window else moment, {})
+        stratum = (moment.kind, *sorted(strata.get(moment, {}).items()))
+        kinds.setdefault(moment.kind, {}).setdefault(stratum, []).append(moment)
+    found: dict[_Stratum, dict[int, list[Moment]]] = {}
+    for _, kinds in sorted(near.items()):
+        of_kind = kinds[_one(rng, sorted(kinds))]
+        stratum = _one(rng, sorted(of_kind))
+        moment = _one(rng, of_kind[stratum])
+        found.setdefault(stratum, {}).setdefault((moment.step - 1) // (window or 1), []).append(moment)
+    return found
 
 
-def _in_turns(strata: Mapping[tuple[int, str], list[Moment]], rng: Generator) -> Iterator[Moment]:
-    """Yield the moments of one stratum after the other in turn, each in a drawn order."""
-    shuffled = [[mine[place] for place in rng.permutation(len(mine))] for mine in strata.values()]
+def _one(rng: Generator, among: Sequence[_Item]) -> _Item:
+    return among[int(rng.integers(len(among)))]
+
+
+def _evenly(strata: Mapping[_Stratum, Mapping[int, list[Moment]]], rng: Generator) -> Iterator[Moment]:
+    """Yield the moments of one stratum after the other in turn, and of each of these one window after the other."""
+    queues = [_in_turns(list(strata[one].values()), rng) for one in sorted(strata)]
+    return _round_robin([queues[place] for place in rng.permutation(len(queues))])
+
+
+def _in_turns(groups: Sequence[list[Moment]], rng: Generator) -> Iterator[Moment]:
+    """Yield the moments of one group after the other in turn, each in a drawn order."""
+    shuffled = [[mine[place] for place in rng.permutation(len(mine))] for mine in groups]
     return _round_robin([iter(shuffled[place]) for place in rng.permutation(len(shuffled))])
 
 
@@ -104,7 +148,7 @@ def _round_robin(queues: Iterable[Iterator[Moment]]) -> Iterator[Moment]:
         left = still
 
 
-def listed(file: Path, recorded: Mapping[str, Past]) -> list[Moment]:
+def listed(file: Path, recorded: Mapping[str, Past]) -> Moments:
     """Return the moments that an earlier probe wrote down.
 
     Raises:
@@ -121,14 +165,16 @@ def listed(file: Path, recorded: Mapping[str, Past]) -> list[Moment]:
     for run in by_run(found.moments):
         if run not in recorded:
             raise not_found("Run", run, recorded, f"{file} lists moments of it.")
-    if moments_of(found.moments, recorded)[0] != found:
+    if kept_of(found.moments, recorded)[0].runs != found.runs or list(found.moments) != sorted(set(found.moments)):
         raise InputError(f"moments={file} is of runs that answered otherwise: give the sweep that it was drawn from.")
-    return list(found.moments)
+    return found
 
 
-def moments_of(moments: Sequence[Moment], recorded: Mapping[str, Past]) -> tuple[Moments, dict[str, Past]]:
+def kept_of(
+    moments: Sequence[Moment], recorded: Mapping[str, Past], strata: Sequence[Strata] = ()
+) -> tuple[Moments, dict[str, Past]]:
     """Return the moments as they are kept, and the past of each run as far as it is needed."""
     last = {run: max(moment.step for moment in mine) for run, mine in by_run(moments).items()}
     past = {run: recorded[run].up_to(step) for run, step in sorted(last.items())}
     runs = {run: Source(seed=one.seed, sha256=one.digest()) for run, one in past.items()}
-    return Moments(runs=runs, moments=tuple(moments)), past
+    return Moments(runs=runs, moments=tuple(moments), strata=tuple(dict(one) for one in strata)), past

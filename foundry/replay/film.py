@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image, ImageOps
+from PIL import Image
 
 from foundry.errors import InputError, not_found
 from foundry.replay.pictures import Picture
@@ -33,7 +33,7 @@ def check_film(path: Path, fps: float) -> None:
 
 
 def write_film(path: Path, shown: Iterable[Picture], fps: float) -> None:
-    """Write the pictures as a film; the file is there once all of it is."""
+    """Write pictures of one size as a film; the file is there once all of it is."""
     unfinished = path.with_stem(f".{path.stem}.unfinished")
     try:
         _WRITERS[path.suffix.lower()](unfinished, shown, fps)
@@ -53,7 +53,7 @@ def _ffmpeg() -> Any:
 def _write_mp4(path: Path, shown: Iterable[Picture], fps: float) -> None:
     writer: Any = None
     try:
-        for opened in _of_one_size(shown):
+        for opened in _opened(shown):
             pixels = _even(np.asarray(opened, np.uint8))
             if writer is None:
                 size = (pixels.shape[1], pixels.shape[0])
@@ -83,17 +83,12 @@ def _write_gif(path: Path, shown: Iterable[Picture], fps: float) -> None:
 
 
 def _reduced(shown: Iterable[Picture]) -> Iterator[Image.Image]:
-    for opened in _of_one_size(shown):
+    for opened in _opened(shown):
         yield opened.quantize(_GIF_COLOURS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
 
 
-def _of_one_size(shown: Iterable[Picture]) -> Iterator[Image.Image]:
-    """Yield the pictures; a world may draw some larger than others, which a film cannot hold."""
-    size = None
-    for picture in shown:
-        opened = Image.open(io.BytesIO(picture.png)).convert("RGB")
-        size = size or opened.size
-        yield opened if opened.size == size else ImageOps.pad(opened, size, color="white")
+def _opened(shown: Iterable[Picture]) -> Iterator[Image.Image]:
+    return (Image.open(io.BytesIO(picture.png)).convert("RGB") for picture in shown)
 
 
 _WRITERS: dict[str, Callable[[Path, Iterable[Picture], float], None]] = {".mp4": _write_mp4, ".gif": _write_gif}

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import io
 from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import joblib
+from PIL import Image
 
 from foundry.replay.recording import Recording, picture_of, redrawing_of
-from foundry.replay.tiling import captions, tiled
+from foundry.replay.telling import LINES, said_by_step
+from foundry.replay.tiling import Tile, captions, largest, tiled
 from foundry.running.cores import share_cores
 
 CHUNK = 8
@@ -27,7 +30,17 @@ class Picture:
     png: bytes
 
 
-def pictures(recordings: Sequence[Recording], steps: Sequence[int], *, workers: int | None = None) -> Iterator[Picture]:
+@dataclass(frozen=True)
+class _Sheet:
+    """How pictures are put together: the room of each, width and height in pixels, or None; lines of what was said."""
+
+    room: tuple[int, int] | None = None
+    lines: int = 0
+
+
+def pictures(
+    recordings: Sequence[Recording], steps: Sequence[int], *, workers: int | None = None, film: bool = False
+) -> Iterator[Picture]:
     """Yield a picture of each step, in order.
 
     One run is shown as `record.frames` keeps it, byte for byte. Several are tiled and captioned; one that is over
@@ -37,25 +50,44 @@ def pictures(recordings: Sequence[Recording], steps: Sequence[int], *, workers: 
         recordings: the runs.
         steps: the steps; 0 is the initial state.
         workers: processes that draw; None for one a core.
+        film: whether all are to be of one size, one run captioned too, and what was said to stand below.
     """
+    sheet = _film_sheet(recordings, steps) if film else _Sheet() if len(recordings) > 1 else None
     chunks = [tuple(steps[start : start + CHUNK]) for start in range(0, len(steps), CHUNK)]
     count = min(workers or joblib.cpu_count(), len(chunks))
     runs = tuple(recordings)
     if count == 1 or len(steps) * len(runs) <= ALONE:
         for chunk in chunks:
-            yield from _drawn(runs, chunk)
+            yield from _drawn(runs, chunk, sheet)
         return
-    yield from _drawn_elsewhere(runs, chunks, count)
+    yield from _drawn_elsewhere(runs, chunks, sheet, count)
 
 
-def _drawn_elsewhere(runs: tuple[Recording, ...], chunks: Sequence[tuple[int, ...]], workers: int) -> Iterator[Picture]:
+def film_texts(recordings: Sequence[Recording], steps: Sequence[int]) -> Iterator[str]:
+    """Yield all that is written around the pictures of a film, whole."""
+    yield from captions(recordings)
+    for run in recordings:
+        for step in steps:
+            yield from _told(run, step)
+
+
+def _film_sheet(recordings: Sequence[Recording], steps: Sequence[int]) -> _Sheet:
+    """Return what holds all pictures of a film: room as at its first step, lines as for the most that is said."""
+    opened = [Image.open(io.BytesIO(_picture(run, steps[0]))) for run in recordings]
+    spoken = (len(_told(run, step)) for run in recordings for step in steps)
+    return _Sheet(largest(opened), min(LINES, 2 * max(spoken)))
+
+
+def _drawn_elsewhere(
+    runs: tuple[Recording, ...], chunks: Sequence[tuple[int, ...]], sheet: _Sheet | None, workers: int
+) -> Iterator[Picture]:
     from loky import ProcessPoolExecutor
 
     pool = ProcessPoolExecutor(max_workers=workers, initializer=share_cores, initargs=(workers,))
     waiting: deque[Future[list[Picture]]] = deque()
     try:
         for chunk in chunks:
-            waiting.append(pool.submit(_drawn, runs, chunk))
+            waiting.append(pool.submit(_drawn, runs, chunk, sheet))
             if len(waiting) > 2 * workers:
                 yield from waiting.popleft().result()
         while waiting:
@@ -64,19 +96,26 @@ def _drawn_elsewhere(runs: tuple[Recording, ...], chunks: Sequence[tuple[int, ..
         pool.shutdown(kill_workers=True)
 
 
-def _drawn(runs: tuple[Recording, ...], steps: Sequence[int]) -> list[Picture]:
+def _drawn(runs: tuple[Recording, ...], steps: Sequence[int], sheet: _Sheet | None) -> list[Picture]:
     """Draw some steps, one run after the other: going to and fro between scenes would take far longer."""
-    columns = [[picture_of(run, redrawing_of(run), min(step, run.last)) for step in steps] for run in runs]
-    if len(runs) == 1:
+    columns = [[_picture(run, step) for step in steps] for run in runs]
+    if sheet is None:
         return [Picture(step, png) for step, png in zip(steps, columns[0], strict=True)]
     texts = captions(runs)
     return [
-        Picture(step, tiled(row, [_text(text, run, step) for text, run in zip(texts, runs, strict=True)]))
+        Picture(step, tiled([_tile(*one, step) for one in zip(runs, texts, row, strict=True)], **asdict(sheet)))
         for step, row in zip(steps, zip(*columns, strict=True), strict=True)
     ]
 
 
-def _text(text: str, run: Recording, step: int) -> str:
-    if step <= run.last:
-        return text
-    return f"{text} ({run.note or f'over since step {run.last}'})"
+def _picture(run: Recording, step: int) -> bytes:
+    return picture_of(run, redrawing_of(run), min(step, run.last))
+
+
+def _tile(run: Recording, text: str, png: bytes, step: int) -> Tile:
+    over = f" ({run.note or f'over since step {run.last}'})"
+    return Tile(png, f"{text}, step {step}" if step <= run.last else text + over, _told(run, step))
+
+
+def _told(run: Recording, step: int) -> Sequence[str]:
+    return (*said_by_step(run).get(step, ()), *redrawing_of(run).told(step))

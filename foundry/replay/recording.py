@@ -32,6 +32,7 @@ class Recording:
         note: what there is to say of a run that is not complete, or "".
         identity: what tells the run from others, by name: model, world, prompt, seed and what was swept.
         trusted: further packages whose classes the world may be built of.
+        messages: whole lines of `messages.jsonl`; empty when nothing was delivered.
     """
 
     id: str
@@ -43,6 +44,7 @@ class Recording:
     note: str
     identity: tuple[tuple[str, str], ...] = field(repr=False)
     trusted: tuple[str, ...] = ()
+    messages: bytes = b""
 
 
 class _StepOf(msgspec.Struct):
@@ -80,6 +82,7 @@ def read_recording(run: RunFolder, trusted: Sequence[str] = ()) -> Recording:
         note=_note(summary, last),
         identity=_identity(run),
         trusted=tuple(trusted),
+        messages=_whole_lines(run.messages_bytes()),
     )
 
 

@@ -5,18 +5,18 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-import numpy as np
 from PIL import Image
 
 from foundry.replay.recording import Recording
-from foundry.worlds.camera.eye.captions import captioned
-from foundry.worlds.camera.loading.scene import UInt8Array
+from foundry.replay.telling import band, band_height, in_lines
+from foundry.worlds.camera.eye.captions import MARGIN_PX, PAPER
 
 WIDEST = 1920
 """Pixels of a whole row; wider ones are scaled down."""
-_CAPTION_PX = 62
-"""Height of the band above each picture: two lines of text."""
+_HEAD = 2
+"""Lines of text above each picture."""
 
 
 def captions(recordings: Sequence[Recording]) -> list[str]:
@@ -33,25 +33,48 @@ def _said(name: str, value: str) -> str:
     return value if name == "model" else f"{name} {value}"
 
 
-def tiled(pictures: Sequence[bytes], texts: Sequence[str]) -> bytes:
-    """Return one PNG of several, as many across as down or one more, each with its text above it."""
-    columns = math.ceil(math.sqrt(len(pictures)))
-    opened = [Image.open(io.BytesIO(picture)).convert("RGB") for picture in pictures]
-    width, height = (max(sizes) for sizes in zip(*(picture.size for picture in opened), strict=True))
+@dataclass(frozen=True)
+class Tile:
+    """One run's part of a picture.
+
+    Attributes:
+        picture: a PNG.
+        text: what stands above it: whose run it is.
+        said: what was said at the step, which stands below it.
+    """
+
+    picture: bytes
+    text: str
+    said: Sequence[str] = ()
+
+
+def tiled(tiles: Sequence[Tile], *, room: tuple[int, int] | None = None, lines: int = 0) -> bytes:
+    """Return one PNG of several, as many across as down or one more, each with its text above it.
+
+    Args:
+        tiles: the parts.
+        room: width and height that each picture has, pixels; larger ones are made smaller; None for the largest's.
+        lines: of what was said, below each.
+    """
+    columns = math.ceil(math.sqrt(len(tiles)))
+    opened = [Image.open(io.BytesIO(tile.picture)).convert("RGB") for tile in tiles]
+    width, height = room or largest(opened)
     scale = min(1.0, WIDEST / (columns * width))
     width, height = math.ceil(width * scale), math.ceil(height * scale)
-    rows = math.ceil(len(pictures) / columns)
-    sheet = Image.new("RGB", (columns * width, rows * (height + _CAPTION_PX)), "white")
-    for number, (picture, text) in enumerate(zip(opened, texts, strict=True)):
+    above, below, across = band_height(_HEAD), band_height(lines), width - 2 * MARGIN_PX
+    whole = above + height + below
+    sheet = Image.new("RGB", (columns * width, math.ceil(len(tiles) / columns) * whole), PAPER)
+    for number, (picture, tile) in enumerate(zip(opened, tiles, strict=True)):
         picture.thumbnail((width, height))
-        row, column = divmod(number, columns)
-        sheet.paste(Image.fromarray(_headed(picture, text)), (column * width, row * (height + _CAPTION_PX)))
+        left, top = number % columns * width, number // columns * whole
+        sheet.paste(band(in_lines([tile.text], across, _HEAD), width, _HEAD), (left, top))
+        sheet.paste(picture, (left + (width - picture.width) // 2, top + above))
+        sheet.paste(band(in_lines(tile.said, across, lines), width, lines), (left, top + whole - below))
     content = io.BytesIO()
     sheet.save(content, "PNG", compress_level=1)
     return content.getvalue()
 
 
-def _headed(picture: Image.Image, text: str) -> UInt8Array:
-    """Return a picture below a band that holds its text."""
-    band = np.full((_CAPTION_PX, picture.width, 3), 255, np.uint8)
-    return captioned(np.concatenate([band, np.asarray(picture, np.uint8)]), text)
+def largest(opened: Sequence[Image.Image]) -> tuple[int, int]:
+    """Return the width and height, pixels, that hold each of some pictures."""
+    return max(one.width for one in opened), max(one.height for one in opened)

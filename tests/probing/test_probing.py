@@ -65,6 +65,16 @@ def test_moments_are_drawn_over_all_runs_and_of_an_agent_one_in_a_window(probed:
     assert {one.kind for one in moments} == {"message", "action"}
 
 
+def test_moments_are_told_apart_by_what_the_world_offers_and_drawn_over_it(probed: Path):
+    found = moments_in(probed)
+    assert [set(one) for one in found.strata] == [{"fire", "message", "wall"}] * 30
+    frame = table(probed, "moments", model="scripted/herd", edit="none")
+    told = {(row["run"], row["step"], row["agent"], row["kind"]): row["fire"] for row in frame.to_dict("records")}
+    by_moment = zip(found.moments, found.strata, strict=True)
+    assert told == {(one.run, one.step, one.agent, one.kind): strata["fire"] for one, strata in by_moment}
+    assert set(told.values()) == {True, False}
+
+
 def test_taking_fires_away_is_asked_in_the_moments_with_a_known_fire_alone(pilot: Path, probed: Path):
     fires = {(run.id, line["step"], line["agent"]): line["fires"] for run in runs(pilot) for line in lines(run)}
     known = {(*one[:3], one[3]) for one in shares(probed, "scripted/avoid", "none") if fires[one[:3]]}
@@ -86,7 +96,7 @@ def test_who_reads_fires_alone_changes_without_them_and_who_reads_none_does_not(
     (found,) = table(probed, "edits", model="scripted/herd", edit="no_fire", kind="all").to_dict("records")
     assert found["distance"] == 0 and found["standing_out"] == 0 and found["p"] == 1
     (found,) = table(probed, "edits", model="scripted/avoid", edit="no_fire", kind="all").to_dict("records")
-    assert found["excess"] > 0.2 and found["p"] == 1 / 8
+    assert found["excess"] > 0.1 and found["p"] == 1 / 8
 
 
 def test_who_always_goes_left_is_as_wrong_in_a_mirror_as_one_can_be(probed: Path):
@@ -150,9 +160,15 @@ def test_what_was_kept_is_held_against_what_the_probe_was_made_of(probed: Path, 
     ],
 )
 def test_what_cannot_be_probed_is_refused_in_one_line(arguments: tuple[str, ...], expected: str, pilot: Path):
-    found = foundry("probe", "pilot", *arguments, "output.dir=refused", cwd=pilot.parent)
+    found = foundry("probe", "pilot", *arguments, "model=scripted/stay", "output.dir=refused", cwd=pilot.parent)
     assert found.returncode == 2 and expected in found.stderr and found.stderr.count("\n") == 1
     assert not (pilot.parent / "refused").exists()
+
+
+def test_of_several_recorded_models_none_is_chosen_silently(pilot: Path):
+    found = foundry("probe", "pilot", "output.dir=refused", cwd=pilot.parent)
+    expected = "The recorded runs have several models (scripted/herd, scripted/avoid): choose with model="
+    assert found.returncode == 2 and expected in found.stderr and not (pilot.parent / "refused").exists()
 
 
 def test_a_probe_of_a_probe_or_of_several_worlds_is_refused(pilot: Path, probed: Path, tmp_path: Path):
@@ -161,6 +177,17 @@ def test_a_probe_of_a_probe_or_of_several_worlds_is_refused(pilot: Path, probed:
     done("model=scripted/stay", *WORLD, "world.agents=3", *QUIET, "output.dir=other", cwd=tmp_path)
     found = foundry("probe", "other", str(pilot), cwd=tmp_path)
     assert found.returncode == 2 and "several worlds" in found.stderr
+
+
+def test_moments_and_whole_runs_never_share_a_folder(pilot: Path, tmp_path: Path):
+    shutil.copytree(pilot, tmp_path / "pilot")
+    moments = ("probe", "pilot", "model=scripted/stay", "moments=2", *QUIET)
+    found = foundry(*moments, "output.dir=pilot", cwd=tmp_path)
+    assert found.returncode == 2 and "beside which a probe cannot stand" in found.stderr
+    assert found.stderr.count("\n") == 1 and not (tmp_path / "pilot" / "moments.json").exists()
+    done(*moments, "output.dir=probed", cwd=tmp_path)
+    found = foundry("model=scripted/stay", *WORLD, *QUIET, "output.dir=probed", cwd=tmp_path)
+    assert found.returncode == 2 and "The folder holds a probe, beside which whole runs" in found.stderr
 
 
 def test_an_edit_of_ones_own_is_found_beside_the_configuration(pilot: Path, tmp_path: Path):
@@ -179,7 +206,12 @@ def test_an_edit_of_ones_own_is_found_beside_the_configuration(pilot: Path, tmp_
 
 
 def test_what_a_probe_has_not_is_refused(probed: Path):
-    for option, said in (("--baselines", "name them among its models"), ("--family=action.stay", "know no families")):
+    refused = (
+        ("--baselines", "name them among its models"),
+        ("--margin=x=1", "know no margins"),
+        ("--family=no_fires", "Did you mean 'no_fire'"),
+    )
+    for option, said in refused:
         found = foundry("analyze", str(probed), option, cwd=probed.parent)
         assert found.returncode == 2 and said in found.stderr and found.stderr.count("\n") == 1
 
@@ -194,13 +226,28 @@ def test_games_are_probed_too(tmp_path: Path):
     assert not shares(tmp_path / "out", "scripted/planner", "no_persona") and moments
 
 
-def test_a_probe_that_is_killed_goes_on_and_pays_for_nothing_twice(tmp_path: Path):
+STATION = ("world=kibo", "world.camera.width=64", "world.camera.height=48", "world.steps=4")
+
+
+@pytest.mark.parametrize(
+    ("world", "model", "edit"),
+    [
+        (WORLD, "qwen3:4b", "no_fire"),
+        pytest.param(
+            ("world=bar", "world.agents=4", "world.steps=4"), "qwen3:4b", "no_history", marks=pytest.mark.slow
+        ),
+        pytest.param(STATION, "qwen2.5vl:3b", "mirror_image", marks=pytest.mark.slow),
+    ],
+)
+def test_a_probe_that_is_killed_goes_on_and_pays_for_nothing_twice(
+    world: tuple[str, ...], model: str, edit: str, tmp_path: Path
+):
     with OllamaServer() as server:
-        source = ("-m", "model=qwen3:4b", "seed=0-1", *WORLD, *QUIET, "output.dir=pilot")
+        source = ("-m", f"model={model}", "seed=0-1", *world, *QUIET, "output.dir=pilot")
         done(*source, cwd=tmp_path, OLLAMA_HOST=server.url)
         free = sum(server.answered.values())
     holding = Holding(9)
-    arguments = ("probe", "pilot", "moments=8", "repeats=3", "edit=no_fire", *QUIET, "output.dir=out")
+    arguments = ("probe", "pilot", "moments=8", "repeats=3", "window=1", f"edit={edit}", *QUIET, "output.dir=out")
     with OllamaServer(holding) as server:
         with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
             wait_until(lambda: holding.held, "the calls are held back")
@@ -209,7 +256,7 @@ def test_a_probe_that_is_killed_goes_on_and_pays_for_nothing_twice(tmp_path: Pat
             kill(process.pid)
         holding.free()
         done("resume", "out", cwd=tmp_path)
-        edited = sum(len(lines(run)) for run in runs(tmp_path / "out") if run.factors["edit"] == "no_fire")
+        edited = sum(len(lines(run)) for run in runs(tmp_path / "out") if run.factors["edit"] == edit)
         assert set(server.answered.values()) == {1}
         assert sum(server.answered.values()) == 8 * 2 + edited  # the first repeat is the free run's own answer
     assert "4 identical" in done("verify", "out", "--workers", "1", cwd=tmp_path)

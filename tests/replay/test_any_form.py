@@ -43,8 +43,8 @@ def test_pictures_that_grow_are_fitted_into_the_first_ones_size(workspace: Path,
     if film.endswith(".gif"):
         with Image.open(workspace / film) as picture:
             picture.seek(3)
-            assert (picture.size, picture.n_frames) == ((300, 120), 4)
-            beside, within = picture.convert("RGB").getpixel((20, 20)), picture.convert("RGB").getpixel((117, 20))
+            assert (picture.size, picture.n_frames) == ((300, 60 + 120 + 60), 4)
+            beside, within = picture.convert("RGB").getpixel((20, 80)), picture.convert("RGB").getpixel((117, 80))
         assert min(beside) > 250 > min(within), "the whole picture is there, with white on both sides"
     else:
         assert imageio_ffmpeg.count_frames_and_secs(str(workspace / film))[0] == 4

@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 import io
+import string
+from collections.abc import Iterator
+from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
+from matplotlib.font_manager import fontManager
 from PIL import Image
 
+from fonts import write_font
+from foundry.palette.fonts import families, letters_by_file
 from foundry.replay.pictures import CHUNK, Picture, pictures
-from foundry.replay.recording import Recording, read_recording
+from foundry.replay.recording import Recording, read_recording, redrawing_of
+from foundry.replay.telling import band, band_height, boxes_note, in_lines, said_by_step, width_of
 from foundry.storing.store import RunFolder
+from foundry.worlds.camera.eye.captions import TEXT_PX
 
 
 def saved(run: RunFolder) -> dict[str, bytes]:
@@ -56,6 +65,17 @@ def test_the_inset_is_the_image_that_the_model_was_shown(camera_runs: list[RunFo
     assert (corner == [0, 0, 255]).all()
 
 
+def test_a_film_of_a_3d_run_says_below_its_pictures_what_was_replied(camera_runs: list[RunFolder]):
+    recording = read_recording(camera_runs[0])
+    told = redrawing_of(recording).told(1)
+    assert told == (f"reply (chosen): {msgspec.json.decode(recording.steps.splitlines()[0])['reply']}",)
+    first, second = (Image.open(io.BytesIO(one.png)) for one in pictures([recording], [0, 1], workers=1, film=True))
+    assert first.size == second.size
+    lower = (0, first.height - band_height(2), first.width, first.height)
+    inks = [np.asarray(picture.crop(lower).convert("L")).min() for picture in (first, second)]
+    assert inks[0] > 200 > inks[1], "nothing was replied before the first step"
+
+
 @pytest.mark.slow
 def test_worlds_in_which_agents_come_and_go_are_redrawn_as_they_were_saved(furnished_runs: list[RunFolder]):
     assert any(b'"left":"' in run.steps_bytes() for run in furnished_runs)
@@ -77,10 +97,10 @@ def test_several_runs_are_tiled_each_below_its_caption(grid_runs: list[RunFolder
     recordings = [read_recording(run) for run in grid_runs[:3]]
     (sheet,) = pictures(recordings, [6], workers=1)
     (single,) = pictures(recordings[:1], [6], workers=1)
-    assert size(sheet) == (1600, 2 * 862)
-    tile = np.asarray(Image.open(io.BytesIO(sheet.png)))[:862, :800]
-    assert (tile[62:] == np.asarray(Image.open(io.BytesIO(single.png)).convert("RGB"))).all()
-    assert tile[:62].min() < 80
+    assert size(sheet) == (1600, 2 * 860)
+    tile = np.asarray(Image.open(io.BytesIO(sheet.png)))[:860, :800]
+    assert (tile[60:] == np.asarray(Image.open(io.BytesIO(single.png)).convert("RGB"))).all()
+    assert tile[:60].min() < 80
 
 
 def test_a_run_that_is_over_keeps_its_last_state_beside_longer_ones(grid_runs: list[RunFolder]):
@@ -89,8 +109,64 @@ def test_a_run_that_is_over_keeps_its_last_state_beside_longer_ones(grid_runs: l
     early, late = (
         np.asarray(Image.open(io.BytesIO(one.png))) for one in pictures([longer, shorter], [4, 6], workers=1)
     )
-    assert (early[62:, 800:] == late[62:, 800:]).all()
-    assert (early[:62, 800:] != late[:62, 800:]).any()
+    assert (early[60:, 800:] == late[60:, 800:]).all()
+    assert (early[:60, 800:] != late[:60, 800:]).any()
+
+
+def test_a_film_says_whose_run_it_is_at_which_step_and_what_was_said_to_whom(grid_runs: list[RunFolder]):
+    talking = next(run for run in grid_runs if run.messages_bytes())
+    recording = read_recording(talking)
+    first = msgspec.json.decode(recording.messages.splitlines()[0])
+    heard = [
+        one["recipient"]
+        for one in map(msgspec.json.decode, recording.messages.splitlines())
+        if (one["step"], one["sender"]) == (first["step"], first["sender"])
+    ]
+    said = said_by_step(recording)[first["step"]]
+    assert said[0] == f"agent {first['sender']} to {', '.join(map(str, heard))}: {first['text']}"
+    assert [one for one in said if "to nobody" in one] == said[-sum("to nobody" in one for one in said) :]
+    (frame,) = pictures([recording], [first["step"]], workers=1, film=True)
+    (plain,) = pictures([recording], [first["step"]], workers=1)
+    whole, state = (np.asarray(Image.open(io.BytesIO(one.png)).convert("RGB")) for one in (frame, plain))
+    assert (whole[60:860] == state).all()
+    assert whole[:60].min() < 80 and whole[860:].min() < 80
+
+
+def test_long_messages_are_wrapped_and_those_without_room_are_counted():
+    japanese = "agent 1 to 2: " + "火事です逃げて" * 40
+    lines = in_lines([japanese, "agent 2 to nobody: short"], 300, 4)
+    assert len(lines) == 3 and lines[1].endswith("…") and lines[2] == "agent 2 to nobody: short"
+    assert max(map(width_of, lines)) <= 300
+    assert in_lines(["a", "b", "c", "d"], 300, 3) == ["a", "b", "and 2 more"]
+    assert in_lines(["one"], 300, 0) == []
+
+
+@pytest.fixture
+def squares(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A fallback font whose letters, two of them rare, are black squares."""
+    monkeypatch.setattr(fontManager, "ttflist", list(fontManager.ttflist))
+    monkeypatch.setattr("foundry.palette.fonts.FALLBACK_FONTS", ("Squares",))
+    fontManager.addfont(write_font(tmp_path / "squares.ttf", "Squares", f"{string.ascii_lowercase}1:𓀀𓀁"))
+    forget_fonts()
+    yield
+    forget_fonts()
+
+
+def forget_fonts() -> None:
+    for kept in (families, letters_by_file):
+        kept.cache_clear()
+
+
+def test_letters_that_the_usual_font_lacks_are_drawn_in_one_that_has_them(squares: None):
+    line = np.asarray(band(["𓀀𓀁"], 200, 1).convert("L"))
+    assert (line == line.min()).sum() > 2 * 0.9 * TEXT_PX**2, "two whole squares"
+    assert width_of("𓀀𓀁") == 2 * TEXT_PX
+    assert boxes_note(["agent 1: 𓀀", "𓀁"]) == ""
+
+
+def test_letters_that_no_font_has_are_told(squares: None):
+    said = boxes_note(["agent 1: 𓀀𓀂", "𓁀𓀂"])
+    assert said.startswith("No font of this machine has 𓀂𓁀: they are drawn as boxes. Install one of ")
 
 
 def cut(recording: Recording, last: int) -> Recording:

@@ -108,10 +108,10 @@ def test_what_was_answered_before_a_failure_is_not_asked_again(write_sweep, make
 
 def test_the_messages_of_baselines_are_labelled_too_and_each_once(write_sweep, make_condition, small_world, tmp_path):
     sweep = write_sweep(tmp_path / "sweep", [make_condition("a", range(2))])
-    alone = texts_of(sweep)
+    alone = list(texts_of(sweep))
     other = {**small_world, "fires": small_world["fires"][:1]}
     write_sweep(sweep.baselines_dir, [make_condition("walker", [0]), make_condition("walker", [1], world=other)])
-    texts = texts_of(sweep)
+    texts = list(texts_of(sweep))
     assert texts[: len(alone)] == alone
     assert len(texts) == len(set(texts)) > len(alone)
     assert {one.fires for one in texts} == {("fire1", "blaze2"), ("fire1",)}

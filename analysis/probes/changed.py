@@ -1,0 +1,67 @@
+"""Which way an edit moves each choice: its share in the edited moments less that without the edit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.arrays import FloatArray
+from analysis.probes.choices import Answers, Chosen, MomentKey
+from analysis.probes.comparing import by_seed
+from analysis.stats.intervals import estimate
+from analysis.stats.multiplicity import holm
+from analysis.stats.sign_flip import sign_flip_p
+from analysis.tables.texts import Table, p_value, told_rows
+
+COLUMNS = (
+    "model", "edit", "leaves", "kind", "choice", "moments", "seeds", "before", "after", "change", "low", "high", "p",
+)  # fmt: skip
+
+
+def changes_of(answers: Answers) -> pd.DataFrame:
+    """Return how each edit changes the share of each choice, over the moments in which it changes something.
+
+    Of an equivariance `before` is what should have been chosen in the edited moment.
+    """
+    rows = []
+    for subject, change in answers.edited():
+        about = {"model": answers.names[subject], "edit": change.name, "leaves": change.leaves}
+        rows += [about | row for row in _rows(answers.expected(subject, change), answers.of(subject, change.name))]
+    frame = pd.DataFrame(rows, columns=list(COLUMNS))
+    return frame.assign(p_holm=holm(frame["p"].to_numpy(dtype=np.float64)))
+
+
+def changes_table(frame: pd.DataFrame) -> Table:
+    """Return the short table: choices whose share changes in any seed."""
+    rows = [
+        (row["model"], row["edit"], row["kind"], row["choice"], str(row["moments"]), row["before"], row["after"],
+         row["change"], p_value(row["p_holm"]))
+        for row in told_rows(frame[frame["p"].notna()], ("before", "after"), {"change": ("low", "high")})
+    ]  # fmt: skip
+    caption = (
+        "Share of a choice without and with an edit, and its change with a 95 % interval over seeds; for an "
+        "equivariance, before is what should have been chosen. Choices that no seed changes are left out."
+    )
+    columns = ("model", "edit", "kind", "choice", "moments", "before", "after", "change", "p (Holm)")
+    return Table("edit_choices", caption, columns, tuple(rows), labels=4)
+
+
+def _rows(before: Chosen, after: Chosen) -> list[dict[str, Any]]:
+    keys = sorted(before.keys() & after.keys())
+    choices = sorted({(key.kind, one) for key in keys for chosen in (before, after) for one in chosen[key]})
+    return [_row(before, after, [key for key in keys if key.kind == kind], kind, one) for kind, one in choices]
+
+
+def _row(before: Chosen, after: Chosen, keys: list[MomentKey], kind: str, choice: str) -> dict[str, Any]:
+    was, now = (_shares(chosen, keys, choice) for chosen in (before, after))
+    change = now - was
+    found = estimate(change, -1.0, 1.0)
+    p = float(sign_flip_p(change[None, :])[0]) if change.any() else np.nan
+    return {"kind": kind, "choice": choice, "moments": len(keys), "seeds": found.n, "before": was.mean(),
+            "after": now.mean(), "change": found.mean, "low": found.low, "high": found.high, "p": p}  # fmt: skip
+
+
+def _shares(chosen: Chosen, keys: list[MomentKey], choice: str) -> FloatArray:
+    return by_seed({key: chosen[key][choice] / chosen[key].total() for key in keys})

@@ -1,0 +1,140 @@
+"""How choices depend on one quantity: curves over the values to which it was moved, and how steep they are.
+
+A slope is taken within moments, since not every moment can have every value: of a seed it is sum (x - mean x) (y - mean
+y) / sum (x - mean x)^2 with the means of each moment, x the values it was asked at and y the shares of a choice there
+(least squares with an intercept for each moment). Of a policy blind to the quantity its mean is 0. Slopes that are 0 in
+every seed are no tests.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.arrays import FloatArray
+from analysis.probes.choices import Answers, Change, Chosen, MomentKey
+from analysis.stats.intervals import estimate
+from analysis.stats.multiplicity import holm
+from analysis.stats.sign_flip import sign_flip_p
+from analysis.tables.texts import Table, p_value, told_rows
+
+CURVES = ("model", "quantity", "kind", "choice", "value", "moments", "seeds", "share", "low", "high")
+STEEPNESS = ("model", "quantity", "kind", "choice", "moments", "seeds", "slope", "low", "high", "p")
+
+
+@dataclass(frozen=True)
+class _Curve:
+    """The shares of one choice in moments that were asked at several values of a quantity.
+
+    Attributes:
+        about: model, quantity, kind and choice.
+        shares: share by value, by moment.
+    """
+
+    about: dict[str, Any]
+    shares: Mapping[MomentKey, Mapping[float, float]]
+
+
+def curve_tables(answers: Answers) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return the share of each choice at each value of a quantity, mean over seeds, and how steep that is.
+
+    Steep is by how much the share rises with one more of the quantity, within moments.
+    """
+    curves = list(_curves(answers))
+    points = [curve.about | row for curve in curves for row in _points(curve)]
+    slopes = pd.DataFrame([curve.about | row for curve in curves if (row := _slope(curve))], columns=list(STEEPNESS))
+    p_holm = holm(slopes["p"].to_numpy(dtype=np.float64))
+    return pd.DataFrame(points, columns=list(CURVES)), slopes.assign(p_holm=p_holm)
+
+
+def curves_table(frame: pd.DataFrame) -> Table:
+    """Return the short table of curves."""
+    rows = [
+        (row["model"], row["quantity"], row["kind"], row["choice"], row["value"], str(row["moments"]), row["share"])
+        for row in told_rows(frame, ("value",), {"share": ("low", "high")})
+    ]  # fmt: skip
+    caption = "Share of a choice where one quantity alone is moved to a value, with its 95 % interval over seeds."
+    columns = ("model", "quantity", "kind", "choice", "value", "moments", "share")
+    return Table("curves", caption, columns, tuple(rows), labels=4)
+
+
+def steepness_table(frame: pd.DataFrame) -> Table:
+    """Return the short table of slopes."""
+    rows = [
+        (row["model"], row["quantity"], row["kind"], row["choice"], str(row["moments"]), str(row["seeds"]),
+         row["slope"], p_value(row["p_holm"]))
+        for row in told_rows(frame, (), {"slope": ("low", "high")})
+    ]  # fmt: skip
+    caption = (
+        "By how much the share of a choice rises with one more of a quantity that is moved alone: slope within "
+        "moments with its 95 % interval over seeds."
+    )
+    columns = ("model", "quantity", "kind", "choice", "moments", "seeds", "slope", "p (Holm)")
+    return Table("steepness", caption, columns, tuple(rows), labels=4)
+
+
+def _curves(answers: Answers) -> Iterator[_Curve]:
+    moves: dict[str, list[Change]] = defaultdict(list)
+    for change in answers.changes.values():
+        if change.moves:
+            moves[change.moves].append(change)
+    for quantity, changes in moves.items():
+        asked = {
+            subject: {change.to: answers.of(subject, change.name) for change in changes} for subject in answers.names
+        }
+        choices = sorted(
+            {
+                (key.kind, choice)
+                for mine in asked.values()
+                for chosen in mine.values()
+                for key, counts in chosen.items()
+                for choice in counts
+            }
+        )
+        for (subject, mine), (kind, choice) in itertools.product(asked.items(), choices):
+            about = {"model": answers.names[subject], "quantity": quantity, "kind": kind, "choice": choice}
+            yield _Curve(about, _shares(mine, kind, choice))
+
+
+def _shares(asked: Mapping[float, Chosen], kind: str, choice: str) -> dict[MomentKey, dict[float, float]]:
+    found: dict[MomentKey, dict[float, float]] = defaultdict(dict)
+    for value, chosen in asked.items():
+        for key, counts in chosen.items():
+            if key.kind == kind:
+                found[key][value] = counts[choice] / counts.total()
+    return found
+
+
+def _points(curve: _Curve) -> Iterator[dict[str, Any]]:
+    for value in sorted({value for mine in curve.shares.values() for value in mine}):
+        by_seed: dict[int, list[float]] = defaultdict(list)
+        for key, mine in curve.shares.items():
+            if value in mine:
+                by_seed[key.seed].append(mine[value])
+        found = estimate(np.array([np.mean(mine) for mine in by_seed.values()]), 0.0, 1.0)
+        moments = sum(map(len, by_seed.values()))
+        yield {"value": value, "moments": moments, "seeds": found.n, "share": found.mean, "low": found.low,
+               "high": found.high}  # fmt: skip
+
+
+def _slope(curve: _Curve) -> dict[str, Any]:
+    products: dict[int, list[FloatArray]] = defaultdict(list)
+    for key, mine in curve.shares.items():
+        if len(mine) > 1:
+            x, y = (np.array(list(part)) for part in (mine.keys(), mine.values()))
+            x = x - x.mean()
+            products[key.seed].append(np.array([x @ (y - y.mean()), x @ x]))
+    if not products:
+        return {}
+    sums = np.array([np.sum(mine, axis=0) for _, mine in sorted(products.items())])
+    slopes = sums[:, 0] / sums[:, 1]
+    found = estimate(slopes)
+    moments = sum(map(len, products.values()))
+    return {"moments": moments, "seeds": found.n, "slope": found.mean, "low": found.low, "high": found.high,
+            "p": float(sign_flip_p(slopes[None, :])[0]) if slopes.any() else np.nan}  # fmt: skip

@@ -1,0 +1,90 @@
+"""Which comparisons of a probe claims may rest on: those of the models and edits that are declared beforehand."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from analysis.arrays import BoolArray
+from analysis.probes.choices import Answers, Change, Subject
+from analysis.probes.comparing import ALL
+from analysis.stats.multiplicity import holm
+from foundry.errors import not_found
+
+
+@dataclass(frozen=True)
+class Family:
+    """The models and edits that are declared; nothing of both is all of them.
+
+    Attributes:
+        models: their names in the tables.
+        edits: their names.
+    """
+
+    models: frozenset[str]
+    edits: frozenset[str]
+
+    @classmethod
+    def of(cls, names: Sequence[str], answers: Answers) -> Family:
+        """Return the family that these names declare; a model is named by itself, or as in the tables.
+
+        Raises:
+            InputError: one is neither a model nor an edit of this probe.
+        """
+        edits = [change.name for change in answers.changes.values() if change.is_edit]
+        models = {shown: {shown} for shown in answers.names.values()}
+        for subject, shown in answers.names.items():
+            models.setdefault(subject.model, set()).add(shown)
+        for name in names:
+            if name not in models and name not in edits:
+                raise not_found("Model or edit of this probe", name, [*models, *edits])
+        chosen = frozenset(shown for name in names for shown in models.get(name, ()))
+        return cls(chosen, frozenset(names) & frozenset(edits))
+
+    def correct(self, agreement: pd.DataFrame, edits: pd.DataFrame) -> None:
+        """Fill `p_holm`: over each table, or over all that is declared where anything is."""
+        pairs, edited = self._rows(agreement), self._rows(edits)
+        p = [frame.loc[rows, "p"].to_numpy(dtype=np.float64) for frame, rows in ((agreement, pairs), (edits, edited))]
+        together = self.models or self.edits
+        found = np.split(holm(np.concatenate(p)), [len(p[0])]) if together else [holm(p[0]), holm(p[1])]
+        agreement.loc[pairs, "p_holm"], edits.loc[edited, "p_holm"] = found
+
+    def note(self, agreement: pd.DataFrame, edits: pd.DataFrame) -> list[str]:
+        """Return the line that says what is declared; none where nothing is."""
+        if not self.models and not self.edits:
+            return []
+        rows = int(self._rows(agreement).sum() + self._rows(edits).sum())
+        names = ", ".join([*sorted(self.models), *sorted(self.edits)])
+        return [f"declared: {names}: p is corrected over {rows} rows of both tables, all others are exploratory"]
+
+    def pairs(self, answers: Answers) -> list[tuple[Subject, Subject]]:
+        """Return the declared pairs: those of a declared model, of two where several are; none with edits alone."""
+        pairs = itertools.combinations(answers.names, 2)
+        return [pair for pair in pairs if self._holds_pair({answers.names[one] for one in pair})]
+
+    def edited(self, answers: Answers) -> list[tuple[Subject, Change]]:
+        """Return the declared edits of each subject: declared edits of declared models."""
+        return [
+            (subject, change)
+            for subject, change in answers.edited()
+            if self._holds_edit(answers.names[subject], change.name)
+        ]
+
+    def _holds_pair(self, models: set[str]) -> bool:
+        if not self.models:
+            return not self.edits
+        return len(models & self.models) == min(len(self.models), 2)
+
+    def _holds_edit(self, model: str, edit: str) -> bool:
+        return (not self.models or model in self.models) and (not self.edits or edit in self.edits)
+
+    def _rows(self, frame: pd.DataFrame) -> BoolArray:
+        """Return which rows of a table are declared (rows,)."""
+        is_pair = "first" in frame
+        names = zip(*(frame[name] for name in (("first", "second") if is_pair else ("model", "edit"))), strict=True)
+        declared = [self._holds_pair(set(pair)) if is_pair else self._holds_edit(*pair) for pair in names]
+        return (frame["kind"] == ALL).to_numpy(dtype=np.bool_) & np.array(declared, dtype=np.bool_)

@@ -1,0 +1,252 @@
+"""What the format of a prompt does: how far choices spread over formats, and how often the order of models turns round.
+
+The floor of both is the mean over ways to deal out anew, among the formats, what a model answered in each moment: no
+format changes anything then, and all else stays as it was. As in Sclar et al. 2024 (arXiv 2310.11324) the spread is
+that between the least and the greatest format.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+from numpy.random import Generator
+
+from analysis.arrays import FloatArray, IntArray
+from analysis.probes.choices import Answers, Subject
+from analysis.stats.intervals import estimate, estimates
+from analysis.stats.multiplicity import holm
+from analysis.stats.sign_flip import upper_sign_flip_p
+from analysis.tables.texts import Table, p_value, told_rows
+from foundry.seeding import stream
+
+DEALT = 199
+"""Drawn ways to deal answers out among the formats."""
+SPREAD = (
+    "model", "kind", "choice", "formats", "moments", "seeds", "share", "least", "least_format", "greatest",
+    "greatest_format", "spread", "floor", "excess", "excess_low", "excess_high", "p", "sd", "sd_low", "sd_high",
+)  # fmt: skip
+ORDERS = (
+    "first", "second", "kind", "choice", "formats", "moments", "seeds", "difference", "low", "high", "first_more",
+    "second_more", "turned", "floor", "turned_clearly",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Formatted:
+    """What a subject chose in one kind of question, in the moments in which it was asked in every format.
+
+    Attributes:
+        counts: how often each choice was made (moments, formats, choices), equally often asked in each format.
+        choices: the choices.
+        seeds: the seed of each moment (moments,).
+    """
+
+    counts: IntArray
+    choices: tuple[str, ...]
+    seeds: npt.NDArray[np.int64]
+
+    @property
+    def asked(self) -> int:
+        """How often each moment was asked in each format."""
+        return int(self.counts[0, 0].sum())
+
+    def of(self, choice: str) -> IntArray:
+        """Return how often one choice was made (moments, formats)."""
+        if choice not in self.choices:
+            return np.zeros(self.counts.shape[:2], dtype=np.int64)
+        return self.counts[..., self.choices.index(choice)]
+
+    def by_seed(self, values: FloatArray) -> FloatArray:
+        """Return the mean of values (moments, ...) over the moments of each seed (seeds, ...)."""
+        return np.stack([values[self.seeds == seed].mean(axis=0) for seed in np.unique(self.seeds)])
+
+
+def format_tables(answers: Answers) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return how each subject's choices spread over formats, and how often the order of two subjects turns round."""
+    if len(answers.formats) < 2:
+        return pd.DataFrame(columns=list(SPREAD)), pd.DataFrame(columns=list(ORDERS))
+    kinds = sorted({key.kind for chosen in answers.chosen.values() for key in chosen})
+    found = {
+        (subject, kind): one
+        for subject in answers.names
+        for kind in kinds
+        if (one := _formatted(answers, subject, kind)) is not None
+    }
+    spread = [
+        {"model": answers.names[subject], "kind": kind} | row
+        for (subject, kind), one in found.items()
+        for row in _spread_rows(one, answers.formats)
+    ]
+    orders = [
+        {"first": answers.names[first], "second": answers.names[second], "kind": kind} | row
+        for first, second in itertools.combinations(answers.names, 2)
+        for kind in kinds
+        if (first, kind) in found and (second, kind) in found
+        for row in _order_rows(found[first, kind], found[second, kind])
+    ]
+    frame = pd.DataFrame(spread, columns=list(SPREAD))
+    frame.insert(list(SPREAD).index("p") + 1, "p_holm", holm(frame["p"].to_numpy(dtype=np.float64)))
+    return frame, pd.DataFrame(orders, columns=list(ORDERS))
+
+
+def formats_table(frame: pd.DataFrame) -> Table:
+    """Return the short table of spreads."""
+    rows = [
+        (row["model"], row["kind"], row["choice"], str(row["formats"]),
+         f"{row['least']} ({row['least_format']})", f"{row['greatest']} ({row['greatest_format']})",
+         row["floor"], row["excess"], p_value(row["p_holm"]), row["sd"])
+        for row in told_rows(
+            frame, ("least", "greatest", "floor", "sd"), {"excess": ("excess_low", "excess_high")}
+        )
+    ]  # fmt: skip
+    caption = (
+        "Share of each choice in the format with the least and the greatest of it; the floor is the spread over "
+        "formats of a seed if no format changed anything; excess of the spread with its 95 % interval over seeds; the "
+        "standard deviation over formats beyond chance."
+    )
+    columns = ("model", "kind", "choice", "formats", "least", "greatest", "floor", "excess", "p (Holm)", "sd")
+    return Table("formats", caption, columns, tuple(rows), labels=3)
+
+
+def orders_table(frame: pd.DataFrame) -> Table:
+    """Return the short table of orders."""
+    rows = [
+        (row["first"], row["second"], row["kind"], row["choice"],
+         row["difference"], str(row["first_more"]), str(row["second_more"]),
+         row["turned"], row["floor"], row["turned_clearly"])
+        for row in told_rows(frame, ("turned", "floor", "turned_clearly"), {"difference": ("low", "high")})
+    ]  # fmt: skip
+    caption = (
+        "Difference of two models in the share of a choice, over all formats; in how many formats each has more; share "
+        "of pairs of formats in which the order turns round, what chance would give, and the pairs in which both "
+        "intervals over seeds exclude 0."
+    )
+    columns = ("first", "second", "kind", "choice", "difference", "first more", "second more", "turned", "floor",
+               "clearly")  # fmt: skip
+    return Table("format_orders", caption, columns, tuple(rows), labels=4)
+
+
+def _formatted(answers: Answers, subject: Subject, kind: str) -> Formatted | None:
+    asked = [answers.of(subject, format=one) for one in answers.formats]
+    keys = sorted(key for key in asked[0] if key.kind == kind and all(key in chosen for chosen in asked))
+    if not keys:
+        return None
+    choices = sorted({choice for chosen in asked for key in keys for choice in chosen[key]})
+    counts = [[[chosen[key][choice] for choice in choices] for chosen in asked] for key in keys]
+    return Formatted(np.array(counts, dtype=np.int64), tuple(choices), np.array([key.seed for key in keys]))
+
+
+def _spread_rows(found: Formatted, formats: Sequence[str]) -> Iterator[dict[str, Any]]:
+    for choice in found.choices:
+        counts, asked = found.of(choice), found.asked
+        shares = found.by_seed(counts / asked)
+        rng = stream(0, f"formats:{choice}")
+        dealt = _by_seed_dealt(found, _dealt(counts, asked, rng) / asked)
+        spread, floor = np.ptp(shares, axis=1), np.ptp(dealt, axis=2)
+        excess = spread - floor.mean(axis=0)
+        over_seeds, overall = estimate(excess, -1.0, 1.0), shares.mean(axis=0)
+        variance = estimate(shares.var(axis=1, ddof=1) - _variance_by_chance(found, counts))
+        least, greatest = int(overall.argmin()), int(overall.argmax())
+        yield {
+            "choice": choice,
+            "formats": len(formats),
+            "moments": len(counts),
+            "seeds": len(shares),
+            "share": overall.mean(),
+            "least": overall[least],
+            "least_format": formats[least],
+            "greatest": overall[greatest],
+            "greatest_format": formats[greatest],
+            "spread": spread.mean(),
+            "floor": floor.mean(),
+            "excess": over_seeds.mean,
+            "excess_low": over_seeds.low,
+            "excess_high": over_seeds.high,
+            "p": float(upper_sign_flip_p(excess[None, :])[0]),
+            **{name: _root(value) for name, value in _named("sd", variance.mean, variance.low, variance.high)},
+        }
+
+
+def _named(name: str, mean: float, low: float, high: float) -> list[tuple[str, float]]:
+    return [(name, mean), (f"{name}_low", low), (f"{name}_high", high)]
+
+
+def _root(variance: float) -> float:
+    return float(np.sqrt(np.maximum(variance, 0.0)))
+
+
+def _dealt(counts: IntArray, asked: int, rng: Generator) -> IntArray:
+    """Return counts of a choice (moments, formats) as they are where answers are dealt out anew (draws, ...)."""
+    formats = counts.shape[1]
+    left = np.broadcast_to(counts.sum(axis=1), (DEALT, len(counts)))
+    drawn = []
+    for after in range(formats - 1, -1, -1):
+        drawn.append(rng.hypergeometric(left, asked * (after + 1) - left, asked) if after else left)
+        left = left - drawn[-1]
+    return np.stack(drawn, axis=-1)
+
+
+def _by_seed_dealt(found: Formatted, shares: FloatArray) -> FloatArray:
+    """Return drawn shares (draws, moments, formats) as means over the moments of each seed (draws, seeds, formats)."""
+    return np.moveaxis(found.by_seed(np.moveaxis(shares, 0, 1)), 1, 0)
+
+
+def _variance_by_chance(found: Formatted, counts: IntArray) -> FloatArray:
+    """Return the mean variance over formats of a seed's share where answers are dealt out anew (seeds,).
+
+    In a moment in which k of F n answers are a choice, p = k / F n, the counts of the formats are hypergeometric with
+    variance n p (1 - p) (F n - n) / (F n - 1) and covariance -1 / (F - 1) of it, so that their sample variance has the
+    mean n^2 F p (1 - p) / (F n - 1); the moments of a seed are dealt out independently.
+    """
+    formats, asked = counts.shape[1], found.asked
+    share = counts.mean(axis=1) / asked
+    by_moment = formats * share * (1 - share) / max(formats * asked - 1, 1)
+    _, moments = np.unique(found.seeds, return_counts=True)
+    return found.by_seed(by_moment) / moments
+
+
+def _order_rows(first: Formatted, second: Formatted) -> Iterator[dict[str, Any]]:
+    seeds = np.intersect1d(first.seeds, second.seeds)
+    for choice in dict.fromkeys([*first.choices, *second.choices]):
+        pair = [(one, one.of(choice), np.isin(np.unique(one.seeds), seeds)) for one in (first, second)]
+        shares = [one.by_seed(counts / one.asked)[kept] for one, counts, kept in pair]
+        difference = shares[0] - shares[1]
+        rng = stream(0, f"format orders:{choice}")
+        dealt = [_by_seed_dealt(one, _dealt(counts, one.asked, rng) / one.asked)[:, kept] for one, counts, kept in pair]
+        null = (dealt[0] - dealt[1]).mean(axis=1)
+        over_seeds, each = (
+            estimate(difference.mean(axis=1), -1.0, 1.0),
+            estimates(difference.T, np.full(difference.shape[1], -1.0), np.full(difference.shape[1], 1.0)),
+        )
+        sure = np.where(each.low > 0, 1, np.where(each.high < 0, -1, 0))
+        yield {
+            "choice": choice,
+            "formats": difference.shape[1],
+            "moments": len(first.counts),
+            "seeds": len(seeds),
+            "difference": over_seeds.mean,
+            "low": over_seeds.low,
+            "high": over_seeds.high,
+            "first_more": int((_signs(each.mean) > 0).sum()),
+            "second_more": int((_signs(each.mean) < 0).sum()),
+            "turned": float(_turned(_signs(each.mean)[None, :])[0]),
+            "floor": float(_turned(_signs(null)).mean()),
+            "turned_clearly": float(_turned(sure[None, :])[0]),
+        }
+
+
+def _signs(values: FloatArray) -> IntArray:
+    return np.where(np.abs(values) < 1e-12, 0, np.sign(values)).astype(np.int64)
+
+
+def _turned(signs: IntArray) -> FloatArray:
+    """Return the share of pairs of formats with opposite signs (rows,); signs (rows, formats)."""
+    formats = signs.shape[1]
+    more, less = (signs > 0).sum(axis=1), (signs < 0).sum(axis=1)
+    return np.asarray(more * less / (formats * (formats - 1) / 2), dtype=np.float64)

@@ -1,0 +1,144 @@
+"""How many seeds, moments and repeats a probe needs, judged by a pilot probe.
+
+The excess of a seed is the mean over its T moments, so its variance over seeds is b + w(n) / T: b between seeds, w(n)
+between the moments of a seed that are asked n times. What of w is due to the repeats is told by asking as if only half
+of them had been made (drawn among those that were): w(n) = m + c / n, so c / n = w(n / 2) - w(n).
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.random import Generator
+
+from analysis.arrays import FloatArray
+from analysis.probes.choices import Answers, Chosen, MomentKey, read_answers
+from analysis.probes.comparing import values_by_seed
+from analysis.probes.declaring import Family
+from analysis.probes.distance import gap
+from analysis.stats.contrasts import ALPHA
+from analysis.stats.power import NO_DIFFERENCE, NO_PAIRS, NO_SPREAD, TOO_MANY, pairs_needed
+from foundry.errors import InputError
+from foundry.seeding import stream
+from foundry.storing.store import SweepFolder
+
+HALVED = 20
+"""Times that half of the repeats are drawn."""
+COLUMNS = (
+    "comparison", "seeds", "moments", "repeats", "observed", "difference", "sd", "between", "by_moments", "by_repeats",
+    "family", "n", "n_moments", "n_repeats", "note",
+)  # fmt: skip
+
+
+def probe_power(
+    folder: SweepFolder,
+    names: Sequence[str] = (),
+    *,
+    difference: float | None = None,
+    target: float = 0.8,
+    alpha: float = ALPHA,
+) -> pd.DataFrame:
+    """Return how many seeds each comparison needs: as the pilot is, with twice its moments, with twice its repeats.
+
+    `n` is the least number of seeds at which a one-sided paired t test at alpha / `family` has the power and an exact
+    test can reach that level. `sd` is that of a seed's excess, whose variance is the sum of `between`, `by_moments` and
+    `by_repeats`; `moments` is the mean number of moments of a seed.
+
+    Args:
+        folder: the pilot probe.
+        names: the models and edits that the probe is to declare; nothing: all.
+        difference: the excess that is to be found, 0..1; by default the pilot's.
+        target: power wanted.
+        alpha: level of the tests.
+
+    Raises:
+        InputError: a number is out of its range, or a name is no model or edit.
+        RecordError: a recorded file is damaged.
+    """
+    if difference is not None and not 0 < difference <= 1:
+        raise InputError(f"The difference is {difference:g}: an excess is above 0 and at most 1.")
+    if not 0 < target < 1:
+        raise InputError(f"The power is {target:g}: give a probability between 0 and 1, such as 0.8.")
+    answers = read_answers(folder.runs())
+    found = [
+        {"comparison": name} | _pilot(first, second, name)
+        for name, first, second in _comparisons(answers, Family.of(names, answers))
+    ]
+    family = max(sum(one["sd"] > 0 for one in found), 1)
+    rows = [one | _needed(one, difference, target, alpha / family) | {"family": family} for one in found]
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def _comparisons(answers: Answers, family: Family) -> Iterator[tuple[str, Chosen, Chosen]]:
+    """Yield the declared comparisons: what they are called, and both sides' choices."""
+    for first, second in family.pairs(answers):
+        yield f"{answers.names[first]} - {answers.names[second]}", answers.of(first), answers.of(second)
+    for subject, change in family.edited(answers):
+        name = f"{answers.names[subject]}: {change.name}"
+        yield name, answers.expected(subject, change), answers.of(subject, change.name)
+
+
+def _pilot(first: Chosen, second: Chosen, name: str) -> dict[str, Any]:
+    """Return the excess of a comparison, and what the variance of a seed's is made of."""
+    keys = sorted(first.keys() & second.keys())
+    values = values_by_seed({key: gap(first[key], second[key]) for key in keys})
+    moments = float(np.mean([len(mine) for mine in values])) if values else np.nan
+    means = np.array([mine.mean() for mine in values])
+    variance = float(means.var(ddof=1)) if len(means) > 1 else np.nan
+    within = _within(values) / moments
+    by_repeats = min(_halved(first, second, keys, name) / moments - within, within) if keys else np.nan
+    by_repeats = 0.0 if np.isnan(by_repeats) else max(by_repeats, 0.0)
+    within = min(within, variance) if not np.isnan(variance) else within
+    return {
+        "seeds": len(means),
+        "moments": moments,
+        "repeats": max((first[key].total() for key in keys), default=0),
+        "observed": float(means.mean()) if len(means) else np.nan,
+        "sd": float(np.sqrt(variance)),
+        "between": variance - within,
+        "by_moments": within - min(by_repeats, within),
+        "by_repeats": min(by_repeats, within),
+    }
+
+
+def _within(values: Sequence[FloatArray]) -> float:
+    """Return the pooled variance of moments within their seeds; 0 where no seed has two."""
+    freedom = sum(len(mine) - 1 for mine in values)
+    return float(sum(((mine - mine.mean()) ** 2).sum() for mine in values) / freedom) if freedom else 0.0
+
+
+def _halved(first: Chosen, second: Chosen, keys: Sequence[MomentKey], name: str) -> float:
+    """Return the same where half of the repeats are drawn, mean over draws; NaN where that would leave one or none."""
+    if min(chosen[key].total() for key in keys for chosen in (first, second)) < 4:
+        return np.nan
+    rng = stream(0, f"halved:{name}")
+    drawn = [
+        _within(values_by_seed({key: gap(_half(first[key], rng), _half(second[key], rng)) for key in keys}))
+        for _ in range(HALVED)
+    ]
+    return float(np.mean(drawn))
+
+
+def _half(counts: Counter[str], rng: Generator) -> Counter[str]:
+    taken = rng.multivariate_hypergeometric(list(counts.values()), counts.total() // 2)
+    return Counter(dict(zip(counts, taken.tolist(), strict=True)))
+
+
+def _needed(one: Mapping[str, Any], difference: float | None, target: float, level: float) -> dict[str, Any]:
+    wanted = max(one["observed"], 0.0) if difference is None else difference
+    variances = {
+        "n": one["sd"] ** 2,
+        "n_moments": one["between"] + (one["by_moments"] + one["by_repeats"]) / 2,
+        "n_repeats": one["between"] + one["by_moments"] + one["by_repeats"] / 2,
+    }
+    fewest = int(np.ceil(-np.log2(level)))  # signs that all point upwards
+    effects = np.array([wanted / np.sqrt(found) if found > 0 else np.nan for found in variances.values()])
+    seeds = np.maximum(pairs_needed(effects, np.full(3, 2 * level), target), fewest)
+    causes = ((np.isnan(one["sd"]), NO_PAIRS), (one["sd"] == 0, NO_SPREAD), (wanted == 0, NO_DIFFERENCE),
+              (np.isnan(seeds[0]), TOO_MANY))  # fmt: skip
+    note = next((text for holds, text in causes if holds), "")
+    return {"difference": wanted, **dict(zip(variances, seeds.tolist(), strict=True)), "note": note}

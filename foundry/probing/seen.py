@@ -1,0 +1,348 @@
+"""The moments of a recorded probe, to be looked at: what was perceived in each, what was asked, what each answered."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, cast
+
+import msgspec
+
+from foundry.composing.preflight import scenario_of
+from foundry.errors import FoundryError, InputError, RecordError, not_found
+from foundry.naming import NO_FORMAT, Subject, format_of, names_of
+from foundry.probing.matching import with_calls
+from foundry.records import NOT_JSON, Call, choice_of
+from foundry.storing.store import RunFolder, SweepFolder, lines_of
+from foundry.trust.summaries import COMPLETE
+from foundry.trust.targets import check_targets
+from foundry.worlds.probe.editing import NONE
+from foundry.worlds.probe.moments import Moment, Moments
+from foundry.worlds.probe.world import ProbeScenario, ProbeStep
+
+
+class Answered(msgspec.Struct, frozen=True):
+    """How one model answered in a moment: places in the lists of the probe, and how often each choice was made."""
+
+    model: int
+    edit: int
+    format: int
+    counts: dict[str, int]
+
+
+class Row(msgspec.Struct, frozen=True):
+    """One moment: where it is from, what its world tells it apart by, what was chosen in it."""
+
+    run: str
+    seed: int
+    step: int
+    agent: int
+    kind: str
+    again: int
+    strata: dict[str, str | bool]
+    answered: list[Answered]
+
+
+class EditSeen(msgspec.Struct, frozen=True):
+    """An edit: its name, what it leaves and what each action should become."""
+
+    name: str
+    leaves: str
+    expected: dict[str, str] = {}
+
+
+class Overview(msgspec.Struct, frozen=True):
+    """What was asked in a probe, and every moment.
+
+    Attributes:
+        models: what they are called in its tables.
+        edits: the edits, `none` first.
+        formats: the formats of prompts, `none` first.
+        moments: the moments, in the order of `moments.json`.
+        missing: runs that are not complete, and are not counted.
+    """
+
+    models: list[str]
+    edits: list[EditSeen]
+    formats: list[str]
+    moments: list[Row]
+    missing: int
+
+
+class Reply(msgspec.Struct, frozen=True):
+    """One answer: the choice that was read of it, and the reply as it came; null where the log does not hold it."""
+
+    choice: str
+    text: str | None
+    thinking: str | None = None
+    ending: str = ""
+
+
+class Replies(msgspec.Struct, frozen=True):
+    """What one model answered under one edit and format; `prompt` is a place in the list of prompts."""
+
+    model: int
+    edit: int
+    format: int
+    prompt: int | None
+    replies: list[Reply]
+
+
+class Perceived(msgspec.Struct, frozen=True):
+    """What the agent perceived under an edit, and how many images of it there are."""
+
+    edit: int
+    observation: dict[str, Any]
+    images: int
+
+
+class Seen(msgspec.Struct, frozen=True):
+    """One moment in full.
+
+    Attributes:
+        form: of the world; "" where it cannot be built again.
+        perceived: by edit; none where the world cannot be built again.
+        why: why that is so, or "".
+        prompts: the messages of each prompt that was sent.
+        answers: who answered what.
+    """
+
+    form: str
+    perceived: list[Perceived]
+    why: str
+    prompts: list[list[dict[str, Any]]]
+    answers: list[Replies]
+
+
+@dataclass(frozen=True)
+class _Run:
+    """A run of the probe, and who was asked in it with what."""
+
+    folder: RunFolder
+    subject: Subject
+    edit: str
+    format: str
+
+    @property
+    def key(self) -> str:
+        """What changes when the run is started anew."""
+        return self.folder.id + self.folder.beginning
+
+
+@dataclass
+class SeenProbe:
+    """A recorded probe; what was read of complete runs is kept.
+
+    Args:
+        folder: the probe.
+        trusted: further packages whose classes its world may be built of.
+    """
+
+    folder: SweepFolder
+    trusted: Sequence[str] = ()
+    _counted: dict[str, dict[Moment, Counter[str]]] = field(default_factory=dict)
+    _scenarios: dict[str, ProbeScenario] = field(default_factory=dict)
+    _read: dict[str, dict[Moment, list[tuple[ProbeStep, Call | None]]]] = field(default_factory=dict)
+    _seed: int | None = None
+
+    @cached_property
+    def moments(self) -> Moments:
+        """The moments of the probe.
+
+        Raises:
+            RecordError: they cannot be read.
+        """
+        try:
+            return msgspec.json.decode(self.folder.moments_file.read_bytes(), type=Moments)
+        except (OSError, *NOT_JSON) as error:
+            raise RecordError(f"{self.folder.moments_file} cannot be read: {error}") from error
+
+    @cached_property
+    def _runs(self) -> list[_Run]:
+        return [_asked_in(run) for run in self.folder.runs()]
+
+    @cached_property
+    def models(self) -> dict[Subject, str]:
+        """What each subject is called."""
+        return names_of(one.subject for one in self._runs)
+
+    @cached_property
+    def edits(self) -> list[EditSeen]:
+        """The edits, in the order they were asked for, but that which changes nothing first."""
+        found = (run.folder.config()["world"]["edit"] for run in self._runs)
+        return sorted({one["name"]: msgspec.convert(one, EditSeen) for one in found}.values(), key=_changes)
+
+    @cached_property
+    def formats(self) -> list[str]:
+        """The formats of prompts, that which is as written first."""
+        return sorted({run.format for run in self._runs}, key=lambda one: (one != NO_FORMAT, one))
+
+    def overview(self) -> Overview:
+        """Return what was asked, and every moment with what was chosen in it.
+
+        Raises:
+            RecordError: a recorded file is damaged.
+        """
+        moments = self.moments
+        answered: dict[Moment, list[Answered]] = {one: [] for one in moments.moments}
+        missing = 0
+        for run in self._runs:
+            if not _is_complete(run.folder):
+                missing += 1
+                continue
+            place = self._place(run)
+            for moment, counts in self._counts(run).items():
+                answered[moment].append(Answered(*place, dict(counts)))
+        told = moments.strata or ({},) * len(moments.moments)
+        rows = [
+            Row(one.run, moments.runs[one.run].seed, one.step, one.agent, one.kind, one.again, strata, answered[one])
+            for one, strata in zip(moments.moments, told, strict=True)
+        ]
+        return Overview(list(self.models.values()), self.edits, self.formats, rows, missing)
+
+    def place(self, run: str, step: int, agent: int, kind: str, again: int) -> int:
+        """Return where a moment is in the list of moments."""
+        return self.moments.moments.index(Moment(run, step, agent, kind, again))
+
+    def seen(self, number: int, *, plain: bool = False) -> Seen:
+        """Return a moment in full.
+
+        Args:
+            number: its place in the list of moments.
+            plain: whether it is wanted as it was alone: without edits, and with the prompt as it is written.
+
+        Raises:
+            InputError: there is none of this number.
+            RecordError: a recorded file is damaged.
+        """
+        moment = self._moment(number)
+        prompts: list[list[dict[str, Any]]] = []
+        answers = [
+            self._replies(run, found[moment], prompts)
+            for run in self._asking(moment)
+            if not plain or (run.edit, run.format) == (NONE, NO_FORMAT)
+            if moment in (found := self._calls(run))
+        ]
+        perceived, why = self._perceived(moment, self.edits[:1] if plain else self.edits)
+        form = self._scenario(self.edits[0].name).source.form if perceived else ""
+        return Seen(form, perceived, why, prompts, answers)
+
+    def picture(self, number: int, edit: int, image: int) -> bytes:
+        """Return an image that was shown in a moment under an edit, PNG or JPEG; without any the state of the world.
+
+        Raises:
+            InputError: there is none, or the world may not be built again.
+            RecordError: the moment cannot be made again.
+        """
+        moment = self._moment(number)
+        if edit >= len(self.edits):
+            raise not_found("Edit", str(edit), [str(place) for place in range(len(self.edits))])
+        scenario = self._scenario(self.edits[edit].name)
+        question = scenario.asked_at(moment)
+        if question is None:
+            raise InputError(f"The edit '{self.edits[edit].name}' changes nothing in moment {number}.")
+        if not question.images:
+            return scenario.drawn_at(moment)
+        if image >= len(question.images):
+            raise InputError(f"Moment {number} has {len(question.images)} images: there is no image {image}.")
+        return question.images[image]
+
+    def _moment(self, number: int) -> Moment:
+        if number >= len(self.moments.moments):
+            raise InputError(f"There is no moment {number}: the last is {len(self.moments.moments) - 1}.")
+        return self.moments.moments[number]
+
+    def _place(self, run: _Run) -> tuple[int, int, int]:
+        edits = [one.name for one in self.edits]
+        return list(self.models).index(run.subject), edits.index(run.edit), self.formats.index(run.format)
+
+    def _asking(self, moment: Moment) -> list[_Run]:
+        """Return the complete runs that hold a moment's seed."""
+        seed = self.moments.runs[moment.run].seed
+        return [run for run in self._runs if run.folder.run.seed == seed and _is_complete(run.folder)]
+
+    def _counts(self, run: _Run) -> dict[Moment, Counter[str]]:
+        if run.key not in self._counted:
+            found: dict[Moment, Counter[str]] = {}
+            for line in _steps(run.folder):
+                found.setdefault(_moment_of(line), Counter())[_choice(run, line)] += 1
+            self._counted[run.key] = found
+        return self._counted[run.key]
+
+    def _calls(self, run: _Run) -> dict[Moment, list[tuple[ProbeStep, Call | None]]]:
+        """Return the decisions of a run with their calls, by moment; those of one seed are kept."""
+        if self._seed != run.folder.run.seed:
+            self._seed = run.folder.run.seed
+            self._read.clear()
+        if run.key not in self._read:
+            self._read[run.key] = _with_calls(run.folder)
+        return self._read[run.key]
+
+    def _replies(
+        self, run: _Run, found: Sequence[tuple[ProbeStep, Call | None]], prompts: list[list[dict[str, Any]]]
+    ) -> Replies:
+        first = next((call for _, call in found if call is not None), None)
+        if first is not None and first.messages not in prompts:
+            prompts.append(first.messages)
+        replies = [
+            Reply(_choice(run, line), call.text, call.thinking, call.ending)
+            if call
+            else Reply(_choice(run, line), None)
+            for line, call in found
+        ]
+        return Replies(*self._place(run), None if first is None else prompts.index(first.messages), replies)
+
+    def _perceived(self, moment: Moment, edits: Sequence[EditSeen]) -> tuple[list[Perceived], str]:
+        found = []
+        try:
+            for place, edit in enumerate(edits):
+                question = self._scenario(edit.name).asked_at(moment)
+                if question is not None:
+                    found.append(Perceived(place, dict(question.observation), len(question.images)))
+        except FoundryError as error:
+            return [], str(error)
+        return found, ""
+
+    def _scenario(self, edit: str) -> ProbeScenario:
+        if edit not in self._scenarios:
+            config = next(run.folder.config() for run in self._runs if run.edit == edit)
+            check_targets({"world": config["world"]}, self.trusted, f"Probe '{self.folder.path.name}'")
+            self._scenarios[edit] = cast(ProbeScenario, scenario_of(config))
+        return self._scenarios[edit]
+
+
+def _changes(edit: EditSeen) -> bool:
+    return edit.name != NONE
+
+
+def _asked_in(folder: RunFolder) -> _Run:
+    config = folder.config()
+    return _Run(folder, Subject.of(config), config["world"]["edit"]["name"], format_of(config["prompt"]))
+
+
+def _is_complete(folder: RunFolder) -> bool:
+    summary = folder.summary()
+    return summary is not None and summary.status == COMPLETE
+
+
+def _steps(folder: RunFolder) -> list[ProbeStep]:
+    return lines_of(folder.steps_bytes(), ProbeStep, folder.stream_path("steps"))
+
+
+def _moment_of(line: ProbeStep) -> Moment:
+    return Moment(line.run, line.step, line.agent, line.kind, line.again)
+
+
+def _choice(run: _Run, line: ProbeStep) -> str:
+    return choice_of(line, run.folder.declared.actions)
+
+
+def _with_calls(folder: RunFolder) -> dict[Moment, list[tuple[ProbeStep, Call | None]]]:
+    """Return the decisions of a run with their calls, which are at each step, agent and kind in the same order."""
+    placed = (((line.step, line.agent, line.kind), line) for line in _steps(folder))
+    found: dict[Moment, list[tuple[ProbeStep, Call | None]]] = {}
+    for line, call in with_calls(placed, folder.calls()):
+        found.setdefault(_moment_of(line), []).append((line, call))
+    return found

@@ -1,0 +1,126 @@
+"""What stands around the pictures of a film: whose run it is, at which step, and what was said in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cache, lru_cache
+from operator import itemgetter
+from typing import Any
+
+import msgspec
+from PIL import Image, ImageDraw, ImageFont
+
+from foundry.palette.fonts import FALLBACK_FONTS, lacking, letters_by_file
+from foundry.records import Message
+from foundry.replay.recording import Recording
+from foundry.storing.store import lines_of
+from foundry.worlds.camera.eye.captions import INK, LINE_PX, MARGIN_PX, PAPER, TEXT_PX
+
+LINES = 6
+"""Lines of what was said in a step, at most."""
+_NAMED = 8
+"""Recipients of a message that are named; of more their number is told."""
+
+
+class _Speech(msgspec.Struct):
+    """What is read of a line of `steps.jsonl`."""
+
+    step: int
+    agent: int
+    message: Any = None
+
+
+@lru_cache(maxsize=64)
+def said_by_step(recording: Recording) -> Mapping[int, Sequence[str]]:
+    """Return what was said in each step, as "agent 3 to 4, 7: text" each, what nobody heard last.
+
+    Raises:
+        RecordError: the records are damaged.
+    """
+    heard: dict[tuple[int, int, str], list[int]] = {}
+    for one in lines_of(recording.messages, Message, recording.folder):
+        heard.setdefault((one.step, one.sender, one.text), []).append(one.recipient)
+    found: dict[int, list[tuple[bool, str]]] = {}
+    for line in lines_of(recording.steps, _Speech, recording.folder):
+        if isinstance(line.message, str):
+            to = heard.get((line.step, line.agent, line.message), [])
+            said = f"agent {line.agent} to {_to(to)}: {' '.join(line.message.split())}"
+            found.setdefault(line.step, []).append((not to, said))
+    return {step: [said for _, said in sorted(spoken, key=itemgetter(0))] for step, spoken in found.items()}
+
+
+def _to(recipients: Sequence[int]) -> str:
+    if len(recipients) > _NAMED:
+        return f"{len(recipients)} agents"
+    return ", ".join(map(str, recipients)) or "nobody"
+
+
+def in_lines(said: Sequence[str], width: int, most: int) -> list[str]:
+    """Return texts as lines of a width, pixels, as many as there is room for; the last one says what is left out."""
+    if not most:
+        return []
+    shown = said if len(said) <= most else said[: most - 1]
+    lines: list[str] = []
+    for number, text in enumerate(shown):
+        room = (most - (len(said) > most) - len(lines)) // (len(shown) - number)
+        lines += _cut(list(_wrapped(text, width)), room)
+    return [*lines, f"and {len(said) - len(shown)} more"] if len(said) > len(shown) else lines
+
+
+def _cut(lines: list[str], most: int) -> list[str]:
+    return lines if len(lines) <= most else [*lines[: most - 1], f"{lines[most - 1][:-2]} …"]
+
+
+def _wrapped(text: str, width: int) -> Iterator[str]:
+    """Yield lines; a word that is longer than a line, as of languages without blanks, is broken."""
+    line = ""
+    for word in text.split():
+        if line and width_of(f"{line} {word}") > width:
+            yield line
+            line = ""
+        line = f"{line} {word}".lstrip()
+        while width_of(line) > width:
+            fits = next(size for size in range(len(line) - 1, 0, -1) if size == 1 or width_of(line[:size]) <= width)
+            yield line[:fits]
+            line = line[fits:]
+    if line:
+        yield line
+
+
+def width_of(line: str) -> float:
+    """Return how wide a line is drawn, pixels."""
+    return _font_of(line).getlength(line)
+
+
+def _font_of(text: str) -> ImageFont.FreeTypeFont:
+    """Return the first font that has all letters of a text; else the one that lacks the fewest."""
+    return _loaded(min(letters_by_file().items(), key=lambda one: len(lacking(text, one[1])))[0])
+
+
+@cache
+def _loaded(file: str) -> ImageFont.FreeTypeFont:
+    return ImageFont.truetype(file, TEXT_PX)
+
+
+def boxes_note(texts: Iterable[str]) -> str:
+    """Return what is to be said of letters that no font of this machine has, or ""."""
+    fonts = letters_by_file().values()
+    boxes = sorted(set().union(*(min((lacking(text, letters) for letters in fonts), key=len) for text in texts)))
+    if not boxes:
+        return ""
+    some = "".join(boxes[:_NAMED]) + (" …" if len(boxes) > _NAMED else "")
+    return f"No font of this machine has {some}: they are drawn as boxes. Install one of {', '.join(FALLBACK_FONTS)}."
+
+
+def band(lines: Sequence[str], width: int, room: int) -> Image.Image:
+    """Return lines of text on paper, as high as `room` lines."""
+    sheet = Image.new("RGB", (width, band_height(room)), PAPER)
+    pen = ImageDraw.Draw(sheet)
+    for number, line in enumerate(lines):
+        pen.text((MARGIN_PX, MARGIN_PX // 2 + number * LINE_PX), line, fill=INK, font=_font_of(line))
+    return sheet
+
+
+def band_height(room: int) -> int:
+    """Return the height of a band of so many lines, pixels; none for none."""
+    return room * LINE_PX + MARGIN_PX if room else 0

@@ -1,0 +1,143 @@
+"""The matrix of agreement, the signed changes of an edit and the declared family, on answers that are known."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+
+import numpy as np
+import pytest
+
+from analysis.probes.changed import changes_of
+from analysis.probes.choices import Answers, Asked, Change, Chosen, MomentKey, Subject
+from analysis.probes.comparing import Compared, framed
+from analysis.probes.declaring import Family
+from analysis.probes.matrix import matrix_of, matrix_table
+from foundry.errors import InputError
+from foundry.seeding import stream
+
+SEEDS, STEPS, REPEATS = 8, 12, 6
+MIRROR = Change("mirror", "equivariance", {"left": "right", "right": "left"})
+Policy = Callable[[MomentKey, np.random.Generator], Mapping[str, int]]
+
+
+def chosen(policy: Policy, name: str) -> Chosen:
+    rng = stream(0, name)
+    keys = [MomentKey(seed, "run", step, 0, "action", 0) for seed in range(SEEDS) for step in range(STEPS)]
+    return {key: Counter(dict(policy(key, rng))) for key in keys}
+
+
+def coin(key: MomentKey, rng: np.random.Generator) -> dict[str, int]:
+    left = int(rng.binomial(REPEATS, 0.5))
+    return {"left": left, "right": REPEATS - left}
+
+
+def by_step(key: MomentKey, rng: np.random.Generator) -> dict[str, int]:
+    return {"left" if key.step % 2 else "right": REPEATS}
+
+
+def other_way(key: MomentKey, rng: np.random.Generator) -> dict[str, int]:
+    return {"right" if key.step % 2 else "left": REPEATS}
+
+
+def always(key: MomentKey, rng: np.random.Generator) -> dict[str, int]:
+    return {"left": REPEATS}
+
+
+def answers(policies: Mapping[tuple[str, str], Policy]) -> Answers:
+    """Return what models chose, by model and edit."""
+    found = {
+        Asked(Subject(model, "p", ""), edit, "none"): chosen(policy, f"{model} {edit}")
+        for (model, edit), policy in policies.items()
+    }
+    changes = {"none": Change("none", "invariance"), "mirror": MIRROR, "no_fire": Change("no_fire", "cause")}
+    asked = {edit: changes[edit] for _, edit in policies}
+    return Answers(found, asked, ("none",), {one.subject: one.subject.model for one in found}, 0)
+
+
+def test_kappa_is_one_of_those_who_read_the_moment_alike_and_its_negative_of_opposites():
+    frame = matrix_of(answers({("a", "none"): by_step, ("b", "none"): by_step, ("c", "none"): other_way}))
+    kappa = frame.set_index(["first", "second"])["kappa"]
+    assert kappa["a", "b"] == kappa["a", "a"] == pytest.approx(1)
+    # Of 96 moments half are left: two different ones agree in 47 of 95 cases, and opposites in 48 of 95.
+    assert kappa["a", "c"] == pytest.approx((0 - 48 / 95) / (1 - 48 / 95))
+
+
+def test_whoever_is_blind_to_the_moment_agrees_with_nobody_beyond_chance():
+    kappas = []
+    for number in range(20):
+        policies = {(f"{name}{number}", "none"): coin for name in "ab"}
+        frame = matrix_of(answers(policies))
+        kappas.append(frame["kappa"].to_numpy())
+        inside = (frame["low"] <= 0) & (frame["high"] >= 0)
+        assert inside.sum() >= 1
+    mean, error = np.mean(kappas, axis=0), np.std(kappas, axis=0, ddof=1) / np.sqrt(20)
+    assert (np.abs(mean) < 3 * error).all() and (error < 0.02).all()
+
+
+def test_one_who_always_does_the_same_has_no_kappa_with_itself_and_the_matrix_says_so():
+    probe = answers({("a", "none"): always, ("b", "none"): by_step})
+    frame = matrix_of(probe).set_index(["first", "second"])
+    assert np.isnan(frame.loc[("a", "a"), "kappa"]) and frame.loc[("a", "b"), "kappa"] == pytest.approx(0)
+    rows = Compared.of(*(probe.of(Subject(name, "p", "")) for name in "ab"), "pair").rows()
+    pairs = framed([{"first": "a", "second": "b"} | row for row in rows], ("first", "second"))
+    table = matrix_table(matrix_of(probe), pairs)
+    assert (
+        table.columns == ("model", "a", "b") and table.rows[0][:2] == ("a", "-") and table.rows[1][1].startswith("0.39")
+    )
+
+
+def test_a_change_has_a_sign_and_that_of_an_equivariance_is_from_what_should_be():
+    frame = changes_of(answers({("a", "none"): always, ("a", "no_fire"): by_step, ("a", "mirror"): always}))
+    found = frame.set_index(["edit", "choice"])
+    assert found.loc[("no_fire", "left"), ["before", "after", "change"]].tolist() == [1, 0.5, -0.5]
+    assert found.loc[("no_fire", "right"), "change"] == 0.5
+    assert found.loc[("mirror", "left"), ["before", "after", "change"]].tolist() == [0, 1, 1]
+    assert (
+        found.loc[("no_fire", "left"), "p"] == 2 / 2**SEEDS and found.loc[("no_fire", "left"), "p_holm"] == 8 / 2**SEEDS
+    )
+
+
+def test_a_change_that_no_seed_shows_is_no_test():
+    frame = changes_of(answers({("a", "none"): always, ("a", "no_fire"): always}))
+    assert frame["change"].tolist() == [0] and frame["p"].isna().all()
+
+
+@pytest.fixture(scope="module")
+def three() -> Answers:
+    models = {"a": by_step, "b": other_way, "c": coin}
+    return answers({(name, edit): policy for name, policy in models.items() for edit in ("none", "mirror", "no_fire")})
+
+
+@pytest.mark.parametrize(
+    ("names", "pairs", "edited"),
+    [
+        ((), 3, 6),
+        (("a",), 2, 2),
+        (("a", "b"), 1, 4),
+        (("no_fire",), 0, 3),
+        (("a", "no_fire"), 2, 1),
+        (("a", "b", "no_fire", "mirror"), 1, 4),
+    ],
+)
+def test_a_family_is_the_rows_of_what_is_declared(three: Answers, names: tuple[str, ...], pairs: int, edited: int):
+    def rows(about: dict[str, str], number: int) -> list[dict[str, object]]:
+        return [about | {"kind": kind, "p": 0.01 * number} for kind in ("all", "action")]
+
+    agreement = framed([row for one in ("ab", "ac", "bc") for row in rows({"first": one[0], "second": one[1]}, 1)],
+                       ("first", "second"))  # fmt: skip
+    edits = framed([row for model in "abc" for edit in ("mirror", "no_fire")
+                    for row in rows({"model": model, "edit": edit}, 2)], ("model", "edit"))  # fmt: skip
+    family = Family.of(names, three)
+    family.correct(agreement, edits)
+    assert (agreement["p_holm"].notna().sum(), edits["p_holm"].notna().sum()) == (pairs, edited)
+    assert set(edits.loc[edits["p_holm"].notna(), "kind"]) == {"all"}
+    tests = edited + pairs if names else edited
+    least = edits["p_holm"].min()
+    assert least == pytest.approx(max(0.02 * edited, 0.01 * tests if pairs and names else 0))
+    assert len(family.note(agreement, edits)) == bool(names)
+
+
+def test_what_is_neither_a_model_nor_an_edit_is_refused(three: Answers):
+    with pytest.raises(InputError, match="Did you mean 'no_fire'"):
+        Family.of(["no_fires"], three)

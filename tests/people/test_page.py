@@ -1,0 +1,176 @@
+"""The page of `foundry play` in a real browser, by the keyboard alone."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import pytest
+
+import axe
+from browser import browser_page
+from foundry.models.base import ChatMessage, Request
+from foundry.models.human.desk import Desk, seated
+from foundry.models.human.model import HumanModel
+from foundry.viewer.http import running
+from foundry.viewer.people.server import PeopleServer
+
+pytestmark = pytest.mark.browser
+PIXEL = base64.b64decode(
+    "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mP8z8BQDwAEhQGAhKmMIQAAAABJRU5ErkJggg=="
+)
+ACT = {
+    "type": "object",
+    "properties": {
+        "action": {"type": "string", "enum": ["move", "stay"]},
+        "amount": {"type": "integer", "minimum": 0, "maximum": 9},
+        "direction": {"type": "string", "enum": ["up", "down"]},
+        "memory": {"type": "string"},
+    },
+    "required": ["action", "memory"],
+}
+JUDGE = {"type": "string", "enum": ["yes", "no"]}
+PROMPT = "You are Agent 3.\n=== NEARBY ===\nAgent <b>4</b>\n## Decide\nMove or stay."
+
+
+@dataclass
+class Sitting:
+    """Questions that wait at a desk, each with what came of it, and where their page is."""
+
+    url: str = ""
+    texts: list[str] = field(default_factory=list)
+    answered: threading.Semaphore = field(default_factory=lambda: threading.Semaphore(0))
+
+    def wait(self) -> str:
+        assert self.answered.acquire(timeout=8), "no answer came"
+        return self.texts[-1]
+
+
+def request(number: int, kind: str) -> Request:
+    images = (PIXEL,) if kind == "look" else ()
+    messages = (ChatMessage("user", PROMPT, images),)
+    return Request(messages=messages, seed=number, kind=kind, observation={}, step=number, agent=0, key=str(number))
+
+
+async def ask(sitting: Sitting, kinds: tuple[str, ...]) -> None:
+    model = HumanModel(
+        person="ana", name="human/ana", schemas={"act": ACT, "judge": {"type": "string", "enum": ["yes", "no"]}}
+    )
+
+    async def one(number: int, kind: str) -> None:
+        sitting.texts.append((await model.ask(request(number, kind))).text)
+        sitting.answered.release()
+
+    await asyncio.gather(*(one(*pair) for pair in enumerate(kinds)), return_exceptions=True)
+
+
+@pytest.fixture
+def sitting() -> Iterator[Sitting]:
+    desk, found = Desk(), Sitting()
+
+    def work() -> None:
+        with seated(desk):
+            asyncio.run(ask(found, ("act", "act", "look", "judge")))
+
+    thread = threading.Thread(target=work)
+    with running(PeopleServer(desk, "You answer as ana.", leave=desk.leave)) as server:
+        found.url = server.url
+        thread.start()
+        yield found
+        desk.leave()
+        thread.join(8)
+
+
+def begin(page: Any, sitting: Sitting) -> None:
+    page.set_default_timeout(8000)
+    page.goto(sitting.url)
+    page.wait_for_selector(".consent button")
+    assert page.locator(".prompt").count() == 0
+    page.keyboard.press("Enter")
+    page.wait_for_selector(".answer")
+
+
+def press(page: Any, *keys: str) -> None:
+    for key in keys:
+        page.keyboard.press(key)
+
+
+def shown(page: Any, number: int) -> None:
+    page.wait_for_function("n => document.querySelector('#standing').textContent.includes(`${n} answered`)", arg=number)
+
+
+def test_a_person_answers_by_keys_takes_back_and_looks_at_a_picture(sitting: Sitting):
+    with browser_page() as page:
+        begin(page, sitting)
+        assert page.locator(".prompt h2").all_text_contents() == ["NEARBY", "Decide"]
+        assert "Agent <b>4</b>" in page.text_content(".prompt")
+        press(page, "Enter")
+        assert "Still to be decided: action" in page.text_content(".warning")
+        press(page, "2", "Escape")
+        assert "Nothing chosen yet" in page.text_content(".preview")
+        press(page, "1", "4", "3", "Enter")
+        assert "Left open: amount. Enter once more" in page.text_content(".warning")
+        press(page, "Enter")
+        assert sitting.wait() == '{"action":"move","direction":"up","memory":""}'
+        shown(page, 1)
+        press(page, "2", "Tab", "Tab", "7", "Tab")
+        page.keyboard.type("1 fire")
+        press(page, "Enter")
+        assert "Left open: direction. Enter once more" in page.text_content(".warning")
+        press(page, "Enter")
+        assert sitting.wait() == '{"action":"stay","amount":7,"memory":"1 fire"}'
+        page.wait_for_selector(".prompt img")
+        assert page.evaluate("() => document.querySelector('.prompt img').naturalWidth") == 1
+        press(page, "Enter")
+        assert "Enter once more" in page.text_content(".warning")
+        page.keyboard.type("turn left")
+        press(page, "Enter")
+        assert sitting.wait() == "turn left"
+        shown(page, 3)
+        press(page, "2", "1", "Enter")
+        assert sitting.wait() == "yes"
+        page.wait_for_selector("text=That is all for now")
+
+
+def test_what_may_apply_and_is_left_open_is_sent_on_second_thought_and_once_thought_over_at_once(sitting: Sitting):
+    with browser_page() as page:
+        begin(page, sitting)
+        press(page, "1", "Enter")
+        assert "Left open: amount, direction." in page.text_content(".warning")
+        press(page, "3")
+        assert page.locator(".warning:visible").count() == 0
+        press(page, "3", "Enter", "Enter")
+        assert sitting.wait() == '{"action":"move","memory":""}'
+        shown(page, 1)
+        press(page, "1", "Enter")
+        assert sitting.wait() == '{"action":"move","memory":""}'
+
+
+def test_the_page_ends_a_sitting_and_what_is_not_answered_stays_open(sitting: Sitting):
+    with browser_page() as page:
+        begin(page, sitting)
+        page.click("#leave")
+        page.wait_for_selector("text=That is all for now")
+        assert sitting.texts == []
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_nothing_is_wider_than_a_phone_and_the_answer_is_in_sight(sitting: Sitting, dark: bool):
+    with browser_page(width=400, height=800, dark=dark) as page:
+        begin(page, sitting)
+        assert page.evaluate("() => document.documentElement.scrollWidth") == 400
+        box = page.locator(".answer [type=submit]").bounding_box()
+        assert box["y"] + box["height"] <= 800
+
+
+def test_nothing_is_wrong_with_the_page(sitting: Sitting):
+    with browser_page() as page:
+        page.goto(sitting.url)
+        page.wait_for_selector(".consent button")
+        axe.check(page)
+        begin(page, sitting)
+        axe.check(page)

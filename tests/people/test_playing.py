@@ -1,0 +1,160 @@
+"""`foundry play`: what people are shown, what becomes of their answers, and how it goes on another day."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from commands import SMALL, cached_answers, calls, foundry, started, wait_until
+from foundry.probing.sitting import how_far
+from foundry.records import Outcome
+from foundry.storing.store import SweepFolder
+from sittings import MOVE, Person, default_reply, played
+
+PILOT = ("world.agents=8", "world.steps=4", "analyze=false")
+ASKED = ("model=human/ana", "moments=6", "analyze=false", "output.dir=asked")
+
+
+@pytest.fixture
+def pilot(workspace: Path) -> Path:
+    """A recorded run with eight moments that can be drawn."""
+    assert foundry("model=scripted/avoid", *PILOT, "output.dir=pilot", cwd=workspace).returncode == 0
+    return workspace
+
+
+def decisions(folder: Path) -> list[dict[str, Any]]:
+    run = SweepFolder.open(folder).runs()[0]
+    return [json.loads(line) for line in run.steps_bytes().splitlines()]
+
+
+def test_a_person_is_shown_the_prompt_of_each_moment_and_nothing_else(pilot: Path, monkeypatch: pytest.MonkeyPatch):
+    done, person = played(monkeypatch, pilot, "pilot", *ASKED)
+    assert done.returncode == 0, done.stderr
+    [recorded] = calls(pilot / "asked").values()
+    prompts = {call["messages"][0]["content"] for call in recorded}
+    assert {question["messages"][0]["content"] for question in person.seen} == prompts
+    assert {key for question in person.seen for key in question} == {"number", "person", "messages", "schema"}
+    assert len(person.seen) == len(recorded) == 6
+
+
+def test_answers_are_the_calls_of_the_person_with_the_seconds_they_took(pilot: Path, monkeypatch: pytest.MonkeyPatch):
+    played(monkeypatch, pilot, "pilot", *ASKED)
+    run = SweepFolder.open(pilot / "asked").runs()[0]
+    found = list(run.calls())
+    assert {call.model for call in found} == {"human/ana"}
+    assert all(0 < call.timings["latency"] < 10 for call in found)
+    acted = [one for one in decisions(pilot / "asked") if one["kind"] == "action"]
+    assert {(one["action"], one["outcome"]) for one in acted} == {("up", Outcome.CHOSEN)}
+
+
+def test_what_was_answered_yesterday_is_not_asked_today(pilot: Path, monkeypatch: pytest.MonkeyPatch):
+    done, yesterday = played(monkeypatch, pilot, "pilot", *ASKED, most=2)
+    assert done.returncode == 130
+    assert "foundry play asked" in done.stderr
+    done, today = played(monkeypatch, pilot, "asked")
+    assert done.returncode == 0, done.stderr
+    shown = [question["messages"] for question in [*yesterday.seen, *today.seen]]
+    assert (len(yesterday.seen), len(today.seen)) == (2, 4)
+    assert len({json.dumps(one) for one in shown}) == 6
+
+
+def test_without_a_page_one_line_says_how_to_get_one_and_what_is_answered_needs_none(
+    pilot: Path, monkeypatch: pytest.MonkeyPatch
+):
+    done = foundry("probe", "pilot", *ASKED, "repeats=1", cwd=pilot)
+    assert done.returncode == 3
+    assert "is asked on a page alone: go on with foundry play" in done.stderr
+    assert "Traceback" not in done.stderr
+    played(monkeypatch, pilot, "asked")
+    again = foundry("probe", "pilot", *ASKED[:-1], "repeats=1", "output.dir=again", cwd=pilot)
+    assert again.returncode == 0, again.stderr
+
+
+def test_the_moments_of_two_edits_come_in_an_order_that_does_not_tell_them_apart(
+    pilot: Path, monkeypatch: pytest.MonkeyPatch
+):
+    done, person = played(monkeypatch, pilot, "pilot", *ASKED, "edit=no_persona", begins_at=12)
+    assert done.returncode == 0, done.stderr
+    assert len(person.seen) == 12
+    keys = {call["messages"][0]["content"]: call["key"] for one in calls(pilot / "asked").values() for call in one}
+    order = [keys[question["messages"][0]["content"]] for question in person.seen]
+    assert order == sorted(order)
+
+
+def test_a_person_among_models_answers_for_one_agent_in_the_order_of_the_steps(
+    workspace: Path, monkeypatch: pytest.MonkeyPatch
+):
+    mix = "model=mix/human/ana@1+scripted/avoid@0+scripted/avoid@2-3"
+    done, person = played(monkeypatch, workspace, mix, *SMALL, "output.dir=mixed")
+    assert done.returncode == 0, done.stderr
+    [recorded] = calls(workspace / "mixed").values()
+    hers = [call for call in recorded if call["model"] == "human/ana"]
+    assert {call["agent"] for call in hers} == {1}
+    assert [0 <= far < 1 for far in person.far] == [True] * len(hers)
+    assert how_far(SweepFolder.open(workspace / "mixed"))() == 1.0
+    assert [call["messages"][0]["content"] for call in hers] == [one["messages"][0]["content"] for one in person.seen]
+
+
+def test_nobody_to_ask_is_told_before_anything_is_written(workspace: Path):
+    done = foundry("play", "model=scripted/stay", *SMALL, "output.dir=none", cwd=workspace)
+    assert done.returncode == 2
+    assert "model=human/<name>" in done.stderr
+    assert not (workspace / "none").exists()
+
+
+@pytest.mark.parametrize("name", ["ana@example.org", "a b", "x" * 41])
+def test_a_name_is_a_word_and_no_address(workspace: Path, name: str):
+    done = foundry("play", "model=human/x", f"model.person='{name}'", *SMALL, cwd=workspace)
+    assert done.returncode == 2
+    assert "no name for a person" in done.stderr
+
+
+def test_the_doctor_tries_no_person(workspace: Path):
+    done = foundry("doctor", "model=human/ana", *SMALL, cwd=workspace)
+    assert "a person is asked on the page of foundry play" in done.stdout
+    assert "problem" not in done.stdout
+
+
+def test_a_sweep_of_people_says_nothing_of_servers_that_repeat_themselves(pilot: Path, monkeypatch: pytest.MonkeyPatch):
+    done, _ = played(monkeypatch, pilot, "pilot", *ASKED, "determinism=5")
+    assert "determinism" not in done.stdout + done.stderr
+
+
+def test_an_answer_in_other_words_is_read_as_a_models_would_be(pilot: Path, monkeypatch: pytest.MonkeyPatch):
+    played(monkeypatch, pilot, "pilot", *ASKED, reply=lambda question: f"I go: {json.dumps(MOVE)}")
+    acted = [one for one in decisions(pilot / "asked") if one["kind"] == "action"]
+    assert {(one["action"], one["outcome"]) for one in acted} == {("up", Outcome.REPAIRED)}
+
+
+@pytest.mark.slow
+def test_a_kill_loses_no_answer_and_nobody_is_asked_it_again(pilot: Path, monkeypatch: pytest.MonkeyPatch):
+    with started("play", "pilot", *ASKED, "--no-browser", cwd=pilot) as process:
+        assert process.stdout is not None
+        said = next(line for line in process.stdout if "answer at" in line)
+        before = Person(said.split("answer at ")[1].split()[0])
+        before.post("agree")
+        after = 0
+        while len(before.seen) < 2:
+            standing = before.now(after)
+            after, question = standing["version"], standing["question"]
+            if question is not None:
+                before.seen.append(question)
+                before.post("answer", {"number": question["number"], "text": default_reply(question)})
+        wait_until(lambda: cached_answers(pilot / "outputs" / "answers.sqlite") == 2, "both answers are kept")
+        process.kill()
+    done, then = played(monkeypatch, pilot, "asked")
+    assert done.returncode == 0, done.stderr
+    shown = {question["messages"][0]["content"] for question in [*before.seen, *then.seen]}
+    assert (len(then.seen), len(shown)) == (4, 6)
+
+
+def test_a_sweep_that_names_foreign_code_is_not_gone_on_with(pilot: Path, monkeypatch: pytest.MonkeyPatch):
+    played(monkeypatch, pilot, "pilot", *ASKED, most=1)
+    file = pilot / "asked" / "sweep.yaml"
+    content = file.read_text(encoding="utf-8")
+    file.write_text(content.replace("foundry.models.human.model.HumanModel", "subprocess.Popen"), encoding="utf-8")
+    done = foundry("play", "asked", cwd=pilot)
+    assert (done.returncode, "--trust-targets" in done.stderr) == (2, True), done.stderr

@@ -1,0 +1,100 @@
+"""Moments are drawn evenly over what tells them apart, and one at most of an agent in a window."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any
+
+import pytest
+
+from foundry.probing.drawing import Past, drawn, strata_of
+from foundry.records import Call
+from foundry.worlds.base import Answer, Question
+from foundry.worlds.grid.layouts import Uniform
+from foundry.worlds.grid.world import GridScenario
+from foundry.worlds.probe.moments import Moment
+
+UP = '{"action": "move", "direction": "up", "memory": "", "reasoning": ""}'
+HELLO = '{"message": "Hello.", "reasoning": ""}'
+
+
+def call(step: int, agent: int, kind: str = "action", text: str = "") -> Call:
+    return Call(
+        step=step, agent=agent, kind=kind, model="m", digest=None, key="", seed=0, messages=[], parameters={},
+        text=text, thinking=None, ending="stop", prompt_tokens=None, output_tokens=None, timings={}, attempts=(),
+        host=None, cached=False,
+    )  # fmt: skip
+
+
+def runs(count: int, steps: int, agents: int) -> dict[str, Past]:
+    calls = [call(step, agent) for step in range(1, steps + 1) for agent in range(agents)]
+    return {f"run{number}": Past(number, calls) for number in range(count)}
+
+
+def told(recorded: Mapping[str, Past], is_rare: Any) -> dict[Moment, dict[str, str | bool]]:
+    return {one: {"fire": is_rare(one)} for run, past in recorded.items() for one in past.moments(run)}
+
+
+def test_what_is_rare_is_drawn_as_often_as_what_is_not_as_long_as_there_is_any():
+    recorded = runs(4, steps=40, agents=10)
+    strata = told(recorded, lambda one: one.step > 35)
+    found = drawn(recorded, 64, 0, 5, strata)
+    assert len(found) == 64 and Counter(strata[one]["fire"] for one in found) == {True: 32, False: 32}
+    assert set(Counter(one.run for one in found).values()) == {16}
+    early = Counter((one.step - 1) // 5 for one in found if not strata[one]["fire"])
+    assert set(early) == set(range(7)) and max(early.values()) - min(early.values()) <= 4
+    assert Counter(strata[one]["fire"] for one in drawn(recorded, 64, 0, 5, {}))[True] < 16
+
+
+@pytest.mark.parametrize(("window", "most"), [(5, 4), (1, 20), (0, 20), (20, 1), (7, 3)])
+def test_an_agent_gives_one_moment_in_a_window(window: int, most: int):
+    recorded = runs(2, steps=20, agents=3)
+    found = drawn(recorded, 1000, 0, window, {})
+    assert set(Counter((one.run, one.agent) for one in found).values()) == {most} and len(set(found)) == len(found)
+    if window:
+        assert set(Counter((one.run, one.agent, (one.step - 1) // window) for one in found).values()) == {1}
+
+
+def test_without_a_window_all_kinds_of_a_step_are_taken():
+    recorded = {"run": Past(0, [call(1, 0), call(1, 0, "message"), call(1, 0)])}
+    assert len(drawn(recorded, 9, 0, 0, {})) == 3 and len(drawn(recorded, 9, 0, 1, {})) == 1
+
+
+def test_the_same_seed_draws_the_same_and_another_one_others():
+    recorded = runs(2, steps=20, agents=5)
+    first, again, other = (drawn(recorded, 10, seed, 5, {}) for seed in (1, 1, 2))
+    assert first == again != other
+
+
+def small() -> GridScenario:
+    return GridScenario(
+        name="small", half_size=2, agents=2, steps=3, layout=Uniform(), places=[], communication_distance=20,
+        history={"memory": 3, "messages": 3},
+        fires=[{"name": "great", "start": 2, "position": [0, 0], "intensity": 0.5, "radius": 50}],
+    )  # fmt: skip
+
+
+def played(scenario: GridScenario) -> tuple[Past, list[Question]]:
+    running, calls, asked = scenario.start(4), list[Call](), list[Question]()
+    while not running.finished:
+        pending = running.pending()
+        texts = [HELLO if one.kind == "message" else UP for one in pending]
+        calls += [call(*one.asked, text) for one, text in zip(pending, texts, strict=True)]
+        asked += pending
+        running.advance([Answer(text) for text in texts])
+    return Past(4, calls), asked
+
+
+def test_every_recorded_moment_is_told_apart_by_what_its_agent_perceived():
+    past, asked = played(small())
+    found = strata_of(small(), {"run": past})
+    assert list(found) == list(past.moments("run")) and len(found) == len(asked) == 12
+    for question, strata in zip(asked, found.values(), strict=True):
+        x, y = question.observation["x"], question.observation["y"]
+        assert strata == {
+            "fire": question.step >= 2,
+            "message": (question.step, question.kind) != (1, "message"),
+            "wall": 2 in (abs(x), abs(y)),
+        }
+    assert {strata["wall"] for strata in found.values()} == {True, False}

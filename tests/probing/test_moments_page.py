@@ -1,0 +1,103 @@
+"""The page of a probe in a real browser, and exported."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import axe
+from browser import browser_page
+from foundry.viewer.export import export
+from foundry.viewer.server import serving
+from probing.conftest import done
+
+pytestmark = pytest.mark.browser
+READY = ".moment .choices"
+
+
+@pytest.fixture(scope="module")
+def page(probed: Path) -> Iterator[Any]:
+    with serving(probed) as server, browser_page() as page:
+        page.goto(server.url)
+        page.wait_for_selector(READY)
+        yield page
+
+
+@pytest.fixture(scope="module")
+def exported(probed: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return export(probed, tmp_path_factory.mktemp("exported") / "page").page
+
+
+def distances(page: Any) -> list[float]:
+    return [float(text) for text in page.locator(".moments .distance").all_text_contents()]
+
+
+def test_it_opens_at_the_moment_at_which_models_differ_most(page: Any):
+    shown = distances(page)
+    assert shown == sorted(shown, reverse=True)
+    assert shown[0] > 0.5
+    assert page.locator(".moments button").first.get_attribute("aria-current") == "true"
+    assert page.locator(".column .choices").count() == 5
+    assert page.locator(".map svg[role=img]").count() == 1
+    assert "You are Agent" in page.locator(".prompt").first.text_content()
+
+
+def test_choices_are_compared_as_the_tables_compare_them(page: Any):
+    def told(first: dict[str, int], second: dict[str, int], expected: dict[str, str]) -> float:
+        script = "([a, b, expected]) => Foundry.probes.apart(Foundry.probes.carried(a, {expected}), b)"
+        return float(page.evaluate(script, [first, second, expected]))
+
+    assert told({"left": 3, "up": 1}, {"left": 1, "up": 1}, {}) == 0.25
+    assert told({"left": 4}, {"left": 2, "stay": 2}, {"left": "right"}) == 1
+    assert told({"left": 4, "stay": 4}, {"right": 1, "stay": 1}, {"left": "right", "stay": "stay"}) == 0
+
+
+def test_the_keyboard_goes_through_moments_and_edits(page: Any):
+    page.keyboard.press("j")
+    assert page.locator(".moments button").nth(1).get_attribute("aria-current") == "true"
+    page.keyboard.press("k")
+    page.keyboard.press("e")
+    page.get_by_text("What the edit changes").wait_for()
+    assert page.locator(".map svg").count() == 2
+    assert page.url.endswith("&edit=no_fire")
+    page.keyboard.press("e")
+    page.keyboard.press("e")
+    page.wait_for_selector(".moment figure:only-child")
+    assert "edit" not in page.url
+
+
+def test_filters_leave_the_moments_that_are_like_that(page: Any):
+    every = page.locator(".moments button").count()
+    page.get_by_label("Kind", exact=True).select_option("message")
+    kinds = page.locator(".moments button span:nth-child(3)").all_text_contents()
+    assert 0 < len(kinds) < every
+    assert all(kind.startswith("message") for kind in kinds)
+    page.get_by_label("Kind", exact=True).select_option("")
+
+
+def test_axe_finds_nothing_wrong_with_the_moments_of_a_probe(page: Any):
+    axe.check(page)
+
+
+def test_the_exported_page_shows_the_same_from_its_files(exported: Path):
+    with browser_page(width=400) as page:
+        page.goto(exported.as_uri())
+        page.wait_for_selector(READY)
+        assert page.locator(".moments button").count() == 30
+        assert page.evaluate("document.documentElement.scrollWidth") <= 400
+        page.get_by_text("runs of this probe").click()
+        page.wait_for_selector("table.runs tbody tr")
+
+
+def test_the_report_of_a_probe_fits_a_narrow_page(probed: Path):
+    done("report", "probed", "--out", "narrow.html", cwd=probed.parent)
+    with browser_page(width=400) as page:
+        page.goto((probed.parent / "narrow.html").as_uri())
+        assert page.locator("article").count() == 10
+        assert page.evaluate("document.documentElement.scrollWidth") <= 400
+        assert page.locator("img:not([alt])").count() == 0
+        page.evaluate("() => document.querySelectorAll('details').forEach((one) => { one.open = true; })")
+        axe.check(page)

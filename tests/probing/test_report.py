@@ -1,0 +1,83 @@
+"""The report of a probe."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+
+from analysis.report import rendered
+from analysis.report.probes.sections import asked_text, limits, unread_grid
+from commands import foundry
+from probing.conftest import done
+
+
+@pytest.fixture(scope="module")
+def page(probed: Path) -> str:
+    told = done("report", "probed", "--out", "page.html", cwd=probed.parent)
+    assert "report of 45 runs in page.html" in told
+    return (probed.parent / "page.html").read_text(encoding="utf-8")
+
+
+def test_it_begins_with_what_was_asked_and_found(page: str):
+    assert "30 moments of 6 runs and 3 seeds, 5 models, 2 edits and " in page
+    order = [page.index(f'<section id="{name}"') for name in ("found", "moments", "limits", "tables", "commands")]
+    assert order == sorted(order)
+    for title in ("Who agrees with whom", "How far models are apart", "What each edit changes"):
+        assert f'aria-label="{title}. ' in page
+    assert "<code>foundry probe pilot " in page
+
+
+def test_ten_moments_stand_there_with_their_pictures_prompts_and_replies(page: str):
+    articles = page.split("<article>")[1:]
+    assert len(articles) == 10
+    distances = [float(found) for found in re.findall(r"<p>Distance ([0-9.]+)\.</p>", page)]
+    assert distances == sorted(distances, reverse=True)
+    for article in articles:
+        assert 'src="data:image/png;base64,' in article
+        assert article.count("<h4>") == 5
+        assert "You are Agent" in article
+
+
+def test_what_an_edit_left_out_and_what_was_not_read_are_told(page: str):
+    assert re.search(r"no_fire changes nothing in \d+ of 30 moments", page)
+    assert "Answers, and those in which no decision could be read." in page
+
+
+def test_what_a_probe_has_not_is_refused(probed: Path):
+    found = foundry("report", "probed", "--margin", "idle_rate.chosen=0.1", cwd=probed.parent)
+    assert (found.returncode, found.stdout) == (2, "")
+    assert "is a probe" in found.stderr
+
+
+def frame(**columns: Any) -> pd.DataFrame:
+    return pd.DataFrame({"kind": "all", **columns})
+
+
+def test_an_edit_that_changes_every_moment_leaves_none_out():
+    edits = frame(edit=["x", "y"], asked=[9, 9], moments=[9, 7])
+    assert list(limits({"edits": edits})) == ["y changes nothing in 2 of 9 moments, which are left out of its figures."]
+
+
+def test_unread_answers_are_counted_for_each_model_and_counts_of_one_are_not_told():
+    rows = [("a", "left", 3), ("a", "unreadable", 1), ("b", "left", 4)]
+    moments = pd.DataFrame(rows, columns=["model", "choice", "count"])
+    moments = moments.assign(run="r", step=1, agent=0, kind="action", again=0, seed=0, edit="none", format="none")
+    assert [[cell.text for cell in row] for row in unread_grid(moments).rows] == [
+        ["a", "4", "1", "25 %"],
+        ["b", "4", "0", "0 %"],
+    ]
+    assert asked_text(moments) == "1 moments of 1 runs and 1 seeds, 2 models and 8 answers"
+
+
+def test_replies_stay_text_on_the_page():
+    page = rendered("probe.html", {
+        "title": "<b>", "period": "", "summary": ["<script>1</script>"], "shapes": (), "moments": [], "limits": [],
+        "unread": unread_grid(pd.DataFrame({"model": ["<i>"], "choice": ["left"], "count": [1]})),
+        "determinism": None, "tables": [], "asked": [],
+    })  # fmt: skip
+    assert "<script>1" not in page
+    assert "<i>" not in page
