@@ -4,35 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from analysis.stats.family import are_apart, is_denominator, primary_measures, unknown_measure
-from analysis.stats.intervals import (
-    FEWEST_FOR_CLAIMS,
-    NO_VARIATION,
-    Estimates,
-    by_count,
-    varies,
-)
+from analysis.stats.family import are_apart, declared_measures, is_denominator, known_measures
+from analysis.stats.intervals import Estimates, by_count
 from analysis.stats.multiplicity import benjamini_hochberg, holm
-from analysis.stats.paired import equivalence_p, hedges_g_z, mcnemar_p, superiority
+from analysis.stats.paired import hedges_g_z, superiority
 from analysis.stats.pairing import Paired, bounds, mean_where, pair_up, row_frame
-from analysis.stats.sign_flip import least_p, sign_flip_p
-from analysis.stats.values import BoolArray, SeedValues, seed_values
-from analysis.tables.groups import swept_columns
+from analysis.stats.plan import Plan, claims, equivalence
+from analysis.stats.sign_flip import least_p
+from analysis.stats.values import SeedValues, seed_values
+from analysis.tables.groups import group_keys, swept_columns
 from analysis.tables.signature_table import SignatureTable
 from foundry.errors import InputError
 
 ALPHA = 0.05
-SIGN_FLIP, MCNEMAR = "sign-flip", "mcnemar"
-_NOT_TESTED = "not tested: "
-_NO_PAIR = _NOT_TESTED + "no pair"
-_FEW_PAIRS = f"{_NOT_TESTED}n < {FEWEST_FOR_CLAIMS}"
-_FLAT = _NOT_TESTED + NO_VARIATION
-_BASELINE = _NOT_TESTED + "baseline"
 
 
 def contrasts(
@@ -43,6 +33,7 @@ def contrasts(
     margins: Mapping[str, float] | None = None,
     alpha: float = ALPHA,
     repeating: Mapping[str, str] | None = None,
+    plan: Plan | None = None,
 ) -> pd.DataFrame:
     """Return every difference between two groups that differ in one factor alone, one row per measure and pair.
 
@@ -55,39 +46,55 @@ def contrasts(
         margins: by measure, the difference below which groups count as the same; declared before the runs.
         alpha: level of the tests.
         repeating: by model whose server does not repeat itself, how far it does; said of the rows that its runs are in.
+        plan: what was declared before the runs; then its measures are the family, and its margins the margins.
 
     Raises:
         InputError: a measure of the family or of a margin does not exist, or a margin is not positive.
     """
     values = seed_values(table, groups)
-    declared = primary_measures(values.measures) if family is None else _known(family, values.measures)
+    declared = declared_measures(family if plan is None else plan.family, values.measures)
+    margins = _checked((margins or {}) if plan is None else plan.margins, values.measures)
     servers = _servers(values, table, groups, repeating or {})
-    blocks = [_row_by_row(values, paired, declared, servers) for paired in pair_up(values)]
+    asked = _Asked(declared, margins, plan, alpha, servers)
+    blocks = [_row_by_row(values, paired, asked) for paired in pair_up(values)]
     frame = pd.concat([rows for rows, _ in blocks], ignore_index=True)
     found = Estimates.joined([estimated for _, estimated in blocks])
     frame = frame.assign(**_over_families(frame, alpha))
-    frame = frame.assign(**_equivalence(frame, found, _checked(margins or {}, values.measures), alpha))
-    return frame.assign(note=_notes(frame, found, alpha))[list(COLUMNS)]
+    used = _used(frame, found, plan)
+    frame = frame.assign(out_of_reach=_out_of_reach(frame, used, plan, alpha))
+    return frame.assign(note=_notes(frame, found, used))[list(COLUMNS)]
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What is asked of all rows.
+
+    Attributes:
+        declared: measures of the family.
+        margins: by measure.
+        plan: what was declared before the runs, if anything was.
+        alpha: level of the tests.
+        servers: what is said of the server of each group (G).
+    """
+
+    declared: Sequence[str]
+    margins: Mapping[str, float]
+    plan: Plan | None
+    alpha: float
+    servers: Sequence[str]
 
 
 COLUMNS = (
     "measure", "signature", "headline", "readable_only", "baseline", "factor", "level", "reference", "context",
     "n_pairs", "n_missing", "n_undefined", "mean_level", "mean_reference", "difference", "low", "high", "interval",
-    "test", "p", "p_holm", "family", "significant", "p_bh", "g_z", "superiority", "bound_low", "bound_high",
-    "margin", "p_equivalence", "p_equivalence_holm", "equivalent", "note",
+    "test", "p", "claim", "look", "alpha", "p_holm", "family", "significant", "p_bh", "g_z", "superiority",
+    "bound_low", "bound_high", "margin", "p_equivalence", "p_equivalence_holm", "equivalent", "out_of_reach", "note",
 )  # fmt: skip
 """The columns of the table of contrasts, in their order."""
 
 
-def _known(names: Sequence[str], measures: Sequence[str]) -> tuple[str, ...]:
-    for name in names:
-        if name not in measures:
-            raise unknown_measure(name, measures)
-    return tuple(names)
-
-
 def _checked(margins: Mapping[str, float], measures: Sequence[str]) -> Mapping[str, float]:
-    _known(list(margins), measures)
+    known_measures(list(margins), measures)
     for name, margin in margins.items():
         if not 0 < margin < math.inf:
             raise InputError(f"The margin of {name} is {margin:g}: give one above 0, in the unit of the measure.")
@@ -98,20 +105,21 @@ def _servers(
     values: SeedValues, table: SignatureTable, groups: pd.DataFrame | None, repeating: Mapping[str, str]
 ) -> list[str]:
     """Return what is said of the server of each group (G); "" where it repeats itself, or nobody knows."""
-    keys = (swept_columns(table) if groups is None else groups).astype(str).itertuples(index=False, name=None)
+    keys = group_keys(swept_columns(table) if groups is None else groups)
     models = dict(zip(keys, table.frame["model"].astype(str), strict=True))
     return [repeating.get(models[group], "") for group in values.groups]
 
 
-def _row_by_row(
-    values: SeedValues, paired: Paired, declared: Sequence[str], servers: Sequence[str]
-) -> tuple[pd.DataFrame, Estimates]:
+def _row_by_row(values: SeedValues, paired: Paired, asked: _Asked) -> tuple[pd.DataFrame, Estimates]:
     """Return the columns of some rows that no other row changes, and the estimates behind them."""
     found = paired.estimates()
-    frame = row_frame(values, paired, declared).assign(**_sizes(paired, found))
-    frame = frame.assign(**_tests(paired, found, frame["baseline"].to_numpy(dtype=bool)))
-    said = [dict.fromkeys((servers[pair.level], servers[pair.reference])) for pair in paired.pair]
+    frame = row_frame(values, paired, asked.declared).assign(**_sizes(paired, found))
+    if asked.plan is not None:
+        frame["headline"] &= asked.plan.holds(values, paired)
+    frame = frame.assign(**claims(asked.plan, values, paired, frame, asked.alpha))
+    said = [dict.fromkeys((asked.servers[pair.level], asked.servers[pair.reference])) for pair in paired.pair]
     frame = frame.assign(servers=["; ".join(filter(None, both)) for both in said])
+    frame = frame.assign(**_equivalence(values, paired, frame, asked))
     return frame.assign(**_effects(paired, found), **_extremes(paired)), found
 
 
@@ -131,38 +139,24 @@ def _sizes(paired: Paired, found: Estimates) -> dict[str, Any]:
     }
 
 
-def _tests(paired: Paired, found: Estimates, baseline: BoolArray) -> dict[str, Any]:
-    """Return the columns `test` and `p`."""
-    test = np.full(len(baseline), _NO_PAIR, dtype=object)
-    p = np.full(len(baseline), np.nan)
-    for rows, kept in by_count(paired.difference):
-        test[rows] = _FEW_PAIRS
-        if kept.shape[1] >= FEWEST_FOR_CLAIMS:
-            # Success of one against failure of the other in every seed varies no more than equal outcomes do.
-            mcnemar = paired.outcome[rows] & kept.any(axis=1)
-            test[rows] = np.where(mcnemar, MCNEMAR, np.where(varies(kept), SIGN_FLIP, _FLAT))
-            for name, p_of in ((MCNEMAR, mcnemar_p), (SIGN_FLIP, sign_flip_p)):
-                own = test[rows] == name
-                p[rows[own]] = p_of(kept[own])
-    return {"test": np.where(baseline, _BASELINE, test), "p": np.where(baseline, np.nan, p)}
-
-
 def _over_families(frame: pd.DataFrame, alpha: float) -> dict[str, Any]:
     """Return the columns that take all tests of one factor together."""
-    p = frame["p"].to_numpy(dtype=np.float64)
+    p, p_claim, p_equivalence = (frame[name].to_numpy(dtype=np.float64) for name in ("p", "p_claim", "p_equivalence"))
     explored = ~frame["readable_only"].to_numpy(dtype=bool)
     explored &= ~np.array([is_denominator(name) for name in frame["measure"]], dtype=bool)
     headline = frame["headline"].to_numpy(dtype=bool)
     apart = are_apart(frame["measure"].tolist())
-    adjusted, rates = np.full(len(p), np.nan), np.full(len(p), np.nan)
+    adjusted, rates, same = (np.full(len(p), np.nan) for _ in range(3))
     size = np.zeros(len(p), dtype=np.int64)
     for factor in frame["factor"].unique():
         own = (frame["factor"] == factor).to_numpy()
-        adjusted[own & headline] = holm(p[own & headline])
+        adjusted[own & headline] = np.where(np.isnan(p[own & headline]), np.nan, holm(p_claim[own & headline]))
+        same[own] = holm(p_equivalence[own])
         for some in (~apart, apart):
             rates[own & explored & some] = benjamini_hochberg(p[own & explored & some])
-        size[own & headline] = np.count_nonzero(~np.isnan(p[own & headline]))
-    return {"p_holm": adjusted, "family": size, "significant": adjusted <= alpha, "p_bh": rates}
+        size[own & headline] = np.count_nonzero(~np.isnan(p_claim[own & headline]))
+    found = {"p_holm": adjusted, "family": size, "significant": adjusted <= alpha, "p_bh": rates}
+    return {**found, "p_equivalence_holm": same, "equivalent": same <= alpha}
 
 
 def _effects(paired: Paired, found: Estimates) -> dict[str, Any]:
@@ -178,26 +172,41 @@ def _extremes(paired: Paired) -> dict[str, Any]:
     return {"bound_low": low, "bound_high": high}
 
 
-def _equivalence(frame: pd.DataFrame, found: Estimates, margins: Mapping[str, float], alpha: float) -> dict[str, Any]:
-    """Return the columns of the equivalence tests; corrected over all those of one factor."""
-    margin = np.array([margins.get(name, np.nan) for name in frame["measure"]], dtype=np.float64)
-    margin[frame["baseline"].to_numpy(dtype=bool)] = np.nan
-    p = np.full(len(margin), np.nan)
-    for n in np.unique(found.n[found.n >= FEWEST_FOR_CLAIMS]):
-        rows = found.n == n
-        p[rows] = equivalence_p(found.mean[rows], found.sd[rows], margin[rows], int(n))
-    adjusted = np.full(len(p), np.nan)
-    for factor in frame["factor"].unique():
-        own = (frame["factor"] == factor).to_numpy()
-        adjusted[own] = holm(p[own])
-    return {"margin": margin, "p_equivalence": p, "p_equivalence_holm": adjusted, "equivalent": adjusted <= alpha}
+def _equivalence(values: SeedValues, paired: Paired, frame: pd.DataFrame, asked: _Asked) -> dict[str, Any]:
+    """Return the columns `margin` and `p_equivalence`."""
+    margin = np.array([asked.margins.get(name, np.nan) for name in frame["measure"]], dtype=np.float64)
+    margin[frame["baseline"] if asked.plan is None else ~frame["headline"]] = np.nan
+    return {"margin": margin, "p_equivalence": equivalence(asked.plan, values, paired, margin)}
 
 
-def _notes(frame: pd.DataFrame, found: Estimates, alpha: float) -> list[str]:
+def _used(frame: pd.DataFrame, found: Estimates, plan: Plan | None) -> list[int]:
+    """Return the pairs that each row is tested with: at a declared look no more than were declared for it."""
+    return [
+        int(n) if plan is None or not look else min(int(n), plan.looks[look - 1])
+        for n, look in zip(found.n, frame["look"], strict=True)
+    ]
+
+
+def _out_of_reach(frame: pd.DataFrame, used: Sequence[int], plan: Plan | None, alpha: float) -> list[str]:
+    """Return why no result of each row could have been significant beside the others' results, or "" where one could.
+
+    By Holm's correction the least p of a row is held against as many tests as are not significant, itself included.
+    """
+    others = frame["significant"].groupby(frame["factor"]).transform("sum") - frame["significant"]
+    left = (frame["family"] - others).where(frame["family"] > 0, 0)
+    strictest = {one: alpha / one if plan is None else plan.level(alpha / one) for one in {*left} - {0}}
+    columns = (frame["family"], left, frame["p"], frame["look"])
+    return [
+        f"no p can reach {alpha:g} with {pairs} pairs among {family} tests" + (" at this look" if look else "")
+        if family and not math.isnan(p) and least_p(pairs) > strictest[tests]
+        else ""
+        for pairs, family, tests, p, look in zip(used, *columns, strict=True)
+    ]
+
+
+def _notes(frame: pd.DataFrame, found: Estimates, used: Sequence[int]) -> list[str]:
     """Return what keeps each row from being a claim, or weakens it."""
-    reachable = {int(n): least_p(int(n)) for n in np.unique(found.n) if n >= FEWEST_FOR_CLAIMS}
-    columns = (frame[name] for name in ("n_missing", "n_undefined", "family", "servers"))
-    parts = zip(found.note, found.n, *columns, frame["p"].notna(), strict=True)
+    columns = (frame[name] for name in ("n_missing", "n_undefined", "out_of_reach", "servers"))
     return [
         "; ".join(
             part
@@ -205,12 +214,13 @@ def _notes(frame: pd.DataFrame, found: Estimates, alpha: float) -> list[str]:
                 note,
                 f"missing in {missing} of {n + missing + undefined} seeds" if missing else "",
                 f"undefined in {undefined} of {n + missing + undefined} seeds" if undefined else "",
-                f"no p can reach {alpha:g} with {n} pairs among {family} tests"
-                if tested and reachable[n] * family > alpha
-                else "",
+                unreachable,
+                f"tested at the look at {tested} seeds, later ones are in the interval alone" if tested < n else "",
                 servers,
             )
             if part
         )
-        for note, n, missing, undefined, family, servers, tested in parts
+        for note, n, tested, missing, undefined, unreachable, servers in zip(
+            found.note, found.n, used, *columns, strict=True
+        )
     ]

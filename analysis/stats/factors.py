@@ -69,7 +69,9 @@ def _pairs_of(values: SeedValues, factor: Factor, factors: Sequence[Factor], own
     for members in contexts.values():
         ordered = sorted(members, key=lambda index: factor.levels.index(values.groups[index][column]))
         for reference, level in combinations(ordered, 2):
-            yield Pair(factor.name, level, reference, _context(values, level, factors, factor.name))
+            yield Pair(
+                factor.name, level, reference, context_of(values.columns, values.groups[level], factors, factor.name)
+            )
 
 
 def _with_baselines(values: SeedValues, factors: Sequence[Factor], own: Sequence[int]) -> Iterator[Pair]:
@@ -86,13 +88,20 @@ def _with_baselines(values: SeedValues, factors: Sequence[Factor], own: Sequence
         for level in own if baseline else ():
             pair = zip(values.groups[level], values.groups[reference], levels, strict=True)
             if all(at == column or a == b or b not in swept for at, (a, b, swept) in enumerate(pair)):
-                yield Pair(MODEL, level, reference, _context(values, level, factors, MODEL), baseline=True)
+                yield Pair(
+                    MODEL,
+                    level,
+                    reference,
+                    context_of(values.columns, values.groups[level], factors, MODEL),
+                    baseline=True,
+                )
 
 
 def _without(group: Group, column: int) -> Group:
     return (*group[:column], *group[column + 1 :])
 
 
-def _context(values: SeedValues, index: int, factors: Sequence[Factor], but: str) -> str:
-    group = dict(zip(values.columns, values.groups[index], strict=True))
-    return ", ".join(f"{factor.name}={group[factor.name]}" for factor in factors if factor.name != but)
+def context_of(columns: Sequence[str], group: Group, factors: Sequence[Factor], but: str) -> str:
+    """Return the settings of a group that were swept, all but one, as the table of contrasts names them."""
+    own = dict(zip(columns, group, strict=True))
+    return ", ".join(f"{factor.name}={own[factor.name]}" for factor in factors if factor.name != but)

@@ -43,6 +43,27 @@ def primary_measures(measures: Sequence[str]) -> tuple[str, ...]:
     return tuple(columns[0] for columns in shown if columns)
 
 
+def declared_measures(family: Sequence[str] | None, measures: Sequence[str]) -> tuple[str, ...]:
+    """Return the measures that claims rest on: those of the family, by default one a signature.
+
+    Raises:
+        InputError: a measure of the family does not exist.
+    """
+    return primary_measures(measures) if family is None else known_measures(family, measures)
+
+
+def known_measures(names: Sequence[str], measures: Sequence[str]) -> tuple[str, ...]:
+    """Return these names of measures.
+
+    Raises:
+        InputError: one of them does not exist.
+    """
+    for name in names:
+        if name not in measures:
+            raise unknown_measure(name, measures)
+    return tuple(names)
+
+
 def headline_measures(measures: Sequence[str]) -> tuple[str, ...]:
     """Return the signatures' headlines over all decisions, without denominators and cost."""
     shown = [one.headline_columns(measures) for one in _claimed()]

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +18,8 @@ from foundry.seeding import stream
 LEVEL = 0.95
 FEWEST_FOR_CLAIMS = 6
 """With fewer values no exact test can reach p < .05; then numbers describe these runs and claim nothing."""
+ENOUGH_FOR_CLAIMS = 20
+"""Values that are advised for claims: with fewer only large differences are found."""
 FEWEST_FOR_BOOTSTRAP = 10
 SKEWED = 0.5
 """Absolute moment skewness from which Student's interval gives way to the bootstrap-t."""
@@ -113,13 +116,15 @@ def by_count(values: FloatArray) -> Iterator[tuple[npt.NDArray[np.intp], FloatAr
     counts = defined.sum(axis=1)
     for n in np.unique(counts[counts > 0]):
         chosen = np.flatnonzero(counts == n)
-        yield chosen, values[chosen][defined[chosen]].reshape(len(chosen), n)
+        kept = values[chosen]
+        whole = n == values.shape[1]
+        yield chosen, np.ascontiguousarray(kept) if whole else kept[defined[chosen]].reshape(len(chosen), n)
 
 
 def varies(values: FloatArray) -> BoolArray:
     """Return which rows (rows, n) hold more than one value, apart from rounding."""
-    scale = np.maximum(np.abs(values).max(axis=1), 1.0)
-    return np.asarray(np.ptp(values, axis=1) > _ROUNDING * scale)
+    least, most = values.min(axis=1), values.max(axis=1)
+    return np.asarray(most - least > _ROUNDING * np.maximum(np.maximum(most, -least), 1.0))
 
 
 def skewness(values: FloatArray) -> FloatArray:
@@ -154,10 +159,14 @@ def bootstrap_t(values: FloatArray, level: float = LEVEL) -> tuple[FloatArray, F
     n = values.shape[1]
     mean, sd = values.mean(axis=1, keepdims=True), values.std(axis=1, ddof=1, keepdims=True)
     scaled = (values - mean) / sd
-    parts = [scaled[start : start + _ROWS_AT_ONCE] for start in range(0, len(scaled), _ROWS_AT_ONCE)]
-    ends = np.concatenate([_ends_of_t(part, level) for part in parts] or [np.zeros((0, 2))])
+    ends = np.concatenate([_ends_of_t(part, level) for part in _parts(scaled)] or [np.zeros((0, 2))])
     half = (sd / math.sqrt(n))[:, 0]
     return mean[:, 0] - ends[:, 1] * half, mean[:, 0] - ends[:, 0] * half
+
+
+def _parts(rows: npt.NDArray[Any]) -> list[npt.NDArray[Any]]:
+    """Return rows a few at a time, so that no more than these are in memory once more."""
+    return [rows[start : start + _ROWS_AT_ONCE] for start in range(0, len(rows), _ROWS_AT_ONCE)]
 
 
 def _ends_of_t(scaled: FloatArray, level: float) -> FloatArray:
@@ -179,9 +188,9 @@ def _ends_of_t(scaled: FloatArray, level: float) -> FloatArray:
 @lru_cache(maxsize=4)
 def _resamples(n: int) -> FloatArray:
     """Return how often each of n values is drawn in each resample (RESAMPLES, n)."""
-    drawn = stream(n, "bootstrap-t").integers(0, n, size=(RESAMPLES, n))
-    counts = np.zeros((RESAMPLES, n))
-    np.add.at(counts, (np.arange(RESAMPLES)[:, None], drawn), 1.0)
+    drawing, counts = stream(n, "bootstrap-t"), np.empty((RESAMPLES, n))
+    for resample in counts:
+        resample[:] = np.bincount(drawing.integers(0, n, size=n), minlength=n)
     counts.flags.writeable = False
     return counts
 
@@ -191,7 +200,7 @@ def _fill(found: Estimates, rows: npt.NDArray[np.intp], kept: FloatArray, outcom
     n = kept.shape[1]
     few = FEW if n < FEWEST_FOR_CLAIMS else ""
     vary = varies(kept)
-    found.sd[rows] = np.where(vary, kept.std(axis=1, ddof=1), 0.0)
+    found.sd[rows] = np.where(vary, np.concatenate([part.std(axis=1, ddof=1) for part in _parts(kept)]), 0.0)
     found.note[rows] = np.where(vary | outcome, few, "; ".join(filter(None, (NO_VARIATION, few)))).astype(object)
     half = student_quantile(n - 1) * found.sd[rows] / math.sqrt(n)
     _set(found, rows, vary & ~outcome, (found.mean[rows] - half, found.mean[rows] + half), STUDENT)
@@ -204,8 +213,9 @@ def _fill(found: Estimates, rows: npt.NDArray[np.intp], kept: FloatArray, outcom
 def _use_bootstrap(found: Estimates, rows: npt.NDArray[np.intp], kept: FloatArray, vary: BoolArray) -> None:
     """Widen Student's intervals of skewed rows to the bootstrap-t, which is not wide enough where many values tie."""
     able = np.flatnonzero(vary)
-    skewed = able[np.abs(skewness(kept[able])) > SKEWED]
-    low, high = bootstrap_t(kept[skewed])
+    skewed = np.concatenate([part[np.abs(skewness(kept[part])) > SKEWED] for part in _parts(able)] or [able])
+    ends = [np.array(bootstrap_t(kept[part])) for part in _parts(skewed)]
+    low, high = np.concatenate(ends or [np.zeros((2, 0))], axis=1)
     finite = np.isfinite(low) & np.isfinite(high)
     low, high = np.minimum(low, found.low[rows[skewed]]), np.maximum(high, found.high[rows[skewed]])
     _set(found, rows[skewed], finite, (low, high), BOOTSTRAP_T)

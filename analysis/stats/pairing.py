@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -50,6 +50,16 @@ class Paired:
     def difference(self) -> FloatArray:
         """Differences of the complete pairs (R, S); NaN elsewhere."""
         return self.level - self.reference
+
+    def of_rows(self, rows: npt.NDArray[np.intp]) -> Paired:
+        """Return some of the rows alone."""
+        arrays = {one.name: getattr(self, one.name)[rows] for one in fields(self) if one.name != "pair"}
+        return replace(self, pair=tuple(self.pair[row] for row in rows), **arrays)
+
+    def of_seeds(self, seeds: BoolArray) -> Paired:
+        """Return the same with some of the seeds alone (S,)."""
+        by_seed = ("level", "reference", "missing", "undefined")
+        return replace(self, **{name: getattr(self, name)[:, seeds] for name in by_seed})
 
     def estimates(self) -> Estimates:
         """Return the mean difference of each row and its interval, clipped to what a difference can be."""

@@ -15,7 +15,7 @@ EXACT_UP_TO = 16
 """Pairs up to which all 2^n assignments of signs are counted."""
 DRAWS = 9_999
 """Random assignments above."""
-_AT_ONCE = 1_024
+_AT_ONCE = 256
 """Assignments whose statistics are in memory at once."""
 _TIES = 1e-10
 """Part of the sum of absolute differences within which two sums are equal."""

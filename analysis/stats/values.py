@@ -13,7 +13,7 @@ import pandas as pd
 from analysis.arrays import FloatArray
 from analysis.lines import COMPLETE
 from analysis.signatures import FAILURE_RATE
-from analysis.tables.groups import swept_columns
+from analysis.tables.groups import group_keys, swept_columns
 from analysis.tables.signature_table import SignatureTable
 
 BASELINE = "baseline"
@@ -62,12 +62,12 @@ def seed_values(table: SignatureTable, groups: pd.DataFrame | None = None) -> Se
         groups: the columns that tell groups apart, one row per run of the table; by default what was swept.
     """
     groups = swept_columns(table) if groups is None else groups
-    keys: list[Group] = list(groups.astype(str).itertuples(index=False, name=None))
+    keys: list[Group] = group_keys(groups)
     names = {group: index for index, group in enumerate(dict.fromkeys(keys))}
     group = np.array([names[key] for key in keys], dtype=np.int64)
     seeds, seed = np.unique(table.frame["seed"].to_numpy(), return_inverse=True)
     shape = (len(names), len(seeds))
-    baseline = _counts(group, len(names), _is_baseline(table.frame)) == np.bincount(group, minlength=len(names))
+    baseline = _counts(group, len(names), is_baseline(table.frame)) == np.bincount(group, minlength=len(names))
     return SeedValues(
         columns=tuple(map(str, groups.columns)),
         groups=tuple(names),
@@ -82,7 +82,8 @@ def seed_values(table: SignatureTable, groups: pd.DataFrame | None = None) -> Se
     )
 
 
-def _is_baseline(frame: pd.DataFrame) -> BoolArray:
+def is_baseline(frame: pd.DataFrame) -> BoolArray:
+    """Return which runs are of a baseline (runs,)."""
     if BASELINE not in frame.columns:
         return np.zeros(len(frame), dtype=bool)
     return frame[BASELINE].to_numpy(dtype=bool)

@@ -28,6 +28,7 @@ class Comparison:
         estimates: mean and interval by measure and group, as in the frame; only of what the group's runs have, so
             none of measures of 2D worlds for runs of 3D ones.
         baselines: the groups of scripted models that others are seen against.
+        models: those of all runs in the order of their first ones, whichever part was taken; looks go by it.
     """
 
     frame: pd.DataFrame
@@ -35,6 +36,7 @@ class Comparison:
     values: dict[Group, pd.DataFrame]
     estimates: dict[tuple[str, Group], Estimate]
     baselines: frozenset[Group] = frozenset()
+    models: tuple[str, ...] = ()
 
     @property
     def groups(self) -> list[Group]:

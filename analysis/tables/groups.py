@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pandas as pd
 
 from analysis.measuring.runs import RunResult
 from analysis.tables.signature_table import SignatureTable
-from foundry.storing.store import without_servers
+from foundry.storing.store import leaves, without_servers
 
 PARTS = ("world", "model", "prompt")
 """The parts of a configuration that have a name."""
+
+NOT_SET = "none"
+"""Stands for a swept setting that is null, or that a world does not have."""
 
 _MOST_SHOWN = 40
 """Characters of differing settings beyond which a hash stands for them."""
@@ -27,7 +30,7 @@ def group_columns(results: Sequence[RunResult], table: SignatureTable) -> pd.Dat
     Runs whose worlds (models, prompts) bear the same name but are configured differently, and differ in
     nothing that was swept, are told apart by the settings in which they differ, behind the name.
     """
-    frame = table.frame[["model", "world", "prompt", *_factors(table)]].astype(str)
+    frame = _as_texts(table.frame[["model", "world", "prompt", *_factors(table)]])
     for part in PARTS:
         # By its own name and what was swept alone: two models in different worlds of one name must not look comparable.
         keys = list(frame[[part, *_factors(table)]].itertuples(index=False, name=None))
@@ -41,8 +44,18 @@ def group_columns(results: Sequence[RunResult], table: SignatureTable) -> pd.Dat
 
 def swept_columns(table: SignatureTable) -> pd.DataFrame:
     """Return what `group_columns` does as far as the table alone tells it: without differences that names hide."""
-    frame = table.frame[["model", "world", "prompt", *_factors(table)]].astype(str)
+    frame = _as_texts(table.frame[["model", "world", "prompt", *_factors(table)]])
     return frame[["model", *(name for name in frame.columns[1:] if frame[name].nunique() > 1)]]
+
+
+def group_keys(groups: pd.DataFrame) -> list[tuple[str, ...]]:
+    """Return the group of each row of the columns that tell groups apart."""
+    return list(_as_texts(groups).itertuples(index=False, name=None))
+
+
+def _as_texts(frame: pd.DataFrame) -> pd.DataFrame:
+    # astype(str) leaves what is missing as it is, and a missing label is equal to nothing, itself included.
+    return frame.astype(object).where(frame.notna(), NOT_SET).astype(str)
 
 
 def _factors(table: SignatureTable) -> list[str]:
@@ -52,18 +65,6 @@ def _factors(table: SignatureTable) -> list[str]:
 def _settings(config: Mapping[str, Any]) -> dict[str, str]:
     """Return the leaves of a configuration by their path, without how a server is reached."""
     return dict(leaves({key: value for key, value in without_servers(config).items() if key != "name"}))
-
-
-def leaves(value: Any, path: str = "") -> Iterator[tuple[str, str]]:
-    """Yield the leaves of a configuration by their path, as JSON."""
-    if isinstance(value, Mapping) and value:
-        for key, inner in value.items():
-            yield from leaves(inner, f"{path}.{key}" if path else str(key))
-    elif isinstance(value, Sequence) and not isinstance(value, str) and value:
-        for index, inner in enumerate(value):
-            yield from leaves(inner, f"{path}[{index}]")
-    else:
-        yield path, json.dumps(value, ensure_ascii=False)
 
 
 def _told_apart(names: list[str], configs: list[dict[str, str]], keys: list[tuple[str, ...]]) -> list[str]:

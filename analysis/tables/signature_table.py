@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -58,8 +58,15 @@ def build_table(results: Sequence[RunResult]) -> SignatureTable:
     head = [*(["sweep"] if by_sweep else []), *KEYS, *(["baseline"] if by_baseline else [])]
     present = tuple(kinds[result.measures.names] for result in results)
     values = pd.DataFrame(_values(results, kinds, measures), columns=measures)
-    frame = pd.concat([pd.DataFrame(rows, columns=[*head, *factors]), values], axis=1)
+    known = pd.DataFrame(rows, columns=[*head, *factors])
+    known = known.assign(**{key: _as_set(known[key], [row[key] for row in rows]) for key in factors})
+    frame = pd.concat([known, values], axis=1)
     return SignatureTable(frame, tuple(factors), tuple(measures), present)
+
+
+def _as_set(column: pd.Series[Any], settings: Sequence[Any]) -> pd.Series[Any]:
+    """Return a column of settings in which null makes no other number of a whole one."""
+    return pd.Series(settings, index=column.index, dtype=object) if column.isna().any() else column
 
 
 def _values(results: Sequence[RunResult], kinds: Iterable[tuple[str, ...]], measures: Sequence[str]) -> FloatArray:
@@ -81,9 +88,14 @@ def _measure_columns(kinds: Iterable[tuple[str, ...]]) -> list[str]:
 
 def factor_value(result: RunResult, key: str) -> Any:
     """Return a setting of a run that another sweep swept, too; None where the run has no such setting."""
-    value: Any = result.factors.get(key)
-    if key not in result.factors:
-        value = result.config
+    return setting(result.factors, result.config, key)
+
+
+def setting(factors: Mapping[str, Any], config: Mapping[str, Any], key: str) -> Any:
+    """Return a setting as a table shows it, a part by its name; None where there is no such setting."""
+    value: Any = factors.get(key)
+    if key not in factors:
+        value = config
         for part in (key.partition("@")[2] or key).split("."):
             value = value.get(part) if isinstance(value, dict) else None
     if isinstance(value, dict):

@@ -6,16 +6,18 @@ import csv
 import io
 import math
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
+from analysis.arrow import write_parquet
 from analysis.prose import group_label
 from analysis.signatures import discover
 from analysis.stats.intervals import Estimate
+from analysis.stats.plan import DECLARED, EXPLORATORY
 from analysis.tables.comparison import Comparison
 
 _LATEX = {
@@ -40,7 +42,16 @@ _WHOLE = 1_000
 _MARKDOWN = "\\`*_{}[]<>|#~"
 
 
-SUFFIXES = (".csv", ".parquet", ".tex", ".md")
+CONTRASTED = (
+    "Differences paired by seed: mean with its 95 % interval, p after Holm's correction over the family "
+    "(* significant, ~ the same within the declared margin), Hedges' g of the differences, and the share of "
+    "seeds in which the first is greater."
+)
+"""What a table of differences shows."""
+
+NUMBERS = (".csv", ".parquet")
+"""Of the files of a table's numbers."""
+SUFFIXES = (*NUMBERS, ".tex", ".md")
 """Of the files of a table."""
 
 
@@ -83,14 +94,12 @@ def contrast_table(contrasts: pd.DataFrame) -> Table:
     family = contrasts["headline"].astype(bool)
     measures = set(contrasts.loc[family, "measure"])
     others = contrasts["baseline"].astype(bool) & contrasts["measure"].isin(measures)
-    rows = [_contrast_row(row) for row in pd.concat([contrasts[family], contrasts[others]]).to_dict("records")]
-    caption = (
-        "Differences paired by seed: mean with its 95 % interval, p after Holm's correction over the family "
-        "(* significant, ~ the same within the declared margin), Hedges' g of the differences, and the share of "
-        "seeds in which the first is greater."
-    )
-    columns = ("measure", "first", "second", "context", "pairs", "difference", "p (Holm)", "g", "P(first > second)")
-    return _without_empty(Table("contrasts", caption, columns, tuple(rows), labels=4))
+    shown = pd.concat([contrasts[family], contrasts[others]])
+    told = told_by_measure(shown, ("g_z", "superiority"), {"difference": ("low", "high")})
+    rows = [_contrast_row(row) for row in told]
+    columns = ("pairs", "difference", "p (Holm)", "g", "P(first > second)")
+    names = ("measure", "first", "second", "context", "claim")
+    return _without_empty(Table("contrasts", CONTRASTED, (*names, *columns), tuple(rows), labels=len(names)))
 
 
 def _without_empty(table: Table) -> Table:
@@ -109,18 +118,27 @@ def _without_empty(table: Table) -> Table:
 
 
 def _contrast_row(row: Mapping[Any, Any]) -> tuple[str, ...]:
-    value = {key: float(row[key]) for key in ("difference", "low", "high", "p_holm", "g_z", "superiority")}
     mark = ("*" if row["significant"] else "") + ("~" if row["equivalent"] else "")
     return (
         str(row["measure"]),
         str(row["level"]),
         str(row["reference"]),
         str(row["context"]),
+        claim_of(row),
         str(row["n_pairs"]),
-        with_interval(value["difference"], value["low"], value["high"]),
-        p_value(value["p_holm"]) + mark if not math.isnan(value["p_holm"]) else str(row["test"]),
-        number(value["g_z"]),
-        number(value["superiority"]),
+        row["difference"],
+        p_value(row["p_holm"]) + mark if not math.isnan(row["p_holm"]) else str(row["test"]),
+        row["g_z"],
+        row["superiority"],
+    )
+
+
+def claim_of(row: Mapping[Any, Any]) -> str:
+    """Return whether a row of the contrasts was declared, at which look, and the level of a single test there."""
+    if row["claim"] == EXPLORATORY:
+        return EXPLORATORY + (f", look {row['look']}" if row["look"] > 1 else "")
+    return (
+        f"{DECLARED}, look {row['look']}, alpha {p_value(row['alpha'])}" if row["look"] else f"{DECLARED}, no look yet"
     )
 
 
@@ -129,6 +147,72 @@ def mean_cell(found: Estimate | None, seeds: int) -> str:
     if found is None:
         return ""
     return with_interval(found.mean, found.low, found.high) + (f" n={found.n}" if 0 < found.n < seeds else "")
+
+
+def mean_cells(found: Sequence[Estimate | None], seeds: Sequence[int]) -> list[str]:
+    """Return means with their intervals, all with the same decimals; empty where a group has no such measure.
+
+    Args:
+        found: of each group.
+        seeds: how many each was asked for; n stands where fewer have a value.
+    """
+    known = [one for one in found if one]
+    texts = iter(with_intervals([(one.mean, one.low, one.high) for one in known]))
+    fewer = [f" n={one.n}" if one and 0 < one.n < asked else "" for one, asked in zip(found, seeds, strict=True)]
+    return ["" if one is None else next(texts) + count for one, count in zip(found, fewer, strict=True)]
+
+
+def with_intervals(found: Sequence[tuple[float, float, float]]) -> list[str]:
+    """Return numbers with their intervals, where there are some, all with the same decimals."""
+    texts = iter(alike([value for one in found for value in one]))
+    rows = [(next(texts), next(texts), next(texts)) for _ in found]
+    return [mean + ("" if low == "-" else f" [{low}, {high}]") for mean, low, high in rows]
+
+
+def told_rows(
+    frame: pd.DataFrame, numbers: Sequence[str], intervals: Mapping[str, tuple[str, str]] | None = None
+) -> list[dict[Any, Any]]:
+    """Return the rows of a frame with texts in the place of numbers, those of one column with the same decimals.
+
+    Args:
+        frame: the rows.
+        numbers: columns of numbers.
+        intervals: columns of numbers that have intervals, with the columns of their lower and upper ends.
+    """
+    texts = {name: alike(frame[name].tolist()) for name in numbers}
+    texts |= {
+        name: with_intervals(list(zip(frame[name], frame[low], frame[high], strict=True)))
+        for name, (low, high) in (intervals or {}).items()
+    }
+    return frame.assign(**texts).to_dict("records")
+
+
+def alike(values: Sequence[float]) -> list[str]:
+    """Return numbers that all have the decimals that show three digits of the greatest.
+
+    What they would round to 0 and is not keeps its own digits.
+    """
+    greatest = max((abs(value) for value in values if abs(value) > _ROUNDING and math.isfinite(value)), default=1.0)
+    whole = all(float(value).is_integer() for value in values if math.isfinite(value))
+    decimals = 0 if whole else max(0, 2 - math.floor(math.log10(greatest)))
+
+    def text(value: float) -> str:
+        rounded = f"{value:.{decimals}f}"
+        kept = math.isfinite(value) and (float(rounded) != 0 or abs(value) <= _ROUNDING)
+        return rounded.removeprefix("-") if kept and float(rounded) == 0 else rounded if kept else number(value)
+
+    return [text(value) for value in values]
+
+
+def told_by_measure(
+    frame: pd.DataFrame, numbers: Sequence[str], intervals: Mapping[str, tuple[str, str]]
+) -> list[dict[Any, Any]]:
+    """Return the same as `told_rows`, in the order of the rows, where the rows of each measure share their decimals."""
+    frame = frame.reset_index(drop=True)
+    rows: dict[Any, dict[Any, Any]] = {}
+    for _, mine in frame.groupby("measure", sort=False):
+        rows |= zip(mine.index, told_rows(mine, numbers, intervals), strict=True)
+    return [rows[index] for index in frame.index]
 
 
 def with_interval(mean: float, low: float, high: float) -> str:
@@ -174,9 +258,9 @@ def to_csv(table: Table) -> str:
 def to_markdown(table: Table) -> str:
     """Return the table as Markdown, its caption below it."""
     rule = ["---" if index < table.labels else "---:" for index in range(len(table.columns))]
-    rows = [[_markdown(text) for text in row] for row in (table.columns, *table.rows)]
+    rows = [[escaped(text) for text in row] for row in (table.columns, *table.rows)]
     lines = [f"| {' | '.join(row)} |" for row in (rows[0], rule, *rows[1:])]
-    return "\n".join([*lines, "", _markdown(table.caption), ""])
+    return "\n".join([*lines, "", escaped(table.caption), ""])
 
 
 def to_latex(table: Table) -> str:
@@ -200,20 +284,36 @@ def to_latex(table: Table) -> str:
     return "\n".join([*lines, ""])
 
 
-def write_tables(folder: Path, comparison: Comparison, contrasts: pd.DataFrame) -> list[Path]:
+def write_tables(folder: Path, comparison: Comparison, contrasts: pd.DataFrame, filtered: str = "") -> list[Path]:
     """Write every number as CSV and Parquet, the short tables as LaTeX and Markdown; returns the files."""
-    compared = write_table(folder, comparison_table(comparison), comparison.frame)
-    return [*compared, *write_table(folder, contrast_table(contrasts), contrasts)]
+    compared = write_table(folder, comparison_table(comparison), comparison.frame, filtered)
+    return [*compared, *write_table(folder, contrast_table(contrasts), contrasts, filtered)]
 
 
-def write_table(folder: Path, table: Table, frame: pd.DataFrame) -> list[Path]:
-    """Write the numbers of a table as CSV and Parquet, its texts as LaTeX and Markdown; returns the files."""
+def write_table(folder: Path, table: Table, frame: pd.DataFrame, filtered: str = "") -> list[Path]:
+    """Write the numbers of a table as CSV and Parquet, its texts as LaTeX and Markdown; returns the files.
+
+    Args:
+        folder: where to.
+        table: the texts.
+        frame: the numbers.
+        filtered: which runs it is of, where not of all; stands in a column and in the caption.
+    """
     stem = folder / table.name
-    frame.to_csv(stem.with_suffix(".csv"), index=False, lineterminator="\n")
-    frame.to_parquet(stem.with_suffix(".parquet"), index=False)
+    write_numbers(stem, frame, filtered)
+    table = replace(table, caption=f"{table.caption} Of a part of the runs: {filtered}.") if filtered else table
     stem.with_suffix(".tex").write_text(to_latex(table), encoding="utf-8", newline="\n")
     stem.with_suffix(".md").write_text(to_markdown(table), encoding="utf-8", newline="\n")
     return [stem.with_suffix(suffix) for suffix in SUFFIXES]
+
+
+def write_numbers(stem: Path, frame: pd.DataFrame, filtered: str = "") -> list[Path]:
+    """Write the numbers of a table as CSV and Parquet, with a column `filter` where not of all runs."""
+    frame = frame.assign(filter=filtered) if filtered else frame
+    files = [stem.with_suffix(suffix) for suffix in NUMBERS]
+    frame.to_csv(files[0], index=False, lineterminator="\n")
+    write_parquet(frame, files[1])
+    return files
 
 
 def _latex(text: str) -> str:
@@ -222,7 +322,8 @@ def _latex(text: str) -> str:
     return f"{{{escaped}}}" if escaped.startswith("[") else escaped
 
 
-def _markdown(text: str) -> str:
+def escaped(text: str) -> str:
+    """Return a text for Markdown, in one line, with nothing in it that Markdown would read."""
     plain = " ".join(text.split())
     return "".join(f"\\{letter}" if letter in _MARKDOWN else letter for letter in plain)
 
@@ -230,3 +331,16 @@ def _markdown(text: str) -> str:
 def text_width(text: str) -> int:
     """Return the columns of a terminal that a line takes; wide letters take two."""
     return sum(2 if unicodedata.east_asian_width(letter) in "WF" else 1 for letter in text)
+
+
+def remove_table(stem: Path, suffixes: Sequence[str] = SUFFIXES) -> None:
+    """Remove the files of a table that has no rows by now."""
+    for suffix in suffixes:
+        stem.with_suffix(suffix).unlink(missing_ok=True)
+
+
+def write_summary(folder: Path, sentences: Iterable[str]) -> Path:
+    """Write what was found as a list in Markdown; returns the file."""
+    path = folder / "summary.md"
+    path.write_text("".join(f"- {escaped(one)}\n" for one in sentences), encoding="utf-8", newline="\n")
+    return path

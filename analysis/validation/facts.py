@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal
 
@@ -127,10 +127,14 @@ def _files() -> dict[str, Path]:
     return {file.stem: file for folder in folders for file in folder.glob("*.yaml")}
 
 
+def read_yaml(file: Path) -> Any:
+    """Return what a file says; libyaml's parser, where it is installed, is several times as fast."""
+    return yaml.load(file.read_text(encoding="utf-8"), Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+
+
 def _read(file: Path) -> Facts:
     try:
-        found: Mapping[str, Any] = yaml.safe_load(file.read_text(encoding="utf-8"))
-        facts = msgspec.convert(found, Facts)
+        facts = msgspec.convert(read_yaml(file), Facts)
     except (OSError, UnicodeDecodeError, yaml.YAMLError, msgspec.ValidationError) as error:
         raise InputError(f"{file} does not say what is known of a world: {' '.join(str(error).split())}") from error
     if facts.world != file.stem:

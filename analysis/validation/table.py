@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import difflib
+import json
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import pandas as pd
@@ -14,9 +15,9 @@ import yaml
 from analysis.measuring.runs import RunResult
 from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
-from analysis.tables.groups import leaves
-from analysis.tables.texts import Table, number, with_interval
-from analysis.validation.facts import Facts, Published, facts_of
+from analysis.tables.groups import group_keys
+from analysis.tables.texts import Table, number, told_by_measure
+from analysis.validation.facts import ClosedForm, Facts, Published, facts_of, read_yaml
 from foundry.own_code import own_folders
 from foundry.paths import conf_dir
 
@@ -28,6 +29,8 @@ _ALIKE = 0.6
 """Least likeness of two names, of 1, at which one stands for the other."""
 _MOST_TOLD = 3
 """Changed settings beyond which their number stands for them."""
+_LONGEST = 30
+"""Characters of a setting beyond which only its ends are told."""
 _LEFT_OUT = frozenset(("_target_", "name"))
 
 
@@ -43,9 +46,8 @@ def validation_frame(results: Sequence[RunResult], groups: pd.DataFrame, compare
         groups: the columns that tell groups apart, one row per run.
         compared: the groups.
     """
-    keys = groups.astype(str).itertuples(index=False, name=None)
     first: dict[Group, RunResult] = {}
-    for key, result in zip(keys, results, strict=True):
+    for key, result in zip(group_keys(groups), results, strict=True):
         first.setdefault(key, result)
     known = {world: facts_of(world) for world in {one.keys["world"] for one in first.values()}}
     rows = [
@@ -81,7 +83,9 @@ def _row(group: Group, first: Mapping[Group, RunResult], compared: Comparison, f
         "best_policy": facts.best or "",
         "best": means.get(facts.best or "", math.nan),
         "closed_forms": "; ".join(
-            f"{one.name} {number(one.value)}" for one in facts.closed_forms if one.column == facts.score
+            f"{one.name} {number(one.value)}{elsewhere(one, run.config['world'], facts.world)}"
+            for one in facts.closed_forms
+            if one.column == facts.score
         ),
         "published_model": near.model if near else "",
         "published": near.value if near else math.nan,
@@ -105,21 +109,55 @@ def _plain(name: str) -> str:
 
 def changed(settings: Mapping[str, Any], world: str) -> str:
     """Return which settings of a world are not those of its file, such as `agents=12, not 10`; empty where none is."""
-    usual = dict(leaves(_settings_of(world)))
-    found = dict(leaves(dict(settings)))
-    told = [
-        f"{key}={found[key]}, not {value}"
-        for key, value in usual.items()
-        if key in found and key not in _LEFT_OUT and "${" not in value and found[key] != value
-    ]
+    usual = _settings_of(world)
+    told = [f"{key}={found}, not {value}" for key, value, found in _differing(usual, settings)]
     return f"{len(told)} settings changed" if len(told) > _MOST_TOLD else "; ".join(told)
+
+
+def elsewhere(form: ClosedForm, settings: Mapping[str, Any], world: str) -> str:
+    """Return at which settings a number holds where a world has others, such as ` (at agents=10)`; else nothing."""
+    usual = _settings_of(world)
+    for one in form.overrides:
+        path, _, value = one.partition("=")
+        part, *keys = path.split(".")
+        if part == "world":
+            usual = _with(usual, keys, yaml.safe_load(value))
+    told = [f"{key}={value}" for key, value, _ in _differing(usual, settings)]
+    if not told:
+        return ""
+    return f" (at {', '.join(told) if len(told) <= _MOST_TOLD else f'{len(told)} other settings'})"
+
+
+def _with(settings: Any, keys: Sequence[str], value: Any) -> Any:
+    """Return settings with one set, as an override sets it: of a mapping what is named alone."""
+    known = settings if isinstance(settings, Mapping) else {}
+    if keys:
+        return {**known, keys[0]: _with(known.get(keys[0]), keys[1:], value)}
+    return {**known, **value} if isinstance(value, Mapping) else value
+
+
+def _differing(
+    usual: Mapping[str, Any], settings: Mapping[str, Any], above: str = ""
+) -> Iterator[tuple[str, str, str]]:
+    """Yield the path of each setting that differs, with what it usually is and what it is; a list is one setting."""
+    for key in (key for key in usual if key in settings and f"{above}{key}" not in _LEFT_OUT):
+        value, found = usual[key], settings[key]
+        if isinstance(value, Mapping) and isinstance(found, Mapping):
+            yield from _differing(value, found, f"{above}{key}.")
+        elif value != found and "${" not in str(value):
+            yield f"{above}{key}", _short(value), _short(found)
+
+
+def _short(value: Any) -> str:
+    text = json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= _LONGEST else f"{text[0]}...{text[-1]}"
 
 
 def _settings_of(world: str) -> dict[str, Any]:
     """Return what the file of a world sets itself; nothing where there is none."""
     places = [folder / "world" / f"{world}.yaml" for folder in (*own_folders(), conf_dir())]
     file = next((place for place in places if place.is_file()), None)
-    found: Mapping[str, Any] = yaml.safe_load(file.read_text(encoding="utf-8")) if file else {}
+    found: Mapping[str, Any] = read_yaml(file) if file else {}
     own: Mapping[str, Any] = found.get("world", found)
     return dict(own)
 
@@ -131,10 +169,12 @@ def validation_table(frame: pd.DataFrame) -> Table:
     )  # fmt: skip
     caption = (
         "Each world's score beside what is known of it: mean over seeds with its 95 % interval; means of the policy "
-        "that looks at nothing and of the best scripted one on the same world; closed forms; the published figure of "
+        "that looks at nothing and of the best scripted one on the same world; closed forms, with their settings where "
+        "those are others; the published figure of "
         "the model with the nearest name, which was asked in other words: an order, never an equality."
     )
-    return Table("validation", caption, columns, tuple(map(_told, frame.to_dict("records"))), labels=3)
+    told = told_by_measure(frame, ("random", "best"), {"mean": ("low", "high")})
+    return Table("validation", caption, columns, tuple(map(_told, told)), labels=3)
 
 
 def _told(row: Mapping[Any, Any]) -> tuple[str, ...]:
@@ -143,10 +183,10 @@ def _told(row: Mapping[Any, Any]) -> tuple[str, ...]:
         row["world"],
         row["model"],
         row["measure"],
-        with_interval(row["mean"], row["low"], row["high"]),
+        row["mean"],
         str(row["n"]),
-        number(row["random"]),
-        f"{number(row['best'])} ({row['best_policy']})" if row["best_policy"] else "-",
+        row["random"],
+        f"{row['best']} ({row['best_policy']})" if row["best_policy"] else "-",
         row["closed_forms"] or "-",
         f"{number(row['published'])} {of}" if row["published_model"] else "-",
         row["differs"] or "-",

@@ -6,17 +6,21 @@ import contextlib
 import os
 import re
 import sys
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from foundry import own_code, paths
 from foundry.composing.collecting import Collector, Launch
+from foundry.composing.defaults import Defaults, deciding
 from foundry.composing.public_names import with_public_names
 from foundry.composing.settings import check_parts, checked_settings
 from foundry.errors import FoundryError, InputError, not_found
-from foundry.expansion import Condition, has_range
+from foundry.expansion import FORMAT, Condition, Sweep, expand, has_range, named_formats
+from foundry.naming import format_of
 from foundry.storing.plain_yaml import check_config
 
 CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record", "baselines")
@@ -24,10 +28,9 @@ CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record", "baseli
 _TAKEN_UP = ("seed", "schema")
 """What other parts of a configuration refer to or are multiplied by, and is nothing by itself."""
 
-_SWEPT_ONLY = ("world", "model", "prompt", "layout", "scene", "task", "sampling_seed")
+_SWEPT_ONLY = ("world", "model", "prompt", "format", "layout", "scene", "task", "sampling_seed")
 _MULTIRUN = ("-m", "--multirun")
-CONFIG_DIR = ("-cd", "--config-dir")
-"""How a user's own folder of configurations is named."""
+_SHOWING = ("--cfg", "--info")
 
 
 @dataclass(frozen=True)
@@ -38,20 +41,45 @@ class Composed:
         asked: the overrides as given.
         conditions: the points of the sweep, each with its seeds.
         settings: the keys that say where and how to run: cache, record, output, runner, analyze.
-        multirun: Hydra's configuration of the sweep as YAML.
+        first: what Hydra composed for the first condition.
         launch: has one of Hydra's own launchers call a function in a job for each list of overrides; None where
             none was asked for.
+        defaults: by dotted key what of it comes from the user's own defaults; what decides a run is asked for, too.
+        choices: by group its option in the first condition.
     """
 
     asked: tuple[str, ...]
     conditions: tuple[Condition, ...]
     settings: Mapping[str, Any]
-    multirun: str
+    first: Any
     launch: Launch | None = None
+    defaults: Mapping[str, Any] = field(default_factory=dict)
+    choices: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def sweep(self) -> Sweep:
+        """Its runs."""
+        return expand(self.asked, self.conditions)
+
+    @property
+    def multirun(self) -> str:
+        """Hydra's configuration of the sweep as YAML."""
+        from omegaconf import OmegaConf
+
+        return OmegaConf.to_yaml(self.first, resolve=False)
+
+    @property
+    def deciding(self) -> tuple[str, ...]:
+        """Those of the defaults that decide what a run is, as overrides; they stand in what was asked."""
+        return deciding(self.defaults)
 
 
-def compose(argv: Sequence[str]) -> Composed | None:
+def compose(argv: Sequence[str], defaults: Defaults | None = None) -> Composed | None:
     """Compose a command line as `foundry` takes it.
+
+    Args:
+        argv: the command line.
+        defaults: the user's own; by default there are none.
 
     Returns:
         The conditions, or None when Hydra answered a flag of its own (`--cfg`, `--info`, `--hydra-help`).
@@ -59,48 +87,37 @@ def compose(argv: Sequence[str]) -> Composed | None:
     Raises:
         InputError: the command line asks for something that does not exist or cannot be read.
     """
-    argv = folders_last(argv)
-    _check_ranges(argv)
-    own_code.use(config_dirs(argv))
+    argv = [named_formats(arg) for arg in own_code.folders_last(argv)]
+    _check_flags(argv)
+    own_code.use(own_code.config_dirs(argv))
     from hydra.errors import HydraException
     from omegaconf.errors import OmegaConfBaseException
 
+    defaults = defaults or Defaults()
     try:
         _check_groups(argv)
-        collector = _run_hydra(argv)
-        return _composed(argv, collector) if collector.conditions else None
+        with _texts_parsed_once():
+            collector = _run_hydra(argv, defaults)
+            return _composed(argv, collector, defaults) if collector.conditions else None
     except FoundryError:
         raise
     except (HydraException, OmegaConfBaseException) as error:
-        raise _explained(error, argv) from error
+        raise InputError(f"{_explained(error, argv)}{defaults.hint(str(error))}") from error
 
 
-def _check_ranges(argv: Sequence[str]) -> None:
+def _check_flags(argv: Sequence[str]) -> None:
+    """Refuse what Hydra would take for one run, or end in a traceback or its own usage."""
+    from hydra._internal.utils import get_args_parser
+
+    unknown = [arg for arg in get_args_parser().parse_known_args(argv)[1] if arg.startswith("-")]
+    if unknown:
+        raise InputError(f"'{unknown[0]}' is no option here: the command with --help lists those that it has.")
+    if any(arg in _MULTIRUN for arg in argv) and any(arg.startswith(_SHOWING) for arg in argv):
+        raise InputError("--cfg and --info show one run: leave out -m.")
     is_sweep = any(arg in _MULTIRUN or arg.startswith("+sweep=") for arg in argv)
     ranges = [arg for arg in argv if has_range(arg)]
     if ranges and not is_sweep:
         raise InputError(f"'{ranges[0]}' asks for several runs: add -m, as in foundry -m {' '.join(argv)}")
-
-
-def config_dirs(argv: Sequence[str]) -> Iterator[Path]:
-    """Yield the user's own folders of configurations, in the forms that Hydra takes."""
-    for flag, value in zip(argv, [*argv[1:], ""], strict=False):
-        if flag in CONFIG_DIR:
-            yield Path(value)
-        elif flag.startswith("--config-dir="):
-            yield Path(flag.partition("=")[2])
-
-
-def folders_last(argv: Sequence[str]) -> list[str]:
-    """Return the command line with the user's own folders behind all else, each as a flag and its value.
-
-    Hydra reads no overrides that stand on both sides of a flag.
-    """
-    rest, folders = list(argv), list(config_dirs(argv))
-    while flag := next((one for one in rest if one.partition("=")[0] in CONFIG_DIR), None):
-        place = rest.index(flag)
-        del rest[place : place + (1 if "=" in flag else 2)]
-    return [*rest, *(part for folder in folders for part in (CONFIG_DIR[1], str(folder)))]
 
 
 def _check_groups(argv: Sequence[str]) -> None:
@@ -122,12 +139,12 @@ def _check_groups(argv: Sequence[str]) -> None:
             raise not_found(group.capitalize(), override.get_value_string(), options)
 
 
-def _run_hydra(argv: Sequence[str]) -> Collector:
+def _run_hydra(argv: Sequence[str], defaults: Defaults) -> Collector:
     """Let Hydra read the command line; nothing is run by it."""
     import hydra
 
     collector = Collector()
-    with _hydra_surroundings(argv), _composed_once(argv), _files_checked():
+    with _hydra_surroundings(argv), _composed_once(argv), _files_read(defaults):
         hydra.main(version_base="1.3", config_path=str(paths.conf_dir()), config_name="config")(collector)()
     return collector
 
@@ -149,48 +166,112 @@ def _hydra_surroundings(argv: Sequence[str]) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _composed_once(argv: Sequence[str]) -> Iterator[None]:
-    """Spare Hydra what it composes only to look for `hydra.mode`, where nothing but `-m` can have set it.
-
-    Named sweeps set it, and a user's own files or overrides of Hydra's settings may; `conf/` does not.
-    """
-    from hydra._internal.hydra import Hydra
-
-    if any(arg.lstrip("+~").startswith(("sweep", "hydra", "--config", "-c")) for arg in argv):
-        yield
-        return
-    kept = Hydra.get_mode
-    Hydra.get_mode = lambda self, config_name, overrides: None  # type: ignore[method-assign]  # as if none was set
+def _instead(owner: Any, name: str, other: Any) -> Iterator[None]:
+    """Put something in the place of what Hydra or OmegaConf has under a name."""
+    kept = getattr(owner, name)
+    setattr(owner, name, other)
     try:
         yield
     finally:
-        Hydra.get_mode = kept  # type: ignore[method-assign]
+        setattr(owner, name, kept)
 
 
 @contextlib.contextmanager
-def _files_checked() -> Iterator[None]:
-    """Check each file of a user's own before Hydra reads it, which knows no bounds; the rest stays unread."""
+def _texts_parsed_once() -> Iterator[None]:
+    """Have OmegaConf parse each text that refers to a setting once a process: it only reads what its parser gives."""
+    from omegaconf import _utils, base
+
+    with _instead(base, "parse", _parsed), _instead(_utils, "parse", _parsed):
+        yield
+
+
+@lru_cache(maxsize=512)
+def _parsed(value: str) -> Any:
+    from omegaconf.grammar_parser import parse
+
+    return parse(value)
+
+
+@contextlib.contextmanager
+def _composed_once(argv: Sequence[str]) -> Iterator[None]:
+    """Spare Hydra what it composes or copies only to find nothing in it, or for a task that is called.
+
+    `hydra.mode` can be set by nothing but `-m`, a named sweep, a user's own files or overrides of Hydra's settings; a
+    map of all choices is for defaults that refer to others.
+    """
+    from hydra._internal import defaults_list
+    from hydra._internal.hydra import Hydra
+    from hydra.types import RunMode
+
+    choices = defaults_list._create_interpolation_map
+
+    def hand_over(self: Any, config_name: str, task_function: Collector, overrides: list[str]) -> None:
+        task_function(self.compose_config(config_name, overrides, RunMode.RUN, with_log_configuration=True))
+
+    def choices_referred_to(overrides: Any, defaults: list[Any], self_added: bool) -> Any:
+        return choices(overrides, defaults, self_added) if any(one.is_interpolation() for one in defaults) else None
+
+    may_set_mode = any(arg.lstrip("+~").startswith(("sweep", "hydra", "--config", "-c")) for arg in argv)
+    mode = Hydra.get_mode if may_set_mode else lambda self, config_name, overrides: None
+    with (
+        _instead(Hydra, "get_mode", mode),
+        _instead(Hydra, "run", hand_over),
+        _instead(defaults_list, "_create_interpolation_map", choices_referred_to),
+    ):
+        yield
+
+
+@contextlib.contextmanager
+def _files_read(defaults: Defaults) -> Iterator[None]:
+    """Check each file of a user's own before Hydra reads it, which knows no bounds, and put the user's defaults in."""
+    from hydra.core.plugins import Plugins
+    from omegaconf import OmegaConf, _utils
+
+    Plugins.instance()  # runs the modules of Hydra's sources again: only from now on they have the classes it uses
     from hydra._internal.core_plugins.file_config_source import FileConfigSource
 
     kept, shipped = FileConfigSource.load_config, paths.conf_dir()
+    loader = _on_libyaml(_utils.get_yaml_loader())
 
-    def checked(self: Any, config_path: str) -> Any:
+    def read(self: Any, config_path: str) -> Any:
         file = Path(self.path) / self._normalize_file_name(config_path)
-        if Path(self.path) != shipped and file.is_file():
+        is_own = Path(self.path) != shipped
+        if is_own and file.is_file():
             check_config(file)
-        return kept(self, config_path)
+        found = kept(self, config_path) if is_own or not file.is_file() else _copy_of(self, config_path, file, kept)
+        if not defaults.is_empty and self.scheme() == "file":
+            content: Any = OmegaConf.to_container(found.config, resolve=False)
+            if isinstance(content, dict) and defaults.put_into(
+                content, config_path.removesuffix(".yaml"), found.header["package"]
+            ):
+                found.config = OmegaConf.create(content)
+        return found
 
-    FileConfigSource.load_config = checked  # type: ignore[method-assign]
-    try:
+    with _instead(FileConfigSource, "load_config", read), _instead(_utils, "get_yaml_loader", lambda: loader):
         yield
-    finally:
-        FileConfigSource.load_config = kept  # type: ignore[method-assign]
 
 
-def _composed(argv: Sequence[str], collector: Collector) -> Composed:
-    from omegaconf import OmegaConf
+def _copy_of(source: Any, config_path: str, file: Path, read: Callable[[Any, str], Any]) -> Any:
+    """Return what a shipped file holds, for Hydra to change; unless it was written anew, it is read once a process."""
+    kind: Any = type(source)
+    found = _shipped(read, kind, source.provider, source.path, config_path, file.stat().st_mtime_ns)
+    return replace(found, config=deepcopy(found.config), header=dict(found.header))
 
-    first = collector.conditions[0].config
+
+@lru_cache(maxsize=512)
+def _shipped(read: Callable[[Any, str], Any], kind: Any, provider: str, path: str, name: str, written: int) -> Any:
+    return read(kind(provider, path), name)
+
+
+def _on_libyaml(loader: Any) -> Any:
+    """Return a loader of YAML on libyaml's parser, which is several times as fast, where that is installed."""
+    import yaml
+
+    parser = getattr(yaml, "CSafeLoader", None)
+    return loader if parser is None else type("Loader", (parser, loader), {})
+
+
+def _composed(argv: Sequence[str], collector: Collector, defaults: Defaults) -> Composed:
     plain = [_plain(one.config) for one in collector.conditions]
     keys = _swept_keys([one.overrides for one in collector.conditions])
     conditions = [
@@ -200,27 +281,34 @@ def _composed(argv: Sequence[str], collector: Collector) -> Composed:
     ]
     settings = {key: value for key, value in plain[0].items() if key not in (*CONDITION_KEYS, *_TAKEN_UP)}
     settings["record"] = plain[0]["record"]
+    used = defaults.in_effect(collector.said(argv), plain, [one.choices for one in collector.conditions])
     return Composed(
-        asked=tuple(argv),
+        asked=(*deciding(used), *argv),
         conditions=tuple(conditions),
         settings=checked_settings(settings),
-        multirun=OmegaConf.to_yaml(first, resolve=False),
+        first=collector.conditions[0].config,
         launch=collector.launch,
+        defaults=used,
+        choices=collector.conditions[0].choices,
     )
 
 
-def _plain(config: Any, seed: Any = None) -> dict[str, Any]:
-    """Return the configuration without Hydra's part, interpolations resolved."""
+def _plain(config: Any, seed: Any = None, needed: Sequence[str] = ()) -> dict[str, Any]:
+    """Return the configuration without Hydra's part, or what is needed of it, interpolations resolved."""
     from omegaconf import OmegaConf, open_dict
 
-    if "hydra" in config:
-        config = OmegaConf.masked_copy(config, [key for key in config if key != "hydra"])
+    keys = [key for key in config if key != "hydra"]
     if seed is not None:
+        config = OmegaConf.masked_copy(config, keys)
         with open_dict(config):
             config.seed = seed
-    plain = OmegaConf.to_container(config, resolve=True, throw_on_missing=True)
-    assert isinstance(plain, dict)
-    return {str(key): value for key, value in plain.items()}
+
+    def value(found: Any) -> Any:
+        if not OmegaConf.is_config(found):
+            return found
+        return OmegaConf.to_container(found, resolve=True, throw_on_missing=True)
+
+    return {str(key): value(config[key]) for key in needed or keys}
 
 
 def _conditions(
@@ -230,7 +318,7 @@ def _conditions(
     check_parts(config)
     seeds = tuple(_seed("seed", seed) for seed in (asked_seeds or [config["seed"]]))
     config["sampling_seed"] = _sampling_seed(config["sampling_seed"])
-    probe = _plain(source, seed=seeds[0] + 1)
+    probe = _plain(source, seed=seeds[0] + 1, needed=CONDITION_KEYS)
     if _parts(probe) == _parts(config):
         return [_condition(config, keys, seeds)]
     return [_condition(_plain(source, seed=seed), keys, (seed,)) for seed in seeds]
@@ -265,6 +353,8 @@ def _swept_keys(overrides: Sequence[Sequence[str]]) -> list[str]:
 
 def _value(config: Mapping[str, Any], key: str) -> Any:
     """Return the value of a swept key in a composed configuration; a group's is its name."""
+    if key == FORMAT:
+        return format_of(config["prompt"])
     value: Any = config
     for part in key.partition("@")[2].split(".") if "@" in key else key.split("."):
         value = value[part] if isinstance(value, Mapping) else value[int(part)]
@@ -293,6 +383,8 @@ def _explained(error: Exception, argv: Sequence[str]) -> InputError:
     if isinstance(error, MissingConfigException) and error.missing_cfg_file:
         return _unknown_config(error.missing_cfg_file, error.options or ())
     if isinstance(error, OverrideParseException):
+        if Path(str(error.override)).is_dir():
+            return InputError(f"'{error.override}' is a folder: name it as output.dir={error.override}")
         return InputError(f"'{error.override}' cannot be read: write key=value, and quote a value with signs in it.")
     if "add --multirun" in message or "Ambiguous value" in message:
         asked = re.search(r"'([^']*)'", message)
@@ -317,7 +409,8 @@ def _unknown_config(file: str, options: Sequence[str]) -> InputError:
     """Return the error for a config of a group that does not exist, with those that do."""
     group, _, name = file.rpartition("/")
     if "/" not in group:
-        return not_found(group.capitalize() or "Config", name, options)
+        listed = options or [path.stem for path in (paths.conf_dir() / group).glob("*.yaml")]
+        return not_found(group.capitalize() or "Config", name, listed)
     if group == "hydra/launcher":
         return not_found("Launcher", name, options, "More come as packages: pip install hydra-submitit-launcher")
     kind, _, folder = group.partition("/")
@@ -327,7 +420,7 @@ def _unknown_config(file: str, options: Sequence[str]) -> InputError:
 
 def _unknown_key(key: str, argv: Sequence[str]) -> InputError:
     """Return the error for a setting that does not exist, with those that do beside it."""
-    rest = [arg for arg in argv if arg.lstrip("+").partition("=")[0] != key]
+    rest = [arg for arg in argv if not f"{key}.".startswith(f"{arg.lstrip('+').partition('=')[0]}.")]
     siblings: list[str] = []
     with contextlib.suppress(FoundryError):
         composed = compose(rest) if len(rest) < len(argv) else None

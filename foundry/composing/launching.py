@@ -60,4 +60,4 @@ class LauncherRunner(Runner):
             raise
         except Exception as error:  # the boundary: every launcher has errors of its own
             raise SweepStopped(f"the launcher's jobs failed: {type(error).__name__}: {error}") from error
-        raise_if_stopped(fatal, job.folder)
+        raise_if_stopped(fatal, job)

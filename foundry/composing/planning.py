@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from foundry.composing.preflight import prompt_of, scenario_of
-from foundry.episode import Interrupted, play
-from foundry.errors import InputError
+from foundry.episode import play
+from foundry.errors import InputError, Interrupted
 from foundry.expansion import Run, Sweep, settings_key
 from foundry.models.answers.base import Answers
 from foundry.models.base import Model, ModelInfo, Reply, Request
@@ -37,6 +37,7 @@ class PlannedRun:
         served: those of them that a server answers.
         cached: calls whose answers are there, as far as the episode can be followed; None where unknown.
         complete: whether the run is complete in the sweep's folder.
+        new: whether the sweep in the folder does not have it yet.
     """
 
     run: Run
@@ -47,6 +48,7 @@ class PlannedRun:
     served: int
     cached: int | None
     complete: bool
+    new: bool
 
     @property
     def to_send(self) -> int:
@@ -100,10 +102,7 @@ def plan(
         folders: the runs of the sweep's folder that exist already, by id.
     """
     parts = [_Parts.of(condition.config) for condition in sweep.conditions]
-    return [
-        _planned(sweep.config(run), run, parts[run.condition], infos, answers, folders.get(run.id))
-        for run in sweep.runs
-    ]
+    return [_planned(sweep.config(run), run, parts[run.condition], infos, answers, folders) for run in sweep.runs]
 
 
 @dataclass(frozen=True)
@@ -160,8 +159,9 @@ def _planned(
     parts: _Parts,
     infos: dict[str, ModelInfo],
     answers: Answers | None,
-    folder: RunFolder | None,
+    folders: Mapping[str, RunFolder],
 ) -> PlannedRun:
+    folder = folders.get(run.id)
     summary = folder.summary() if folder else None
     complete = summary is not None and summary.status == "complete"
     model = parts.model
@@ -178,6 +178,7 @@ def _planned(
         served=_served(config, parts),
         cached=cached,
         complete=complete,
+        new=bool(folders) and folder is None,
     )
 
 

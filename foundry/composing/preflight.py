@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from foundry.composing.schemas import check_schemas
 from foundry.declared import Declared
 from foundry.errors import InputError
 from foundry.expansion import Condition, Sweep, settings_key
@@ -47,6 +48,7 @@ def check(sweep: Sweep) -> dict[str, ModelInfo]:
         if parts not in worlds:
             worlds[parts] = _check_condition(condition, model)
         _check_answers(model, worlds[parts].questions)
+        check_schemas(condition.config["model"], worlds[parts].scenario, worlds[parts].questions)
         if worlds[parts].scenario.shows_images and model.costs:
             seeing[key] = worlds[parts].scenario.name
     infos = asyncio.run(_inspect(models))

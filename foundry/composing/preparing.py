@@ -12,14 +12,17 @@ from foundry.composing.collecting import Launch
 from foundry.composing.compose import Composed
 from foundry.composing.launching import LauncherRunner
 from foundry.composing.preflight import check, declare, notes_of
-from foundry.expansion import Sweep, expand
+from foundry.composing.settings import UNTIL
+from foundry.errors import InputError
+from foundry.expansion import Sweep
 from foundry.models.answers.addresses import settled
 from foundry.models.answers.opening import check_reachable
 from foundry.models.base import ModelInfo
 from foundry.running.build import build
 from foundry.running.local import Runner, SweepJob
 from foundry.storing.determinism import SETTING
-from foundry.storing.store import SweepFolder, ensure_writable, fresh_folder
+from foundry.storing.growing import growth
+from foundry.storing.store import SweepFolder, ensure_writable, fresh_folder, is_sweep
 from foundry.trust.repeating import repeat_calls
 
 OUTPUTS = Path("outputs")
@@ -78,11 +81,24 @@ def checked(composed: Composed, place: Callable[[Sweep], Sweep] = _as_it_is) -> 
     Raises:
         InputError: something is.
     """
-    sweep = sweep_of(composed)
+    if composed.settings.get(UNTIL) is not None:
+        raise InputError(f"{UNTIL}={composed.settings[UNTIL]} belongs to the command foundry -m: leave it out here.")
+    sweep = composed.sweep
+    asked = composed.settings["output"]["dir"]
+    growing = _growing(Path(asked), sweep) if asked else []
     runner = runner_of(composed.settings, composed.launch)
     infos = check(place(sweep))
     sweep = declare(sweep)
-    return Checked(composed, sweep, infos, runner, notes_of(sweep))
+    return Checked(composed, sweep, infos, runner, [*growing, *notes_of(sweep)])
+
+
+def _growing(path: Path, sweep: Sweep) -> list[str]:
+    """Return what there is to say of the sweep that is in the folder already, before any server is asked.
+
+    Raises:
+        InputError: what is asked contradicts it.
+    """
+    return growth(SweepFolder.open(path).sweep, sweep).notes(path) if is_sweep(path) else []
 
 
 def job_of(folder: SweepFolder, settings: Mapping[str, Any], infos: Mapping[str, ModelInfo]) -> SweepJob:
@@ -100,11 +116,6 @@ def job_of(folder: SweepFolder, settings: Mapping[str, Any], infos: Mapping[str,
         frame_every=settings["record"]["frames"],
         after_model=partial(repeat_calls, folder, repeated) if repeated else None,
     )
-
-
-def sweep_of(composed: Composed) -> Sweep:
-    """Return the runs of what was composed."""
-    return expand(composed.asked, composed.conditions)
 
 
 def model_lines(infos: Mapping[str, ModelInfo]) -> list[dict[str, Any]]:

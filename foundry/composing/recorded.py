@@ -4,33 +4,31 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from foundry import paths
 from foundry.composing.compose import Composed, compose
+from foundry.composing.defaults import AS_RECORDED, Defaults
 from foundry.errors import RecordError
+from foundry.expansion import FORMAT, overridden
 from foundry.storing.plain_yaml import load_plain
 from foundry.storing.sweep_file import to_yaml
 
 GROUPS = ("world", "model", "prompt")
-AS_RECORDED = "as_recorded"
-"""The option of each group that is the run's own configuration."""
 _INTERPOLATION = re.compile(r"(\\*)\$\{")
 
 
-def overridden(overrides: Iterable[str]) -> set[str]:
-    """Return the keys that overrides set."""
-    return {override.lstrip("+~").partition("=")[0] for override in overrides}
-
-
-def compose_recorded(config: Mapping[str, Any], overrides: Sequence[str]) -> Composed | None:
+def compose_recorded(
+    config: Mapping[str, Any], overrides: Sequence[str], defaults: Defaults | None = None
+) -> Composed | None:
     """Compose overrides over a run's own configuration, with its seed.
 
     Args:
-        config: the run's effective configuration.
-        overrides: as `foundry` takes them, without a seed.
+        config: the run's effective configuration; its seed holds where no override has one.
+        overrides: as `foundry` takes them.
+        defaults: the user's own; none of them changes what was recorded.
 
     Returns:
         What was composed, or None when Hydra answered a flag of its own.
@@ -48,7 +46,7 @@ def compose_recorded(config: Mapping[str, Any], overrides: Sequence[str]) -> Com
         for group in GROUPS:
             path = Path(name) / group / f"{AS_RECORDED}.yaml"
             path.parent.mkdir()
-            path.write_text(to_yaml(_literal(config[group])), encoding="utf-8")
+            path.write_text(to_yaml(_literal(without_format(config[group], group, given))), encoding="utf-8")
         sources = [f"file://{name}", *shipped["hydra"]["searchpath"]]
         own = [f"{group}={AS_RECORDED}" for group in GROUPS if group not in given]
         if "sampling_seed" not in given:
@@ -57,8 +55,16 @@ def compose_recorded(config: Mapping[str, Any], overrides: Sequence[str]) -> Com
             own.append(f"record.frames={str(config.get('record', {}).get('frames', False)).lower()}")
         if "baselines" in config and "baselines" not in given:
             own.append(f"baselines=[{','.join(config['baselines'])}]")
+        if "seed" not in given:
+            own.append(f"seed={config['seed']}")
         quoted = ",".join(f'"{source}"' for source in sources)
-        return compose([*overrides, *own, f"seed={config['seed']}", f"hydra.searchpath=[{quoted}]"])
+        return compose([*overrides, *own, f"hydra.searchpath=[{quoted}]"], defaults)
+
+
+def without_format(part: Mapping[str, Any], group: str, given: set[str]) -> Mapping[str, Any]:
+    """Return a recorded part; a prompt without its format where another is asked for, in whose place that stands."""
+    is_replaced = group == "prompt" and FORMAT in given
+    return {key: value for key, value in part.items() if key != FORMAT or not is_replaced}
 
 
 def _literal(value: Any) -> Any:

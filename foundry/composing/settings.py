@@ -10,6 +10,9 @@ from foundry.storing.determinism import SETTING
 
 BASELINES = "baselines"
 """What `analyze` is where the scripted baselines are run first."""
+UNTIL = "until"
+"""The setting that ends a declared sweep at a look at which its question is answered."""
+ANSWERED = "answered"
 PARTS = ("world", "model", "prompt")
 """What a condition is made of: each a mapping with a name and the class that it builds."""
 
@@ -24,6 +27,8 @@ def checked_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
     folder = _entry(settings, "output", "dir")
     if not isinstance(analyze := settings.get("analyze"), bool) and analyze != BASELINES:
         raise InputError(f"analyze={analyze} is none of true, false and {BASELINES}.")
+    if (until := settings.get(UNTIL)) not in (None, ANSWERED):
+        raise InputError(f"{UNTIL}={until} is neither null nor {ANSWERED}.")
     _check_part("runner", settings.get("runner"))
     return {
         **settings,

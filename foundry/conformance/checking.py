@@ -7,10 +7,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from foundry import own_code
 from foundry.calling import off_the_loop
-from foundry.composing.compose import CONFIG_DIR, compose
+from foundry.composing.compose import compose
 from foundry.composing.preflight import prompt_of, scenario_of
-from foundry.conformance import models, prompts, records, replies, signatures, worlds
+from foundry.conformance import edits, models, prompts, records, replies, signatures, worlds
 from foundry.conformance.finding import Check, Finding, examine
 from foundry.conformance.measuring import signature_case
 from foundry.conformance.playing import WorldCase
@@ -18,17 +19,20 @@ from foundry.conformance.policies import policy_for
 from foundry.errors import InputError
 from foundry.expansion import settings_key
 from foundry.running.build import build
+from foundry.worlds.probe.editing import Edit, find_edit, parts_of
 
 WORLD_CHECKS = (*worlds.CHECKS, *records.CHECKS, *replies.CHECKS)
 PARTS = ("world", "prompt", "model")
+EDIT = "edit="
+"""How edits are named, which are no part of a configuration."""
 
 
 def check(*asked: str, config_dir: Path | str | None = None) -> tuple[Finding, ...]:
     """Check parts of one's own: `foundry.check("world=mine", config_dir="mine")`.
 
     Args:
-        asked: overrides such as `world=mine`, `model=mine`, `prompt=mine`, of which those parts are checked, and
-            signatures by their names or files.
+        asked: overrides such as `world=mine`, `model=mine`, `prompt=mine`, of which those parts are checked,
+            `edit=mine`, and signatures by their names or files.
         config_dir: a folder of one's own worlds, prompts and models, and of the code that they name.
 
     Returns:
@@ -47,14 +51,15 @@ def check_asked(arguments: Sequence[str]) -> list[Finding]:
     Raises:
         InputError: it names nothing, or something that does not exist.
     """
-    overrides, names = _shared_out(arguments)
+    edited = [name for one in arguments if one.startswith(EDIT) for name in one.removeprefix(EDIT).split(",")]
+    overrides, names = _shared_out([one for one in arguments if not one.startswith(EDIT)])
     chosen = [part for part in PARTS if any(one.lstrip("+").startswith(f"{part}=") for one in overrides)]
-    if not chosen and not names:
+    if not chosen and not names and not edited:
         raise InputError("Nothing to check: name it, as in foundry check world=mine, or a signature by name or file.")
     composed = compose(["-m", *overrides])
     found: dict[str, list[Finding]] = {}
     for condition in composed.conditions if composed else ():
-        for key, findings in _checked(condition.config, condition.seeds[0], chosen, names):
+        for key, findings in _checked(condition.config, condition.seeds[0], chosen, names, edited):
             found.setdefault(key, findings())
     return [finding for findings in found.values() for finding in findings]
 
@@ -67,12 +72,12 @@ def _shared_out(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
     for argument in arguments:
         is_name = not is_folder and "=" not in argument and not argument.startswith(("-", "~"))
         (names if is_name else overrides).append(argument)
-        is_folder = argument in CONFIG_DIR
+        is_folder = argument in own_code.CONFIG_DIR
     return overrides, names
 
 
 def _checked(
-    config: Mapping[str, Any], seed: int, chosen: Sequence[str], names: Sequence[str]
+    config: Mapping[str, Any], seed: int, chosen: Sequence[str], names: Sequence[str], edited: Sequence[str]
 ) -> Iterator[tuple[str, Callable[[], list[Finding]]]]:
     """Yield a key for each thing to check, and what finds out."""
     case = world_case(config, seed)
@@ -91,6 +96,18 @@ def _checked(
         title = f"signature {Path(name).stem}"
         key = f"{title} {settings_key(config['world'])}"
         yield key, partial(_measured, title, name, config, case)
+    for edit in (edit for name in edited for edit in with_parts(name, case)):
+        title = f"edit {edit.name}"
+        yield (
+            f"{title} {settings_key(config['world'])}",
+            partial(examine, title, edits.CHECKS, edits.EditCase(edit, case)),
+        )
+
+
+def with_parts(name: str, case: WorldCase) -> list[Edit]:
+    """Return an edit, and those of its parts in a world."""
+    parts = () if "." in name else parts_of(name, case.scenario)
+    return [find_edit(one, case.scenario) for one in (name, *(f"{name}.{part}" for part in parts))]
 
 
 def _measured(title: str, name: str, config: Mapping[str, Any], case: WorldCase) -> list[Finding]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import deepcopy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import msgspec
@@ -183,7 +183,7 @@ def refuses_other_kinds(case: ModelCase) -> None:
     if case.make().kinds is None:
         raise Skipped("it answers any kind")
     try:
-        asyncio.run(case.placed().ask(replace(requests[0], kind="no such kind")))
+        asyncio.run(case.placed().ask(msgspec.structs.replace(requests[0], kind="no such kind")))
     except InputError:
         return
     require(False, "a question of an unknown kind gets an answer: raise foundry.InputError")

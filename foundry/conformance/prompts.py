@@ -11,7 +11,7 @@ from jinja2 import meta, nodes
 
 from foundry.conformance.finding import require
 from foundry.conformance.playing import WorldCase
-from foundry.prompts.environment import make_environment
+from foundry.prompts.environment import environment_of
 from foundry.prompts.prompt import Prompt
 from foundry.worlds.base import Question
 
@@ -78,7 +78,7 @@ def _sources(template: Any) -> Iterator[str]:
 
 def _named(source: str) -> set[str]:
     """Return the names that a template looks up, without those of which it asks whether they are defined."""
-    environment = make_environment()
+    environment = environment_of()
     tree = environment.parse(source)
     asked = {
         one.node.name for one in tree.find_all(nodes.Test) if one.name == "defined" and isinstance(one.node, nodes.Name)

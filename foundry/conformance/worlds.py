@@ -78,17 +78,18 @@ def _each_once(episode: Episode) -> None:
 def observes_plain_data(case: WorldCase) -> None:
     """Observations are dicts, lists, texts, numbers, flags and None, so that templates read all of them."""
     for question in case.usual.questions:
-        _check_plain(question.observation, f"the observation of a '{question.kind}'")
+        check_plain(question.observation, f"the observation of a '{question.kind}'")
 
 
-def _check_plain(value: object, where: str) -> None:
+def check_plain(value: object, where: str) -> None:
+    """Require that a value holds nothing but dicts, lists, texts, numbers, flags and None; `where` names it."""
     if isinstance(value, Mapping):
         for key, inner in value.items():
             require(isinstance(key, str), f"{where} has the key {key!r}: use texts")
-            _check_plain(inner, f"{where}, {key}")
+            check_plain(inner, f"{where}, {key}")
     elif isinstance(value, list | tuple):
         for inner in value:
-            _check_plain(inner, where)
+            check_plain(inner, where)
     else:
         plain = value is None or type(value) in (str, int, float, bool)
         require(plain, f"{where} holds a {type(value).__module__}.{type(value).__name__}: make it a plain value")
@@ -197,6 +198,20 @@ def has_a_persona_for_every_agent(case: WorldCase) -> None:
     require(list(map(dict, again)) == list(map(dict, personas)), "personas(seed) differs from call to call")
 
 
+def tells_moments_apart_by_texts_and_flags(case: WorldCase) -> None:
+    """`strata(question)` gives texts and flags, under the same names for every question of a kind."""
+    names: dict[str, set[str]] = {}
+    for question in case.usual.questions:
+        found = case.scenario.strata(question)
+        require(
+            all(isinstance(value, str | bool) for value in found.values()),
+            f"strata of a '{question.kind}' are {dict(found)!r}: use texts or flags, of which there are few",
+        )
+        known = names.setdefault(question.kind, set(found))
+        differing = sorted(known ^ set(found))
+        require(not differing, f"{', '.join(differing)} is in the strata of one '{question.kind}' and not of another")
+
+
 def keeps_its_secrets(case: WorldCase) -> None:
     """What only scripted policies are told is not in the observation, where templates would see it."""
     asked = [question for question in case.usual.questions if question.secret is not None]
@@ -232,6 +247,7 @@ CHECKS = (
     asks_ahead_what_it_asks_later,
     follows_its_seed,
     has_a_persona_for_every_agent,
+    tells_moments_apart_by_texts_and_flags,
     keeps_its_secrets,
     shows_images_where_it_says,
 )

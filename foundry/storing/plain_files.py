@@ -29,14 +29,28 @@ def is_there(path: Path) -> bool:
     Raises:
         RecordError: there is something else.
     """
+    return _status(path) is not None
+
+
+def stamp_of(path: Path) -> str:
+    """Return a text that changes when a file is put in the place of another one; empty where there is none.
+
+    Raises:
+        RecordError: there is something else than a file or a folder.
+    """
+    found = _status(path)
+    return "" if found is None else f"{found.st_mtime_ns:x}-{found.st_ino:x}"
+
+
+def _status(path: Path) -> os.stat_result | None:
     try:
         found = os.lstat(path)
     except (FileNotFoundError, NotADirectoryError):
-        return False
+        return None
     except (OSError, ValueError) as error:
         raise RecordError(f"{path} cannot be read: {error}") from error
     _check(path, found)
-    return True
+    return found
 
 
 def plain(path: Path) -> Path:

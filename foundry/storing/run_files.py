@@ -14,18 +14,19 @@ from typing import Any, TypeVar
 
 import msgspec
 import zstandard
-from filelock import FileLock, Timeout
 
 from foundry.errors import RecordError, StorageError, UndeclaredError
 from foundry.expansion import Run, Sweep, calls_seed
 from foundry.records import NOT_JSON, Call, RunSummary
 from foundry.storing.declaration import declared_before
-from foundry.storing.plain_files import check_folder, is_there, plain
+from foundry.storing.plain_files import check_folder, is_there, plain, stamp_of
 
 RECORD_STREAMS = ("steps", "messages", "episode", "agents")
 ALWAYS_THERE = ("steps", "messages")
 """The record files that every run has, if only empty ones."""
 IMAGES = "images"
+ENDED_RUNS = "runs/*/run.json"
+"""Matches what every run that has ended holds."""
 KEPT = ("frames", IMAGES)
 """The folders of pictures."""
 PROBE = "foundry.worlds.probe.world.ProbeScenario"
@@ -133,6 +134,10 @@ class RunFolder:
         return self._sweep_path / "analysis" / "replay" / self.id
 
     @cached_property
+    def _end_file(self) -> Path:
+        return self.path / "run.json"
+
+    @cached_property
     def _lock_path(self) -> Path:
         return self._sweep_path / "locks" / f"{self.id}.lock"
 
@@ -171,7 +176,20 @@ class RunFolder:
     @property
     def ended(self) -> bool:
         """Whether `run.json` is there, so that the run is complete or failed."""
-        return is_there(self.path / "run.json")
+        return is_there(self._end_file)
+
+    @property
+    def started_at(self) -> float:
+        """When it was started last, seconds since 1970; 0 before the first start."""
+        try:
+            return plain(self.path / "config.yaml").stat().st_mtime
+        except FileNotFoundError:
+            return 0.0
+
+    @property
+    def ending(self) -> str:
+        """A text that changes when the run ends anew; empty while it has not ended."""
+        return stamp_of(self._end_file)
 
     def summary(self) -> RunSummary | None:
         """Return how the run ended, or None when it has not.
@@ -179,7 +197,7 @@ class RunFolder:
         Raises:
             RecordError: `run.json` cannot be read.
         """
-        return json_file(self.path / "run.json", RunSummary)
+        return json_file(self._end_file, RunSummary)
 
     def stream_path(self, name: str) -> Path:
         """Return the file of a stream, whether it is there or not; `calls` is the compressed log.
@@ -187,7 +205,11 @@ class RunFolder:
         Raises:
             RecordError: it is no file.
         """
-        return plain(self.path / ("calls.jsonl.zst" if name == "calls" else f"{name}.jsonl"))
+        return plain(self.stream_file(name))
+
+    def stream_file(self, name: str) -> Path:
+        """Return the same for whoever writes it, and need not look what is there."""
+        return self.path / ("calls.jsonl.zst" if name == "calls" else f"{name}.jsonl")
 
     @property
     def config_file(self) -> Path:
@@ -209,11 +231,7 @@ class RunFolder:
     @property
     def beginning(self) -> str:
         """A text that changes when the run is started anew, from its first step; empty before the first start."""
-        try:
-            found = self.config_file.stat()
-        except FileNotFoundError:
-            return ""
-        return f"{found.st_mtime_ns:x}-{found.st_ino:x}"
+        return stamp_of(self.path / "config.yaml")
 
     def steps_bytes(self) -> bytes:
         """Return the raw lines of `steps.jsonl`; empty when there are none yet."""
@@ -261,7 +279,7 @@ class RunFolder:
         """Let a failed run be started again."""
         summary = self.summary()
         if summary is not None and summary.status != "complete":
-            (self.path / "run.json").unlink()
+            self._end_file.unlink()
 
     def claim(self) -> AbstractContextManager[bool]:
         """Hold the run for this process; yields whether it could be had. The system frees it on a crash."""
@@ -271,6 +289,8 @@ class RunFolder:
 @contextlib.contextmanager
 def claimed(lock_path: Path) -> Iterator[bool]:
     """Hold a lock for this process; yields whether it could be had. The system frees it on a crash."""
+    from filelock import FileLock, Timeout  # who only reads needs none
+
     lock = FileLock(lock_path, timeout=0)
     try:
         lock_path.parent.mkdir(parents=True, exist_ok=True)

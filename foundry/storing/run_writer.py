@@ -6,7 +6,7 @@ import contextlib
 import hashlib
 import io
 import shutil
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
@@ -24,7 +24,7 @@ from foundry.storing.store import (
     write_atomically,
 )
 
-_ENCODE = msgspec.json.Encoder().encode
+_ENCODER = msgspec.json.Encoder()
 
 
 class RunWriter:
@@ -46,10 +46,10 @@ class RunWriter:
         self._hashes: dict[str, hashlib._Hash] = {}
         with storing(folder.path), contextlib.ExitStack() as undo:
             undo.callback(self._close_files)
-            self._begin(folder.path, config_text)
+            self._begin(folder.path, config_text, undo)
             undo.pop_all()
 
-    def _begin(self, path: Path, config_text: str) -> None:
+    def _begin(self, path: Path, config_text: str, undo: contextlib.ExitStack) -> None:
         path.mkdir(parents=True, exist_ok=True)
         if path.is_symlink() or path.parent.is_symlink():  # what is there is not the sweep's, and would be removed
             raise StorageError(f"'{path}' is refused: it is a link to another place, not a run's folder.")
@@ -57,15 +57,16 @@ class RunWriter:
         for kept in KEPT:
             _clear(path / kept)
         for name in set(self.folder.streams).difference(ALWAYS_THERE):
-            (path / f"{name}.jsonl").unlink(missing_ok=True)
-        write_atomically(path / "config.yaml", config_text.encode())
+            self.folder.stream_file(name).unlink(missing_ok=True)
         for name in ALWAYS_THERE:
             self._open(name)
-        self._calls_file = _fresh(path / "calls.jsonl.zst").open("wb")
+        self._calls_file = undo.enter_context(_fresh(self.folder.stream_file("calls")).open("wb"))
         self._calls = zstandard.ZstdCompressor(level=3).stream_writer(self._calls_file)
+        # Last: who sees that the run was started anew finds nothing of what was there before.
+        write_atomically(path / "config.yaml", config_text.encode())
 
     def _open(self, name: str) -> None:
-        self._files[name] = _fresh(self.folder.path / f"{name}.jsonl").open("wb", buffering=0)
+        self._files[name] = _fresh(self.folder.stream_file(name)).open("wb", buffering=0)
         self._hashes[name] = hashlib.sha256()
 
     def append(self, records: Sequence[Record]) -> None:
@@ -80,8 +81,8 @@ class RunWriter:
         self.folder.check_declared(by_stream)
         for name, mine in by_stream.items():
             if name != IMAGES:
-                with storing(self.folder.stream_path(name)):
-                    self._append(name, b"\n".join(map(_ENCODE, mine)) + b"\n")
+                with storing(self.folder.stream_file(name)):
+                    self._append(name, _ENCODER.encode_lines(mine))
         for record in records:
             record.tally(self.counts)
             if isinstance(record, SeenImage):
@@ -95,14 +96,14 @@ class RunWriter:
             left = left[self._files[name].write(left) :]
         self._hashes[name].update(content)
 
-    def append_calls(self, calls: Iterable[Call]) -> None:
+    def append_calls(self, calls: Sequence[Call]) -> None:
         """Append calls to the compressed log and flush a block."""
-        with storing(self.folder.stream_path("calls")):
-            for call in calls:
-                self._calls.write(_ENCODE(call) + b"\n")
-                self._count(call)
+        with storing(self.folder.stream_file("calls")):
+            self._calls.write(_ENCODER.encode_lines(calls))
             self._calls.flush(zstandard.FLUSH_BLOCK)
             self._calls_file.flush()
+        for call in calls:
+            self._count(call)
 
     def _count(self, call: Call) -> None:
         self.counts.calls += 1
@@ -158,7 +159,7 @@ def write_run_summary(folder: RunFolder, summary: RunSummary) -> None:
     Raises:
         StorageError: the system does not let us.
     """
-    content = msgspec.json.format(_ENCODE(summary), indent=2)
+    content = msgspec.json.format(_ENCODER.encode(summary), indent=2)
     with storing(folder.path / "run.json"):
         folder.path.mkdir(parents=True, exist_ok=True)
         write_atomically(folder.path / "run.json", content + b"\n")

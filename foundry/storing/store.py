@@ -2,8 +2,9 @@
 
 outputs/<sweep>/sweep.yaml, multirun.yaml, runs/<run-id>/{config.yaml, run.json, steps.jsonl, messages.jsonl,
 calls.jsonl.zst, frames/, images/}, analysis/; while it runs also progress/ and locks/; in a sweep of forks or a probe
-origins/, in a probe moments.json; in an unpacked bundle manifest.json, scenes.json and scenes/. The files of one run
-are in `foundry.storing.run_files`.
+origins/, in a probe moments.json; once it was analysed looks.jsonl; where people noted something notes.jsonl;
+where it was declared preregistration.yaml; in an unpacked bundle manifest.json, scenes.json and scenes/. The files of
+one run are in `foundry.storing.run_files`.
 """
 
 from __future__ import annotations
@@ -21,13 +22,20 @@ from typing import Any
 import msgspec
 
 from foundry.errors import InputError, RecordError, not_found
+from foundry.expansion import Asked as Asked
+from foundry.expansion import Condition as Condition
 from foundry.expansion import Sweep
+from foundry.expansion import expand_ranges as expand_ranges
 from foundry.expansion import is_served as is_served
+from foundry.expansion import leaves as leaves
 from foundry.expansion import without_servers as without_servers
-from foundry.labels import Labels
+from foundry.labels import Labels, People
 from foundry.records import NOT_JSON, Call
+from foundry.storing.growing import check_declared, check_digests, growth
 from foundry.storing.plain_files import check_folder, is_there
+from foundry.storing.preregistration import PREREGISTRATION_FILE
 from foundry.storing.run_files import ALWAYS_THERE as ALWAYS_THERE
+from foundry.storing.run_files import ENDED_RUNS as ENDED_RUNS
 from foundry.storing.run_files import IMAGES as IMAGES
 from foundry.storing.run_files import KEPT as KEPT
 from foundry.storing.run_files import MOMENTS_FILE as MOMENTS_FILE
@@ -38,8 +46,8 @@ from foundry.storing.run_files import RECORD_STREAMS as RECORD_STREAMS
 from foundry.storing.run_files import RunFolder as RunFolder
 from foundry.storing.run_files import calls_bytes as calls_bytes
 from foundry.storing.run_files import cannot_write as cannot_write
+from foundry.storing.run_files import claimed, json_file, moments_here, scene_here
 from foundry.storing.run_files import frame_name as frame_name
-from foundry.storing.run_files import json_file, moments_here, scene_here
 from foundry.storing.run_files import kept_file as kept_file
 from foundry.storing.run_files import last_whole_step as last_whole_step
 from foundry.storing.run_files import lines_of as lines_of
@@ -51,8 +59,9 @@ from foundry.storing.sweep_file import to_yaml as to_yaml
 from foundry.texts import holds_secret, without_secrets
 
 SWEEP_FILE = "sweep.yaml"
-ENDED_RUNS = "runs/*/run.json"
-"""Matches what every run that has ended holds."""
+MULTIRUN_FILE = "multirun.yaml"
+SWEEP_LOCK = "sweep.lock"
+"""Held while `sweep.yaml` is read and written again."""
 SCENES_FILE = "scenes.json"
 RUN_WITH = ("cache", "runner", "record", "analyze")
 """Settings that a sweep is run with."""
@@ -116,24 +125,52 @@ class SweepFolder:
     def create(
         cls, path: Path, sweep: Sweep, settings: dict[str, Any], models: Sequence[dict[str, Any]]
     ) -> SweepFolder:
-        """Create a sweep's folder, or continue the one that is there.
+        """Create a sweep's folder, or continue the one that is there, which grows by what it does not have.
+
+        Returns:
+            The folder with the runs that are asked for, from the settings that are asked for: no class that only the
+            recorded file names is built for them.
 
         Raises:
-            InputError: the folder holds another sweep or foreign files, or cannot be written to.
+            InputError: the folder holds a sweep that contradicts this one, or foreign files, or cannot be written to.
         """
-        if is_there(path / "sweep.yaml"):
-            folder = cls.open(path)
-            _check_same(folder, sweep, models)
-            folder.sweep = sweep  # the same runs, built from what was asked now: a recorded file is not trusted
+        if is_sweep(path):
+            with claimed(path / "locks" / SWEEP_LOCK) as mine:
+                if not mine:
+                    raise InputError(f"Another command adds to '{path}' at this moment: say it again.")
+                folder = cls.open(path)
+                folder._grow(sweep, models)
+            folder.sweep = sweep
             return folder
-        content = sweep_text(sweep, settings, models)
-        _check_no_secret(content)
+        folder = cls(path, replace(sweep, history=(Asked(sweep.asked, _now(), len(sweep.runs)),)), settings, models)
+        content = folder._text()
         ensure_writable(path)
-        if any(entry.name != "multirun.yaml" for entry in path.iterdir()):
+        if any(entry.name not in (MULTIRUN_FILE, PREREGISTRATION_FILE) for entry in path.iterdir()):
             raise InputError(f"output.dir='{path}' holds files that are not a sweep's: name an empty or a new folder.")
-        folder = cls(path, sweep, settings, models)
-        write_atomically(path / "sweep.yaml", content.encode())
+        write_atomically(path / SWEEP_FILE, content)
         return folder
+
+    def _grow(self, asked: Sweep, models: Sequence[dict[str, Any]]) -> None:
+        """Add what is asked for to the sweep and to its file; a file that has it all is left as it is."""
+        found = growth(self.sweep, asked)
+        check_declared(self.sweep, asked)
+        check_digests(self.models, models)
+        if found.new:
+            known = {model["name"] for model in self.models}
+            self.sweep = found.recorded(_now())
+            self.models += [model for model in models if model["name"] not in known]
+            with storing(self.path / SWEEP_FILE):
+                write_atomically(self.path / SWEEP_FILE, self._text())
+
+    def _text(self) -> bytes:
+        """Return the content of `sweep.yaml`.
+
+        Raises:
+            InputError: it would hold a password.
+        """
+        content = sweep_text(self.sweep, self.settings, self.models)
+        _check_no_secret(content)
+        return content.encode()
 
     def check_runnable(self) -> None:
         """Check that it says where and how it was run.
@@ -150,6 +187,15 @@ class SweepFolder:
     def analysis_dir(self) -> Path:
         """Where the analysis is written; disposable."""
         return self.path / "analysis"
+
+    def export_dir(self, what: str) -> Path:
+        """Where an export is written unless another folder is asked for; disposable."""
+        return self.analysis_dir / "export" / what
+
+    @property
+    def search_file(self) -> Path:
+        """Where the viewer keeps its index of all texts; disposable."""
+        return self.path / "viewer" / "texts-1.sqlite"
 
     @property
     def labels_file(self) -> Path:
@@ -168,6 +214,24 @@ class SweepFolder:
         """Keep the labels of the messages."""
         ensure_writable(self.analysis_dir)
         write_atomically(self.labels_file, msgspec.json.format(_ENCODE(labels), indent=1) + b"\n")
+
+    @property
+    def people_file(self) -> Path:
+        """What people said of messages and replies."""
+        return self.analysis_dir / "people.json"
+
+    def people(self) -> People:
+        """Return what people said of messages and replies.
+
+        Raises:
+            RecordError: the file cannot be read.
+        """
+        return json_file(self.people_file, People) or People()
+
+    def write_people(self, people: People) -> None:
+        """Keep what people said."""
+        ensure_writable(self.analysis_dir)
+        write_atomically(self.people_file, msgspec.json.format(_ENCODE(people), indent=1) + b"\n")
 
     @property
     def report_file(self) -> Path:
@@ -193,10 +257,19 @@ class SweepFolder:
         scenes = self.scenes()
         return [RunFolder(self.path, self.sweep.runs[place], self.sweep, scenes) for place in places]
 
+    def begun(self) -> frozenset[str]:
+        """Return the names of the folders of runs: no other run has been started."""
+        with contextlib.suppress(FileNotFoundError):
+            return frozenset(os.listdir(self.path / "runs"))
+        return frozenset()
+
     def part(self, runs: Sequence[RunFolder]) -> SweepFolder:
-        """Return the sweep with some of its runs alone, as small as they are; for processes that work on them."""
+        """Return the sweep with some of its runs alone, as small as they are; for processes that work on them.
+
+        It is named in full: such a process may have begun in another working directory.
+        """
         sweep = replace(self.sweep, runs=tuple(run.run for run in runs))
-        return SweepFolder(self.path, sweep, self.settings, self.models)
+        return SweepFolder(self.path.absolute(), sweep, self.settings, self.models)
 
     def scenes(self) -> dict[str, str]:
         """Return the files of the scenes that came with the sweep in a bundle, by the names that it knows them by.
@@ -242,30 +315,42 @@ class SweepFolder:
             write_atomically(self.moments_file, moments)
 
     def write_multirun(self, text: str) -> None:
-        """Keep Hydra's composed sweep configuration."""
-        write_atomically(self.path / "multirun.yaml", text.encode())
+        """Keep Hydra's composed sweep configuration, that of what was asked first."""
+        if not is_there(self.path / MULTIRUN_FILE):
+            write_atomically(self.path / MULTIRUN_FILE, text.encode())
 
-    @property
-    def stop_file(self) -> Path:
-        """A file whose presence asks every worker of the sweep to stop in order."""
-        return self.path / "progress" / "stop"
+    def multirun(self) -> str:
+        """Return Hydra's composed sweep configuration; empty where it was not kept."""
+        file = self.path / MULTIRUN_FILE
+        return file.read_text(encoding="utf-8") if is_there(file) else ""
 
-    @property
-    def stop_asked(self) -> bool:
-        """Whether workers must stop: they were asked to, or the command that they work for has ended its session."""
-        return self.stop_file.exists() or not self.stop_file.parent.is_dir()
+    def stop_file(self, session: str) -> Path:
+        """Return the file whose presence asks the workers of a session to stop in order."""
+        return self.path / "progress" / f"{session}.stop"
+
+    def ask_to_stop(self, session: str) -> None:
+        """Ask the workers of a session to stop in order."""
+        with contextlib.suppress(FileNotFoundError):  # all is over already
+            self.stop_file(session).touch()
+
+    def stop_asked(self, session: str) -> bool:
+        """Return whether workers must stop: they were asked to, or the command that they work for has ended."""
+        file = self.stop_file(session)
+        return file.exists() or not file.parent.is_dir()
 
     def progress_file(self, lane: str) -> Path:
         """Return where a worker reports how far it is."""
         return self.path / "progress" / f"{lane}.json"
 
-    def progress(self) -> dict[str, dict[str, Any]]:
-        """Return what every worker reported last, by worker."""
+    def progress(self, beside: str | None = None) -> dict[str, dict[str, Any]]:
+        """Return what every worker reported last, by worker; without the one that looks at those beside it."""
         reports = {}
         files: list[Path] = []
         with contextlib.suppress(FileNotFoundError):  # the session may end while a thread looks
             files = sorted((self.path / "progress").glob("*.json"))
         for file in files:
+            if file.stem == beside:
+                continue
             with contextlib.suppress(FileNotFoundError, *NOT_JSON):
                 content = file.read_bytes()
                 msgspec.json.decode(content, type=_Report)
@@ -276,7 +361,7 @@ class SweepFolder:
         """Begin a session: forget the reports of the last one; those of a session that goes on are soon there again."""
         folder = self.path / "progress"
         folder.mkdir(parents=True, exist_ok=True)  # it is never missing meanwhile, which would end other sessions
-        for file in filter(Path.is_file, folder.iterdir()):
+        for file in folder.glob("*.json"):
             file.unlink(missing_ok=True)
 
     def end_progress(self, session: str = "") -> None:
@@ -288,10 +373,18 @@ class SweepFolder:
         for name in self.progress():
             if name.startswith(session):
                 self.progress_file(name).unlink(missing_ok=True)
+        self.stop_file(session).unlink(missing_ok=True)
         if not self.progress():
             shutil.rmtree(self.path / "progress", ignore_errors=True)
         if all(run.ended for run in self.runs()):
-            shutil.rmtree(self.path / "locks", ignore_errors=True)
+            with claimed(self.path / "locks" / SWEEP_LOCK) as mine:
+                if mine and all(run.ended for run in SweepFolder.open(self.path).runs()):  # it may have grown
+                    shutil.rmtree(self.path / "locks", ignore_errors=True)
+
+
+def is_sweep(path: Path) -> bool:
+    """Return whether a folder holds a sweep."""
+    return is_there(path / SWEEP_FILE)
 
 
 def with_moments(sweep: Sweep, path: Path) -> Sweep:
@@ -331,7 +424,7 @@ def find_run(path: Path) -> RunFolder:
 
 
 def sweeps_in(path: Path) -> list[Path]:
-    """Return the sweeps of a folder, newest first: itself, those right below it, and their baselines.
+    """Return the sweeps of a folder, newest first, each before its baselines: itself, and those right below it.
 
     Raises:
         InputError: there is no such folder, or it holds no sweep.
@@ -341,7 +434,10 @@ def sweeps_in(path: Path) -> list[Path]:
     found -= {one for one in found if one.name == "baselines" and one != path and one.is_symlink()}
     if not found:
         raise InputError(_no_sweep(path))
-    return sorted(found, key=lambda one: ((one / "sweep.yaml").stat().st_mtime_ns, str(one)), reverse=True)
+    baselines = {one: one.parent for one in found if one.name == "baselines" and one.parent in found}
+    of_sweep = [one for one in found if one not in baselines]
+    newest = sorted(of_sweep, key=lambda one: ((one / "sweep.yaml").stat().st_mtime_ns, str(one)), reverse=True)
+    return [one for sweep in newest for one in (sweep, sweep / "baselines") if one in found]
 
 
 def ensure_writable(path: Path) -> None:
@@ -364,6 +460,10 @@ def ensure_writable(path: Path) -> None:
         ) from error
 
 
+def _now() -> str:
+    return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+
+
 def _no_sweep(path: Path) -> str:
     if not path.exists():
         return f"Folder '{path}' does not exist: give the folder of a sweep, such as outputs/<sweep>."
@@ -384,52 +484,4 @@ def _check_no_secret(content: str) -> None:
             raise InputError(
                 f"'{shown}' holds a password, which would be written into the sweep: give it "
                 "by the environment or the files that are read where it is used, such as PGPASSWORD."
-            )
-
-
-def _check_same(folder: SweepFolder, sweep: Sweep, models: Sequence[dict[str, Any]]) -> None:
-    if folder.sweep.definition != sweep.definition:
-        asked = without_secrets(" ".join(folder.sweep.asked)) or "foundry"
-        raise InputError(
-            f"'{folder.path}' holds another sweep ({len(folder.sweep.runs)} runs, asked as: {asked}): name another "
-            "output.dir, or repeat its overrides."
-        )
-    check_declared(folder, sweep)
-    check_digests(folder, models)
-
-
-def check_declared(folder: SweepFolder, now: Sweep) -> None:
-    """Refuse to continue a sweep whose worlds by now say other things of their records.
-
-    Args:
-        folder: the sweep; what was recorded by 0.1 says nothing.
-        now: the same runs, declared by the worlds as they are now.
-
-    Raises:
-        InputError: one does.
-    """
-    declared = {run.id: now.conditions[run.condition].declared for run in now.runs}
-    for number, run in {run.condition: run.id for run in folder.sweep.runs}.items():
-        then = folder.sweep.conditions[number]
-        if then.declared not in (None, declared[run]):
-            raise InputError(
-                f"World '{then.config['world']['name']}' says other things of its records than when this sweep began: "
-                "put its first version back and say it again, or start a new sweep in another output.dir."
-            )
-
-
-def check_digests(folder: SweepFolder, models: Sequence[dict[str, Any]]) -> None:
-    """Refuse to continue a sweep with other weights under the same name.
-
-    Raises:
-        InputError: a model's digest is not the one the sweep began with.
-    """
-    before = {model["name"]: model["digest"] for model in folder.models}
-    for model in models:
-        known = before.get(model["name"])
-        if known is not None and model["digest"] is not None and known != model["digest"]:
-            raise InputError(
-                f"Model '{model['name']}' changed since this sweep began (digest {known[:12]} then, "
-                f"{model['digest'][:12]} now): put the first one back and say it again, or start a new sweep in "
-                "another output.dir."
             )

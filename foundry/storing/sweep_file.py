@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 import yaml
 
-from foundry.expansion import Condition, Run, Sweep, check_names
+from foundry.expansion import Asked, Condition, Run, Sweep, check_names
 from foundry.storing.declaration import recorded_declaration
 from foundry.storing.plain_yaml import load_plain
 from foundry.storing.sweep_shape import check_shape
@@ -32,6 +32,7 @@ def sweep_text(sweep: Sweep, settings: Mapping[str, Any], models: Sequence[Mappi
     """Return the content of `sweep.yaml`."""
     head = {
         "asked": list(sweep.asked),
+        "history": [{"asked": list(one.overrides), "when": one.when, "runs": one.runs} for one in sweep.history],
         "definition": sweep.definition,
         "models": [dict(model) for model in models],
         "settings": dict(settings),
@@ -110,4 +111,6 @@ def sweep_from(content: Mapping[str, Any]) -> Sweep:
             raise ValueError(f"{run.id!r} is no id of a run")
         if run.condition not in range(len(conditions)):
             raise ValueError(f"run {run.id} has no condition")
-    return Sweep(asked=tuple(content["asked"]), conditions=conditions, runs=runs)
+    asked = tuple(content["asked"])
+    history = tuple(Asked(tuple(one["asked"]), one["when"], one["runs"]) for one in content.get("history") or ())
+    return Sweep(asked, conditions, runs, history or (Asked(asked, None, len(runs)),))

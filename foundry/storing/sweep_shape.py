@@ -17,6 +17,7 @@ _INTEGERS = range(-(2**63), 2**64)
 
 class _Named(msgspec.Struct):
     name: str
+    target: str | None = msgspec.field(default=None, name="_target_")
 
 
 class _Record(msgspec.Struct):
@@ -78,12 +79,19 @@ class _Model(msgspec.Struct):
     server_version: str | None = None
 
 
+class _Asked(msgspec.Struct):
+    asked: list[str]
+    when: str | None
+    runs: Number
+
+
 class _Content(msgspec.Struct):
     asked: list[str]
     models: list[_Model]
     settings: _Settings
     conditions: list[_Condition]
     runs: list[_Run]
+    history: list[_Asked] | msgspec.UnsetType = msgspec.UNSET
 
 
 class _Server(msgspec.Struct):

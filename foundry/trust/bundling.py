@@ -17,8 +17,11 @@ import zstandard
 from foundry import provenance
 from foundry.errors import InputError
 from foundry.expansion import Sweep
-from foundry.records import Attempt, Call
+from foundry.records import Call
 from foundry.storing.determinism import DETERMINISM_FILE
+from foundry.storing.looks import LOOKS_FILE
+from foundry.storing.notes import NOTES_FILE, notes_bytes, notes_of
+from foundry.storing.preregistration import PREREGISTRATION_FILE
 from foundry.storing.store import (
     SCENES_FILE,
     RunFolder,
@@ -51,8 +54,13 @@ class Entry:
     read: Callable[[], bytes]
 
 
-def write_bundle(path: Path, out: Path) -> Manifest:
+def write_bundle(path: Path, out: Path, *, notes: bool = False) -> Manifest:
     """Write the bundle of a sweep.
+
+    Args:
+        path: the sweep's folder.
+        out: the file to write.
+        notes: whether people's notes are taken along, as they are now.
 
     Raises:
         InputError: it is no sweep, a scene is not found, the file exists or cannot be written, or a text holds a
@@ -61,7 +69,7 @@ def write_bundle(path: Path, out: Path) -> Manifest:
     if out.exists():
         raise InputError(f"'{out}' exists: name another file, or remove it.")
     folder, scrubber = SweepFolder.open(path), Scrubber()
-    entries = sorted(_entries(folder, scrubber, ""), key=lambda entry: entry.name)
+    entries = sorted(_entries(folder, scrubber, "", notes=notes), key=lambda entry: entry.name)
     try:
         check_names(entry.name for entry in entries)
     except InputError as error:
@@ -113,7 +121,7 @@ def _write_member(stream: IO[bytes], name: str, content: bytes) -> None:
     stream.write(content + b"\0" * (-len(content) % tarfile.BLOCKSIZE))
 
 
-def _entries(folder: SweepFolder, scrubber: Scrubber, prefix: str) -> Iterator[Entry]:
+def _entries(folder: SweepFolder, scrubber: Scrubber, prefix: str, *, notes: bool) -> Iterator[Entry]:
     """Yield the files of a sweep and of its baselines."""
     scenes = scenes_of(folder)
     sweep, named = _scrubbed(folder.sweep, scenes, scrubber)
@@ -130,15 +138,22 @@ def _entries(folder: SweepFolder, scrubber: Scrubber, prefix: str) -> Iterator[E
         content = msgspec.json.encode(dict(sorted(named.items())))
         yield _text(f"{prefix}{SCENES_FILE}", content.decode, scrubber)
     yield from (Entry(prefix + name, file.read_bytes) for scene in scenes for name, file in scene.files.items())
-    if folder.labels_file.exists():
-        yield _text(f"{prefix}analysis/{folder.labels_file.name}", folder.labels_file.read_text, scrubber)
-    repeated = folder.path / DETERMINISM_FILE
-    if repeated.exists():
-        yield Entry(f"{prefix}{DETERMINISM_FILE}", partial(_checked, repeated, scrubber))
+    yield from _said_entries(folder, scrubber, prefix, notes=notes)
     if not prefix:
         yield _text(CITATION, partial(_citation, folder.path.resolve().name), scrubber)
         if (folder.baselines_dir / "sweep.yaml").exists():
-            yield from _entries(SweepFolder.open(folder.baselines_dir), scrubber, "baselines/")
+            yield from _entries(SweepFolder.open(folder.baselines_dir), scrubber, "baselines/", notes=notes)
+
+
+def _said_entries(folder: SweepFolder, scrubber: Scrubber, prefix: str, *, notes: bool) -> Iterator[Entry]:
+    """Yield the files of what was declared, found out and said of a sweep."""
+    for file in filter(Path.exists, (folder.labels_file, folder.people_file)):
+        yield _text(f"{prefix}analysis/{file.name}", file.read_text, scrubber)
+    for name in (DETERMINISM_FILE, LOOKS_FILE, PREREGISTRATION_FILE):
+        if (folder.path / name).exists():
+            yield Entry(f"{prefix}{name}", partial(_checked, folder.path / name, scrubber))
+    if notes and (noted := notes_of(folder.path).notes):
+        yield _text(f"{prefix}{NOTES_FILE}", notes_bytes(noted).decode, scrubber)
 
 
 def _scrubbed(sweep: Sweep, scenes: Sequence[BundledScene], scrubber: Scrubber) -> tuple[Sweep, dict[str, str]]:
@@ -148,7 +163,8 @@ def _scrubbed(sweep: Sweep, scenes: Sequence[BundledScene], scrubber: Scrubber) 
         for one in sweep.conditions
     )
     named = {scrubber.text(scene.asset): scene.main for scene in scenes}
-    return Sweep(scrubber.asked(sweep.asked), conditions, sweep.runs), named
+    history = tuple(replace(one, overrides=scrubber.asked(one.overrides)) for one in sweep.history)
+    return Sweep(scrubber.asked(sweep.asked), conditions, sweep.runs, history), named
 
 
 def _run_entries(run: RunFolder, sweep: Sweep, scrubber: Scrubber, prefix: str) -> Iterator[Entry]:
@@ -194,22 +210,9 @@ def _summary(run: RunFolder, scrubber: Scrubber) -> str:
 
 def _calls(read: Callable[[], Iterator[Call]], name: str, scrubber: Scrubber) -> bytes:
     """Return a log of calls without the names of servers; what was said stays to the letter."""
-    calls = [_anonymous(call, scrubber) for call in read()]
+    calls = [scrubber.call(call) for call in read()]
     scrubber.check(name, b"\n".join(map(msgspec.json.encode, calls)))
     return calls_bytes(calls)
-
-
-def _anonymous(call: Call, scrubber: Scrubber) -> Call:
-    attempts = tuple(
-        Attempt(
-            error=scrubber.text(one.error).replace(call.host or "\0", "the server"),
-            elapsed_s=one.elapsed_s,
-            busy=one.busy,
-        )
-        for one in call.attempts
-    )
-    served = None if call.served_model is None else scrubber.text(call.served_model)
-    return msgspec.structs.replace(call, host=None, attempts=attempts, served_model=served)
 
 
 def _citation(name: str) -> str:

@@ -11,10 +11,11 @@ from typing import Any
 import msgspec
 
 from foundry.composing.compose import Composed
-from foundry.composing.recorded import compose_recorded, overridden
+from foundry.composing.defaults import Defaults
+from foundry.composing.recorded import compose_recorded
 from foundry.episode import play
 from foundry.errors import InputError, UndeclaredError
-from foundry.expansion import Condition, calls_seed, settings_key
+from foundry.expansion import Condition, calls_seed, overridden, settings_key
 from foundry.records import Call
 from foundry.running.build import build
 from foundry.running.recorded import Departed, NotRecorded, RecordedAsker, past_wordings
@@ -23,7 +24,9 @@ from foundry.trust.summaries import COMPLETE
 from foundry.trust.verifying import Comparer, EndOfRecords
 
 
-def compose_fork(run: RunFolder, sweep: str, at: int, overrides: Sequence[str]) -> Composed | None:
+def compose_fork(
+    run: RunFolder, sweep: str, at: int, overrides: Sequence[str], defaults: Defaults | None = None
+) -> Composed | None:
     """Compose a run's own configuration with overrides, as continuing it from a step on.
 
     Args:
@@ -31,6 +34,7 @@ def compose_fork(run: RunFolder, sweep: str, at: int, overrides: Sequence[str]) 
         sweep: name of its sweep's folder.
         at: the first step that is played anew.
         overrides: as `foundry` takes them.
+        defaults: the user's own; none of them changes the past.
 
     Returns:
         What is to be run, or None when Hydra answered a flag of its own.
@@ -42,14 +46,16 @@ def compose_fork(run: RunFolder, sweep: str, at: int, overrides: Sequence[str]) 
     config = run.config()
     if "seed" in overridden(overrides):
         raise InputError("A fork keeps the seed of its run, which the past depends on: vary sampling_seed instead.")
-    composed = compose_recorded(config, overrides)
+    composed = compose_recorded(config, overrides, defaults)
     if composed is None:
         return None
     fork = _fork_block(run, config, sweep, at)
     conditions = tuple(replace(one, config={**one.config, "fork": fork}) for one in composed.conditions)
     for condition in {settings_key(one.config["world"]): one for one in conditions}.values():
         _check_past(run, condition, at)
-    return replace(composed, asked=("fork", f"{sweep}/{run.id}", f"at={at}", *overrides), conditions=conditions)
+    return replace(
+        composed, asked=("fork", f"{sweep}/{run.id}", f"at={at}", *composed.deciding, *overrides), conditions=conditions
+    )
 
 
 def keep_origin(folder: SweepFolder, run: RunFolder, at: int) -> None:

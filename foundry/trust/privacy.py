@@ -1,4 +1,4 @@
-"""What a bundle must not say: where and by whom it was made, and anything secret."""
+"""What a bundle or an export must not say: where and by whom it was made, and anything secret."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from foundry.errors import InputError
+from foundry.records import Attempt, Call
 
 LOCAL_URL = "http://127.0.0.1"
 """Stands for every server: how a model was reached decides no answer."""
@@ -51,6 +54,19 @@ class Scrubber:
         scrubbed: dict[str, Any] = self.value(_without_servers(config))
         return scrubbed
 
+    def call(self, call: Call) -> Call:
+        """Return a logged call without the names of servers; what was said stays to the letter."""
+        attempts = tuple(
+            Attempt(
+                error=self.text(one.error).replace(call.host or "\0", "the server"),
+                elapsed_s=one.elapsed_s,
+                busy=one.busy,
+            )
+            for one in call.attempts
+        )
+        served = None if call.served_model is None else self.text(call.served_model)
+        return msgspec.structs.replace(call, host=None, attempts=attempts, served_model=served)
+
     def asked(self, overrides: tuple[str, ...]) -> tuple[str, ...]:
         """Return a command line without what says only where it was run."""
         kept = [one for one in overrides if not _is_of_machine(one)]
@@ -65,9 +81,9 @@ class Scrubber:
         text = content.decode("utf-8", "replace")
         for variable, value in self._secrets.items():
             if value in text:
-                raise InputError(f"'{name}' holds the value of {variable}: nothing was bundled.")
+                raise InputError(f"'{name}' holds the value of {variable}: nothing was written.")
         if any(f"{home}{os.sep}" in text for home in self._homes):
-            raise InputError(f"'{name}' holds the path of a home folder, in a prompt or a reply: nothing was bundled.")
+            raise InputError(f"'{name}' holds the path of a home folder, in a prompt or a reply: nothing was written.")
 
 
 def _is_of_machine(override: str) -> bool:

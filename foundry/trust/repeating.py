@@ -28,7 +28,9 @@ LOOK_EVERY_S = 0.1
 T = TypeVar("T")
 
 
-def repeat_calls(folder: SweepFolder, count: int, model: Mapping[str, Any], in_flight: int) -> None:
+def repeat_calls(
+    folder: SweepFolder, count: int, model: Mapping[str, Any], in_flight: int, stopping: Callable[[], bool]
+) -> None:
     """Make calls of a served model again and keep what came of them, unless that was done or a run of it is missing.
 
     What goes wrong is told in one line and changes nothing else.
@@ -38,15 +40,17 @@ def repeat_calls(folder: SweepFolder, count: int, model: Mapping[str, Any], in_f
         count: calls of each model.
         model: its configuration; of a population each member is measured that a server answers for.
         in_flight: calls that were allowed in flight at once when it was asked; 0 where that is not known.
+        stopping: says whether the sweep is to stop.
     """
+    of = str(model["name"])
     served = [one for one in members_of(build(model)) if one.costs and not one.in_process]
-    left = [member for member in served if not _is_known(folder, str(model["name"]), member)]
+    left = [member for member in served if not _is_known(folder, of, member)]
     live = _live_runs(folder, settings_key(model)) if left else []
     for member in left if live else ():
         try:
             with claim_repeats(folder) as mine:
-                if mine and not _is_known(folder, str(model["name"]), member):
-                    _repeat_of_member(folder, live, member, str(model["name"]), count, in_flight)
+                if mine and not _is_known(folder, of, member):
+                    _repeat_of_member(folder, live, member, of, count=count, in_flight=in_flight, stopping=stopping)
         except Exception as error:  # noqa: BLE001 - the boundary: a backend or world of one's own may raise anything
             cause = without_secrets(" ".join(str(error).split())) or type(error).__name__
             _log("%s: determinism not measured: %s", visible(member.name), visible(cause))
@@ -69,7 +73,14 @@ def _live_runs(folder: SweepFolder, key: str) -> list[RunFolder]:
 
 
 def _repeat_of_member(
-    folder: SweepFolder, runs: Sequence[RunFolder], member: Model, of: str, count: int, in_flight: int
+    folder: SweepFolder,
+    runs: Sequence[RunFolder],
+    member: Model,
+    of: str,
+    *,
+    count: int,
+    in_flight: int,
+    stopping: Callable[[], bool],
 ) -> None:
     bounds = serving_of(member).in_flight
     beside = min(in_flight or bounds.initial, bounds.max)
@@ -79,7 +90,7 @@ def _repeat_of_member(
         return
     said = "%s: making %d recorded calls again, alone, then with %d others at once (determinism=0 leaves it out)"
     _log(said, visible(member.name), len(calls), len(others))
-    replies = asyncio.run(_unless_stopped(_asked(member, calls, others), lambda: folder.stop_asked))
+    replies = asyncio.run(_unless_stopped(_asked(member, calls, others), stopping))
     if replies is None:
         return
     found = Repeats(

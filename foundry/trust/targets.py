@@ -69,6 +69,13 @@ def check_targets(config: Mapping[str, Any], trusted: Sequence[str], where: str)
             _check_target(value, PLACES.get(path[0], ()), trusted, f"{where}, {'.'.join(path[:-1])}")
 
 
+def own_packages(sweep: Sweep) -> list[str]:
+    """Return where the classes are, beside foundry's own, that a sweep names which is trusted already."""
+    named = (str(value) for one in sweep.conditions for _, key, value in _entries(one.config, ()) if key == "_target_")
+    packages = dict.fromkeys(target.rpartition(".")[0] for target in named)
+    return [package for package in packages if package and not _is_within(package, ("foundry",))]
+
+
 def _entries(value: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], str, Any]]:
     """Yield every key at any depth with its path and its value."""
     if isinstance(value, Mapping):

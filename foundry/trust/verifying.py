@@ -16,6 +16,7 @@ from foundry import provenance
 from foundry.episode import play
 from foundry.errors import ModelChangedError, RecordError, UnconfirmedError
 from foundry.expansion import settings_key
+from foundry.own_code import own_folders, use
 from foundry.records import NOT_JSON, Call, Counts, Record, RunSummary, SeenImage
 from foundry.running.build import build
 from foundry.running.cores import share_cores
@@ -163,12 +164,17 @@ def verify(folder: SweepFolder, runs: Sequence[RunFolder], *, workers: int, fram
     ids = [run.id for run in runs]
     size = max(1, len(ids) // (workers * _CHUNKS))
     portions = [ids[start : start + size] for start in range(0, len(ids), size)]
-    jobs = (delayed(_verify_portion)(folder.path, portion, frames, workers) for portion in portions)
+    jobs = (
+        delayed(_verify_portion)(folder.path.absolute(), portion, frames, workers, own_folders())
+        for portion in portions
+    )
     for results in Parallel(n_jobs=workers, return_as="generator_unordered")(jobs):
         yield from results
 
 
-def _verify_portion(path: Path, ids: Sequence[str], frames: bool, workers: int) -> list[Verified]:
+def _verify_portion(path: Path, ids: Sequence[str], frames: bool, workers: int, own: Sequence[Path]) -> list[Verified]:
+    """Verify some runs in another process, which may have begun before the user's own folders were known."""
+    use(own)
     share_cores(workers)
     wanted = set(ids)
     return list(_verify_all([run for run in SweepFolder.open(path).runs() if run.id in wanted], frames))

@@ -26,18 +26,14 @@ def ids(*overrides: str) -> list[str]:
 
 
 @pytest.fixture
-def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Write a module of a user's own and make it importable; gone after the test."""
+def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str, str], None]:
+    """Write a module of a user's own and make it importable."""
     monkeypatch.syspath_prepend(tmp_path)
-    written: list[str] = []
 
     def write(name: str, text: str) -> None:
         (tmp_path / f"{name}.py").write_text(text, encoding="utf-8")
-        written.append(name)
 
-    yield write
-    for name in written:
-        sys.modules.pop(name, None)
+    return write
 
 
 @pytest.mark.parametrize("old", MOVED)

@@ -313,6 +313,16 @@ BROKEN = [
         "one persona",
     ),
     (
+        with_scenario("Stratified", strata=lambda self, question: {"shown": question.step}),
+        "tells moments apart by texts and flags",
+        "use texts or flags",
+    ),
+    (
+        with_scenario("Unevenly", strata=lambda self, question: {} if question.agent else {"first": True}),
+        "tells moments apart by texts and flags",
+        "first is in the strata of one 'call' and not of another",
+    ),
+    (
         with_world("Telltale", question=question_with(observation=lambda self, agent: {"coin": self.coin()})),
         "keeps its secrets",
         "coin",

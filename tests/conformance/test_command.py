@@ -56,7 +56,7 @@ def test_what_holds_is_said_line_by_line(tmp_path: Path):
 
 def test_what_does_not_hold_is_told_and_the_exit_code_is_2(mine: Path):
     done = foundry("check", "model=forgetful", *SMALL, "--config-dir", "mine", "--json", cwd=mine)
-    found = [json.loads(line) for line in done.stdout.splitlines()]
+    found = json.loads(done.stdout)["findings"]
     assert done.returncode == 2
     assert [(one["check"], one["note"]) for one in found if one["status"] == "failed"] == [
         (
@@ -68,7 +68,7 @@ def test_what_does_not_hold_is_told_and_the_exit_code_is_2(mine: Path):
 
 def test_several_of_a_kind_are_checked_each_once(tmp_path: Path):
     done = foundry("check", "model=scripted/random,scripted/stay", "seed=0-1", *SMALL, "--json", cwd=tmp_path)
-    found = [json.loads(line) for line in done.stdout.splitlines()]
+    found = json.loads(done.stdout)["findings"]
     assert done.returncode == 0 and {one["part"] for one in found} == {
         "model scripted/random",
         "model scripted/stay",
@@ -112,7 +112,7 @@ def test_the_example_holds_what_every_part_must_hold(tmp_path: Path):
     mine = paths.PACKAGE.parent / "examples" / "el_farol" / "mine"
     parts = ("world=el_farol", "model=mine/mixing", "prompt=el_farol", "attendance")
     done = foundry("check", *parts, "world.steps=4", "--config-dir", str(mine), "--json", cwd=tmp_path)
-    found = [json.loads(line) for line in done.stdout.splitlines()]
+    found = json.loads(done.stdout)["findings"]
     assert done.returncode == 0, [one for one in found if one["status"] == "failed"]
     skipped = {one["check"] for one in found if one["status"] == "skipped"}
     needless = {"asks ahead what it asks later", "keeps its secrets", "opens with its personas"}

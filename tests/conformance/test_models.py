@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
+import msgspec
 import pytest
 
 from conformance.coins import Coins
@@ -84,7 +84,7 @@ class Scribbling(Caller):
         return "heads"
 
     def reply(self, request: Request) -> Reply:
-        return super().reply(replace(request, observation=request.observation.maps[0]))  # type: ignore[attr-defined]
+        return super().reply(msgspec.structs.replace(request, observation=request.observation.maps[0]))  # type: ignore[attr-defined]
 
 
 class Obliging(Caller):

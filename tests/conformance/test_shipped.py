@@ -8,20 +8,23 @@ from functools import cache
 from typing import Any
 
 import pytest
+import yaml
 
 from foundry.composing.compose import compose
 from foundry.composing.preflight import prompt_of
-from foundry.conformance import models, prompts, signatures
-from foundry.conformance.checking import WORLD_CHECKS, world_case
+from foundry.conformance import edits, models, prompts, signatures
+from foundry.conformance.checking import WORLD_CHECKS, with_parts, world_case
 from foundry.conformance.finding import Status, look, name_of
 from foundry.conformance.measuring import case_with, shipped_signatures
 from foundry.conformance.playing import WorldCase
 from foundry.conformance.signatures import run_type
 from foundry.conformance.worlds import follows_its_seed
-from foundry.paths import conf_dir
+from foundry.paths import conf_dir, sweeps_dir
 from foundry.running.build import build
+from foundry.worlds.probe.editing import edits_for
 
-TINY = ("scene=kibo.usdz", "world.camera.width=64", "world.camera.height=48", "world.things.pixels=3", "world.steps=2")
+SMALL_PICTURES = ("world.camera.width=64", "world.camera.height=48", "world.steps=2")
+TINY = ("scene=kibo.usdz", "world.things.pixels=3", *SMALL_PICTURES)
 SMALL = {
     "cafe_library": ("world.agents=5", "world.steps=3"),
     "bar_arthur": ("world.agents=8", "world.steps=2"),
@@ -29,6 +32,7 @@ SMALL = {
     "evacuation_corridor": ("world.agents=6", "world.steps=3"),
     "evacuation_floor": ("world.agents=6", "world.steps=3"),
     "follow": TINY,
+    "kibo": SMALL_PICTURES,
     "map_probe": TINY,
     "survival": ("world.agents=6", "world.steps=4", "world.half_size=3", "world.energy.start=40"),
     "survival_zone": ("world.steps=3",),
@@ -68,6 +72,11 @@ def world_for(kinds: Collection[str] | None) -> str:
     return next(name for name in order if kinds is None or set(case(name).scenario.kinds) <= set(kinds))
 
 
+def test_the_sweep_of_all_worlds_names_every_one():
+    params = yaml.safe_load((sweeps_dir() / "worlds.yaml").read_text(encoding="utf-8"))["hydra"]["sweeper"]["params"]
+    assert sorted(params["world"].split(",")) == sorted({*names("world")} - {*ABSTRACT})
+
+
 @pytest.mark.parametrize("check", WORLD_CHECKS, ids=name_of)
 @pytest.mark.parametrize("world", WORLDS)
 def test_a_world_holds_what_every_world_must_hold(world: str, check):
@@ -95,6 +104,22 @@ def test_a_prompt_holds_what_every_prompt_must_hold(name: str, check):
     subject = prompts.PromptCase(lambda: prompt_of(found), found["prompt"]["templates"], case(world))
     finding = look(f"prompt {name}", check, subject)
     assert finding.status is not Status.FAILED, finding
+
+
+@pytest.mark.parametrize("check", edits.CHECKS, ids=name_of)
+@pytest.mark.parametrize("world", WORLDS)
+def test_an_edit_holds_what_every_edit_must_hold_in_all_worlds_of_its_form(world: str, check):
+    names = dict.fromkeys(edit.name for edit in edits_for(case(world).scenario.form))
+    for edit in (edit for name in names for edit in with_parts(name, case(world))):
+        finding = look(f"edit {edit.name}", check, edits.EditCase(edit, case(world)))
+        assert finding.status is not Status.FAILED, finding
+
+
+def test_every_shipped_edit_changes_something_in_some_world():
+    tried = ("cafe_library", "survival", "bar", "public_goods_punishment", "naming", "kibo")
+    cases = [edits.EditCase(edit, case(world)) for world in tried for edit in edits_for(case(world).scenario.form)]
+    changing = [one for one in cases if look("edit", edits.changes_something, one).status is Status.PASSED]
+    assert {one.edit.name for one in cases} - {one.edit.name for one in changing} == {"no_messages"}, "nobody speaks"
 
 
 SETTINGS = {

@@ -10,9 +10,10 @@ from pathlib import Path
 import pytest
 
 from foundry.errors import StorageError
+from foundry.storing.run_files import write_atomically
 from foundry.storing.run_writer import RunWriter
 from foundry.storing.store import RunFolder
-from made_up_runs import step, sweep
+from made_up_runs import call, step, sweep
 
 resource = pytest.importorskip("resource", reason="sets the limits of a process")
 
@@ -58,3 +59,21 @@ def test_a_run_that_is_started_anew_keeps_nothing_of_its_last_start(folder: RunF
     again.close()
     assert folder.pictures() == [] and not folder.ended and folder.episode_bytes() == b""
     assert folder.steps_bytes().count(b"\n") == 1
+
+
+def test_who_sees_that_a_run_was_started_anew_finds_nothing_of_before(
+    folder: RunFolder, monkeypatch: pytest.MonkeyPatch
+):
+    first = RunWriter(folder, "")
+    first.append([step(1, 0)])
+    first.append_calls([call(step(1, 0), "action", "go", "")])
+    first.close()
+    found: list[bytes] = []
+
+    def seen(path: Path, content: bytes) -> None:
+        found.extend((folder.steps_bytes(), (folder.path / "calls.jsonl.zst").read_bytes()))
+        write_atomically(path, content)
+
+    monkeypatch.setattr("foundry.storing.run_writer.write_atomically", seen)
+    RunWriter(folder, "").close()
+    assert found == [b"", b""]

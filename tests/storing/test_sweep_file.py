@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from foundry.expansion import Condition, expand
 from foundry.storing.sweep_file import sweep_content, sweep_from, sweep_text
+from foundry.storing.sweep_shape import check_shape
 
 TEXTS = st.one_of(
     st.text(max_size=12), st.sampled_from(["\n  seeds:\n  - 1\n", "x\n  seeds:\n  - 3\nruns:\n", "seeds: - 1"])
@@ -33,6 +34,18 @@ def test_it_is_read_as_yaml_reads_it(asked: list[str], tasks: list[str], seeds: 
     text = sweep_text(sweep, {}, [])
     assert sweep_content(text, "sweep.yaml") == yaml.safe_load(text)
     assert sweep_from(sweep_content(text, "sweep.yaml")).runs == sweep.runs
+
+
+@pytest.mark.parametrize("part", ["world", "model", "prompt"])
+def test_a_class_that_is_no_text_is_another_shape(part: str) -> None:
+    config = {one: {"name": one, "_target_": f"foundry.{one}"} for one in ("world", "model", "prompt")}
+    condition = {"factors": {}, "seeds": [0], "config": config | {"sampling_seed": None}}
+    content = {"asked": [], "models": [], "settings": {}, "conditions": [condition], "runs": []}
+    check_shape(content)
+    config[part]["_target_"] = [1]
+    condition["config"] = config | {"sampling_seed": None}
+    with pytest.raises(ValueError, match="_target_"):
+        check_shape(content)
 
 
 @pytest.mark.parametrize("seeds", [" [0, 1]", "\n    - 0\n    - 1", "\n  - 0\n  - 010", "\n  - 0 # first\n  - 1", ""])

@@ -13,11 +13,12 @@ from hypothesis import strategies as st
 
 from commands import foundry
 from foundry.errors import InputError, RecordError
+from foundry.expansion import Condition, expand
 from foundry.paths import conf_dir
 from foundry.running.build import build
 from foundry.storing.plain_yaml import load_plain
 from foundry.storing.store import SweepFolder
-from foundry.trust.targets import check_targets
+from foundry.trust.targets import check_targets, own_packages
 from ollama_server import OllamaServer
 from trust.conftest import MIX, rewrite, run_of
 
@@ -46,6 +47,16 @@ def test_a_part_in_the_wrong_place_is_refused():
         check_targets({"world": {"_target_": "foundry.prompts.prompt.Prompt"}}, (), "here")
 
 
+def test_what_was_typed_says_which_packages_of_others_are_trusted_beside_it():
+    config = {
+        "world": {"_target_": "foundry.worlds.grid.world.GridScenario", "name": "w"},
+        "model": {"_target_": "market.models.Buyer", "name": "m", "of": [{"_target_": "market.Seller"}]},
+        "prompt": {"_target_": "foundry.prompts.prompt.Prompt", "name": "p"},
+        "sampling_seed": None,
+    }
+    assert own_packages(expand([], [Condition({}, config, (0,))])) == ["market.models", "market"]
+
+
 @pytest.mark.parametrize("key", ["_partial_", "_args_", "_recursive_", "_convert_"])
 def test_what_else_instantiation_would_do_is_refused(key: str):
     config = {"model": {"_target_": "foundry.models.scripted.stay.Stay", "inner": {key: True}}}
@@ -67,7 +78,7 @@ def test_every_command_that_builds_refuses_and_a_trusted_package_passes(copied: 
     assert "is refused" in trusting.stderr
 
 
-BUILDING = ("verify", "resume", "fork", "replay", "analyze")
+BUILDING = ("verify", "resume", "grow", "fork", "replay", "analyze")
 
 
 @pytest.mark.parametrize("command", BUILDING)
@@ -83,6 +94,7 @@ def test_what_a_refusal_advises_is_an_option_of_the_command_that_refuses(
     asked = {
         "verify": (str(sweep), "--workers", "1"),
         "resume": (str(sweep),),
+        "grow": (str(sweep), "seed=9", "analyze=false"),
         "fork": (run, "--at", "2", "model=scripted/stay", "analyze=false"),
         "replay": (run, "--steps", "1"),
         "analyze": (str(sweep), "--baselines", "--family", "nothing"),  # refused before plots are drawn

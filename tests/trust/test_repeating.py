@@ -9,7 +9,8 @@ from subprocess import CompletedProcess
 import msgspec
 import pytest
 
-from commands import cached_answers, calls, foundry, records
+from commands import cached_answers, calls, foundry, records, sessions
+from foundry.composing import preparing
 from foundry.storing.determinism import Repeats, repeats_of
 from foundry.storing.store import SweepFolder
 from ollama_cases import Body, ChatCase, body_key, grid_answer, refused
@@ -139,6 +140,16 @@ def test_answers_of_the_cache_are_not_held_against_the_server(tmp_path: Path):
     assert {call.step for call in measured(tmp_path)[0].calls} == {3}
 
 
+def test_as_many_are_put_beside_as_were_allowed_in_flight(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    told: list[int] = []
+    monkeypatch.setattr(
+        preparing, "repeat_calls", lambda folder, count, model, in_flight, stopping: told.append(in_flight)
+    )
+    with OllamaServer() as server:
+        swept(server, tmp_path, FOUR, "model.server.in_flight={min: 3, initial: 3, max: 3}", "runner.workers=1")
+    assert told == [3]
+
+
 def test_what_is_turned_off_or_has_no_server_is_not_mentioned(tmp_path: Path):
     done = foundry("-m", "model=scripted/random,scripted/stay", *SMALL, FOUR, cwd=tmp_path)
     assert done.returncode == 0 and "determinism" not in done.stdout + done.stderr
@@ -157,7 +168,9 @@ def test_a_server_that_fails_is_told_in_one_line_and_asked_again_by_resume(
 
 def test_a_sweep_that_is_stopped_meanwhile_ends_in_order_and_resume_measures(tmp_path: Path):
     def stopping(body: Body) -> ChatCase:
-        SweepFolder.open(tmp_path / "sweep").stop_file.touch()  # as the first Ctrl-C does
+        folder = SweepFolder.open(tmp_path / "sweep")
+        for session in sessions(folder.path):
+            folder.stop_file(session).touch()  # as the first Ctrl-C does
         return ChatCase(hang=True)
 
     with OllamaServer(Again(1, stopping)) as server:

@@ -104,6 +104,8 @@ def test_untouched_records_are_identical_whatever_process_looks(grid_sweep: Path
     done = foundry("verify", str(grid_sweep), "--workers", "2", cwd=grid_sweep)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "4 runs: 4 identical" in done.stdout and "128 questions compared" in done.stdout
+    again = foundry("verify", grid_sweep.name, "--workers", "2", cwd=grid_sweep.parent)
+    assert "4 runs: 4 identical" in again.stdout, "by the processes that are there already, which are elsewhere"
 
 
 @pytest.mark.parametrize(

@@ -73,6 +73,7 @@ def test_the_rounding_of_sums_is_shown_as_nothing():
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(900)
 def test_every_known_closed_form_is_met(tmp_path: Path):
     done = foundry("validate", "--write", "page.md", cwd=tmp_path)
     assert done.returncode == 0, done.stdout

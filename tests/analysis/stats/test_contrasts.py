@@ -186,6 +186,17 @@ def test_that_few_pairs_cannot_win_in_a_large_family_is_said():
     assert frame["note"].unique().tolist() == ["no p can reach 0.05 with 10 pairs among 30 tests"]
 
 
+def test_few_pairs_can_win_in_a_family_of_which_all_else_has_won():
+    measures = [f"x.m{index}" for index in range(9)]
+    values = np.zeros((2, 10, 9))
+    values[1] = np.random.default_rng(2).uniform(1, 2, size=(10, 9))
+    values[:, 8:, 8] = np.nan
+    last = contrasts(table_of(values, measures), family=measures).set_index("measure").loc["x.m8"]
+    assert (last["n_pairs"], last["significant"]) == (8, True)
+    assert last["p_holm"] == pytest.approx(9 * 2 / 2**10)  # that of the others, which is above its own 2 / 2**8
+    assert "no p can reach" not in last["note"] and last["out_of_reach"] == ""
+
+
 def test_the_same_is_claimed_only_with_a_margin():
     near = [value + shift for value, shift in zip(FIRST, (0.01, -0.01, 0.005, 0.0, -0.005, 0.01), strict=True)]
     rows = [*runs("a", FIRST), *runs("b", near)]

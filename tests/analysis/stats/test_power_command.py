@@ -85,3 +85,18 @@ def test_a_pilot_of_one_model_is_refused(tmp_path, write_sweep, make_condition):
     done = foundry("power", str(path), cwd=tmp_path)
     assert done.returncode == 2
     assert "two models" in done.stderr
+
+
+def test_looks_say_how_often_and_how_early_a_difference_is_found(power):
+    text = power("--looks", "8,12,20", "--difference", "0.05", "--measure", MEASURE)
+    found = seeds_of(text)
+    assert 0.5 < float(found[5]) <= 1
+    assert 8 <= float(found[6]) <= float(found[8]) <= 20
+    assert "as one of" in text
+
+
+@pytest.mark.parametrize(("looks", "message"), [("12,8", "do not ascend: write 8,12"), ("a", "has not the form")])
+def test_looks_that_cannot_be_are_refused_in_one_line(pilot, looks, message):
+    done = foundry("power", str(pilot), "--looks", looks, cwd=pilot)
+    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
+    assert message in done.stderr

@@ -23,9 +23,10 @@ def analyze(folders: list[Path]) -> Analysis:
     return analysis.analyze(folders, plots=False)
 
 
-@pytest.fixture
-def two_models(make_sweep, make_condition, make_habits) -> Analysis:
-    folder = make_sweep(
+@pytest.fixture(scope="module")
+def two_models(tmp_path_factory, write_sweep, make_condition, make_habits) -> Analysis:
+    folder = write_sweep(
+        tmp_path_factory.mktemp("two") / "sweep",
         [make_condition("still", range(7)), make_condition("lively", range(7))],
         {"still": make_habits(move=0.2, unreadable=0), "lively": make_habits(move=0.95, unreadable=0.3)},
     )
@@ -95,6 +96,30 @@ def test_swept_settings_become_columns_and_groups(make_sweep, make_condition, sm
     assert found.compared.groups == [("a", "2"), ("a", "4")]
     assert found.compared.group_columns == ("model", "world.agents")
     assert "world.agents" not in set(found.comparison["measure"])
+
+
+def limited(make_condition, world, limit):
+    values, world = {"world.limit": limit}, {**world, "limit": limit}
+    return make_condition("a", range(6), factors=("world.limit",), values=values, world=world)
+
+
+def test_null_is_a_value_of_a_swept_setting_like_any_other(make_sweep, make_condition, small_world):
+    conditions = [limited(make_condition, small_world, limit) for limit in (None, 2)]
+    found = analyze([make_sweep(conditions).path])
+    assert found.compared.groups == [("a", "none"), ("a", "2")]
+    rates = found.comparison.set_index("measure").loc["failure.rate"]
+    assert rates["world.limit"].tolist() == ["none", "2"]
+    assert (rates["n"].tolist(), rates["runs"].tolist()) == ([6, 6], [6, 6])
+    pairs = found.contrasts[["factor", "level", "reference"]].drop_duplicates()
+    assert pairs.values.tolist() == [["world.limit", "2", "none"]]
+    assert pd.read_csv(found.path / "comparison.csv")["world.limit"].unique().tolist() == ["none", "2"]
+
+
+def test_a_setting_that_one_world_has_and_another_lacks_tells_groups_apart(make_sweep, make_condition, small_world):
+    conditions = [limited(make_condition, small_world, limit) for limit in ("few", "many")]
+    other = make_condition("a", range(6), world={**small_world, "name": "other"})
+    found = analyze([make_sweep([*conditions, other]).path])
+    assert found.compared.groups == [("a", "small", "few"), ("a", "small", "many"), ("a", "other", "none")]
 
 
 def test_several_sweeps_are_taken_together(make_sweep, make_condition):

@@ -21,6 +21,7 @@ from analysis.tables.comparison import compare
 from analysis.tables.signature_table import build_table
 from analysis.tables.texts import (
     Table,
+    alike,
     comparison_table,
     contrast_table,
     number,
@@ -130,7 +131,7 @@ def test_the_short_tables_hold_the_headline_measures(compared: Any):
     assert "idle_rate.chosen" in {row[0] for row in table.rows}
     assert not any("_readable" in row[0] for row in table.rows if not row[0].startswith("outcome"))
     short = contrast_table(found)
-    assert short.columns[:4] == ("measure", "first", "second", "pairs")
+    assert short.columns[:5] == ("measure", "first", "second", "claim", "pairs")
     assert len(short.rows) == int(found["headline"].sum())
 
 
@@ -138,3 +139,13 @@ def test_a_star_marks_what_stands_after_holm(compared: Any):
     found = compared[1].assign(significant=True, p_holm=0.01, equivalent=False)
     column = contrast_table(found).columns.index("p (Holm)")
     assert {row[column] for row in contrast_table(found).rows} == {".010*"}
+
+
+def test_numbers_of_one_column_share_their_decimals():
+    assert alike([0.5, 0.0312, 0.0, -0.25]) == ["0.500", "0.031", "0.000", "-0.250"]
+    assert alike([12.0, 3.0]) == ["12", "3"]
+    assert alike([1234.5, 2.0, float("nan")]) == ["1234", "2", "-"]
+
+
+def test_what_is_not_0_is_never_written_as_0():
+    assert alike([0.5, 0.0001, -0.00004]) == ["0.500", "0.0001", "-4e-05"]

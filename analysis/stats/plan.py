@@ -1,0 +1,104 @@
+"""What was declared before the runs: its tests at the looks that growing data have reached."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.arrays import FloatArray
+from analysis.stats.intervals import FEWEST_FOR_CLAIMS
+from analysis.stats.paired import equivalence_p
+from analysis.stats.pairing import Paired
+from analysis.stats.sequential import levels, sequential_p
+from analysis.stats.testing import NOT_TESTED, tested
+from analysis.stats.values import BoolArray, Group, SeedValues
+
+DECLARED, EXPLORATORY = "declared", "exploratory"
+"""What a row of the contrasts can claim."""
+_BASELINE = NOT_TESTED + "baseline"
+_TOO_EARLY = NOT_TESTED + "before the first look"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What was declared, as far as the table of contrasts asks for it.
+
+    Attributes:
+        family: measures that are tested.
+        groups: the groups that were declared; their pairs are tested.
+        looks: seeds at each look, ascending (K).
+        seeds: all seeds in their order; a look is at the first of them.
+        reached: looks that the runs have reached, of K.
+        margins: by measure, the difference below which groups count as the same.
+        changed: measures whose code is no longer that of the plan: in the family, but nothing is claimed of them.
+    """
+
+    family: tuple[str, ...]
+    groups: frozenset[Group]
+    looks: tuple[int, ...]
+    seeds: tuple[int, ...]
+    reached: int
+    margins: Mapping[str, float] = field(default_factory=dict)
+    changed: frozenset[str] = frozenset()
+
+    def holds(self, values: SeedValues, paired: Paired) -> BoolArray:
+        """Return which rows compare two declared groups (R,)."""
+        known = np.array([group in self.groups for group in values.groups], dtype=np.bool_)
+        return np.array([known[pair.level] and known[pair.reference] for pair in paired.pair], dtype=np.bool_)
+
+    def at_looks(self, values: SeedValues, paired: Paired) -> Iterator[Paired]:
+        """Yield the pairs of each look so far."""
+        for n in self.looks[: self.reached]:
+            yield paired.of_seeds(np.isin(values.seeds, self.seeds[:n]))
+
+    def level(self, alpha: float) -> float:
+        """Return the level of a single test at the last look so far; NaN before the first."""
+        return float(levels(self.looks, np.array([alpha]))[self.reached - 1, 0]) if self.reached else float("nan")
+
+
+def claims(plan: Plan | None, values: SeedValues, paired: Paired, frame: pd.DataFrame, alpha: float) -> dict[str, Any]:
+    """Return the columns `test` and `p` of some rows, what each can claim, and `p_claim`, which corrections take.
+
+    That of a declared row is over all looks so far: the least error in all at which one of them was significant.
+    """
+    test, p = tested(paired)
+    headline, baseline = (frame[name].to_numpy(dtype=bool) for name in ("headline", "baseline"))
+    test[baseline], p[baseline] = _BASELINE, np.nan
+    p_claim = p.copy()
+    look = np.zeros(len(p), dtype=np.int64)
+    level = np.where(headline, alpha, np.nan)
+    declared = np.zeros_like(headline)
+    if plan is not None:
+        rows = np.flatnonzero(headline)
+        own = [tested(one) for one in plan.at_looks(values, paired.of_rows(rows))]
+        test[rows], p[rows] = own[-1] if own else (_TOO_EARLY, np.nan)
+        p_claim[rows] = sequential_p(plan.looks, np.array([each for _, each in own])) if own else np.nan
+        look[rows], level[rows] = plan.reached, plan.level(alpha)
+        declared = headline & ~frame["measure"].isin(plan.changed).to_numpy()
+    claim = np.where(declared, DECLARED, EXPLORATORY)
+    return {"test": test, "p": p, "p_claim": p_claim, "claim": claim, "look": look, "alpha": level}
+
+
+def equivalence(plan: Plan | None, values: SeedValues, paired: Paired, margin: FloatArray) -> FloatArray:
+    """Return p of the equivalence tests (R,), NaN where there is none: over all looks so far where there is a plan."""
+    if plan is None:
+        return _equivalence_p(paired, margin)
+    found = np.full(len(margin), np.nan)
+    rows = np.flatnonzero(~np.isnan(margin))
+    own = [_equivalence_p(one, margin[rows]) for one in plan.at_looks(values, paired.of_rows(rows))]
+    if own:  # a one-sided test errs half as often as one of both sides
+        both = sequential_p(plan.looks, np.minimum(2 * np.array(own), 1.0))
+        found[rows] = np.where(np.isnan(own[-1]), np.nan, np.where(both < 1, both / 2, 1.0))
+    return found
+
+
+def _equivalence_p(paired: Paired, margin: FloatArray) -> FloatArray:
+    found, p = paired.estimates(), np.full(len(margin), np.nan)
+    for n in np.unique(found.n[found.n >= FEWEST_FOR_CLAIMS]):
+        rows = found.n == n
+        p[rows] = equivalence_p(found.mean[rows], found.sd[rows], margin[rows], int(n))
+    return p

@@ -1,0 +1,121 @@
+"""Outcomes of which each run has exactly one: how often each comes, against equal chances of all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.arrays import FloatArray
+from analysis.signatures import discover
+from analysis.stats.values import Group
+from analysis.tables.comparison import Comparison
+from analysis.tables.texts import Table, p_value, told_rows
+from foundry import seeding
+
+DRAWS = 20_000
+_ROUNDING = 1e-9
+
+
+def equal_chances(compared: Comparison) -> pd.DataFrame:
+    """Return how often each outcome of a family comes in a group, by the measures that are `exclusive`.
+
+    A row a family and group; the first columns say which. Seeds are the unit; those without any outcome of the family
+    are left out, and groups that have none.
+
+    - n: seeds with an outcome. outcomes: how many there can be. most, share: the one that comes most often, and of how
+      many of the n; of several the first. counts: those that come at all, the most frequent first.
+    - chi_square: sum of (count - n / outcomes)^2 / (n / outcomes). p: by draws, as `uniform_p` has it; of each row by
+      itself, corrected for nothing.
+    """
+    rows = [
+        _row(family, columns, group, compared)
+        for family, columns in _families(compared)
+        for group in compared.groups
+        if all((column, group) in compared.estimates for column in columns)
+    ]
+    names = ["measure", *compared.group_columns, "n", "outcomes", "most", "share", "counts", "chi_square", "p"]
+    return pd.DataFrame([row for row in rows if row["n"]], columns=names)
+
+
+def equal_chances_table(frame: pd.DataFrame) -> Table:
+    """Return the rows for people."""
+    caption = (
+        f"Outcomes of which each run has one, over seeds, against equal chances of all: Pearson's chi-square, p by "
+        f"{DRAWS:,} draws, uncorrected."
+    )
+    names = list(frame.columns[: frame.columns.get_loc("n")])
+    rows = [
+        (
+            *(str(row[name]) for name in names),
+            row["counts"],
+            str(row["n"]),
+            row["chi_square"],
+            p_value(row["p"]),
+        )
+        for row in told_rows(frame, ("chi_square",))
+    ]
+    columns = (*names, "counts", "n", "chi-square", "p")
+    return Table("equal_chances", caption, columns, tuple(rows), labels=len(names))
+
+
+def _families(compared: Comparison) -> Iterator[tuple[str, list[str]]]:
+    """Yield the measures that exclude each other, over all decisions, behind the name that they have together."""
+    present = list(dict.fromkeys(measure for measure, _ in compared.estimates))
+    for signature in discover():
+        mine = [one for one in present if one.startswith(f"{signature.name}.")]
+        for pattern in (name for name, measure in signature.measures.items() if measure.exclusive):
+            start = f"{signature.name}.{pattern.removesuffix('*')}"
+            columns = [
+                one for one in mine if one.startswith(start) and not signature.is_readable_only(one.partition(".")[2])
+            ]
+            if columns:
+                yield f"{signature.name}.{pattern}", columns
+
+
+def _row(family: str, columns: list[str], group: Group, compared: Comparison) -> dict[str, Any]:
+    counts = compared.values[group][columns].dropna().sum()
+    start = family.removesuffix("*")
+    came = counts[counts > 0].sort_values(ascending=False, kind="stable").rename(lambda one: one.removeprefix(start))
+    n = round(float(counts.sum()))
+    statistic, p = uniform_p(counts.to_numpy(dtype=np.float64))
+    return {
+        "measure": family,
+        **dict(zip(compared.group_columns, group, strict=True)),
+        "n": n,
+        "outcomes": len(counts),
+        "most": came.index[0] if n else "",
+        "share": float(came.iloc[0]) / n if n else np.nan,
+        "counts": ", ".join(f"{name} {count:g}" for name, count in came.items()),
+        "chi_square": statistic,
+        "p": p,
+    }
+
+
+def uniform_p(counts: FloatArray) -> tuple[float, float]:
+    """Return Pearson's chi-square of counts against equal chances, and the chance of one as large.
+
+    The chance is that among `DRAWS` draws of so many runs with equal chances, always the same ones, the counts
+    themselves with them: right at its level however few runs there are.
+
+    Source: Pearson 1900; Barnard 1963 and Hope 1968 for tests by draws.
+
+    Args:
+        counts: of each outcome, (k,).
+    """
+    n, k = round(float(counts.sum())), len(counts)
+    if not n:
+        return np.nan, np.nan
+    statistic = float(((counts - n / k) ** 2).sum() / (n / k))
+    return statistic, float(1 + (_drawn_statistics(n, k) >= statistic - _ROUNDING).sum()) / (1 + DRAWS)
+
+
+@lru_cache(maxsize=16)
+def _drawn_statistics(n: int, k: int) -> FloatArray:
+    """Return Pearson's chi-square of each draw of n runs among k outcomes, (DRAWS,)."""
+    drawn = seeding.stream(0, "equal chances").multinomial(n, np.full(k, 1 / k), size=DRAWS)
+    found: FloatArray = ((drawn - n / k) ** 2).sum(axis=1) / (n / k)
+    return found

@@ -1,0 +1,221 @@
+"""A user's own defaults: settings that take the place of those in configuration files, below all that is asked for.
+
+They are put into each file as it is read, where it has such a setting. So a named sweep, a world that chooses and the
+command line stand above them, and `model.server.hosts` is set of the models that have servers. What was recorded, as
+the run that a fork goes on from, stays as it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from foundry import own_code, paths
+from foundry.errors import InputError, not_found
+from foundry.expansion import dotted, models_in
+from foundry.storing.plain_yaml import check_config, load_plain
+
+AS_RECORDED = "as_recorded"
+"""The option of a group that is a run's own configuration."""
+_PRIMARY = "config"
+_GLOBAL = "_global_"
+_DECIDING = ("world", "model", "prompt", "format", "schema", "seed", "sampling_seed", "record", "baselines")
+_SERVER = "server"
+_NEVER = ("_target_", "name", "public_name", "defaults")
+"""What a file says of itself, and no default can say for all files of a group."""
+_HYDRA = "hydra"
+
+
+@dataclass(frozen=True)
+class Defaults:
+    """The content of a user's file.
+
+    Attributes:
+        choices: by group the option that takes the place of the shipped one.
+        own: the settings, nested as in a configuration.
+        applied: by dotted key what has taken the place of another value so far.
+    """
+
+    choices: Mapping[str, str] = field(default_factory=dict)
+    own: Mapping[str, Any] = field(default_factory=dict)
+    applied: dict[str, Any] = field(default_factory=dict)
+
+    def put_into(self, config: dict[str, Any], path: str, package: str | None) -> bool:
+        """Put the defaults into the content of a configuration file; returns whether there were any for it.
+
+        Args:
+            config: the content, which is changed.
+            path: the file's path among the groups, such as `model/ollama`.
+            package: the package that its header names.
+        """
+        group = path.partition("/")[0]
+        if path.endswith(f"/{AS_RECORDED}"):
+            return False
+        if path == _PRIMARY:
+            chosen = [self._choose(entry) for entry in config["defaults"] if isinstance(entry, dict)]
+            return self._put(config, self.own, "") or any(chosen)
+        if package == _GLOBAL:
+            return self._put(config, self.own, "")
+        return self._put(config, self.own.get(group, {}), f"{group}.")
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there are none."""
+        return not self.choices and not self.own
+
+    def in_effect(
+        self, said: Set[str], conditions: Sequence[Mapping[str, Any]], chosen: Sequence[Mapping[str, str]]
+    ) -> dict[str, Any]:
+        """Return by dotted key what holds in some condition, since nothing above it says otherwise.
+
+        Args:
+            said: the keys that the command line or a named sweep gives values.
+            conditions: as they were composed.
+            chosen: the options of the groups of each.
+        """
+        left = {key: value for key, value in self.applied.items() if key not in said}
+        options = {key for key in left if key in self.choices and any(one.get(key) == left[key] for one in chosen)}
+        values = {key for key in left if any(left[key] == found for one in conditions for found in _values(one, key))}
+        return {key: value for key, value in left.items() if key in options | values}
+
+    def hint(self, error: str) -> str:
+        """Return what to add to an error that is about an option of the user's file."""
+        named = any(f"'{group}/{option}'" in error for group, option in self.choices.items())
+        return f" It is named in {paths.user_config_file()}." if named else ""
+
+    def _choose(self, entry: dict[str, Any]) -> bool:
+        """Have an entry of the list of files name the user's option."""
+        (group,) = entry
+        if group not in self.choices:
+            return False
+        entry[group] = self.applied[group] = self.choices[group]
+        return True
+
+    def _put(self, config: dict[str, Any], own: Mapping[str, Any], prefix: str) -> bool:
+        found = False
+        for name, value in own.items():
+            there = config.get(name)
+            if name not in config or name in _NEVER:
+                continue
+            if isinstance(there, dict) and there:
+                found |= isinstance(value, Mapping) and self._put(there, value, f"{prefix}{name}.")
+            else:
+                config[name] = self.applied[f"{prefix}{name}"] = value
+                found = True
+        return found
+
+
+def deciding(used: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the defaults that decide what a run is, and not only where and how it is run, as overrides."""
+    return tuple(
+        f"{key}={value if isinstance(value, str) else msgspec.json.encode(value).decode()}"
+        for key, value in used.items()
+        if key.partition(".")[0] in _DECIDING and _SERVER not in key.split(".")
+    )
+
+
+def read_defaults(argv: Sequence[str] = ()) -> Defaults:
+    """Read the user's file; there need be none.
+
+    Args:
+        argv: the command line, whose `--config-dir` may hold further settings that can have defaults.
+
+    Raises:
+        InputError: a setting does not exist.
+        RecordError: it cannot be read.
+    """
+    file = paths.user_config_file()
+    if not file.is_file():
+        return Defaults()
+    check_config(file)
+    found = _resolved(load_plain(file.read_text(encoding="utf-8"), file), file)
+    primary_file = paths.conf_dir() / f"{_PRIMARY}.yaml"
+    primary = _content(primary_file.read_text(encoding="utf-8"), primary_file)
+    groups = {name for entry in primary["defaults"] if isinstance(entry, dict) for name in entry}
+    choices = {name: value for name, value in found.items() if name in groups and isinstance(value, str)}
+    own = _nested({name: value for name, value in found.items() if name not in choices})
+    _check(own, file, primary, [paths.conf_dir(), *own_code.folders_named(argv)])
+    return Defaults(choices, own)
+
+
+def _resolved(found: Any, file: Path) -> dict[str, Any]:
+    from omegaconf import OmegaConf
+    from omegaconf.errors import OmegaConfBaseException
+
+    if not isinstance(found, Mapping | None):
+        raise InputError(f"{file} holds no settings: write one a line, such as cache.path: answers.sqlite")
+    try:
+        resolved: Any = OmegaConf.to_container(OmegaConf.create(dict(found or {})), resolve=True)
+    except (OmegaConfBaseException, ValueError) as error:
+        raise InputError(f"{file} cannot be used: {str(error).splitlines()[0]}") from error
+    return {str(key): value for key, value in resolved.items()}
+
+
+def _nested(found: Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings with dotted keys as nested ones."""
+    nested: dict[str, Any] = {}
+    for key, value in found.items():
+        place, (*outer, last) = nested, str(key).split(".")
+        for part in outer:
+            place = place.setdefault(part, {})
+        if isinstance(value, Mapping):
+            place.setdefault(last, {}).update(_nested(value))
+        else:
+            place[last] = value
+    return nested
+
+
+def _check(own: Mapping[str, Any], file: Path, primary: Mapping[str, Any], folders: Sequence[Path]) -> None:
+    settings = {name: value for name, value in primary.items() if name not in _NEVER and name != _HYDRA}
+    groups = {entry.name for folder in folders for entry in folder.iterdir() if entry.is_dir()}
+    for name, value in own.items():
+        several = list(_contents(name, folders)) if name in groups else [settings]
+        for key, _ in dotted({name: value}):
+            if not any(_has(one, key.split(".")) for one in several):
+                raise not_found(f"{file}: setting", key, _beside(key, several) or {*settings, *groups})
+
+
+def _beside(key: str, several: Sequence[Mapping[str, Any]]) -> set[str]:
+    """Return the settings that stand where one was looked for."""
+    parent = key.rpartition(".")[0]
+    known = {leaf for one in several for leaf, _ in dotted(one) if _has(one, leaf.split("."))}
+    return {leaf for leaf in known if leaf.startswith(f"{key}.") or (parent and leaf.rpartition(".")[0] == parent)}
+
+
+def _contents(group: str, folders: Sequence[Path]) -> Iterator[dict[str, Any]]:
+    """Yield the contents of a group's files, each below the group's name."""
+    for folder in folders:
+        for file in sorted((folder / group).rglob("*.yaml")):
+            text = file.read_text(encoding="utf-8")
+            content = _content(text, file)
+            yield {group: content.get(group, {}) if f"@package {_GLOBAL}" in text else content}
+
+
+def _content(text: str, file: Path) -> dict[str, Any]:
+    content = load_plain(text, file)
+    return content if isinstance(content, dict) else {}
+
+
+def _values(config: Mapping[str, Any], key: str) -> Iterator[Any]:
+    """Yield the values of a setting; of a model's also those of the models that it is made of."""
+    first, *rest = key.split(".")
+    part = config.get(first)
+    for one in models_in(part) if first == "model" and isinstance(part, Mapping) else [part]:
+        value: Any = one
+        for name in rest:
+            value = value.get(name) if isinstance(value, Mapping) else None
+        yield value
+
+
+def _has(part: Any, keys: Sequence[str]) -> bool:
+    """Return whether there is a setting at this place; one that is empty may be given any parts."""
+    if not keys:
+        return not isinstance(part, Mapping) or not part
+    if not isinstance(part, Mapping):
+        return False
+    first, *rest = keys
+    return first not in _NEVER and first in part and (part[first] == {} or _has(part[first], rest))

@@ -1,0 +1,202 @@
+"""What a recorded sweep becomes when more is asked of it: conditions and seeds are added, what is there stays."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+from foundry.errors import InputError, RecordError
+from foundry.expansion import Asked, Condition, Sweep, expand, identity, leaves, settings_key
+from foundry.storing.run_files import PROBE
+from foundry.texts import visible
+
+_NAMED = ("world", "model", "prompt")
+_SWEPT = (*_NAMED, "sampling_seed")
+"""Parts of a condition in which a sweep may have several values of a setting."""
+_PARTS = (*_SWEPT, "fork", "record")
+_SHOWN, _LONGEST = 3, 60
+"""Differences that an error tells, and characters of a value in it."""
+
+
+@dataclass(frozen=True)
+class Growth:
+    """What is asked of a recorded sweep.
+
+    Attributes:
+        there: the sweep as recorded.
+        asked: what is asked for now, which may be there already.
+        sweep: both together; recorded conditions first, in their order and as they are.
+    """
+
+    there: Sweep
+    asked: Sweep
+    sweep: Sweep
+
+    @cached_property
+    def new(self) -> frozenset[str]:
+        """Ids of the runs that are added."""
+        return frozenset(run.id for run in self.sweep.runs) - {run.id for run in self.there.runs}
+
+    def recorded(self, when: str) -> Sweep:
+        """Return the sweep as it is to be written, with what was asked and when (ISO 8601, UTC) in its history."""
+        return replace(self.sweep, history=(*self.there.history, Asked(tuple(self.asked.asked), when, len(self.new))))
+
+    def notes(self, name: object) -> list[str]:
+        """Return what is to be known before it is run, one line each."""
+        if not self.new:
+            return []
+        return [f"{name} holds {len(self.there.runs)} runs and grows by {len(self.new)}"]
+
+
+def growth(there: Sweep, asked: Sweep) -> Growth:
+    """Return what a recorded sweep becomes.
+
+    Conditions are the same where everything that decides their runs is. A further world, model or prompt is one of a
+    name that the sweep does not have yet; one of a name that it has must be set as it is there, but for settings of
+    which the sweep, or what is asked, has several values.
+
+    Raises:
+        InputError: one of both alone is a probe, or a part of a recorded name is set otherwise now; tells what differs.
+        RecordError: the recorded runs have other ids than their settings give.
+    """
+    _check_kind(there, asked)
+    _check_agrees(there, asked)
+    conditions = list(there.conditions)
+    places = {_key(one): number for number, one in reversed(list(enumerate(conditions)))}
+    for one in asked.conditions:
+        place = places.setdefault(_key(one), len(conditions))
+        if place == len(conditions):
+            conditions.append(one)
+        else:
+            known = conditions[place]
+            conditions[place] = replace(known, seeds=tuple(dict.fromkeys((*known.seeds, *one.seeds))))
+    sweep = replace(expand(there.asked, conditions, there.runs), history=there.history)
+    ids = {run.id for run in sweep.runs}
+    other = [run.id for run in asked.runs if run.id not in ids]
+    if other:
+        raise RecordError(
+            f"The sweep has another id for run {other[0]}: it cannot be added to; name another output.dir."
+        )
+    return Growth(there, asked, sweep)
+
+
+def check_declared(there: Sweep, now: Sweep) -> None:
+    """Refuse to continue a sweep whose worlds by now say other things of their records.
+
+    Args:
+        there: the sweep as recorded; what was recorded by 0.1 says nothing.
+        now: all of its runs or some, and others, declared by the worlds as they are now.
+
+    Raises:
+        InputError: one does.
+    """
+    declared = {run.id: now.conditions[run.condition].declared for run in now.runs}
+    for run in there.runs:
+        then = there.conditions[run.condition]
+        if run.id in declared and then.declared not in (None, declared[run.id]):
+            raise InputError(
+                f"World '{then.config['world']['name']}' says other things of its records than when this sweep began: "
+                "put its first version back and say it again, or start a new sweep in another output.dir."
+            )
+
+
+def check_digests(there: Iterable[Mapping[str, Any]], models: Iterable[Mapping[str, Any]]) -> None:
+    """Refuse to continue a sweep with other weights under the same name.
+
+    Args:
+        there: name and digest of each model that the sweep was run with.
+        models: the same of those that it is to be run with now.
+
+    Raises:
+        InputError: a model's digest is not the one the sweep began with.
+    """
+    before = {model["name"]: model["digest"] for model in there}
+    for model in models:
+        known = before.get(model["name"])
+        if known is not None and model["digest"] is not None and known != model["digest"]:
+            raise InputError(
+                f"Model '{model['name']}' changed since this sweep began (digest {known[:12]} then, "
+                f"{model['digest'][:12]} now): put the first one back and say it again, or start a new sweep in "
+                "another output.dir."
+            )
+
+
+def _key(condition: Condition) -> str:
+    return settings_key(identity(condition.config))
+
+
+def _check_kind(there: Sweep, asked: Sweep) -> None:
+    """Refuse moments beside whole runs, of which nothing could be said together."""
+    kinds = [{one.config["world"].get("_target_") == PROBE for one in sweep.conditions} for sweep in (there, asked)]
+    if kinds[0] != kinds[1]:
+        known, other = ("a probe", "whole runs") if True in kinds[0] else ("a sweep of whole runs", "a probe")
+        raise InputError(f"The folder holds {known}, beside which {other} cannot stand: name another output.dir.")
+
+
+def _check_agrees(there: Sweep, asked: Sweep) -> None:
+    recorded, now = (_settings(sweep.conditions) for sweep in (there, asked))
+    for part in _PARTS:
+        for name in (one for one in now[part] if one in recorded[part]):
+            _check_part(part, name, recorded[part][name], now[part][name])
+
+
+def _settings(conditions: Sequence[Condition]) -> dict[str, dict[str, list[dict[str, str]]]]:
+    """Return the different settings of each part by its name, each as leaves by their path; without a name, by ""."""
+    found: dict[str, dict[str, dict[str, Any]]] = {part: defaultdict(dict) for part in _PARTS}
+    for one in conditions:
+        parts = {**identity(one.config), "record": one.config.get("record")}
+        for part in _PARTS:
+            value = {part: parts[part]} if part in parts else {}
+            name = str(one.config[part]["name"]) if part in _NAMED else ""
+            found[part][name].setdefault(settings_key(value), value)
+    return {part: {name: _as_leaves(variants.values()) for name, variants in of.items()} for part, of in found.items()}
+
+
+def _as_leaves(variants: Iterable[Mapping[str, Any]]) -> list[dict[str, str]]:
+    return [dict(leaves(value)) if value else {} for value in variants]
+
+
+def _check_part(part: str, name: str, recorded: list[dict[str, str]], now: list[dict[str, str]]) -> None:
+    """Refuse settings that differ from all recorded ones in more than what has several values, there or now."""
+    swept = {*_varying(recorded), *_varying(now)} if part in _SWEPT else set()
+    known = [_without(one, swept) for one in recorded]
+    for one in (_without(one, swept) for one in now):
+        if one not in known:
+            closest = min((list(_differences(other, one)) for other in known), key=len)
+            raise _contradiction(part, name, closest)
+
+
+def _varying(variants: Sequence[Mapping[str, str]]) -> set[str]:
+    paths = dict.fromkeys(path for one in variants for path in one)
+    return {path for path in paths if len({one.get(path) for one in variants}) > 1}
+
+
+def _without(settings: Mapping[str, str], paths: set[str]) -> dict[str, str]:
+    return {path: value for path, value in settings.items() if path not in paths}
+
+
+def _differences(there: Mapping[str, str], now: Mapping[str, str]) -> Iterator[tuple[str, str | None, str | None]]:
+    for path in dict.fromkeys((*there, *now)):
+        if there.get(path) != now.get(path):
+            yield path, there.get(path), now.get(path)
+
+
+def _contradiction(part: str, name: str, found: Sequence[tuple[str, str | None, str | None]]) -> InputError:
+    told = "; ".join(f"{path} is {_value(then)} in it and {_value(now)} here" for path, then, now in found[:_SHOWN])
+    more = f"; and {len(found) - _SHOWN} more" if len(found) > _SHOWN else ""
+    whose = f"of {part} '{name}' " if name else ""
+    both = f"ask for both values of {found[0][0]}, or " if part in _SWEPT else ""
+    return InputError(
+        f"The sweep cannot grow by that, since settings {whose}would differ: {told}{more}. Ask for it with the "
+        f"settings of the sweep, {both}name another output.dir."
+    )
+
+
+def _value(value: str | None) -> str:
+    if value is None:
+        return "not set"
+    shown = visible(value)
+    return shown if len(shown) <= _LONGEST else f"{shown[: _LONGEST - 3]}..."

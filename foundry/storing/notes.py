@@ -1,0 +1,113 @@
+"""What people note of runs and moments (`notes.jsonl`): beside the records, never in them; lines are only added."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+from filelock import FileLock, Timeout
+
+from foundry.errors import InputError
+from foundry.records import NOT_JSON
+from foundry.storing.plain_files import is_there
+
+NOTES_FILE = "notes.jsonl"
+_LOCK = "notes.lock"
+_PATIENCE_S = 10.0
+Tag = Annotated[str, msgspec.Meta(max_length=40, pattern=r"^[^\s,]+$")]
+Place = Annotated[int, msgspec.Meta(ge=0)]
+
+
+class Note(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A line of the file: a note as it is from then on.
+
+    Attributes:
+        note: what names it; the same in all of its lines.
+        when: ISO 8601, UTC.
+        who: who wrote the line, as they call themselves.
+        run: the run's id.
+        step: the step, or null for the run as a whole.
+        agent: the agent, or null.
+        text: the note; may be empty where there are tags.
+        tags: single words.
+        deleted: whether it is no more.
+    """
+
+    note: Annotated[str, msgspec.Meta(min_length=1, max_length=40)]
+    when: str
+    who: Annotated[str, msgspec.Meta(max_length=80)]
+    run: str
+    step: Place | None
+    agent: Place | None
+    text: Annotated[str, msgspec.Meta(max_length=10_000)]
+    tags: Annotated[tuple[Tag, ...], msgspec.Meta(max_length=20)]
+    deleted: bool = False
+
+
+class Notes(msgspec.Struct, frozen=True):
+    """The notes of a sweep.
+
+    Attributes:
+        notes: those that are there, as they are now, in the order in which they were begun.
+        unread: why lines are left out.
+    """
+
+    notes: list[Note]
+    unread: list[str]
+
+
+def notes_of(folder: Path) -> Notes:
+    """Return the notes of a sweep. A line that cannot be read, as one that a crash cut, is left out and told."""
+    file, found, unread = folder / NOTES_FILE, dict[str, Note](), list[str]()
+    content = file.read_bytes() if is_there(file) else b""
+    for number, line in enumerate(content.splitlines(), 1):
+        try:
+            note = msgspec.json.decode(line, type=Note) if line else None
+        except NOT_JSON as error:
+            unread.append(f"Line {number} of {NOTES_FILE} is left out: {error}")
+        else:
+            if note is not None:
+                found[note.note] = note
+    return Notes([note for note in found.values() if not note.deleted], unread)
+
+
+def stamp_of_notes(folder: Path) -> str:
+    """Return a text that changes whenever a note does; empty where nobody noted anything."""
+    file = folder / NOTES_FILE
+    if not is_there(file):
+        return ""
+    found = file.stat()
+    return f"{found.st_mtime_ns:x}-{found.st_size:x}"
+
+
+def add_note(folder: Path, note: Note) -> None:
+    """Add a line; it begins anew behind one that a crash cut.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    file = folder / NOTES_FILE
+    line = msgspec.json.encode(note) + b"\n"
+    try:
+        (folder / "viewer").mkdir(exist_ok=True)
+        with FileLock(folder / "viewer" / _LOCK, timeout=_PATIENCE_S), file.open("a+b") as lines:
+            if lines.tell() and _last_byte(file) != b"\n":
+                line = b"\n" + line
+            lines.write(line)
+            lines.flush()
+            os.fsync(lines.fileno())
+    except (OSError, Timeout) as error:
+        raise InputError(f"The note cannot be written into '{file}': {error}") from error
+
+
+def _last_byte(file: Path) -> bytes:
+    with file.open("rb") as content:
+        content.seek(-1, os.SEEK_END)
+        return content.read()
+
+
+def notes_bytes(notes: list[Note]) -> bytes:
+    """Return notes as a file of theirs that holds nothing that was edited away or deleted."""
+    return msgspec.json.Encoder().encode_lines(notes)

@@ -1,0 +1,118 @@
+"""What was declared, tested at the looks that the runs have reached."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from analysis.stats.contrasts import contrasts
+from analysis.stats.multiplicity import holm
+from analysis.stats.paired import equivalence_p
+from analysis.stats.plan import Plan
+from analysis.stats.sequential import levels, sequential_p
+from analysis.stats.sign_flip import sign_flip_p
+from signature_tables import table_of
+
+MEASURES = ("idle_rate.chosen", "movement.move_rate", "clustering.nni")
+LOOKS = (6, 9, 12)
+VALUES = np.random.default_rng(3).normal(size=(2, 14, 3)) + np.array([0, 0.9])[:, None, None]
+PLAN = Plan(MEASURES[:2], frozenset({("a",), ("b",)}), LOOKS, tuple(range(12)), 2)
+
+
+def rows(values: np.ndarray = VALUES, plan: Plan = PLAN, **more) -> pd.DataFrame:
+    return contrasts(table_of(values, MEASURES), plan=plan, **more).set_index("measure")
+
+
+def p_by_hand(measure: int, seeds: list[list[int]]) -> np.ndarray:
+    difference = VALUES[1, :, measure] - VALUES[0, :, measure]
+    return np.array([sign_flip_p(difference[None, own]) for own in seeds])
+
+
+def test_declared_rows_say_their_look_and_its_level():
+    found = rows()
+    assert found["claim"].to_dict() == dict(zip(MEASURES, ["declared", "declared", "exploratory"], strict=True))
+    assert found["look"].tolist() == [2, 2, 0]
+    assert found["alpha"].tolist()[:2] == pytest.approx([levels(LOOKS, np.array([0.05]))[1, 0]] * 2)
+
+
+def test_the_family_is_corrected_over_measures_and_looks_together():
+    seeds = [list(range(6)), list(range(9))]
+    by_hand = [sequential_p(LOOKS, p_by_hand(measure, seeds)).item() for measure in range(2)]
+    assert rows()["p_holm"].tolist()[:2] == pytest.approx(holm(np.array(by_hand)))
+    assert rows()["p"].tolist()[:2] == pytest.approx([p_by_hand(measure, seeds[1:]).item() for measure in range(2)])
+
+
+def test_seeds_after_a_look_change_no_claim():
+    more = VALUES.copy()
+    more[:, 9:] += 100 * np.random.default_rng(0).normal(size=more[:, 9:].shape)
+    columns = ["p", "p_holm", "significant"]
+    pd.testing.assert_frame_equal(rows()[columns].iloc[:2], rows(more)[columns].iloc[:2])
+    assert rows(more)["note"].iloc[0].startswith("tested at the look at 9 seeds")
+
+
+def test_looks_follow_the_order_of_the_plan():
+    backwards = replace(PLAN, seeds=tuple(reversed(range(14))), reached=1)
+    assert rows(plan=backwards)["p"].iloc[0] == pytest.approx(p_by_hand(0, [list(range(8, 14))]).item())
+
+
+def test_nothing_is_claimed_before_the_first_look():
+    found = rows(plan=replace(PLAN, reached=0)).iloc[0]
+    assert (found["test"], found["look"], found["significant"]) == ("not tested: before the first look", 0, False)
+    assert math.isnan(found["p_holm"])
+
+
+def test_a_group_that_was_not_declared_is_in_no_family():
+    values = np.concatenate([VALUES, VALUES[:1] + 2])
+    found = contrasts(table_of(values, MEASURES), plan=PLAN)
+    declared = found[found["claim"] == "declared"]
+    assert set(declared["level"] + declared["reference"]) == {"ba"}
+    assert declared["family"].tolist() == [2, 2]
+
+
+def test_a_measure_that_never_varies_stays_in_the_declared_family():
+    flat = VALUES.copy()
+    flat[1, :, 1] = flat[0, :, 1] + 1
+    found = rows(flat)
+    assert found["family"].tolist()[:2] == [2, 2]
+    assert math.isnan(found["p_holm"].iloc[1])
+    assert found["p_holm"].iloc[0] == pytest.approx(
+        min(1, 2 * sequential_p(LOOKS, p_by_hand(0, [list(range(6)), list(range(9))])).item())
+    )
+
+
+def test_the_same_within_a_margin_is_shown_over_looks_too():
+    values = np.random.default_rng(5).normal(size=(2, 12, 3)) * 0.3
+    margins = {MEASURES[0]: 0.3}
+    planned = rows(values, replace(PLAN, margins=margins, reached=3)).iloc[0]
+    fixed = rows(values, replace(PLAN, margins=margins, looks=(12,), reached=1)).iloc[0]
+    seen = [(values[1] - values[0])[:n, 0] for n in LOOKS]
+    p = np.array([equivalence_p(*np.array([[one.mean()], [one.std(ddof=1)], [0.3]]), len(one)) for one in seen])
+    assert planned["p_equivalence"] == pytest.approx(sequential_p(LOOKS, 2 * p).item() / 2)
+    assert planned["p_equivalence"] < 0.5
+    assert fixed["p_equivalence"] == pytest.approx(
+        contrasts(table_of(values, MEASURES), margins=margins).iloc[0]["p_equivalence"]
+    )
+    late = rows(values, replace(PLAN, margins=margins, reached=0)).iloc[0]
+    assert math.isnan(late["p_equivalence"])
+
+
+def test_what_varies_in_no_seed_is_tested_for_no_sameness():
+    flat = VALUES.copy()
+    flat[1] = flat[0]
+    assert math.isnan(rows(flat, replace(PLAN, margins={MEASURES[0]: 0.3}))["p_equivalence"].iloc[0])
+
+
+def test_a_difference_beyond_its_margin_is_surely_not_the_same():
+    far = VALUES.copy()
+    far[1] += 5
+    assert rows(far, replace(PLAN, margins={MEASURES[0]: 0.3}))["p_equivalence"].iloc[0] == 1
+
+
+def test_a_look_at_which_no_p_is_small_enough_says_so_with_its_own_pairs():
+    note = rows(plan=replace(PLAN, reached=1))["note"].iloc[0]
+    assert note.startswith("no p can reach 0.05 with 6 pairs among 2 tests at this look; tested at the look at 6 seeds")
+    assert "no p can" not in rows(plan=replace(PLAN, reached=3))["note"].iloc[0]

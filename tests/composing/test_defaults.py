@@ -1,0 +1,245 @@
+"""A user's own defaults: below all that is asked for, recorded where they decide, never silent."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+import yaml
+
+from commands import environment, foundry
+from foundry.composing.compose import Composed, compose
+from foundry.composing.defaults import read_defaults
+from foundry.errors import InputError, RecordError
+from foundry.expansion import expand
+from foundry.paths import user_config_file
+
+TINY = ("world.agents=3", "world.steps=2", "analyze=false")
+Write = Callable[[str], Path]
+
+
+@pytest.fixture
+def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Write:
+    """Writes the user's file, in a home of its own."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "home"))
+
+    def write(text: str) -> Path:
+        file = user_config_file()
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+        return file
+
+    return write
+
+
+def composed(*argv: str) -> Composed:
+    found = compose(argv, read_defaults(argv))
+    assert found is not None
+    return found
+
+
+def test_the_users_file_lies_where_the_system_keeps_such_files(own: Write, tmp_path: Path):
+    assert own("") == tmp_path / "home" / "foundry" / "config.yaml"
+
+
+def test_no_file_and_an_empty_one_change_nothing(own: Write):
+    without = composed("model=scripted/random")
+    own("# nothing yet\n")
+    assert composed("model=scripted/random") == without
+
+
+def test_dotted_and_nested_settings_take_the_place_of_shipped_ones(own: Write):
+    own("model: llama3.2\nmodel.options.temperature: 0.7\nworld: {agents: 7}\ncache.path: mine.sqlite\n")
+    found = composed()
+    config = found.conditions[0].config
+    assert (config["model"]["name"], config["model"]["options"]["temperature"]) == ("llama3.2", 0.7)
+    assert (config["world"]["agents"], found.settings["cache"]["path"]) == (7, "mine.sqlite")
+
+
+def test_the_command_line_stands_above_the_users_file(own: Write):
+    own("model: llama3.2\nworld.agents: 7\nseed: 4\n")
+    found = composed("-m", "model=scripted/stay", "world.agents=5", "seed=0-1")
+    assert found.conditions[0].config["model"]["name"] == "scripted/stay"
+    assert found.conditions[0].config["world"]["agents"] == 5
+    assert found.conditions[0].seeds == (0, 1)
+    assert found.deciding == () and found.asked == ("-m", "model=scripted/stay", "world.agents=5", "seed=0-1")
+
+
+def test_a_named_sweep_and_a_world_that_chooses_stand_above_the_users_file(own: Write):
+    own("world.agents: 7\nworld.half_size: 9\nprompt: json\n")
+    smoke = composed("+sweep=smoke").conditions[0].config["world"]
+    assert (smoke["agents"], smoke["half_size"]) == (8, 9)
+    assert composed("world=bar", "model=scripted/random").conditions[0].config["prompt"]["name"] == "bar"
+    assert composed("model=scripted/random").conditions[0].config["prompt"]["name"] == "json"
+
+
+def test_what_a_named_sweep_varies_is_not_recorded_as_asked_by_the_users_file(own: Write):
+    own("model: scripted/avoid\nseed: 2\nworld.communication_distance: 4\n")
+    found = composed("+sweep=smoke")
+    assert found.asked == ("world.communication_distance=4", "+sweep=smoke")
+    typed = compose(found.asked)
+    assert typed is not None and len(expand((), typed.conditions).runs) == 9
+    assert expand((), typed.conditions).runs == expand((), found.conditions).runs
+
+
+def test_a_seed_of_the_users_file_is_recorded_for_one_run_and_for_a_sweep_that_names_none(own: Write):
+    own("seed: 5\n")
+    assert composed("model=scripted/stay").asked == ("seed=5", "model=scripted/stay")
+    assert composed("-m", "model=scripted/stay,scripted/herd").asked[0] == "seed=5"
+
+
+def test_a_default_of_servers_is_none_of_models_without_one(own: Write):
+    own("model.server.hosts: http://127.0.0.1:9\n")
+    found = composed("-m", "model=scripted/stay,llama3.2,mix/llama3.2@50%+scripted/stay@50%")
+    plain, served, mixed = (one.config["model"] for one in found.conditions)
+    assert "server" not in plain and served["server"]["hosts"] == "http://127.0.0.1:9"
+    assert mixed["members"]["m1"]["model"]["server"]["hosts"] == "http://127.0.0.1:9"
+    assert found.defaults == {"model.server.hosts": "http://127.0.0.1:9"} and found.deciding == ()
+
+
+def test_a_folder_of_ones_own_that_is_not_there_is_told_as_without_a_users_file(own: Write, tmp_path: Path):
+    own("model.options.temperature: 0.5\n")
+    told = foundry("--config-dir", "nosuch", "model=scripted/random", *TINY, cwd=tmp_path)
+    assert (told.returncode, told.stderr.count("\n")) == (2, 1) and "nosuch' not found" in told.stderr
+
+
+def test_what_a_world_says_by_itself_has_defaults_too(own: Write):
+    own("world.agents: 7\n")
+    assert composed("world=bar", "model=scripted/random").conditions[0].config["world"]["agents"] == 7
+
+
+def test_what_decides_a_run_is_recorded_as_if_it_had_been_asked(own: Write):
+    own("model.options.temperature: 0.7\nmodel.server.keep_alive: 5m\ncache.path: mine.sqlite\n")
+    found = composed("model=llama3.2")
+    assert found.asked == ("model.options.temperature=0.7", "model=llama3.2")
+    typed = compose(found.asked)
+    assert typed is not None
+    ids = [[run.id for run in expand(one.asked, one.conditions).runs] for one in (found, typed)]
+    assert ids[0] == ids[1] and ids[0] != [run.id for run in expand((), compose(["model=llama3.2"]).conditions).runs]  # type: ignore[union-attr]
+
+
+def test_a_default_that_nothing_uses_is_not_recorded(own: Write):
+    own("model.options.temperature: 0.7\n")
+    assert composed("model=scripted/stay").asked == ("model=scripted/stay",)
+
+
+def test_from_python_and_in_checks_no_users_file_counts(own: Write):
+    own("world.agents: 7\n")
+    found = compose(["model=scripted/random"])
+    assert found is not None and found.conditions[0].config["world"]["agents"] == 20
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("modle: llama3.2", "setting 'modle' not found. Did you mean 'model'?"),
+        ("model.server.hots: x", "setting 'model.server.hots' not found. Did you mean 'model.server.hosts'?"),
+        ("model.server: x", "setting 'model.server' not found."),
+        ("model: {name: x}", "setting 'model.name' not found."),
+        ("world._target_: os.system", "setting 'world._target_' not found."),
+        ("hydra.run.dir: x", "setting 'hydra.run.dir' not found."),
+        ("- a", "holds no settings"),
+        ("cache.path: ${nowhere}", "cannot be used: Interpolation key 'nowhere' not found"),
+    ],
+)
+def test_a_setting_that_cannot_be_is_one_clear_line(own: Write, text: str, says: str):
+    file = own(text)
+    with pytest.raises(InputError) as told:
+        read_defaults()
+    assert str(told.value).startswith(f"{file}") and says in str(told.value) and "\n" not in str(told.value)
+
+
+def test_a_file_that_is_no_yaml_is_one_clear_line(own: Write):
+    file = own("a: [")
+    with pytest.raises(RecordError, match="cannot be read") as told:
+        read_defaults()
+    assert str(file) in str(told.value) and "\n" not in str(told.value)
+
+
+def test_an_option_that_does_not_exist_is_told_with_its_file(own: Write):
+    file = own("prompt: papper")
+    with pytest.raises(InputError, match="Did you mean 'paper'") as told:
+        composed("model=scripted/stay")
+    assert str(told.value).endswith(f"It is named in {file}.")
+
+
+def test_settings_of_the_users_own_parts_have_defaults(own: Write, tmp_path: Path):
+    part = tmp_path / "mine" / "model" / "mine.yaml"
+    part.parent.mkdir(parents=True)
+    part.write_text("_target_: foundry.models.scripted.stay.Stay\nname: mine\nmood: calm\n", encoding="utf-8")
+    own("model.mood: wild\n")
+    found = composed("model=mine", "--config-dir", str(tmp_path / "mine"))
+    assert found.conditions[0].config["model"]["mood"] == "wild"
+
+
+def test_a_sweep_says_what_it_took_from_the_users_file_and_records_it(own: Write, tmp_path: Path):
+    file = own("world.agents: 3\noutput.dir: out\n")
+    done = foundry("model=scripted/stay", *TINY[1:], cwd=tmp_path)
+    assert done.stderr == f"world.agents=3 (from {file})\n"
+    assert yaml.safe_load((tmp_path / "out" / "sweep.yaml").read_text())["asked"] == [
+        "world.agents=3", "model=scripted/stay", *TINY[1:],
+    ]  # fmt: skip
+
+
+def test_a_fork_keeps_its_past_whatever_the_users_file_says(own: Write, tmp_path: Path):
+    assert foundry("model=scripted/random", *TINY, "output.dir=out", cwd=tmp_path).returncode == 0
+    own("world.agents: 7\nworld.fires: []\nprompt: json\n")
+    (run,) = (tmp_path / "out" / "runs").iterdir()
+    done = foundry("fork", str(run), "--at", "2", "output.dir=fork", "analyze=false", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    asked = yaml.safe_load((tmp_path / "fork" / "sweep.yaml").read_text())["asked"]
+    assert asked[2:] == ["at=2", "output.dir=fork", "analyze=false"]
+
+
+def test_a_users_own_files_are_bounded_before_a_new_process_reads_them(tmp_path: Path):
+    part = tmp_path / "mine" / "prompt" / "bomb.yaml"
+    part.parent.mkdir(parents=True)
+    lines = [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]" for n in range(1, 9)]
+    part.write_text("\n".join(["a0: &a0 [x]", *lines]), encoding="utf-8")
+    command = [sys.executable, "-m", "foundry", "plan", "model=scripted/stay", "prompt=bomb", "--config-dir", "mine"]
+    done = subprocess.run(command, cwd=tmp_path, env=environment(), capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2 and "is refused: with its aliases expanded" in done.stderr
+
+
+def config_of(done: subprocess.CompletedProcess[str]) -> dict[str, dict[str, Any]]:
+    return {one["setting"]: one for one in msgspec.json.decode(done.stdout)["settings"]}
+
+
+def test_config_says_where_each_setting_comes_from(own: Write, tmp_path: Path):
+    file = own("world.agents: 7\nmodel: llama3.2\n")
+    argv = ("config", "world.steps=5", "runner.workers=3", "--json")
+    done = foundry(*argv, cwd=tmp_path, OLLAMA_HOST="http://me:pw@gpu:1")
+    found = {name: (one["value"], one["origin"]) for name, one in config_of(done).items()}
+    assert found["world.agents"] == (7, "user file") and found["world.steps"] == (5, "command line")
+    assert found["model"] == ("llama3.2", "user file") and found["world"] == ("cafe_library", "default")
+    assert found["model.server.hosts"] == ("http://***@gpu:1", "environment OLLAMA_HOST")
+    assert found["model.server.keep_alive"] == ("30m", "default")
+    whole = msgspec.json.decode(done.stdout)
+    assert (whole["file"], whole["exists"]) == (str(file), True)
+    assert "pw" not in done.stdout
+
+
+def test_config_masks_keys(own: Write, tmp_path: Path):
+    done = foundry("config", "model=scripted/stay", cwd=tmp_path, OPENAI_API_KEY="sk-very-secret")
+    assert "sk-very-secret" not in done.stdout
+    line = next(line for line in done.stdout.splitlines() if line.startswith("OPENAI_API_KEY"))
+    assert line.split() == ["OPENAI_API_KEY", "***", "environment"]
+    assert f"your own defaults: {user_config_file()} (not there)" in done.stdout
+
+
+def test_config_shows_the_part_that_is_asked_for(own: Write, tmp_path: Path):
+    done = foundry("config", "cache", "model.server.retry", "model=llama3.2", "--json", cwd=tmp_path)
+    assert {name.rpartition(".")[0] for name in config_of(done)} == {"cache", "model.server.retry"}
+    wrong = foundry("config", "model.serve", cwd=tmp_path)
+    assert wrong.returncode == 2 and "Setting 'model.serve' not found." in wrong.stderr
+
+
+@pytest.mark.parametrize("argv", [("model=scripted/stay,scripted/random",), ("+sweep=smoke",)])
+def test_config_shows_one_run_alone(argv: tuple[str, ...], own: Write, tmp_path: Path):
+    done = foundry("config", *argv, cwd=tmp_path)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1

@@ -1,0 +1,82 @@
+"""`foundry check edit=` finds what an edit of one's own does wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from commands import foundry
+from foundry.conformance.edits import CHECKS, EditCase
+from foundry.conformance.finding import Status, examine
+from foundry.conformance.playing import WorldCase
+from foundry.worlds.base import Question
+from foundry.worlds.grid.layouts import Uniform
+from foundry.worlds.grid.world import GridScenario
+from foundry.worlds.probe.editing import Edit, observing
+
+_numbers: Iterator[int] = iter(range(10**6))
+_SIDES = {"left": "right", "right": "left"}
+
+
+def world() -> GridScenario:
+    return GridScenario(
+        name="small", half_size=9, agents=2, steps=2, layout=Uniform(), places=[], communication_distance=20,
+        history={"memory": 3, "messages": 3},
+    )  # fmt: skip
+
+
+def broken(change: Callable[[Question], Question | None], leaves: str = "cause", **said: Any) -> dict[str, str]:
+    """Return the notes of the checks that an edit fails, by their names."""
+    found = examine("edit", CHECKS, EditCase(Edit("own", leaves, change, **said), WorldCase(world)))
+    return {one.check: one.note for one in found if one.status is Status.FAILED}
+
+
+def emptied(question: Question) -> Question:
+    question.observation["neighbours"].clear()
+    return observing(question, neighbours=[1])
+
+
+def mirrored(question: Question) -> Question:
+    return observing(question, x=-question.observation["x"])
+
+
+def test_what_holds_passes():
+    assert broken(lambda question: observing(question, half_size=3)) == {}
+    assert broken(mirrored, "equivariance", expected=lambda one: _SIDES.get(one, one)) == {}
+
+
+@pytest.mark.parametrize(
+    ("change", "check"),
+    [
+        (lambda one: replace(one, step=one.step + 1), "asks the same"),
+        (lambda one: replace(one, agent=7), "asks the same"),
+        (lambda one: replace(one, observation={**one.observation, "more": 1}), "keeps what templates name"),
+        (lambda one: observing(one, x={1, 2}), "keeps what templates name"),
+        (lambda one: replace(one, images=(b"",)), "keeps what templates name"),
+        (emptied, "leaves its input as it is"),
+        (lambda one: observing(one, x=next(_numbers)), "changes the same every time"),
+    ],
+)
+def test_what_is_wrong_is_found(change: Callable[[Question], Question], check: str):
+    assert check in broken(change)
+
+
+@pytest.mark.parametrize("moved", [{"right": "left"}, {"left": "up", "up": "right", "right": "left"}])
+def test_expected_actions_are_held_against_what_is_seen(moved: dict[str, str]):
+    found = broken(mirrored, "equivariance", expected=lambda one: moved.get(one, one))
+    assert set(found) == {"expects one action for each"}
+
+
+def test_an_edit_of_ones_own_is_checked_by_name(tmp_path: Path):
+    (tmp_path / "mine" / "edits").mkdir(parents=True)
+    changing = "def edit(question):\n    question.observation['half_size'] = 3\n    return question\n"
+    own = f"NAME, LEAVES = 'alone', 'cause'\n{changing}"
+    (tmp_path / "mine" / "edits" / "alone.py").write_text(own)
+    done = foundry("check", "edit=alone", "world.agents=2", "world.steps=1", "--config-dir", "mine", cwd=tmp_path)
+    assert done.returncode == 2 and "edit alone" in done.stdout and "leaves its input" in done.stdout
+    done = foundry("check", "edit=alon", "--config-dir", "mine", cwd=tmp_path)
+    assert done.returncode == 2 and "Did you mean 'alone'?" in done.stderr and done.stderr.count("\n") == 1

@@ -1,0 +1,158 @@
+"""What a recorded sweep becomes when more is asked of it: pure, and what it does to `sweep.yaml`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from foundry.errors import InputError, RecordError
+from foundry.expansion import Condition, Sweep, expand
+from foundry.storing.growing import growth
+from foundry.storing.run_files import claimed
+from foundry.storing.store import SweepFolder
+
+
+def condition(name: str = "a", *, seeds: tuple[int, ...] = (0, 1), steps: object = 3, **changes: object) -> Condition:
+    config = {
+        "world": {"name": "w", "steps": steps},
+        "model": {"name": name},
+        "prompt": {"name": "paper"},
+        "sampling_seed": None,
+        "record": {"frames": False},
+        **changes,
+    }
+    return Condition(factors={}, config=config, seeds=seeds)
+
+
+def sweep(*conditions: Condition) -> Sweep:
+    return expand(["-m"], conditions)
+
+
+def refusal(there: Sweep, asked: Sweep) -> str:
+    with pytest.raises(InputError) as told:
+        growth(there, asked)
+    return str(told.value)
+
+
+def test_seeds_and_models_are_added_behind_what_is_there():
+    there = sweep(condition("b"))
+    found = growth(there, sweep(condition("a"), condition("b", seeds=(3, 1))))
+    assert [(one.config["model"]["name"], one.seeds) for one in found.sweep.conditions] == [
+        ("b", (0, 1, 3)),
+        ("a", (0, 1)),
+    ]
+    assert found.sweep.runs[:2] == there.runs and len(found.new) == 3
+    assert [one.condition for one in found.sweep.runs] == [0, 0, 0, 1, 1]
+
+
+def test_runs_that_are_there_keep_the_ids_that_they_were_recorded_with():
+    there = sweep(condition(seeds=(0,)))
+    renamed = replace(there, runs=(replace(there.runs[0], id="an-older-id"),))
+    assert [run.id for run in growth(renamed, sweep(condition(seeds=(5,)))).sweep.runs][:1] == ["an-older-id"]
+    with pytest.raises(RecordError, match="another id"):
+        growth(renamed, there)
+
+
+def test_what_is_there_already_adds_nothing():
+    there = sweep(condition("a"), condition("b"))
+    found = growth(there, sweep(condition("b", seeds=(1,))))
+    assert (found.sweep, found.new, found.notes("s")) == (there, frozenset(), [])
+
+
+def test_how_a_model_is_reached_is_no_difference():
+    near, far = ({"name": "a", "server": {"hosts": hosts}} for hosts in ("near", "far"))
+    assert growth(sweep(condition(model=near)), sweep(condition(model=far))).new == frozenset()
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        (condition(steps=4), "world.steps is 3 in it and 4 here"),
+        (condition(steps=4, seeds=(7,)), "world.steps is 3 in it and 4 here"),
+        (condition("other", steps=4), "settings of world 'w' would differ"),
+        (condition(prompt={"name": "paper", "wording": "new"}), 'prompt.wording is not set in it and "new" here'),
+        (condition(sampling_seed=1), "sampling_seed is null in it and 1 here"),
+        (condition(record={"frames": 5}), "record.frames is false in it and 5 here"),
+        (condition(fork={"run": "r"}), 'would differ: fork.run is not set in it and "r" here'),
+    ],
+)
+def test_a_condition_that_is_set_otherwise_is_refused_with_the_difference(asked: Condition, said: str):
+    assert said in refusal(sweep(condition()), sweep(asked))
+
+
+def test_a_long_difference_is_cut():
+    options = {"name": "w", **{f"option_{number}": number for number in range(9)}}
+    assert "; and 7 more. Ask" in refusal(sweep(condition()), sweep(condition(world=options)))
+
+
+@pytest.mark.parametrize("swept", ["there", "asked"])
+def test_a_setting_of_which_there_are_several_values_may_have_one_more(swept: str):
+    several, one = sweep(condition(steps=3), condition(steps=4)), sweep(condition(steps=3))
+    more = {"there": sweep(condition(steps=5)), "asked": sweep(condition(steps=3), condition(steps=5))}[swept]
+    assert len(growth(several if swept == "there" else one, more).new) == 2
+
+
+def test_several_values_of_one_setting_excuse_no_other():
+    there = sweep(condition(steps=3), condition(steps=4))
+    asked = sweep(condition(world={"name": "w", "steps": 5, "agents": 9}))
+    assert "world.agents is not set in it and 9 here" in refusal(there, asked)
+
+
+def test_worlds_whose_settings_follow_the_seed_grow_by_seeds():
+    there = sweep(*(condition(steps=seed, seeds=(seed,)) for seed in range(3)))
+    assert len(growth(there, sweep(condition(steps=7, seeds=(7,)))).new) == 1
+
+
+def test_the_file_keeps_what_was_asked_and_when(tmp_path: Path):
+    models = [{"name": "a", "digest": "d1", "server_version": None}]
+    SweepFolder.create(tmp_path / "s", sweep(condition()), {"view": None}, models)
+    more = expand(["-m", "model=b"], [condition("b")])
+    SweepFolder.create(tmp_path / "s", more, {"view": 1}, [{"name": "b", "digest": "d2", "server_version": None}])
+    found = SweepFolder.open(tmp_path / "s")
+    assert [(one.overrides, one.runs) for one in found.sweep.history] == [(("-m",), 2), (("-m", "model=b"), 2)]
+    assert all(one.when and one.when.endswith("+00:00") for one in found.sweep.history)
+    assert found.settings == {"view": None}
+    assert [model["digest"] for model in found.models] == ["d1", "d2"]
+
+
+def test_a_file_without_a_history_has_one_entry(tmp_path: Path):
+    SweepFolder.create(tmp_path / "s", sweep(condition()), {}, [])
+    file = tmp_path / "s" / "sweep.yaml"
+    text = file.read_text()
+    start, end = text.index("history:"), text.index("definition:")
+    file.write_text(text[:start] + text[end:])
+    (only,) = SweepFolder.open(tmp_path / "s").sweep.history
+    assert (only.overrides, only.when, only.runs) == (("-m",), None, 2)
+
+
+def test_what_adds_nothing_leaves_the_file_as_it_is(tmp_path: Path):
+    SweepFolder.create(tmp_path / "s", sweep(condition()), {}, [])
+    before = (tmp_path / "s" / "sweep.yaml").stat()
+    SweepFolder.create(tmp_path / "s", sweep(condition(seeds=(1,))), {}, [])
+    assert (tmp_path / "s" / "sweep.yaml").stat().st_ino == before.st_ino
+
+
+def test_two_that_grow_at_once_do_not_lose_what_the_other_adds(tmp_path: Path):
+    SweepFolder.create(tmp_path / "s", sweep(condition()), {}, [])
+    before = (tmp_path / "s" / "sweep.yaml").read_bytes()
+    with claimed(tmp_path / "s" / "locks" / "sweep.lock") as mine, pytest.raises(InputError, match="say it again"):
+        assert mine
+        SweepFolder.create(tmp_path / "s", sweep(condition("b")), {}, [])
+    assert (tmp_path / "s" / "sweep.yaml").read_bytes() == before
+
+
+def test_a_command_that_ends_leaves_the_locks_of_one_by_which_the_sweep_grew_meanwhile(tmp_path: Path):
+    first = SweepFolder.create(tmp_path / "s", sweep(condition(seeds=(0,))), {}, [])
+    first.start_progress()
+    more = SweepFolder.create(tmp_path / "s", sweep(condition(seeds=(1,))), {}, [])
+    for run in first.runs():
+        run.path.mkdir(parents=True)
+        (run.path / "run.json").write_text("{}")
+    (begun,) = more.runs()
+    with begun.claim() as mine:
+        assert mine
+        first.end_progress()
+        with begun.claim() as again:
+            assert not again
