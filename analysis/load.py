@@ -9,7 +9,9 @@ from typing import Any, TypeAlias
 
 import msgspec
 import pandas as pd
+import pyarrow as pa  # type: ignore[import-untyped]
 
+from analysis.arrow import arrow_table
 from analysis.form import FormAnalysis, NoDecisionsError, Records, form_of
 from analysis.lines import COMPLETE, NOT_STARTED, UNFINISHED, read_agents, read_further
 from foundry.records import CameraEpisode, Message, RunSummary
@@ -43,10 +45,21 @@ class Loaded:
     messages: pd.DataFrame
     streams: Mapping[str, pd.DataFrame]
 
+    def to_arrow(self) -> dict[str, pa.Table]:
+        """Return all tables by their names as `pyarrow.Table`, those of `streams` by theirs."""
+        names = ("runs", "steps", "agents", "messages")
+        frames = {**{name: getattr(self, name) for name in names}, **self.streams}
+        return {name: arrow_table(frame) for name, frame in frames.items()}
+
     @property
     def episodes(self) -> pd.DataFrame:
         """One row per run of a 3D world: the stream `episode`."""
         return self.streams.get(CameraEpisode.stream, _frame("", [], CameraEpisode.__struct_fields__))
+
+
+def runs_by_id(sweeps: Sequence[Path]) -> Mapping[str, RunFolder]:
+    """Return the runs of sweeps by id; runs of one id are the same run, so the first stands for all."""
+    return {run.id: run for sweep in reversed(sweeps) for run in SweepFolder.open(sweep).runs()}
 
 
 def folders_of(dirs: Folders) -> list[Path]:

@@ -13,13 +13,23 @@ import pandas as pd
 import pyarrow as pa  # type: ignore[import-untyped]
 
 from analysis import signatures
-from analysis.form import FormAnalysis, form_of
-from analysis.labelling import model_labelling, rule_labelling
+from analysis.figures.members import Member, members, shown_groups
+from analysis.figures.shown import Shown
+from analysis.filtering import Filter
+from analysis.form import FormAnalysis, form_of, forms_of
+from analysis.labelling import Labelling, model_labelling, rule_labelling
+from analysis.labelling.people import write_labellers
 from analysis.lines import COMPLETE
-from analysis.load import Folders, folders_of
+from analysis.load import Folders, folders_of, runs_by_id
 from analysis.measuring.memory import open_memory
 from analysis.measuring.runs import RunResult, Source, measure_runs
 from analysis.measuring.steps_file import open_steps_file
+from analysis.paper.basis import Basis
+from analysis.paper.methods import methods
+from analysis.paper.references import bibtex
+from analysis.paper.summary import summary
+from analysis.planned.holding import Held, held
+from analysis.planned.looking import counted
 from analysis.prose import group_label
 from analysis.retest import retest
 from analysis.signatures import FAILURE_RATE
@@ -27,17 +37,28 @@ from analysis.stats.contrasts import contrasts
 from analysis.stats.family import primary_measures
 from analysis.stats.fingerprint import Fingerprint, fingerprint
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS
+from analysis.stats.plan import DECLARED, EXPLORATORY
 from analysis.stats.values import Group
 from analysis.stats.variance import variance_split
 from analysis.tables import terminal
 from analysis.tables.comparison import Comparison, compare
-from analysis.tables.groups import group_columns
+from analysis.tables.equal_chances import equal_chances, equal_chances_table
+from analysis.tables.groups import group_columns, group_keys
 from analysis.tables.signature_table import SignatureTable, build_table
-from analysis.tables.texts import SUFFIXES, Table, write_table, write_tables
+from analysis.tables.texts import (
+    NUMBERS,
+    Table,
+    escaped,
+    remove_table,
+    write_numbers,
+    write_summary,
+    write_table,
+    write_tables,
+)
 from analysis.validation.table import validation_frame, validation_table
 from foundry.errors import InputError
 from foundry.storing.determinism import inexact, repeats_of
-from foundry.storing.store import RunFolder, SweepFolder, ensure_writable
+from foundry.storing.store import RunFolder, SweepFolder, ensure_writable, is_served
 
 _READABLE = "outcome.readable"
 _READABLE_ENOUGH = 0.95
@@ -58,9 +79,16 @@ class Analysis:
         variance: how much of the variation goes with what, as in `variance.csv`.
         fingerprint: the groups as a whole; its energy tests are in `fingerprint.csv`.
         retest: test-retest consistency, as in `retest.csv`; no rows where nothing was sampled again.
+        equal_chances: outcomes that exclude each other against equal chances, as in `equal_chances.csv`; no rows where
+            no group has such.
         sources: where each signature comes from, as in `sources.csv`; see `analysis.signatures.sources`.
         validation: what is known of the worlds beside what was found, as in `validation.csv`; no rows where nothing is.
         declared: the measures that claims rest on.
+        shown: the groups as tables and plots show them, baselines last.
+        members: the runs with their groups, in the order of `table`.
+        planned: what was declared before the runs, held against them; None where nothing was.
+        filtered: which runs it is of, where it is not of all.
+        served: the models that a server answers for.
     """
 
     path: Path
@@ -73,9 +101,15 @@ class Analysis:
     variance: pd.DataFrame
     fingerprint: Fingerprint
     retest: pd.DataFrame
+    equal_chances: pd.DataFrame
     sources: pd.DataFrame
     validation: pd.DataFrame
     declared: tuple[str, ...]
+    shown: tuple[Shown, ...]
+    members: tuple[Member, ...]
+    planned: Held | None = None
+    filtered: str = ""
+    served: frozenset[str] = frozenset()
 
     @property
     def runs(self) -> pd.DataFrame:
@@ -87,6 +121,11 @@ class Analysis:
         """One row per measure and group, as in `comparison.csv`."""
         return self.compared.frame
 
+    @property
+    def summary(self) -> tuple[str, ...]:
+        """What was found, in at most six sentences."""
+        return summary(self.contrasts, self.compared, planned=self.planned is not None, filtered=self.filtered)
+
     def headlines(self, width: int, *, brief: bool = False) -> list[Table]:
         """Return the short tables for a terminal: means of groups, then the declared differences.
 
@@ -94,9 +133,10 @@ class Analysis:
             width: columns of the terminal.
             brief: whether to show the declared measures alone, and fewer columns.
         """
-        means = terminal.means(self.compared, self.declared, width, brief=brief)
+        means = terminal.means(self.compared, self.declared, width, brief=brief, served=self.served)
         known = terminal.in_blocks(validation_table(self.validation), width) if len(self.validation) else []
-        return [*known, *means, *terminal.differences(self.contrasts, width, brief=brief)]
+        chances = terminal.in_blocks(equal_chances_table(self.equal_chances), width) if len(self.equal_chances) else []
+        return [*known, *means, *chances, *terminal.differences(self.contrasts, width, brief=brief, served=self.served)]
 
 
 def analyze(
@@ -106,6 +146,8 @@ def analyze(
     labelled_by_model: bool = False,
     family: Sequence[str] | None = None,
     margins: Mapping[str, float] | None = None,
+    only: Sequence[str] = (),
+    without: Sequence[str] = (),
     watch: Callable[[int, int], None] | None = None,
 ) -> Analysis:
     """Compute all signatures, compare the groups, draw the plots, write everything.
@@ -120,23 +162,40 @@ def analyze(
         labelled_by_model: whether warnings are what a model labelled (`foundry label`), and not what the rule says.
         family: measures that claims rest on, declared before the runs; by default one a signature.
         margins: by measure, the difference below which groups count as the same; declared before the runs.
+        only: runs that are taken, as KEY=VALUE[,VALUE...], such as `model=a,b` or `seed=0-9`; see
+            `analysis.filtering.Filter`. Every table then says so.
+        without: runs that are left out, in the same way.
         watch: told how many runs of how many are measured.
 
     Raises:
         InputError: a folder is no sweep's, or is given twice, or has no labels by a model; a measure of the family
-            or of a margin does not exist.
+            or of a margin does not exist, or what a filter names; or no run is left by it.
         RecordError: a recorded file is damaged.
     """
     paths = folders_of(dirs)
     sweeps = _open(paths)
     folder = sweeps[0].analysis_dir
-    sources = _sources(sweeps, _sweep_names(paths), labelled_by_model)
+    sources = sources_of(sweeps, _sweep_names(paths), labelled_by_model)
+    chosen = Filter.of(only, without)
+    chosen.check([one for source in sources for one in SweepFolder.open(source.path).sweep.conditions])
     ensure_writable(folder)
-    results = _measure_and_write_steps(sources, folder, watch)
+    measured = _measure_and_write_steps(sources, folder, chosen, watch)
+    results = chosen.taken(measured)
+    chosen.write(folder, len(results), len(measured))
+    filtered = f"{chosen}: {len(results)} of {len(measured)} runs" if chosen else ""
+    models = tuple(dict.fromkeys(result.keys["model"] for result in measured if not result.baseline))
+    del measured  # the table holds all measures from here on
     table = build_table(results)
     results = [result.without_measures() for result in results]
-    found = _found(folder, sources, table, results, family=family, margins=margins)
-    written = [folder / "steps.parquet", *_write_tables(found), *(_plot(folder, found.compared) if plots else ())]
+    found = _found(folder, sources, table, results, models=models, family=family, margins=margins, filtered=filtered)
+    written = [
+        folder / "steps.parquet",
+        *_write_tables(found),
+        write_summary(found.path, found.summary),
+        *_write_methods(found, sources),
+        *write_labellers(sweeps[0]),
+        *(_plot(folder, found.compared) if plots else ()),
+    ]
     return replace(found, written=tuple(written))
 
 
@@ -146,22 +205,35 @@ def _found(
     table: SignatureTable,
     results: Sequence[RunResult],
     *,
+    models: tuple[str, ...],
     family: Sequence[str] | None,
     margins: Mapping[str, float] | None,
+    filtered: str,
 ) -> Analysis:
-    """Return what the table of the runs tells, before anything of it is written."""
+    """Return what the table of the runs tells, before any table is written; that it was looked at is kept."""
     groups = group_columns(results, table)
-    compared = compare(table, groups)
-    repeating = inexact(one for source in sources for one in repeats_of(SweepFolder.open(source.path)))
-    differences = contrasts(table, groups, family=family, margins=margins, repeating=repeating)
+    compared = replace(compare(table, groups), models=models)
+    repeats = (one for source in sources for one in repeats_of(SweepFolder.open(source.path)))
+    repeating = inexact(one for one in repeats if one.of in set(table.frame["model"]))
+    planned = held(SweepFolder.open(sources[0].path), table, groups, asked=bool(family or margins))
+    differences = counted(
+        contrasts(
+            table, groups, family=family, margins=margins, repeating=repeating, plan=planned.plan if planned else None
+        ),
+        sources[0].path,
+    )
     forms = [form_of(name) for name in dict.fromkeys(result.form for result in results)]
+    shown = tuple(shown_groups(compared))
     return Analysis(
         path=folder,
         compared=compared,
         notes=(
+            *([f"a part of the runs alone, {filtered}"] if filtered else ()),
+            *(planned.notes() if planned else ()),
             *_notes(table, compared),
             *_unread(compared, _forms_by_group(results, groups)),
             *_reach(differences),
+            *_looks(differences),
             *_of_forms(forms, table, sources),
             *_without_decisions(table),
             *(f"{said}: differences as small as that makes may be the server's own" for said in repeating.values()),
@@ -172,10 +244,16 @@ def _found(
         contrasts=differences,
         variance=variance_split(table, groups),
         fingerprint=fingerprint(table, groups),
-        retest=retest([source.path for source in sources if not source.baseline]),
+        retest=retest([one.path for one in sources if not one.baseline], set(table.frame["run"])),
+        equal_chances=equal_chances(compared),
         sources=pd.DataFrame(signatures.sources(forms)),
         validation=validation_frame(results, groups, compared),
-        declared=tuple(family or primary_measures(table.measures)),
+        declared=planned.plan.family if planned else tuple(family or primary_measures(table.measures)),
+        shown=shown,
+        members=tuple(members(table.frame, groups, shown, runs_by_id([one.path for one in sources]))),
+        planned=planned,
+        filtered=filtered,
+        served=frozenset(result.keys["model"] for result in results if is_served(result.config["model"])),
     )
 
 
@@ -189,7 +267,7 @@ def _open(paths: Sequence[Path]) -> list[SweepFolder]:
     return [SweepFolder.open(path) for path in paths]
 
 
-def _sources(sweeps: Sequence[SweepFolder], names: Sequence[str], labelled_by_model: bool) -> list[Source]:
+def sources_of(sweeps: Sequence[SweepFolder], names: Sequence[str], labelled_by_model: bool) -> list[Source]:
     """Return the sweeps and the baselines beside them."""
     found = [model_labelling(sweep) if labelled_by_model else rule_labelling() for sweep in sweeps]
     own = [Source(one.path, name, labelling=said) for one, name, said in zip(sweeps, names, found, strict=True)]
@@ -210,7 +288,7 @@ def _sweep_names(paths: Sequence[Path]) -> list[str]:
 
 
 def _measure_and_write_steps(
-    sources: Sequence[Source], folder: Path, watch: Callable[[int, int], None] | None
+    sources: Sequence[Source], folder: Path, chosen: Filter, watch: Callable[[int, int], None] | None
 ) -> list[RunResult]:
     runs = [run for source in sources for run in SweepFolder.open(source.path).runs()]
     by_sweep = len({source.name for source in sources}) > 1
@@ -220,7 +298,7 @@ def _measure_and_write_steps(
         open_steps_file(folder / "steps.parquet", _schemas(runs), by_sweep=by_sweep) as file,
     ):
         for result in measure_runs(sources, memory):
-            if result.steps is not None:
+            if result.steps is not None and chosen.takes(result):
                 file.add(result.sweep, result.steps)
             results.append(result.without_steps())
             if watch is not None:
@@ -229,33 +307,52 @@ def _measure_and_write_steps(
 
 
 def _write_tables(found: Analysis) -> list[Path]:
-    parquet = found.path / "signatures.parquet"
-    found.runs.to_parquet(parquet, index=False)
     frames = {
         "signatures": found.runs,
         "sources": found.sources,
         "variance": found.variance,
         "fingerprint": found.fingerprint.energy,
         "retest": found.retest,
+        "equal_chances": found.equal_chances,
     }
-    written = [parquet, *write_tables(found.path, found.compared, found.contrasts), *_write_validation(found)]
+    written = [*write_tables(found.path, found.compared, found.contrasts, found.filtered), *_write_validation(found)]
     for name, frame in frames.items():
-        path = found.path / f"{name}.csv"
+        stem = found.path / name
         if len(frame):
-            frame.to_csv(path, index=False, lineterminator="\n")
-            written.append(path)
+            written += write_numbers(stem, frame, "" if name == "sources" else found.filtered)
         else:
-            path.unlink(missing_ok=True)
+            remove_table(stem, NUMBERS)
     return written
+
+
+def basis_of(found: Analysis, labelled_by: Sequence[Labelling]) -> Basis:
+    """Return what methods and references of an analysis are made of."""
+    return Basis(
+        members=found.members,
+        forms=forms_of(one.folder for one in found.members),
+        labelled_by=labelled_by,
+        comparison=found.comparison,
+        contrasts=found.contrasts,
+        fingerprint=found.fingerprint,
+        planned=found.planned,
+        filtered=found.filtered,
+    )
+
+
+def _write_methods(found: Analysis, sources: Sequence[Source]) -> list[Path]:
+    basis = basis_of(found, [source.labelling for source in sources])
+    texts = {"methods.md": "\n\n".join(map(escaped, methods(basis))) + "\n", "references.bib": bibtex(basis)}
+    for name, text in texts.items():
+        (found.path / name).write_text(text, encoding="utf-8", newline="\n")
+    return [found.path / name for name in texts]
 
 
 def _write_validation(found: Analysis) -> list[Path]:
     """Write what is known of the worlds beside what was found; where nothing is, no such table is left."""
     table = validation_table(found.validation)
     if len(found.validation):
-        return write_table(found.path, table, found.validation)
-    for suffix in SUFFIXES:
-        (found.path / f"{table.name}{suffix}").unlink(missing_ok=True)
+        return write_table(found.path, table, found.validation, found.filtered)
+    remove_table(found.path / table.name)
     return []
 
 
@@ -277,8 +374,7 @@ def _notes(table: SignatureTable, compared: Comparison) -> list[str]:
 
 
 def _forms_by_group(results: Sequence[RunResult], groups: pd.DataFrame) -> dict[Group, FormAnalysis]:
-    keys = groups.astype(str).itertuples(index=False, name=None)
-    return {key: form_of(result.form) for key, result in zip(keys, results, strict=True)}
+    return {key: form_of(result.form) for key, result in zip(group_keys(groups), results, strict=True)}
 
 
 def _unread(compared: Comparison, forms: Mapping[Group, FormAnalysis]) -> list[str]:
@@ -302,11 +398,21 @@ def _of_forms(forms: Sequence[FormAnalysis], table: SignatureTable, sources: Seq
 def _reach(differences: pd.DataFrame) -> list[str]:
     """Say where there are too few seeds for so many tests."""
     tested = differences[differences["headline"].astype(bool) & differences["p"].notna()]
-    notes = tested["note"].astype(str).str.extract(r"(no p can reach [^;]*)")[0].dropna()
+    notes = tested["out_of_reach"][tested["out_of_reach"] != ""]
     if notes.empty:
         return []
     which = "" if len(notes) == len(tested) else f"in {len(notes)} of {len(tested)} tests "
-    return [f"{which}{notes.iloc[0]}: run more seeds, or declare fewer measures with --family"]
+    declared = (tested["claim"] == DECLARED).any()
+    advice = "a later look may" if declared else "run more seeds, or declare fewer measures with --family"
+    return [f"{which}{notes.iloc[0]}: {advice}"]
+
+
+def _looks(differences: pd.DataFrame) -> list[str]:
+    """Say how often growing data were tested of which nothing was declared."""
+    rows = differences[differences["headline"].astype(bool) & (differences["claim"] == EXPLORATORY)]
+    said = rows.sort_values("look")["note"].astype(str).str.extract(r"((?:\w+ look|look \d+), none declared[^;]*)")
+    found = said[0].dropna()
+    return [f"{found.iloc[-1]}; foundry preregister declares looks before the runs"] if len(found) else []
 
 
 def _without_decisions(table: SignatureTable) -> list[str]:

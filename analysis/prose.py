@@ -14,3 +14,8 @@ def joined(names: Iterable[str]) -> str:
 def group_label(group: Sequence[str]) -> str:
     """Return the name of a group for people."""
     return " / ".join(group)
+
+
+def percent(share: float) -> str:
+    """Return a share as a percentage; what is not nought never looks like it."""
+    return "<0.1 %" if 0 < share < 0.001 else f"{100 * share:.3g} %"

@@ -15,7 +15,7 @@ _MOST_CHOICES = 9
 """The kinds of choice of the form that has the most."""
 
 MEASURES = {
-    "persistence": share("Same action again (share)"),
+    "persistence": share("Same action again (share)", says="does the same again {more|less} often"),
     "repeats_beyond_chance": Measure(
         "Same action again, beyond chance (difference)", -1, 1, Null(0, "draws its actions one by one")
     ),

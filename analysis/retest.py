@@ -12,7 +12,7 @@ import hashlib
 import json
 import math
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 import msgspec
@@ -27,7 +27,7 @@ from analysis.load import Folders, folders_of, further_factors, identity, measur
 from foundry.storing.store import RunFolder, SweepFolder, without_servers
 
 
-def retest(paths: Folders) -> pd.DataFrame:
+def retest(paths: Folders, runs: Collection[str] | None = None) -> pd.DataFrame:
     """Return how consistent models are over runs that differ in `sampling_seed` alone.
 
     One row per condition, seed and kind of call (`action` and `message` in 2D worlds, `move` in 3D ones); the first
@@ -45,10 +45,12 @@ def retest(paths: Folders) -> pd.DataFrame:
 
     Args:
         paths: the folder of a sweep, or those of several.
+        runs: ids of the runs that are taken; None for all.
 
     Source: Fleiss 1971.
     """
-    folders = [folder for path in folders_of(paths) for folder in SweepFolder.open(path).runs()]
+    opened = (folder for path in folders_of(paths) for folder in SweepFolder.open(path).runs())
+    folders = [folder for folder in opened if runs is None or folder.id in runs]
     groups: dict[str, list[RunFolder]] = defaultdict(list)
     for folder in folders:
         groups[_group_of(folder)].append(folder)

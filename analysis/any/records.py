@@ -20,7 +20,14 @@ from foundry.storing.store import RunFolder
 _Whole: TypeAlias = Annotated[int, msgspec.Meta(ge=-(1 << 62), le=1 << 62)]
 """Whole numbers that an array holds."""
 
-_TYPES: Mapping[str, Any] = {"integer": _Whole, "number": float, "text": str, "flag": bool, "label": str}
+_TYPES: Mapping[str, Any] = {
+    "integer": _Whole,
+    "id": _Whole,
+    "number": float,
+    "text": str,
+    "flag": bool,
+    "label": str,
+}
 _COMMON_TYPES: Mapping[str, Any] = {
     "step": Annotated[int, msgspec.Meta(ge=1, lt=1 << 31)],
     "agent": Annotated[int, msgspec.Meta(ge=0, lt=MOST_AGENTS)],

@@ -7,7 +7,7 @@ import pyarrow as pa  # type: ignore[import-untyped]
 from analysis.measuring.steps_file import NUMBER, SAID
 from foundry.declared import Declared
 
-_TYPES = {"integer": pa.int64(), "number": pa.float64(), "flag": pa.bool_(), "label": pa.string()}
+_TYPES = {"integer": pa.int64(), "id": pa.int64(), "number": pa.float64(), "flag": pa.bool_(), "label": pa.string()}
 _COMMON = {
     "step": pa.int32(),
     "agent": pa.int32(),

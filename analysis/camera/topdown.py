@@ -12,6 +12,7 @@ from analysis.arrays import FloatArray
 from analysis.plots import style
 from analysis.plots.figures import new_figure
 from analysis.plots.labels import wrapped
+from foundry.palette import COLOURS
 
 _HOLLOW: Any = {"linestyle": "", "markeredgecolor": "black", "markerfacecolor": "none", "zorder": 6}
 """Marks through which the ends of ways can be seen."""
@@ -64,7 +65,7 @@ def draw_topdown(ax: Axes, found: TopDown) -> Axes:
     if len(found.shortest):
         ax.plot(*found.shortest.T, color=style.DARK, linestyle=":", linewidth=1, label="shortest way", zorder=1.5)
         goal = found.shortest[-1]
-        ax.add_patch(Circle((goal[0], goal[1]), found.radius, color=style.PALETTE[4], alpha=0.25, linewidth=0))
+        ax.add_patch(Circle((goal[0], goal[1]), found.radius, color=COLOURS[4], alpha=0.25, linewidth=0))
         ax.plot(*goal, marker="*", markersize=12, label="goal", **_HOLLOW)
     ax.plot(*found.start, marker="s", markersize=9, label="start", **_HOLLOW)
     for path in found.paths:

@@ -14,7 +14,8 @@ from analysis.figures.shown import Shown
 from analysis.plots.fingerprints import FingerprintMap, Merge
 from analysis.plots.forest import Pair
 from analysis.plots.ledger import LedgerRow
-from analysis.plots.panel import GroupValues
+from analysis.plots.panel import GroupValues, Scale
+from analysis.signatures import describe
 from analysis.tables.comparison import Comparison
 
 if TYPE_CHECKING:
@@ -42,6 +43,25 @@ def _ledger_row(shown: Shown, mine: Sequence[Member]) -> LedgerRow:
 def group_values(comparison: Comparison, groups: Sequence[Shown], measure: str) -> list[GroupValues]:
     """Return the results of one measure by group, without the groups that do not have it."""
     return [_values(comparison, shown, measure) for shown in groups if (measure, shown.group) in comparison.estimates]
+
+
+def scale_of(measure: str, validation: pd.DataFrame | None = None) -> Scale:
+    """Return what the values of a measure are seen against.
+
+    Args:
+        measure: the measure.
+        validation: what is known of the worlds, as in `validation.csv`: where all of them agree, means of the policy
+            that looks at nothing and of the best one.
+    """
+    known = describe(measure)
+    rows = None if validation is None else validation[validation["measure"] == measure]
+    random, best = (math.nan if rows is None else _agreed(rows[name]) for name in ("random", "best"))
+    return Scale(known.low, known.high, random if known.null is None else known.null.value, best)
+
+
+def _agreed(values: pd.Series[float]) -> float:
+    """Return the one value that all rows have, or NaN."""
+    return float(values.iloc[0]) if values.nunique(dropna=False) == 1 else math.nan
 
 
 def _values(comparison: Comparison, shown: Shown, measure: str) -> GroupValues:

@@ -9,7 +9,11 @@ import pandas as pd
 
 from analysis.figures.shown import Shown
 from analysis.lines import COMPLETE, FAILED
+from analysis.stats.factors import MODEL
+from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
+from analysis.tables.groups import group_keys
+from foundry.palette import LOOKS
 from foundry.records import Outcome, RunSummary
 from foundry.storing.store import RunFolder
 
@@ -60,19 +64,29 @@ def members(
         folders: the folders of the runs by id.
     """
     known = {one.group: one for one in shown}
-    keys = groups.astype(str).itertuples(index=False, name=None)
     columns = (runs[name].tolist() for name in ("run", "seed", "status"))
     return [
         Member(folders[run], known[key], int(seed), str(status), folders[run].summary())
-        for key, run, seed, status in zip(keys, *columns, strict=True)
+        for key, run, seed, status in zip(group_keys(groups), *columns, strict=True)
     ]
 
 
 def shown_groups(comparison: Comparison) -> list[Shown]:
-    """Return the groups in the order of their first run, baselines last."""
+    """Return the groups in the order of their models' first runs, baselines last; a model looks the same everywhere."""
+    at = comparison.group_columns.index(MODEL)
     own = [group for group in comparison.groups if group not in comparison.baselines]
     others = [group for group in comparison.groups if group in comparison.baselines]
+    return [*_looks(own, at, comparison.models, baseline=False), *_looks(others, at, (), baseline=True)]
+
+
+def _looks(groups: Sequence[Group], at: int, order: Sequence[str], *, baseline: bool) -> list[Shown]:
+    """Return groups with their looks, those of one model together; several groups of a single model look apart."""
+    models = list(dict.fromkeys(group[at] for group in groups))
+    if len(models) == 1 < len(groups):
+        return [Shown(group, index, baseline) for index, group in enumerate(groups)]
+    places = {model: place for place, model in enumerate(dict.fromkeys((*order, *models)))}
     return [
-        *(Shown(group, index, False) for index, group in enumerate(own)),
-        *(Shown(group, index, True) for index, group in enumerate(others)),
+        Shown(group, places[model] + turn * LOOKS, baseline)
+        for model in models
+        for turn, group in enumerate(one for one in groups if one[at] == model)
     ]

@@ -14,7 +14,8 @@ class Shown:
 
     Attributes:
         group: the values of the columns that tell groups apart.
-        index: place among the groups of its kind, baselines or not, which decides its looks.
+        index: of its looks: the place of its model among those of its kind, baselines or not, and from `palette.LOOKS`
+            on that of a further group of the model.
         baseline: whether it is there to be compared with only.
     """
 

@@ -22,12 +22,14 @@ class Picture:
         title: a few words.
         caption: what it shows, and how to read it.
         draw: draws it.
+        says: its numbers in words, for those who do not see it.
     """
 
     name: str
     title: str
     caption: str
     draw: Callable[[], Figure]
+    says: str = ""
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,14 @@ def draw(picture: Picture) -> Drawn:
         figure = picture.draw()
         settle(figure)
         return Drawn(picture, png_bytes(figure), svg_text(figure, picture.name))
+
+
+def draw_svg(picture: Picture) -> str:
+    """Draw a picture that stands on a page alone."""
+    with styled():
+        figure = picture.draw()
+        settle(figure)
+        return svg_text(figure, picture.name)
 
 
 def write(drawn: Drawn, folder: Path) -> list[Path]:

@@ -14,17 +14,19 @@ from analysis.plots.fingerprints import FingerprintMap, draw_dendrogram, draw_fi
 from analysis.plots.forest import Pair, draw_forest, forest_height
 from analysis.plots.labels import LINE_IN, keys, lines, wrapped
 from analysis.plots.ledger import LedgerRow, draw_ledger, ledger_height
-from analysis.plots.panel import GroupValues, draw_panel, panel_height
+from analysis.plots.matrix import Estimated, draw_matrix
+from analysis.plots.panel import GroupValues, Scale, draw_panel, panel_height
 from analysis.plots.slopes import draw_slopes
 
 _KEY_WIDTH = 46
+_DIFFERENCES = "Differences"
 _HEAT_IN = 1.6
 """Width that is left for a heatmap beside the names of its rows."""
 
 
-def new_figure(height: float) -> Figure:
-    """Return an empty figure one column wide; height in inches."""
-    return Figure(figsize=(style.WIDTH_IN, height), dpi=style.DPI, layout="constrained", facecolor="white")
+def new_figure(height: float, width: float = style.WIDTH_IN) -> Figure:
+    """Return an empty figure, by default one column wide; lengths in inches."""
+    return Figure(figsize=(width, height), dpi=style.DPI, layout="constrained", facecolor="white")
 
 
 def stacked(heights: Sequence[float]) -> tuple[Figure, list[Axes]]:
@@ -41,19 +43,49 @@ def ledger_figure(rows: Sequence[LedgerRow]) -> Figure:
     return figure
 
 
-def means_figure(contents: Sequence[tuple[str, Sequence[GroupValues]]]) -> Figure:
-    """Return a panel of means for each measure: its title and its groups."""
-    figure, panels = stacked([panel_height([group.label for group in groups], title) for title, groups in contents])
-    for ax, (title, groups) in zip(panels, contents, strict=True):
-        draw_panel(ax, groups, title)
+def means_figure(contents: Sequence[tuple[str, Sequence[GroupValues], Scale]]) -> Figure:
+    """Return a panel of means for each measure: its title, its groups, and what they are seen against."""
+    figure, panels = stacked([panel_height([group.label for group in groups], title) for title, groups, _ in contents])
+    for ax, (title, groups, scale) in zip(panels, contents, strict=True):
+        draw_panel(ax, groups, title, scale)
     return figure
 
 
-def slopes_figure(contents: Sequence[tuple[str, Sequence[GroupValues]]]) -> Figure:
-    """Return a panel of lines by seed for each measure."""
-    figure, panels = stacked([panel_height([group.label for group in groups], title) for title, groups in contents])
-    for ax, (title, groups) in zip(panels, contents, strict=True):
-        draw_slopes(ax, groups, title)
+def finding_figure(
+    title: str, groups: Sequence[GroupValues], scale: Scale, pairs: Sequence[Pair], names: Mapping[str, str]
+) -> Figure:
+    """Return what was found of one measure: its means, and beside them the paired differences, if any.
+
+    Names of single models stand behind the letters that the differences name them by; what other letters stand for
+    is said below.
+    """
+    groups = [replace(group, label=_with_letter(group.label, names)) for group in groups]
+    key = _key({name: short for name, short in names.items() if _with_letter(name, names) not in _labels(groups)})
+    height = max(panel_height(_labels(groups), title), forest_height(pairs, _DIFFERENCES) if pairs else 0)
+    figure = new_figure(height + LINE_IN * len(key), style.WIDE_IN if pairs else style.WIDTH_IN)
+    panels = figure.subplots(1, 2 if pairs else 1, squeeze=False, width_ratios=[1.25, 1] if pairs else None)[0]
+    draw_panel(panels[0], groups, title, scale)
+    if pairs:
+        draw_forest(panels[1], pairs, _DIFFERENCES)
+    if key:
+        _write_below(figure, key)
+    return figure
+
+
+def _labels(groups: Sequence[GroupValues]) -> list[str]:
+    return [group.label for group in groups]
+
+
+def _with_letter(label: str, names: Mapping[str, str]) -> str:
+    short = names.get(label, label)
+    return label if short == label else f"{short} {label}"
+
+
+def slopes_figure(contents: Sequence[tuple[str, Sequence[GroupValues], Scale]]) -> Figure:
+    """Return a panel of lines by seed for each measure: its title, its groups, and what they are seen against."""
+    figure, panels = stacked([panel_height([group.label for group in groups], title) for title, groups, _ in contents])
+    for ax, (title, groups, scale) in zip(panels, contents, strict=True):
+        draw_slopes(ax, groups, title, scale)
     return figure
 
 
@@ -67,6 +99,16 @@ def forest_figure(contents: Sequence[tuple[str, Sequence[Pair]]], names: Mapping
         draw_forest(ax, pairs, title)
     if key:
         _write_below(figure, key)
+    return figure
+
+
+def matrix_figure(names: Sequence[str], cells: Mapping[tuple[int, int], Estimated]) -> Figure:
+    """Return a square of models with what is estimated of every two, and what the short names of columns stand for."""
+    short = keys(names)
+    key = _key(short)
+    figure = new_figure(0.5 + 0.42 * len(names) + LINE_IN * len(key))
+    draw_matrix(figure.subplots(), [short[name] for name in names], cells)
+    _write_below(figure, key)
     return figure
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from analysis.plots import style
 from analysis.plots.labels import title_height, title_width, wrapped
 from analysis.plots.panel import set_limits, write_undefined
+from foundry.palette import BASELINE, COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,16 +56,23 @@ def draw_forest(ax: Axes, pairs: Sequence[Pair], title: str) -> Axes:
         pairs: results of one measure.
         title: what the measure is called.
     """
-    if any(not math.isnan(pair.difference) for pair in pairs):
-        ax.axvline(0, color="#999999", linewidth=0.8, zorder=1)
-    for row, pair in enumerate(pairs):
-        _draw_pair(ax, pair, -row)
+    draw_pairs(ax, pairs, [f"n={pair.pairs} {pair.mark}".strip() for pair in pairs])
     ax.set_title(wrapped(title, title_width(pair.label for pair in pairs)))
+    return ax
+
+
+def draw_pairs(ax: Axes, pairs: Sequence[Pair], texts: Sequence[str], ticks: int = 4) -> None:
+    """Draw the pairs below one another, each with its label on the left and a text on the right."""
+    found = [pair for pair in pairs if not math.isnan(pair.difference)]
+    if found:
+        ax.axvline(0, color="#999999", linewidth=0.8, zorder=1)
+    for row, (pair, text) in enumerate(zip(pairs, texts, strict=True)):
+        ax.text(1.02, -row, text, transform=ax.get_yaxis_transform(), va="center", size=7, color=style.DARK)
+        _draw_pair(ax, pair, -row)
     ax.set_yticks([-row for row in range(len(pairs))], [pair.label for pair in pairs])
     ax.set_ylim(-len(pairs) + 0.4, 0.6)
-    found = [pair for pair in pairs if not math.isnan(pair.difference)]
-    set_limits(ax, (value for pair in found for value in (0.0, pair.difference, pair.low, pair.high)))
-    return ax
+    values = (value for pair in found for value in (0.0, pair.difference, pair.low, pair.high))
+    set_limits(ax, values, ticks=ticks)
 
 
 def forest_height(pairs: Sequence[Pair], title: str) -> float:
@@ -73,12 +81,10 @@ def forest_height(pairs: Sequence[Pair], title: str) -> float:
 
 
 def _draw_pair(ax: Axes, pair: Pair, row: int) -> None:
-    text = f"n={pair.pairs} {pair.mark}".strip()
-    ax.text(1.02, row, text, transform=ax.get_yaxis_transform(), va="center", size=7, color=style.DARK)
     if math.isnan(pair.difference):
         write_undefined(ax, row)
         return
-    colour = style.PALETTE[0] if pair.tested else style.BASELINE
+    colour = COLOURS[0] if pair.tested else BASELINE
     if not math.isnan(pair.low):
         ax.plot([pair.low, pair.high], [row, row], color=colour, linewidth=1.4, solid_capstyle="butt")
     face = colour if pair.significant else "white"

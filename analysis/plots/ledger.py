@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 from analysis.plots import style
 from analysis.plots.labels import LINE_IN, lines, wrapped
+from analysis.prose import percent
+from foundry.palette import BASELINE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,7 +56,7 @@ def draw_ledger(ax: Axes, rows: Sequence[LedgerRow]) -> Axes:
     ax.text(1.02, 0.65, "unread-\nable", transform=ax.get_yaxis_transform(), va="bottom", size=7, color=style.DARK)
     ax.set_yticks(places, [wrapped(row.label) for row in rows])
     for tick, row in zip(ax.get_yticklabels(), rows, strict=True):
-        tick.set_color(style.BASELINE if row.baseline else style.DARK)
+        tick.set_color(BASELINE if row.baseline else style.DARK)
     ax.set_ylim(-len(rows) + 0.4, 0.6)
     ax.locator_params(axis="x", integer=True, nbins=6)
     ax.set_xlabel("Runs")
@@ -65,8 +67,3 @@ def draw_ledger(ax: Axes, rows: Sequence[LedgerRow]) -> Axes:
 def ledger_height(rows: Sequence[LedgerRow]) -> float:
     """Return the height of the picture, inches."""
     return 0.95 + len(rows) * max(0.26, max(lines(row.label) for row in rows) * LINE_IN + 0.04)
-
-
-def percent(share: float) -> str:
-    """Return a share as a percentage; what is not nought never looks like it."""
-    return "<0.1 %" if 0 < share < 0.001 else f"{100 * share:.3g} %"

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from colorsys import hsv_to_rgb
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap, to_hex
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
@@ -18,12 +17,11 @@ from analysis.arrays import FloatArray
 from analysis.plots import style
 from analysis.plots.figures import new_figure, stacked
 from analysis.plots.labels import LINE_IN, wrapped
+from analysis.plots.panel import ANY, Scale, set_limits
+from foundry.palette import label_colour
 
-_LINES = ("-", "--", "-.", ":")
 _KEY_WIDTH = 40
 NUMBERS = "Blues"
-TURN = 0.381966
-"""Of the circle of hues, from one label to the next: the golden angle, which repeats none."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +36,7 @@ class Curve:
         runs: how many runs it is the mean of.
         index: place among all groups, which decides the colour.
         baseline: whether the group is there to be compared with only.
+        at: what it is over, (T,); None: the rounds 1 to T.
     """
 
     label: str
@@ -47,6 +46,7 @@ class Curve:
     runs: int
     index: int = 0
     baseline: bool = False
+    at: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -66,8 +66,14 @@ class Lanes:
     labels: tuple[str, ...]
 
 
-def curves_figure(panels: Sequence[tuple[str, Sequence[Curve]]]) -> Figure:
-    """Return a panel of lines for each title, the groups named below the last."""
+def curves_figure(panels: Sequence[tuple[str, Sequence[Curve]]], scale: Scale = ANY, across: str = "Round") -> Figure:
+    """Return a panel of lines for each title, the groups named below the last.
+
+    Args:
+        panels: titles with their lines.
+        scale: between which values all lie.
+        across: what they are over.
+    """
     key = sum(wrapped(_named(curve), _KEY_WIDTH).count("\n") + 1 for curve in panels[-1][1])
     figure, axes = stacked([1.6] * (len(panels) - 1) + [1.8 + LINE_IN * 1.2 * key])
     for ax, (title, curves) in zip(axes, panels, strict=True):
@@ -76,18 +82,16 @@ def curves_figure(panels: Sequence[tuple[str, Sequence[Curve]]]) -> Figure:
         ax.set_title(title)
         ax.grid(True, axis="both")
         _count_rounds(ax)
-    axes[-1].set_xlabel("Round")
+        shown = (value for curve in curves for part in (curve.mean, curve.low, curve.high) for value in part)
+        set_limits(ax, shown, scale, upwards=True)
+    axes[-1].set_xlabel(across)
     axes[-1].legend(loc="upper left", bbox_to_anchor=(-0.02, -0.3), borderaxespad=0, handlelength=2.2)
     return figure
 
 
 def _draw_curve(ax: Axes, curve: Curve) -> None:
-    rounds = np.arange(1, len(curve.mean) + 1)
-    look: Any = {
-        "color": style.colour(curve.index, baseline=curve.baseline),
-        "linestyle": _LINES[curve.index % len(_LINES)],
-        "zorder": 1.9 if curve.baseline else 2,
-    }
+    rounds = np.arange(1, len(curve.mean) + 1) if curve.at is None else curve.at
+    look = style.line(curve.index, baseline=curve.baseline)
     ax.plot(rounds, curve.mean, linewidth=1.2, label=wrapped(_named(curve), _KEY_WIDTH), **look)
     ax.fill_between(rounds, curve.low, curve.high, color=look["color"], alpha=0.15, linewidth=0)
 
@@ -108,7 +112,7 @@ def lanes_figure(lanes: Sequence[Lanes]) -> Figure:
         image = _draw_lanes(ax, one, most)
     axes[-1].set_xlabel("Round")
     if labels:
-        patches = [Patch(color=colour_of(place), label=label) for place, label in enumerate(labels)]
+        patches = [Patch(color=label_colour(place), label=label) for place, label in enumerate(labels)]
         figure.legend(handles=patches, loc="outside lower center", ncols=3)
     elif lanes:
         figure.colorbar(image, ax=list(axes), orientation="horizontal", aspect=40, pad=0.02)
@@ -117,7 +121,7 @@ def lanes_figure(lanes: Sequence[Lanes]) -> Figure:
 
 def _draw_lanes(ax: Axes, one: Lanes, most: float) -> Any:
     agents, rounds = one.values.shape
-    colours: Any = ListedColormap([colour_of(place) for place in range(len(one.labels))]) if one.labels else NUMBERS
+    colours: Any = ListedColormap([label_colour(place) for place in range(len(one.labels))]) if one.labels else NUMBERS
     top = max(len(one.labels) - 0.5, 0.5) if one.labels else most or 1.0
     image = ax.imshow(
         np.ma.masked_invalid(one.values),
@@ -137,10 +141,3 @@ def _draw_lanes(ax: Axes, one: Lanes, most: float) -> Any:
 
 def _count_rounds(ax: Axes) -> None:
     ax.xaxis.set_major_locator(MaxNLocator(6, integer=True))
-
-
-def colour_of(place: int) -> str:
-    """Return the colour of the label at this place: one of the palette, for further ones hues between them."""
-    if place < len(style.PALETTE):
-        return style.PALETTE[place]
-    return to_hex(hsv_to_rgb(place * TURN % 1, 0.55, 0.8))

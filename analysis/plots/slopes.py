@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from analysis.plots import style
-from analysis.plots.panel import GroupValues, label_rows, set_limits, write_undefined
+from analysis.plots.panel import ANY, GroupValues, Scale, draw_marks, label_rows, set_limits, write_undefined
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def draw_slopes(ax: Axes, groups: Sequence[GroupValues], title: str) -> Axes:
+def draw_slopes(ax: Axes, groups: Sequence[GroupValues], title: str, scale: Scale = ANY) -> Axes:
     """Draw a line for every seed through its values in the groups, which stand below one another.
 
     A line is broken where a group has no value for the seed; baselines are apart from it.
@@ -22,7 +22,9 @@ def draw_slopes(ax: Axes, groups: Sequence[GroupValues], title: str) -> Axes:
         ax: where to.
         groups: results of one measure, baselines last.
         title: what the measure is called.
+        scale: what the values are seen against.
     """
+    draw_marks(ax, scale)
     found = [dict(zip(group.seeds, group.values.tolist(), strict=True)) for group in groups]
     rows = [-row for row in range(len(groups))]
     linked = [one for one, group in zip(found, groups, strict=True) if not group.baseline]
@@ -38,5 +40,6 @@ def draw_slopes(ax: Axes, groups: Sequence[GroupValues], title: str) -> Axes:
     ax.plot(means[: len(linked)], rows[: len(linked)], color="black", linewidth=1.2, zorder=3)
     ax.plot(means, rows, color="black", linestyle="", marker="|", markersize=6, zorder=3)
     label_rows(ax, groups, title)
-    set_limits(ax, (value for one in found for value in one.values()))
+    ax.set_ylim(-len(groups) + 0.45, 0.55)
+    set_limits(ax, (*(value for one in found for value in one.values()), *scale.marks), scale)
     return ax

@@ -2,40 +2,21 @@
 
 from __future__ import annotations
 
-import contextlib
-from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from matplotlib.font_manager import FontManager
-
-PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""Okabe and Ito, without the yellow that is lost on white."""
-
-MARKERS = ("D", "s", "^", "v")
-"""One for each time the colours are used up."""
-
-BASELINE = "#8C8C8C"
-"""The colour of all baselines, which are there to be compared with and not with one another."""
+from foundry.palette import COLOURS, look
+from foundry.palette.fonts import families
 
 FAINT, DARK = "#BBBBBB", "#444444"
-FIRE, PLACE = "#D55E00", "#555566"
+FIRE, PLACE = COLOURS[1], "#555566"
 
 WIDTH_IN = 3.4
 """One column of a paper, inches."""
 
-DPI = 200
+WIDE_IN = 5.4
+"""What stands beside its differences, inches."""
 
-FALLBACK_FONTS = (
-    "Noto Sans CJK JP",
-    "Noto Sans JP",
-    "Hiragino Sans",
-    "Yu Gothic",
-    "Meiryo",
-    "IPAexGothic",
-    "Noto Serif CJK JP",
-)
-"""Fonts for what the first one lacks, Japanese names of places above all; those that are installed are used."""
+DPI = 200
 
 RC: Any = {
     "font.size": 7.5,
@@ -69,42 +50,27 @@ RC: Any = {
 
 def colour(index: int, *, baseline: bool = False) -> str:
     """Return the colour of the group with this index."""
-    return BASELINE if baseline else PALETTE[index % len(PALETTE)]
+    return look(index, baseline=baseline).colour
 
 
-def marker(index: int, *, baseline: bool = False) -> str:
-    """Return the marker of the group with this index; it tells apart those that share a colour."""
-    return "o" if baseline else MARKERS[index // len(PALETTE) % len(MARKERS)]
+def marker(index: int, *, baseline: bool = False) -> Any:
+    """Return the marker of the group with this index."""
+    return look(index, baseline=baseline).marker or "o"
+
+
+def line(index: int, *, baseline: bool = False) -> Any:
+    """Return how the line of the group with this index is drawn, told apart without its colour, too."""
+    shown = look(index, baseline=baseline)
+    return {
+        "color": shown.colour,
+        "linestyle": (0, shown.dashes) if shown.dashes else "-",
+        "marker": shown.marker or "",
+        "markersize": 3.5,
+        "markevery": (0.03 + 0.02 * (index % 5), 0.2),
+        "zorder": 1.9 if baseline else 2,
+    }
 
 
 def settings() -> Any:
     """Return RC with the fonts that this machine has."""
-    return RC | {"font.family": ["DejaVu Sans", *_own_fallback_fonts()]}
-
-
-@lru_cache(maxsize=1)
-def _own_fallback_fonts() -> tuple[str, ...]:
-    from matplotlib.font_manager import fontManager
-
-    return fallback_fonts(fontManager)
-
-
-def fallback_fonts(manager: FontManager) -> tuple[str, ...]:
-    """Return the fallback fonts that are installed.
-
-    matplotlib keeps a list of fonts from its first use on. Where no fallback is in it, fonts that were installed since
-    are added to this manager alone; the list that is kept on the disk stays as it is.
-    """
-    from matplotlib.font_manager import findSystemFonts
-
-    if not _known_fallbacks(manager):
-        known = {font.fname for font in manager.ttflist}
-        for path in sorted(set(findSystemFonts()) - known):
-            with contextlib.suppress(OSError, RuntimeError, NotImplementedError):  # no font that it can draw with
-                manager.addfont(path)
-    return _known_fallbacks(manager)
-
-
-def _known_fallbacks(manager: FontManager) -> tuple[str, ...]:
-    names = {font.name for font in manager.ttflist}
-    return tuple(name for name in FALLBACK_FONTS if name in names)
+    return RC | {"font.family": list(families())}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -30,7 +31,8 @@ def write_report(dirs: Folders, out: Path | None = None, **options: Any) -> Repo
     Args:
         dirs: the folder of a sweep, or those of several.
         out: the page; by default `report.html` in the folder of the first sweep.
-        **options: those of `analysis.analyze` that decide the numbers: `labelled_by_model`, `family`, `margins`.
+        **options: those of `analysis.analyze` that decide the numbers: `labelled_by_model`, `family`, `margins`,
+            `only`, `without`.
 
     Raises:
         InputError: as `analysis.analyze`; or the page cannot be written.
@@ -38,12 +40,30 @@ def write_report(dirs: Folders, out: Path | None = None, **options: Any) -> Repo
     """
     from analysis.report.material import gather
 
-    if out is not None and out.is_dir():
-        raise InputError(f"--out '{out}' is a folder: name a file, such as {out / 'report.html'}.")
+    check_out(out)
     found = gather(dirs, **options)
     path = found.sweeps[0].report_file if out is None else out
     folder = found.analysis.path / "plots"
-    page = render(found, path.resolve().parent, folder)
+    write_page(path, render(found, path.resolve().parent, folder))
+    return Report(path, len(found.members), folder)
+
+
+def check_out(out: Path | None) -> None:
+    """Refuse a folder in the place of the page.
+
+    Raises:
+        InputError: it is one.
+    """
+    if out is not None and out.is_dir():
+        raise InputError(f"--out '{out}' is a folder: name a file, such as {out / 'report.html'}.")
+
+
+def write_page(path: Path, page: str) -> None:
+    """Write a page.
+
+    Raises:
+        InputError: it cannot be written.
+    """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(path, page.encode("utf-8"))
@@ -51,7 +71,6 @@ def write_report(dirs: Folders, out: Path | None = None, **options: Any) -> Repo
         raise InputError(
             f"'{path}' cannot be written to ({error.strerror}): mend that, or name another file with --out."
         ) from error
-    return Report(path, len(found.members), folder)
 
 
 def render(found: Material, base: Path, folder: Path) -> str:
@@ -62,7 +81,14 @@ def render(found: Material, base: Path, folder: Path) -> str:
         base: the folder that it will be in, from which it leads to runs.
         folder: where its pictures are written.
     """
+    return rendered("report.html", _content(found, base, folder))
+
+
+def rendered(template: str, content: Mapping[str, Any]) -> str:
+    """Return a page of `templates/`, filled."""
     import jinja2
+
+    from analysis.report.slim import with_shared_styles
 
     templates = files("analysis.report") / "templates"
     environment = jinja2.Environment(
@@ -72,30 +98,36 @@ def render(found: Material, base: Path, folder: Path) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template("report.html").render(_content(found, base, folder))
+    return with_shared_styles(environment.get_template(template).render(content))
 
 
 def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
     from analysis.figures import pictures
-    from analysis.report import methods, provenance, sections
+    from analysis.paper.methods import methods
+    from analysis.paper.references import bibtex
+    from analysis.report import limits, provenance, sections
     from analysis.report.grids import grid, grid_of
     from analysis.report.worlds import world_differences
-    from analysis.tables.texts import comparison_table, contrast_table
+    from analysis.tables.equal_chances import equal_chances_table
+    from analysis.tables.texts import CONTRASTED
     from analysis.validation.table import validation_table
 
     gallery = sections.Gallery(folder)
     names = [sweep.path.resolve().name for sweep in found.sweeps]
     differing = world_differences(found.sweeps)
-    contrasts = contrast_table(found.analysis.contrasts)
     known = validation_table(found.analysis.validation)
+    chances = equal_chances_table(found.analysis.equal_chances)
     return {
         "title": ", ".join(names),
-        "asked": [
-            (name, " ".join(("foundry", *sweep.sweep.asked))) for name, sweep in zip(names, found.sweeps, strict=True)
-        ],
+        "asked": provenance.asked(found),
         "worlds": grid("Settings in which the worlds differ.", ("setting", *names), differing) if differing else None,
         "several": len(names) > 1,
-        "limits": methods.limits(found),
+        "question": provenance.question(found),
+        "summary": found.analysis.summary,
+        "findings": sections.findings(found, gallery),
+        "marks": sections.marks(found),
+        "reading": pictures.FINDINGS,
+        "limits": limits.limits(found),
         "models": provenance.models_grid(found),
         "versions": provenance.versions_grid(found),
         "determinism": provenance.determinism_grid(found),
@@ -106,16 +138,20 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
         "ledger_shapes": gallery.shapes([pictures.ledger_picture(found.shown, found.members)]),
         "failures": provenance.failures_grid(found, base),
         "runs": provenance.runs_grid(found, base),
-        "comparison": grid_of(comparison_table(found.analysis.compared)),
-        "contrasts": grid_of(contrasts) if contrasts.rows else None,
+        "comparison": sections.comparison_grid(found),
+        "values": sections.values_grid(found, base),
+        "contrasts": sections.contrast_grids(found),
+        "contrasted": CONTRASTED,
         "known": grid_of(known) if known.rows else None,
         "variance": sections.variance_grid(found),
         "energy": sections.energy_grid(found),
         "retest": sections.retest_grid(found),
+        "equal_chances": grid_of(chances) if chances.rows else None,
         "fingerprint_shapes": gallery.shapes([pictures.fingerprint_picture(found.analysis.fingerprint)]),
         "world_shapes": gallery.shapes(found.examples.pictures),
         "run_grids": sections.run_grids(found, base),
-        "sections": sections.signature_sections(found, gallery, base),
-        "methods": methods.methods(found),
+        "sections": sections.signature_sections(found, gallery),
+        "methods": methods(found.basis),
+        "references": bibtex(found.basis),
         "notes": found.analysis.notes,
     }

@@ -8,13 +8,14 @@ from functools import cached_property
 from typing import Any
 
 from analysis.figures.examples import Examples, examples
-from analysis.figures.members import Member, members, shown_groups
+from analysis.figures.members import Member
 from analysis.figures.shown import Shown
 from analysis.form import FormAnalysis, forms_of
 from analysis.labelling import Labelling, model_labelling, rule_labelling
 from analysis.load import Folders, folders_of
-from analysis.pipeline import Analysis, analyze
-from foundry.storing.store import RunFolder, SweepFolder
+from analysis.paper.basis import Basis
+from analysis.pipeline import Analysis, analyze, basis_of
+from foundry.storing.store import SweepFolder
 
 
 @dataclass(frozen=True)
@@ -25,8 +26,6 @@ class Material:
         sweeps: the sweeps.
         beside: the baselines beside them.
         analysis: tables and comparison.
-        shown: the groups, baselines last.
-        members: the runs.
         labellings: who says which messages are warnings, by run.
         examples: what is shown of the runs themselves.
     """
@@ -34,10 +33,18 @@ class Material:
     sweeps: tuple[SweepFolder, ...]
     beside: tuple[SweepFolder, ...]
     analysis: Analysis
-    shown: tuple[Shown, ...]
-    members: tuple[Member, ...]
     labellings: Mapping[str, Labelling]
     examples: Examples
+
+    @property
+    def shown(self) -> tuple[Shown, ...]:
+        """The groups, baselines last."""
+        return self.analysis.shown
+
+    @property
+    def members(self) -> tuple[Member, ...]:
+        """The runs."""
+        return self.analysis.members
 
     @cached_property
     def forms(self) -> list[FormAnalysis]:
@@ -48,6 +55,11 @@ class Material:
     def labelled_by(self) -> list[Labelling]:
         """Who says which messages are warnings."""
         return list(self.labellings.values())
+
+    @cached_property
+    def basis(self) -> Basis:
+        """What methods and references are made of."""
+        return basis_of(self.analysis, self.labelled_by)
 
     @property
     def own(self) -> list[Shown]:
@@ -75,16 +87,12 @@ def gather(dirs: Folders, *, labelled_by_model: bool = False, **options: Any) ->
     sweeps = [SweepFolder.open(path) for path in folders_of(dirs)]
     beside = [SweepFolder.open(sweep.baselines_dir) for sweep in sweeps if sweep.baselines_dir.exists()]
     labellings = _labellings(sweeps, labelled_by_model)
-    shown = shown_groups(analysis.compared)
-    found = members(analysis.runs, analysis.groups, shown, _folders([*sweeps, *beside]))
     return Material(
         sweeps=tuple(sweeps),
         beside=tuple(beside),
         analysis=analysis,
-        shown=tuple(shown),
-        members=tuple(found),
         labellings=labellings,
-        examples=examples(found, shown, labellings),
+        examples=examples(analysis.members, analysis.shown, labellings),
     )
 
 
@@ -96,8 +104,3 @@ def _labellings(sweeps: Sequence[SweepFolder], labelled_by_model: bool) -> Mappi
         beside = [SweepFolder.open(sweep.baselines_dir)] if sweep.baselines_dir.exists() else []
         found |= dict.fromkeys((run.id for one in (*beside, sweep) for run in one.runs()), labelling)
     return found
-
-
-def _folders(sweeps: Sequence[SweepFolder]) -> Mapping[str, RunFolder]:
-    """Return the runs by id; runs of one id are the same run, so the first stands for all."""
-    return {run.id: run for sweep in reversed(sweeps) for run in sweep.runs()}

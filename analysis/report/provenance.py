@@ -6,18 +6,19 @@ import math
 import os
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
 
 from analysis.figures.members import Member
 from analysis.figures.shown import Shown
-from analysis.plots.ledger import percent
+from analysis.prose import joined, percent
 from analysis.report.grids import Cell, Grid, grid
 from analysis.report.material import Material
-from analysis.tables.groups import leaves
-from analysis.tables.texts import number
+from analysis.tables.texts import alike
 from foundry.records import reused_share
 from foundry.storing.determinism import Repeats, told_of
+from foundry.storing.store import Asked, SweepFolder, leaves
 
 _HOW_REACHED = ("server", "name", "_target_")
 """Settings of a model that do not say what it is asked."""
@@ -29,6 +30,35 @@ def link(member: Member, base: Path) -> Cell:
         return Cell(member.folder.id)
     address = Path(os.path.relpath(member.folder.path, base)).as_posix()
     return Cell(member.folder.id, quote(address) + "/")
+
+
+def asked(found: Material) -> list[tuple[str, str, str]]:
+    """Return the commands of each sweep."""
+    return commands_of(found.sweeps)
+
+
+def commands_of(sweeps: Iterable[SweepFolder]) -> list[tuple[str, str, str]]:
+    """Return the commands of each sweep: its name, the command, and for one that has grown what it added and when."""
+    return [
+        (sweep.path.resolve().name, " ".join(("foundry", *one.overrides)), _added(one) if len(history) > 1 else "")
+        for sweep in sweeps
+        for history in [sweep.sweep.history]
+        for one in history
+    ]
+
+
+def question(found: Material) -> str:
+    """Return what the runs ask, in a sentence: who is compared, where, and over how many seeds."""
+    own = list(dict.fromkeys(one.label for one in found.own))
+    members = [member for member in found.members if not member.shown.baseline]
+    worlds = list(dict.fromkeys(str(member.folder.config()["world"]["name"]) for member in members))
+    seeds = len({member.seed for member in members})
+    where = f"in {joined(worlds)}, over {seeds} seed" + ("s" if seeds != 1 else "")
+    return f"In what do {joined(own)} differ {where}?" if len(own) > 1 else f"How does {joined(own)} act {where}?"
+
+
+def _added(one: Asked) -> str:
+    return f"{one.runs} runs" + (f", {one.when.partition('T')[0]}" if one.when else "")
 
 
 def models_grid(found: Material) -> Grid:
@@ -67,7 +97,12 @@ def versions_grid(found: Material) -> Grid:
 
 def determinism_grid(found: Material) -> Grid | None:
     """Return whether the servers repeated themselves; None where nothing was measured."""
-    told = [one for sweep in (*found.sweeps, *found.beside) for one in told_of(sweep)]
+    return determinism_of((*found.sweeps, *found.beside))
+
+
+def determinism_of(sweeps: Iterable[SweepFolder]) -> Grid | None:
+    """Return whether the servers of sweeps repeated themselves; None where nothing was measured."""
+    told = [one for sweep in sweeps for one in told_of(sweep)]
     rows = [(one.name, *_repeated(one.repeats)) for one in told if one.repeats is not None]
     if not rows:
         return None
@@ -88,7 +123,12 @@ def cost_grid(found: Material) -> Grid:
     """Return what each group took."""
     tokens = ("prompt tokens", "output tokens", "reused")
     columns = ("group", "calls", "from the cache", "retries", *tokens, "model s", "wall s")
-    rows = [(shown.label, *_cost(found.of(shown))) for shown in found.shown]
+    costs = [_cost(found.of(shown)) for shown in found.shown]
+    seconds = (alike([getattr(one, name) for one in costs]) for name in ("model_s", "wall_s"))
+    rows = [
+        (shown.label, *one.counts, model_s, wall_s)
+        for shown, one, model_s, wall_s in zip(found.shown, costs, *seconds, strict=True)
+    ]
     caption = (
         "Calls, tokens and seconds, failed runs included. Model seconds count an answer from the cache with what it "
         "took at first; wall seconds are those of the runs added up, which overlap. Reused is the share of the "
@@ -97,7 +137,16 @@ def cost_grid(found: Material) -> Grid:
     return grid(caption, columns, rows)
 
 
-def _cost(mine: Sequence[Member]) -> list[str]:
+@dataclass(frozen=True)
+class _Cost:
+    """What a group took: calls and tokens as texts, and seconds."""
+
+    counts: tuple[str, ...]
+    model_s: float
+    wall_s: float
+
+
+def _cost(mine: Sequence[Member]) -> _Cost:
     summaries = [member.summary for member in mine if member.summary is not None]
     counts = [summary.counts for summary in summaries]
     totals = [
@@ -107,8 +156,8 @@ def _cost(mine: Sequence[Member]) -> list[str]:
     reused = reused_share(counts)
     timed = [one.model_s for one in counts]
     model_s = math.nan if None in timed else sum(filter(None, timed))
-    seconds = (number(model_s), number(sum(one.duration_s for one in summaries)))
-    return [*(f"{total:,}" for total in totals), "" if reused is None else f"{reused:.0%}", *seconds]
+    told = (*(f"{total:,}" for total in totals), "" if reused is None else f"{reused:.0%}")
+    return _Cost(told, model_s, sum(one.duration_s for one in summaries))
 
 
 def configs(found: Material) -> list[tuple[str, str]]:
@@ -160,7 +209,11 @@ def failures_grid(found: Material, base: Path) -> Grid | None:
 
 def runs_grid(found: Material, base: Path) -> Grid:
     """Return every run, with where its first unreadable decision is."""
-    rows = [(link(member, base), member.shown.label, *_run(member, found)) for member in found.members]
+    wall_s = alike([math.nan if one.summary is None else one.summary.duration_s for one in found.members])
+    rows = [
+        (link(member, base), member.shown.label, *_run(member, found), seconds)
+        for member, seconds in zip(found.members, wall_s, strict=True)
+    ]
     columns = ("run", "group", "seed", "status", "calls", "decisions", "unreadable", "first unreadable", "wall s")
     return grid("Every run; its id leads to its folder.", columns, rows, labels=2)
 
@@ -175,7 +228,6 @@ def _run(member: Member, found: Material) -> tuple[str, ...]:
         str(member.decisions),
         str(member.unreadable),
         f"step {doubt[0]}, agent {doubt[1]}" if doubt else "-",
-        number(summary.duration_s) if summary else "-",
     )
 
 

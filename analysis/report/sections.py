@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,26 +12,44 @@ import pandas as pd
 from markupsafe import Markup
 
 from analysis.figures import pictures
-from analysis.plots import Drawn, Picture, draw, write
+from analysis.figures.shown import Shown
+from analysis.plots import Drawn, Picture, draw, draw_svg, write
 from analysis.report.definitions import Definition, definitions
-from analysis.report.grids import Cell, Grid, grid
+from analysis.report.grids import Grid, grid, grid_of
 from analysis.report.material import Material
 from analysis.report.provenance import link
 from analysis.signatures import READABLE_SUFFIX, Signature, describe, discover, is_readable_only
-from analysis.tables.texts import mean_cell, number, p_value
+from analysis.tables.texts import alike, contrast_table, mean_cells, p_value, shown_measures, told_rows
+from foundry.palette import look
+
+MOST_COLUMNS = 4
+"""Measures of the short table of a signature."""
 
 DENSE = 120_000
 """Characters of SVG from which a picture is shown as PNG, if that is smaller."""
+_ROUNDING = 1e-9
+"""Up to here two values are one."""
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A picture on the page: `svg`, or `source` of a dense one."""
+    """A picture on the page: `svg`, or `source` of a dense one; `says` is for those who do not see it."""
 
     title: str
     caption: str
+    says: str
     svg: Markup
     source: str
+
+
+@dataclass(frozen=True)
+class Mark:
+    """What a short name stands for: the name itself, and of a group its marker as a path and its colour."""
+
+    name: str
+    short: str
+    path: str
+    colour: str
 
 
 @dataclass(frozen=True)
@@ -40,17 +58,19 @@ class Section:
 
     Attributes:
         name: of the signature.
+        declared: whether claims rest on a measure of it.
         definitions: how it is measured.
+        headline: mean and interval of its headline measures; None where it has none.
+        shapes: the picture of its means, if it has any.
         means: mean and interval of every measure and group.
-        shapes: its pictures.
-        values: every measure of every run.
     """
 
     name: str
+    declared: bool
     definitions: tuple[Definition, ...]
-    means: Grid
+    headline: Grid | None
     shapes: tuple[Shape, ...]
-    values: Grid
+    means: Grid
 
 
 @dataclass(frozen=True)
@@ -63,6 +83,11 @@ class Gallery:
         """Return pictures for the page, those that there are."""
         return tuple(self._shape(picture) for picture in wanted if picture is not None)
 
+    def write(self, picture: Picture | None) -> None:
+        """Write a picture, if there is one, that the page has no room for."""
+        if picture is not None:
+            write(draw(picture), self.folder)
+
     def _shape(self, picture: Picture) -> Shape:
         drawn = draw(picture)
         write(drawn, self.folder)
@@ -73,16 +98,49 @@ def shape(drawn: Drawn) -> Shape:
     """Return a picture for the page."""
     source = f"data:image/png;base64,{base64.b64encode(drawn.png).decode()}"
     dense = len(drawn.svg) > max(DENSE, len(source))
+    picture = drawn.picture
     # The text of the SVG was escaped when it was drawn.
-    return Shape(
-        drawn.picture.title, drawn.picture.caption, Markup("" if dense else drawn.svg), source if dense else ""
-    )
+    svg = Markup("" if dense else drawn.svg)
+    return Shape(picture.title, picture.caption, _said(picture), svg, source if dense else "")
 
 
-def signature_sections(found: Material, gallery: Gallery, base: Path) -> list[Section]:
-    """Return a section for every signature that any run has."""
+def _said(picture: Picture) -> str:
+    return " ".join(filter(None, (f"{picture.title}.", picture.caption, picture.says)))
+
+
+def signature_sections(found: Material, gallery: Gallery) -> list[Section]:
+    """Return a section for every signature that any run has, those that claims rest on first."""
     columns = [(signature, _columns(found.analysis.runs, signature.name)) for signature in discover()]
-    return [_section(found, gallery, base, signature, kept) for signature, kept in columns if kept]
+    every = [_section(found, gallery, signature, kept) for signature, kept in columns if kept]
+    return sorted(every, key=lambda section: not section.declared)
+
+
+def findings(found: Material, gallery: Gallery) -> tuple[Shape, ...]:
+    """Return what was found of each declared measure, small; with all names it is in the gallery's folder."""
+    one = found.analysis
+    every = pictures.findings(one.declared, one.compared, one.contrasts, one.validation, found.shown)
+    short = pictures.short_labels(found.shown, every[0].names) if every else {}
+    for finding in every:
+        gallery.write(finding.picture())
+    return tuple(_glance(finding.glance(short)) for finding in every)
+
+
+def _glance(picture: Picture) -> Shape:
+    return Shape(picture.title, picture.caption, _said(picture), Markup(draw_svg(picture)), "")
+
+
+def marks(found: Material) -> tuple[Mark, ...]:
+    """Return how each group looks, then what else short names stand for."""
+    names = pictures.letters_of(found.analysis.contrasts, found.shown)
+    short = pictures.short_labels(found.shown, names)
+    groups = (Mark(one.label, short[one.label], _path(one), one.colour) for one in found.shown)
+    others = (Mark(name, letter, "", "") for name, letter in names.items() if name not in short and name != letter)
+    return (*groups, *others)
+
+
+def _path(shown: Shown) -> str:
+    marker = look(shown.index, baseline=shown.baseline).marker
+    return "M" + "L".join(f"{x} {-y}" for x, y in marker) + "z" if marker else "M-1 0a1 1 0 1 0 2 0a1 1 0 1 0-2 0z"
 
 
 def _columns(runs: pd.DataFrame, signature: str) -> list[str]:
@@ -96,52 +154,76 @@ def _differs(runs: pd.DataFrame, name: str) -> bool:
     if whole not in runs:
         return True
     one, other = (runs[column].to_numpy(dtype=np.float64) for column in (name, whole))
-    return not np.array_equal(one, other, equal_nan=True)
+    return not np.allclose(one, other, rtol=0, atol=_ROUNDING, equal_nan=True)
 
 
-def _section(found: Material, gallery: Gallery, base: Path, signature: Signature, columns: Sequence[str]) -> Section:
+def _section(found: Material, gallery: Gallery, signature: Signature, columns: Sequence[str]) -> Section:
     compared, name = found.analysis.compared, signature.name
-    wanted: list[Picture | None] = []
-    if name in pictures.headlines(compared):
-        wanted = [
-            pictures.means_picture(compared, found.shown, name),
-            pictures.forest_picture(found.analysis.contrasts, compared, found.shown, name),
-            pictures.slopes_picture(compared, found.shown, name),
-        ]
+    headline = pictures.headlines(compared).get(name, [])
+    means = [pictures.means_picture(compared, found.shown, name)] if headline else []
+    if headline:
+        gallery.write(pictures.forest_picture(found.analysis.contrasts, compared, found.shown, name))
+        gallery.write(pictures.slopes_picture(compared, found.shown, name))
     return Section(
         name=name,
+        declared=any(measure.startswith(f"{name}.") for measure in found.analysis.declared),
         definitions=tuple(definitions(signature, found.forms)),
+        headline=_headline(found, headline, name) if headline else None,
+        shapes=gallery.shapes(means),
         means=_means(found, columns, name),
-        shapes=gallery.shapes(wanted),
-        values=_values(found, columns, name, base),
     )
 
 
-def _means(found: Material, columns: Sequence[str], name: str) -> Grid:
+def _headline(found: Material, measures: Sequence[str], name: str) -> Grid:
+    """Return the first headline measures of the groups, numbers of one column with the same decimals."""
+    shown = measures[:MOST_COLUMNS]
+    more = f"; {len(measures) - len(shown)} further measures are folded below" if len(shown) < len(measures) else ""
+    caption = f"{name}: mean over seeds with its 95 % interval{more}."
+    return _by_group(found, shown, [measure.partition(".")[2] for measure in shown], caption)
+
+
+def _by_group(found: Material, measures: Sequence[str], heads: Sequence[str], caption: str) -> Grid:
+    """Return measures, a column each, of the groups, numbers of one column with the same decimals."""
     compared = found.analysis.compared
-    seeds = {group: len(values) for group, values in compared.values.items()}
-    rows = [
-        (
-            column.partition(".")[2],
-            describe(column).label,
-            *(mean_cell(compared.estimates.get((column, one.group)), seeds[one.group]) for one in found.shown),
-        )
-        for column in columns
-    ]
+    seeds = [len(compared.values[one.group]) for one in found.shown]
+    columns = [mean_cells([compared.estimates.get((one, of.group)) for of in found.shown], seeds) for one in measures]
     labels = [one.label + (" (baseline)" if one.baseline else "") for one in found.shown]
-    caption = f"{name}: mean over seeds with its 95 % interval; n where not every seed has a value."
-    return grid(caption, ("measure", "meaning", *labels), rows, labels=2)
+    return grid(caption, ("group", *heads), list(zip(labels, *columns, strict=True)))
 
 
-def _values(found: Material, columns: Sequence[str], name: str, base: Path) -> Grid:
-    values = found.analysis.runs[list(columns)].to_numpy(dtype=np.float64)
-    rows: list[tuple[Cell | str, ...]] = [
-        (link(member, base), member.shown.label, str(member.seed), *(number(value) for value in row))
-        for member, row in zip(found.members, values.tolist(), strict=True)
-        if member.complete
+def comparison_grid(found: Material) -> Grid:
+    """Return the headline measures of the groups."""
+    measures = shown_measures(found.analysis.compared)
+    caption = "Mean over seeds with its 95 % interval; n where not every seed has a value."
+    return _by_group(found, measures, measures, caption)
+
+
+def contrast_grids(found: Material) -> list[Grid]:
+    """Return the differences of the declared family, a table a measure."""
+    frame = found.analysis.contrasts
+    tables = [
+        replace(contrast_table(frame[frame["measure"] == measure]), caption=str(measure))
+        for measure in frame.loc[frame["headline"].astype(bool), "measure"].drop_duplicates()
     ]
-    heads = ("run", "group", "seed", *(column.partition(".")[2] for column in columns))
-    return grid(f"{name}: the value of every complete run.", heads, rows, labels=2)
+    return [grid_of(table) for table in tables]
+
+
+def _means(found: Material, columns: Sequence[str], name: str) -> Grid:
+    heads = [f"{column.partition('.')[2]}: {describe(column).label}" for column in columns]
+    caption = f"All measures of {name}: mean over seeds with its 95 % interval; n where not every seed has a value."
+    return _by_group(found, columns, heads, caption)
+
+
+def values_grid(found: Material, base: Path) -> Grid:
+    """Return the declared measures of every complete run, numbers of one column with the same decimals."""
+    columns = [name for name in found.analysis.declared if name in found.analysis.runs]
+    kept = [index for index, member in enumerate(found.members) if member.complete]
+    values = found.analysis.runs[columns].to_numpy(dtype=np.float64)[kept]
+    members = [found.members[index] for index in kept]
+    names = [[link(one, base) for one in members], [one.shown.label for one in members], [one.seed for one in members]]
+    cells = [*names, *(alike(column.tolist()) for column in values.T)]
+    caption = "The declared measures of every complete run; all others are in signatures.csv."
+    return grid(caption, ("run", "group", "seed", *columns), list(zip(*cells, strict=True)), labels=2)
 
 
 def variance_grid(found: Material) -> Grid | None:
@@ -163,7 +245,7 @@ def variance_grid(found: Material) -> Grid | None:
 
 def energy_grid(found: Material) -> Grid | None:
     """Return which groups differ as a whole; None where nothing is compared."""
-    rows = found.analysis.fingerprint.energy.to_dict("records")
+    rows = told_rows(found.analysis.fingerprint.energy, ("statistic",))
     if not rows:
         return None
     cells = [
@@ -171,7 +253,7 @@ def energy_grid(found: Material) -> Grid | None:
             row["level"],
             row["reference"],
             str(row["n_seeds"]),
-            number(float(row["statistic"])),
+            row["statistic"],
             p_value(float(row["p_holm"])) if not row["note"] else row["note"],
         )
         for row in rows
@@ -185,10 +267,8 @@ def retest_grid(found: Material) -> Grid | None:
     frame = found.analysis.retest
     if not len(frame):
         return None
-    rows = [
-        [number(value) if isinstance(value, float) else str(value) for value in row]
-        for row in frame.itertuples(index=False, name=None)
-    ]
+    columns = [alike(frame[name].tolist()) if frame[name].dtype.kind == "f" else frame[name] for name in frame.columns]
+    rows = list(zip(*columns, strict=True))
     caption = "Test-retest consistency: equal prompts, other sampling seeds."
     return grid(caption, [str(name) for name in frame.columns], rows)
 

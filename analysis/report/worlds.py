@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from analysis.tables.groups import leaves
-from foundry.storing.store import SweepFolder
+from foundry.storing.store import SweepFolder, leaves
 
 
 def world_differences(sweeps: Sequence[SweepFolder]) -> list[tuple[str, ...]]:

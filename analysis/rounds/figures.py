@@ -11,6 +11,7 @@ from analysis.arrays import FloatArray
 from analysis.figures.shown import Shown, example_caption
 from analysis.form import RunTable
 from analysis.plots import Picture
+from analysis.plots.panel import Scale
 from analysis.plots.rounds import Curve, Lanes, curves_figure, lanes_figure
 from analysis.rounds.run import NONE, RoundsRun
 from analysis.stats.intervals import estimates
@@ -50,7 +51,8 @@ class RoundsFigures:
     def _rounds(self, kind: str, order: Sequence[Shown]) -> Picture:
         caption = "Mean over the agents of a run, then over runs, with its 95 % interval over seeds, by round."
         panels = [(title, [*self._means(kind, label, order)]) for label, title in self._titles(kind)]
-        return Picture(f"{kind}_by_round", f"{kind}: round by round", caption, partial(curves_figure, panels))
+        drawn = partial(curves_figure, panels, Scale(*self._bounds(kind)))
+        return Picture(f"{kind}_by_round", f"{kind}: round by round", caption, drawn)
 
     def _titles(self, kind: str) -> list[tuple[str, str]]:
         """Return the labels that are shown and the titles of their panels: those that do something, the most common."""
@@ -65,9 +67,15 @@ class RoundsFigures:
         by_group = self._curves[kind, label]
         for shown in (one for one in order if one in by_group):
             values = _stacked(by_group[shown])
-            bounds = (0.0, 1.0) if label else _bounds(self._actions[kind])
-            found = estimates(values, *(np.full(len(values), bound) for bound in bounds))
+            found = estimates(values, *(np.full(len(values), bound) for bound in self._bounds(kind)))
             yield Curve(shown.label, found.mean, found.low, found.high, values.shape[1], shown.index, shown.baseline)
+
+    def _bounds(self, kind: str) -> tuple[float, float]:
+        """Return between what the lines of a kind of question lie: shares, or the numbers that can be decided."""
+        known = self._actions[kind]
+        if known.labels:
+            return 0.0, 1.0
+        return (-np.inf if known.low is None else known.low, np.inf if known.high is None else known.high)
 
     def _lanes(self, kind: str, order: Sequence[Shown]) -> Picture:
         known = self._actions[kind]
@@ -82,10 +90,6 @@ class RoundsFigures:
 def _kinds(run: RoundsRun | None) -> list[str]:
     """Return the kinds of question of a run that decide something."""
     return [] if run is None else [kind for kind in run.declared.actions if (run.kind == kind).any()]
-
-
-def _bounds(numbers: Actions) -> tuple[float, float]:
-    return (-np.inf if numbers.low is None else numbers.low, np.inf if numbers.high is None else numbers.high)
 
 
 def _values(run: RoundsRun, kind: str) -> FloatArray:

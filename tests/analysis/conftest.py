@@ -244,7 +244,7 @@ def make_condition() -> Callable[..., Condition]:
     return condition
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def make_habits() -> type[Habits]:
     """Return the class of habits."""
     return Habits

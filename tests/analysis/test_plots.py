@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import copy
 import math
 import re
 import struct
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
-import matplotlib
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontManager, fontManager
 
 from analysis import analyze, signatures
 from analysis.camera.topdown import CameraPath, TopDown, draw_topdown
@@ -20,6 +18,7 @@ from analysis.figures.measures import dendrogram
 from analysis.figures.members import shown_groups
 from analysis.figures.pictures import means_picture
 from analysis.figures.shown import Shown
+from analysis.figures.told import in_words
 from analysis.grid.figures import GridGroup, cascade_tree, not_warned, occupancy
 from analysis.grid.plots import figures as grid_figures
 from analysis.grid.plots.cascade import draw_cascade
@@ -30,10 +29,12 @@ from analysis.plots import Picture, draw, figures, style
 from analysis.plots.fingerprints import FingerprintMap, Merge, draw_dendrogram, draw_fingerprint
 from analysis.plots.forest import Pair, draw_forest
 from analysis.plots.labels import keys, letters, wrapped
-from analysis.plots.ledger import LedgerRow, draw_ledger, percent
-from analysis.plots.panel import GroupValues, draw_panel, jitter, panel_height
+from analysis.plots.ledger import LedgerRow, draw_ledger
+from analysis.plots.panel import GroupValues, Scale, draw_panel, jitter, panel_height
 from analysis.plots.saving import settle, styled
 from analysis.plots.slopes import draw_slopes
+from analysis.prose import percent
+from foundry.palette import BASELINE, COLOURS
 
 NAN = float("nan")
 LONG = "hf.co/bartowski/Some-Very-Long-Model-Name-Instruct-2507-GGUF:q4_K_M"
@@ -68,7 +69,7 @@ def test_there_is_a_plot_for_every_signature_in_both_formats(plots):
 def test_tables_are_the_same_byte_for_byte_when_repeated(plots):
     before = {path: path.read_bytes() for path in plots.parent.iterdir() if path.is_file() and path.suffix != ".sqlite"}
     assert set(analyze([plots.parents[1]], plots=False).written) == set(before)
-    assert {path.suffix for path in before} == {".csv", ".md", ".parquet", ".tex"}
+    assert {path.suffix for path in before} == {".bib", ".csv", ".md", ".parquet", ".tex"}
     assert before == {path: path.read_bytes() for path in before}
 
 
@@ -130,8 +131,68 @@ def test_a_panel_without_any_value_says_so():
 def test_baselines_are_grey_and_round():
     group = GroupValues("a", np.array([1.0]), 1.0, NAN, NAN, index=2, baseline=True)
     ax = draw_panel(axes(), [group], "t")
-    assert ax.get_yticklabels()[0].get_color() == style.BASELINE
-    assert (ax.lines[0].get_color(), ax.lines[0].get_marker()) == (style.BASELINE, "o")
+    assert ax.get_yticklabels()[0].get_color() == BASELINE
+    assert (ax.lines[0].get_color(), ax.lines[0].get_marker()) == (BASELINE, "o")
+
+
+def test_a_dozen_models_are_told_apart_without_their_colours():
+    assert len({style.marker(index) for index in range(12)} | {style.marker(0, baseline=True)}) == 13
+
+
+def test_a_model_looks_the_same_in_every_world_and_its_lines_are_broken_otherwise():
+    groups = [("b", "y"), ("a", "x"), ("b", "x"), ("stay", "x")]
+    compared = SimpleNamespace(
+        groups=groups, group_columns=("model", "world"), baselines=frozenset(groups[3:]), models=("b", "a")
+    )
+    shown = {one.group: one for one in shown_groups(compared)}
+    assert [one.group for one in shown.values()] == [("b", "y"), ("b", "x"), ("a", "x"), ("stay", "x")]
+    one, other, third = (style.line(shown[group].index) for group in (("b", "y"), ("b", "x"), ("a", "x")))
+    assert (one["color"], one["marker"]) == (other["color"], other["marker"]) != (third["color"], third["marker"])
+    assert one["linestyle"] != other["linestyle"]
+
+
+def test_a_model_keeps_its_look_where_a_part_of_the_runs_is_taken():
+    compared = SimpleNamespace(groups=[("b",)], group_columns=("model",), baselines=frozenset(), models=("a", "b"))
+    assert [one.index for one in shown_groups(compared)] == [1]
+
+
+def test_settings_of_a_single_model_look_apart():
+    compared = SimpleNamespace(
+        groups=[("a", "x"), ("a", "y")], group_columns=("model", "prompt"), baselines=frozenset(), models=("a",)
+    )
+    assert [one.index for one in shown_groups(compared)] == [0, 1]
+
+
+def test_no_tick_stands_where_no_value_can_be():
+    ax = draw_panel(axes(), [GroupValues("a", np.zeros(5), 0.0, NAN, NAN)], "t", Scale(0.0, 1.0))
+    low, high = ax.get_xlim()
+    assert -0.01 < low < 0 < high
+    assert min(ax.get_xticks()) == 0
+    ax = draw_panel(axes(), [GroupValues("a", np.array([0.2, 1.0]), 0.6, NAN, NAN)], "t", Scale(0.0, 1.0))
+    assert max(ax.get_xticks()) <= 1
+
+
+def test_chance_and_the_best_are_marked_where_they_are_known():
+    group = GroupValues("a", np.array([0.2, 0.4]), 0.3, NAN, NAN)
+    ax = draw_panel(axes(), [group], "t", Scale(null=0.0, best=0.9))
+    marks = {line.get_xdata()[0]: line.get_linestyle() for line in ax.lines if len(line.get_xdata()) == 2}
+    assert marks == {0.0: "--", 0.9: ":"}
+    low, high = ax.get_xlim()
+    assert low < 0 < 0.9 < high
+
+
+def test_a_finding_has_its_differences_beside_it_and_says_what_letters_stand_for():
+    groups = [GroupValues(name, np.array([0.1, 0.2]), 0.15, 0.1, 0.2) for name in ("model/one", "model/two")]
+    pair = Pair("B - A", 0.0, -0.1, 0.1, 9, significant=False, equivalent=False, tested=True)
+    with styled():
+        figure = figures.finding_figure("t", groups, Scale(), [pair], {"model/one": "A", "model/two": "B", "in x": "C"})
+        means, differences = figure.axes
+    assert [label.replace("\n", " ") for label in ticks(means)] == ["A model/one", "B model/two"]
+    assert ticks(differences) == ["B - A"]
+    assert [text.get_text() for text in figure.texts] == ["C: in x"]
+    assert in_words(groups, Scale(null=0.5), [pair]) == (
+        "model/one 0.15 [0.1, 0.2], model/two 0.15 [0.1, 0.2], chance alone 0.5. Differences: B - A 0 [-0.1, 0.1]."
+    )
 
 
 def test_groups_that_share_a_colour_differ_in_their_marker():
@@ -141,7 +202,8 @@ def test_groups_that_share_a_colour_differ_in_their_marker():
 
 def test_equal_values_are_spread_and_have_room():
     ax = draw_panel(axes(), [GroupValues("a", np.zeros(5), 0.0, NAN, NAN)], "t")
-    assert ax.get_xlim() == (-0.05, 0.05)
+    assert ax.get_xlim() == pytest.approx((-0.053, 0.053))
+    assert ax.get_xticks().tolist() == [0]
     assert len(set(jitter(5).tolist())) == 5
     assert np.abs(jitter(50)).max() < 0.5
 
@@ -170,8 +232,8 @@ def test_a_forest_fills_and_stars_what_stands_and_greys_what_was_not_tested():
     assert ticks(ax) == ["b - a", "c - a", "c - b", "d - b"]
     assert texts(ax) == ["n=9 *", "n=9 ~", "n=1", "n=0", "undefined"]
     dots = [line for line in ax.lines if line.get_marker() == "o"]
-    assert [dot.get_markerfacecolor() for dot in dots] == [style.PALETTE[0], "white", "white"]
-    assert dots[2].get_color() == style.BASELINE
+    assert [dot.get_markerfacecolor() for dot in dots] == [COLOURS[0], "white", "white"]
+    assert dots[2].get_color() == BASELINE
 
 
 def test_a_forest_of_nothing_has_no_scale():
@@ -305,7 +367,7 @@ def test_the_titles_of_all_measures_fit_above_their_panels(label: str):
     titles = [one.of("library").label for signature in signatures.discover() for one in signature.measures.values()]
     with styled():
         for title in sorted(titles, key=len)[-8:]:
-            figure = figures.means_figure([(title, groups)])
+            figure = figures.means_figure([(title, groups, Scale())])
             settle(figure)
             shown = figure.axes[0].title
             assert shown.get_window_extent().x1 <= figure.bbox.x1
@@ -319,14 +381,6 @@ def test_letters_are_as_large_as_print_needs(plots):
     assert sizes and min(sizes) >= 7
 
 
-@pytest.mark.slow
-def test_fonts_are_found_that_were_installed_since_matplotlib_last_looked():
-    manager = copy.copy(fontManager)
-    manager.ttflist = [font for font in fontManager.ttflist if font.fname.startswith(matplotlib.get_data_path())]
-    expected = [name for name in style.FALLBACK_FONTS if name in {font.name for font in FontManager().ttflist}]
-    assert list(style.fallback_fonts(manager)) == expected
-
-
 def test_names_in_any_script_can_be_drawn(make_sweep, make_condition, small_world):
     places = [{**small_world["places"][0], "name": "図書館 $x_1"}]
     sweep = make_sweep([make_condition("a", [0], world={**small_world, "places": places})])
@@ -334,3 +388,15 @@ def test_names_in_any_script_can_be_drawn(make_sweep, make_condition, small_worl
     assert "place_choice.share_図書館 $x_1" in found.runs.columns
     drawn = draw(means_picture(found.compared, shown_groups(found.compared), "place_choice"))
     assert "図書館 $x_1" in drawn.svg
+
+
+def test_a_signature_with_many_measures_is_drawn_by_its_first_ones_and_says_so(monkeypatch, make_sweep, make_condition):
+    found = analyze([make_sweep([make_condition("a", [0])]).path], plots=False)
+    shown = shown_groups(found.compared)
+    monkeypatch.setattr("analysis.figures.pictures.MOST_PANELS", 2)
+    few = means_picture(found.compared, shown, "outcome")
+    with styled():
+        assert len(few.draw().axes) == 2
+    assert re.search(r"2 of \d measures; all are in comparison.md", few.caption)
+    monkeypatch.setattr("analysis.figures.pictures.MOST_PANELS", 24)
+    assert "comparison.md" not in means_picture(found.compared, shown, "outcome").caption

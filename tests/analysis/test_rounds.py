@@ -17,7 +17,6 @@ from analysis.arrays import OUTCOMES
 from analysis.figures.shown import Shown
 from analysis.form import form_of
 from analysis.plots import draw
-from analysis.plots.rounds import colour_of
 from analysis.rounds.figures import RoundsFigures
 from analysis.rounds.run import NONE, RoundsRun
 from analysis.signatures import measure
@@ -106,10 +105,6 @@ def test_the_pictures_are_one_by_round_and_one_by_agent_for_each_kind_that_decid
         drawn = draw(picture)
         assert drawn.png.startswith(b"\x89PNG") and drawn.svg == draw(picture).svg
     assert "evening: go (share)" in draw(pictures[0]).svg
-
-
-def test_every_label_has_a_colour_of_its_own_in_the_figures():
-    assert len({colour_of(place) for place in range(60)}) == 60
 
 
 def test_a_signature_may_measure_a_shipped_form_that_has_none_of_its_own(

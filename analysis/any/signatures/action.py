@@ -14,7 +14,7 @@ NAME = "action"
 PRIMARY = False
 
 MEASURES = {
-    "share_*": share("Decided * (share of actions)"),
+    "share_*": share("Decided * (share of actions)", says="decides * {more|less} often"),
     "variety": share("Pairs of actions that differ (share)"),
     "variety_*": share("Pairs of actions that differ, * (share)"),
     "entropy": share("Entropy of actions (of its maximum)"),

@@ -14,13 +14,15 @@ from analysis.measure import Measure, share
 NAME = "communication"
 
 MEASURES = {
-    "rate": share("Messages per agent and step"),
-    "reply_rate": share("Messages per agent and step after one was heard"),
+    "rate": share("Messages per agent and step", says="speaks {more|less} often"),
+    "reply_rate": share(
+        "Messages per agent and step after one was heard", says="speaks {more|less} often after it was spoken to"
+    ),
     "silent_share": share("Agents that never speak (share)"),
     "gini": share("Inequality of speaking (Gini)"),
     "audience": Measure("Hearers per message", low=0),
-    "length": Measure("Length of a message (characters)", low=0),
-    "variety": share("Pairs of messages with different texts (share)"),
+    "length": Measure("Length of a message (characters)", low=0, says="writes {longer|shorter} messages"),
+    "variety": share("Pairs of messages with different texts (share)", says="says {more|less} different things"),
     "distinct_share": share("Distinct texts (share of messages)"),
 }
 

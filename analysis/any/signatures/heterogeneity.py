@@ -12,7 +12,11 @@ NAME = "heterogeneity"
 PRIMARY = False
 
 MEASURES = {
-    "beyond_shuffled": Measure("Lasting differences between agents, beyond shuffled ones (share)", null=Null(0, ALIKE)),
+    "beyond_shuffled": Measure(
+        "Lasting differences between agents, beyond shuffled ones (share)",
+        null=Null(0, ALIKE),
+        says="has agents that differ {more|less} from each other",
+    ),
     "p": share("Shuffles in which agents differ as much (share)"),
 }
 

@@ -12,7 +12,7 @@ from analysis.measure import share
 NAME = "idle_rate"
 
 MEASURES = {
-    "chosen": share("Chose to do nothing (share of decisions)"),
+    "chosen": share("Chose to do nothing (share of decisions)", says="does nothing {more|less} often"),
     "invalid": share("No readable decision (share of decisions)"),
 }
 

@@ -11,17 +11,19 @@ import numpy as np
 from analysis.any.run import AnyRun
 from analysis.arrays import OUTCOMES, READABLE, IntArray
 from analysis.formulas import ratio
-from analysis.measure import share
+from analysis.measure import HIGH, LOW, share
 
 NAME = "outcome"
 
 READABLE_TOO = False
 
 MEASURES = {
-    "readable": share("Readable action replies (share)"),
-    "failure_rate": share("Action replies without a decision (share)"),
-    "message_readable": share("Readable message replies (share)"),
-    "message_failure_rate": share("Message replies without a decision (share)"),
+    "readable": share(
+        "Readable action replies (share)", better=HIGH, says="gives a reply that can be read {more|less} often"
+    ),
+    "failure_rate": share("Action replies without a decision (share)", better=LOW),
+    "message_readable": share("Readable message replies (share)", better=HIGH),
+    "message_failure_rate": share("Message replies without a decision (share)", better=LOW),
     **{str(outcome): share(f"Action replies: {outcome} (share)") for outcome in OUTCOMES},
     **{f"message_{outcome}": share(f"Message replies: {outcome} (share)") for outcome in OUTCOMES},
 }

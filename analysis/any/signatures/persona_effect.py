@@ -17,6 +17,7 @@ MEASURES = {
     "*": Measure(
         "Actions that go with *, beyond shuffled personas (share)",
         null=Null(0, "acts without regard to its persona, whatever its habits"),
+        says="acts {more|less} by the * of its persona",
     ),
 }
 

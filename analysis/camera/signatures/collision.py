@@ -9,7 +9,7 @@ from analysis.measure import share
 NAME = "collision"
 
 MEASURES = {
-    "rate": share("Collisions (share of decisions)"),
+    "rate": share("Collisions (share of decisions)", says="runs into things {more|less} often"),
     "rate_moving": share("Collisions (share of translations)"),
     "lost_way": share("Way asked for and not made (share)"),
 }

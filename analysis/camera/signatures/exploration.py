@@ -13,8 +13,8 @@ from analysis.measure import Measure, share
 NAME = "exploration"
 
 MEASURES = {
-    "coverage": share("Visited cells (share of those in reach, mean of agents)"),
-    "path_length": Measure("Way covered (m)", low=0),
+    "coverage": share("Visited cells (share of those in reach, mean of agents)", says="visits {more|fewer} cells"),
+    "path_length": Measure("Way covered (m)", low=0, says="walks {further|less far}"),
     "gyration_m": Measure("Radius of gyration (m)", low=0),
 }
 

@@ -9,13 +9,19 @@ import numpy as np
 from analysis.arrays import FloatArray
 from analysis.camera.run import CameraRun
 from analysis.camera.signatures import path_efficiency
-from analysis.measure import share
+from analysis.measure import HIGH, share
 
 NAME = "follow"
 
 MEASURES = {
-    "sdtw": share("Likeness to the told way, where it succeeded (SDTW)"),
-    "legs": share("Legs of the told way, walked in their order (share)"),
+    "sdtw": share(
+        "Likeness to the told way, where it succeeded (SDTW)", better=HIGH, says="follows the told way {better|worse}"
+    ),
+    "legs": share(
+        "Legs of the told way, walked in their order (share)",
+        better=HIGH,
+        says="walks {more|fewer} legs of the told way",
+    ),
 }
 
 HEADLINE = ("sdtw", "legs")

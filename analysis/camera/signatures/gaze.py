@@ -11,7 +11,7 @@ from analysis.measure import Measure, Null, share
 NAME = "gaze"
 
 MEASURES = {
-    "rate": Measure("Turn of the gaze per decision (degrees)", low=0),
+    "rate": Measure("Turn of the gaze per decision (degrees)", low=0, says="turns its gaze {more|less}"),
     "share": share("Decisions that turn the gaze (share)"),
     "mean_pitch": Measure("Mean pitch of what is seen (degrees)", -90, 90, Null(0, "looks up and down alike")),
     "mean_tilt": Measure("Mean tilt of what is seen, up or down (degrees)", low=0, high=90),

@@ -8,20 +8,29 @@ from typing import Any
 
 from analysis.camera.run import CameraRun
 from analysis.formulas import mean
-from analysis.measure import Measure, Null, share
+from analysis.measure import HIGH, LOW, Measure, Null, share
 
 NAME = "map_probe"
 
 _BLIND = "draws its answers from those that are possible, whatever it sees"
 
 MEASURES = {
-    "above_chance": Measure("Right answers beyond chance (share)", -1, 1, Null(0, _BLIND)),
-    "accuracy": share("Right answers (share)"),
+    "above_chance": Measure(
+        "Right answers beyond chance (share)",
+        -1,
+        1,
+        Null(0, _BLIND),
+        better=HIGH,
+        says="answers {more|fewer} questions about its walk right",
+    ),
+    "accuracy": share("Right answers (share)", better=HIGH),
     "chance": share("Right answers of who draws them (share)"),
-    "accuracy_*": share("Right answers about * (share)"),
+    "accuracy_*": share("Right answers about * (share)", better=HIGH),
     "chance_*": share("Right answers about * of who draws them (share)"),
-    "distance_error": Measure("Error of distances (m)", low=0),
-    "distance_relative": Measure("Error of distances, against the best answer that is always the same", low=0),
+    "distance_error": Measure("Error of distances (m)", low=0, better=LOW),
+    "distance_relative": Measure(
+        "Error of distances, against the best answer that is always the same", low=0, better=LOW
+    ),
 }
 
 HEADLINE = ("above_chance", "distance_relative")

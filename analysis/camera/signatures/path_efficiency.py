@@ -8,19 +8,21 @@ import numpy as np
 
 from analysis.camera.paths import ndtw, resampled, soft_spl, spl, straightness
 from analysis.camera.run import CameraRun
-from analysis.measure import Measure, share
+from analysis.measure import HIGH, LOW, Measure, share
 
 NAME = "path_efficiency"
 
 MEASURES = {
-    "success": share("Found the target and stayed there (share)"),
-    "reached": share("Target reached at the end (share)"),
-    "oracle_success": share("Target reached at any time (share)"),
-    "spl": share("Success weighted by path length (SPL)"),
-    "oracle_spl": share("Best SPL of any stop on the way (oracle SPL)"),
-    "soft_spl": share("Progress weighted by path length (SoftSPL)"),
-    "ndtw": share("Likeness to the shortest path (nDTW)"),
-    "distance_to_goal": Measure("Distance to the goal at the end (m)", low=0),
+    "success": share(
+        "Found the target and stayed there (share)", better=HIGH, says="finds its target {more|less} often"
+    ),
+    "reached": share("Target reached at the end (share)", better=HIGH),
+    "oracle_success": share("Target reached at any time (share)", better=HIGH),
+    "spl": share("Success weighted by path length (SPL)", better=HIGH),
+    "oracle_spl": share("Best SPL of any stop on the way (oracle SPL)", better=HIGH),
+    "soft_spl": share("Progress weighted by path length (SoftSPL)", better=HIGH),
+    "ndtw": share("Likeness to the shortest path (nDTW)", better=HIGH),
+    "distance_to_goal": Measure("Distance to the goal at the end (m)", low=0, better=LOW),
     "path_length": Measure("Way covered towards a target (m)", low=0),
     "shortest": Measure("Shortest way to the target (m)", low=0),
     "straightness": share("Straightness of the way"),

@@ -12,31 +12,38 @@ from analysis.camera.run import CameraRun
 from analysis.camera.sight_rule import claims_to_see, thing_of, things_claimed
 from analysis.camera.sight_words import AMBIGUOUS, THINGS
 from analysis.formulas import mean, ratio
-from analysis.measure import Measure, Null, share
+from analysis.measure import HIGH, LOW, Measure, Null, share
 
 NAME = "recognition"
 
 _BLIND = "claims to see it without regard to the image"
 
 MEASURES = {
-    "informedness": Measure("Claims of the target in view, beyond those without (share)", -1, 1, Null(0, _BLIND)),
+    "informedness": Measure(
+        "Claims of the target in view, beyond those without (share)",
+        -1,
+        1,
+        Null(0, _BLIND),
+        better=HIGH,
+        says="tells {better|worse} whether the target is in view",
+    ),
     "claim_rate": share("Claims to see the target (share of replies)"),
-    "accuracy": share("Right about the target, seen or not (share of replies)"),
-    "precision": share("True claims to see the target (share of claims)"),
-    "recall": share("Target claimed when in view (share)"),
-    "f1": share("Claims to see the target, F1"),
-    "mcc": Measure("Claims to see the target, Matthews correlation", -1, 1, Null(0, _BLIND)),
-    "miss_rate": share("Target not claimed when in view (share)"),
-    "false_claim_rate": share("Target claimed when not in view (share)"),
-    "hallucinated": share("Claims of a target not in view (share of claims)"),
+    "accuracy": share("Right about the target, seen or not (share of replies)", better=HIGH),
+    "precision": share("True claims to see the target (share of claims)", better=HIGH),
+    "recall": share("Target claimed when in view (share)", better=HIGH),
+    "f1": share("Claims to see the target, F1", better=HIGH),
+    "mcc": Measure("Claims to see the target, Matthews correlation", -1, 1, Null(0, _BLIND), better=HIGH),
+    "miss_rate": share("Target not claimed when in view (share)", better=LOW),
+    "false_claim_rate": share("Target claimed when not in view (share)", better=LOW),
+    "hallucinated": share("Claims of a target not in view (share of claims)", better=LOW),
     "false_stop": share("Stays without the target in view (share of stays)"),
-    "chair_i": share("Things named that are not in view (share of mentions, CHAIR_i)"),
-    "chair_s": share("Replies that name a thing not in view (share, CHAIR_s)"),
+    "chair_i": share("Things named that are not in view (share of mentions, CHAIR_i)", better=LOW),
+    "chair_s": share("Replies that name a thing not in view (share, CHAIR_s)", better=LOW),
     "mentions": Measure("Things said to be seen, per reply", low=0),
-    "object_precision": share("Things named that are in view (share of mentions)"),
-    "object_recall": share("Things in view that are named (share)"),
-    "object_f1": share("Things named and in view, F1"),
-    "object_miss_rate": share("Things in view that are not named (share)"),
+    "object_precision": share("Things named that are in view (share of mentions)", better=HIGH),
+    "object_recall": share("Things in view that are named (share)", better=HIGH),
+    "object_f1": share("Things named and in view, F1", better=HIGH),
+    "object_miss_rate": share("Things in view that are not named (share)", better=LOW),
 }
 
 HEADLINE = ("informedness", "recall", "false_claim_rate", "false_stop", "chair_i", "object_recall")

@@ -19,8 +19,10 @@ HORIZON = 10
 """Decisions up to which the restricted mean time to recovery looks: the same for all runs, whatever their length."""
 
 MEASURES = {
-    "wrong_rate": share("Decisions that lead away from the goal (share)"),
-    "recovered": share("Detours made good (share)"),
+    "wrong_rate": share(
+        "Decisions that lead away from the goal (share)", says="goes away from its goal {more|less} often"
+    ),
+    "recovered": share("Detours made good (share)", says="makes good {more|fewer} of its detours"),
     "time": Measure("Decisions until a detour was made good", low=1),
     "rmst": Measure("Mean time to recovery (decisions, restricted)", 1, HORIZON),
     "max_excess": Measure("Greatest detour (m)", low=0),

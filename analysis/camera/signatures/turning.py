@@ -11,7 +11,7 @@ from analysis.measure import Measure, Null, share
 NAME = "turning"
 
 MEASURES = {
-    "rate": Measure("Turn per decision (degrees)", low=0),
+    "rate": Measure("Turn per decision (degrees)", low=0, says="turns {more|less}"),
     "share": share("Decisions with a turn (share)"),
     "angle": Measure("Turn per turning decision (degrees)", low=0),
     "left_bias": Measure("Left against right turns (-1 right, 1 left)", -1, 1, Null(0, "turns to either side alike")),

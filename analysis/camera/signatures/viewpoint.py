@@ -21,7 +21,13 @@ _BLIND = "draws its decisions one by one, without regard to the image"
 MEASURES = {
     "view_change": share("Other decision with another view of the same place (share of pairs)"),
     "same_view_change": share("Other decision with the same view (share of pairs)"),
-    "view_effect": Measure("Other decision for another view, beyond that for the same one", -2, 2, Null(0, _BLIND)),
+    "view_effect": Measure(
+        "Other decision for another view, beyond that for the same one",
+        -2,
+        2,
+        Null(0, _BLIND),
+        says="decides {more|less} by what it sees",
+    ),
     "visible_information": Measure(
         "What the target in view tells of the decision (bits, beyond chance)", -1, 1, Null(0, _BLIND)
     ),

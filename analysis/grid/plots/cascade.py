@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from analysis.plots import style
 from analysis.plots.labels import wrapped
+from foundry.palette import BASELINE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,9 +70,7 @@ def draw_cascade(ax: Axes, tree: CascadeTree) -> Axes:
         shape = "x" if agent in tree.unfounded else "o"
         ax.plot(*dot, marker=shape, markersize=3.5, color=tree.colour, markerfacecolor=face, markeredgewidth=0.8)
     informed = f"{tree.informed} of {tree.agents} agents learnt of a fire"
-    ax.set_title(
-        wrapped(tree.label, 44) + "\n" + informed, size=7, color=style.BASELINE if tree.baseline else style.DARK
-    )
+    ax.set_title(wrapped(tree.label, 44) + "\n" + informed, size=7, color=BASELINE if tree.baseline else style.DARK)
     names = [str(agent) for agent in tree.rows] if len(tree.rows) <= _NUMBERED else [""] * len(tree.rows)
     ax.set_yticks(list(place.values()), names, size=7)
     ax.set_xlim(0, tree.steps + 1)

@@ -12,6 +12,7 @@ from analysis.arrays import FloatArray
 from analysis.grid.run import GridSettings
 from analysis.plots import style
 from analysis.plots.labels import wrapped
+from foundry.palette import BASELINE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -106,7 +107,7 @@ def draw_world(ax: Axes, world: GridSettings, colour: str) -> None:
 
     for (x, y), (other_x, other_y) in world.walls:
         low = (min(x, other_x) - 0.5, min(y, other_y) - 0.5)
-        ax.add_patch(Rectangle(low, abs(other_x - x) + 1, abs(other_y - y) + 1, facecolor=style.BASELINE, linewidth=0))
+        ax.add_patch(Rectangle(low, abs(other_x - x) + 1, abs(other_y - y) + 1, facecolor=BASELINE, linewidth=0))
     for x, y in (cell for one in world.exits for cell in one.cells):
         ax.add_patch(Rectangle((x - 0.5, y - 0.5), 1, 1, facecolor=style.PLACE, linewidth=0))
 
@@ -130,5 +131,5 @@ def map_titles(labels: Sequence[str]) -> int:
 
 
 def _title(ax: Axes, label: str, *, baseline: bool) -> None:
-    colour = style.BASELINE if baseline else style.DARK
+    colour = BASELINE if baseline else style.DARK
     ax.set_title(wrapped(label, MAP_TITLE_WIDTH), size=7, color=colour, pad=3)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,8 +14,6 @@ from analysis.plots.labels import wrapped
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-_LINES = ("-", "--", "-.", ":")
 
 
 @dataclass(frozen=True)
@@ -45,12 +43,10 @@ def draw_survival(ax: Axes, curves: Sequence[SurvivalCurve], label: str) -> Axes
     """Draw a falling line a group, with its band over runs; `label` says what is left."""
     for curve in curves:
         steps = np.arange(len(curve.remaining))
-        colour = style.colour(curve.index, baseline=curve.baseline)
-        dashes = _LINES[curve.index % len(_LINES)]
+        look = style.line(curve.index, baseline=curve.baseline)
         name = wrapped(f"{curve.label} (n={curve.runs})", 40)
-        look: Any = {"color": colour, "linestyle": dashes, "zorder": 1.9 if curve.baseline else 2}
         ax.step(steps, curve.remaining, where="post", linewidth=1.0 if curve.baseline else 1.4, label=name, **look)
-        ax.fill_between(steps, curve.low, curve.high, step="post", color=colour, alpha=0.15, linewidth=0)
+        ax.fill_between(steps, curve.low, curve.high, step="post", color=look["color"], alpha=0.15, linewidth=0)
     ax.set(xlabel="Step", ylabel=label, ylim=(-0.03, 1.03))
     ax.grid(True, axis="both")
     ax.legend(loc="upper left", bbox_to_anchor=(-0.02, -0.22), borderaxespad=0, handlelength=2.2)

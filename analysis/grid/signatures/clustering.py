@@ -22,9 +22,9 @@ NAME = "clustering"
 _ANYWHERE = "is anywhere alike, without regard to others"
 
 MEASURES = {
-    "largest_group": share("Largest group (share of agents)"),
+    "largest_group": share("Largest group (share of agents)", says="gathers in {larger|smaller} groups"),
     "groups": Measure("Groups of two or more", low=0),
-    "isolated": share("Agents with nobody in reach (share)"),
+    "isolated": share("Agents with nobody in reach (share)", says="leaves {more|fewer} agents alone"),
     "nni": Measure("Nearest-neighbour index (1: as random placements)", low=0, null=Null(1, _ANYWHERE)),
     "nni_z": Measure("Nearest-neighbour distance (standard deviations from random)", null=Null(0, _ANYWHERE)),
     "nni_donnelly": Measure("Nearest-neighbour index, Donnelly's edge correction", low=0),

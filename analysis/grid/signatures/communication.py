@@ -15,7 +15,7 @@ from analysis.measure import Measure, share
 NAME = "communication"
 
 MEASURES = {
-    "rate": share("Messages per agent and step"),
+    "rate": share("Messages per agent and step", says="speaks {more|less} often"),
     "conditional_rate": share("Messages per agent and step with someone in reach"),
     "silent_share": share("Agents that never speak (share)"),
     "gini": share("Inequality of speaking (Gini)"),
@@ -23,8 +23,8 @@ MEASURES = {
     "burstiness_finite": Measure("Burstiness, corrected for few messages", low=-1, high=1),
     "reciprocity": share("Links that go both ways (share)"),
     "audience": Measure("Hearers per message", low=0),
-    "length": Measure("Length of a message (characters)", low=0),
-    "variety": share("Pairs of messages with different texts (share)"),
+    "length": Measure("Length of a message (characters)", low=0, says="writes {longer|shorter} messages"),
+    "variety": share("Pairs of messages with different texts (share)", says="says {more|less} different things"),
     "distinct_share": share("Distinct texts (share of messages)"),
 }
 

@@ -11,21 +11,21 @@ from analysis.formulas import mean, ratio
 from analysis.grid.leaving import NO_WAY, exit_steps, soonest, start_distances
 from analysis.grid.run import NO_EXIT, GridRun
 from analysis.grid.signatures.warning import find_labels
-from analysis.measure import Measure, share
+from analysis.measure import HIGH, LOW, Measure, share
 
 NAME = "evacuation"
 
 READABLE_TOO = False
 
 MEASURES = {
-    "out": share("Agents that got out (share)"),
-    "lost": share("Agents that died (share)"),
-    "time_50": Measure("Step by which half are out", low=1),
-    "time_90": Measure("Step by which nine in ten are out", low=1),
+    "out": share("Agents that got out (share)", better=HIGH, says="gets {more|fewer} agents out"),
+    "lost": share("Agents that died (share)", better=LOW),
+    "time_50": Measure("Step by which half are out", low=1, better=LOW),
+    "time_90": Measure("Step by which nine in ten are out", low=1, better=LOW),
     "lower_bound": Measure("Soonest step by which nine in ten can be out", low=1),
     "lower_bound_50": Measure("Soonest step by which half can be out", low=1),
-    "over_bound": Measure("Time until nine in ten are out, over the soonest possible", low=1),
-    "over_bound_50": Measure("Time until half are out, over the soonest possible", low=1),
+    "over_bound": Measure("Time until nine in ten are out, over the soonest possible", low=1, better=LOW),
+    "over_bound_50": Measure("Time until half are out, over the soonest possible", low=1, better=LOW),
     "share_*": share("Left by * (share of those out)"),
     "nearest": share("Left by the exit that was nearest (share)"),
     "with_leaders": share("Left by the exit of most leaders (share of the others)"),

@@ -15,7 +15,7 @@ from analysis.measure import Measure, Null, share
 NAME = "exploration"
 
 MEASURES = {
-    "coverage": share("Visited cells (share of those in reach, mean of agents)"),
+    "coverage": share("Visited cells (share of those in reach, mean of agents)", says="visits {more|fewer} cells"),
     "group_coverage": share("Cells visited by anyone (share of the grid)"),
     "unique_ratio": share("New cells per state"),
     "walker_ratio": Measure(

@@ -30,7 +30,13 @@ MEASURES = {
     "away": share("Steps away from a fire in sight (share)"),
     "away_moving": share("Moves away from a fire in sight (share of moves)"),
     "walker_away": share("Steps away from a fire in sight, of a walker (share)"),
-    "away_beyond_blind": Measure("Steps away from a fire, beyond a blind agent's (difference)", -1, 1, Null(0, _BLIND)),
+    "away_beyond_blind": Measure(
+        "Steps away from a fire, beyond a blind agent's (difference)",
+        -1,
+        1,
+        Null(0, _BLIND),
+        says="steps away from fires {more|less}",
+    ),
     "difference_walker_moving": Measure(
         "Moves away from a fire, beyond a walker's (difference)", -1, 1, Null(0, _UNBIASED)
     ),

@@ -12,8 +12,11 @@ from analysis.measure import Measure, share
 NAME = "idle_rate"
 
 MEASURES = {
-    "chosen": share("Chose to stay (share of decisions)"),
-    "blocked": share("Blocked by the edge or an obstacle (share of decisions)"),
+    "chosen": share("Chose to stay (share of decisions)", says="stays where it is {more|less} often"),
+    "blocked": share(
+        "Blocked by the edge or an obstacle (share of decisions)",
+        says="runs against the edge or an obstacle {more|less} often",
+    ),
     "invalid": share("No readable decision (share of decisions)"),
     "immobile": share("Did not move (share of decisions)"),
     "longest_run": Measure("Longest immobile run (steps, mean of agents)", low=0),

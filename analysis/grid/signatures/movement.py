@@ -21,7 +21,11 @@ WAYS = CHOICES[STAY + 1 :]
 _ALIKE, _BLIND = "goes all ways alike, away from the edge", "goes and stays without regard to {}"
 
 MEASURES = {
-    "variety": share("Pairs of moves in different directions (share)", Null(0.75, _ALIKE)),
+    "variety": share(
+        "Pairs of moves in different directions (share)",
+        Null(0.75, _ALIKE),
+        says="has agents that move in {more|less} different directions",
+    ),
     "alignment": Measure("Likeness of the directions of two moves (mean cosine)", -1, 1, Null(0, _ALIKE)),
     "direction_entropy": share("Entropy of directions moved (of its maximum)"),
     "direction_bits": Measure("Entropy of directions moved (bits)", 0, 2),

@@ -16,7 +16,7 @@ from analysis.measure import share
 NAME = "path_efficiency"
 
 MEASURES = {
-    "trip_efficiency": share("Trip efficiency, waits included"),
+    "trip_efficiency": share("Trip efficiency, waits included", says="goes to places {more|less} directly"),
     "trip_efficiency_moving": share("Trip efficiency, moves alone"),
     "arrived": share("Agents that end in a place (share)"),
 }

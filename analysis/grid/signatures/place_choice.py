@@ -25,12 +25,12 @@ from analysis.measure import Measure, share
 NAME = "place_choice"
 
 MEASURES = {
-    "share_*": share("Time in * (share)"),
+    "share_*": share("Time in * (share)", says="spends {more|less} time in *"),
     "share_outside": share("Time outside all places (share)"),
     "first_choice_*": share("* entered first (share of entering agents)"),
     "switch_rate": share("Changes of place (per decision spent in places)"),
     "overcrowding_since_entry": share("Steps over capacity since the first entry (share, mean of places)"),
-    "overcrowding": share("Steps over capacity (share, mean of places)"),
+    "overcrowding": share("Steps over capacity (share, mean of places)", says="crowds places {more|less}"),
     "overcrowding_*": share("Steps over capacity in * (share)"),
     "utilisation_since_entry": share("Used capacity since the first entry (share, mean of places)"),
     "utilisation": share("Used capacity (share, mean of places)"),

@@ -9,17 +9,17 @@ import numpy as np
 from analysis.arrays import BoolArray, IntArray
 from analysis.formulas import gini, mean, ratio
 from analysis.grid.run import CHOICES, DEEDS, GridRun
-from analysis.measure import Measure, share
+from analysis.measure import HIGH, Measure, share
 
 NAME = "survival"
 
 MEASURES = {
-    "lifespan": Measure("Steps lived (restricted mean)", low=0),
-    "survived": share("Agents alive at the end (share of those of the start)"),
-    "sharing_rate": share("Shared (share of decisions with someone within reach)"),
+    "lifespan": Measure("Steps lived (restricted mean)", low=0, better=HIGH, says="lives {longer|less long}"),
+    "survived": share("Agents alive at the end (share of those of the start)", better=HIGH),
+    "sharing_rate": share("Shared (share of decisions with someone within reach)", says="shares {more|less} often"),
     "sharing_rate_scarce": share("Shared with less than at the start (share of such decisions)"),
     "sharing_rate_plenty": share("Shared with as much as at the start (share of such decisions)"),
-    "attack_rate": share("Attacked (share of decisions with someone within reach)"),
+    "attack_rate": share("Attacked (share of decisions with someone within reach)", says="attacks {more|less} often"),
     "attack_rate_scarce": share("Attacked with less than at the start (share of such decisions)"),
     "attack_rate_plenty": share("Attacked with as much as at the start (share of such decisions)"),
     "given": Measure("Energy shared (units per decision)", low=0),

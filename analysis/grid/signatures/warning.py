@@ -25,11 +25,15 @@ _SIGHT = "warns of fires it has in sight alone"
 
 MEASURES = {
     "informed_fraction": share("Informed agents (share)"),
-    "social_reach": share("Told before seeing a fire (share of those not first to see)"),
+    "social_reach": share(
+        "Told before seeing a fire (share of those not first to see)", says="warns its neighbours {more|less}"
+    ),
     "traced_reach": share("Told by a chain from someone who saw a fire (share)"),
     "oracle_reach": share("Reachable if everyone relayed (share)"),
     "normalised_reach": share("Told / reachable if everyone relayed"),
-    "relay_probability": share("Told agents that warn in turn (share)", Null(0, _SIGHT)),
+    "relay_probability": share(
+        "Told agents that warn in turn (share)", Null(0, _SIGHT), says="passes warnings on {more|less} often"
+    ),
     "relay_above_chance": Measure(
         "Told agents that warn in turn, beyond chance (share)", -1, 1, Null(0, "warns without regard to what it hears")
     ),
@@ -38,7 +42,9 @@ MEASURES = {
     "trees": Measure("Separate chains of warnings", low=0),
     "virality": Measure("Distance within a chain of warnings (structural virality)", low=1),
     "rmst": Measure("Mean time to the first warning (steps, restricted)", low=0),
-    "false_alarm_rate": share("False alarms (share of messages)", Null(0, _SIGHT)),
+    "false_alarm_rate": share(
+        "False alarms (share of messages)", Null(0, _SIGHT), says="gives false alarms {more|less} often"
+    ),
     "warning_share": share("Warnings (share of messages)"),
     "unknown": share("Messages of which the labeller says neither (share)"),
 }

@@ -9,17 +9,23 @@ from scipy.stats import binom
 
 from analysis.arrays import FloatArray
 from analysis.formulas import mean, ratio
-from analysis.measure import Measure, Null, share
+from analysis.measure import HIGH, Measure, Null, share
 from analysis.rounds.run import RoundsRun
 
 NAME = "bar"
 KIND, GO = "evening", "go"
 
 MEASURES = {
-    "score": Measure("Nearness of the attendance to the capacity", 0, 100),
+    "score": Measure(
+        "Nearness of the attendance to the capacity",
+        0,
+        100,
+        better=HIGH,
+        says="fills the bar {nearer to|further from} its capacity",
+    ),
     "score_of_coins": Measure("Nearness of as many coins to the capacity", 0, 100),
     "score_over_coins": Measure(
-        "Nearness to the capacity, beyond that of coins", -100, 100, Null(0, "goes as a coin falls")
+        "Nearness to the capacity, beyond that of coins", -100, 100, Null(0, "goes as a coin falls"), better=HIGH
     ),
     "share": share("Mean share that goes"),
     "crowded": share("Evenings that are crowded (share)"),

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from analysis.arrays import IntArray
 from analysis.formulas import mean, ratio
-from analysis.measure import Measure, share
+from analysis.measure import HIGH, Measure, share
 from analysis.rounds.run import RoundsRun
 
 NAME = "naming"
@@ -22,16 +23,16 @@ AGREED = 0.95
 """Share of the interactions of a round that succeed in a consensus."""
 
 MEASURES = {
-    "success": share("Interactions that succeed"),
-    "success_last": share("Interactions that succeed in the last round"),
-    "converged": share("Reached consensus (1) or not (0)"),
+    "success": share("Interactions that succeed", better=HIGH, says="agrees on names {more|less} often"),
+    "success_last": share("Interactions that succeed in the last round", better=HIGH),
+    "converged": share("Reached consensus (1) or not (0)", better=HIGH),
     "rounds": Measure("Rounds to consensus", 1),
     "names": Measure("Different names said in a round (mean of rounds)", 0),
     "names_last": Measure("Different names said in the last round", 0),
     "names_ever": Measure("Different names said in the run", 0),
     "committed_share": share("Names said in the last round, of those free to choose, that are the committed one"),
     "turned": share("The committed name prevails (1) or not (0)"),
-    "won_*": share("Consensus on * (1) or on another name (0)"),
+    "won_*": replace(share("Consensus on * (1) or on another name (0)"), exclusive=True),
 }
 
 HEADLINE = ("success", "converged", "rounds", "names")
@@ -55,8 +56,9 @@ def measure(run: RoundsRun) -> dict[str, float]:
       where nobody is committed, or nothing was said.
     - turned: 1 where that is more than a half, else 0.
     - won_*: 1 where this is the name said most in the round of the consensus, else 0, by each name that the world is
-      set to. NaN without a consensus. The mean over runs is what share of consensuses a name wins; without any bias for
-      one of k names it is 1/k.
+      set to. NaN without a consensus, and where a name is established or somebody committed to one, so that names are
+      not alike from the start. The mean over runs is what share of consensuses a name wins; without any bias for one of
+      k names it is 1/k. `equal_chances.csv` holds the counts of all against that.
 
     Denominators: n_rounds, n_meetings. Source: Ashery, Aiello and Baronchelli 2025 (arXiv 2410.08948); Baronchelli et
     al. 2006.
@@ -67,7 +69,8 @@ def measure(run: RoundsRun) -> dict[str, float]:
     successes = np.bincount(steps, weights=[one["equal"] for one in meetings])[1:]
     by_round = [_names(meetings[end - count : end]) for count, end in zip(number, number.cumsum(), strict=True)]
     agreed = np.flatnonzero(successes >= AGREED * number)
-    winner = max(by_round[agreed[0]].items(), key=_most)[0] if agreed.size else None
+    alike = run.world["established"] is None and run.world["committed_name"] is None
+    winner = max(by_round[agreed[0]].items(), key=_most)[0] if agreed.size and alike else None
     return {
         "success": ratio(float(successes.sum()), len(meetings)),
         "success_last": float(successes[-1] / number[-1]) if number.size else np.nan,

@@ -15,7 +15,7 @@ NAME = "public_goods"
 GIVE, PUNISH = "contribution", "punishment"
 
 MEASURES = {
-    "score": Measure("Tokens that are kept (%)", 0, 100),
+    "score": Measure("Tokens that are kept (%)", 0, 100, says="keeps {more|fewer} tokens"),
     "contribution": Measure("Tokens given a round (mean)", low=0),
     "trend": Measure(
         "Change of the share given, a round", -1, 1, Null(0, "gives without regard to the round and the others")

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.measure import Measure
+from analysis.measure import HIGH, Measure
 from analysis.rounds.run import RoundsRun
 
 NAME = "returns"
 STREAM = "returns"
 READABLE_TOO = False
 MEASURES = {
-    "mean": Measure("Return, mean over agents"),
-    "first": Measure("Return of the agent that begins"),
+    "mean": Measure("Return, mean over agents", better=HIGH, says="earns {more|less}"),
+    "first": Measure("Return of the agent that begins", better=HIGH),
     "turns": Measure("Decisions of an agent", low=0),
 }
 HEADLINE = ("mean", "first")

@@ -11,6 +11,7 @@ import pytest
 
 from analysis.report import render
 from analysis.report.material import Material, gather
+from analysis.report.sections import Gallery
 from foundry.records import Counts, RunSummary
 from foundry.storing.determinism import write_repeats
 from foundry.storing.store import RunFolder, SweepFolder
@@ -51,6 +52,22 @@ def hostile_sweep(
         file.unlink()
     runs[8].path.rmdir()
     return folder
+
+
+@pytest.fixture(scope="session")
+def five_models(
+    tmp_path_factory: pytest.TempPathFactory,
+    write_sweep: Callable[..., SweepFolder],
+    make_condition: Callable[..., Any],
+) -> Path:
+    """The page of five models with long names over ten seeds, with every signature; no files of pictures beside it."""
+    names = [f"hf.co/someone/some-model-{size}B-Instruct-GGUF:Q4_K_M" for size in (1, 4, 8, 14, 32)]
+    folder = write_sweep(tmp_path_factory.mktemp("five") / "sweep", [make_condition(name, range(10)) for name in names])
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(Gallery, "write", lambda gallery, picture: None)
+        page = render(gather([folder.path]), folder.path, folder.analysis_dir / "plots")
+    folder.report_file.write_text(page, encoding="utf-8")
+    return folder.report_file
 
 
 @pytest.fixture(scope="session")

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import axe
 from browser import browser_page
+from commands import foundry
 
 pytestmark = pytest.mark.browser
 
@@ -33,7 +36,7 @@ def test_hostile_names_and_causes_stay_text(page_file: Path):
         assert page.locator("script").count() == 1
         assert page.locator("img[src=x]").count() == 0
         assert page.locator("text=onerror=document.title").count() > 0
-        assert "<script>document.title" in page.locator("svg").first.text_content()
+        assert "<script>document.title" in page.locator(".figures:not(.findings) svg").first.text_content()
 
 
 def test_numbers_sort_by_value_and_undefined_ones_stand_last(page_file: Path):
@@ -64,7 +67,8 @@ def test_everything_has_a_name_for_those_who_do_not_see_it(page_file: Path):
         page.goto(page_file.as_uri())
         assert page.locator("table:not(:has(caption))").count() == 0
         assert page.locator("th:not([scope])").count() == 0
-        assert page.locator("svg").count() == page.locator("[role=img][aria-label] > svg").count() > 0
+        drawn = page.locator("svg:not([aria-hidden])").count()
+        assert drawn == page.locator("[role=img][aria-label] > svg").count() > 0
         ids = page.evaluate("Array.from(document.querySelectorAll('[id]'), one => one.id)")
         assert len(set(ids)) == len(ids)
         assert page.evaluate("document.documentElement.lang") == "en"
@@ -88,6 +92,64 @@ def test_pictures_stand_on_white_in_the_dark_and_nothing_is_wider_than_the_page(
         assert page.evaluate("document.documentElement.scrollWidth") <= 700
 
 
+def test_the_question_and_what_was_found_stand_before_any_digest_or_command(page_file: Path):
+    with browser_page() as page:
+        page.goto(page_file.as_uri())
+        sections = page.evaluate("Array.from(document.querySelectorAll('section'), one => one.id)")
+        assert sections[:2] == ["summary", "limits"]
+        assert sections[-3:] == ["runs", "asked", "methods"]
+        assert page.inner_text("#summary h2").endswith("differ in small, over 6 seeds?")
+        said = page.locator(".findings [role=img]").first.get_attribute("aria-label")
+        assert "Differences: B" in said
+        assert page.locator("#summary").inner_text().find("f00d") < 0
+
+
+def test_names_stay_when_a_wide_table_is_moved(page_file: Path):
+    with browser_page(width=400) as page:
+        page.goto(page_file.as_uri())
+        area = page.locator("#runs .scroll").first
+        area.evaluate("one => { one.scrollLeft = 200; }")
+        name, box = area.locator("tbody th").first.bounding_box(), area.bounding_box()
+        assert area.evaluate("one => one.scrollLeft") > 0
+        assert name["x"] == pytest.approx(box["x"], abs=1)
+
+
+def printed_pages(page: Any) -> int:
+    return len(re.findall(rb"/Type\s*/Page\b", page.pdf(format="A4")))
+
+
+def test_five_models_in_one_world_are_a_megabyte_at_most_a_dozen_pages_and_one_screen(five_models: Path):
+    assert five_models.stat().st_size < 1_000_000
+    with browser_page() as page:
+        page.goto(five_models.as_uri())
+        assert page.locator(".folded").count() > 0, "all signatures are on the page"
+        assert 4 < printed_pages(page) <= 12
+        found = page.locator(".findings figure")
+        assert found.count() > 6
+        assert bottom(page, ".findings") <= 1300
+        found.evaluate_all("every => every.slice(6).forEach((one) => one.remove())")
+        assert bottom(page, ".findings") <= 900
+
+
+def bottom(page: Any, selector: str) -> float:
+    found: float = page.evaluate("(one) => document.querySelector(one).getBoundingClientRect().bottom", selector)
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_a_page_of_five_models_over_twenty_seeds_is_below_a_megabyte_and_prints_on_a_dozen_pages(tmp_path: Path):
+    models = ",".join(f"scripted/{name}" for name in ("random", "avoid", "herd", "first", "stay"))
+    asked = (f"model={models}", "seed=0-19", "output.dir=five", "analyze=false")
+    assert foundry("-m", *asked, cwd=tmp_path).returncode == 0
+    assert foundry("report", "five", cwd=tmp_path).returncode == 0
+    file = tmp_path / "five" / "report.html"
+    assert file.stat().st_size < 1_000_000
+    with browser_page() as page:
+        page.goto(file.as_uri())
+        assert 4 < printed_pages(page) <= 12
+
+
 def test_print_leaves_out_what_cannot_be_pressed_on_paper(page_file: Path):
     with browser_page() as page:
         page.goto(page_file.as_uri())
@@ -95,3 +157,10 @@ def test_print_leaves_out_what_cannot_be_pressed_on_paper(page_file: Path):
         assert not page.locator("nav").is_visible()
         assert page.locator("#methods p").first.is_visible()
         assert page.evaluate("getComputedStyle(document.body).color") == "rgb(0, 0, 0)"
+
+
+def test_axe_finds_nothing_wrong_with_a_report(page_file: Path):
+    with browser_page() as page:
+        page.goto(page_file.as_uri())
+        page.evaluate("() => document.querySelectorAll('details').forEach((one) => { one.open = true; })")
+        axe.check(page)

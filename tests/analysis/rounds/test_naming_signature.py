@@ -31,7 +31,7 @@ def met(*rounds: str) -> list[dict[str, Any]]:
 
 
 def run(*rounds: str, **settings: Any) -> RoundsRun:
-    usual = {"names": ["ama", "bodo", "ceri"], "committed_name": None}
+    usual = {"names": ["ama", "bodo", "ceri"], "committed_name": None, "established": None}
     played = scripted_run("world=naming", "model=scripted/focal_name", "world.steps=1")
     return replace(played, streams={"meetings": met(*rounds)}, world=usual | settings)
 
@@ -44,6 +44,12 @@ def test_meetings_worked_by_hand():
     assert (found["won_ama"], found["won_bodo"], found["won_ceri"]) == (0, 1, 0)
     assert (found["n_rounds"], found["n_meetings"]) == (4, 8)
     assert {type(value) for value in found.values()} == {float}
+
+
+@pytest.mark.parametrize("setting", ["established", "committed_name"])
+def test_nobody_wins_where_names_are_not_alike_from_the_start(setting: str):
+    found = measure(run("bb bb", **{setting: "ama"}))
+    assert found["converged"] == 1 and math.isnan(found["won_bodo"])
 
 
 def test_without_a_consensus_nobody_won_and_no_time_is_known():

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from analysis import analyze
-from analysis.validation.facts import Published
-from analysis.validation.table import changed, nearest
+from analysis.validation.facts import ClosedForm, Published, facts_of
+from analysis.validation.table import changed, elsewhere, nearest
 from commands import foundry
 from foundry.own_code import VARIABLE
 
@@ -47,6 +47,21 @@ def test_settings_that_are_not_the_files_are_told_and_many_are_counted():
     assert changed(usual | {"agents": 4}, "cafe_library") == "agents=4, not 20"
     assert changed(dict.fromkeys(usual, 7), "cafe_library") == "4 settings changed"
     assert changed({"agents": 3}, "of_no_file") == ""
+    assert changed(usual | {"fires": [], "personas": None}, "cafe_library") == (
+        "fires=[], not [...]; personas=null, not {...}"
+    )
+
+
+def test_a_closed_form_of_other_settings_says_at_which_it_holds():
+    coins, told_less, *_ = (one for one in facts_of("bar").closed_forms if "coins" in one.name or one.overrides)
+    usual = {"agents": 10, "reports": "explicit"}
+    assert [elsewhere(one, usual, "bar") for one in (coins, told_less)] == ["", ' (at reports="implicit")']
+    assert elsewhere(told_less, usual | {"reports": "implicit"}, "bar") == ""
+    assert elsewhere(coins, usual | {"agents": 20}, "bar") == " (at agents=10)"
+    overrides = ("world.history={memory: 1}", "world.steps=7", "world.personas=null")
+    nested = ClosedForm(name="one", policy="p", column="c", value=1, why="", overrides=overrides)
+    found = {"steps": 7, "history": {"memory": 5, "messages": 10}, "personas": {}}
+    assert elsewhere(nested, found, "cafe_library") == " (at personas=null, history.memory=1)"
 
 
 def test_each_group_has_its_null_its_best_policy_and_what_was_published(
@@ -63,7 +78,7 @@ def test_each_group_has_its_null_its_best_policy_and_what_was_published(
     assert list(rows.index) == ["scripted/stay", "scripted/random", "scripted/avoid"]
     assert rows["mean"].to_dict() == means.to_dict() and rows.loc["scripted/stay", "mean"] == 1
     assert set(rows["random"]) == {means["scripted/random"]} and set(rows["best"]) == {means["scripted/avoid"]}
-    assert set(rows["closed_forms"]) == {"idlers 1"} and rows["n"].tolist() == [1, 1, 1]
+    assert set(rows["closed_forms"]) == {"idlers 1 (at agents=20, steps=50)"} and rows["n"].tolist() == [1, 1, 1]
     assert rows["differs"].tolist()[0] == "small; agents=2, not 20; steps=2, not 50"
     assert rows["published"].notna().tolist() == [False, True, False]
     assert (

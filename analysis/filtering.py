@@ -1,0 +1,114 @@
+"""Which runs of sweeps an analysis takes, where it is not all of them; said in everything that it writes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from analysis.measuring.runs import RunResult
+from analysis.tables.signature_table import factor_value, setting
+from foundry.errors import InputError, not_found
+from foundry.storing.store import Condition, expand_ranges, write_atomically
+
+FILTER_FILE = "filter.json"
+_KNOWN = ("world", "model", "prompt", "seed", "sampling_seed")
+_NOT_OF_BASELINES = ("prompt", "sampling_seed")
+"""What scripted policies do not read, so that no filter of it is about them."""
+
+
+@dataclass(frozen=True)
+class Filter:
+    """Runs that are taken: of each key of `only` those with one of its values, but none with a value of `without`.
+
+    A key is `world`, `model`, `prompt`, `seed`, `sampling_seed` or the path of a setting, such as `world.steps`.
+    Baselines stay whatever models, prompts and sampling seeds are chosen, unless `without` names one as a model.
+    """
+
+    only: Mapping[str, Sequence[str]]
+    without: Mapping[str, Sequence[str]]
+
+    @classmethod
+    def of(cls, only: Iterable[str] = (), without: Iterable[str] = ()) -> Filter:
+        """Return the filter of texts of the form KEY=VALUE[,VALUE...]; seeds may be ranges, such as 0-9.
+
+        Raises:
+            InputError: one does not have that form.
+        """
+        return cls(_read("--only", only), _read("--without", without))
+
+    def __bool__(self) -> bool:
+        return bool(self.only or self.without)
+
+    def __str__(self) -> str:
+        told = {"only": self.only, "without": self.without}
+        return "; ".join(
+            f"{name} {key}={','.join(values)}" for name, chosen in told.items() for key, values in chosen.items()
+        )
+
+    def check(self, conditions: Sequence[Condition]) -> None:
+        """Refuse what none of the conditions has.
+
+        Raises:
+            InputError: there is such a key or value; names the closest.
+        """
+        for key, asked in (*self.only.items(), *self.without.items()):
+            values = {_text(value) for one in conditions for value in _values(one, key)}
+            if not any(one.factors.get(key, "") is None for one in conditions):
+                values.discard("null")  # what stands there for a setting that a world does not have
+            if not values and key != "sampling_seed":
+                names = (*_KNOWN, *(name for one in conditions for name in one.factors))
+                raise not_found("Setting", key, names, "Settings below them have paths, such as world.steps.")
+            for value in asked:
+                if value not in values:
+                    raise not_found(key if "." in key else key.capitalize(), value, values)
+
+    def taken(self, results: Sequence[RunResult]) -> list[RunResult]:
+        """Return the runs that are taken.
+
+        Raises:
+            InputError: none is left.
+        """
+        found = [one for one in results if self.takes(one)]
+        if all(one.baseline for one in found):
+            raise InputError(f"{self} leaves none of {len(results)} runs: leave out a filter.")
+        return found
+
+    def takes(self, run: RunResult) -> bool:
+        """Return whether a run is taken."""
+        ours: Callable[[str], bool] = (lambda key: key not in _NOT_OF_BASELINES) if run.baseline else (lambda key: True)
+        only = {key: asked for key, asked in self.only.items() if ours(key) and not (run.baseline and key == "model")}
+        without = {key: asked for key, asked in self.without.items() if ours(key)}
+        return all(_text(factor_value(run, key)) in asked for key, asked in only.items()) and not any(
+            _text(factor_value(run, key)) in asked for key, asked in without.items()
+        )
+
+    def write(self, folder: Path, taken: int, of: int) -> None:
+        """Say beside the tables which runs are in them; without a filter nothing is said."""
+        file = folder / FILTER_FILE
+        if self:
+            content = {"only": self.only, "without": self.without, "runs": taken, "of": of}
+            write_atomically(file, msgspec.json.format(msgspec.json.encode(content), indent=1) + b"\n")
+        else:
+            file.unlink(missing_ok=True)
+
+
+def _read(option: str, texts: Iterable[str]) -> dict[str, tuple[str, ...]]:
+    found: dict[str, tuple[str, ...]] = {}
+    for text in texts:
+        key, _, values = expand_ranges(text).partition("=")
+        if not key or not values:
+            raise InputError(f"{option} {text} has not the form KEY=VALUE, such as model=llama3.2 or seed=0-9")
+        found[key] = (*found.get(key, ()), *values.split(","))
+    return found
+
+
+def _values(condition: Condition, key: str) -> Sequence[Any]:
+    return condition.seeds if key == "seed" else (setting(condition.factors, condition.config, key),)
+
+
+def _text(value: object) -> str:
+    return value if isinstance(value, str) else msgspec.json.encode(value).decode()

@@ -1,0 +1,39 @@
+"""What methods and references are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import pandas as pd
+
+from analysis.figures.members import Member
+from analysis.form import FormAnalysis
+from analysis.labelling import Labelling
+from analysis.planned.holding import Held
+from analysis.stats.fingerprint import Fingerprint
+
+
+@dataclass(frozen=True)
+class Basis:
+    """An analysis and its runs.
+
+    Attributes:
+        members: the runs.
+        forms: their forms.
+        labelled_by: who says which messages are warnings.
+        comparison: one row per measure and group.
+        contrasts: one row per measure and pair of groups.
+        fingerprint: the groups as a whole.
+        planned: what was declared before the runs, held against them.
+        filtered: which runs it is of, where it is not of all.
+    """
+
+    members: Sequence[Member]
+    forms: Sequence[FormAnalysis]
+    labelled_by: Sequence[Labelling]
+    comparison: pd.DataFrame
+    contrasts: pd.DataFrame
+    fingerprint: Fingerprint
+    planned: Held | None = None
+    filtered: str = ""

@@ -1,0 +1,200 @@
+"""One row of the contrasts as a sentence: what was found, n, interval, p and level, and what weakens it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+
+from analysis.prose import percent
+from analysis.signatures import READABLE_SUFFIX, describe
+from analysis.stats.contrasts import ALPHA
+from analysis.stats.factors import MODEL, context_of, find_factors
+from analysis.stats.intervals import ENOUGH_FOR_CLAIMS, FEWEST_FOR_CLAIMS
+from analysis.stats.plan import DECLARED
+from analysis.stats.testing import NOT_TESTED
+from analysis.tables.comparison import Comparison
+from analysis.tables.texts import number, p_value, with_interval
+
+DIFFERENT, SAME, NOTHING, SILENT = (
+    "different",
+    "the same within a margin",
+    "without a difference found",
+    "of which nothing can be said",
+)
+"""What rows are."""
+READABLE = "outcome.readable"
+LEVEL = f"{ALPHA:g}".removeprefix("0")
+_ROUNDING = 1e-9
+_REASONS = {
+    f"n < {FEWEST_FOR_CLAIMS}": f"fewer than {FEWEST_FOR_CLAIMS} seeds only describe these runs",
+    "no pair": "no seed has a value in both",
+    "no variation": "the difference is the same in every seed",
+    "before the first look": "the first declared look is not reached",
+}
+
+Row = Mapping[Any, Any]
+
+
+@dataclass(frozen=True)
+class Sides:
+    """What a sentence says of the groups of a row.
+
+    Attributes:
+        unread: share of decisions that could not be read, by factor, level and context.
+        twins: the rows over readable decisions alone, by measure, factor, level, reference and context.
+        models: the models that are no baselines.
+    """
+
+    unread: Mapping[tuple[str, str, str], float]
+    twins: Mapping[tuple[str, ...], Row]
+    models: frozenset[str]
+
+    @classmethod
+    def of(cls, contrasts: pd.DataFrame, compared: Comparison) -> Sides:
+        """Return what is known of these groups."""
+        own = [group for group in compared.groups if group not in compared.baselines]
+        columns = compared.group_columns
+        factors = find_factors(pd.DataFrame(own, columns=list(columns), dtype=str), columns)
+        shares = {
+            group: compared.estimates[READABLE, group].mean for group in own if (READABLE, group) in compared.estimates
+        }
+        unread = {
+            (one.name, group[columns.index(one.name)], context_of(columns, group, factors, one.name)): 1 - share
+            for group, share in shares.items()
+            for one in factors
+        }
+        alone = contrasts[contrasts["readable_only"].astype(bool)].to_dict("records")
+        twins = {_key(row, str(row["measure"]).removesuffix(READABLE_SUFFIX)): row for row in alone}
+        at = columns.index(MODEL) if MODEL in columns else None
+        return cls(unread, twins, frozenset(group[at] for group in own) if at is not None else frozenset())
+
+    def twin(self, row: Row) -> Row | None:
+        """Return the same row over readable decisions alone."""
+        return self.twins.get(_key(row, str(row["measure"])))
+
+
+def _key(row: Row, measure: str) -> tuple[str, ...]:
+    return (measure, *(str(row[name]) for name in ("factor", "level", "reference", "context")))
+
+
+def kind_of(row: Row) -> str:
+    """Return what a row of the contrasts is: DIFFERENT, SAME, NOTHING or SILENT."""
+    if row["significant"]:
+        return DIFFERENT
+    if row["equivalent"]:
+        return SAME
+    return SILENT if math.isnan(row["p_holm"]) or row["out_of_reach"] else NOTHING
+
+
+def why_silent(row: Row) -> str:
+    """Return why nothing can be said of a row: it was not tested, or no result could have been significant."""
+    if row["out_of_reach"]:
+        return str(row["out_of_reach"])
+    why = str(row["test"]).removeprefix(NOT_TESTED)
+    return _REASONS.get(why, why)
+
+
+def sentence(row: Row, sides: Sides) -> str:
+    """Return the sentence on a row, with what weakens it."""
+    told = {DIFFERENT: _different, SAME: _same, NOTHING: _nothing, SILENT: _silent}[kind_of(row)](row, sides)
+    return "; ".join([told, *_weakened(row, sides)]) + "."
+
+
+def _different(row: Row, sides: Sides) -> str:
+    doing = describe(str(row["measure"])).phrase(row["difference"] > 0)
+    first, second = str(row["level"]), str(row["reference"])
+    if row["factor"] == MODEL:
+        said = f"{first} {doing} than {second}{_within(row)}"
+    else:
+        who = f"With {row['factor']}={first} {_whose(row, sides)}"
+        said = f"{who} {doing} than with {row['factor']}={second}{_within(row)}"
+    return f"{said}: {row['measure']} {_means(row)}, {_tested(row)}"
+
+
+def _same(row: Row, sides: Sides) -> str:
+    corrected = f"p{equals_p(row['p_equivalence_holm'])} after correction (two one-sided tests)"
+    return (
+        f"{_both(row)} are the same in {row['measure']} within the declared margin of {number(row['margin'])}: "
+        f"{_means(row)}, {corrected}"
+    )
+
+
+def _nothing(row: Row, sides: Sides) -> str:
+    return f"No difference was found between {_both(row)} in {row['measure']}: {_means(row)}, {_tested(row)}"
+
+
+def _silent(row: Row, sides: Sides) -> str:
+    said = f"Nothing can be said of {row['measure']} of {_both(row)}, since {why_silent(row)}"
+    return f"{said}: {_means(row)}" if row["n_pairs"] else said
+
+
+def _whose(row: Row, sides: Sides) -> str:
+    """Return who is compared with itself where no models are compared."""
+    named = [part.removeprefix(f"{MODEL}=") for part in str(row["context"]).split(", ") if part.startswith(f"{MODEL}=")]
+    named += sides.models if len(sides.models) == 1 else []
+    return named[0] if named else "the model"
+
+
+def _both(row: Row) -> str:
+    named = [
+        str(row[name]) if row["factor"] == MODEL else f"{row['factor']}={row[name]}" for name in ("level", "reference")
+    ]
+    return " and ".join(named) + _within(row)
+
+
+def _within(row: Row) -> str:
+    return f" ({row['context']})" if row["context"] else ""
+
+
+def _means(row: Row) -> str:
+    difference = with_interval(row["difference"], row["low"], row["high"])
+    seeds = f"{row['n_pairs']} seed" + ("s" if row["n_pairs"] != 1 else "")
+    return f"{number(row['mean_level'])} against {number(row['mean_reference'])}, difference {difference}, {seeds}"
+
+
+def _tested(row: Row) -> str:
+    family = f"after correction in {row['family']}" if row["family"] > 1 else "in the only test"
+    looks = f" and {row['look']} looks" if row["claim"] == DECLARED and row["look"] > 1 else ""
+    return f"p{equals_p(row['p_holm'])} {family}{looks} (level {LEVEL})"
+
+
+def equals_p(p: float) -> str:
+    """Return a p value behind its sign: ` = .04` or ` < .001`."""
+    text = p_value(p)
+    return f" {text[0]} {text[1:]}" if text.startswith("<") else f" = {text}"
+
+
+def _weakened(row: Row, sides: Sides) -> Iterator[str]:
+    kind = kind_of(row)
+    if kind == DIFFERENT and row["equivalent"]:
+        yield f"it is within the declared margin of {number(row['margin'])}, so too small to count"
+    if kind == DIFFERENT and row["low"] <= 0 <= row["high"]:
+        yield "its interval holds 0"
+    if kind == NOTHING and not math.isnan(row["margin"]):
+        yield f"nor are they shown to be the same within the margin of {number(row['margin'])}"
+    if kind == NOTHING and row["n_pairs"] < ENOUGH_FOR_CLAIMS:
+        yield f"fewer than {ENOUGH_FOR_CLAIMS} seeds find large differences alone"
+    if kind != SILENT:
+        yield from filter(None, [str(row["note"])])
+    yield from _unread(row, sides)
+
+
+def _unread(row: Row, sides: Sides) -> Iterator[str]:
+    shares = {
+        str(row[name]): sides.unread.get((row["factor"], row[name], row["context"]), 0.0)
+        for name in ("level", "reference")
+    }
+    for name, share in shares.items():
+        if share > _ROUNDING:
+            whose = name if row["factor"] == MODEL else f"{row['factor']}={name}"
+            yield f"{percent(share)} of the decisions of {whose} could not be read"
+    twin = sides.twin(row)
+    if any(share > _ROUNDING for share in shares.values()) and twin is not None and kind_of(row) == DIFFERENT:
+        held = twin["low"] > 0 if row["difference"] > 0 else twin["high"] < 0
+        if not held:
+            difference = with_interval(twin["difference"], twin["low"], twin["high"])
+            yield f"over the readable decisions alone the difference is {difference}"

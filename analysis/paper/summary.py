@@ -1,0 +1,101 @@
+"""What was found, in at most six sentences that hold: of declared rows alone, each with what weakens it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+
+import pandas as pd
+
+from analysis.paper.sentence import DIFFERENT, NOTHING, SAME, SILENT, Row, Sides, kind_of, sentence, why_silent
+from analysis.prose import group_label, joined
+from analysis.stats.plan import DECLARED
+from analysis.tables.comparison import Comparison
+
+MOST = 6
+"""Sentences."""
+EXPLORES = "Nothing was declared before the runs, so all of this explores."
+_HELD_NOT = "No row holds to what was declared before the runs, so all of this explores."
+
+
+def summary(
+    contrasts: pd.DataFrame, compared: Comparison, *, planned: bool = False, filtered: str = ""
+) -> tuple[str, ...]:
+    """Return what was found, a sentence each.
+
+    Args:
+        contrasts: the table of contrasts.
+        compared: the groups.
+        planned: whether anything was declared before the runs.
+        filtered: which runs it is of, where it is not of all.
+    """
+    lead = [f"This is of a part of the runs: {filtered}."] if filtered else []
+    rows = contrasts[contrasts["headline"].astype(bool)]
+    if rows.empty:
+        return (*lead, _alone(compared))
+    declared = rows["claim"] == DECLARED
+    rows = rows[declared] if declared.any() else rows
+    if not declared.any():
+        lead.append(_HELD_NOT if planned else EXPLORES)
+    return (*lead, *_sentences(rows, Sides.of(contrasts, compared), MOST - len(lead)))
+
+
+def _alone(compared: Comparison) -> str:
+    own = [group_label(group) for group in compared.groups if group not in compared.baselines]
+    if len(own) == 1:
+        return f"Nothing is compared: {own[0]} stands alone, and differences from baselines are not tested."
+    return "Nothing is compared: no two groups differ in one setting alone and share a declared measure."
+
+
+def _sentences(rows: pd.DataFrame, sides: Sides, most: int) -> list[str]:
+    """Return the sentences on the rows: differences first, then by p; of those for which there is no room, how many."""
+    order = (DIFFERENT, SAME, NOTHING, SILENT)
+    found = sorted(
+        rows.sort_values("p_holm", kind="stable").to_dict("records"), key=lambda row: order.index(kind_of(row))
+    )
+    silent = _silent([row for row in found if kind_of(row) == SILENT], sides)
+    return fitted(found, kind_of, lambda row: sentence(row, sides), silent, most=most, where="contrasts.md")
+
+
+def fitted(
+    rows: Sequence[Row],
+    kind: Callable[[Row], str],
+    told: Callable[[Row], str],
+    silent: Sequence[str],
+    *,
+    most: int,
+    where: str,
+) -> list[str]:
+    """Return as many sentences as there is room for; the last one counts what is left out.
+
+    Args:
+        rows: sorted by their kinds, those of which nothing can be said last.
+        kind: returns the kind of a row.
+        told: returns the sentence on a row.
+        silent: what is said of those of which nothing can be said.
+        most: how many sentences there may be.
+        where: the tables in which the others are.
+    """
+    tested = [row for row in rows if kind(row) != SILENT]
+    if len(tested) + len(silent) <= most:
+        return [*map(told, tested), *silent]
+    shown = tested[: most - 1]
+    kinds = Counter(map(kind, rows[len(shown) :]))
+    counts = joined(f"{count} {name}" for name, count in kinds.items())
+    return [*map(told, shown), f"{kinds.total()} further comparisons are in {where}: {counts}."]
+
+
+def _silent(rows: Sequence[Row], sides: Sides) -> list[str]:
+    """Return the one sentence on what nothing can be said of; none where there is no such row."""
+    if not rows:
+        return []
+    if len(rows) == 1:
+        return [sentence(rows[0], sides)]
+    return [nothing_said([why_silent(row) for row in rows])]
+
+
+def nothing_said(reasons: Sequence[str]) -> str:
+    """Return the sentence on comparisons of which nothing can be said, by the reason of each."""
+    counts = Counter(reasons)
+    why = joined(f"{count} since {why}" if len(counts) > 1 else f"since {why}" for why, count in counts.items())
+    return f"Nothing can be said of {len(reasons)} comparison{'s' * (len(reasons) > 1)}, {why}."

@@ -1,0 +1,185 @@
+"""What is declared before the runs: measures with their code, tests, looks with their levels."""
+
+from __future__ import annotations
+
+import datetime
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.finding import Part
+from analysis.form import form_of
+from analysis.signatures import Signature, discover
+from analysis.stats.contrasts import ALPHA
+from analysis.stats.factors import pairs
+from analysis.stats.family import unknown_measure
+from analysis.stats.intervals import FEWEST_FOR_CLAIMS
+from analysis.stats.sequential import levels
+from analysis.stats.sign_flip import least_p
+from analysis.stats.values import seed_values
+from analysis.tables.signature_table import KEYS, SignatureTable
+from foundry.errors import InputError
+from foundry.storing.preregistration import PlannedCondition, PlannedLook, PlannedMeasure, Preregistration
+
+METHOD = (
+    "Differences of the conditions are paired by seed. Two-sided exact sign-flip test of the mean (9,999 drawn signs "
+    "above 16 pairs), exact McNemar test of outcomes. Alpha is spent in proportion to the seeds. Holm's correction is "
+    "over all tests of a factor, each with the least error in all at which one of its looks so far is significant."
+)
+LEFT_OUT = (
+    "A seed whose run failed, or is missing, in either condition: it has no value there. It is counted.",
+    "A seed in which the measure is undefined in either condition, such as the length of messages of who said nothing.",
+    f"Tests of fewer than {FEWEST_FOR_CLAIMS} pairs, and of differences that do not vary.",
+    "Scripted baselines, measures over readable decisions alone, and all measures not named here: they explore.",
+)
+
+
+def declared(
+    conditions: Sequence[PlannedCondition],
+    forms: Sequence[str],
+    *,
+    family: Sequence[str],
+    margins: Mapping[str, float],
+    looks: Sequence[int],
+    **said: Any,
+) -> Preregistration:
+    """Return what is declared.
+
+    Args:
+        conditions: what is compared.
+        forms: of their worlds.
+        family: the measures that are tested.
+        margins: by measure of the family, the difference below which conditions count as the same.
+        looks: seeds at each look; none is a single one at all seeds.
+        **said: what else `Preregistration` holds of the sweep: `foundry`, `commit`, `asked`, `models`.
+
+    Raises:
+        InputError: a measure does not exist or is named twice, a margin is of another or not positive, looks do not
+            fit the seeds, or there is nothing to compare.
+    """
+    seeds = list(dict.fromkeys(seed for one in conditions for seed in one.runs.values()))
+    wanted = checked_looks(looks, len(seeds))
+    _check_margins(family, margins)
+    measures = _once(family)
+    tests = {factor: count * len(measures) for factor, count in _pairs(conditions).items()}
+    if not tests:
+        raise InputError("There are no two conditions to compare: name two models, worlds or prompts.")
+    return Preregistration(
+        made=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        conditions=list(conditions),
+        seeds=seeds,
+        measures=[
+            PlannedMeasure(name=one, margin=margins.get(one), code_sha256=code_of(one, forms)) for one in measures
+        ],
+        tests=tests,
+        method=METHOD,
+        alpha=ALPHA,
+        looks=_planned_looks(wanted, max(tests.values())),
+        left_out=list(LEFT_OUT),
+        **said,
+    )
+
+
+def checked_looks(looks: Sequence[int], seeds: int) -> tuple[int, ...]:
+    """Return the numbers of seeds at which is looked: ascending, the last of them all seeds.
+
+    Raises:
+        InputError: they are no such numbers.
+    """
+    found = tuple(looks) or (seeds,)
+    shown, ascending = (",".join(map(str, some)) for some in (found, sorted(set(found))))
+    if shown != ascending:
+        raise InputError(f"Looks at {shown} seeds do not ascend: write {ascending}.")
+    if found[0] < FEWEST_FOR_CLAIMS:
+        raise InputError(f"A look at {found[0]} seeds proves nothing: begin with {FEWEST_FOR_CLAIMS} or more.")
+    if found[-1] != seeds:
+        raise InputError(f"The last look is at {found[-1]} seeds, and {seeds} are asked for: let them be as many.")
+    return found
+
+
+def out_of_reach(plan: Preregistration) -> list[str]:
+    """Return at which looks no test can be significant at the first step of Holm's correction, one line each."""
+    return [
+        f"at {one.seeds} seeds no p can be as small as {one.alpha_in_family:.2g}: it takes more seeds or fewer tests"
+        for one in plan.looks
+        if least_p(one.seeds) > one.alpha_in_family
+    ]
+
+
+def code_of(measure: str, forms: Sequence[str]) -> dict[str, str]:
+    """Return the hash of the code of a measure's signature by form.
+
+    Raises:
+        InputError: no signature of these forms has the measure; names the closest.
+    """
+    name, _, own = measure.partition(".")
+    found: dict[str, Part] = {}
+    for signature in discover():
+        for form in forms:
+            part = signature.part(form_of(form).run)
+            if signature.name == name and part is not None and _measures(signature, own):
+                found[form] = part
+    if not found:
+        raise unknown_measure(measure, _known(forms))
+    return {form: part.sha256 for form, part in found.items()}
+
+
+def _measures(signature: Signature, measure: str) -> bool:
+    """Return whether a signature has a measure, by its name or a pattern."""
+    plain = measure.removesuffix("_readable") if signature.is_readable_only(measure) else measure
+    patterns = (one.partition("*") for one in signature.measures)
+    return any(
+        plain == start if not star else plain.startswith(start) and plain.endswith(end) for start, star, end in patterns
+    )
+
+
+def _known(forms: Sequence[str]) -> list[str]:
+    runs = [form_of(form).run for form in forms]
+    return [f"{one.name}.{name}" for one in discover() if any(map(one.part, runs)) for name in one.measures]
+
+
+def _once(family: Sequence[str]) -> Sequence[str]:
+    if not family:
+        raise InputError("No measure is declared: name what is tested with --family, such as clustering.largest_group.")
+    twice = [name for place, name in enumerate(family) if name in family[:place]]
+    if twice:
+        raise InputError(f"--family {twice[0]} is given twice: name each measure once.")
+    return family
+
+
+def _check_margins(family: Sequence[str], margins: Mapping[str, float]) -> None:
+    for name, margin in margins.items():
+        if name not in family:
+            raise InputError(f"--margin {name} is of no declared measure: add --family {name}.")
+        if not 0 < margin < float("inf"):
+            raise InputError(f"The margin of {name} is {margin:g}: give one above 0, in the unit of the measure.")
+
+
+def _planned_looks(looks: Sequence[int], tests: int) -> list[PlannedLook]:
+    found = levels(looks, np.array([ALPHA, ALPHA / tests])).tolist()
+    return [
+        PlannedLook(seeds=n, alpha=round(alone, 8), alpha_in_family=round(strict, 8))
+        for n, (alone, strict) in zip(looks, found, strict=True)
+    ]
+
+
+def _pairs(conditions: Sequence[PlannedCondition]) -> dict[str, int]:
+    """Return how many pairs of conditions differ in one factor alone, by factor."""
+    factors = dict.fromkeys(key for one in conditions for key in one.factors if key not in (*KEYS, "sampling_seed"))
+    rows = [
+        {
+            "run": next(iter(one.runs)),
+            "world": one.world.name,
+            "model": one.model.name,
+            "prompt": one.prompt.name,
+            "seed": 0,
+            "status": "",
+            **{key: str(one.factors.get(key)) for key in factors},
+        }
+        for one in conditions
+    ]
+    table = SignatureTable(pd.DataFrame(rows), tuple(factors), (), (frozenset(),) * len(rows))
+    return dict(Counter(pair.factor for pair in pairs(seed_values(table))))

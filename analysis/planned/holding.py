@@ -1,0 +1,155 @@
+"""What was declared, held against what is there: how far it has come, and what differs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import pandas as pd
+
+from analysis.lines import COMPLETE, FAILED
+from analysis.planned.declaring import code_of
+from analysis.prose import group_label, joined
+from analysis.stats.plan import DECLARED, Plan
+from analysis.stats.values import Group, is_baseline
+from analysis.tables.groups import group_keys
+from analysis.tables.signature_table import SignatureTable
+from foundry import __version__
+from foundry.errors import InputError
+from foundry.storing.preregistration import PREREGISTRATION_FILE, Preregistration, preregistration_of
+from foundry.storing.store import SweepFolder
+
+
+@dataclass(frozen=True)
+class Held:
+    """A plan held against the runs.
+
+    Attributes:
+        declared: what was declared.
+        sha256: of its file.
+        plan: what the contrasts take of it.
+        differs: what is otherwise than declared, one line each.
+    """
+
+    declared: Preregistration
+    sha256: str
+    plan: Plan
+    differs: tuple[str, ...]
+
+    @property
+    def look(self) -> str:
+        """How far it has come, in words."""
+        looks, reached = self.declared.looks, self.plan.reached
+        if not reached:
+            return f"before the first look, at {looks[0].seeds} seeds"
+        now = looks[reached - 1]
+        return f"look {reached} of {len(looks)}, at {now.seeds} seeds, level {now.alpha:.2g} of a single test"
+
+    def notes(self) -> list[str]:
+        """Return what is to be said of it, one line each."""
+        kept = f"{PREREGISTRATION_FILE} (sha256 {self.sha256[:12]}): {self.look}"
+        return (
+            [kept, *(f"differs from the plan: {line}" for line in self.differs)]
+            if self.differs
+            else [f"{kept}; nothing differs from the plan"]
+        )
+
+
+def answered(contrasts: pd.DataFrame) -> bool:
+    """Return whether every declared row is a difference that stands, or the same within its margin."""
+    rows = contrasts[contrasts["claim"] == DECLARED]
+    return bool(len(rows) and (rows["significant"] | rows["equivalent"]).all())
+
+
+def held(sweep: SweepFolder, table: SignatureTable, groups: pd.DataFrame, *, asked: bool = False) -> Held | None:
+    """Return what was declared of a sweep held against its runs; None where nothing was.
+
+    Args:
+        sweep: the sweep.
+        table: the runs.
+        groups: the columns that tell groups apart, one row per run of the table.
+        asked: whether a family or margins were asked for, which the plan alone declares.
+
+    Raises:
+        InputError: they were.
+        RecordError: the file cannot be read.
+    """
+    found = preregistration_of(sweep.path)
+    if found is None:
+        return None
+    declared, sha256 = found
+    if asked:
+        raise InputError(f"{sweep.path / PREREGISTRATION_FILE} says what is tested: leave --family and --margin out.")
+    frame, keys = table.frame, group_keys(groups)
+    own = frame["run"].isin(declared.runs)
+    plan = Plan(
+        family=tuple(one.name for one in declared.measures if one.name in table.measures),
+        groups=frozenset(key for key, mine in zip(keys, own, strict=True) if mine),
+        looks=tuple(one.seeds for one in declared.looks),
+        seeds=tuple(declared.seeds),
+        reached=_reached(declared, set(frame["run"][frame["status"].isin((COMPLETE, FAILED))])),
+        margins={one.name: one.margin for one in declared.measures if one.margin and one.name in table.measures},
+        changed=frozenset(_changed(declared)),
+    )
+    return Held(declared, sha256, plan, tuple(_differences(declared, plan, sweep, table, keys)))
+
+
+def _reached(declared: Preregistration, ended: set[str]) -> int:
+    """Return at how many looks all runs of the first seeds have ended."""
+    open_seeds = {seed for run, seed in declared.runs.items() if run not in ended}
+    first = next((place for place, seed in enumerate(declared.seeds) if seed in open_seeds), len(declared.seeds))
+    return sum(one.seeds <= first for one in declared.looks)
+
+
+def _changed(declared: Preregistration) -> Iterator[str]:
+    """Yield the measures whose code is not that of the plan, or is not there."""
+    for one in declared.measures:
+        try:
+            now = code_of(one.name, list(one.code_sha256))
+        except InputError:
+            now = {}
+        if now != one.code_sha256:
+            yield one.name
+
+
+def _differences(
+    declared: Preregistration, plan: Plan, sweep: SweepFolder, table: SignatureTable, keys: Sequence[Group]
+) -> Iterator[str]:
+    frame = table.frame
+    runs = set(frame["run"])
+    lacking = sum(runs.isdisjoint(one.runs) for one in declared.conditions)
+    if lacking:
+        yield f"{lacking} of its {len(declared.conditions)} conditions are not here"
+    others = [
+        key for key, beside in zip(keys, is_baseline(frame), strict=True) if not beside and key not in plan.groups
+    ]
+    if others:
+        yield f"{joined([group_label(key) for key in dict.fromkeys(others)])} came later, and explores"
+    yield from _of_seeds(declared, plan, table, keys)
+    if plan.changed:
+        yield f"the code of {joined(sorted(plan.changed))} is another, so it explores"
+    absent = [one.name for one in declared.measures if one.name not in table.measures]
+    if absent and frame["status"].eq(COMPLETE).any():
+        yield f"no run has {joined(absent)}"
+    yield from _of_versions(declared, sweep)
+
+
+def _of_seeds(declared: Preregistration, plan: Plan, table: SignatureTable, keys: Sequence[Group]) -> Iterator[str]:
+    rows = zip(keys, table.frame["seed"], table.frame["status"], strict=True)
+    seeds = {seed for key, seed, status in rows if key in plan.groups and status in (COMPLETE, FAILED)}
+    further = seeds - set(declared.seeds)
+    if further:
+        yield f"{len(further)} seeds are not in it, and in no test"
+    known = len(seeds) - len(further)
+    if known and known not in plan.looks:
+        tested = f"tested at {plan.looks[plan.reached - 1]}" if plan.reached else "nothing is tested yet"
+        yield f"{known} seeds are no look of it ({', '.join(map(str, plan.looks))}): {tested}"
+
+
+def _of_versions(declared: Preregistration, sweep: SweepFolder) -> Iterator[str]:
+    if declared.foundry != __version__:
+        yield f"it was made with foundry {declared.foundry}, and this is {__version__}"
+    now = {one["name"]: one.get("digest") for one in sweep.models}
+    for one in declared.models:
+        if one["name"] in now and one.get("digest") and now[one["name"]] not in (None, one["digest"]):
+            yield f"{one['name']} has other weights"

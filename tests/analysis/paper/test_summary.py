@@ -1,0 +1,302 @@
+"""The summary in words: made tables and the sentences that are right for them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pandas as pd
+import pytest
+
+from analysis.paper.summary import MOST, summary
+from analysis.signatures import describe, discover
+from analysis.stats.contrasts import COLUMNS, contrasts
+from analysis.stats.family import NO_BEHAVIOUR
+from analysis.tables.comparison import compare
+from analysis.tables.groups import swept_columns
+from signature_tables import runs, table
+
+NAN = math.nan
+REACH = "warning.social_reach"
+USUAL = {
+    "measure": REACH, "signature": "warning", "headline": True, "readable_only": False, "baseline": False,
+    "factor": "model", "level": "b", "reference": "a", "context": "", "n_pairs": 20, "n_missing": 0, "n_undefined": 0,
+    "mean_level": 0.43, "mean_reference": 0.21, "difference": 0.22, "low": 0.1, "high": 0.34, "interval": "t",
+    "test": "sign-flip", "p": 0.0013, "claim": "declared", "look": 1, "alpha": 0.05, "p_holm": 0.004, "family": 3,
+    "significant": True, "p_bh": NAN, "g_z": 1.0, "superiority": 0.9, "bound_low": NAN, "bound_high": NAN,
+    "margin": NAN, "p_equivalence": NAN, "p_equivalence_holm": NAN, "equivalent": False, "out_of_reach": "", "note": "",
+}  # fmt: skip
+"""A row of the contrasts of which nothing is to be said but what was found."""
+FOUND = f"b warns its neighbours more than a: {REACH} 0.43 against 0.21, difference 0.22 [0.1, 0.34], 20 seeds, "
+TESTED = "p = .004 after correction in 3 (level .05)"
+NONE = {"mean_level": 0.23, "difference": 0.02, "low": -0.1, "high": 0.14, "p_holm": 0.8, "significant": False}
+NONE_FOUND = f"No difference was found between b and a in {REACH}: 0.23 against 0.21, difference 0.02 [-0.1, 0.14], "
+NONE_TESTED = "p = .800 after correction in 3 (level .05)"
+FLAT = {"p": NAN, "p_holm": NAN, "significant": False}
+LEFT = {**NONE, **FLAT}
+GAP = "0.23 against 0.21, difference 0.02 [-0.1, 0.14]"
+BOTH = "b and a"
+SILENT = f"Nothing can be said of {REACH} of b and a, since "
+MARGIN = {"margin": 0.2, "p_equivalence_holm": 0.01, "equivalent": True}
+SAME = f"b and a are the same in {REACH} within the declared margin of 0.2: 0.23 against 0.21, "
+OPEN = {"claim": "exploratory"}
+EXPLORES = "Nothing was declared before the runs, so all of this explores."
+
+
+def row(**changes: Any) -> dict[str, Any]:
+    return {**USUAL, **changes}
+
+
+def groups(*read: float, **more: Any):
+    """Return groups a, b, ... of which these shares of decisions could be read."""
+    names = "abcdefgh"[: len(read)]
+    made = [one for name, share in zip(names, read, strict=True) for one in runs(name, [share] * 6, "outcome.readable")]
+    return compare(table([{**one, **more} for one in made]))
+
+
+def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[str, ...]:
+    return summary(pd.DataFrame(rows, columns=list(COLUMNS)), compared or groups(1, 1), **options)
+
+
+@pytest.mark.parametrize(
+    ("changes", "right"),
+    [
+        ({}, FOUND + TESTED),
+        ({"p_holm": 0.0004}, FOUND + "p < .001 after correction in 3 (level .05)"),
+        ({"family": 1}, FOUND + "p = .004 in the only test (level .05)"),
+        ({"look": 3}, FOUND + "p = .004 after correction in 3 and 3 looks (level .05)"),
+        ({"note": "missing in 2 of 22 seeds"}, f"{FOUND}{TESTED}; missing in 2 of 22 seeds"),
+        (
+            {"note": "a's server repeats 8 of 10 calls exactly"},
+            f"{FOUND}{TESTED}; a's server repeats 8 of 10 calls exactly",
+        ),
+        ({"low": -0.01}, f"{FOUND.replace('[0.1', '[-0.01')}{TESTED}; its interval holds 0"),
+        ({"low": NAN, "high": NAN}, FOUND.replace(" [0.1, 0.34]", "") + TESTED),
+        ({"context": "prompt=paper"}, FOUND.replace("than a:", "than a (prompt=paper):") + TESTED),
+        (
+            {"difference": -0.22, "mean_level": 0.21, "mean_reference": 0.43, "low": -0.34, "high": -0.1},
+            f"b warns its neighbours less than a: {REACH} 0.21 against 0.43, difference -0.22 [-0.34, -0.1], 20 seeds, "
+            + TESTED,
+        ),
+        (
+            {"margin": 0.5, "p_equivalence_holm": 0.01, "equivalent": True},
+            f"{FOUND}{TESTED}; it is within the declared margin of 0.5, so too small to count",
+        ),
+        ({"margin": 0.1}, FOUND + TESTED),
+        (
+            {"factor": "prompt", "level": "japanese", "reference": "paper", "context": "model=b"},
+            FOUND.replace("b warns", "With prompt=japanese b warns").replace(
+                "than a:", "than with prompt=paper (model=b):"
+            )
+            + TESTED,
+        ),
+        (
+            {"factor": "prompt", "level": "japanese", "reference": "paper"},
+            FOUND.replace("b warns", "With prompt=japanese the model warns").replace(
+                "than a:", "than with prompt=paper:"
+            )
+            + TESTED,
+        ),
+        (
+            {"measure": "idle_rate.chosen"},
+            FOUND.replace("warns its neighbours more", "stays where it is more often").replace(
+                REACH, "idle_rate.chosen"
+            )
+            + TESTED,
+        ),
+        (
+            {"measure": "warning.depth"},
+            FOUND.replace("warns its neighbours more", "has a higher value of 'Longest chain of warnings'").replace(
+                REACH, "warning.depth"
+            )
+            + TESTED,
+        ),
+        (
+            {"measure": "place_choice.share_cafe", "difference": -0.22, "low": -0.34, "high": -0.1},
+            "b spends less time in cafe than a: place_choice.share_cafe 0.43 against 0.21, difference -0.22 "
+            f"[-0.34, -0.1], 20 seeds, {TESTED}",
+        ),
+        (NONE, f"{NONE_FOUND}20 seeds, {NONE_TESTED}"),
+        (
+            {**NONE, "n_pairs": 10},
+            f"{NONE_FOUND}10 seeds, {NONE_TESTED}; fewer than 20 seeds find large differences alone",
+        ),
+        (
+            {**NONE, "n_pairs": 20, "context": "world=w"},
+            f"{NONE_FOUND}20 seeds, {NONE_TESTED}".replace("b and a", "b and a (world=w)"),
+        ),
+        (
+            {**NONE, "margin": 0.05, "p_equivalence_holm": 0.3},
+            f"{NONE_FOUND}20 seeds, {NONE_TESTED}; nor are they shown to be the same within the margin of 0.05",
+        ),
+        (
+            {**NONE, "factor": "world.agents", "level": "20", "reference": "10"},
+            f"{NONE_FOUND}20 seeds, {NONE_TESTED}".replace("b and a", "world.agents=20 and world.agents=10"),
+        ),
+        (
+            {**NONE, **MARGIN},
+            f"{SAME}difference 0.02 [-0.1, 0.14], 20 seeds, p = .010 after correction (two one-sided tests)",
+        ),
+        (
+            {**LEFT, **MARGIN},
+            f"{SAME}difference 0.02 [-0.1, 0.14], 20 seeds, p = .010 after correction (two one-sided tests)",
+        ),
+        (
+            {**NONE, "n_pairs": 8, "out_of_reach": "no p can reach 0.05 with 8 pairs among 29 tests"},
+            f"{SILENT}no p can reach 0.05 with 8 pairs among 29 tests: {GAP}, 8 seeds",
+        ),
+        (
+            {**LEFT, "n_pairs": 3, "test": "not tested: n < 6", "note": "descriptive (n < 6)"},
+            f"{SILENT}fewer than 6 seeds only describe these runs: {GAP}, 3 seeds",
+        ),
+        (
+            {**LEFT, "n_pairs": 1, "low": NAN, "high": NAN, "test": "not tested: n < 6", "note": "one value"},
+            f"{SILENT}fewer than 6 seeds only describe these runs: 0.23 against 0.21, difference 0.02, 1 seed",
+        ),
+        ({**LEFT, "n_pairs": 0, "test": "not tested: no pair"}, f"{SILENT}no seed has a value in both"),
+        (
+            {**LEFT, "difference": 0.0, "low": NAN, "high": NAN, "test": "not tested: no variation"},
+            f"{SILENT}the difference is the same in every seed: 0.23 against 0.21, difference 0, 20 seeds",
+        ),
+        (
+            {**LEFT, "look": 0, "test": "not tested: before the first look"},
+            f"{SILENT}the first declared look is not reached: {GAP}, 20 seeds",
+        ),
+    ],
+)
+def test_a_declared_row_is_said_in_the_sentence_that_is_right_for_it(changes: dict[str, Any], right: str):
+    assert said(row(**changes)) == (f"{right}.",)
+
+
+UNREAD = "; 2 % of the decisions of b could not be read"
+TWIN = {"measure": f"{REACH}_readable", "readable_only": True, "headline": False}
+
+
+@pytest.mark.parametrize(
+    ("rows", "shares", "right"),
+    [
+        ([row()], (1, 0.98), f"{FOUND}{TESTED}{UNREAD}"),
+        ([row()], (0.9, 0.98), f"{FOUND}{TESTED}{UNREAD}; 10 % of the decisions of a could not be read"),
+        ([row()], (1, 0.9999), f"{FOUND}{TESTED}; <0.1 % of the decisions of b could not be read"),
+        ([row(**NONE)], (1, 0.98), f"{NONE_FOUND}20 seeds, {NONE_TESTED}{UNREAD}"),
+        ([row(), row(**TWIN)], (1, 0.98), f"{FOUND}{TESTED}{UNREAD}"),
+        (
+            [row(), row(**TWIN, difference=0.05, low=-0.02, high=0.12)],
+            (1, 0.98),
+            f"{FOUND}{TESTED}{UNREAD}; over the readable decisions alone the difference is 0.05 [-0.02, 0.12]",
+        ),
+        (
+            [row(), row(**TWIN, difference=-0.05, low=-0.08, high=-0.02)],
+            (1, 0.98),
+            f"{FOUND}{TESTED}{UNREAD}; over the readable decisions alone the difference is -0.05 [-0.08, -0.02]",
+        ),
+        ([row(), row(**TWIN, low=-0.02)], (1, 1), FOUND + TESTED),
+    ],
+)
+def test_decisions_that_could_not_be_read_weaken_a_sentence(
+    rows: list[dict[str, Any]], shares: tuple[float, ...], right: str
+):
+    assert said(*rows, compared=groups(*shares)) == (f"{right}.",)
+
+
+@pytest.mark.parametrize(
+    ("rows", "options", "right"),
+    [
+        ([row(**OPEN)], {}, (EXPLORES, f"{FOUND}{TESTED}.")),
+        ([row(**OPEN, look=3)], {}, (EXPLORES, f"{FOUND}{TESTED}.")),
+        (
+            [row(**OPEN)],
+            {"planned": True},
+            ("No row holds to what was declared before the runs, so all of this explores.", f"{FOUND}{TESTED}."),
+        ),
+        ([row(), row(**OPEN, level="c")], {"planned": True}, (f"{FOUND}{TESTED}.",)),
+        ([row(), row(level="c", headline=False)], {}, (f"{FOUND}{TESTED}.",)),
+        ([row(), row(level="c", headline=False, baseline=True)], {}, (f"{FOUND}{TESTED}.",)),
+        (
+            [row()],
+            {"filtered": "without prompt=x: 20 of 40 runs"},
+            ("This is of a part of the runs: without prompt=x: 20 of 40 runs.", f"{FOUND}{TESTED}."),
+        ),
+        ([row(**NONE), row()], {}, (f"{FOUND}{TESTED}.", f"{NONE_FOUND}20 seeds, {NONE_TESTED}.")),
+        (
+            [row(**LEFT, test="not tested: n < 6", n_pairs=3)] * 2 + [row(**LEFT, test="not tested: no pair")],
+            {},
+            (
+                "Nothing can be said of 3 comparisons, 2 since fewer than 6 seeds only describe these runs and 1 since "
+                "no seed has a value in both.",
+            ),
+        ),
+        (
+            [],
+            {"compared": groups(1)},
+            ("Nothing is compared: a stands alone, and differences from baselines are not tested.",),
+        ),
+        (
+            [],
+            {"compared": groups(1, 1)},
+            ("Nothing is compared: no two groups differ in one setting alone and share a declared measure.",),
+        ),
+    ],
+)
+def test_what_is_no_claim_is_left_out_or_said_to_be_none(
+    rows: list[dict[str, Any]], options: dict[str, Any], right: tuple[str, ...]
+):
+    assert said(*rows, **options) == right
+
+
+@pytest.mark.parametrize(
+    ("rows", "last"),
+    [
+        ([row()] * 8, "3 further comparisons are in contrasts.md: 3 different."),
+        (
+            [row()] * 6 + [row(**NONE)] * 2 + [row(**LEFT)],
+            "4 further comparisons are in contrasts.md: 1 different, 2 without a difference found and 1 of which "
+            "nothing can be said.",
+        ),
+        ([row(**{**NONE, **MARGIN})] * 7, "2 further comparisons are in contrasts.md: 2 the same within a margin."),
+        ([row(**NONE)] * 6, f"{NONE_FOUND}20 seeds, {NONE_TESTED}."),
+    ],
+)
+def test_there_are_at_most_six_sentences_and_the_last_counts_what_is_left_out(rows: list[dict[str, Any]], last: str):
+    found = said(*rows)
+    assert (len(found), found[-1]) == (MOST, last)
+
+
+def test_a_filter_and_what_explores_take_sentences_of_the_six():
+    found = said(*[row(**OPEN)] * 9, filtered="seed=0-9: 20 of 40 runs")
+    assert len(found) == MOST
+    assert found[-1] == "6 further comparisons are in contrasts.md: 6 different."
+
+
+def test_the_most_certain_differences_come_first():
+    found = said(row(p_holm=0.03), row(p_holm=0.001, level="c"))
+    assert [one[0] for one in found] == ["c", "b"]
+
+
+def test_sentences_hold_for_tables_that_are_made_from_runs():
+    low, high = [0.1, 0.2, 0.15, 0.12, 0.18, 0.11, 0.14, 0.16], [0.5, 0.7, 0.6, 0.55, 0.65, 0.52, 0.58, 0.66]
+    made = [
+        *runs("a", low, prompt="x"),
+        *runs("b", high, prompt="x"),
+        *runs("a", low, prompt="y"),
+        *runs("b", low, prompt="y"),
+    ]
+    found = table([{**one, "outcome.readable": 0.5 if one["model"] == "b" else 1.0} for one in made])
+    columns = swept_columns(found)
+    sentences = summary(contrasts(found, columns, family=["idle_rate.chosen"]), compare(found, columns))
+    assert sentences[1] == (
+        "b stays where it is more often than a (prompt=x): idle_rate.chosen 0.595 against 0.145, difference 0.45 "
+        "[0.418, 0.482], 8 seeds, p = .008 in the only test (level .05); 50 % of the decisions of b could not be "
+        "read."
+    )
+    assert sentences[-1] == "Nothing can be said of 2 comparisons, since the difference is the same in every seed."
+
+
+def test_every_measure_that_claims_rest_on_is_said_in_words():
+    mute = {
+        f"{one.name}.{part.headline[0]}"
+        for one in discover()
+        for part in one.parts
+        if one.name not in NO_BEHAVIOUR and not describe(f"{one.name}.{part.headline[0]}").says
+    }
+    assert mute == set()

@@ -1,0 +1,70 @@
+"""What can be declared before the runs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from analysis.planned.declaring import code_of, declared, out_of_reach
+from analysis.signatures import discover
+from analysis.stats.sequential import levels
+from foundry.errors import InputError
+from planning import LOOKS, MEASURES, condition, plan
+
+
+def test_a_plan_holds_looks_with_their_levels_alone_and_in_the_family():
+    made = plan("abc")
+    assert made.tests == {"model": 6}
+    assert [one.seeds for one in made.looks] == list(LOOKS)
+    expected = levels(LOOKS, np.array([0.05, 0.05 / 6]))
+    assert [[one.alpha, one.alpha_in_family] for one in made.looks] == pytest.approx(expected, abs=1e-8)
+
+
+def test_tests_are_counted_for_each_factor():
+    conditions = [condition(model, **{"world.steps": steps}) for model in "abc" for steps in ("5", "9")]
+    made = declared(
+        conditions, ["grid"], family=MEASURES, margins={}, looks=(), foundry="0", commit=None, asked=[], models=[]
+    )
+    assert made.tests == {"model": 2 * 3 * 2, "world.steps": 2 * 3}
+    assert [one.seeds for one in made.looks] == [12]
+
+
+def test_a_measure_stands_with_the_code_of_its_signature():
+    part = next(one for one in discover() if one.name == "clustering").parts[0]
+    assert code_of("clustering.nni", ["grid"]) == {"grid": part.sha256}
+
+
+def test_measures_of_configured_things_and_over_readable_decisions_can_be_declared():
+    patterns = [(one.name, name) for one in discover() for name in one.measures if "*" in name]
+    signature, pattern = next((name, own) for name, own in patterns if name == "place_choice")
+    assert code_of(f"{signature}.{pattern.replace('*', 'cafe')}", ["grid"])
+    assert code_of("clustering.nni_readable", ["grid"])
+
+
+def test_looks_that_no_p_can_pass_are_told():
+    assert out_of_reach(plan("ab", looks=(8, 12))) == []
+    assert [line.split(" no p")[0] for line in out_of_reach(plan("abc", looks=(8, 12)))] == ["at 8 seeds"]
+    assert [line.split(":")[0] for line in out_of_reach(plan("ab"))] == ["at 6 seeds no p can be as small as 0.013"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"family": ["clustering.mni"]}, "Did you mean 'clustering.nni'"),
+        ({"family": ["clustering.nni"] * 2}, "given twice"),
+        ({"family": []}, "No measure is declared"),
+        ({"margins": {"movement.move_rate": 0.1}}, "of no declared measure: add --family movement.move_rate"),
+        ({"margins": {MEASURES[0]: -1.0}}, "above 0"),
+        ({"looks": (9, 6, 12)}, "do not ascend: write 6,9,12"),
+        ({"looks": (4, 12)}, "begin with 6"),
+        ({"looks": (6, 9)}, "The last look is at 9 seeds, and 12 are asked for"),
+    ],
+)
+def test_what_cannot_be_declared_is_refused(changes, message):
+    with pytest.raises(InputError, match=message):
+        plan("ab", **changes)
+
+
+def test_a_single_condition_has_nothing_to_compare():
+    with pytest.raises(InputError, match="no two conditions"):
+        plan("a")

@@ -1,0 +1,125 @@
+"""A plan held against the runs that are there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import msgspec
+import numpy as np
+import pandas as pd
+import pytest
+
+from analysis.planned.holding import Held, answered, held
+from analysis.stats.contrasts import contrasts
+from analysis.tables.signature_table import SignatureTable
+from foundry import __version__
+from foundry.errors import InputError, RecordError
+from foundry.expansion import Sweep
+from foundry.storing.preregistration import preregistration_of, write_preregistration
+from foundry.storing.store import SweepFolder
+from planning import MEASURES, plan
+from signature_tables import table
+
+VALUES = np.random.default_rng(0).normal(size=(3, 14, 2)) + np.array([0, 3, 0])[:, None, None]
+
+
+def runs_of(models: str = "ab", seeds: Sequence[int] = range(12), **changes: object) -> SignatureTable:
+    rows = [
+        {"run": f"{model}{seed}", "model": model, "seed": seed, **dict(zip(MEASURES, VALUES[at, seed], strict=True))}
+        for at, model in enumerate(models)
+        for seed in seeds
+    ]
+    return table([{**row, **changes} for row in rows])
+
+
+@pytest.fixture
+def hold(tmp_path) -> Callable[..., Held]:
+    """Return a function that holds a plan against a table of runs."""
+
+    def found(made: SignatureTable, models: Sequence[dict[str, object]] = (), weights=(), **changes) -> Held:
+        write_preregistration(tmp_path, plan(**{"foundry": __version__, "models": list(weights), **changes}))
+        sweep = SweepFolder(tmp_path, Sweep((), (), ()), {}, models)
+        result = held(sweep, made, made.frame[["model"]])
+        assert result is not None
+        return result
+
+    return found
+
+
+@pytest.mark.parametrize(("seeds", "reached"), [(5, 0), (6, 1), (8, 1), (9, 2), (11, 2), (12, 3)])
+def test_a_look_is_reached_when_all_its_seeds_have_ended(hold, seeds, reached):
+    assert hold(runs_of(seeds=range(seeds))).plan.reached == reached
+
+
+def test_a_seed_that_is_open_holds_up_the_looks_behind_it_and_a_failed_one_does_not(hold):
+    made = runs_of()
+    for status, reached in (("unfinished", 1), ("failed", 3)):
+        made.frame.loc[made.frame["run"] == "b7", "status"] = status
+        assert hold(made).plan.reached == reached
+
+
+def test_a_plan_that_holds_says_so(hold):
+    notes = hold(runs_of()).notes()
+    assert len(notes) == 1
+    assert "look 3 of 3, at 12 seeds, level 0.026 of a single test; nothing differs" in notes[0]
+
+
+@pytest.mark.parametrize(
+    ("made", "changes", "said"),
+    [
+        (runs_of("a"), {}, "1 of its 2 conditions are not here"),
+        (runs_of("abc"), {}, "c came later, and explores"),
+        (runs_of(seeds=range(14)), {}, "2 seeds are not in it, and in no test"),
+        (runs_of(seeds=range(8)), {}, "8 seeds are no look of it (6, 9, 12): tested at 6"),
+        (runs_of(seeds=range(5)), {}, "5 seeds are no look of it (6, 9, 12): nothing is tested yet"),
+        (runs_of(), {"foundry": "0.0.1"}, f"it was made with foundry 0.0.1, and this is {__version__}"),
+        (runs_of(), {"family": (*MEASURES, "movement.variety")}, "no run has movement.variety"),
+    ],
+)
+def test_what_differs_from_the_plan_is_said(hold, made, changes, said):
+    assert hold(made, **changes).differs == (said,)
+
+
+def test_other_weights_are_said(hold):
+    then, now = ([{"name": "a", "digest": digest}] for digest in ("1", "2"))
+    assert hold(runs_of(), then, weights=then).differs == ()
+    assert hold(runs_of(), now, weights=then).differs == ("a has other weights",)
+
+
+def test_a_measure_whose_code_changed_explores_and_stays_in_the_family(tmp_path):
+    made = plan(foundry=__version__)
+    other = msgspec.structs.replace(made.measures[0], code_sha256={"grid": "0"})
+    write_preregistration(tmp_path, msgspec.structs.replace(made, measures=[other, *made.measures[1:]]))
+    runs = runs_of()
+    found = held(SweepFolder(tmp_path, Sweep((), (), ()), {}, []), runs, runs.frame[["model"]])
+    assert found is not None
+    assert found.differs == (f"the code of {MEASURES[0]} is another, so it explores",)
+    rows = contrasts(runs, plan=found.plan).set_index("measure")
+    assert rows["claim"].to_dict() == {MEASURES[0]: "exploratory", MEASURES[1]: "declared"}
+    assert rows["family"].tolist() == [2, 2]
+
+
+def test_a_question_is_answered_when_every_declared_row_stands():
+    rows = {"claim": ["declared", "declared", "exploratory"], "significant": [True, False, False]}
+    frame = pd.DataFrame({**rows, "equivalent": [False, True, False]})
+    assert answered(frame)
+    assert not answered(frame.assign(equivalent=False))
+    assert not answered(frame[2:])
+
+
+def test_families_are_declared_by_the_plan_alone(tmp_path):
+    write_preregistration(tmp_path, plan())
+    runs = runs_of()
+    with pytest.raises(InputError, match="leave --family and --margin out"):
+        held(SweepFolder(tmp_path, Sweep((), (), ()), {}, []), runs, runs.frame[["model"]], asked=True)
+
+
+def test_a_plan_comes_back_as_it_was_written(tmp_path):
+    sha256 = write_preregistration(tmp_path, plan())
+    assert preregistration_of(tmp_path) == (msgspec.convert(msgspec.to_builtins(plan()), type(plan())), sha256)
+
+
+def test_a_plan_that_was_damaged_is_refused(tmp_path):
+    (tmp_path / "preregistration.yaml").write_text("looks: 3\n")
+    with pytest.raises(RecordError, match=r"preregistration\.yaml cannot be read"):
+        preregistration_of(tmp_path)

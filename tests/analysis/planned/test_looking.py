@@ -1,0 +1,68 @@
+"""Looks that nobody declared are counted."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from analysis import analyze
+from analysis.planned.looking import counted, said
+from analysis.stats.contrasts import contrasts
+from foundry.errors import RecordError
+from signature_tables import MEASURE, runs, table
+
+SECOND = np.random.default_rng(1).random(30)
+
+
+@pytest.fixture
+def look(tmp_path):
+    """Return a function that looks at the first seeds of models, and returns the rows of what is declared."""
+
+    def at(seeds: int, models: str = "ab"):
+        rows = [run for place, one in enumerate(models) for run in runs(one, np.roll(SECOND, place)[:seeds].tolist())]
+        return counted(contrasts(table(rows), family=[MEASURE]), tmp_path)
+
+    return at
+
+
+def test_each_number_of_seeds_is_a_look_and_the_same_again_is_none(look):
+    assert [look(n)["look"].item() for n in (8, 8, 12, 18, 12)] == [1, 1, 2, 3, 3]
+
+
+def test_a_model_that_came_later_was_looked_at_less_often(look):
+    look(8)
+    found = look(12, "abc").set_index(["level", "reference"])["look"]
+    assert found.to_dict() == {("b", "a"): 2, ("c", "a"): 1, ("c", "b"): 1}
+
+
+def test_further_looks_say_what_they_make_of_five_percent(look):
+    assert look(8)["note"].item() == ""
+    assert look(12)["note"].item() == "second look, none declared: 5% is 8%"
+    assert look(18)["note"].item() == "third look, none declared: 5% is 10%"
+
+
+def test_too_few_seeds_to_test_are_no_look(look):
+    assert look(5)["look"].item() == 0
+    assert look(8)["look"].item() == 1
+
+
+def test_a_look_after_each_seed_from_six_to_sixty_errs_more_than_five_times_as_often():
+    assert said(range(6, 61)) == "look 55, none declared: 5% is 28%"
+
+
+def test_what_was_looked_at_lies_beside_the_analysis(tmp_path, write_sweep, make_condition):
+    conditions = [make_condition(model, range(6), sampling_seed=place) for place, model in enumerate("ab")]
+    path = write_sweep(tmp_path / "sweep", conditions).path
+    for _ in range(2):
+        found = analyze(path, plots=False)
+    lines = [json.loads(line) for line in (path / "looks.jsonl").read_text().splitlines()]
+    assert [(one["level"], one["reference"], one["pairs"]) for one in lines] == [("b", "a", 6)]
+    assert set(found.contrasts["claim"]) == {"exploratory"}
+
+
+def test_a_damaged_count_is_refused(look, tmp_path):
+    (tmp_path / "looks.jsonl").write_text("nothing\n")
+    with pytest.raises(RecordError, match=r"looks\.jsonl cannot be read"):
+        look(8)

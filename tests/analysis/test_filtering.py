@@ -1,0 +1,146 @@
+"""A part of the runs: what is taken, and that whoever reads the tables is told."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from analysis import analyze
+from analysis.report.limits import limits
+from analysis.report.material import gather
+from analysis.report.provenance import asked
+from commands import foundry
+from foundry.errors import InputError
+from foundry.storing.store import Condition, SweepFolder
+
+MODELS, PROMPTS, SEEDS = ("good", "bad"), ("paper", "japanese"), (0, 1, 2)
+
+
+@pytest.fixture(scope="module")
+def swept(
+    write_sweep: Callable[..., SweepFolder],
+    make_condition: Callable[..., Condition],
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Path:
+    """Two models, two prompts, three seeds, and baselines beside them."""
+    path = tmp_path_factory.mktemp("filtered") / "sweep"
+    factors = ("model", "prompt")
+    write_sweep(path, [make_condition(one, SEEDS, factors, prompt=prompt) for one in MODELS for prompt in PROMPTS])
+    write_sweep(path / "baselines", [make_condition(f"scripted/{one}", SEEDS) for one in ("random", "stay")])
+    return path
+
+
+def taken(path: Path, *, only: tuple[str, ...] = (), without: tuple[str, ...] = ()) -> set[tuple[str, str, int]]:
+    runs = analyze(path, plots=False, only=only, without=without).runs
+    own = runs[~runs["baseline"]] if "baseline" in runs else runs
+    return {(str(row.model), str(row.prompt), int(row.seed)) for row in own.itertuples()}
+
+
+def baselines(path: Path) -> set[str]:
+    runs = pd.read_csv(path / "analysis" / "signatures.csv")
+    return set(runs.loc[runs["baseline"], "model"])
+
+
+@pytest.mark.parametrize(
+    ("only", "without", "models", "prompts", "seeds"),
+    [
+        (("model=good,bad", "prompt=paper"), (), set(MODELS), {"paper"}, {0, 1, 2}),
+        (("prompt=paper", "prompt=japanese"), ("model=bad",), {"good"}, set(PROMPTS), {0, 1, 2}),
+        (("seed=1-2",), ("prompt=japanese", "model=bad"), {"good"}, {"paper"}, {1, 2}),
+    ],
+)
+def test_runs_are_taken_by_what_they_are(
+    only: tuple[str, ...], without: tuple[str, ...], models: set[str], prompts: set[str], seeds: set[int], swept: Path
+):
+    found = taken(swept, only=only, without=without)
+    assert found == {(model, prompt, seed) for model in models for prompt in prompts for seed in seeds}
+    assert baselines(swept) == {"scripted/random", "scripted/stay"}
+
+
+def test_null_is_asked_for_like_any_other_value_of_a_setting(
+    tmp_path: Path, write_sweep: Callable[..., SweepFolder], make_condition: Callable[..., Condition]
+):
+    conditions = [
+        make_condition(f"of_{limit}", SEEDS, ("model.limit",), values={"model.limit": limit}) for limit in (None, 2)
+    ]
+    write_sweep(tmp_path / "limited", conditions)
+    assert {model for model, *_ in taken(tmp_path / "limited", only=("model.limit=null",))} == {"of_None"}
+    assert {model for model, *_ in taken(tmp_path / "limited", without=("model.limit=null",))} == {"of_2"}
+
+
+def test_baselines_are_left_out_by_name_and_by_seed_alone(swept: Path):
+    taken(swept, only=("prompt=japanese", "seed=0"), without=("model=scripted/stay",))
+    runs = pd.read_csv(swept / "analysis" / "signatures.csv")
+    assert runs.loc[runs["baseline"], ["model", "seed"]].values.tolist() == [["scripted/random", 0]]
+
+
+def test_every_table_says_which_runs_it_is_of_until_all_are_taken_again(swept: Path):
+    folder, said = swept / "analysis", "without prompt=japanese: 12 of 18 runs"
+    found = analyze(swept, plots=False, without=["prompt=japanese"])
+    assert found.filtered == said and said in found.notes[0]
+    assert json.loads((folder / "filter.json").read_text())["without"] == {"prompt": ["japanese"]}
+    assert len(pd.read_parquet(folder / "steps.parquet")["run"].unique()) == 12
+    for name in ("signatures", "comparison", "contrasts"):
+        for frame in (pd.read_csv(folder / f"{name}.csv"), pd.read_parquet(folder / f"{name}.parquet")):
+            assert set(frame["filter"]) == {said}
+    assert said in (folder / "comparison.md").read_text() and said in (folder / "contrasts.md").read_text()
+    whole = analyze(swept, plots=False)
+    assert whole.filtered == "" and not (folder / "filter.json").exists()
+    for name in ("signatures", "comparison", "contrasts"):
+        assert "filter" not in pd.read_csv(folder / f"{name}.csv").columns
+        assert "of 18 runs" not in (folder / f"{name}.csv").read_text()
+    assert "Of a part of the runs" not in (folder / "comparison.md").read_text()
+
+
+def test_a_filtered_analysis_is_that_of_a_sweep_without_the_rest(
+    swept: Path, write_sweep: Callable[..., SweepFolder], make_condition: Callable[..., Condition], tmp_path: Path
+):
+    write_sweep(tmp_path / "alone", [make_condition(one, SEEDS, ("model", "prompt"), prompt="paper") for one in MODELS])
+    alone = analyze(tmp_path / "alone", plots=False)
+    part = analyze(swept, plots=False, only=["prompt=paper"], without=["model=scripted/random,scripted/stay"])
+    pd.testing.assert_frame_equal(part.comparison, alone.comparison)
+    pd.testing.assert_frame_equal(part.contrasts.drop(columns="look"), alone.contrasts.drop(columns="look"))
+
+
+@pytest.mark.parametrize(
+    ("only", "without", "said"),
+    [
+        (("modle=good",), (), "Setting 'modle' not found. Did you mean 'model'"),
+        (("model=goood",), (), "Model 'goood' not found. Did you mean 'good'"),
+        ((), ("seed=7",), "Seed '7' not found. Available: 0, 1, 2"),
+        ((), ("world.step=3",), "Setting 'world.step' not found"),
+        (("model",), (), "--only model has not the form KEY=VALUE"),
+        (("model=good",), ("model=good",), "leaves none of 18 runs"),
+    ],
+)
+def test_what_no_run_is_by_is_told_in_one_line(only: tuple[str, ...], without: tuple[str, ...], said: str, swept: Path):
+    with pytest.raises(InputError) as told:
+        analyze(swept, plots=False, only=only, without=without)
+    assert said in str(told.value) and "\n" not in str(told.value)
+
+
+def test_power_is_judged_by_a_part_and_says_so(swept: Path):
+    done = foundry("power", str(swept), "--without", "prompt=japanese", "--measure", "idle_rate.chosen", cwd=swept)
+    assert "judged by a part of the runs alone, without prompt=japanese" in done.stdout, done.stderr
+    assert "japanese" not in done.stdout.partition("prompt=japanese")[2]
+
+
+def test_a_report_of_a_sweep_that_has_grown_tells_each_command_and_what_it_added(
+    write_sweep: Callable[..., SweepFolder], make_condition: Callable[..., Condition], tmp_path: Path
+):
+    write_sweep(tmp_path / "s", [make_condition("good", (0,))])
+    assert asked(gather(tmp_path / "s")) == [("s", "foundry asked", "")]
+    write_sweep(tmp_path / "s", [make_condition("good", (1, 2))])
+    days = [str(one.when)[:10] for one in SweepFolder.open(tmp_path / "s").sweep.history]
+    added = [f"1 runs, {days[0]}", f"2 runs, {days[1]}"]
+    assert asked(gather(tmp_path / "s")) == [("s", "foundry asked", one) for one in added]
+
+
+def test_a_report_says_first_that_it_is_of_a_part(swept: Path):
+    found = gather(swept, without=["prompt=japanese"])
+    assert limits(found)[0].endswith("a part of the runs: without prompt=japanese: 12 of 18 runs.")
+    assert {member.folder.config()["prompt"]["name"] for member in found.members} == {"paper"}
