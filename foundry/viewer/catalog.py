@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import csv
-import math
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import islice
@@ -15,16 +13,20 @@ from typing import Any
 
 from foundry.errors import RecordError, not_found
 from foundry.records import RunSummary
-from foundry.storing.store import RunFolder, SweepFolder, sweeps_in
+from foundry.storing.notes import stamp_of_notes
+from foundry.storing.store import RunFolder, SweepFolder, is_served, sweeps_in
 from foundry.viewer.lines import StepLines
 from foundry.viewer.run_view import UNDECIDED
-from foundry.viewer.standing import COMPLETE, RUNNING, standing
+from foundry.viewer.signature_table import SignatureTable
+from foundry.viewer.standing import COMPLETE, FAILED, RUNNING, WAITING, standing
+from foundry.viewer.summary import Summary, claimed_measures, summary_of
 
 ROWS_PER_PAGE = 500
-LOOKED_AT_ONCE = 2_000
-"""Runs that a head looks at which nobody has looked at: it is the first thing that a page waits for."""
+LOOKED_AT_ONCE = ROWS_PER_PAGE
+"""Runs that are looked at first: it is what a page waits for."""
+FEW = 2_000
+"""Runs of a sweep all of which are looked at each time; of a larger one, so many further ones."""
 _OWN_COLUMNS = ("sweep", "run", "world", "model", "prompt", "seed", "sampling_seed", "status", "baseline")
-_SHOWN_AT_FIRST = 3
 
 
 @dataclass
@@ -35,16 +37,23 @@ class CatalogedSweep:
         id: its name in addresses.
         name: its folder, seen from the folder that is shown.
         folder: the sweep.
+        most_open: runs that were seen open at once while workers play it.
     """
 
     id: str
     name: str
     folder: SweepFolder
-    _summaries: dict[str, RunSummary] = field(default_factory=dict)
+    most_open: int = 0
+    _summaries: dict[str, tuple[str, RunSummary]] = field(default_factory=dict)
     _lengths: dict[str, StepLines] = field(default_factory=dict)
-    _measures: tuple[tuple[int, int], dict[str, list[float | None]]] = ((0, 0), {})
+    _claimed: tuple[tuple[int, int], list[str]] = ((0, 0), [])
     _folders: dict[int, RunFolder] = field(default_factory=dict)
     _standings: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def is_probe(self) -> bool:
+        """Whether recorded moments were asked."""
+        return self.folder.moments_file.exists()
 
     def runs(self) -> list[RunFolder]:
         """Return every run, whether started or not."""
@@ -63,23 +72,24 @@ class CatalogedSweep:
 
     def _runs_of(self, places: Sequence[int]) -> list[RunFolder]:
         """Return the runs at some places; they are made when they are first looked at, for there may be very many."""
-        fresh = [place for place in places if place not in self._folders]
-        self._folders |= zip(fresh, self.folder.runs_of(fresh), strict=True)
+        if fresh := [place for place in places if place not in self._folders]:
+            self._folders |= zip(fresh, self.folder.runs_of(fresh), strict=True)
         return [self._folders[place] for place in places]
 
     def summary(self, folder: RunFolder) -> RunSummary | None:
-        """Return how a run ended; the summary of a complete run never changes."""
+        """Return how a run ended; None where it has not."""
+        ending = folder.ending
         kept = self._summaries.get(folder.id)
-        if kept is not None and kept.status == COMPLETE and folder.ended:
-            return kept
-        found = folder.summary()
+        if kept is not None and kept[0] == ending:
+            return kept[1]
+        found = folder.summary() if ending else None
         if found is not None:
-            self._summaries[folder.id] = found
+            self._summaries[folder.id] = ending, found
         return found
 
     def open_runs(self) -> set[str]:
         """Return the ids of the runs that a worker is playing."""
-        return {run for report in self.folder.progress().values() for run in report["open"]}
+        return set(opened_in(self.folder.progress()))
 
     def head(self) -> dict[str, Any]:
         """Return what the page shows above the table.
@@ -87,9 +97,8 @@ class CatalogedSweep:
         How runs stand is counted over those that were looked at so far, as `counts` says by its sum: all of a sweep
         that is not very large.
         """
-        self._look_further()
-        counts = Counter(self._standings.values())
-        measures = list(self.measures())
+        reports = self.folder.progress()
+        counts = self.look_further(set(opened_in(reports)))
         return {
             "id": self.id,
             "name": self.name,
@@ -97,56 +106,112 @@ class CatalogedSweep:
             "runs": len(self.folder.sweep.runs),
             "rows_per_page": ROWS_PER_PAGE,
             "counts": counts,
-            "working": bool(self.folder.progress()),
-            "factors": self._factors(),
-            "measures": measures,
-            "shown": _first_of_each_signature(measures)[:_SHOWN_AT_FIRST],
+            "working": bool(reports),
+            "factors": self.factors(),
+            "models": self.model_names(),
+            "measures": self.measures(),
+            "claimed": self.claimed(),
             "links": list(self._links()),
+            "notes": stamp_of_notes(self.folder.path),
         }
 
-    def rows(self, first: int, last: int) -> list[dict[str, Any]]:
-        """Return the rows of the table from `first` up to but without `last`."""
+    def rows(self, first: int, last: int | None) -> list[dict[str, Any]]:
+        """Return the rows of the table from `first` up to but without `last`, or up to the end."""
         opened = self.open_runs()
         return [
             self._row(folder, folder.id in opened)
             for folder in self._runs_of(range(len(self.folder.sweep.runs))[first:last])
         ]
 
-    def _look_further(self) -> None:
-        """See how the runs stand that may have changed, and some more of those that nobody has looked at."""
+    def look_further(self, opened: Container[str]) -> Counter[str]:
+        """See how the runs stand that may have changed, and some more of those that nobody has looked at.
+
+        Args:
+            opened: the runs that a worker is playing.
+
+        Returns:
+            Runs by how they stand, of all that were looked at so far.
+        """
         known, places = self._standings, self._places
+        begun = self.folder.begun() if known else places.keys()  # the first look is what a page waits for
+        known |= dict.fromkeys(places.keys() - begun, WAITING)
         unseen = (place for name, place in places.items() if name not in known)
-        fresh = islice(unseen, LOOKED_AT_ONCE if len(known) < len(places) else 0)
-        few = len(places) <= LOOKED_AT_ONCE  # whose complete runs are looked at again, too: one may be started anew
-        again = (places[name] for name, status in known.items() if few or status != COMPLETE)
-        opened = self.open_runs()
+        fresh = islice(unseen, (FEW if known else LOOKED_AT_ONCE) if len(known) < len(places) else 0)
+        few = len(places) <= FEW  # whose complete runs are looked at again, too: one may be started anew
+        again = (places[name] for name, status in known.items() if name in begun and (few or status != COMPLETE))
         for folder in self._runs_of([*again, *fresh]):
             self._standing(folder, self.summary(folder), folder.id in opened)
+        return Counter(known.values())
+
+    def holds(self, run: str) -> bool:
+        """Return whether there is a run of this id; another command may have let the sweep grow meanwhile."""
+        return run in self._places
+
+    @cached_property
+    def models(self) -> dict[str, str]:
+        """The name of each run's model, by run."""
+        names = [str(one.config["model"]["name"]) for one in self.folder.sweep.conditions]
+        return {run.id: names[run.condition] for run in self.folder.sweep.runs}
+
+    def model_names(self) -> list[str]:
+        """Return the models in the order of their first runs, which their looks go by."""
+        conditions = self.folder.sweep.conditions
+        first = dict.fromkeys(run.condition for run in self.folder.sweep.runs)
+        return list(dict.fromkeys(str(conditions[one].config["model"]["name"]) for one in first))
+
+    @cached_property
+    def served(self) -> frozenset[str]:
+        """The models that a server answers for, whose runs are played one model after the other."""
+        models = [one.config["model"] for one in self.folder.sweep.conditions]
+        return frozenset(str(one["name"]) for one in models if is_served(one))
+
+    def waiting(self) -> list[str]:
+        """Return the runs that have not ended, as far as they were looked at; those that nobody looked at, too."""
+        ended = (COMPLETE, FAILED)
+        return [name for name in self._places if self._standings.get(name) not in ended]
+
+    def latest(self, most: int) -> dict[str, list[RunSummary]]:
+        """Return how runs ended that have ended, by model: so many that began last, as far as they were looked at."""
+        found: dict[str, list[RunSummary]] = {}
+        for one in sorted((one for _, one in self._summaries.values()), key=lambda one: one.started, reverse=True):
+            mine = found.setdefault(one.model, [])
+            if len(mine) < most:
+                mine.append(one)
+        return found
+
+    def failed(self) -> list[RunSummary]:
+        """Return how the runs ended that failed, as far as they were looked at."""
+        return [one for name, (_, one) in self._summaries.items() if self._standings.get(name) == FAILED]
 
     def _standing(self, folder: RunFolder, summary: RunSummary | None, running: bool) -> str:
         found = standing(folder, summary, running=running)
         self._standings[folder.id] = found
         return found
 
-    def measures(self) -> dict[str, list[float | None]]:
-        """Return each signature's measures, one value per run in the order of the runs; None where there is none."""
-        try:
-            found = self.folder.signatures_path.stat()
-        except FileNotFoundError:
-            return {}
-        mark = (found.st_mtime_ns, found.st_size)
-        if self._measures[0] != mark:
-            self._measures = mark, self._read_measures()
-        return self._measures[1]
+    @cached_property
+    def table(self) -> SignatureTable:
+        """The table of signatures."""
+        return SignatureTable(self.folder.signatures_path)
 
-    def _read_measures(self) -> dict[str, list[float | None]]:
-        with self.folder.signatures_path.open(encoding="utf-8", newline="") as file:
-            reader = csv.DictReader(file)
-            by_run = {row["run"]: row for row in reader}
-            known = {*_OWN_COLUMNS, *self._factors()}
-            names = [name for name in reader.fieldnames or () if name not in known]
-        rows = [by_run.get(run.id, {}) for run in self.folder.sweep.runs]
-        return {name: [_number(row.get(name)) for row in rows] for name in names}
+    def measures(self) -> list[str]:
+        """Return the names of the signatures' measures."""
+        known = {*_OWN_COLUMNS, *self.factors()}
+        return [name for name in self.table.names() if name not in known]
+
+    def measure(self, name: str) -> list[float | None]:
+        """Return a measure of each run, in the order of the runs; None where there is none."""
+        return self.table.numbers(name, list(self._places))
+
+    def claimed(self) -> list[str]:
+        """Return the measures that claims rest on; read anew once the analysis has written others."""
+        mark = self.table.mark
+        if self._claimed[0] != mark:
+            self._claimed = mark, claimed_measures(self.folder, self.measures())
+        return self._claimed[1]
+
+    def summary_of_groups(self) -> Summary:
+        """Return the groups that the analysis compared."""
+        return summary_of(self.folder, self.claimed(), self.table)
 
     def _row(self, folder: RunFolder, running: bool) -> dict[str, Any]:
         config, summary = folder.config(), self.summary(folder)
@@ -162,18 +227,22 @@ class CatalogedSweep:
             "status": status,
             "error": summary.error if summary else None,
             "planned": config["world"].get("steps"),
-            "done": self._done(folder) if status == RUNNING else None,
+            "done": self.steps_done(folder) if status == RUNNING else None,
             "decisions": sum(outcomes.values()) if summary else None,
             "undecided": sum(outcomes.get(one, 0) for one in UNDECIDED) if summary else None,
-            "factors": [str(folder.factors.get(name, "")) for name in self._factors()],
+            "calls": summary.counts.calls if summary else None,
+            "seconds": summary.duration_s if summary else None,
+            "factors": [str(folder.factors.get(name, "")) for name in self.factors()],
         }
 
-    def _done(self, folder: RunFolder) -> int:
+    def steps_done(self, folder: RunFolder) -> int:
+        """Return the last step that a run has written something of."""
         lines = self._lengths.setdefault(folder.id + folder.beginning, StepLines(folder.stream_path("steps")))
         lines.grow()
         return lines.last[0]
 
-    def _factors(self) -> list[str]:
+    def factors(self) -> list[str]:
+        """Return the names of what was swept, but those that rows have anyway."""
         names = dict.fromkeys(name for one in self.folder.sweep.conditions for name in one.factors)
         return [name for name in names if name not in _OWN_COLUMNS]
 
@@ -187,6 +256,11 @@ class CatalogedSweep:
                     "kind": path.suffix[1:],
                     "path": path.relative_to(self.folder.path).as_posix(),
                 }
+
+
+def opened_in(reports: Mapping[str, Any]) -> list[str]:
+    """Return the ids of the runs that are open in the reports of workers."""
+    return [run for report in reports.values() for run in report["open"]]
 
 
 class Catalog:
@@ -241,7 +315,13 @@ class Catalog:
     def overview(self) -> list[dict[str, Any]]:
         """Return one row per sweep."""
         return [
-            {"id": one.id, "name": one.name, "runs": len(one.folder.sweep.runs), "asked": one.folder.sweep.asked}
+            {
+                "id": one.id,
+                "name": one.name,
+                "runs": len(one.folder.sweep.runs),
+                "asked": one.folder.sweep.asked,
+                "probe": one.is_probe,
+            }
             for one in self.sweeps()
         ]
 
@@ -258,16 +338,3 @@ class Catalog:
 def _address(name: str) -> str:
     """Return a name that needs no escaping in an address and is no longer than a file's name may be."""
     return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[-80:].strip("-") or "sweep"
-
-
-def _first_of_each_signature(measures: list[str]) -> list[str]:
-    """Return each signature's first measure, the one that stands for it."""
-    return list({name.partition(".")[0]: name for name in reversed(measures)}.values())[::-1]
-
-
-def _number(text: str | None) -> float | None:
-    try:
-        value = float(text or "nan")
-    except ValueError:
-        value = {"True": 1.0, "False": 0.0}.get(text or "", math.nan)
-    return value if math.isfinite(value) else None

@@ -10,15 +10,20 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import msgspec
+
 from foundry.errors import InputError
+from foundry.storing.notes import Notes
 from foundry.storing.store import RunFolder
 from foundry.viewer.catalog import ROWS_PER_PAGE, CatalogedSweep
-from foundry.viewer.files import STATIC, inside
+from foundry.viewer.files import PALETTE, STATIC, inside, palette_script
 from foundry.viewer.forms import outside_script
 from foundry.viewer.resources import Resources, addresses_of_run, resources_of_agents
+from foundry.viewer.run_view import IsWarning
 
 DECISIONS_PER_CHUNK = 50
 """Steps of one agent in a file: few files, and none too large."""
+_ENCODE = msgspec.json.Encoder().encode
 _NOT_COPIED = ("source_http.js", "source_files.js")
 
 
@@ -39,28 +44,40 @@ class Exported:
     size: int
 
 
-def export(root: Path, out: Path, trusted: Sequence[str] = ()) -> Exported:
+def export(
+    root: Path,
+    out: Path,
+    trusted: Sequence[str] = (),
+    *,
+    notes: bool = False,
+    is_warning: IsWarning | None = None,
+) -> Exported:
     """Write the page of a sweep, or of a folder of sweeps, into a new folder.
 
     Args:
         root: the sweep's folder, or the folder of sweeps.
         out: the folder to write to.
         trusted: further packages whose classes recorded worlds may be built of, where pictures are drawn again.
+        notes: whether people's notes are taken along, to be read.
+        is_warning: whether a text warns of fires of these names, for the reach of warnings; None where nobody can tell.
 
     Raises:
         InputError: there is no sweep, or the folder to write to holds files.
         RecordError: a record cannot be read.
     """
-    resources = Resources(root, decisions_per_chunk=DECISIONS_PER_CHUNK, trusted=trusted)
+    resources = Resources(root, decisions_per_chunk=DECISIONS_PER_CHUNK, trusted=trusted, is_warning=is_warning)
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise InputError(f"'{out}' holds files: name a new or an empty folder for the export.")
     shutil.copytree(STATIC, out, ignore=shutil.ignore_patterns(*_NOT_COPIED), dirs_exist_ok=True)
     shutil.copyfile(STATIC / "source_files.js", out / "source.js")
+    (out / PALETTE).write_bytes(palette_script())
     runs = 0
     try:
         _write(out, "sweeps", resources.get("sweeps").content)
         for sweep in resources.catalog.sweeps():
             runs += _export_sweep(resources, sweep, out)
+            noted = resources.get(f"sweep/{sweep.id}/notes").content if notes else _ENCODE(Notes([], []))
+            _write(out, f"sweep/{sweep.id}/notes", noted)
     finally:
         resources.close()
     files = [path for path in out.rglob("*") if path.is_file()]
@@ -70,6 +87,8 @@ def export(root: Path, out: Path, trusted: Sequence[str] = ()) -> Exported:
 def _export_sweep(resources: Resources, sweep: CatalogedSweep, out: Path) -> int:
     for address in _addresses_of_sweep(sweep):
         _write(out, address, resources.get(address).content)
+    for address, resource in resources.probe(sweep.id).exports() if sweep.is_probe else ():
+        _write(out, f"probe/{sweep.id}/{address}", resource.content)
     for link in sweep.head()["links"]:
         _copy(sweep, link["path"], out)
     for folder in sweep.runs():
@@ -89,7 +108,7 @@ def _export_run(resources: Resources, sweep: CatalogedSweep, folder: RunFolder, 
 
 
 def _addresses_of_sweep(sweep: CatalogedSweep) -> Iterator[str]:
-    yield f"sweep/{sweep.id}"
+    yield from (f"sweep/{sweep.id}", f"sweep/{sweep.id}/groups")
     yield from (f"sweep/{sweep.id}/rows/{page}" for page in range(-(-len(sweep.runs()) // ROWS_PER_PAGE)))
     yield from (f"sweep/{sweep.id}/measure/{index}" for index in range(len(sweep.measures())))
 

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import msgspec
+
+from foundry import palette
+
 STATIC = Path(__file__).resolve().parent / "static"
 """The page, its scripts and styles."""
 
@@ -33,6 +37,23 @@ REPORT_POLICY = (
     "img-src 'self' data:; font-src data:"
 )
 """For documents of the sweep's folder: they come from nowhere, and can reach neither the page nor its data."""
+
+
+PALETTE = "palette.js"
+"""The address of the script that says how models and labels look, beside the files of the page."""
+
+
+def palette_script() -> bytes:
+    """Return the script from which the page takes the colours, markers and dashes of `foundry.palette`."""
+    told = {
+        "colours": palette.COLOURS,
+        "baseline": palette.BASELINE,
+        "markers": palette.MARKERS,
+        "dashes": palette.DASHES,
+        "labels": palette.LABELS,
+        "turn": palette.TURN,
+    }
+    return b'"use strict";Foundry.palette=%s;\n' % msgspec.json.encode(told)
 
 
 def inside(root: Path, relative: str) -> Path | None:

@@ -15,19 +15,33 @@ from typing import Any
 import msgspec
 
 from foundry.errors import InputError
+from foundry.storing.notes import notes_of
 from foundry.storing.store import RunFolder
 from foundry.viewer.catalog import ROWS_PER_PAGE, Catalog, CatalogedSweep
 from foundry.viewer.forms import scripts_of, view_of
-from foundry.viewer.run_view import MARKS_PER_BLOCK, Resource, RunView, parts_of
+from foundry.viewer.noting import take_note
+from foundry.viewer.probe.view import ProbeView
+from foundry.viewer.run_view import MARKS_PER_BLOCK, IsWarning, Resource, RunView, parts_of
+from foundry.viewer.search import TextSearch
+from foundry.viewer.underway import underway
 
-_OPEN_RUNS = 8
+_OPEN_RUNS = 12
+PARQUET = "application/vnd.apache.parquet"
 _NUMBER = re.compile(r"\d{1,9}")
 _ENCODE = msgspec.json.Encoder().encode
 
 
-def open_view(folder: RunFolder, *, decisions_per_chunk: int = 10, trusted: Sequence[str] = ()) -> RunView:
+def open_view(
+    folder: RunFolder,
+    *,
+    decisions_per_chunk: int = 10,
+    trusted: Sequence[str] = (),
+    is_warning: IsWarning | None = None,
+) -> RunView:
     """Return the view that fits the run's form."""
-    return view_of(folder.declared.form).run(folder, decisions_per_chunk=decisions_per_chunk, trusted=trusted)
+    view = view_of(folder.declared.form).run(folder, decisions_per_chunk=decisions_per_chunk, trusted=trusted)
+    view.is_warning = is_warning
+    return view
 
 
 class Resources:
@@ -37,13 +51,24 @@ class Resources:
         root: a sweep's folder, or a folder of sweeps.
         decisions_per_chunk: steps in one chunk of decisions.
         trusted: further packages whose classes recorded worlds may be built of, where pictures are drawn again.
+        is_warning: whether a text warns of fires of these names, for the reach of warnings; None where nobody can tell.
     """
 
-    def __init__(self, root: Path, *, decisions_per_chunk: int = 10, trusted: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        root: Path,
+        *,
+        decisions_per_chunk: int = 10,
+        trusted: Sequence[str] = (),
+        is_warning: IsWarning | None = None,
+    ) -> None:
         self.catalog = Catalog(root)
         self._decisions_per_chunk = decisions_per_chunk
         self._trusted = trusted
+        self._is_warning = is_warning
         self._views: OrderedDict[tuple[str, str], tuple[str, RunView]] = OrderedDict()
+        self._probes: dict[str, ProbeView] = {}
+        self._searches: dict[str, TextSearch] = {}
         self._lock = threading.RLock()
 
     def close(self) -> None:
@@ -52,6 +77,9 @@ class Resources:
             for _, view in self._views.values():
                 view.close()
             self._views.clear()
+            for search in self._searches.values():
+                search.close()
+            self._searches.clear()
 
     def get(self, address: str) -> Resource:
         """Return what an address stands for.
@@ -65,16 +93,51 @@ class Resources:
             with self._lock:
                 sweeps = self.catalog.overview()
                 return Resource(_ENCODE({"sweeps": sweeps, "unreadable": self.catalog.unreadable}))
+        if kind == "sweep" and rest[1:2] == ["search"] and len(rest) > 3:
+            return Resource(_ENCODE(self._search(rest[0]).find(rest[2], "/".join(rest[3:]))))
         if kind == "sweep" and rest:
             with self._lock:
-                return Resource(_ENCODE(self._of_sweep(self.catalog.sweep(rest[0]), rest[1:])))
+                return _of_sweep(self.catalog.sweep(rest[0]), rest[1:])
+        if kind == "probe" and len(rest) >= 2:
+            return self.probe(rest[0]).get(rest[1], _numbers(rest[2:]))
         if kind == "run" and len(rest) >= 3:
             view = self.view(rest[0], rest[1])
             if rest[2:] == ["progress"]:
                 running = rest[1] in self.catalog.sweep(rest[0]).open_runs()
                 return Resource(_ENCODE(view.progress(running=running)))
+            if rest[2:] == ["about"]:
+                return Resource(_ENCODE(_about(view, self.catalog.sweep(rest[0]))))
             return _of_run(view, rest[2], _numbers(rest[3:]))
         raise InputError(f"There is nothing at '{address}'.")
+
+    def take_note(self, sweep: str, content: bytes) -> None:
+        """Add a note to those of a sweep, or write one of them anew.
+
+        Raises:
+            InputError: there is no such sweep, run or note, or it says nothing.
+        """
+        with self._lock:
+            found = self.catalog.sweep(sweep)
+        take_note(found, content)
+
+    def probe(self, sweep: str) -> ProbeView:
+        """Return the view of a probe.
+
+        Raises:
+            InputError: there is no such sweep, or it is no probe.
+        """
+        with self._lock:
+            if sweep not in self._probes:
+                found = self.catalog.sweep(sweep)
+                if not found.is_probe:
+                    raise InputError(f"'{found.name}' is no probe: it has runs, and no moments.")
+                self._probes[sweep] = ProbeView(found.folder, self._trusted)
+            return self._probes[sweep]
+
+    def _search(self, sweep: str) -> TextSearch:
+        with self._lock:
+            folder = self.catalog.sweep(sweep).folder
+            return self._searches.setdefault(sweep, TextSearch(folder))
 
     def view(self, sweep: str, run: str) -> RunView:
         """Return the view of a run; a new one once the run was started anew."""
@@ -85,24 +148,44 @@ class Resources:
                 kept[1].close()
                 kept = None
             if kept is None:
-                view = open_view(folder, decisions_per_chunk=self._decisions_per_chunk, trusted=self._trusted)
+                view = open_view(
+                    folder,
+                    decisions_per_chunk=self._decisions_per_chunk,
+                    trusted=self._trusted,
+                    is_warning=self._is_warning,
+                )
                 kept = folder.beginning, view
             self._views[sweep, run] = kept
             while len(self._views) > _OPEN_RUNS:
                 self._views.popitem(last=False)[1][1].close()
             return kept[1]
 
-    def _of_sweep(self, sweep: CatalogedSweep, rest: list[str]) -> Any:
-        if not rest:
-            return sweep.head()
-        what, numbers = rest[0], _numbers(rest[1:])
-        if what == "rows" and len(numbers) == 1:
-            return {"rows": sweep.rows(numbers[0] * ROWS_PER_PAGE, (numbers[0] + 1) * ROWS_PER_PAGE)}
-        measures = list(sweep.measures().items())
-        if what == "measure" and len(numbers) == 1 and numbers[0] < len(measures):
-            name, values = measures[numbers[0]]
-            return {"name": name, "values": values}
-        raise InputError(f"A sweep has no '{'/'.join(rest)}'.")
+
+def _of_sweep(sweep: CatalogedSweep, rest: list[str]) -> Resource:
+    if len(rest) == 3 and rest[0] == "parquet":
+        from foundry.viewer.parquet import parquet_of  # pyarrow takes longer to import than all else
+
+        return Resource(parquet_of(sweep, rest[1].split(","), rest[2]), PARQUET)
+    return Resource(_ENCODE(_told_of_sweep(sweep, rest)))
+
+
+def _told_of_sweep(sweep: CatalogedSweep, rest: list[str]) -> Any:
+    if not rest:
+        return sweep.head()
+    what, numbers = rest[0], _numbers(rest[1:])
+    if what == "rows" and len(numbers) == 1:
+        return {"rows": sweep.rows(numbers[0] * ROWS_PER_PAGE, (numbers[0] + 1) * ROWS_PER_PAGE)}
+    if what == "underway" and not numbers:
+        return underway(sweep)
+    if what == "notes" and not numbers:
+        return notes_of(sweep.folder.path)
+    if what == "groups" and not numbers:
+        return sweep.summary_of_groups()
+    measures = sweep.measures()
+    if what == "measure" and len(numbers) == 1 and numbers[0] < len(measures):
+        name = measures[numbers[0]]
+        return {"name": name, "values": sweep.measure(name)}
+    raise InputError(f"A sweep has no '{'/'.join(rest)}'.")
 
 
 def _numbers(texts: list[str]) -> list[int]:
@@ -120,6 +203,11 @@ def _marks(view: RunView, block: int) -> Any:
     return {"first": first, "last": last, "marks": view.marks(first, last)}
 
 
+def _by_step(view: RunView, block: int) -> Any:
+    first, last = view.chunk(block, MARKS_PER_BLOCK)
+    return {"first": first, "last": last, "values": view.by_step(first, last)}
+
+
 def _texts(view: RunView, chunk: int) -> Any:
     first, last = view.chunk(chunk, view.steps_per_chunk)
     return {"first": first, "last": last, "texts": view.texts(first, last)}
@@ -134,14 +222,15 @@ def _track(view: RunView, agent: int) -> Any:
     return view.track(agent)
 
 
-def _about(view: RunView) -> dict[str, Any]:
-    return {**view.about(), "page": [one.told for one in scripts_of(view.folder.declared.form)]}
+def _about(view: RunView, sweep: CatalogedSweep) -> dict[str, Any]:
+    page = [one.told for one in scripts_of(view.folder.declared.form)]
+    return {**view.about(), "models": sweep.model_names(), "page": page}
 
 
 _OF_RUN: Mapping[tuple[str, int], Callable[..., Any]] = {
-    ("about", 0): _about,
     ("frames", 1): _frames,
     ("marks", 1): _marks,
+    ("by_step", 1): _by_step,
     ("texts", 1): _texts,
     ("decisions", 2): _decisions,
     ("track", 1): _track,
@@ -163,7 +252,8 @@ def addresses_of_run(view: RunView) -> Iterator[str]:
     yield from (
         f"{what}/{chunk}" for what in ("frames", "texts") for chunk in range(parts_of(view.done, view.steps_per_chunk))
     )
-    yield from (f"marks/{block}" for block in range(parts_of(view.done, MARKS_PER_BLOCK)))
+    blocks = range(parts_of(view.done, MARKS_PER_BLOCK))
+    yield from (f"{what}/{block}" for what in ("marks", "by_step") for block in blocks)
 
 
 def resources_of_agents(view: RunView) -> Iterator[tuple[str, Resource]]:

@@ -24,6 +24,8 @@ MARKS_PER_BLOCK = 100
 JSON, BINARY, PNG = "application/json", "application/octet-stream", "image/png"
 _READ_MESSAGES = msgspec.json.Decoder(Message).decode_lines
 AnyRecord = TypeVar("AnyRecord", bound=Record)
+IsWarning = Callable[[str, tuple[str, ...]], bool | None]
+"""Whether a text is a warning of fires of these names; None where that cannot be said."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,10 @@ class RunView(ABC):
         parts: what can be asked of a run of this form beyond what every form answers, by name and count of numbers:
             functions of the view and the numbers that return a Resource, or what becomes JSON.
         steps_per_chunk: steps in one chunk of frames.
+        is_warning: whether a text warns of fires of these names, by who opened the view; None where it cannot tell.
     """
+
+    is_warning: IsWarning | None = None
 
     parts: ClassVar[Mapping[tuple[str, int], Callable[..., Any]]] = {}
 
@@ -98,6 +103,10 @@ class RunView(ABC):
     @abstractmethod
     def all_tracks(self) -> Iterator[tuple[int, dict[str, Any]]]:
         """Yield what `track` returns for every agent, reading everything once."""
+
+    def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
+        """Return numbers by name, one for each step from `first` to `last`, None where there is none."""
+        return {}
 
     def exports(self) -> Iterator[tuple[str, Resource]]:
         """Yield what an exported page holds of `parts`, by address below the run; nothing by default."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from foundry.records import RunSummary
 from foundry.storing.store import RunFolder
 
-COMPLETE = "complete"
+COMPLETE, FAILED = "complete", "failed"
 RUNNING, UNFINISHED, WAITING = "running", "unfinished", "waiting"
 
 

@@ -33,10 +33,8 @@ def server(made_up: SweepFolder) -> Iterator[ViewServer]:
 
 @pytest.fixture(scope="session")
 def shared_page() -> Iterator[Any]:
-    with browser_page() as page:
-        page.set_default_timeout(8000)
-        with put_aside():
-            yield page
+    with browser_page() as page, put_aside():
+        yield page
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import pytest
 
 import made_up_rounds as rounds
 import viewer_pages
-from foundry.storing.store import SweepFolder
+from foundry.storing.store import RunFolder, SweepFolder
 from foundry.viewer.export import export
 from foundry.viewer.server import ViewServer, serving
 from made_up_rounds import STEPS, Playing
@@ -207,18 +208,50 @@ def test_a_run_is_followed_while_it_is_written(page: Any, tmp_path: Path):
 
 
 def test_a_run_started_anew_is_shown_anew(page: Any, tmp_path: Path):
-    made = rounds.sweep(tmp_path / "again", models=("first",))
-    playing = Playing(made.runs()[0])
+    with four_steps_shown(page, tmp_path) as run, played_anew(run):
+        page.wait_for_function("() => Foundry.page.lanes.describe().includes('1 go late')")
+
+
+def test_a_new_beginning_that_could_not_be_read_is_looked_at_again(page: Any, tmp_path: Path):
+    with four_steps_shown(page, tmp_path) as run:
+        page.evaluate(FAIL_ONCE)
+        with played_anew(run):
+            page.wait_for_function("() => Foundry.asked === 1")
+            page.evaluate("() => Foundry.page.data.look()")
+            page.wait_for_function("() => Foundry.asked === 2 && Foundry.page.lanes.describe().includes('1 go late')")
+
+
+@contextmanager
+def four_steps_shown(page: Any, folder: Path) -> Iterator[RunFolder]:
+    """Show what an unfinished run has so far, and leave its page at the end."""
+    made = rounds.sweep(folder / "again", models=("first",))
+    run = made.runs()[0]
+    playing = Playing(run)
     playing.play(1, 4)
     playing.writer.close()
     with serving(made.path) as server:
-        viewer_pages.go(page, server.url, f"run/again/{made.runs()[0].id}?step=4")
+        viewer_pages.go(page, server.url, f"run/again/{run.id}?step=4")
         page.wait_for_function(LOADED, arg=4)
-        again = Playing(made.runs()[0], rounds.otherwise)
-        again.play(1, 4)
-        page.wait_for_function("() => Foundry.page.lanes.describe().includes('1 go late')")
+        yield run
         page.goto("about:blank")
+
+
+@contextmanager
+def played_anew(run: RunFolder) -> Iterator[None]:
+    again = Playing(run, rounds.otherwise)
+    again.play(1, 4)
+    yield
     again.writer.close()
+
+
+FAIL_ONCE = """() => {
+  const {json} = Foundry.source;
+  Foundry.asked = 0;
+  Foundry.source.json = async (address) => {
+    if (address.endsWith('/about') && ++Foundry.asked === 1) throw new Error('the records are between two starts');
+    return json(address);
+  };
+}"""
 
 
 def test_many_agents_are_shown_a_page_of_lines_at_a_time(page: Any, tmp_path: Path):

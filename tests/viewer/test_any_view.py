@@ -11,10 +11,15 @@ import msgspec
 import pytest
 
 import made_up_rounds as rounds
+from foundry.declared import Declared, Id, keys_of
 from foundry.errors import InputError, RecordError
 from foundry.expansion import Condition, expand
+from foundry.records import Record
 from foundry.storing.store import RunFolder, SweepFolder
 from foundry.viewer.any import drawing
+from foundry.viewer.any.curves import curves_of
+from foundry.viewer.any.streams import OwnStream
+from foundry.viewer.lines import StepLines
 from foundry.viewer.resources import Resources, resources_of_agents
 from made_up_rounds import AGENTS, STEPS, Playing
 
@@ -62,6 +67,21 @@ def test_numbers_that_a_world_writes_are_curves_by_step(bar: SweepFolder):
     assert (found["first"], found["last"]) == (1, STEPS)
     crowd = [step % 4 for step in range(1, STEPS + 1)]
     assert found["values"] == [[{"low": crowd, "mean": crowd, "high": crowd}]] * 2
+
+
+def test_what_names_something_is_no_curve(tmp_path: Path):
+    class Visit(Record, frozen=True, kw_only=True):
+        stream = "visits"
+        step: int
+        host: Id
+        guest: Id | None
+        cups: int
+
+    declared = Declared(form="rounds", streams=keys_of((Visit,)))
+    assert declared.streams["visits"] == {"step": "integer", "host": "id", "guest": "id?", "cups": "integer"}
+    lines = StepLines(tmp_path / "visits.jsonl")
+    (found,) = curves_of(declared, lines, [OwnStream("visits", (), True, lines)])
+    assert found.keys == ("cups",)
 
 
 def test_a_step_without_a_value_has_none_and_several_have_their_mean(bar: SweepFolder, tmp_path: Path):
@@ -237,3 +257,11 @@ def test_an_export_draws_what_is_quickly_drawn_and_says_what_it_left(
     part = exported()
     assert [name for name in part if name.startswith("picture/")] == []
     assert "to draw 13 pictures takes about" in msgspec.json.decode(part["pictures"])["why"]
+
+
+def test_numbers_by_step_are_means_of_utilities_and_of_what_the_world_writes(bar: SweepFolder):
+    frames, values = ask(bar, "frames/0"), ask(bar, "by_step/0")["values"]
+    of_third = [row["utility"] for row in frames["rows"] if row["step"] == 3 and row.get("utility") is not None]
+    assert values["utility (mean)"][2] == pytest.approx(sum(of_third) / len(of_third))
+    assert all(len(one) == STEPS for one in values.values())
+    assert {"crowd", "utility (mean)"} < set(values)

@@ -96,7 +96,7 @@ def test_the_page_draws_who_is_there_and_tells_of_their_energy(sweep: SweepFolde
     run = sweep.runs()[0].id
     with serving(sweep.path) as server, browser_page() as page:
         viewer_pages.go(page, server.url, f"run/lives/{run}?step=3&agent=1")
-        page.wait_for_selector("text=energy")
+        page.wait_for_selector("dt:text-is('energy')")
         page.wait_for_function(
-            "() => document.querySelector('canvas.grid').getAttribute('aria-label').startsWith('5 ')"
+            "() => document.querySelector('canvas.grid').getAttribute('aria-label').startsWith('10 ')"
         )

@@ -22,7 +22,7 @@ from foundry.viewer.forms import scripts_of, view_of
 from foundry.viewer.grid.view import GridView
 from foundry.viewer.resources import Resources
 from foundry.viewer.server import serving
-from own_forms import SERVER_PART, Ring, write_ring
+from own_forms import SERVER_PART, Circle, write_circle
 
 
 @pytest.mark.parametrize(
@@ -42,24 +42,24 @@ def test_a_form_is_shown_by_what_has_its_name_else_by_what_all_share(form: str, 
     assert [one.address for one in scripts_of(form)] == [script]
 
 
-def ring_sweep(folder: Path) -> SweepFolder:
-    made = rounds.sweep(folder / "ring", models=("first",), scenario=Ring(name="bar", agents=5, steps=12))
+def circle_sweep(folder: Path) -> SweepFolder:
+    made = rounds.sweep(folder / "circle", models=("first",), scenario=Circle(name="bar", agents=5, steps=12))
     rounds.whole_run(made.runs()[0])
     return made
 
 
 @pytest.fixture
-def ring(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SweepFolder:
+def circle(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SweepFolder:
     """A whole run of a form that is defined in `mine/` alone."""
-    monkeypatch.setenv(VARIABLE, str(write_ring(tmp_path)))
-    return ring_sweep(tmp_path)
+    monkeypatch.setenv(VARIABLE, str(write_circle(tmp_path)))
+    return circle_sweep(tmp_path)
 
 
-def test_a_form_of_ones_own_reads_its_records_its_own_way(ring: SweepFolder):
-    resources, address = Resources(ring.path), f"run/ring/{ring.runs()[0].id}"
+def test_a_form_of_ones_own_reads_its_records_its_own_way(circle: SweepFolder):
+    resources, address = Resources(circle.path), f"run/circle/{circle.runs()[0].id}"
     about = msgspec.json.decode(resources.get(f"{address}/about").content)
-    assert (about["form"], about["around"]) == ("ring", 5)
-    assert [one["script"] for one in about["page"]] == ["any/page.js", "forms/ring/page.js"]
+    assert (about["form"], about["around"]) == ("circle", 5)
+    assert [one["script"] for one in about["page"]] == ["any/page.js", "forms/circle/page.js"]
     assert msgspec.json.decode(resources.get(f"{address}/neighbours/0").content) == {"neighbours": [4, 1]}
     resources.close()
 
@@ -67,53 +67,54 @@ def test_a_form_of_ones_own_reads_its_records_its_own_way(ring: SweepFolder):
 @pytest.mark.parametrize(
     ("server_part", "said"),
     [
-        ("import nothing_of_this_name", "mine/forms/ring.py cannot be imported: ModuleNotFoundError"),
-        ("VIEWER = 7", "mine/forms/ring.py: VIEWER is no FormView but 7"),
-        (SERVER_PART.replace("ring.js", "other.js"), r"its PAGE, '.*other.js', is not there"),
+        ("import nothing_of_this_name", "mine/forms/circle.py cannot be imported: ModuleNotFoundError"),
+        ("VIEWER = 7", "mine/forms/circle.py: VIEWER is no FormView but 7"),
+        (SERVER_PART.replace("circle.js", "other.js"), r"its PAGE, '.*other.js', is not there"),
     ],
 )
 def test_a_bad_file_of_a_form_is_named_and_hurts_no_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, server_part: str, said: str
 ):
-    monkeypatch.setenv(VARIABLE, str(write_ring(tmp_path, server_part)))
-    made, other = ring_sweep(tmp_path), rounds.sweep(tmp_path / "bar", models=("first",))
+    monkeypatch.setenv(VARIABLE, str(write_circle(tmp_path, server_part)))
+    made, other = circle_sweep(tmp_path), rounds.sweep(tmp_path / "bar", models=("first",))
     resources = Resources(tmp_path)
     with pytest.raises(InputError, match=said):
-        resources.get(f"run/ring/{made.runs()[0].id}/about")
+        resources.get(f"run/circle/{made.runs()[0].id}/about")
     assert resources.get(f"run/bar/{other.runs()[0].id}/about").content
-    assert b'"form":"ring"' in resources.get("sweep/ring/rows/0").content, "the sweep is listed all the same"
+    assert b'"form":"circle"' in resources.get("sweep/circle/rows/0").content, "the sweep is listed all the same"
     resources.close()
 
 
 def test_the_command_exports_a_form_of_ones_own(tmp_path: Path):
-    mine, made = write_ring(tmp_path), ring_sweep(tmp_path)
+    mine, made = write_circle(tmp_path), circle_sweep(tmp_path)
     trusting = ("--config-dir", str(mine), "--trust-targets", "made_up_rounds")
     done = foundry("view", str(made.path), "--export", "page", *trusting, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
-    assert (tmp_path / "page" / "forms" / "ring" / "page.js").read_bytes() == (mine / "forms" / "ring.js").read_bytes()
+    shown = tmp_path / "page" / "forms" / "circle" / "page.js"
+    assert shown.read_bytes() == (mine / "forms" / "circle.js").read_bytes()
     assert len(list((tmp_path / "page" / "data").rglob("picture/*.js"))) == 13
 
 
-NEIGHBOURS = "() => document.querySelector('.ring')?.dataset.neighbours === '4,1'"
+NEIGHBOURS = "() => document.querySelector('.circle')?.dataset.neighbours === '4,1'"
 
 
 @pytest.mark.browser
-def test_a_form_of_ones_own_is_shown_on_top_of_what_all_share(page: Any, ring: SweepFolder):
-    with serving(ring.path) as server:
-        viewer_pages.go(page, server.url, f"run/ring/{ring.runs()[0].id}?step=3&agent=0")
-        page.wait_for_selector("text=A ring of 5 at step 3")
+def test_a_form_of_ones_own_is_shown_on_top_of_what_all_share(page: Any, circle: SweepFolder):
+    with serving(circle.path) as server:
+        viewer_pages.go(page, server.url, f"run/circle/{circle.runs()[0].id}?step=3&agent=0")
+        page.wait_for_selector("text=A circle of 5 at step 3")
         page.wait_for_function(NEIGHBOURS)
         page.wait_for_selector("[data-agent='4']")
         page.keyboard.press("ArrowRight")
-        page.wait_for_selector("text=A ring of 5 at step 4")
+        page.wait_for_selector("text=A circle of 5 at step 4")
         page.goto("about:blank")
 
 
 @pytest.mark.browser
-def test_a_form_of_ones_own_is_exported_with_its_page(page: Any, ring: SweepFolder, tmp_path: Path):
-    exported = export(ring.path, tmp_path / "page", trusted=("made_up_rounds",))
-    viewer_pages.go(page, exported.page.as_uri(), f"run/ring/{ring.runs()[0].id}?step=3")
-    page.wait_for_selector("text=A ring of 5 at step 3")
+def test_a_form_of_ones_own_is_exported_with_its_page(page: Any, circle: SweepFolder, tmp_path: Path):
+    exported = export(circle.path, tmp_path / "page", trusted=("made_up_rounds",))
+    viewer_pages.go(page, exported.page.as_uri(), f"run/circle/{circle.runs()[0].id}?step=3")
+    page.wait_for_selector("text=A circle of 5 at step 3")
     page.wait_for_selector("[data-agent='4']")
     page.wait_for_function("() => document.querySelector('.picture img').naturalWidth === 300")
     page.goto("about:blank")
@@ -122,9 +123,9 @@ def test_a_form_of_ones_own_is_exported_with_its_page(page: Any, ring: SweepFold
 @pytest.mark.browser
 @pytest.mark.parametrize("page_part", ["'use strict';", "this is no script"])
 def test_a_page_part_that_registers_nothing_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, page_part: str):
-    monkeypatch.setenv(VARIABLE, str(write_ring(tmp_path, page_part=page_part)))
-    made = ring_sweep(tmp_path)
+    monkeypatch.setenv(VARIABLE, str(write_circle(tmp_path, page_part=page_part)))
+    made = circle_sweep(tmp_path)
     with serving(made.path) as server, browser_page(allowed_errors=("Unexpected identifier",)) as page:
-        page.goto(f"{server.url}#/run/ring/{made.runs()[0].id}")
+        page.goto(f"{server.url}#/run/circle/{made.runs()[0].id}")
         page.wait_for_selector("[role=alert]")
-        assert 'forms/ring/page.js does not say Foundry.form("ring"' in page.text_content("[role=alert]")
+        assert 'forms/circle/page.js does not say Foundry.form("circle"' in page.text_content("[role=alert]")

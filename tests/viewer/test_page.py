@@ -52,6 +52,28 @@ def test_the_overview_lists_sorts_and_filters_the_runs(page: Any, server: ViewSe
     assert page.locator(".report a").get_attribute("href") == "files/made-up/report.html"
 
 
+def test_the_head_stays_above_the_rows_and_the_next_page_is_read_from_its_top(page: Any, tmp_path: Path):
+    made = sweep(tmp_path / "many", models=("first",), seeds=range(130))
+    with serving(made.path) as server:
+        go(page, server, "sweep/many")
+        page.wait_for_function("() => document.querySelectorAll('tbody tr[data-run]').length === 100")
+        page.eval_on_selector("[aria-label=Runs]", "box => { box.scrollTop = box.scrollHeight; }")
+        assert page.evaluate(ABOVE_THE_HEAD) == 0
+        page.click("[aria-label='Next page']")
+        page.wait_for_function("() => document.querySelectorAll('tbody tr[data-run]').length === 30")
+        assert page.eval_on_selector("[aria-label=Runs]", "box => box.scrollTop") == 0
+        assert page.locator("tbody tr[data-run]").first.get_attribute("data-run") == made.runs()[100].id
+        page.go_back()
+        page.wait_for_function("() => document.querySelectorAll('tbody tr[data-run]').length === 100")
+        page.goto("about:blank")
+
+
+ABOVE_THE_HEAD = """() => {
+  const box = document.querySelector("[aria-label=Runs]"), head = box.querySelector("th");
+  return Math.round(head.getBoundingClientRect().top - box.getBoundingClientRect().top - box.clientTop);
+}"""
+
+
 def test_a_run_is_played_paused_stepped_and_scrubbed(page: Any, server: ViewServer, made_up: SweepFolder):
     go(page, server, run_address(made_up))
     assert where(page) == f"step 1 of {STEPS}"
@@ -229,7 +251,7 @@ def test_models_are_compared_on_a_seed_from_the_overview(page: Any, server: View
         page.check(f"[aria-label='Compare {run.id}']")
     page.click("a.button")
     page.wait_for_function(PLAYER_READY)
-    assert "not the same seed" in page.text_content(".warning")
+    assert "seeds 0, 1" in page.text_content(".warning")
 
 
 def test_the_keyboard_keeps_its_place(page: Any, server: ViewServer, made_up: SweepFolder):

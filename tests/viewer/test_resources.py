@@ -7,6 +7,7 @@ from typing import Any
 
 import msgspec
 import pytest
+import yaml
 
 from foundry.errors import InputError, RecordError
 from foundry.storing.store import SweepFolder
@@ -30,12 +31,12 @@ def run(made_up: SweepFolder, index: int = 0) -> str:
     return f"run/made-up/{made_up.runs()[index].id}"
 
 
-def test_a_folder_of_sweeps_lists_them_newest_first_with_their_baselines(tmp_path: Path):
+def test_a_folder_of_sweeps_lists_them_newest_first_each_before_its_baselines(tmp_path: Path):
     for name in ("older", "newer", "newer/baselines"):
         sweep(tmp_path / name)
     assert [one["name"] for one in ask(Resources(tmp_path), "sweeps")["sweeps"]] == [
-        "newer/baselines",
         "newer",
+        "newer/baselines",
         "older",
     ]
 
@@ -49,6 +50,22 @@ def test_a_sweep_that_cannot_be_read_hides_no_other(tmp_path: Path):
     assert "bad" in found["unreadable"][0]
     with pytest.raises(RecordError):
         Resources(tmp_path / "bad")
+
+
+@pytest.mark.parametrize("half_size, fires", [(5, [None]), (5, [{"name": "fire"}]), ("wide", []), (None, None)])
+def test_a_world_of_odd_settings_is_refused_before_anything_of_it_is_shown(
+    half_size: object, fires: object, tmp_path: Path
+):
+    folder = sweep(tmp_path / "odd")
+    content = yaml.safe_load((folder.path / "sweep.yaml").read_text(encoding="utf-8"))
+    for one in content["conditions"]:
+        one["config"]["world"] |= {"half_size": half_size, "fires": fires}
+    (folder.path / "sweep.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
+    opened = Resources(tmp_path / "odd")
+    run = folder.runs()[0].id
+    with pytest.raises(RecordError, match=f"The world of run '{run}' cannot be shown"):
+        opened.get(f"run/odd/{run}/info")
+    opened.close()
 
 
 def test_sweeps_whose_names_become_alike_keep_addresses_of_their_own(tmp_path: Path):
@@ -70,6 +87,7 @@ def test_of_a_very_large_sweep_a_few_runs_are_looked_at_at_once_and_all_in_the_e
     made_up: SweepFolder, monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.setattr(catalog, "LOOKED_AT_ONCE", 1)
+    monkeypatch.setattr(catalog, "FEW", 1)
     opened = Resources(made_up.path)
     assert ask(opened, "sweep/made-up")["counts"] == {"complete": 1}
     assert ask(opened, "sweep/made-up")["counts"] == {"complete": 2}
@@ -204,7 +222,7 @@ def test_every_address_of_a_run_answers(resources: Resources, made_up: SweepFold
     view = resources.view("made-up", made_up.runs()[0].id)
     addresses = list(addresses_of_run(view))
     assert {address.partition("/")[0] for address in addresses} == {
-        "about", "progress", "frames", "texts", "marks",
+        "about", "progress", "frames", "texts", "marks", "by_step",
     }  # fmt: skip
     for address in addresses:
         assert resources.get(f"{run(made_up)}/{address}").content

@@ -11,7 +11,8 @@ import pytest
 
 from foundry.errors import InputError
 from foundry.storing.store import SweepFolder
-from foundry.viewer.server import ViewServer, is_loopback, serving
+from foundry.viewer.http import is_loopback
+from foundry.viewer.server import ViewServer, serving
 from made_up_runs import sweep, whole_run
 
 

@@ -103,6 +103,18 @@ class AnyView(RunView):
         """Return, by step, how many decisions were undecided or repaired, and how many spoke."""
         return _marks(self._rows(first, last), first, last)
 
+    def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
+        """Return the mean utility of the decisions of a step, where there is one, and that of each of the curves."""
+        utilities: dict[int, list[float]] = {}
+        for row in self._rows(first, last):
+            if isinstance(row.utility, int | float):
+                utilities.setdefault(row.step, []).append(row.utility)
+        found = {"utility (mean)": [_mean(utilities.get(step)) for step in range(first, last + 1)]} if utilities else {}
+        for one in self._curves:
+            for key, values in zip(one.keys, one.values(first, last), strict=True):
+                found[key if key == one.name else f"{key} ({one.name})"] = values["mean"]
+        return found
+
     def texts(self, first: int, last: int) -> list[tuple[int, int, str]]:
         """Return what was said."""
         rows = self._rows(first, last)
@@ -174,6 +186,10 @@ class AnyView(RunView):
         ("pictures", 0): pictures,
         ("picture", 1): picture,
     }
+
+
+def _mean(values: Sequence[float] | None) -> float | None:
+    return sum(values) / len(values) if values else None
 
 
 def _plain(action: Any) -> str | int | float | None:

@@ -24,8 +24,8 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from foundry.errors import InputError
 from foundry.storing.store import RunFolder, write_atomically
+from foundry.viewer.camera.scenes import scene_of
 
 if TYPE_CHECKING:
     from foundry.worlds.camera.loading.scene import Scene, SceneMesh, UInt8Array
@@ -84,19 +84,12 @@ def scene_glb(run_config: Mapping[str, Any], *, sha256: str | None = None) -> by
         InputError: the scene's file is not there any more, or is another one.
     """
     world = run_config["world"]
-    asset = world.get("scene")
-    if not isinstance(asset, Mapping):
-        return None
-    from foundry.worlds.camera.loading.scene_files import find_asset
-    from foundry.worlds.camera.loading.stage import load_scene
-
-    scene = load_scene(find_asset(str(asset["asset"])), exclude=tuple(asset["exclude"]), root=asset.get("root"))
-    if sha256 is not None and scene.sha256 != sha256:
-        raise InputError(
-            f"Scene '{scene.source}' is not the one of the run (SHA-256 {scene.sha256[:12]}, in the records "
-            f"{sha256[:12]}): give the file back that the run was in."
-        )
-    return _to_glb(scene, world["camera"], world["body"], _target_boxes(scene, world["targets"]))
+    scene = scene_of(run_config, sha256)
+    return (
+        None
+        if scene is None
+        else _to_glb(scene, world["camera"], world["body"], _target_boxes(scene, world["targets"]))
+    )
 
 
 def _target_boxes(scene: Scene, targets: Sequence[Mapping[str, Any]]) -> dict[str, list[list[float]]]:

@@ -1,16 +1,19 @@
-"""A run of a 3D world: its decisions one by one, the facts of its episode, and its scene."""
+"""A run of a 3D world: its decisions one by one, the facts of its episode, its scene, and what of it was in view."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Iterator, Sequence
+from itertools import accumulate
 from typing import Any
 
 import msgspec
 
 from foundry.errors import InputError, RecordError
 from foundry.records import NOT_JSON, CameraEpisode, CameraStep
-from foundry.viewer.run_view import BINARY, OUTCOMES, UNDECIDED, Resource, RunView
+from foundry.viewer.camera.plan import plan_of
+from foundry.viewer.camera.sights import Sights
+from foundry.viewer.run_view import BINARY, JSON, OUTCOMES, UNDECIDED, Resource, RunView, parts_of
 
 _ONE_AT_A_TIME = threading.Lock()
 _OUTCOME_CODES = {name: code for code, name in enumerate(OUTCOMES)}
@@ -28,6 +31,8 @@ _NAMED = msgspec.json.Decoder(_Named)
 
 class CameraView(RunView):
     """See `docs/viewer.md` for the keys of what is returned."""
+
+    _sights: Sights | None = None
 
     @property
     def agents(self) -> int:
@@ -62,6 +67,27 @@ class CameraView(RunView):
             yield "scene", self.scene()
         except InputError:
             yield "scene", Resource(b"", BINARY)
+        yield "plan", Resource(msgspec.json.encode(self.plan()), JSON)
+        for chunk in range(parts_of(self.done, self.steps_per_chunk)):
+            yield f"sights/{chunk}", Resource(msgspec.json.encode(self.sights(chunk)), JSON)
+
+    def sights(self, chunk: int) -> dict[str, Any]:
+        """Return where the target is in the pictures of a chunk of steps, and which replies claim to see it."""
+        first, last = self.chunk(chunk, self.steps_per_chunk)
+        episode = self._episode()
+        if self._sights is None and episode is not None:
+            self._sights = Sights(self.config, episode)
+        told = self._sights.told(self._rows(first, last)) if self._sights else {"target": None, "why": "", "sights": []}
+        return {"first": first, "last": last, **told}
+
+    def plan(self) -> dict[str, Any]:
+        """Return the floor plan of the scene, without a wall until the run has begun."""
+        episode = self._episode()
+        return {"walls": [], "why": ""} if episode is None else plan_of(self.config, episode)
+
+    def _episode(self) -> CameraEpisode | None:
+        facts = self.episode()
+        return None if facts is None else msgspec.json.decode(facts, type=CameraEpisode)
 
     def files(self) -> list[str]:
         """Return the images that the steps name, each once."""
@@ -102,6 +128,18 @@ class CameraView(RunView):
             "success": [int(row.success) for row in rows],
         }
 
+    def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
+        """Return how far the goal is, the way so far, what of the target was in view, and where the body has been."""
+        every = self._rows(1, last)
+        rows, way = every[first - 1 :], list(accumulate(row.travelled for row in every))[first - 1 :]
+        return {
+            "distance to the goal (m)": [row.distance_to_goal for row in rows],
+            "way so far (m)": [*way],
+            "target in view (px)": [float(row.target_visible_px) for row in rows],
+            "line of sight to the target": [float(row.line_of_sight) for row in rows],
+            "cells visited": [float(row.visited_cells) for row in rows],
+        }
+
     def texts(self, first: int, last: int) -> list[tuple[int, int, str]]:
         """Return the replies."""
         return [(row.step, row.agent, row.reply) for row in self._rows(first, last)]
@@ -121,4 +159,4 @@ class CameraView(RunView):
     def _rows(self, first: int, last: int) -> Sequence[CameraStep]:
         return self.read_steps(first, last, CameraStep)
 
-    parts = {("scene", 0): scene}
+    parts = {("scene", 0): scene, ("plan", 0): plan, ("sights", 1): sights}

@@ -11,6 +11,7 @@ import msgspec
 from foundry.errors import RecordError
 from foundry.records import GridStep
 from foundry.storing.store import RunFolder, lines_of
+from foundry.viewer.grid.by_step import GridByStep
 from foundry.viewer.lines import StepLines, lines_of_agent
 from foundry.viewer.run_view import OUTCOMES, UNDECIDED, RunView
 
@@ -30,6 +31,12 @@ class _Place(msgspec.Struct):
     name: str
 
 
+class _Fire(msgspec.Struct):
+    name: str
+    start: int
+    position: tuple[float, float]
+
+
 class _Reproduction(msgspec.Struct):
     most: int
 
@@ -38,7 +45,9 @@ class _Grid(msgspec.Struct):
     """What is read here of a world's settings."""
 
     agents: Annotated[int, msgspec.Meta(ge=1)]
+    half_size: Annotated[int, msgspec.Meta(ge=0)]
     places: list[_Place]
+    fires: list[_Fire] | None = None
     reproduction: _Reproduction | None = None
 
 
@@ -70,6 +79,7 @@ class GridView(RunView):
             name: StepLines(folder.stream_path(name)) for name in ("burning", "food") if name in folder.declared.streams
         }
         self._come_and_go = "lost" in folder.declared.streams.get("steps", ())
+        self._by_step: GridByStep | None = None
 
     @property
     def agents(self) -> int:
@@ -151,6 +161,15 @@ class GridView(RunView):
             marks["said"][at] += row.message is not None
             marks["moved"][at] += row.moved
         return marks
+
+    def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
+        """Return what `GridByStep` says of these steps."""
+        found = self._by_step or GridByStep(self.world, self.is_warning, steady=not self._come_and_go)
+        self._by_step = found
+        while (known := found.done) < last:
+            until = min(known + self.steps_per_chunk, self.done)
+            found.take(known + 1, self._rows(known + 1, until), self._deliveries(known + 1, until))
+        return {name: values[first - 1 : last] for name, values in found.values.items()}
 
     def texts(self, first: int, last: int) -> list[tuple[int, int, str]]:
         """Return what was said."""

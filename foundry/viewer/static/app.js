@@ -4,17 +4,9 @@
   const {h, fill, badge, quote} = foundry.dom;
   let current = null;
   let turn = 0;
-  let remembering = null;
-
-  /** Keep what is looked at in the address, so that it can be sent on; the history does not grow by it. */
-  foundry.remember = ({step, agent}) => {
-    const [path] = location.hash.split("?");
-    const rest = `step=${step}${agent === null || agent === undefined ? "" : `&agent=${agent}`}`;
-    clearTimeout(remembering);
-    remembering = setTimeout(() => {
-      if (location.hash.split("?")[0] === path) history.replaceState(null, "", `${path}?${rest}`);
-    }, 250);
-  };
+  let shown = null;
+  const lastOverview = new Map();
+  const PROBE = ["probe/moment.js", "probe/moments.js"];
 
   /** Say how a run stands, and whether there is news of it. */
   foundry.showState = (element, data) => fill(element, badge(data.progress.status),
@@ -34,37 +26,66 @@
 
   async function runPage([sweep, run], query) {
     const data = await new foundry.RunData(sweep, run).open();
-    crumbs([[sweep, `#/sweep/${sweep}`], [run, null]]);
+    crumbs([[sweep, lastOverview.get(sweep) || `#/sweep/${sweep}`], [run, null]]);
     const agent = query.get("agent");
-    const page = data.form.page(data, {step: Number(query.get("step")) || null, agent: agent === null ? null : Number(agent)});
+    const page = data.form.page(data, {step: Number(query.get("step")) || null, agent: agent === null ? null : Number(agent), camera: query.get("camera")});
     data.follow(() => page.disposed);
     return page;
   }
 
-  async function comparePage([sweep, ...runs], query) {
-    const open = await Promise.all(runs.slice(0, 4).map((run) => new foundry.RunData(sweep, run).open()));
-    crumbs([[sweep, `#/sweep/${sweep}`], [`${open.length} runs side by side`, null]]);
+  /** Runs that are shown beside one another at most; the rest is named. */
+  const COMPARED = 12;
+
+  async function comparePage([sweep, ...asked], query) {
+    const runs = [...new Set(asked)], tried = await Promise.allSettled(runs.slice(0, COMPARED).map((run) => new foundry.RunData(sweep, run).open()));
+    const open = tried.filter((one) => one.status === "fulfilled").map((one) => one.value);
+    if (!open.length) throw tried[0]?.reason || new Error("No run is named to be compared: tick runs in the table.");
+    const left = runs.map((run, index) => ({run, why: index < COMPARED ? tried[index].reason?.message : `${COMPARED} runs are shown at most`})).filter((one) => one.why);
+    crumbs([[sweep, lastOverview.get(sweep) || `#/sweep/${sweep}`], [`${open.length} runs side by side`, null]]);
     const agent = query.get("agent");
-    const page = new foundry.ComparePage(open, {step: Number(query.get("step")) || null, agent: agent === null ? null : Number(agent)});
+    const page = new foundry.ComparePage(open, {step: Number(query.get("step")) || null, agent: agent === null ? null : Number(agent)}, left);
     open.forEach((data) => data.follow(() => page.disposed));
     return page;
   }
 
-  async function sweepPage([wanted]) {
+  async function sweepOf(wanted) {
     const {sweeps, unreadable} = await foundry.source.json("sweeps");
     const sweep = wanted ? sweeps.find((one) => one.id === wanted) : sweeps[0];
     if (!sweep) throw new Error(`There is no sweep '${wanted}'. There are: ${sweeps.map((one) => one.id).join(", ")}.`);
-    crumbs([[sweep.name, null]]);
-    return new foundry.Overview(sweeps, sweep, unreadable).open();
+    return {sweeps, sweep, unreadable};
   }
 
-  const PAGES = {run: runPage, compare: comparePage, sweep: sweepPage, "": sweepPage};
+  function overview({sweeps, sweep, unreadable}, query) {
+    crumbs(sweep.probe ? [[sweep.name, `#/sweep/${sweep.id}`], ["runs", null]] : [[sweep.name, null]]);
+    return new foundry.Overview(sweeps, sweep, unreadable, query).open();
+  }
+
+  async function runsPage([wanted], query) { return overview(await sweepOf(wanted), query); }
+
+  async function livePage([sweep]) {
+    const page = await new foundry.Live(sweep).open();
+    crumbs([[sweep, lastOverview.get(sweep) || `#/sweep/${sweep}`], ["what it is doing", null]]);
+    return page;
+  }
+
+  /** A probe is shown by its moments as soon as one was answered, any other sweep by its runs. */
+  async function sweepPage([wanted], query) {
+    const found = await sweepOf(wanted);
+    if (!found.sweep.probe) return overview(found, query);
+    for (const address of PROBE) await foundry.script(address);
+    const page = await new foundry.MomentsPage(found, query).open();
+    if (!page.isAnswered()) { page.dispose(); return overview(found, query); }
+    crumbs([[found.sweep.name, null]]);
+    return page;
+  }
+
+  const PAGES = {run: runPage, compare: comparePage, live: livePage, runs: runsPage, sweep: sweepPage, "": sweepPage};
 
   /** Return the page that the address asks for. */
   async function asked() {
     const [path, query] = location.hash.replace(/^#\/?/, "").split("?");
     const [kind, ...rest] = path.split("/").map(decoded);
-    if (!Object.hasOwn(PAGES, kind)) throw new Error(`There is no page '${kind}'. There are: #/run/..., #/compare/..., #/sweep/...`);
+    if (!Object.hasOwn(PAGES, kind)) throw new Error(`There is no page '${kind}'. There are: #/run/..., #/compare/..., #/live/..., #/sweep/..., #/runs/...`);
     return PAGES[kind](rest, new URLSearchParams(query || ""));
   }
 
@@ -77,7 +98,10 @@
   }
 
   async function show() {
+    const [path] = location.hash.split("?");
+    if (current && current.restore && current.element.isConnected && path === shown) { current.restore(foundry.address.read()); return; }
     const mine = turn += 1, main = document.getElementById("main");
+    shown = path;
     if (current && current.dispose) current.dispose();
     current = null;
     try {
@@ -88,7 +112,7 @@
       document.title = `${document.getElementById("crumbs").textContent.replace(/› /g, "").trim()} · foundry view`;
       foundry.page = page;
     } catch (error) {
-      if (mine === turn) fill(main, h("p", {class: "warning", role: "alert"}, error.message));
+      if (mine === turn) fill(main, h("h1", {}, "There is nothing to show"), h("p", {class: "warning", role: "alert"}, error.message));
     }
   }
 
@@ -96,6 +120,9 @@
     event.preventDefault(); // its address is not one of a page
     document.getElementById("main").focus();
   });
-  window.addEventListener("hashchange", show);
+  window.addEventListener("hashchange", (event) => {
+    if (current && current.restore) lastOverview.set(current.sweep.id, new URL(event.oldURL).hash);
+    show();
+  });
   show();
 })(window.Foundry);

@@ -37,11 +37,22 @@ window.Foundry = window.Foundry || {};
 
   /** Return an element: h("p", {class: "note"}, "text", otherElement). */
   function h(tag, attributes, ...children) {
-    const element = document.createElement(tag);
+    return furnished(document.createElement(tag), attributes, children);
+  }
+
+  /** Return an element of a drawing: s("circle", {r: 4}). */
+  function s(tag, attributes, ...children) {
+    return furnished(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children);
+  }
+
+  function furnished(element, attributes, children) {
     for (const [name, value] of Object.entries(attributes || {})) setAttribute(element, name, value);
     append(element, children);
     return element;
   }
+
+  /** Return a dotted name that may be broken behind its dots. */
+  function breakable(name) { return name.split(/(?<=\.)/).map((part, index) => [index ? h("wbr") : null, part]); }
 
   /** Replace what an element holds. The keyboard's focus stays on what has the same name afterwards. */
   function fill(element, ...children) {
@@ -83,10 +94,53 @@ window.Foundry = window.Foundry || {};
     return h("span", {class: `badge is-${word}`}, h("span", {"aria-hidden": "true"}, SIGNS[word] || "•", " "), word);
   }
 
-  /** What a model or a person wrote: kept apart from the page's own text, whatever its direction. */
-  function quote(text, className = "") {
-    return h("pre", {class: `quote ${className}`, dir: "auto"}, text === "" ? "(empty)" : text);
+  /** Texts that are higher than their box can be reached, and then scrolled, by the keyboard; others are no stop on its way. */
+  const boxes = new ResizeObserver((changes) => {
+    for (const {target} of changes) {
+      if (target.scrollHeight > target.clientHeight) target.tabIndex = 0; else target.removeAttribute("tabindex");
+    }
+  });
+
+  const SHEET = 8192;
+
+  /** Return a long text in sheets that end where lines do: those alone that are in sight are laid out. */
+  function sheets(text) {
+    const found = [];
+    for (let from = 0, to = 0; from < text.length; from = to) {
+      to = text.indexOf("\n", from + SHEET) + 1 || text.length;
+      found.push(h("div", {class: "sheet"}, text.slice(from, to)));
+    }
+    return found;
   }
 
-  foundry.dom = {h, fill, announce, number, color, badge, quote, visible};
+  /** What a model or a person wrote: kept apart from the page's own text, whatever its direction. */
+  function quote(text, className = "") {
+    const element = h("pre", {class: `quote ${className}`, dir: "auto"}, text === "" ? "(empty)" : text.length > SHEET ? sheets(text) : text);
+    boxes.observe(element);
+    return element;
+  }
+
+  /** A list of keys that can be unfolded: what is pressed, and what it does. */
+  function keys(list) {
+    return h("details", {class: "keys"}, h("summary", {}, "keys"), h("dl", {}, list.map(([key, what]) => [h("dt", {}, h("kbd", {}, key)), h("dd", {}, what)])));
+  }
+
+  /** Return whether a key is not the page's: somebody writes or chooses something, or the browser is meant. */
+  function isTyping(event) {
+    const field = event.target.closest("input:not([type=checkbox]):not([type=range]), select, textarea");
+    return Boolean(field) || event.ctrlKey || event.metaKey || event.altKey;
+  }
+
+  /** Return things by what a function says of them, in the order of the first of each. */
+  function grouped(things, of) {
+    const found = new Map();
+    for (const one of things) {
+      const key = of(one);
+      if (!found.has(key)) found.set(key, []);
+      found.get(key).push(one);
+    }
+    return found;
+  }
+
+  foundry.dom = {h, s, fill, breakable, announce, number, color, badge, quote, keys, isTyping, visible, grouped};
 })(window.Foundry);

@@ -23,6 +23,10 @@
    * @param form.page(data, {step, agent}) returns the page of a run: `element`, `clock`, `dispose()`
    * @param form.panel(data, {onPick}) returns what is seen of a run beside others: `element`, `draw(step, share)`, which
    *   returns whether the records of the step are there, `select(agent)`, `label(name)`, and perhaps `dispose()`
+   * @param form.overlay(runs, {names, looks, onPick}) returns all runs in one picture, a panel with a `box`, or null; it may be left out
+   * @param form.arranged(panels, looks) returns an element that holds the panels of compared runs, right below the clock; it may be left out
+   * @param form.legend(about, together) returns what the marks of a panel mean, and those of `overlay` where there is one;
+   *   it may be left out
    * @param form.chunk(frames, about) makes of the frames that the server gives what page and panel want, `first` and `last` among it
    * @param form.same(chunk, about, step, agent) returns a text that is equal where two runs did the same
    * @param form.decision(decision) returns elements that tell what an agent did at a step

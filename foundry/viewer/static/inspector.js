@@ -14,6 +14,13 @@
     return Object.entries(timings || {}).map(([name, value]) => `${name} ${number(value)} s`).join(", ");
   }
 
+  /** A prompt exactly as it was sent, its sections to fold where it has headings. */
+  function prompt(text) {
+    const found = foundry.words.sections(text);
+    if (found.length < 2) return quote(text, "prompt");
+    return found.map(([heading, body]) => (heading ? h("details", {class: "section", open: true}, h("summary", {}, h("bdi", {}, heading)), quote(body, "prompt")) : quote(body, "prompt")));
+  }
+
   /** One call: the prompt exactly as it was sent, the raw reply, how it went. */
   function callView(call, open) {
     const attempts = call.attempts || [];
@@ -25,7 +32,7 @@
       h("h4", {}, "Prompt"), (call.messages || []).map((message) => [
         h("p", {class: "role"}, message.role,
           message.images_sha256 ? ` · ${message.images_sha256.length} image(s) ${message.images_sha256.map((one) => one.slice(0, 12)).join(", ")}` : null),
-        quote(message.content, "prompt")]),
+        prompt(message.content)]),
       facts([["model", call.model], ["host", call.host], ["sampling seed", String(call.seed)], ["times", seconds(call.timings)],
         ["tokens", `${number(call.prompt_tokens)} in${call.cached_tokens === null || call.cached_tokens === undefined ? "" : ` (${number(call.cached_tokens)} from the server's prompt cache)`}, ${number(call.output_tokens)} out`],
         ["parameters", quote(JSON.stringify(call.parameters, null, 1), "small")]]));

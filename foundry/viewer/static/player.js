@@ -6,8 +6,8 @@
   const KEYS = [
     ["Space", "play or pause"], ["← →", "a step back or on"], ["Shift ← →", "ten steps"], ["Home End", "start or end"],
     ["+ −", "faster or slower"], ["M", "next message", "message"], ["F", "next fire", "fire"], ["X", "next failed or repaired decision"],
-    ["B", "next boundary", "boundary"], ["Shift and these", "the one before"], ["[ ]", "previous or next agent", "message"],
-    ["Esc", "no agent", "message"], ["/", "search"],
+    ["B", "next boundary", "boundary"], ["Shift and these", "the one before"], ["[ ]", "previous or next agent", "agents"],
+    ["Esc", "no agent", "agents"], ["/", "search", "search"], ...foundry.source.live ? [["N", "a note on this moment", "notes"]] : [],
   ];
   const SLIDING = ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "Home", "End", "PageUp", "PageDown"];
 
@@ -16,7 +16,10 @@
      * @param options.marks, options.fires as for Timeline
      * @param options.kinds which jumps there are: "message", "fire", "failure", "boundary"
      * @param options.summary returns what to announce when the clock stands still
-     * @param options.onKey called with keys that are the page's own
+     * @param options.agents how keys choose an agent: `most` and `chosen` return how many there are and which it is, `select` takes one, or null
+     * @param options.search what a key searches with
+     * @param options.notes what a key writes a note with
+     * @param options.keys the page's own keys that the list tells too, beside those of the player
      */
     constructor(options) {
       this.options = options;
@@ -51,8 +54,7 @@
         this.button("⇤", "First step", () => clock.seek(1)), this.button("←", "Step back", () => clock.move(-1)),
         this.playButton, this.button("→", "Step on", () => clock.move(1)), this.button("⇥", "Last step", () => clock.seek(clock.end)),
         this.label, this.speed, h("span", {class: "jumps"}, jumps), this.followLabel,
-        h("details", {class: "keys"}, h("summary", {}, "keys"),
-          h("dl", {}, KEYS.filter(([, , kind]) => !kind || this.options.kinds.includes(kind)).map(([key, what]) => [h("dt", {}, h("kbd", {}, key)), h("dd", {}, what)]))));
+        foundry.dom.keys([...KEYS.filter(([, , kind]) => !kind || this.options.kinds.includes(kind) || this.options[kind]), ...this.options.keys || []]));
     }
 
     legend() {
@@ -111,22 +113,29 @@
       else this.clock.seek(step);
     }
 
+    /** Choose the agent before or behind the chosen one; without one, the first. */
+    nextAgent(direction) {
+      const {most, chosen, select} = this.options.agents, at = chosen();
+      if (most()) select(at === null ? 0 : (at + direction + most()) % most());
+    }
+
     key(event) {
-      const typing = event.target.closest("input:not([type=checkbox]):not([type=range]), select, textarea");
       const sliding = event.target.closest("input[type=range]") && SLIDING.includes(event.key);
-      if (typing || sliding || event.ctrlKey || event.metaKey || event.altKey) return;
+      if (sliding || foundry.dom.isTyping(event)) return;
       if (event.key === " " && event.target.closest("button, summary, a, input:not([type=range])")) return;
-      const {clock} = this, back = event.shiftKey ? -1 : 1;
+      const {clock} = this, {agents, search, notes} = this.options, back = event.shiftKey ? -1 : 1;
       const jumps = {m: "message", f: "fire", x: "failure", b: "boundary"};
       const actions = {
         " ": () => clock.toggle(), ArrowRight: () => clock.move(event.shiftKey ? 10 : 1),
         ArrowLeft: () => clock.move(event.shiftKey ? -10 : -1), Home: () => clock.seek(1), End: () => clock.seek(clock.end),
         "+": () => clock.faster(1), "=": () => clock.faster(1), "-": () => clock.faster(-1),
+        ...agents && {"[": () => this.nextAgent(-1), "]": () => this.nextAgent(1), Escape: () => agents.select(null)},
+        ...search && {"/": () => search.focus()}, ...notes && {n: () => notes.write()},
       };
       const jump = jumps[event.key.toLowerCase()];
       if (actions[event.key]) actions[event.key]();
       else if (jump && this.options.kinds.includes(jump)) this.jump(jump, back);
-      else if (!(this.options.onKey && this.options.onKey(event.key))) return;
+      else return;
       event.preventDefault();
     }
   }

@@ -1,7 +1,7 @@
 "use strict";
 /* One run's records, loaded in chunks around the step that is looked at; a run that still grows is followed. */
 (function (foundry) {
-  const KEPT_CHUNKS = 8;
+  const KEPT_CHUNKS = 8, KEPT_DECISIONS = 24;
   const POLL_MS = 700;
   const LOST_MS = 5000;
 
@@ -18,7 +18,6 @@
       this.kept.set(key, value);
       while (this.kept.size > this.size) this.kept.delete(this.kept.keys().next().value);
     }
-    clear() { this.kept.clear(); }
   }
 
   class RunData {
@@ -26,13 +25,18 @@
       this.sweep = sweep;
       this.id = id;
       this.address = `run/${sweep}/${id}`;
-      this.chunks = new Recent(KEPT_CHUNKS);
-      this.decisionChunks = new Recent(24);
-      this.loading = new Map();
       this.listeners = [];
+      this.forget();
+      this.progress = {done: 0, status: "waiting"};
+    }
+
+    /** Begin with nothing loaded; what is still on its way belongs to what is forgotten. */
+    forget() {
+      this.chunks = new Recent(KEPT_CHUNKS);
+      this.decisionChunks = new Recent(KEPT_DECISIONS);
+      this.loading = new Map();
       this.marks = {};
       this.marked = 0;
-      this.progress = {done: 0, status: "waiting"};
     }
 
     async open() {
@@ -51,11 +55,12 @@
 
     /** Load once, whoever asks meanwhile. */
     once(address) {
-      if (!this.loading.has(address)) {
-        const promise = foundry.source.json(`${this.address}/${address}`).finally(() => this.loading.delete(address));
-        this.loading.set(address, promise);
+      const {loading} = this;
+      if (!loading.has(address)) {
+        const promise = foundry.source.json(`${this.address}/${address}`).finally(() => loading.delete(address));
+        loading.set(address, promise);
       }
-      return this.loading.get(address);
+      return loading.get(address);
     }
 
     numberOf(step, size) { return Math.floor((Math.max(1, step) - 1) / size); }
@@ -73,11 +78,11 @@
     /** Load the chunk of a step. */
     async load(step) {
       const number = this.numberOf(step, this.about.steps_per_chunk);
-      const kept = this.chunks.get(number);
+      const {chunks} = this, kept = chunks.get(number);
       if (kept && this.isWhole(kept, number, this.about.steps_per_chunk)) return kept;
       const found = await this.once(`frames/${number}`);
       const chunk = this.form.chunk(found, this.about);
-      this.chunks.set(number, chunk);
+      chunks.set(number, chunk);
       return chunk;
     }
 
@@ -90,10 +95,11 @@
     async decision(step, agent) {
       const size = this.about.decisions_per_chunk;
       const number = this.numberOf(step, size), key = `${number}/${agent}`;
-      let chunk = this.decisionChunks.get(key);
+      const {decisionChunks} = this;
+      let chunk = decisionChunks.get(key);
       if (!chunk || !this.isWhole(chunk, number, size)) {
         chunk = await this.once(`decisions/${key}`);
-        this.decisionChunks.set(key, chunk);
+        decisionChunks.set(key, chunk);
       }
       return {
         record: chunk.steps.find((one) => one.step === step) || null,
@@ -112,10 +118,12 @@
     /** Load the marks of steps that have none yet, block by block. */
     async loadMarks(onBlock) {
       const size = this.about.marks_per_block;
+      const {marks} = this;
       while (this.marked < this.done) {
         const block = await this.once(`marks/${Math.floor(this.marked / size)}`);
+        if (this.marks !== marks) return;
         for (const [name, values] of Object.entries(block.marks)) {
-          this.marks[name] = (this.marks[name] || []).slice(0, block.first - 1).concat(values);
+          marks[name] = (marks[name] || []).slice(0, block.first - 1).concat(values);
         }
         if (block.last <= this.marked) return;
         this.marked = block.last;
@@ -141,16 +149,13 @@
     }
 
     async look() {
-      const before = this.progress;
-      this.progress = await foundry.source.json(`${this.address}/progress`);
-      if (before.beginning !== this.progress.beginning) {
-        this.chunks.clear();
-        this.decisionChunks.clear();
-        this.marks = {};
-        this.marked = 0;
+      const before = this.progress, now = await foundry.source.json(`${this.address}/progress`);
+      if (before.beginning !== now.beginning) {
         this.about = await foundry.source.json(`${this.address}/about`);
+        this.forget();
       }
-      if (["beginning", "done", "status"].some((key) => before[key] !== this.progress[key])) {
+      this.progress = now;
+      if (["beginning", "done", "status"].some((key) => before[key] !== now[key])) {
         this.listeners.forEach((listener) => listener());
       }
     }

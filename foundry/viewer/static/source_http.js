@@ -1,8 +1,8 @@
 "use strict";
 /* Gets the data from the server that served the page. The exported page has source_files.js in the place of this. */
 (function (foundry) {
-  async function ask(address) {
-    const response = await fetch(`data/${address}`);
+  async function ask(address, options) {
+    const response = await fetch(`data/${address}`, options);
     if (response.ok) return response;
     const answer = await response.json();
     throw new Error(answer.error);
@@ -11,6 +11,7 @@
   foundry.source = {
     live: true,
     json: async (address) => (await ask(address)).json(),
+    send: async (address, value) => (await ask(address, {method: "POST", headers: {"Content-Type": "application/json"}, body: JSON.stringify(value)})).json(),
     bytes: async (address) => (await ask(address)).arrayBuffer(),
     file: (sweep, path) => `files/${sweep}/${path.split("/").map(encodeURIComponent).join("/")}`,
   };

@@ -12,6 +12,32 @@
     {key: "said", color: "talk", form: "amount"},
   ];
 
+  /** A canvas under a hand that shows where the clock is: what is drawn stays while the hand moves. */
+  class Dial {
+    constructor(canvas, height) {
+      Object.assign(this, {canvas, height, width: 0});
+      this.hand = h("i", {class: "hand", "aria-hidden": "true", hidden: true});
+      this.element = h("div", {class: "dial"}, canvas, this.hand);
+    }
+
+    /** Return what draws anew in CSS pixels; null while there is no room. */
+    pen() {
+      const {canvas, height} = this, scale = window.devicePixelRatio || 1;
+      this.width = canvas.clientWidth;
+      if (!this.width) return null;
+      canvas.width = Math.round(this.width * scale);
+      canvas.height = Math.round(height * scale);
+      const pen = canvas.getContext("2d");
+      pen.scale(scale, scale);
+      return pen;
+    }
+
+    point(clock) {
+      this.hand.hidden = !clock.steps;
+      if (clock.steps) this.hand.style.transform = `translateX(${Math.min(this.width - 2, (clock.position - 1) * this.width / clock.steps)}px)`;
+    }
+  }
+
   class Timeline {
     /**
      * @param clock the page's clock
@@ -26,10 +52,12 @@
         type: "range", class: "scrub", min: "1", step: "1", "aria-label": "Step",
         oninput: () => { clock.pause(); clock.seek(Number(this.slider.value)); },
       });
-      this.element = h("div", {class: "timeline"}, this.canvas, this.slider);
+      this.dial = new Dial(this.canvas, HEIGHT);
+      this.element = h("div", {class: "timeline"}, this.dial.element, this.slider);
       this.canvas.addEventListener("pointerdown", (event) => this.drag(event));
       this.canvas.addEventListener("pointermove", (event) => { if (event.buttons) this.drag(event); });
       new ResizeObserver(() => this.draw()).observe(this.canvas);
+      window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
       clock.onChange(() => this.update());
     }
 
@@ -43,24 +71,19 @@
       slider.max = String(Math.max(1, clock.end));
       slider.value = String(Math.floor(clock.position));
       slider.setAttribute("aria-valuetext", `${clock.where} of ${clock.steps}`);
-      this.draw();
+      if (clock.steps === this.drawn) this.dial.point(clock); else this.draw();
     }
 
     draw() {
-      const {canvas, clock} = this, scale = window.devicePixelRatio || 1;
-      const width = canvas.clientWidth;
-      if (!width) return;
-      canvas.width = Math.round(width * scale);
-      canvas.height = Math.round(HEIGHT * scale);
-      const pen = canvas.getContext("2d");
-      pen.scale(scale, scale);
-      const per = width / Math.max(1, clock.steps);
+      const {clock} = this, pen = this.dial.pen();
+      if (!pen) return;
+      this.drawn = clock.steps;
+      const per = this.dial.width / Math.max(1, clock.steps);
       this.drawFires(pen, per);
       const marks = this.options.marks();
       const rows = ROWS.filter((row) => marks[row.key]);
       rows.forEach((row, index) => this.drawRow(pen, row, marks[row.key], per, (index * HEIGHT) / rows.length, HEIGHT / rows.length));
-      pen.fillStyle = color("ink");
-      pen.fillRect(Math.min(width - 2, (clock.position - 1) * per), 0, 2, HEIGHT);
+      this.dial.point(clock);
     }
 
     drawFires(pen, per) {
@@ -119,4 +142,5 @@
   }
 
   foundry.Timeline = Timeline;
+  foundry.Dial = Dial;
 })(window.Foundry);

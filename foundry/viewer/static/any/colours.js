@@ -1,11 +1,8 @@
 "use strict";
 /* The colours of actions: one for each label, a scale for numbers, one for what could not be read. */
 (function (foundry) {
-  const {color} = foundry.dom;
-  /** Okabe and Ito's colours, which most eyes tell apart; further labels get hues between them. */
-  const LABELS = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#f0e442", "#d55e00"];
+  const {color} = foundry.dom, {labels: LABELS, turn: TURN} = foundry.palette;
   const SCALE = ["#440154", "#3b528b", "#21918c", "#5ec962", "#fde725"]; // viridis
-  const TURN = 137.5;
 
   function parts(hex) { return [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16)); }
 
@@ -69,6 +66,5 @@
   }
 
   Colours.scale = SCALE;
-  Colours.named = LABELS;
   foundry.Colours = Colours;
 })(window.Foundry);

@@ -55,8 +55,8 @@
 
     /** Return the lines that are shown: their names, their values and their colours. */
     lines() {
-      const {keys} = this.data.about.curves[this.shown], {named} = foundry.Colours;
-      return keys.map((key, at) => ({key, colour: named[at % named.length], ...this.values[this.shown][at]}));
+      const {keys} = this.data.about.curves[this.shown], {labels} = foundry.palette;
+      return keys.map((key, at) => ({key, colour: labels[at % labels.length], ...this.values[this.shown][at]}));
     }
 
     draw() {

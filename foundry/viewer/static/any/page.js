@@ -60,15 +60,19 @@
       this.table = new foundry.anyTables.StepTable(data, select);
       this.streams = new foundry.anyTables.StreamTables(data);
       this.inspector = new foundry.Inspector(data, select);
-      this.player = new foundry.Player({marks: () => this.ownMarks || data.marks, ...data.form.player(data.about),
-        summary: () => this.lanes.describe(), onKey: (key) => this.key(key)});
+      this.search = new foundry.Search(data, "Search in messages", (step, agent) => { select(agent); this.go(step); });
+      this.notes = foundry.notesOfRun(this);
+      this.player = new foundry.Player({marks: () => this.ownMarks || data.marks, ...data.form.player(data.about), summary: () => this.lanes.describe(),
+        agents: {most: () => data.about.agents, chosen: () => this.agent, select}, search: this.search, notes: this.notes});
       this.clock = this.player.clock;
-      this.search = new foundry.Search(data, "Search in messages", (step, agent) => { this.select(agent); this.go(step); });
       this.clock.onChange(() => this.update());
       this.state = h("span", {class: "state"});
       this.warning = h("p", {class: "warning", hidden: true});
+      this.main = h("div", {class: "main"}, this.stage());
+      this.moment = foundry.Moment.ofRun(this, this.main);
+      this.main.append(this.moment.element);
       this.element = h("div", {class: "run any"}, foundry.runHeading(data, this.state), this.player.element, this.warning,
-        h("div", {class: "stage"}, h("div", {class: "main"}, this.stage()), h("div", {class: "side"}, this.inspector.element, this.search.element)));
+        h("div", {class: "stage"}, this.main, h("div", {class: "side"}, this.inspector.element, this.notes.element, this.search.element)));
       data.onGrowth(() => this.grown());
       this.grown(wanted);
     }
@@ -168,15 +172,6 @@
       const of = (test) => [...new Set(rows.filter(test).map((row) => row.agent))];
       return [["could not be read", of((row) => !FINE.includes(row.outcome))], ["repaired", of((row) => row.outcome === "repaired")],
         ["said something", of((row) => typeof row.message === "string")]].filter(([, agents]) => agents.length);
-    }
-
-    key(key) {
-      const {agents} = this.data.about;
-      if ((key === "[" || key === "]") && agents) this.select(this.agent === null ? 0 : (this.agent + (key === "]" ? 1 : agents - 1)) % agents);
-      else if (key === "Escape") this.select(null);
-      else if (key === "/") this.search.focus();
-      else return false;
-      return true;
     }
   }
 

@@ -3,29 +3,20 @@
 (function (foundry) {
   const {h, fill, badge, quote, number} = foundry.dom;
 
-  const AGAIN_MS = 500;
   const LISTED = 8;
+  const KEYS = [["Tab to the scene, ← → ↑ ↓", "turn it"], ["there, + − Home", "nearer, farther, all of it"]];
 
   function pose(value) {
     return `x ${number(value.x)} m, y ${number(value.y)} m, z ${number(value.z)} m, yaw ${number(value.yaw)}°, pitch ${number(value.pitch)}°`;
-  }
-
-  function command(value) {
-    const parts = [];
-    if (value.translate) parts.push(`translate ${number(value.translate.distance)} m towards ${number(value.translate.bearing)}°`);
-    if (value.turn !== null && value.turn !== undefined) parts.push(`turn ${number(value.turn)}°`);
-    if (value.gaze !== null && value.gaze !== undefined) parts.push(`gaze ${number(value.gaze)}°`);
-    if (value.stay) parts.push("stay");
-    if (value.answer !== null && value.answer !== undefined) parts.push(`answer ${value.answer}`);
-    return parts.join(", ") || "nothing";
   }
 
   function metres(value) { return value === null ? "cannot be reached" : `${number(value)} m`; }
 
   /** The scene of a run; takes up new records while the run grows. */
   class Scene {
-    constructor(data) {
+    constructor(data, camera) {
       this.data = data;
+      this.camera = camera;
       this.box = h("div", {class: "scene"});
       this.note = h("p", {class: "note"});
       this.element = h("figure", {class: "scene-box"}, this.box, h("figcaption", {}, this.note));
@@ -42,7 +33,8 @@
         await foundry.script("camera/scene3d.js");
         const glb = await this.load();
         if (this.disposed) return;
-        const mounted = await window.FoundryScene.mount(this.box, {glb, episode: this.data.about.episode, steps: this.steps});
+        const mounted = await window.FoundryScene.mount(this.box, {
+          glb, episode: this.data.about.episode, steps: this.steps, camera: this.camera, onCamera: (camera) => foundry.remember({camera})});
         if (this.disposed) { mounted.dispose(); return; }
         this.mounted = mounted;
         mounted.update(this.steps);
@@ -76,56 +68,6 @@
     }
   }
 
-  /** The image the model saw at a step, or the word that it was not kept. */
-  class SeenImage {
-    constructor(data) {
-      this.data = data;
-      this.image = h("img", {alt: "", class: "seen", onerror: () => this.again()});
-      this.none = h("p", {class: "note"}, "The image of this step was not kept.");
-      this.walk = h("div", {class: "walk"});
-      this.element = h("figure", {class: "seen-box"}, this.image, this.none, this.walk, h("figcaption", {}, "What the model saw"));
-    }
-
-    /** Show the image of a step as soon as its record is there; returns whether it is. */
-    draw(step) {
-      const chunk = step ? this.data.chunkAt(step) : null;
-      if (chunk) this.show(chunk.steps[step - chunk.first]);
-      return chunk !== null;
-    }
-
-    select() {}
-
-    label(name) { this.image.alt = this.about ? `${this.about} (${name})` : ""; }
-
-    show(record) {
-      const path = record && record.image;
-      this.image.hidden = !path;
-      this.none.hidden = Boolean(path);
-      this.showWalk(record?.frames || []);
-      if (!path) return;
-      const url = this.address(path);
-      if (this.url !== url) this.image.setAttribute("src", url);
-      this.url = url;
-      this.about = `The image the model saw at step ${record.step}`;
-      this.image.alt = this.about;
-    }
-
-    address(path) { return foundry.source.file(this.data.sweep, `${this.data.about.folder}/${path}`); }
-
-    /** Show the pictures of a walk that went with a question, the earliest first; those that are shown already stay. */
-    showWalk(paths) {
-      if (this.shownWalk === paths.join()) return;
-      this.shownWalk = paths.join();
-      fill(this.walk, paths.map((path, at) => h("img", {src: this.address(path), alt: `Picture ${at + 1} of the walk`})));
-    }
-
-    /** Ask once more a little later: while a run is written, a record may be there before its image is. */
-    again() {
-      const {url} = this, src = this.image.getAttribute("src");
-      if (src === url) setTimeout(() => { if (this.url === url) this.image.setAttribute("src", `${url}?again`); }, AGAIN_MS);
-    }
-  }
-
   /** A question after a walk, what there is to choose from, and the right answer. */
   function questionView(record) {
     if (!record.question) return null;
@@ -141,7 +83,7 @@
   function decisionView({record}) {
     const seen = Object.entries(record.visible_px).sort((a, b) => b[1] - a[1]), more = seen.length - LISTED;
     return [
-      foundry.parts.facts([["outcome", badge(record.outcome)], ["command", command(record.command)], ["boundary", record.boundary || "none"]]),
+      foundry.parts.facts([["outcome", badge(record.outcome)], ["command", foundry.camera.command(record.command)], ["boundary", record.boundary || "none"]]),
       questionView(record),
       h("h4", {}, "Reply"), quote(record.reply, "reply"),
       record.notes.length ? [h("h4", {}, "Notes of the reading"), h("ul", {class: "told"}, record.notes.map((note) => h("li", {}, h("bdi", {}, note))))] : null,
@@ -158,21 +100,23 @@
   class CameraPage {
     constructor(data, wanted) {
       this.data = data;
-      this.scene = new Scene(data);
-      this.image = new SeenImage(data);
+      this.agent = null;
+      this.scene = new Scene(data, wanted.camera);
+      this.image = new foundry.camera.SeenImage(data);
       this.body = h("div", {class: "decision"});
       this.asked = h("div", {class: "decision"});
       this.opened = new Set();
       foundry.parts.keepOpen(this.asked, this.opened);
-      this.player = new foundry.Player({marks: () => data.marks, ...data.form.player(),
-        summary: () => this.summary(), onKey: (key) => key === "/" && (this.search.focus(), true)});
-      this.clock = this.player.clock;
       this.search = new foundry.Search(data, "Search in replies", (step) => { this.clock.pause(); this.clock.seek(step); });
+      this.notes = foundry.notesOfRun(this);
+      this.player = new foundry.Player({marks: () => data.marks, ...data.form.player(), summary: () => this.summary(), search: this.search, notes: this.notes, keys: KEYS});
+      this.clock = this.player.clock;
       this.clock.onChange(() => this.update());
+      this.moment = foundry.Moment.ofRun(this, this.image.element);
       this.state = h("span", {class: "state"});
-      this.element = h("div", {class: "run"}, foundry.runHeading(data, this.state), this.goal(), this.player.element,
-        h("div", {class: "stage camera"}, h("div", {class: "views"}, this.scene.element, this.image.element),
-          h("div", {class: "side"}, h("section", {class: "inspector", "aria-label": "Decision"}, this.body, h("h3", {}, "Prompts and replies"), this.asked), this.search.element)));
+      this.element = h("div", {class: "run"}, foundry.runHeading(data, this.state), this.goal(), this.player.element, this.moment.element,
+        h("div", {class: "stage camera"}, h("div", {class: "views"}, this.scene.element, h("section", {"aria-label": "What the model saw"}, this.image.element, foundry.camera.marking([this.image]))),
+          h("div", {class: "side"}, h("section", {class: "inspector", "aria-label": "Decision"}, h("h2", {class: "unseen"}, "Decision"), this.body, h("h3", {}, "Prompts and replies"), this.asked), this.notes.element, this.search.element)));
       data.onGrowth(() => this.grown());
       this.grown(wanted);
     }
@@ -191,12 +135,12 @@
 
     summary() {
       const record = this.record;
-      return record ? `${record.outcome}: ${command(record.command)}.` : "";
+      return record ? `${record.outcome}: ${foundry.camera.command(record.command)}.` : "";
     }
 
     async grown(wanted) {
       foundry.showState(this.state, this.data);
-      if (this.data.done && !this.data.about.episode) this.data.about = await foundry.source.json(`${this.data.address}/about`);
+      await foundry.camera.begin(this.data);
       this.clock.setSteps(this.data.done);
       this.player.showGrowing(!this.data.ended && foundry.source.live);
       if (wanted) this.player.begin(wanted.step, this.data.written);
@@ -233,8 +177,11 @@
   }
 
   foundry.form("camera", {
+    needs: ["camera/sights.js", "camera/picture.js", "camera/row.js", "camera/ways.js"],
+    overlay: (runs, options) => new foundry.Ways(runs, options),
     page: (data, wanted) => new CameraPage(data, wanted),
-    panel: (data) => new SeenImage(data),
+    panel: (data) => new foundry.camera.SeenImage(data),
+    arranged: (panels, looks) => new foundry.camera.Row(panels, looks).element,
     chunk: (found) => found,
     same(chunk, about, step) {
       const record = chunk.steps[step - chunk.first];

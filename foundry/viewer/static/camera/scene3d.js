@@ -1,9 +1,11 @@
 // The 3D part of the viewer: an orbitable scene with the agent, its way, what its eye covers and its target.
 //
-// window.FoundryScene.mount(element, {glb, episode, steps}) -> Promise<{seek(index), update(steps), resize(), dispose()}>
+// window.FoundryScene.mount(element, {glb, episode, steps, camera, onCamera}) -> Promise<{seek(index), update(steps), resize(), dispose()}>
 //   glb      ArrayBuffer of foundry/viewer/camera/scene_export.py, or null: the way alone
 //   episode  the record of episode.jsonl, or null
 //   steps    the records of steps.jsonl
+//   camera   where it is seen from, as onCamera told it before; null for the whole scene
+//   onCamera called with that as a text whenever somebody turns or shifts the scene
 //   index    number of decisions made: 0 is the first pose, k the pose after steps[k - 1]
 //
 // The rest, three.js included, is loaded from beside this file when the first view is mounted. It works under a
@@ -95,7 +97,7 @@ window.FoundryScene = (() => {
     return bar;
   }
 
-  async function mount(element, { glb, episode, steps }) {
+  async function mount(element, { glb, episode, steps, camera, onCamera }) {
     if (!hasWebGL()) return say(element, "The scene cannot be shown: this browser offers no WebGL 2.");
     await (loaded ??= loadAll());
     const { View, read } = window.FoundrySceneView;
@@ -107,6 +109,8 @@ window.FoundryScene = (() => {
     const bar = addControls(element, view);
     view.resize();
     view.reset();
+    view.place = camera;
+    if (onCamera) view.controls.addEventListener("change", () => onCamera(view.place));
     const watcher = new ResizeObserver(() => view.resize());
     watcher.observe(element);
     return {

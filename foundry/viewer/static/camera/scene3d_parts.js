@@ -4,8 +4,8 @@
 window.FoundrySceneParts = (() => {
   const THREE = window.THREE;
   const RED = 0xdb141f, DARK_RED = 0x9e0a14, SKIN = 0xedc29e, HAIR = 0x33261f;
-  const TRAIL = 0xf27300, EYE = 0x1668c7, TARGET = 0x0a9d58;
-  const FULL_HEIGHT = 1.75;
+  const TRAIL = 0xf27300, EYE = 0x1668c7, TARGET = 0x0a9d58, BLOCKED = 0xd81b7a;
+  const FULL_HEIGHT = 1.75, DASHES = 20;
 
   const radians = (degrees) => THREE.MathUtils.degToRad(degrees);
   const plain = (color, opacity = 1) =>
@@ -91,13 +91,30 @@ window.FoundrySceneParts = (() => {
       all.union(box);
     }
     const pin = new THREE.Mesh(new THREE.ConeGeometry(0.09, 0.28, 16).rotateX(-Math.PI / 2), plain(TARGET));
-    all.getCenter(pin.position);
+    group.userData.middle = all.getCenter(new THREE.Vector3());
+    pin.position.copy(group.userData.middle);
     pin.position.z = all.max.z + 0.25;
     for (const part of group.add(pin).children) {
       part.renderOrder = 2;
       part.material.depthTest = false;
     }
     return group;
+  }
+
+  /** A straight line from an eye to what it looks for, seen through all else; broken where something is in between. */
+  function makeSight(eye, target, clear, radius) {
+    const line = new THREE.Group(), way = target.clone().sub(eye), length = way.length(), count = clear ? 1 : DASHES;
+    const piece = new THREE.CylinderGeometry(radius, radius, length / count * (clear ? 1 : 0.5), 8);
+    const material = Object.assign(plain(clear ? TARGET : BLOCKED), { depthTest: false, transparent: true });
+    for (let i = 0; i < count; i += 1) {
+      const rod = new THREE.Mesh(piece, material);
+      rod.position.y = (i + 0.5) * length / count;
+      rod.renderOrder = 2;
+      line.add(rod);
+    }
+    line.position.copy(eye);
+    line.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), way.normalize());
+    return line;
   }
 
   /** Frees what a thing holds on the graphics card, and takes it away from its parent. */
@@ -110,5 +127,5 @@ window.FoundrySceneParts = (() => {
     });
   }
 
-  return { FULL_HEIGHT, TARGET, radians, makeAvatar, makeCone, makeTrail, makeTarget, discard };
+  return { FULL_HEIGHT, TARGET, radians, makeAvatar, makeCone, makeTrail, makeTarget, makeSight, discard };
 })();

@@ -3,7 +3,7 @@
 
 window.FoundrySceneView = (() => {
   const THREE = window.THREE;
-  const { FULL_HEIGHT, TARGET, radians, makeAvatar, makeCone, makeTrail, makeTarget, discard } = window.FoundrySceneParts;
+  const { FULL_HEIGHT, TARGET, radians, makeAvatar, makeCone, makeTrail, makeTarget, makeSight, discard } = window.FoundrySceneParts;
   const SKY = 0x9eb3c7;
   const FADED = 0.22;
   const TURN = radians(5);
@@ -73,6 +73,7 @@ window.FoundrySceneView = (() => {
 
     /** Takes the records there are by now. */
     update(steps) {
+      this.steps = steps;
       const start = this.episode?.start ?? steps[0]?.pose;
       this.poses = start ? [start, ...steps.map((step) => step.pose_next)] : [];
       const radius = 0.02 * this.bodyHeight;
@@ -100,6 +101,32 @@ window.FoundrySceneView = (() => {
       this.gaze.position.set(x, y, z + this.eyeHeight);
       this.gaze.rotation.set(0, -radians(pitch), radians(yaw), "ZYX");
       this.past.show(this.index);
+      this.showSight();
+      this.draw();
+    }
+
+    /** Shows the line from the eye to the target, for poses in which something is decided. */
+    showSight() {
+      if (this.sight) discard(this.sight);
+      this.sight = null;
+      const decision = this.steps[this.index];
+      if (!this.target || !decision) return;
+      this.sight = makeSight(this.gaze.position, this.target.userData.middle, decision.line_of_sight, 0.01 * this.bodyHeight);
+      this.world.add(this.sight);
+    }
+
+    /** Where it is seen from and what is in its middle, as a text for an address; null for the whole scene. */
+    get place() {
+      const now = [...this.camera.position.toArray(), ...this.controls.target.toArray()].map((one) => Number(one.toFixed(3)));
+      return now.join() === this.whole ? null : now.join();
+    }
+
+    set place(text) {
+      const numbers = (text || "").split(",").map(Number);
+      if (numbers.length !== 6 || !numbers.every(Number.isFinite)) return;
+      this.camera.position.fromArray(numbers);
+      this.controls.target.fromArray(numbers, 3);
+      this.controls.update();
       this.draw();
     }
 
@@ -115,6 +142,8 @@ window.FoundrySceneView = (() => {
       this.camera.updateProjectionMatrix();
       this.controls.target.copy(centre);
       this.controls.update();
+      this.whole = null;
+      this.whole = this.place;
       this.draw();
     }
 

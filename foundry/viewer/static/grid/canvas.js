@@ -5,6 +5,11 @@
   const SAID = 1, ALARMED = 4, AWAY = 8;
   const NOWHERE = [-99999, -99999];
   const FLIGHT = 0.45;
+  const MOST_ZOOM = 20;
+  /** Height of the names on the map, px. */
+  const LETTERS = 12;
+  /** How near an agent's middle may be to a name that does not hide it, px. */
+  const NEAR = 9;
   const TAU = 2 * Math.PI;
   const TONES = ["ink", "soft", "line", "paper", "agent", "bad", "mended", "talk", "fire", "place", "link", "select"];
 
@@ -12,6 +17,7 @@
     /**
      * @param data the RunData
      * @param options.onPick called with the agent that was clicked, or null
+     * @param options.onCamera called with what `camera` is when another part is looked at
      */
     constructor(data, options = {}) {
       this.data = data;
@@ -21,10 +27,10 @@
       this.track = null;
       this.zoom = 1;
       this.centre = [0, 0];
-      this.canvas = h("canvas", {class: "grid", role: "img", "aria-label": "The grid"});
+      this.canvas = h("canvas", {class: "grid", role: "img", tabindex: "0", "aria-label": "The grid"});
       this.element = h("div", {class: "grid-box"}, this.canvas, h("div", {class: "zoom"},
         this.zoomButton("+", "Zoom in", 1.5), this.zoomButton("−", "Zoom out", 1 / 1.5), this.zoomButton("⤢", "Whole grid", 0)));
-      this.listen();
+      foundry.gestures(this.canvas, {zoomAt: (...at) => this.zoomAt(...at), shift: (...by) => this.shift(...by), pick: (...at) => this.pick(...at), isWhole: () => this.zoom === 1});
       this.still = window.matchMedia("(prefers-reduced-motion: reduce)");
       window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.tones = null; this.redraw(); });
       new ResizeObserver(() => this.redraw()).observe(this.element);
@@ -34,26 +40,38 @@
       return h("button", {type: "button", "aria-label": label, title: label, onclick: () => this.zoomBy(factor)}, sign);
     }
 
-    zoomBy(factor) {
-      this.zoom = factor ? Math.max(1, Math.min(20, this.zoom * factor)) : 1;
-      if (this.zoom === 1) this.centre = [0, 0];
+    /** Zoom around the middle; 0 shows all. */
+    zoomBy(factor) { this.zoomAt(factor, this.width / 2, this.height / 2); }
+
+    /** Zoom around a place, pixels. */
+    zoomAt(factor, px, py) {
+      const zoom = Math.max(1, Math.min(MOST_ZOOM, this.zoom * factor)), grown = zoom / this.zoom;
+      const x = this.centre[0] + (px - this.width / 2) / this.cell, y = this.centre[1] - (py - this.height / 2) / this.cell;
+      this.centre = zoom === 1 ? [0, 0] : [x + (this.centre[0] - x) / grown, y + (this.centre[1] - y) / grown];
+      this.zoom = zoom;
+      this.moved();
+    }
+
+    shift(dx, dy) {
+      this.centre = [this.centre[0] - dx / this.cell, this.centre[1] + dy / this.cell];
+      this.moved();
+    }
+
+    /** Return what part is seen as a text for the address: zoom and middle; null for the whole grid. */
+    get camera() {
+      return this.zoom === 1 && !this.centre.some(Boolean) ? null : [this.zoom, ...this.centre].map((one) => Number(one.toFixed(2))).join(",");
+    }
+
+    set camera(text) {
+      const [zoom, x, y] = (text || "").split(",").map(Number);
+      if (!(zoom >= 1 && zoom <= MOST_ZOOM && Number.isFinite(x) && Number.isFinite(y))) return;
+      Object.assign(this, {zoom, centre: [x, y]});
       this.redraw();
     }
 
-    listen() {
-      const {canvas} = this;
-      canvas.addEventListener("wheel", (event) => { event.preventDefault(); this.zoomBy(event.deltaY < 0 ? 1.15 : 1 / 1.15); }, {passive: false});
-      canvas.addEventListener("pointerdown", (event) => { this.grip = [event.offsetX, event.offsetY, ...this.centre]; this.dragged = false; });
-      canvas.addEventListener("pointermove", (event) => { if (event.buttons && this.grip) this.drag(event); });
-      canvas.addEventListener("pointerup", (event) => { if (!this.dragged) this.pick(event.offsetX, event.offsetY); this.grip = null; });
-    }
-
-    drag(event) {
-      const dx = event.offsetX - this.grip[0], dy = event.offsetY - this.grip[1];
-      if (Math.abs(dx) + Math.abs(dy) < 5 && !this.dragged) return;
-      this.dragged = true;
-      this.centre = [this.grip[2] - dx / this.cell, this.grip[3] + dy / this.cell];
+    moved() {
       this.redraw();
+      if (this.options.onCamera) this.options.onCamera(this.camera);
     }
 
     pick(px, py) {
@@ -90,6 +108,7 @@
         canvas.width = Math.round(width * scale);
         canvas.height = Math.round(height * scale);
       }
+      canvas.classList.toggle("in-part", this.zoom > 1);
       this.width = width;
       this.height = height;
       this.cell = (Math.min(width, height) / (2 * about.half_size + 2)) * this.zoom;
@@ -98,16 +117,18 @@
       return pen;
     }
 
+    retone() { if (!this.tones) this.tones = Object.fromEntries(TONES.map((name) => [name, color(name)])); }
+
     redraw() {
       if (!this.element.clientWidth) return;
-      if (!this.tones) this.tones = Object.fromEntries(TONES.map((name) => [name, color(name)]));
+      this.retone();
       const pen = this.measure();
       pen.fillStyle = this.tones.paper;
       pen.fillRect(0, 0, this.width, this.height);
       this.drawField(pen);
       const {chunk, step} = this;
       this.drawFurniture(pen);
-      if (!chunk || step < chunk.first || step > chunk.last) { this.drawFires(pen); return; }
+      if (!chunk || step < chunk.first || step > chunk.last) { this.drawFires(pen); this.drawLabels(pen); return; }
       const base = (step - chunk.first) * this.about.agents;
       this.drawPlaces(pen, chunk, base);
       this.drawFires(pen);
@@ -118,9 +139,12 @@
       if (this.share === 0) this.drawDelivered(pen, deliveries, at);
       this.drawAgents(pen, chunk, base, at);
       if (this.share > 0) this.drawFlying(pen, deliveries, at, this.still.matches ? 0.5 : this.share / FLIGHT);
+      this.drawLabels(pen);
     }
 
     drawField(pen) {
+      this.labels = [];
+      this.flames = [];
       const half = this.about.half_size + 0.5, {cell, tones} = this;
       const left = this.toX(-half), top = this.toY(half), size = 2 * half * cell;
       if (cell >= 6) {
@@ -156,7 +180,8 @@
       for (const wall of about.walls || []) this.fillRectangle(pen, wall, tones.soft, 1);
       for (const way of about.exits || []) {
         for (const [x, y] of way.cells) this.fill(pen, x, y, tones.talk, 0.85);
-        this.text(pen, way.name, this.toX(way.cells[0][0]) + 2, this.toY(way.cells[0][1]) - 6, tones.ink, 11);
+        const [x, y] = [this.toX(way.cells[0][0]), this.toY(way.cells[0][1])];
+        this.labels.push({text: way.name, tone: tones.ink, spots: [[x, y - 8, 0.5], [x, y + 18, 0.5], [x + 10, y + 4, 0], [x - 10, y + 4, 1]]});
       }
     }
 
@@ -180,23 +205,27 @@
     }
 
     drawPlaces(pen, chunk, base) {
-      const {tones, about} = this;
-      const inside = this.countInside(chunk, base);
+      const {tones, about} = this, inside = this.countInside(chunk, base);
       about.places.forEach((place, index) => {
-        const left = this.toX(place.center[0] - place.extent[0] - 0.5), top = this.toY(place.center[1] + place.extent[1] + 0.5);
-        const width = (2 * place.extent[0] + 1) * this.cell, height = (2 * place.extent[1] + 1) * this.cell;
         const over = inside[index] > place.capacity;
-        pen.fillStyle = over ? tones.bad : tones.place;
-        pen.globalAlpha = 0.14;
-        pen.fillRect(left, top, width, height);
-        pen.globalAlpha = 0.5;
-        pen.fillRect(left, top + height - 4, width * Math.min(1, inside[index] / place.capacity), 4);
-        pen.globalAlpha = 1;
-        pen.strokeStyle = over ? tones.bad : tones.place;
-        pen.lineWidth = 1.5;
-        pen.strokeRect(left, top, width, height);
-        this.text(pen, `${place.name}  ${inside[index]}/${place.capacity}${over ? " over" : ""}`, left + 2, top - 4, over ? tones.bad : tones.ink);
+        this.drawPlace(pen, place, over ? tones.bad : tones.place, `${place.name} ${inside[index]}/${place.capacity}${over ? " over" : ""}`, Math.min(1, inside[index] / place.capacity));
       });
+    }
+
+    /** Draw a place; `full` is the share of its capacity that is taken. */
+    drawPlace(pen, place, tone, text, full = 0) {
+      const left = this.toX(place.center[0] - place.extent[0] - 0.5), top = this.toY(place.center[1] + place.extent[1] + 0.5);
+      const width = (2 * place.extent[0] + 1) * this.cell, height = (2 * place.extent[1] + 1) * this.cell, middle = left + width / 2;
+      pen.fillStyle = pen.strokeStyle = tone;
+      pen.globalAlpha = 0.14;
+      pen.fillRect(left, top, width, height);
+      pen.globalAlpha = 0.5;
+      pen.fillRect(left, top + height - 4, width * full, 4);
+      pen.globalAlpha = 1;
+      pen.lineWidth = 1.5;
+      pen.strokeRect(left, top, width, height);
+      this.labels.push({text, tone: tone === this.tones.bad ? tone : this.tones.ink,
+        spots: [[middle, top - 5, 0.5], [middle, top + height + 14, 0.5], [left + width + 5, top + 12, 0], [left - 5, top + 12, 1], [middle, top + 14, 0.5]]});
     }
 
     /** Return how many agents are in each place; after the step, where they went. */
@@ -213,13 +242,29 @@
       return this.about.places.findIndex(({center, extent}) => Math.abs(x - center[0]) <= extent[0] && Math.abs(y - center[1]) <= extent[1]);
     }
 
-    text(pen, text, x, y, tone, size = 12) {
-      pen.font = `600 ${size}px system-ui, sans-serif`;
-      pen.lineWidth = 3;
-      pen.strokeStyle = this.tones.paper;
-      pen.strokeText(text, x, y);
-      pen.fillStyle = tone;
-      pen.fillText(text, x, y);
+    /**
+     * Write the names: each at the first of its spots, [x, y, share of it to the left], that is in sight and free of other names,
+     * and of agents if there is one, else not at all.
+     */
+    drawLabels(pen) {
+      const taken = [...this.flames], agents = this.chunk ? this.spots || [] : [];
+      const hides = (box) => agents.some(([x, y]) => x > box.left - NEAR && x < box.right + NEAR && y > box.top - NEAR && y < box.bottom + NEAR);
+      pen.font = `600 ${LETTERS}px system-ui, sans-serif`;
+      for (const {text, tone, spots} of this.labels) {
+        const width = pen.measureText(text).width;
+        const boxes = spots.map(([x, y, before]) => ({left: x - before * width, right: x + (1 - before) * width, top: y - LETTERS, bottom: y + 3}));
+        const free = boxes.filter((one) => one.left > 1 && one.right < this.width - 1 && one.top > 1 && one.bottom < this.height - 1
+          && taken.every((other) => one.right < other.left || one.left > other.right || one.bottom < other.top || one.top > other.bottom));
+        if (!free.length) continue;
+        const box = free.find((one) => !hides(one)) || free[0];
+        taken.push(box);
+        pen.fillStyle = this.tones.paper;
+        pen.globalAlpha = 0.8;
+        pen.fillRect(box.left - 2, box.top, width + 4, box.bottom - box.top);
+        pen.globalAlpha = 1;
+        pen.fillStyle = tone;
+        pen.fillText(text, box.left, box.bottom - 3);
+      }
     }
 
     drawFires(pen) {
@@ -239,11 +284,13 @@
         pen.setLineDash([]);
         if (burning) this.flame(pen, x, y);
         pen.globalAlpha = 1;
-        this.text(pen, burning ? fire.name : `${fire.name} from step ${fire.start}`, x + 9, y + 4, tones.fire, 11);
+        this.labels.push({text: burning ? fire.name : `${fire.name} from step ${fire.start}`, tone: tones.fire,
+          spots: [[x + 11, y + 4, 0], [x - 11, y + 4, 1], [x, y - 12, 0.5], [x, y + 21, 0.5]]});
       }
     }
 
     flame(pen, x, y) {
+      this.flames.push({left: x - 7, right: x + 7, top: y - 8, bottom: y + 8});
       pen.beginPath();
       pen.moveTo(x, y - 9);
       pen.bezierCurveTo(x + 9, y - 1, x + 6, y + 8, x, y + 8);
@@ -309,10 +356,11 @@
         groups.get(tone).push(agent);
       }
       for (const [tone, agents] of groups) this.drawBodies(pen, agents, at, radius, tones[tone], tone);
-      this.ring(pen, at, radius + 2, tones.fire, (agent) => chunk.flags[base + agent] & ALARMED);
-      this.ring(pen, at, radius + 5, tones.talk, (agent) => this.share < FLIGHT && chunk.flags[base + agent] & SAID);
-      if (this.selected !== null && this.selected < about.agents) this.ring(pen, at, radius + 8, tones.select, (agent) => agent === this.selected, 3);
-      if (radius >= 5 && about.agents <= 400) this.drawNumbers(pen, at, radius);
+      const near = Math.max(0.6, Math.min(1, radius / 6)); // rings of small agents are small, so that a crowd can be told apart
+      this.ring(pen, at, radius + 2.5 * near, tones.fire, (agent) => chunk.flags[base + agent] & ALARMED, 2 * near);
+      this.ring(pen, at, radius + 6 * near, tones.talk, (agent) => this.share < FLIGHT && chunk.flags[base + agent] & SAID, 2 * near);
+      if (this.selected !== null && this.selected < about.agents) this.ring(pen, at, radius + 9, tones.select, (agent) => agent === this.selected, 3);
+      if (radius >= 5) this.drawNumbers(pen, at, radius);
     }
 
     tone(outcome, message) {
@@ -342,7 +390,7 @@
       pen.closePath();
     }
 
-    ring(pen, at, radius, tone, belongs, width = 2) {
+    ring(pen, at, radius, tone, belongs, width) {
       pen.beginPath();
       at.forEach(([x, y], agent) => {
         if (!belongs(agent)) return;
@@ -354,12 +402,19 @@
       pen.stroke();
     }
 
+    /** Write the agents' numbers; one that would lie on another, or is out of sight, gives way. */
     drawNumbers(pen, at, radius) {
+      const taken = new Set(), room = radius * 1.5;
       pen.font = `600 ${Math.round(radius * 1.15)}px system-ui, sans-serif`;
       pen.textAlign = "center";
       pen.textBaseline = "middle";
       pen.fillStyle = this.tones.paper;
-      at.forEach(([x, y], agent) => pen.fillText(String(agent), x, y + 0.5));
+      at.forEach(([x, y], agent) => {
+        const key = `${Math.round(x / room)},${Math.round(y / room)}`, isSeen = x > -room && y > -room && x < this.width + room && y < this.height + room;
+        if (!isSeen || taken.has(key)) return;
+        taken.add(key);
+        pen.fillText(String(agent), x, y + 0.5);
+      });
       pen.textAlign = "start";
       pen.textBaseline = "alphabetic";
     }
@@ -418,5 +473,6 @@
     }
   }
 
+  Grid.KEYS = [["Tab to the map, ← → ↑ ↓", "shift it, once it is zoomed in"]];
   foundry.Grid = Grid;
 })(window.Foundry);

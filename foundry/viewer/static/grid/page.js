@@ -68,20 +68,23 @@
     constructor(data, wanted) {
       this.data = data;
       this.agent = null;
-      this.grid = new foundry.Grid(data, {onPick: (agent) => this.select(agent)});
+      this.grid = new foundry.Grid(data, {onPick: (agent) => this.select(agent), onCamera: (camera) => foundry.remember({camera})});
+      this.grid.camera = wanted.camera;
       this.inspector = new foundry.Inspector(data, (agent) => this.select(agent));
-      this.player = new foundry.Player({
-        marks: () => this.ownMarks || data.marks, ...data.form.player(data.about),
-        summary: () => this.grid.describe(), onKey: (key) => this.key(key),
-      });
       this.search = new foundry.Search(data, "Search in messages", (step, agent) => { this.select(agent); this.clock.pause(); this.clock.seek(step); });
+      this.notes = foundry.notesOfRun(this);
+      this.player = new foundry.Player({
+        marks: () => this.ownMarks || data.marks, ...data.form.player(data.about), summary: () => this.grid.describe(), keys: foundry.Grid.KEYS,
+        agents: {most: () => data.about.agents, chosen: () => this.agent, select: (agent) => this.select(agent)}, search: this.search, notes: this.notes,
+      });
       this.clock = this.player.clock;
       this.clock.isReady = (step) => data.chunkAt(step) !== null;
       this.clock.onChange(() => this.update());
+      this.moment = foundry.Moment.ofRun(this, this.grid.element);
       this.state = h("span", {class: "state"});
       this.element = h("div", {class: "run"},
         foundry.runHeading(data, this.state), this.player.element,
-        h("div", {class: "stage"}, this.grid.element, h("div", {class: "side"}, this.inspector.element, this.search.element)));
+        h("div", {class: "stage"}, h("div", {class: "main"}, this.grid.element, foundry.gridOverlay.legend(data.about), this.moment.element), h("div", {class: "side"}, this.inspector.element, this.notes.element, this.search.element)));
       data.onGrowth(() => this.grown());
       this.grown(wanted);
     }
@@ -156,19 +159,12 @@
       this.showDecisions();
       this.grid.label();
     }
-
-    key(key) {
-      const {agents} = this.data.about;
-      if (key === "[" || key === "]") this.select(this.agent === null ? 0 : (this.agent + (key === "]" ? 1 : agents - 1)) % agents);
-      else if (key === "Escape") this.select(null);
-      else if (key === "/") this.search.focus();
-      else return false;
-      return true;
-    }
   }
 
   foundry.form("grid", {
-    needs: ["grid/canvas.js"],
+    needs: ["grid/gestures.js", "grid/canvas.js", "grid/overlay.js"],
+    overlay: (runs, options) => foundry.gridOverlay.overlay(runs, options),
+    legend: (about, together) => foundry.gridOverlay.legend(about, together),
     page: (data, wanted) => new GridPage(data, wanted),
     panel: (data, options) => new foundry.Grid(data, options),
     chunk, same,

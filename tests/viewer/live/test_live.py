@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -17,7 +19,8 @@ from commands import wait_until
 from foundry import own_code
 from foundry.viewer.live import serve_live
 from foundry.viewer.server import serving
-from made_up_runs import Playing, mishaps, sweep
+from made_up_runs import Playing, mishaps, sweep, whole_run
+from viewer_pages import go
 
 pytestmark = pytest.mark.browser
 
@@ -124,3 +127,50 @@ def test_the_server_ends_with_the_process_that_started_it(tmp_path: Path):
         assert answers(url)
         os.kill(process.pid, signal.SIGKILL)
     wait_until(lambda: not answers(url), "the server goes on without the process that started it")
+
+
+def test_what_open_runs_do_and_what_failed_is_shown_while_a_sweep_is_played(page: Any, tmp_path: Path):
+    made = sweep(tmp_path / "busy", seeds=(0, 1, 2))
+    first, second, third = made.runs()[:3]
+    whole_run(first)
+    Playing(second).end("the server is gone <b>")
+    playing = Playing(third)
+    playing.play(1, 2)
+    playing.writer.close()
+    made.start_progress()
+    tally = {"complete": 1, "failed": 1, "calls": 66, "cached": 33, "retries": 2, "output_tokens": 100, "spared": 30}
+    so_far = {"calls": 16, "cached": 3, "retries": 1, "prompt_tokens": 9, "output_tokens": 80}
+    limits = {"server": {"wanted": 12, "allowed": 8}}
+    report = {
+        "open": [third.id],
+        "most": {third.id: 48},
+        "counts": {third.id: so_far},
+        "models": {"first": tally},
+        "limits": limits,
+    }
+    made.progress_file("0-1").write_text(json.dumps(report), encoding="utf-8")
+    with serving(made.path) as server:
+        go(page, server.url, "sweep/busy")
+        page.click("text=what it is doing")
+        page.wait_for_selector(".live tbody tr")
+        told = page.text_content(".live")
+        assert page.text_content("tbody tr").startswith(f"{third.id}firstpaper22 of 616 of 48")
+        assert "besides those of second" in told and "then second, of which nothing is known yet" in told
+        assert re.search(r"in .+ \(\d\d:\d\d\); 80 %: .+ to .+, if runs go on as before", told)
+        assert "66 made in this session" in told and "50 % of the calls" in told
+        assert "12 calls in flight or waiting; 8 may be in flight" in told
+        assert "1 × BackendError: the server is gone <b>" in told
+        assert page.text_content(".again") == f"foundry resume {made.path}"
+        page.goto("about:blank")
+
+
+def test_a_steady_pace_is_certain_and_an_unsteady_one_is_not(page: Any, tmp_path: Path):
+    with serving(sweep(tmp_path / "pace").path) as server:
+        go(page, server.url, "sweep/pace")
+        page.wait_for_selector("tbody tr")
+        looks = "counts => Foundry.pace(counts.map((calls, index) => ({at: 2 * index, calls})), (one) => one.calls)"
+        assert page.evaluate(looks, [0, 10, 20, 30, 40]) == {"mean": 5, "half": 0}
+        assert page.evaluate(looks, [0, 10, 20, 30]) is None
+        unsteady = page.evaluate(looks, [0, 0, 20, 20, 40])
+        assert (unsteady["mean"], round(unsteady["half"], 2)) == (5, 9.18)
+        page.goto("about:blank")

@@ -149,6 +149,19 @@ def cut_nowhere(page: Page) -> tuple[int, int]:
     return whole, reddish(shot(page))
 
 
+def test_the_line_of_sight_to_the_target_is_whole_where_nothing_is_in_between_and_else_broken(page: Page):
+    blocked, clear = (216, 27, 122), (10, 157, 88)
+    steps = played().steps
+    inside = next(index for index, step in enumerate(steps) if step.line_of_sight)
+    page.evaluate("view.seek(0)")
+    assert not steps[0].line_of_sight
+    broken = shot(page)
+    page.evaluate(f"view.seek({inside})")
+    whole = shot(page)
+    assert near(broken, blocked) > 5 and near(whole, blocked) == 0
+    assert near(whole, clear) > near(broken, clear)
+
+
 @pytest.mark.slow
 def test_through_the_agents_eyes_the_scene_is_what_the_model_was_shown(page: Page):
     step = 2

@@ -1,0 +1,40 @@
+"""The scene that a run was in, from its file."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from foundry.errors import InputError
+
+if TYPE_CHECKING:
+    from foundry.worlds.camera.loading.scene import Scene
+
+_ONE_AT_A_TIME = threading.Lock()
+
+
+def scene_of(run_config: Mapping[str, Any], sha256: str | None) -> Scene | None:
+    """Return the scene of a run; None when its world has none.
+
+    Args:
+        run_config: the effective configuration of the run.
+        sha256: the digest that the scene must have; None for any.
+
+    Raises:
+        InputError: the scene's file is not there any more, or is another one.
+    """
+    asset = run_config["world"].get("scene")
+    if not isinstance(asset, Mapping):
+        return None
+    from foundry.worlds.camera.loading.scene_files import find_asset
+    from foundry.worlds.camera.loading.stage import load_scene
+
+    with _ONE_AT_A_TIME:  # whoever asks next finds it loaded
+        scene = load_scene(find_asset(str(asset["asset"])), exclude=tuple(asset["exclude"]), root=asset.get("root"))
+    if sha256 is not None and scene.sha256 != sha256:
+        raise InputError(
+            f"Scene '{scene.source}' is not the one of the run (SHA-256 {scene.sha256[:12]}, in the records "
+            f"{sha256[:12]}): give the file back that the run was in."
+        )
+    return scene

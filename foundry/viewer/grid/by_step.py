@@ -1,0 +1,137 @@
+"""What can be followed over the steps of a 2D run: who was told of a fire, how agents stand together, what they do."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from itertools import groupby
+from typing import Any
+
+from foundry.records import GridStep
+from foundry.viewer.grid.nearest import nearest_index
+from foundry.viewer.grid.news import News
+from foundry.viewer.run_view import UNDECIDED, IsWarning
+
+WARNED = "reach of the warning (share)"
+REACH = "reach if every message warned (share)"
+SAW = "perceived a fire so far (share)"
+DISTANCE = "distance to the nearest fire (cells)"
+NEAREST = "nearest-neighbour index (1: at random)"
+GROUP = "largest group (share)"
+ALONE = "with nobody in reach (share)"
+SAID, HEARD, MOVED = "said something (agents)", "were told something (agents)", "moved (agents)"
+UNREAD = "undecided (decisions)"
+THERE = "there (agents)"
+
+
+class GridByStep:
+    """Numbers of a run, step after step; later ones build on those before, so they are taken in order and kept.
+
+    - WARNED: agents that were told of a fire by a warning that goes back to one who had perceived it, before they
+      perceived one themselves / agents there so far that did not perceive one first. After the last step it is the
+      `warning.traced_reach` of the analysis.
+    - REACH: the same, were every message a warning.
+    - SAW: agents that perceived a fire / agents that were there so far.
+    - DISTANCE: mean over the agents there, before the step, of the Euclidean distance to the nearest fire that burns.
+    - NEAREST: `nearest_index` before the step; not in worlds with walls or where agents come and go.
+    - GROUP: largest connected group of those who can talk to one another before the step / agents there.
+    - ALONE: agents that can talk to nobody / agents there.
+    - SAID, HEARD, MOVED, THERE and each place: agents that said something, that were told something, that changed their
+      cell, that were there, that were in the place before.
+    - UNREAD: actions and messages that could not be read.
+
+    Args:
+        world: the world's settings: `fires`, `places`, `half_size`, `walls`.
+        is_warning: whether a text warns of fires of these names; None where nobody can tell, and WARNED is left out.
+        steady: whether the same agents are there at all steps.
+    """
+
+    def __init__(
+        self,
+        world: Mapping[str, Any],
+        is_warning: IsWarning | None = None,
+        *,
+        steady: bool = True,
+    ) -> None:
+        self._fires: Sequence[Mapping[str, Any]] = world.get("fires") or ()
+        self._names = tuple(fire["name"] for fire in self._fires)
+        self._places = [place["name"] for place in world.get("places") or ()]
+        self._side = 2 * world["half_size"] + 1
+        self._open = steady and not world.get("walls")
+        self._steady = steady
+        self._is_warning = is_warning if self._fires else None
+        self._warned, self._reached = News(), News()
+        self._lock = threading.Lock()
+        self.values: dict[str, list[float | None]] = {}
+
+    @property
+    def done(self) -> int:
+        """Number of steps that were taken in."""
+        return len(self.values.get(SAID, ()))
+
+    def take(self, first: int, rows: Sequence[GridStep], deliveries: Sequence[Sequence[int]]) -> None:
+        """Take in the steps from `first` on, unless they are known.
+
+        Args:
+            first: the first step.
+            rows: the records of these steps, in their order.
+            deliveries: by step, sender and recipient of each message, flat.
+        """
+        with self._lock:
+            if first != self.done + 1:
+                return
+            of_step = {step: list(found) for step, found in groupby(rows, lambda row: row.step)}
+            for step, delivered in enumerate(deliveries, first):
+                for name, value in self._measured(step, of_step.get(step, []), delivered).items():
+                    self.values.setdefault(name, []).append(value)
+
+    def _measured(self, step: int, rows: Sequence[GridStep], delivered: Sequence[int]) -> dict[str, float | None]:
+        inside, there = Counter(row.place for row in rows), len(rows)
+        found: dict[str, float | None] = self._of_fires(step, rows, delivered) if self._fires else {}
+        if self._open:
+            found[NEAREST] = nearest_index([(row.x, row.y) for row in rows], self._side)
+        found[GROUP] = _largest_group(rows) / there if rows else None
+        found |= {_in_place(name): inside[name] for name in self._places}
+        found[ALONE] = sum(not row.neighbours for row in rows) / there if rows else None
+        found |= {SAID: sum(row.message is not None for row in rows), HEARD: len(set(delivered[1::2]))}
+        found |= {MOVED: sum(row.moved for row in rows)}
+        found[UNREAD] = sum(one in UNDECIDED for row in rows for one in (row.outcome, row.message_outcome))
+        return found if self._steady else found | {THERE: there}
+
+    def _of_fires(self, step: int, rows: Sequence[GridStep], delivered: Sequence[int]) -> dict[str, float | None]:
+        deliveries = list(zip(delivered[::2], delivered[1::2], strict=True))
+        self._reached.take(rows, deliveries)
+        found: dict[str, float | None] = {}
+        if self._is_warning is not None:
+            spoken = [(row.agent, row.message) for row in rows if row.message is not None]
+            warning = {agent for agent, text in spoken if self._is_warning(text, self._names)}
+            self._warned.take(rows, [one for one in deliveries if one[0] in warning])
+            found[WARNED] = self._warned.reach
+        distance = self._distance(step, rows)
+        return found | {REACH: self._reached.reach, DISTANCE: distance, SAW: self._reached.saw}
+
+    def _distance(self, step: int, rows: Sequence[GridStep]) -> float | None:
+        burning = [fire["position"] for fire in self._fires if fire["start"] <= step]
+        if not burning or not rows:
+            return None
+        return sum(min(math.dist((row.x, row.y), one) for one in burning) for row in rows) / len(rows)
+
+
+def _in_place(name: str) -> str:
+    return f"in {name} (agents)"
+
+
+def _largest_group(rows: Sequence[GridStep]) -> int:
+    left = {row.agent: row.neighbours for row in rows}
+    largest = 0
+    while left:
+        size, open_ends = 0, [next(iter(left))]
+        while open_ends:
+            near = left.pop(open_ends.pop(), None)
+            if near is not None:
+                size += 1
+                open_ends += near
+        largest = max(largest, size)
+    return largest

@@ -1,0 +1,183 @@
+"""What every page's server shares: who may ask, how it answers, and what it refuses."""
+
+from __future__ import annotations
+
+import gzip
+import ipaddress
+import os
+import sys
+import threading
+import webbrowser
+from collections.abc import Iterator
+from contextlib import contextmanager
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+
+from foundry.errors import InputError
+from foundry.viewer.files import MEDIA_TYPES, POLICY
+from foundry.viewer.run_view import JSON, Resource
+
+LOOPBACK = "127.0.0.1"
+_COMPRESS_FROM = 1 << 10
+_COMPRESSIBLE = ("text/", "application/json", "application/octet-stream", "image/svg+xml")
+_HEADERS = {
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cache-Control": "no-cache",
+}
+
+
+class PageServer(ThreadingHTTPServer):
+    """Listens once it is made; `serve_forever` answers.
+
+    Args:
+        handler: what answers a request.
+        host: the address to listen on.
+        port: 0 takes a free one.
+
+    Raises:
+        InputError: the address cannot be had.
+    """
+
+    daemon_threads = True
+    request_queue_size = 64
+
+    def __init__(self, handler: type[PageHandler], *, host: str = LOOPBACK, port: int = 0) -> None:
+        self.host = host
+        try:
+            super().__init__((host, port), handler)
+        except (OSError, OverflowError) as error:
+            raise InputError(
+                f"{host}:{port} cannot be listened on ({error}): choose another --port or --host."
+            ) from error
+
+    @property
+    def url(self) -> str:
+        """Where the page is."""
+        host = LOOPBACK if _is_wildcard(self.host) else self.host
+        return f"http://{host}:{self.server_port}/"
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say nothing of a page that was closed while it was answered."""
+        if not isinstance(sys.exception(), ConnectionError):
+            super().handle_error(request, client_address)
+
+    def knows(self, host: str) -> bool:
+        """Return whether a Host header names this server; other names are a foreign page's (DNS rebinding)."""
+        name, _, port = host.rpartition(":")
+        if port != str(self.server_port):
+            return False
+        name = name.strip("[]").lower()
+        return name in (self.host, LOOPBACK, "localhost", "::1") or (_is_wildcard(self.host) and _is_address(name))
+
+
+def _is_wildcard(host: str) -> bool:
+    return host in ("0.0.0.0", "::", "")
+
+
+def _is_address(name: str) -> bool:
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return True
+
+
+class PageHandler(BaseHTTPRequestHandler):
+    """Sends what was asked for, or why not."""
+
+    server: PageServer
+    protocol_version = "HTTP/1.1"
+    server_version = "foundry"
+    sys_version = ""
+    timeout = 60
+    wbufsize = -1  # a head and its body in one packet: two would each wait for the browser to confirm the first
+    disable_nagle_algorithm = True
+
+    def log_message(self, format: str, *args: object) -> None:
+        """Say nothing: the terminal belongs to the command."""
+
+    def is_known(self) -> bool:
+        """Return whether the server was asked by its name; else that is refused."""
+        if known := self.server.knows(self.headers.get("Host", "")):
+            return known
+        self.send_problem(HTTPStatus.FORBIDDEN, f"This server is {self.server.url}, and answers to no other name.")
+        return False
+
+    def body(self, longest: int) -> bytes:
+        """Return what was sent.
+
+        Raises:
+            InputError: it has more bytes, or does not say how many.
+        """
+        length = self.headers.get("Content-Length", "")
+        if not length.isdecimal() or int(length) > longest:
+            self.close_connection = True
+            raise InputError(f"What is sent has at most {longest:,} bytes, and says how many.")
+        return self.rfile.read(int(length))
+
+    def send_file(self, file: Path | None, asked: str, policy: str) -> None:
+        """Send a file.
+
+        Raises:
+            InputError: there is none.
+        """
+        if file is None:
+            raise InputError(f"There is nothing at '{asked}'.")
+        self.send(HTTPStatus.OK, Resource(file.read_bytes(), MEDIA_TYPES[file.suffix]), policy)
+
+    def send_problem(self, status: HTTPStatus, message: str) -> None:
+        """Send why there is no answer."""
+        self.send(status, Resource(msgspec.json.encode({"error": message}), JSON))
+
+    def send(self, status: HTTPStatus, resource: Resource, policy: str = POLICY) -> None:
+        """Send an answer."""
+        content, headers = resource.content, {**_HEADERS, "Content-Security-Policy": policy}
+        compressible = resource.media_type.startswith(_COMPRESSIBLE) and len(content) >= _COMPRESS_FROM
+        if compressible and "gzip" in self.headers.get("Accept-Encoding", ""):
+            content, headers["Content-Encoding"] = gzip.compress(content, 1, mtime=0), "gzip"
+        if status == HTTPStatus.METHOD_NOT_ALLOWED:
+            headers["Allow"] = "GET, HEAD"
+        self.send_response(status)
+        for name, value in (
+            headers | {"Content-Type": resource.media_type, "Content-Length": str(len(content))}
+        ).items():
+            self.send_header(name, value)
+        self.end_headers()
+        if self.command != "HEAD":
+            self.wfile.write(content)
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether only this machine can reach an address."""
+    return host == "localhost" or (_is_address(host) and ipaddress.ip_address(host).is_loopback)
+
+
+def open_in_browser(url: str) -> bool:
+    """Open the page where there is a display; a browser of the terminal would take the terminal away."""
+    has_display = not sys.platform.startswith("linux") or any(
+        os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")
+    )
+    return has_display and webbrowser.open(url)
+
+
+S = TypeVar("S", bound=PageServer)
+
+
+@contextmanager
+def running(server: S) -> Iterator[S]:
+    """Have a server answer from a thread as long as the block runs."""
+    thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True)
+    thread.start()
+    try:
+        yield server
+    finally:
+        server.shutdown()
+        server.server_close()
+        thread.join()

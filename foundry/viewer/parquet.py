@@ -1,0 +1,51 @@
+"""The table of a sweep's runs as Parquet: the rows and columns that a page shows."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pyarrow as pa  # type: ignore[import-untyped]
+import pyarrow.parquet as pq  # type: ignore[import-untyped]
+
+from foundry.errors import InputError, not_found
+from foundry.viewer.catalog import CatalogedSweep
+
+
+def parquet_of(sweep: CatalogedSweep, columns: Sequence[str], mask: str) -> bytes:
+    """Return some rows and columns as a Parquet file, in the order of the runs.
+
+    Args:
+        sweep: the sweep.
+        columns: keys of rows, names of factors and of measures.
+        mask: base64 (of addresses) of a bit a run, the first of a byte its highest: whether it is among the rows.
+
+    Raises:
+        InputError: there is no such column, or the mask is not one of this sweep.
+    """
+    places, rows, factors = _places(mask, len(sweep.folder.sweep.runs)), sweep.rows(0, None), sweep.factors()
+    known: dict[str, Sequence[Any]] = {key: [row[key] for row in rows] for key in rows[0] if key != "factors"}
+    known |= {name: [row["factors"][at] for row in rows] for at, name in enumerate(factors)}
+    measures = sweep.measures()
+    for name in columns:
+        if name in measures:
+            known[name] = sweep.measure(name)
+        elif name not in known:
+            raise not_found("Column", name, [*known, *measures])
+    table = pa.table({name: [known[name][place] for place in places] for name in columns})
+    sink = pa.BufferOutputStream()
+    pq.write_table(table, sink)
+    return bytes(sink.getvalue())
+
+
+def _places(mask: str, runs: int) -> list[int]:
+    try:
+        bits = np.unpackbits(np.frombuffer(base64.b64decode(mask, altchars=b"-_", validate=True), dtype=np.uint8))
+    except binascii.Error as error:
+        raise InputError(f"'{mask[:40]}' does not say which rows are meant: {error}.") from error
+    if len(bits) != -(-runs // 8) * 8:
+        raise InputError(f"The rows that are meant are those of {len(bits)} runs, and this sweep has {runs}.")
+    return [int(place) for place in np.flatnonzero(bits[:runs])]

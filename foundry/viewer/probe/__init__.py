@@ -1,0 +1,1 @@
+"""Probes in the viewer: the moments, and what each model did in them."""

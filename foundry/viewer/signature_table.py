@@ -1,0 +1,95 @@
+"""The table of signatures, which may be very large, read a column at a time."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from itertools import zip_longest
+from pathlib import Path
+from typing import Any
+
+
+class SignatureTable:
+    """One row per run that was measured; read anew once the analysis has written another.
+
+    Columns come from the Parquet file, which holds each by itself. Where there is none, or the CSV file is newer, the
+    CSV file is read whole.
+
+    Args:
+        file: the CSV file, beside which the Parquet file lies; neither need be there.
+    """
+
+    def __init__(self, file: Path) -> None:
+        self.file = file
+        self._whole: tuple[tuple[int, int], dict[str, list[str]]] = ((0, 0), {})
+        self._order: tuple[tuple[int, int], dict[str, int]] = ((0, 0), {})
+
+    @property
+    def mark(self) -> tuple[int, int]:
+        """What changes whenever the table is written; (0, 0) where there is none."""
+        try:
+            found = self.file.stat()
+        except FileNotFoundError:
+            return 0, 0
+        return found.st_mtime_ns, found.st_size
+
+    def names(self) -> list[str]:
+        """Return the names of its columns; none where there is no table."""
+        try:
+            with self.file.open(encoding="utf-8", newline="") as file:
+                return next(csv.reader(file), [])
+        except FileNotFoundError:
+            return []
+
+    def numbers(self, name: str, runs: Sequence[str]) -> list[float | None]:
+        """Return a column's numbers for these runs, in their order; None where there is none."""
+        return [_number(value) for value in self._values(name, runs)]
+
+    def texts(self, name: str, runs: Sequence[str]) -> list[str]:
+        """Return what a column says of these runs, as the CSV file has it; empty where it says nothing."""
+        return ["" if value is None or value != value else str(value) for value in self._values(name, runs)]
+
+    def _values(self, name: str, runs: Sequence[str]) -> list[Any]:
+        values, order = self._column(name), self._places()
+        places = (order.get(run) for run in runs)
+        return [None if place is None else values[place] for place in places]
+
+    def _places(self) -> dict[str, int]:
+        """Return in which row each run is."""
+        mark = self.mark
+        if self._order[0] != mark:
+            self._order = mark, {run: place for place, run in enumerate(self._column("run"))}
+        return self._order[1]
+
+    def _column(self, name: str) -> list[Any]:
+        if self._is_parquet_current():
+            import pyarrow.parquet as pq  # type: ignore[import-untyped] # takes longer to import than all else
+
+            column: list[Any] = pq.read_table(self.file.with_suffix(".parquet"), columns=[name])[name].to_pylist()
+            return column
+        return self._columns().get(name, [])
+
+    def _is_parquet_current(self) -> bool:
+        try:
+            return self.file.with_suffix(".parquet").stat().st_mtime_ns >= self.mark[0]
+        except FileNotFoundError:
+            return False
+
+    def _columns(self) -> dict[str, list[str]]:
+        """Return the columns of the CSV file."""
+        mark = self.mark
+        if self._whole[0] != mark:
+            with self.file.open(encoding="utf-8", newline="") as file:
+                head, *rows = csv.reader(file)
+            self._whole = mark, dict(zip(head, map(list, zip_longest(*rows, fillvalue="")), strict=False))
+        return self._whole[1]
+
+
+def _number(value: Any) -> float | None:
+    """Return a value of either file as a number; what is not finite is none."""
+    try:
+        number = float({"True": 1, "False": 0, "": None}.get(value, value))
+    except (TypeError, ValueError):
+        return None
+    return number if math.isfinite(number) else None

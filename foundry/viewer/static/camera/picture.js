@@ -1,0 +1,123 @@
+"use strict";
+/* The very image that the model saw, the target marked in it, and below it what was read of the reply. */
+(function (foundry) {
+  const {h, fill} = foundry.dom, {mark, reading, writeReading, Sights} = foundry.camera;
+  const AGAIN_MS = 500;
+
+  class SeenImage {
+    constructor(data) {
+      this.data = data;
+      this.sights = new Sights(data);
+      this.image = h("img", {alt: "", class: "seen", onerror: () => this.again(), onload: () => this.redraw()});
+      this.marks = h("canvas", {class: "laid-over", "aria-hidden": "true"});
+      this.marks.paint = (pen, place) => this.paint(pen, place);
+      this.frame = h("div", {class: "seen-frame"}, this.image, this.marks);
+      this.none = h("p", {class: "note"}, "The image of this step was not kept.");
+      this.walk = h("div", {class: "walk"});
+      this.read = h("p", {class: "read"});
+      this.why = h("p", {class: "note", hidden: true});
+      this.element = h("figure", {class: "seen-box"}, this.frame, this.none, this.walk, h("figcaption", {}, this.read, this.why));
+      new ResizeObserver(() => this.redraw()).observe(this.frame);
+    }
+
+    get target() { return this.data.about.episode?.target || ""; }
+
+    /** Show the image of a step as soon as its record is there; returns whether it is. */
+    draw(step) {
+      const chunk = step ? this.data.chunkAt(step) : null;
+      if (chunk) this.show(chunk.steps[step - chunk.first]);
+      return chunk !== null;
+    }
+
+    select() {}
+
+    label(name) { this.image.alt = this.about ? `${this.about} (${name})` : ""; }
+
+    show(record) {
+      if (this.record === record) return;
+      const path = record && record.image;
+      Object.assign(this, {record, sight: null});
+      this.frame.hidden = !path;
+      this.none.hidden = Boolean(path);
+      this.showWalk(record?.frames || []);
+      this.tell();
+      if (record) this.findTarget(record);
+      if (!path) return;
+      const url = this.address(path);
+      if (this.url !== url) this.image.setAttribute("src", url);
+      this.url = url;
+      this.about = `The image the model saw at step ${record.step}`;
+      this.image.alt = this.about;
+    }
+
+    async findTarget(record) {
+      let found;
+      try {
+        found = await this.sights.at(record.step);
+      } catch (error) {
+        found = {sight: null, why: error.message};
+      }
+      if (this.record !== record) return;
+      this.sight = found.sight;
+      this.why.hidden = !found.why;
+      this.why.textContent = `The target is not marked: ${found.why}`;
+      this.tell();
+    }
+
+    tell() {
+      fill(this.read, this.record ? reading(this.record, this.sight, this.target) : null);
+      this.redraw();
+    }
+
+    /** Show the marks, or the image alone. */
+    setMarked(marked) {
+      this.unmarked = !marked;
+      this.redraw();
+    }
+
+    redraw() {
+      const {marks, image} = this, width = image.clientWidth, height = image.clientHeight, scale = window.devicePixelRatio || 1;
+      if (!width || !height) return;
+      marks.width = Math.round(width * scale);
+      marks.height = Math.round(height * scale);
+      const pen = marks.getContext("2d");
+      pen.scale(scale, scale);
+      this.mark(pen, width, height);
+    }
+
+    mark(pen, width, height) {
+      if (!this.unmarked && this.image.naturalWidth) mark(pen, {record: this.record, sight: this.sight, name: this.target, width, height});
+    }
+
+    /** Draw the marks, and what was read of the reply, on a picture that is taken away. */
+    paint(pen, {left, top, width, height}) {
+      pen.save();
+      pen.translate(left, top);
+      this.mark(pen, width, height);
+      if (this.record) writeReading(pen, {record: this.record, sight: this.sight, width, height});
+      pen.restore();
+    }
+
+    address(path) { return foundry.source.file(this.data.sweep, `${this.data.about.folder}/${path}`); }
+
+    /** Show the pictures of a walk that went with a question, the earliest first; those that are shown already stay. */
+    showWalk(paths) {
+      if (this.shownWalk === paths.join()) return;
+      this.shownWalk = paths.join();
+      fill(this.walk, paths.map((path, at) => h("img", {src: this.address(path), alt: `Picture ${at + 1} of the walk`})));
+    }
+
+    /** Ask once more a little later: while a run is written, a record may be there before its image is. */
+    again() {
+      const {url} = this, src = this.image.getAttribute("src");
+      if (src === url) setTimeout(() => { if (this.url === url) this.image.setAttribute("src", `${url}?again`); }, AGAIN_MS);
+    }
+  }
+
+  /** The choice between images with the target marked and the very images; null where there is none to mark. */
+  foundry.camera.marking = (images) => (images.some((one) => one.target)
+    ? h("label", {class: "marking"}, h("input", {type: "checkbox", checked: true, onchange: (event) => images.forEach((one) => one.setMarked(event.target.checked))}), " target marked")
+    : null);
+
+  foundry.camera.SeenImage = SeenImage;
+})(window.Foundry);

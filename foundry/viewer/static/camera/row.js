@@ -1,0 +1,34 @@
+"use strict";
+/* What all compared models saw at one step, in one row under the shared clock; a click makes a picture large. */
+(function (foundry) {
+  const {h} = foundry.dom;
+
+  class Row {
+    /** @param panels of the compared runs; looks of the runs, in the same order */
+    constructor(panels, looks) {
+      this.panels = panels;
+      this.buttons = panels.map((panel, index) => this.button(panel, index));
+      panels.forEach(({element, view}, index) => {
+        view.frame.append(this.buttons[index]);
+        element.style.borderTopColor = looks[index].colour;
+      });
+      this.element = h("section", {class: "picture-row", "aria-label": "What each model saw"},
+        foundry.camera.marking(panels.map(({view}) => view)), h("div", {class: "pictures", tabindex: "0", role: "group", "aria-label": "Pictures"}, panels.map((one) => one.element)));
+    }
+
+    button({run}, index) {
+      return h("button", {type: "button", class: "enlarge", "aria-label": `Large picture: ${run.name}`, "aria-pressed": "false", onclick: () => this.enlarge(index)});
+    }
+
+    /** Make one picture large and the others small; the large one small again. */
+    enlarge(chosen) {
+      this.panels.forEach(({element}, index) => {
+        const large = element.classList.toggle("large", index === chosen && !element.classList.contains("large"));
+        this.buttons[index].setAttribute("aria-pressed", String(large));
+        if (large) element.scrollIntoView({block: "nearest", inline: "center"});
+      });
+    }
+  }
+
+  foundry.camera.Row = Row;
+})(window.Foundry);

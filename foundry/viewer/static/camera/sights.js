@@ -1,0 +1,166 @@
+"use strict";
+/* Where the target is in the pictures of a 3D run, as the server works it out: loaded by chunks, drawn, and put into words. */
+(function (foundry) {
+  const {h, badge, number} = foundry.dom;
+  const INK = "#10161d", SEEN = "#4dffa6", ELSEWHERE = "#ffd24d", PAPER = "#ffffff";
+  const SMALL = 16, EDGE = 16, HEAD = 9, LINE = 2, FONT = 12, TAU = 2 * Math.PI;
+  const LEVEL = 5;
+
+  /** Return what a command does, in words. */
+  function command(value) {
+    const parts = [], given = (one) => one !== null && one !== undefined;
+    if (value.translate) parts.push(`move ${number(value.translate.distance)} m ${bearing(value.translate.bearing)}`);
+    if (given(value.turn)) parts.push(`turn ${aside(value.turn)}`);
+    if (given(value.gaze)) parts.push(`look ${number(Math.abs(value.gaze))}° ${value.gaze < 0 ? "down" : "up"}`);
+    if (value.stay) parts.push("stay");
+    if (given(value.answer)) parts.push(`answer ${value.answer}`);
+    return parts.join(", ") || "nothing";
+  }
+
+  function bearing(degrees) {
+    const named = {0: "forward", 90: "left", "-90": "right", 180: "back", "-180": "back"}[degrees];
+    return named || `${aside(degrees)} of ahead`;
+  }
+
+  function aside(degrees) { return `${number(Math.abs(degrees))}° ${degrees < 0 ? "right" : "left"}`; }
+
+  /** Return where the middle of the target is from the gaze, in words. */
+  function direction({turn, tilt}) {
+    const parts = [];
+    if (Math.abs(turn) > LEVEL) parts.push(aside(Math.round(turn)));
+    if (Math.abs(tilt) > LEVEL) parts.push(`${Math.abs(Math.round(tilt))}° ${tilt < 0 ? "down" : "up"}`);
+    return parts.join(", ") || "ahead";
+  }
+
+  /** Return where the target is, in words; without a sight, what the record alone says. */
+  function place(record, sight) {
+    const sees = record.line_of_sight ? "in line of sight" : "no line of sight";
+    if (record.target_visible_px) return `${number(record.target_visible_px)} px in view, ${sees}`;
+    if (!sight?.place) return `not in view, ${sees}`;
+    if (sight.place === "hidden") return `hidden, ${direction(sight)}, ${record.line_of_sight ? "to be seen beside the picture" : "behind something"}`;
+    return `not in the picture, ${direction(sight)}, ${record.line_of_sight ? "nothing in between" : "behind something"}`;
+  }
+
+  /** Return what was read of a reply, and what of the target was in the picture, a line each. */
+  function reading(record, sight, target) {
+    const line = (...parts) => h("span", {class: "line"}, parts), found = [line(badge(record.outcome), ` read as: ${command(record.command)}`)];
+    if (!target || record.question) return found;
+    found.push(h("span", {class: "line place"}, `${target}: ${place(record, sight)}`));
+    const untrue = sight?.claimed && !record.target_visible_px;
+    if (sight?.claimed) found.push(line(h("b", {class: untrue ? "tone-bad" : null}, "says it sees it", untrue ? ", and it is not in view" : "")));
+    else if (sight?.claimed === false) found.push(line("does not say it sees it"));
+    return found;
+  }
+
+  /** Take up the facts of an episode, which are there once a step is. */
+  async function begin(data) {
+    if (data.done && !data.about.episode) data.about = await foundry.source.json(`${data.address}/about`);
+  }
+
+  /** The sights of a run by chunks of steps. */
+  class Sights {
+    constructor(data) {
+      this.data = data;
+      this.chunks = new Map();
+    }
+
+    /** Return {sight, target, why} of a step: the target's place in the scene, and why nothing can be marked, among it. */
+    async at(step) {
+      await begin(this.data);
+      const {data} = this, size = data.about.steps_per_chunk, number = data.numberOf(step, size), key = `${data.progress.beginning}/${number}`;
+      let chunk = this.chunks.get(key);
+      if (!chunk || !data.isWhole(chunk, number, size)) {
+        chunk = await data.once(`sights/${number}`);
+        this.chunks.set(key, chunk);
+      }
+      return {sight: chunk.sights[step - chunk.first] || null, target: chunk.target, why: chunk.why};
+    }
+  }
+
+  /** Stroke what is outlined by `trace` so that it is seen on light and on dark. */
+  function stroke(pen, colour, trace) {
+    for (const [style, width] of [[INK, LINE + 2], [colour, LINE]]) {
+      pen.strokeStyle = style;
+      pen.lineWidth = width;
+      pen.beginPath();
+      trace();
+      pen.stroke();
+    }
+  }
+
+  function fits(value, low, high) { return Math.max(low, Math.min(value, high)); }
+
+  /** Write the first text that fits on ink, its middle as near to a point as the picture's edges let it be. */
+  function label(pen, texts, colour, {x, y, width, height}) {
+    pen.font = `600 ${FONT}px system-ui, sans-serif`;
+    const text = texts.find((one) => pen.measureText(one).width + 8 <= width), tall = FONT + 6;
+    if (text === undefined) return;
+    const wide = pen.measureText(text).width + 8;
+    const left = fits(x - wide / 2, 0, width - wide), top = fits(y - tall / 2, 0, height - tall);
+    pen.fillStyle = INK;
+    pen.fillRect(left, top, wide, tall);
+    pen.fillStyle = colour;
+    pen.textBaseline = "middle";
+    pen.fillText(text, left + 4, top + tall / 2 + 1);
+  }
+
+  function cross(pen, colour, x, y, size) {
+    stroke(pen, colour, () => {
+      for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+        pen.moveTo(x + 0.35 * size * dx, y + 0.35 * size * dy);
+        pen.lineTo(x + size * dx, y + size * dy);
+      }
+    });
+  }
+
+  /** Mark a target that is within the picture: a box, or a cross where it would be too small; broken where it is hidden. */
+  function markInside(pen, {sight, name, width, height}) {
+    const colour = sight.place === "seen" ? SEEN : ELSEWHERE;
+    pen.setLineDash(sight.place === "seen" ? [] : [4, 4]);
+    const boxes = sight.boxes.map(([[left, top], [right, bottom]]) => ({x: left * width, y: top * height, w: (right - left) * width, h: (bottom - top) * height}));
+    for (const {x, y, w, h} of boxes) {
+      if (Math.max(w, h) < SMALL) cross(pen, colour, x + w / 2, y + h / 2, SMALL);
+      else stroke(pen, colour, () => pen.rect(x, y, w, h));
+    }
+    pen.setLineDash([]);
+    if (sight.spot) stroke(pen, colour, () => pen.arc(sight.spot[0] * width, sight.spot[1] * height, 1, 0, TAU));
+    const [first] = boxes, room = SMALL + FONT;
+    const y = first.y > room ? first.y - FONT : first.y + Math.max(first.h, SMALL) + FONT;
+    label(pen, sight.place === "seen" ? [name] : [`${name}: hidden`, "hidden"], colour, {x: first.x + first.w / 2, y, width, height});
+  }
+
+  /** Mark at the picture's edge in which direction the target is. */
+  function markOutside(pen, {sight, name, record, width, height}) {
+    const length = Math.hypot(sight.turn, sight.tilt) || 1, dx = -sight.turn / length, dy = -sight.tilt / length;
+    const far = Math.min(dx ? (width / 2 - EDGE) / Math.abs(dx) : Infinity, dy ? (height / 2 - EDGE) / Math.abs(dy) : Infinity);
+    const x = width / 2 + far * dx, y = height / 2 + far * dy, angle = Math.atan2(dy, dx);
+    const corner = (turn, size) => [x + size * Math.cos(angle + turn), y + size * Math.sin(angle + turn)];
+    stroke(pen, ELSEWHERE, () => {
+      pen.moveTo(...corner(TAU / 2.6, HEAD));
+      pen.lineTo(...corner(0, HEAD));
+      pen.lineTo(...corner(-TAU / 2.6, HEAD));
+      pen.moveTo(...corner(0, HEAD));
+      pen.lineTo(...corner(TAU / 2, 1.6 * HEAD));
+    });
+    const way = direction(sight), texts = [`${name} ${way}`, way];
+    if (!record.line_of_sight) texts.unshift(`${name} ${way}, behind something`);
+    const below = Math.abs(dx) > Math.abs(dy) || dy < 0;
+    label(pen, texts, ELSEWHERE, {x, y: y + (below ? 1 : -1) * (HEAD + FONT + 2), width, height});
+  }
+
+  /** Draw the marks of a picture of this size, CSS pixels. */
+  function mark(pen, {record, sight, name, width, height}) {
+    if (!sight?.place) return;
+    const all = {record, sight, name, width, height};
+    if (sight.place === "outside") markOutside(pen, all);
+    else if (sight.boxes.length) markInside(pen, all);
+  }
+
+  /** Write what was read of the reply at the lower edge of a picture. */
+  function writeReading(pen, {record, sight, width, height}) {
+    const read = `${record.outcome}: ${command(record.command)}`, claim = sight?.claimed ? "says it sees it" : "does not say it sees it";
+    label(pen, sight && sight.claimed !== null ? [`${read} · ${claim}`, read] : [read], PAPER, {x: width / 2, y: height, width, height});
+  }
+
+  foundry.camera = {begin, command, reading, writeReading, mark, Sights};
+})(window.Foundry);

@@ -1,0 +1,151 @@
+"use strict";
+/* Numbers by step of all compared runs, a lane a number, under one clock; pointing at a step goes there. */
+(function (foundry) {
+  const {h, fill, number} = foundry.dom;
+  const TALL = 56, INSET = 5, SHOWN_AT_FIRST = 4, LINE = 2;
+
+  class OverTime {
+    /** @param options.names of the runs; options.looks of them */
+    constructor(runs, clock, {names, looks}) {
+      Object.assign(this, {runs, clock, names, looks});
+      this.values = runs.map(() => ({}));
+      this.loaded = runs.map(() => 0);
+      this.beginnings = runs.map((run) => run.progress.beginning);
+      this.chosen = null;
+      this.lanes = new Map();
+      this.choice = h("div", {class: "menu-list"});
+      this.body = h("div");
+      this.legend = h("p", {class: "legend"}, names.map((name, index) => h("span", {}, this.sample(index), ` ${name}`)));
+      this.element = h("section", {class: "over-time", "aria-label": "Over time", hidden: true},
+        h("div", {class: "row"}, h("h2", {}, "Over time"), h("details", {class: "menu"}, h("summary", {}, "numbers"), this.choice)), this.legend, this.body);
+      window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
+      new ResizeObserver(() => this.redraw()).observe(this.body);
+      clock.onChange(() => { if (clock.steps === this.steps) this.lanes.forEach((lane, name) => this.point(lane, name)); else this.redraw(); });
+    }
+
+    sample(index) {
+      const canvas = h("canvas", {class: "sample", width: "28", height: "10", "aria-hidden": "true"}), pen = canvas.getContext("2d");
+      this.stroke(pen, index);
+      pen.moveTo(0, 5);
+      pen.lineTo(28, 5);
+      pen.stroke();
+      return canvas;
+    }
+
+    stroke(pen, index) {
+      pen.beginPath();
+      pen.strokeStyle = this.looks[index].colour;
+      pen.lineWidth = LINE;
+      pen.setLineDash(foundry.looks.broken(this.looks[index], LINE));
+    }
+
+    /** Load the blocks that are not there yet, of all runs. */
+    async load() {
+      if (this.loading) return;
+      this.loading = true;
+      await Promise.all(this.runs.map((run, index) => this.loadRun(run, index))).finally(() => { this.loading = false; });
+    }
+
+    async loadRun(run, index) {
+      if (this.beginnings[index] !== run.progress.beginning) {
+        this.beginnings[index] = run.progress.beginning;
+        this.values[index] = {};
+        this.loaded[index] = 0;
+      }
+      const size = run.about.marks_per_block;
+      while (this.loaded[index] < run.done) {
+        const block = await run.once(`by_step/${Math.floor(this.loaded[index] / size)}`);
+        if (block.last <= this.loaded[index]) return;
+        for (const [name, values] of Object.entries(block.values)) {
+          const column = this.values[index][name] = this.values[index][name] || [];
+          values.forEach((value, at) => { column[block.first - 1 + at] = value; });
+        }
+        this.loaded[index] = block.last;
+        this.offer();
+        this.redraw();
+      }
+    }
+
+    get known() { return [...new Set(this.values.flatMap((one) => Object.keys(one)))]; }
+
+    offer() {
+      const all = this.known;
+      if (this.offered === all.join("\n")) return;
+      this.offered = all.join("\n");
+      this.element.hidden = !all.length;
+      const shown = this.chosen || all.slice(0, SHOWN_AT_FIRST);
+      fill(this.choice, all.map((name) => h("label", {}, h("input", {type: "checkbox", checked: shown.includes(name), onchange: (event) => this.choose(name, event.target.checked)}), ` ${name}`)));
+      this.show(all.filter((name) => shown.includes(name)));
+    }
+
+    choose(name, wanted) {
+      const shown = new Set(this.lanes.keys());
+      if (wanted) shown.add(name); else shown.delete(name);
+      this.chosen = this.known.filter((one) => shown.has(one));
+      this.show(this.chosen);
+    }
+
+    show(names) {
+      this.lanes = new Map(names.map((name) => [name, this.lane(name)]));
+      fill(this.body, [...this.lanes.values()].map((one) => one.element));
+      this.redraw();
+    }
+
+    lane(name) {
+      const canvas = h("canvas", {class: "over", role: "img"}), told = h("span", {class: "note"});
+      const point = (event) => {
+        const step = 1 + Math.floor((event.offsetX / canvas.clientWidth) * this.clock.steps);
+        if (step === this.clock.step || !this.clock.steps) return;
+        this.clock.pause();
+        this.clock.seek(Math.min(step, this.clock.steps));
+      };
+      canvas.addEventListener("pointermove", point);
+      canvas.addEventListener("pointerdown", point);
+      const dial = new foundry.Dial(canvas, TALL);
+      return {canvas, dial, told, element: h("figure", {class: "lane", "data-lane": name}, h("figcaption", {}, h("b", {}, name), " ", told), dial.element)};
+    }
+
+    redraw() {
+      if (this.drawing) return;
+      this.drawing = true;
+      this.steps = this.clock.steps;
+      requestAnimationFrame(() => { this.drawing = false; this.lanes.forEach((lane, name) => this.draw(lane, name)); });
+    }
+
+    draw(lane, name) {
+      const {steps} = this.clock, pen = steps ? lane.dial.pen() : null;
+      if (!pen) return;
+      const lines = this.values.map((one) => one[name] || []), found = lines.flat().filter((one) => one !== null && one !== undefined);
+      const low = found.reduce((a, b) => Math.min(a, b), 0), high = found.reduce((a, b) => Math.max(a, b), low) || 1;
+      const y = (value) => INSET + (TALL - 2 * INSET) * (1 - (value - low) / (high - low || 1)), column = lane.dial.width / steps;
+      lines.forEach((values, index) => this.line(pen, index, values, (step) => (step + 0.5) * column, y));
+      Object.assign(lane, {range: `${number(low)} to ${number(high)}`, step: null});
+      this.point(lane, name);
+    }
+
+    /** Show where the clock is, and say the values of its step. */
+    point(lane, name) {
+      const {step} = this.clock;
+      lane.dial.point(this.clock);
+      if (lane.step === step || !lane.range) return;
+      lane.step = step;
+      const said = this.values.map((one, index) => `${this.names[index]} ${number((one[name] || [])[step - 1])}`).join(", ");
+      lane.told.textContent = `${lane.range} · step ${step}: ${said}`;
+      lane.canvas.setAttribute("aria-label", `${name}, step ${step}: ${said}`);
+    }
+
+    /** Draw a line over the steps that have a value; a lone one is a short stroke. */
+    line(pen, index, values, x, y) {
+      this.stroke(pen, index);
+      values.forEach((value, step) => {
+        if (value === null || value === undefined) return;
+        if (step && values[step - 1] !== null && values[step - 1] !== undefined) pen.lineTo(x(step), y(value));
+        else pen.moveTo(x(step) - 2, y(value));
+        pen.lineTo(x(step) + 1, y(value));
+      });
+      pen.stroke();
+    }
+  }
+
+  foundry.OverTime = OverTime;
+})(window.Foundry);

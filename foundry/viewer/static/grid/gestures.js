@@ -1,0 +1,67 @@
+"use strict";
+/* Hands on a picture that can be shifted and zoomed: mouse, wheel, one finger, two fingers, arrow keys. */
+(function (foundry) {
+  const STILL_PX = 5, WHEEL = 1.15, ARROW_PX = 40;
+  const ARROWS = {ArrowLeft: [ARROW_PX, 0], ArrowRight: [-ARROW_PX, 0], ArrowUp: [0, ARROW_PX], ArrowDown: [0, -ARROW_PX]};
+
+  const middle = (points) => [0, 1].map((axis) => points.reduce((sum, point) => sum + point[axis], 0) / points.length);
+  const apart = ([first, second]) => (second ? Math.hypot(first[0] - second[0], first[1] - second[1]) : 0);
+
+  /**
+   * @param hands.zoomAt called with a factor and the place, pixels, that is to stay where it is
+   * @param hands.shift called with how far the picture is moved to the right and downwards, pixels
+   * @param hands.pick called with the place that was clicked or tapped
+   * @param hands.isWhole returns whether all is seen: then one finger scrolls the page, and arrow keys are the page's
+   */
+  foundry.gestures = (canvas, {zoomAt, shift, pick, isWhole}) => {
+    const down = new Map();
+    let dragged = false, before = null;
+
+    /** Take up how the fingers lie, from where they go on. */
+    function grip() {
+      const points = [...down.values()];
+      before = points.length ? {at: middle(points), apart: apart(points)} : null;
+    }
+
+    function moved(isTouched) {
+      const points = [...down.values()], at = middle(points), wide = apart(points), by = at.map((one, axis) => one - before.at[axis]);
+      if (!dragged && points.length < 2 && Math.abs(by[0]) + Math.abs(by[1]) < STILL_PX) return;
+      dragged = true;
+      if (isTouched && points.length < 2 && isWhole()) return;
+      shift(...by);
+      if (before.apart && wide) zoomAt(wide / before.apart, ...at);
+      grip();
+    }
+
+    function lifted(event) {
+      if (!down.delete(event.pointerId)) return;
+      if (event.type === "pointerup" && !down.size && !dragged) pick(event.offsetX, event.offsetY);
+      grip();
+    }
+
+    canvas.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      zoomAt(event.deltaY < 0 ? WHEEL : 1 / WHEEL, event.offsetX, event.offsetY);
+    }, {passive: false});
+    canvas.addEventListener("pointerdown", (event) => {
+      if (!down.size) dragged = false;
+      down.set(event.pointerId, [event.offsetX, event.offsetY]);
+      canvas.setPointerCapture(event.pointerId);
+      grip();
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      if (!down.has(event.pointerId)) return;
+      down.set(event.pointerId, [event.offsetX, event.offsetY]);
+      moved(event.pointerType === "touch");
+    });
+    for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, lifted);
+    canvas.addEventListener("mousedown", (event) => event.preventDefault()); // the keyboard stays where it is
+    canvas.addEventListener("keydown", (event) => {
+      const arrow = ARROWS[event.key];
+      if (!arrow || isWhole() || event.shiftKey || event.ctrlKey || event.metaKey || event.altKey) return;
+      shift(...arrow);
+      event.preventDefault();
+      event.stopPropagation();
+    });
+  };
+})(window.Foundry);

@@ -1,0 +1,125 @@
+"use strict";
+/* What a sweep is doing just now: how fast, until when, each open run, what failed and how it is tried again. */
+(function (foundry) {
+  const {h, fill, badge, number, announce} = foundry.dom;
+  const POLL_MS = 2000, LEAST_PARTS = 4, KEPT = 150;
+  /** Two-sided 95 % points of Student's t by degrees of freedom, from 3 on; later ones are near the last. */
+  const T95 = [3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.2, 2.18, 2.16, 2.14, 2.13, 2.12, 2.11, 2.1, 2.09];
+  const PARTS = 12;
+  const STANDINGS = ["complete", "failed", "running", "unfinished", "waiting"];
+
+  /** Return the growth a second of a count over the looks so far: mean, and half the width of its 95 % interval. */
+  function pace(looks, count) {
+    if (looks.length <= LEAST_PARTS) return null;
+    const size = Math.max(1, Math.floor((looks.length - 1) / PARTS)), rates = [];
+    for (let at = looks.length - 1; at - size >= 0; at -= size) {
+      const [from, to] = [looks[at - size], looks[at]];
+      rates.push(Math.max(0, count(to) - count(from)) / (to.at - from.at));
+    }
+    const mean = rates.reduce((a, b) => a + b, 0) / rates.length;
+    const spread = Math.sqrt(rates.reduce((sum, one) => sum + (one - mean) ** 2, 0) / (rates.length - 1));
+    return {mean, half: T95[Math.min(rates.length - 4, T95.length - 1)] * spread / Math.sqrt(rates.length)};
+  }
+
+  function span(seconds) {
+    if (seconds < 90) return `${Math.round(seconds)} s`;
+    return seconds < 5400 ? `${Math.round(seconds / 60)} min` : `${number(seconds / 3600, 2)} h`;
+  }
+
+  /** Return the models of which nothing is known yet. */
+  function unbegun(found) {
+    const names = found.end?.without || [];
+    return names.slice(0, 3).join(", ") + (names.length > 3 ? ` and ${names.length - 3} more` : "");
+  }
+
+  /** Return when all runs have ended, with how uncertain that is. */
+  function end(found, looked) {
+    if (!found.end) return looked < found.runs ? "not known before all runs were looked at" : "not known before a call of a run has come back";
+    const {low_s: soon, middle_s: middle, high_s: late, share} = found.end;
+    const later = unbegun(found) && `; then ${unbegun(found)}, of which nothing is known yet`;
+    const day = middle > 18 * 3600 ? {weekday: "short", day: "numeric", month: "short"} : {};
+    const clock = new Date((found.at + middle) * 1000).toLocaleString("en-GB", {...day, hour: "2-digit", minute: "2-digit"});
+    return `in ${span(middle)} (${clock}); ${number(100 * share)} %: ${span(soon)} to ${span(late)}, if runs go on as before${later}`;
+  }
+
+  class Live {
+    constructor(sweep) {
+      this.sweep = sweep;
+      this.looks = [];
+      this.facts = h("div");
+      this.runs = h("div", {class: "table-box", tabindex: "0", role: "region", "aria-label": "Open runs"});
+      this.failures = h("section", {"aria-label": "Failed runs"});
+      this.element = h("div", {class: "live"}, h("h1", {}, "What it is doing"), this.facts, h("h2", {}, "Open runs"), this.runs, this.failures);
+    }
+
+    dispose() { this.disposed = true; }
+
+    async open() {
+      if (!foundry.source.live) throw new Error("This page is of files: what a sweep is doing is shown by `foundry view` or view=live.");
+      await this.look();
+      return this;
+    }
+
+    async look() {
+      try {
+        this.take(await foundry.source.json(`sweep/${this.sweep}/underway`));
+      } catch (error) {
+        if (!this.looks.length) throw error;
+        fill(this.facts, h("p", {class: "warning"}, `No news from the server: ${error.message}`));
+      }
+      setTimeout(() => this.disposed || this.look(), POLL_MS);
+    }
+
+    take(found) {
+      const before = this.looks[this.looks.length - 1];
+      if (before && found.calls < before.calls) this.looks = []; // another session counts anew
+      if (!before || found.at > before.at) this.looks = [...this.looks, found].slice(-KEPT);
+      this.draw(found);
+    }
+
+    draw(found) {
+      const {counts} = found, looked = Object.values(counts).reduce((a, b) => a + b, 0), ended = (counts.complete || 0) + (counts.failed || 0);
+      const sent = pace(this.looks, (one) => one.calls - one.cached), tokens = pace(this.looks, (one) => one.output_tokens);
+      const rate = (one, what) => (one ? `${number(one.mean)} ± ${number(one.half, 2)} ${what} a second` : "too early to say");
+      const busy = found.workers > 0;
+      fill(this.facts, h("div", {class: "progress"}, h("progress", {max: String(found.runs), value: String(ended), "aria-label": "Runs that have ended"}),
+        h("span", {}, `${number(ended)} of ${number(found.runs)} runs ended`), looked < found.runs ? h("span", {}, `(${number(looked)} looked at so far)`) : null,
+        STANDINGS.filter((word) => counts[word]).map((word) => h("span", {}, badge(word), ` ${number(counts[word])}`))),
+      foundry.parts.facts([
+        ["workers", busy ? number(found.workers) : "none: nobody plays this sweep now"],
+        ["calls", busy ? `${number(found.calls)} made in this session${found.left === null ? "" : `, about ${number(Math.round(found.left))} left${unbegun(found) && `, besides those of ${unbegun(found)}`}`}` : null],
+        ["from the cache", found.calls ? `${number(100 * found.cached / found.calls)} % of the calls` : null],
+        ["calls a second", busy ? rate(sent, "calls sent") : null], ["tokens a second", busy ? rate(tokens, "tokens answered") : null],
+        ["tries beyond the first", busy ? number(found.retries) : null],
+        ["queue", found.allowed ? `${number(found.wanted)} calls in flight or waiting; ${number(found.allowed)} may be in flight` : null],
+        ["end", busy ? end(found, looked) : null],
+      ]), found.notes.map((line) => h("p", {class: "note"}, line)));
+      this.drawRuns(found);
+      this.drawFailures(found);
+    }
+
+    drawRuns(found) {
+      const heads = ["run", "model", "prompt", "seed", "step", "calls", "cached", "tries again", "tokens out"];
+      const of = (done, all) => `${number(done)}${all === null || all === undefined ? "" : ` of ${number(all)}`}`;
+      const row = (one) => h("tr", {"data-run": one.run}, h("th", {scope: "row"}, h("a", {href: `#/run/${this.sweep}/${one.run}`}, one.run)),
+        [one.model, one.prompt, String(one.seed)].map((text) => h("td", {}, text)),
+        [of(one.done, one.planned), of(one.calls, one.expected), number(one.cached), number(one.retries), number(one.output_tokens)].map((text) => h("td", {class: "number"}, text)));
+      fill(this.runs, found.open.length ? h("table", {class: "runs"}, h("caption", {class: "unseen"}, "Open runs"),
+        h("thead", {}, h("tr", {}, heads.map((name, index) => h("th", {scope: "col", class: index > 3 ? "number" : null}, name)))), h("tbody", {}, found.open.map(row)))
+        : h("p", {class: "note"}, "No run is open."), found.open_runs > found.open.length ? h("p", {class: "note"}, `and ${number(found.open_runs - found.open.length)} more`) : null);
+    }
+
+    drawFailures(found) {
+      const total = found.counts.failed || 0, text = JSON.stringify([total, found.failures]), more = found.causes - found.failures.length;
+      if (text === this.failed) return;
+      this.failed = text;
+      if (total) announce(`${total} runs failed.`);
+      fill(this.failures, total ? [h("h2", {}, `Failed runs (${number(total)})`), h("p", {}, "Try them again with ", h("code", {class: "again"}, found.again)),
+        h("ul", {}, found.failures.map((one) => h("li", {}, h("b", {}, `${number(one.count)} × ${one.error_type || "Error"}: `), h("bdi", {}, one.error || ""), " ",
+          one.runs.map((run) => [h("a", {href: `#/run/${this.sweep}/${run}`}, run), " "]), one.count > one.runs.length ? "…" : null))), more ? h("p", {class: "note"}, `and ${number(more)} further causes`) : null] : null);
+    }
+  }
+
+  foundry.Live = Live;
+  foundry.pace = pace;
+})(window.Foundry);

@@ -1,0 +1,165 @@
+"use strict";
+/* What people noted of runs and moments: read everywhere, written where the page is served. */
+(function (foundry) {
+  const {h, fill, announce} = foundry.dom;
+  const WHO = "foundry-who";
+
+  /** Return who writes in this browser; empty where nobody said so, or where it keeps nothing. */
+  function whoWrites() {
+    try {
+      return localStorage.getItem(WHO) || "";
+    } catch (error) {
+      if (!(error instanceof DOMException)) throw error;
+      return "";
+    }
+  }
+
+  function keepWho(name) {
+    try {
+      localStorage.setItem(WHO, name);
+    } catch (error) {
+      if (!(error instanceof DOMException)) throw error;
+    }
+  }
+
+  function placeOf({step, agent}) { return step === null ? "the run" : `step ${step}${agent === null ? "" : ` · agent ${agent}`}`; }
+
+  class Notes {
+    /**
+     * @param sweep the sweep's id
+     * @param runs whose notes are shown: `id` and `name` each
+     * @param options.where returns the moment that is looked at: `step` and `agent`, each null where there is none
+     * @param options.onPick called with the step and the agent of a note that is gone to; without it, a note leads to its run
+     * @param options.onChange called when notes were written
+     */
+    constructor(sweep, runs, options) {
+      this.sweep = sweep;
+      this.runs = runs;
+      this.options = options;
+      this.list = h("ul", {class: "notes-list"});
+      this.state = h("p", {class: "note", role: "status"});
+      this.element = h("section", {class: "notes", "aria-label": "Notes"}, h("h2", {}, "Notes"), this.list, this.state, foundry.source.live ? this.form() : null);
+    }
+
+    form() {
+      this.run = h("select", {"aria-label": "Run of the note", hidden: this.runs.length < 2}, this.runs.map(({id, name}) => h("option", {value: id}, name)));
+      this.place = h("select", {"aria-label": "What is noted of"});
+      this.text = h("textarea", {rows: "2", placeholder: "What is to be noted", "aria-label": "Note", maxlength: "10000"});
+      this.tags = h("input", {placeholder: "tags, with spaces between them", "aria-label": "Tags"});
+      this.who = h("input", {placeholder: "who writes", "aria-label": "Who writes", value: whoWrites(), maxlength: "80"});
+      const form = h("form", {onsubmit: (event) => { event.preventDefault(); this.save(); }, onkeydown: (event) => this.key(event)},
+        this.run, this.place, this.text, this.tags, this.who, h("p", {class: "row"}, h("button", {}, "Keep"), " ", h("button", {type: "button", onclick: () => this.leave()}, "Leave")));
+      this.writing = h("details", {ontoggle: () => this.toggled()}, h("summary", {}, "write a note"), form);
+      return this.writing;
+    }
+
+    key(event) {
+      if (event.key === "Escape") this.leave();
+      else if (event.key === "Enter" && (event.ctrlKey || event.metaKey)) this.save();
+    }
+
+    async load() {
+      try {
+        this.draw(await foundry.source.json(`sweep/${this.sweep}/notes`));
+      } catch (error) {
+        this.state.textContent = error.message;
+      }
+    }
+
+    draw({notes, unread}) {
+      const names = new Map(this.runs.map(({id, name}) => [id, name]));
+      const shown = notes.filter((note) => names.has(note.run)).sort((a, b) => (a.step ?? 0) - (b.step ?? 0));
+      fill(this.list, shown.map((note) => h("li", {"data-note": note.note}, this.runs.length > 1 ? `${names.get(note.run)}: ` : null, this.way(note), " ", h("bdi", {}, note.text), " ",
+        note.tags.map((tag) => [h("span", {class: "tag"}, tag), " "]), h("small", {}, `${note.who ? `${note.who}, ` : ""}${note.when.slice(0, 16).replace("T", " ")} UTC `), foundry.source.live ? this.changes(note) : null)));
+      this.state.textContent = [shown.length ? "" : "Nothing is noted.", ...unread].filter(Boolean).join(" ");
+    }
+
+    /** Return what leads to the moment of a note. */
+    way(note) {
+      const {onPick} = this.options, place = placeOf(note);
+      if (note.step === null) return h("b", {}, place);
+      if (onPick) return h("button", {type: "button", class: "go", onclick: () => onPick(note.step, note.agent)}, place);
+      return h("a", {href: `#/run/${this.sweep}/${note.run}?step=${note.step}${note.agent === null ? "" : `&agent=${note.agent}`}`}, place);
+    }
+
+    changes(note) {
+      return [h("button", {type: "button", class: "go", "aria-label": `Change the note: ${note.text}`, onclick: () => this.change(note)}, "change"),
+        h("button", {type: "button", class: "go", "aria-label": `Delete the note: ${note.text}`, onclick: () => this.send({...note, text: "", tags: [], deleted: true}, "The note is deleted.")}, "✕")];
+    }
+
+    /** Begin a note on what is looked at. */
+    write() {
+      if (!foundry.source.live) return;
+      this.changed = null;
+      this.text.value = this.tags.value = "";
+      this.show();
+    }
+
+    change(note) {
+      this.changed = note;
+      this.text.value = note.text;
+      this.tags.value = note.tags.join(" ");
+      this.show();
+    }
+
+    show() {
+      this.offer();
+      this.writing.open = true;
+      this.text.focus();
+    }
+
+    toggled() { if (this.writing.open && !this.place.options.length) this.write(); }
+
+    /** Offer what a note can be of; one that is changed stays where it is. */
+    offer() {
+      const {step, agent} = this.options.where(), run = {step: null, agent: null};
+      const places = this.changed ? [this.changed] : [...agent === null || step === null ? [] : [{step, agent}], ...step === null ? [] : [{step, agent: null}], run];
+      this.places = places;
+      fill(this.place, places.map((one, index) => h("option", {value: String(index)}, `on ${placeOf(one)}`)));
+      this.run.disabled = Boolean(this.changed);
+      if (this.changed) this.run.value = this.changed.run;
+    }
+
+    leave() {
+      fill(this.place);
+      this.writing.open = false;
+      this.writing.querySelector("summary").focus();
+    }
+
+    async save() {
+      const {step, agent} = this.places[Number(this.place.value)], who = this.who.value.trim();
+      keepWho(who);
+      const written = {run: this.run.value, step, agent, who, text: this.text.value.trim(), tags: this.tags.value.split(/[\s,]+/).filter(Boolean)};
+      if (await this.send(this.changed ? {...written, note: this.changed.note} : written, "The note is kept.")) this.leave();
+    }
+
+    /** Send a note; returns whether it was taken. */
+    async send({when, ...note}, said) {
+      try {
+        this.draw(await foundry.source.send(`sweep/${this.sweep}/notes`, note));
+      } catch (error) {
+        this.state.textContent = error.message;
+        return false;
+      }
+      announce(said);
+      if (this.options.onChange) this.options.onChange();
+      return true;
+    }
+  }
+
+  /** Return the notes of a run, for its page: the moment is that of its clock, and of the agent that is chosen, if any. */
+  function notesOfRun(page) {
+    const {data} = page, notes = new Notes(data.sweep, [{id: data.id, name: data.name}], {
+      where: () => ({step: page.clock.step || null, agent: page.agent ?? null}),
+      onPick: (step, agent) => {
+        if (page.select) page.select(agent);
+        page.clock.pause();
+        page.clock.seek(step);
+      }});
+    notes.load();
+    return notes;
+  }
+
+  foundry.notesOfRun = notesOfRun;
+  foundry.Notes = Notes;
+})(window.Foundry);

@@ -1,0 +1,39 @@
+"use strict";
+/* The rows and columns that are shown, as a file: CSV made here, Parquet by the server. */
+(function (foundry) {
+  const {h} = foundry.dom;
+
+  function quoted(value) {
+    const text = value === null || value === undefined ? "" : String(value);
+    return /[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+  }
+
+  /** Return rows as CSV after RFC 4180, numbers in full. */
+  function csv(columns, rows) {
+    const lines = [columns.map((one) => one.key), ...rows.map((row) => columns.map((one) => one.value(row)))];
+    return lines.map((line) => `${line.map(quoted).join(",")}\r\n`).join("");
+  }
+
+  function save(address, name) { h("a", {href: address, download: name}).click(); }
+
+  function saveBlob(blob, name) {
+    const address = URL.createObjectURL(blob);
+    save(address, name);
+    setTimeout(() => URL.revokeObjectURL(address), 10000);
+  }
+
+  /** Return which of so many runs are among these rows, a bit a run, the first of a byte its highest, as base64 of addresses. */
+  function mask(rows, runs) {
+    const bytes = new Uint8Array(Math.ceil(runs / 8));
+    rows.forEach(({index}) => { bytes[index >> 3] |= 128 >> (index & 7); });
+    return btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join("")).replaceAll("+", "-").replaceAll("/", "_");
+  }
+
+  foundry.download = {
+    textOf: csv,
+    blob: saveBlob,
+    csv: (sweep, columns, rows) => saveBlob(new Blob([csv(columns, rows)], {type: "text/csv"}), `${sweep}.csv`),
+    parquet: (sweep, columns, rows, runs) => save(
+      `data/sweep/${sweep}/parquet/${columns.map((one) => encodeURIComponent(one.key)).join()}/${mask(rows, runs)}`, `${sweep}.parquet`),
+  };
+})(window.Foundry);

@@ -1,0 +1,57 @@
+"use strict";
+/* Notes on the page of a sweep: a column of their tags and numbers, and a window with those of a run. */
+(function (foundry) {
+  const {h, fill, grouped} = foundry.dom;
+
+  class Noted {
+    /** @param onTag called with a tag that is clicked; @param onChange called when notes were written */
+    constructor(sweep, {onTag, onChange}) {
+      Object.assign(this, {sweep, onTag, onChange, ofRun: new Map()});
+      this.element = h("div");
+      this.told = h("div");
+    }
+
+    async load() {
+      const {notes, unread} = await foundry.source.json(`sweep/${this.sweep}/notes`);
+      fill(this.told, unread.map((why) => h("p", {class: "warning"}, why)));
+      this.ofRun = grouped(notes, (note) => note.run);
+    }
+
+    /** Let a row say what is noted of its run. */
+    tell(row) {
+      const notes = this.ofRun.get(row.run) || [], tags = notes.flatMap((note) => note.tags);
+      row.notes = notes.length;
+      row.tags = new Set(tags.map((tag) => tag.toLocaleLowerCase()));
+      return notes.flatMap((note) => [note.text, note.who, ...note.tags]);
+    }
+
+    /** Return the column of notes; none where nothing is noted and nothing can be. */
+    columns() {
+      if (!foundry.source.live && !this.ofRun.size) return [];
+      return [{key: "notes", label: "notes", own: true, value: (row) => row.notes, cell: (row) => this.cell(row)}];
+    }
+
+    cell({run, notes, tags}) {
+      const tag = (name) => [h("button", {type: "button", class: "tag", "aria-label": `Only runs with the tag ${name}`, onclick: () => this.onTag(name)}, name), " "];
+      return [[...tags].map(tag), !notes && !foundry.source.live ? null : h("button", {type: "button", class: "go", "aria-label": `Notes on ${run}`, onclick: () => this.open(run)}, notes ? `✎ ${notes}` : "✎")];
+    }
+
+    /** Show the notes of a run in a window of their own. */
+    open(run) {
+      const notes = new foundry.Notes(this.sweep, [{id: run, name: run}], {where: () => ({step: null, agent: null}), onChange: () => this.onChange()});
+      const dialog = h("dialog", {class: "noted", "aria-label": `Notes on ${run}`, onclose: () => this.closed(dialog, run)},
+        h("p", {}, h("b", {}, run)), notes.element, h("button", {type: "button", onclick: () => dialog.close()}, "Close"));
+      this.element.append(dialog);
+      dialog.showModal();
+      notes.load();
+      notes.write();
+    }
+
+    closed(dialog, run) {
+      dialog.remove();
+      [...document.querySelectorAll("[aria-label]")].find((one) => one.ariaLabel === `Notes on ${run}`)?.focus();
+    }
+  }
+
+  foundry.Noted = Noted;
+})(window.Foundry);

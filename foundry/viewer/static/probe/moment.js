@@ -1,0 +1,138 @@
+"use strict";
+/* One moment of a probe: what was perceived, what was asked, what each model answered, before and after an edit. */
+(function (foundry) {
+  const {h, fill, quote} = foundry.dom;
+  const drawing = foundry.perceived = {};
+
+  /** Return the lines of an observation: path and value. */
+  function lines(value, path = "") {
+    if (value !== null && typeof value === "object" && Object.keys(value).length) {
+      return Object.entries(value).flatMap(([key, inner]) => lines(inner, Array.isArray(value) ? `${path}[${key}]` : path ? `${path}.${key}` : key));
+    }
+    return [[path, typeof value === "string" ? value : JSON.stringify(value)]];
+  }
+
+  class MomentView {
+    constructor(sweep, probe) {
+      this.address = `probe/${sweep}`;
+      this.probe = probe;
+      this.urls = [];
+      this.element = h("section", {class: "moment", "aria-label": "The moment"});
+    }
+
+    dispose() { this.turn = -1; this.free(); }
+
+    free() { this.urls.splice(0).forEach((url) => URL.revokeObjectURL(url)); }
+
+    say(text) { this.turn = (this.turn || 0) + 1; fill(this.element, h("p", {class: "note"}, text)); }
+
+    /** Show a moment, without an edit (0) or before and after one. */
+    async show(moment, {edit, format}) {
+      const mine = this.turn = (this.turn || 0) + 1;
+      try {
+        const seen = await foundry.source.json(`${this.address}/moment/${moment.index}`);
+        if (seen.script) await foundry.script(seen.script);
+        if (mine !== this.turn) return;
+        this.free();
+        fill(this.element, this.head(moment), this.pictures(moment, seen, edit), this.changes(seen, edit),
+          this.answers(seen, edit, format), this.prompts(seen, edit, format));
+      } catch (error) {
+        if (mine === this.turn) fill(this.element, h("p", {class: "warning", role: "alert"}, error.message));
+      }
+    }
+
+    head(moment) {
+      const strata = Object.entries(moment.strata).map(([name, value]) => (value === true ? name : value === false ? `no ${name}` : `${name}: ${value}`));
+      return h("header", {}, h("h2", {}, `Agent ${moment.agent} at step ${moment.step}: ${moment.kind}`, h("small", {}, ` seed ${moment.seed} · ${moment.run}`)),
+        strata.length ? h("p", {class: "strata"}, strata.map((one) => h("span", {class: "badge"}, one))) : null);
+    }
+
+    label(edit) { return edit ? `under ${this.probe.edits[edit].name}` : "as it was"; }
+
+    shown(seen, edit) { return [...new Set([0, edit])].map((one) => seen.perceived.find((mine) => mine.edit === one)).filter(Boolean); }
+
+    pictures(moment, seen, edit) {
+      if (seen.why) return h("p", {class: "warning"}, `What was perceived cannot be shown: ${seen.why}`);
+      const draw = drawing[seen.form];
+      const one = (perceived) => {
+        const told = `What agent ${moment.agent} perceived ${this.label(perceived.edit)}`;
+        const parts = draw && !perceived.images ? [draw(perceived.observation, told)]
+          : Array.from({length: perceived.images || 1}, (_, image) => this.picture(moment, perceived, image, told));
+        return h("figure", {}, parts, h("figcaption", {}, this.label(perceived.edit)));
+      };
+      const drawn = this.shown(seen, edit);
+      return h("div", {class: "before-after"}, (draw || drawn.some((mine) => mine.images) ? drawn : drawn.slice(0, 1)).map(one));
+    }
+
+    picture(moment, perceived, image, told) {
+      const alt = perceived.images ? told : "The world in this moment", element = h("img", {alt});
+      foundry.source.bytes(`${this.address}/picture/${moment.index}/${perceived.edit}/${image}`).then((bytes) => {
+        const url = URL.createObjectURL(new Blob([bytes]));
+        this.urls.push(url);
+        element.src = url;
+      }).catch((error) => element.replaceWith(h("p", {class: "note"}, error.message)));
+      return element;
+    }
+
+    /** What the edit changes in what the agent perceives, line by line; without one all of it. */
+    changes(seen, edit) {
+      const [before, after] = this.shown(seen, edit).map((one) => new Map(lines(one.observation)));
+      if (!before) return null;
+      const rows = after ? [...new Set([...before.keys(), ...after.keys()])].filter((path) => before.get(path) !== after.get(path)) : [...before.keys()];
+      if (after && !rows.length) return h("p", {class: "note"}, "The edit changes the images alone.");
+      const cell = (map, path) => (map.has(path) ? h("td", {}, h("bdi", {}, map.get(path))) : h("td", {class: "nothing"}, "not there"));
+      const heads = after ? ["perceived", this.label(0), this.label(edit)] : ["perceived", "value"];
+      const table = h("div", {class: "table-box", tabindex: "0", role: "region", "aria-label": "What was perceived"}, h("table", {class: "runs"},
+        h("thead", {}, h("tr", {}, heads.map((name) => h("th", {scope: "col"}, name)))),
+        h("tbody", {}, rows.map((path) => h("tr", {}, h("th", {scope: "row"}, path), cell(before, path), after ? cell(after, path) : null)))));
+      const isDrawn = drawing[seen.form] || seen.perceived[0].images;
+      return h("details", {open: Boolean(after) || !isDrawn}, h("summary", {}, after ? `What the edit changes (${rows.length})` : "All that it perceived"), table);
+    }
+
+    answers(seen, edit, format) {
+      const columns = this.probe.models.map((name, model) => {
+        const of = (which) => seen.answers.find((one) => one.model === model && one.edit === which && one.format === format);
+        const sides = [...new Set([0, edit])].map((which) => [which, of(which)]).filter(([, answer]) => answer);
+        return h("section", {class: "column"}, h("h3", {}, name),
+          sides.length ? sides.map(([which, answer]) => this.answered(answer, which, sides.length > 1)) : h("p", {class: "note"}, "It was not asked here."));
+      });
+      return h("div", {class: "columns"}, columns);
+    }
+
+    answered({replies}, edit, named) {
+      const counts = new Map(), texts = new Map();
+      for (const reply of replies) {
+        counts.set(reply.choice, (counts.get(reply.choice) || 0) + 1);
+        const key = JSON.stringify([reply.choice, reply.text, reply.thinking]), known = texts.get(key);
+        if (known) known.times += 1; else texts.set(key, {...reply, times: 1});
+      }
+      const choices = [...counts].sort(([a, m], [b, n]) => n - m || (a < b ? -1 : 1));
+      return h("div", {class: "answered"}, named ? h("h4", {}, this.label(edit)) : null,
+        h("ul", {class: "choices"}, choices.map(([choice, count]) => {
+          const bar = h("i", {class: "bar"}, h("b"));
+          bar.firstChild.style.width = `${100 * count / replies.length}%`;
+          return h("li", {}, h("bdi", {}, choice), bar, h("span", {}, `${count} of ${replies.length}`));
+        })),
+        h("details", {open: !named}, h("summary", {}, texts.size === 1 ? "reply" : `replies (${texts.size} different)`),
+          [...texts.values()].sort((a, b) => b.times - a.times).map((one) => [h("p", {class: "role"}, `${one.choice}${one.times > 1 ? `, ${one.times} times` : ""}${one.ending && one.ending !== "stop" ? `, ended: ${one.ending}` : ""}`),
+            one.text === null ? h("p", {class: "note"}, "The log does not hold this reply.") : quote(one.text, "reply"),
+            one.thinking ? h("details", {}, h("summary", {}, "thinking"), quote(one.thinking)) : null])));
+    }
+
+    /** The prompts: with models of one prompt one, before and after the edit. */
+    prompts(seen, edit, format) {
+      const wanted = seen.answers.filter((one) => one.format === format && [0, edit].includes(one.edit) && one.prompt !== null);
+      const columns = new Map();
+      for (const one of wanted) {
+        const key = `${one.edit}/${one.prompt}`;
+        columns.set(key, {edit: one.edit, prompt: one.prompt, models: [...((columns.get(key) || {}).models || []), this.probe.models[one.model]]});
+      }
+      const sorted = [...columns.values()].sort((a, b) => a.edit - b.edit || a.prompt - b.prompt);
+      return [h("h3", {}, sorted.length > 1 ? "Prompts" : "Prompt"), h("div", {class: "columns"}, sorted.map((one) => h("section", {class: "column"},
+        sorted.length > 1 ? h("h4", {}, `${this.label(one.edit)}${one.models.length < this.probe.models.length ? `, to ${one.models.join(", ")}` : ""}`) : null,
+        seen.prompts[one.prompt].map((message) => [h("p", {class: "role"}, message.role), quote(message.content, "prompt")]))))];
+    }
+  }
+
+  foundry.MomentView = MomentView;
+})(window.Foundry);

@@ -1,0 +1,196 @@
+"use strict";
+/* The page of a probe: its moments, those at which models differ most first, and each in full. */
+(function (foundry) {
+  const {h, fill, announce, number} = foundry.dom;
+  const MOST = 500;
+  const POLL_MS = 5000;
+  const ORDERS = {apart: "furthest apart first", recorded: "as they were recorded"};
+
+  /** Return the total variation between two counts of choices, 0 to 1. */
+  function apart(first, second) {
+    const total = (counts) => Object.values(counts).reduce((sum, one) => sum + one, 0), m = total(first), n = total(second);
+    return 0.5 * [...new Set([...Object.keys(first), ...Object.keys(second)])]
+      .reduce((sum, choice) => sum + Math.abs((first[choice] || 0) / m - (second[choice] || 0) / n), 0);
+  }
+
+  function mean(values) { return values.length ? values.reduce((sum, one) => sum + one, 0) / values.length : null; }
+
+  /** Return the counts with every choice as it should become under an edit. */
+  function carried(counts, edit) {
+    const found = {};
+    for (const [choice, count] of Object.entries(counts)) {
+      const become = Object.hasOwn(edit.expected, choice) ? edit.expected[choice] : choice;
+      found[become] = (found[become] || 0) + count;
+    }
+    return found;
+  }
+
+  class MomentsPage {
+    constructor({sweeps, sweep, unreadable}, wanted) {
+      this.sweeps = sweeps;
+      this.sweep = sweep;
+      this.chosen = {order: "apart", edit: 0, format: 0, kind: "", strata: {}};
+      this.wanted = wanted;
+      this.onKeyDown = (event) => this.key(event);
+      document.addEventListener("keydown", this.onKeyDown);
+      this.controls = h("div", {class: "controls"});
+      this.told = h("p", {class: "note", role: "status"});
+      this.list = h("ol", {class: "moments"});
+      this.state = h("div");
+      this.links = h("div", {class: "links"});
+      this.element = h("div", {class: "probe"}, this.heading(),
+        unreadable.map((why) => h("p", {class: "warning"}, `Not shown: ${why}`)), this.links, this.state, this.controls);
+    }
+
+    dispose() {
+      this.disposed = true;
+      document.removeEventListener("keydown", this.onKeyDown);
+      if (this.view) this.view.dispose();
+    }
+
+    heading() {
+      return h("header", {class: "heading"}, h("h1", {}, this.sweep.name), foundry.sweepChoice(this.sweeps, this.sweep),
+        h("a", {href: `#/runs/${this.sweep.id}`}, "runs of this probe"),
+        h("p", {class: "asked"}, h("code", {}, `foundry ${this.sweep.asked.join(" ")}`)));
+    }
+
+    async open() {
+      await this.load();
+      this.view = new foundry.MomentView(this.sweep.id, this.probe);
+      const {models, moments} = this.probe;
+      if (models.length < 2) this.links.before(h("p", {class: "note"}, "One model was asked: choose an edit to see what it changes."));
+      const edit = this.probe.edits.findIndex((one) => one.name === this.wanted.get("edit"));
+      this.chosen.edit = edit > 0 ? edit : models.length < 2 && this.probe.edits.length > 1 ? 1 : 0;
+      this.element.append(h("div", {class: "probe-stage"},
+        h("nav", {class: "moments-box", "aria-label": "Moments"}, this.told, this.list,
+          foundry.dom.keys([["J", "next moment"], ["K", "previous moment"], ...this.probe.edits.length > 1 ? [["E", "next edit"]] : []])),
+        this.view.element));
+      this.drawControls();
+      const first = this.wanted.has("moment") ? moments[Number(this.wanted.get("moment"))] : undefined;
+      this.update(first);
+      this.showLinks();
+      if (foundry.source.live) this.later();
+      return this;
+    }
+
+    async load() {
+      this.probe = await foundry.source.json(`probe/${this.sweep.id}/moments`);
+      this.probe.moments.forEach((one, index) => { one.index = index; });
+      const {missing} = this.probe;
+      fill(this.state, missing ? h("p", {class: "warning"}, `${missing} runs are not complete, and are not counted here.`) : null);
+    }
+
+    isAnswered() { return this.probe.moments.some((one) => one.answered.length); }
+
+    /** Look again by and by as long as runs are not complete. */
+    later() {
+      const {missing} = this.probe;
+      if (missing) setTimeout(() => this.again(missing), POLL_MS);
+    }
+
+    async again(before) {
+      if (this.disposed) return;
+      try {
+        await this.load();
+        if (this.probe.missing !== before) this.update(this.moment && this.probe.moments[this.moment.index]);
+      } catch (error) {
+        fill(this.state, h("p", {class: "warning"}, `No news from the server: ${error.message}`));
+      }
+      this.later();
+    }
+
+    async showLinks() {
+      const {links} = await foundry.source.json(`sweep/${this.sweep.id}`);
+      fill(this.links, links.filter((one) => one.kind === "html").map((one) =>
+        h("span", {class: "report"}, h("a", {href: foundry.source.file(this.sweep.id, one.path), target: "_blank", rel: "noopener"}, one.path))));
+    }
+
+    strata() {
+      const found = new Map();
+      for (const {strata} of this.probe.moments) {
+        for (const [name, value] of Object.entries(strata)) found.set(name, new Set([...(found.get(name) || []), String(value)]));
+      }
+      return found;
+    }
+
+    drawControls() {
+      const {edits, formats, moments} = this.probe, kinds = [...new Set(moments.map((one) => one.kind))].sort();
+      const select = (label, options, value, take) => h("label", {}, `${label} `, h("select", {"aria-label": label, onchange: (event) => { take(event.target.value); this.update(this.moment); }},
+        options.map(([key, text]) => h("option", {value: String(key), selected: String(key) === String(value)}, text))));
+      const every = (values) => [["", "all"], ...values.map((one) => [one, one])];
+      fill(this.controls,
+        select("Order", Object.entries(ORDERS), this.chosen.order, (value) => { this.chosen.order = value; }),
+        edits.length > 1 ? this.edits = select("Edit", edits.map((one, index) => [index, index ? `${one.name} (${one.leaves})` : one.name]), this.chosen.edit, (value) => { this.chosen.edit = Number(value); }) : null,
+        formats.length > 1 ? select("Format", formats.map((one, index) => [index, one]), this.chosen.format, (value) => { this.chosen.format = Number(value); }) : null,
+        kinds.length > 1 ? select("Kind", every(kinds), this.chosen.kind, (value) => { this.chosen.kind = value; }) : null,
+        [...this.strata()].map(([name, values]) => (values.size > 1 ? select(name, every([...values].sort()), "", (value) => { this.chosen.strata[name] = value; }) : null)));
+    }
+
+    /** Return how far choices are apart in a moment: those of the models, or those of each with and without the edit. */
+    distance(moment) {
+      const {edit, format} = this.chosen, of = (which, written) => moment.answered.filter((one) => one.edit === which && one.format === written);
+      if (!edit) {
+        const counts = of(0, format).map((one) => one.counts);
+        return mean(counts.flatMap((one, index) => counts.slice(index + 1).map((other) => apart(one, other))));
+      }
+      const before = new Map(of(0, 0).map((one) => [one.model, one.counts]));
+      return mean(of(edit, 0).filter((one) => before.has(one.model)).map((one) => apart(carried(before.get(one.model), this.probe.edits[edit]), one.counts)));
+    }
+
+    matching() {
+      const {edit, format, kind, strata, order} = this.chosen;
+      const found = this.probe.moments
+        .filter((one) => (!kind || one.kind === kind) && Object.entries(strata).every(([name, value]) => !value || String(one.strata[name]) === value))
+        .filter((one) => one.answered.some((answer) => answer.edit === edit && answer.format === (edit ? 0 : format)))
+        .map((moment) => ({moment, distance: this.distance(moment)}));
+      return order === "apart" ? found.sort((a, b) => (b.distance ?? -1) - (a.distance ?? -1) || a.moment.index - b.moment.index) : found;
+    }
+
+    update(wanted) {
+      this.shown = this.matching();
+      const {edit} = this.chosen, what = edit ? `changed by ${this.probe.edits[edit].name}` : "between models";
+      this.told.textContent = `${this.shown.length} of ${this.probe.moments.length} moments; total variation ${what}, 0 to 1${this.shown.length > MOST ? `; the first ${MOST} are listed` : ""}`;
+      fill(this.list, this.shown.slice(0, MOST).map((one) => this.item(one)));
+      const there = this.shown.find((one) => one.moment === wanted) || this.shown[0];
+      if (there) this.go(there.moment); else this.view.say("No moment is like that: take back a filter.");
+    }
+
+    item({moment, distance}) {
+      const bar = h("i", {class: "bar"}, h("b"));
+      bar.firstChild.style.width = `${100 * (distance || 0)}%`;
+      return h("li", {}, h("button", {type: "button", "data-moment": moment.index, onclick: () => this.go(moment)},
+        h("span", {class: "distance"}, number(distance, 2)), bar,
+        h("span", {}, `${moment.kind}, step ${moment.step}, agent ${moment.agent}`), h("small", {}, moment.run)));
+    }
+
+    go(moment) {
+      this.moment = moment;
+      for (const button of this.list.querySelectorAll("button")) {
+        const mine = Number(button.dataset.moment) === moment.index;
+        button.toggleAttribute("aria-current", mine);
+        if (mine) { button.setAttribute("aria-current", "true"); this.list.scrollTop = button.offsetTop - this.list.offsetTop - this.list.clientHeight / 2; }
+      }
+      const {edit, format} = this.chosen, name = this.probe.edits[edit].name;
+      foundry.address.change({moment: moment.index, edit: edit ? name : null});
+      this.view.show(moment, {edit, format: edit ? 0 : format});
+    }
+
+    key(event) {
+      if (foundry.dom.isTyping(event) || !this.shown) return;
+      const key = event.key.toLowerCase();
+      if (key === "j" || key === "k") {
+        const at = this.shown.findIndex((one) => one.moment === this.moment), next = this.shown[at + (key === "j" ? 1 : -1)];
+        if (next) { this.go(next.moment); announce(`Moment ${at + (key === "j" ? 2 : 0)} of ${this.shown.length}`); }
+      } else if (key === "e" && this.edits) {
+        this.chosen.edit = (this.chosen.edit + 1) % this.probe.edits.length;
+        this.edits.querySelector("select").value = String(this.chosen.edit);
+        this.update(this.moment);
+        announce(`Edit ${this.probe.edits[this.chosen.edit].name}`);
+      } else return;
+      event.preventDefault();
+    }
+  }
+
+  foundry.MomentsPage = MomentsPage;
+  foundry.probes = {apart, carried};
+})(window.Foundry);

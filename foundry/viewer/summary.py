@@ -1,0 +1,109 @@
+"""What the analysis found of each group of runs, as the page of a sweep shows it above the runs."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+
+import msgspec
+
+from foundry.storing.preregistration import preregistration_of
+from foundry.storing.store import SweepFolder
+from foundry.viewer.signature_table import SignatureTable
+
+NO_BEHAVIOUR = ("failure", "cost")
+"""Signatures that say what a run took, and not what the agents did."""
+_OF_THE_MEASURE = ("measure", "baseline", "runs", "n", "mean", "sd", "low", "high", "interval", "note", "filter")
+
+
+class Group(msgspec.Struct):
+    """Runs that the analysis compared with others.
+
+    Attributes:
+        values: what tells the group apart, one text for each column.
+        baseline: whether these are scripted runs of a sweep beside this one.
+        measures: by name the mean, the ends of its interval and the number of seeds; None where there is none.
+    """
+
+    values: list[str]
+    baseline: bool
+    measures: dict[str, tuple[float | None, float | None, float | None, int]] = msgspec.field(default_factory=dict)
+
+
+class Summary(msgspec.Struct):
+    """The groups of a sweep.
+
+    Attributes:
+        columns: what tells groups apart.
+        groups: in the order of the analysis.
+        group_of: the group of each run of the sweep, by its place in `groups`; None for runs that were not analysed.
+        part: which part of the runs was analysed, or empty for all of them.
+    """
+
+    columns: list[str] = msgspec.field(default_factory=list)
+    groups: list[Group] = msgspec.field(default_factory=list)
+    group_of: list[int | None] = msgspec.field(default_factory=list)
+    part: str = ""
+
+
+def claimed_measures(sweep: SweepFolder, measures: Sequence[str]) -> list[str]:
+    """Return the measures that claims rest on: the declared ones, else those of the contrasts, else one a signature.
+
+    Measures of success come first.
+
+    Args:
+        sweep: the sweep.
+        measures: all that there are.
+
+    Raises:
+        RecordError: what was declared cannot be read.
+    """
+    planned = preregistration_of(sweep.path)
+    if planned is not None:
+        names = [one.name for one in planned[0].measures]
+    else:
+        rows = _rows(sweep.analysis_dir / "contrasts.csv")
+        names = [row["measure"] for row in rows if row.get("headline") == "True"] or _first_of_each_signature(measures)
+    there = [name for name in dict.fromkeys(names) if name in measures]
+    return sorted(there, key=lambda name: name.partition(".")[2] != "success")
+
+
+def _first_of_each_signature(measures: Sequence[str]) -> list[str]:
+    """Return each signature's first measure, the one that stands for it."""
+    first = {name.partition(".")[0]: name for name in reversed(measures)}
+    return [name for signature, name in reversed(first.items()) if signature not in NO_BEHAVIOUR]
+
+
+def summary_of(sweep: SweepFolder, measures: Sequence[str], table: SignatureTable) -> Summary:
+    """Return the groups that the analysis compared, with these measures; none where nothing was analysed."""
+    rows = _rows(sweep.analysis_dir / "comparison.csv")
+    if not rows:
+        return Summary()
+    columns = [name for name in rows[0] if name not in _OF_THE_MEASURE]
+    wanted, groups = set(measures), dict[tuple[str, ...], Group]()
+    for row in rows:
+        key = tuple(row[name] for name in columns)
+        group = groups.setdefault(key, Group(list(key), row["baseline"] == "True"))
+        if row["measure"] in wanted and row["mean"]:
+            low, high = _number(row["low"]), _number(row["high"])
+            group.measures[row["measure"]] = _number(row["mean"]), low, high, int(row["n"])
+    places = {key: place for place, (key, group) in enumerate(groups.items()) if not group.baseline}
+    runs = [run.id for run in sweep.sweep.runs]
+    known = set(table.names())
+    told = [table.texts(name, runs) if name in known else [""] * len(runs) for name in columns]
+    group_of = [places.get(key) for key in zip(*told, strict=True)]
+    return Summary(columns, list(groups.values()), group_of, rows[0].get("filter") or "")
+
+
+def _rows(path: Path) -> list[dict[str, str]]:
+    """Return the rows of a table of the analysis; none where it was not written."""
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            return list(csv.DictReader(file))
+    except FileNotFoundError:
+        return []
+
+
+def _number(text: str) -> float | None:
+    return float(text) if text else None

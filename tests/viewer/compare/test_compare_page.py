@@ -1,0 +1,314 @@
+"""Runs side by side in a real browser: what differs word by word, over time, on the map."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import imageio_ffmpeg
+import numpy as np
+import pytest
+from PIL import Image
+
+from browser import browser_page
+from foundry.palette import look
+from foundry.storing.store import SweepFolder
+from foundry.viewer.export import export
+from foundry.viewer.server import ViewServer, serving
+from made_up_runs import Playing, otherwise, sweep, whole_run
+from viewer_pages import PLAYER_READY, go
+
+pytestmark = pytest.mark.browser
+
+DIFFERENCE = "([before, after]) => Foundry.words.difference(before, after)"
+
+
+@pytest.fixture
+def compared(page: Any, server: ViewServer, made_up: SweepFolder) -> Any:
+    """Two models at step 4, where agent 1 says something else."""
+    runs = made_up.runs()
+    go(page, server.url, f"compare/made-up/{runs[0].id}/{runs[2].id}?step=4&agent=1")
+    page.wait_for_selector("[data-text=message]")
+    return page
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "parts"),
+    [
+        ("", "", []),
+        ("a b", "a b", [["same", "a b"]]),
+        ("", "a", [["new", "a"]]),
+        ("I go left now", "I go right now", [["same", "I go "], ["gone", "left"], ["new", "right"], ["same", " now"]]),
+        ("x go left y", "x stay there y", [["same", "x "], ["gone", "go left"], ["new", "stay there"], ["same", " y"]]),
+        ("one two three", "two three", [["gone", "one "], ["same", "two three"]]),
+        ("火事だ", "火事か", [["same", "火事"], ["gone", "だ"], ["new", "か"]]),
+    ],
+)
+def test_texts_differ_by_words(compared: Any, before: str, after: str, parts: list[list[str]]):
+    assert compared.evaluate(DIFFERENCE, [before, after]) == parts
+
+
+def test_a_difference_holds_both_texts_whole_however_long_they_are(compared: Any):
+    before = " ".join(f"{number % 7}\n{number % 11}" for number in range(4000))
+    for after in (before.replace("3", "5"), before[:9000] + "new" + before[9000:], before.replace(" ", "x ")):
+        parts = compared.evaluate(DIFFERENCE, [before, after])
+        assert "".join(text for kind, text in parts if kind != "new") == before
+        assert "".join(text for kind, text in parts if kind != "gone") == after
+        assert len(parts) < 4000
+
+
+def test_a_moment_shows_each_text_with_the_words_that_differ(compared: Any):
+    message = compared.locator("[data-text=message]")
+    assert message.get_attribute("open") is not None
+    assert message.locator("del").all_text_contents() == ["hello from step 4"]
+    assert message.locator("ins").all_text_contents() == ["something else"]
+    memory = compared.locator("[data-text=memory]")
+    assert memory.get_attribute("open") is None, "what is the same is folded"
+    assert "the same in all" in memory.text_content()
+    memory.locator("summary").click()
+    assert memory.locator("pre").all_text_contents() == ["I was at 4", "I was at 4"]
+    assert compared.locator("[data-text='action: reply'] pre").count() == 0, "what is folded is not made"
+
+
+def test_a_prompt_is_folded_by_its_sections(compared: Any):
+    prompt = "You are one.\n\n=== YOUR STATE ===\nx: 1\n\n## Your task\nGo.\n=== NOT A HEADING"
+    assert compared.evaluate("text => Foundry.words.sections(text)", prompt) == [
+        ["", "You are one.\n"],
+        ["=== YOUR STATE ===", "x: 1\n"],
+        ["## Your task", "Go.\n=== NOT A HEADING"],
+    ]
+
+
+def test_numbers_by_step_of_all_runs_stand_under_the_clock(compared: Any):
+    lane = compared.locator("[data-lane='reach if every message warned (share)']")
+    lane.wait_for()
+    assert "step 4: first 0, second 0" in lane.text_content()
+    lane.scroll_into_view_if_needed()
+    box = lane.locator("canvas").bounding_box()
+    compared.mouse.move(box["x"] + box["width"] * 0.25, box["y"] + 10)
+    compared.wait_for_function("() => document.querySelector('.where').textContent === 'step 2 of 6'")
+    compared.wait_for_function("() => document.querySelector('.lane').textContent.includes('step 2:')")
+    drawn, hands = compared.evaluate(HANDS)
+    assert drawn == 0, "what is drawn stays while the clock goes on"
+    assert hands == [[0, 0], pytest.approx([1 / 3, 1 / 3], abs=0.01)]
+
+
+def looks_of(told: list[dict[str, Any]]) -> list[Any]:
+    return [(one["colour"], [tuple(corner) for corner in one["marker"]], tuple(one["dashes"])) for one in told]
+
+
+def test_pages_have_the_looks_of_the_plots(compared: Any):
+    told = compared.evaluate("() => Array.from({length: 30}, (_, place) => Foundry.looks.look(place))")
+    plotted = [look(place) for place in range(30)]
+    assert looks_of(told) == [(one.colour, list(one.marker or ()), one.dashes) for one in plotted]
+
+
+def test_runs_look_like_their_models_wherever_they_stand(page: Any, server: ViewServer, made_up: SweepFolder):
+    first, again, second, _ = made_up.runs()
+    go(page, server.url, f"compare/made-up/{second.id}/{first.id}/{again.id}")
+    page.wait_for_function(PLAYER_READY)
+    looks = looks_of(page.evaluate("() => Foundry.looks.ofRuns(Foundry.page.runs)"))
+    assert [colour for colour, _, _ in looks] == [look(place).colour for place in (1, 0, 0)]
+    assert len({(str(marker), dashes) for _, marker, dashes in looks}) == 3
+
+
+HANDS = """() => {
+  const {overTime, clock, player: {timeline}} = Foundry.page, lane = [...overTime.lanes.values()][0];
+  const at = (element) => element.getBoundingClientRect().left;
+  const left = ({hand, canvas}) => (at(hand) - at(canvas)) / canvas.clientWidth;
+  let drawn = 0;
+  overTime.draw = timeline.draw = () => { drawn += 1; };
+  const hands = [1, 3].map((step) => { clock.seek(step); return [lane.dial, timeline.dial].map(left); });
+  delete overTime.draw;
+  delete timeline.draw;
+  return [drawn, hands];
+}"""
+
+
+def test_other_numbers_by_step_are_chosen(compared: Any):
+    compared.click(".over-time summary")
+    compared.check("label:has-text('in cafe')")
+    compared.wait_for_function("() => document.querySelector(\"[data-lane='in cafe (agents)']\")")
+    compared.uncheck("label:has-text('largest group')")
+    assert compared.locator("[data-lane='largest group (share)']").count() == 0
+
+
+def test_runs_that_were_asked_for_and_are_not_shown_are_named(server: ViewServer, made_up: SweepFolder):
+    ids = [run.id for run in made_up.runs()[:3]]
+    with browser_page(allowed_errors=("404",)) as page:
+        go(page, server.url, f"compare/made-up/{'/'.join(ids)}/nothing")
+        assert page.text_content("h1") == "3 of 4 runs side by side"
+        assert "Run 'nothing' not found" in page.text_content(".left-out")
+
+
+def test_a_run_that_failed_early_hides_no_difference_of_the_others_and_no_text(page: Any, tmp_path: Path):
+    made = sweep(tmp_path / "short", models=("first", "second", "third"), seeds=(0,))
+    first, second, third = made.runs()
+    failed = Playing(first)
+    failed.play(1, 1)
+    failed.end("the server is gone")
+    whole_run(second)
+    whole_run(third, otherwise)
+    with serving(made.path) as server:
+        go(page, server.url, f"compare/short/{first.id}/{second.id}/{third.id}?step=4&agent=1")
+        page.wait_for_selector("[data-text=message]")
+        page.wait_for_function("() => document.querySelectorAll('.verdict .go').length === 2")
+        assert page.locator(".verdict p").all_text_contents() == [
+            "First action or position that differs: step 3 (agent 3)",
+            "First message that differs: step 4 (agent 1)",
+        ]
+        assert "No decision of this step: first." in page.text_content(".texts")
+        assert "Held against second" in page.text_content(".texts")
+        assert page.locator("[data-text=message] ins").all_text_contents() == ["something else"]
+        page.goto("about:blank")
+
+
+def test_what_runs_differ_in_beside_the_model_is_named(page: Any, server: ViewServer, made_up: SweepFolder):
+    first, other_seed, *_ = made_up.runs()
+    go(page, server.url, f"compare/made-up/{first.id}/{other_seed.id}")
+    assert page.text_content("p.warning") == "These runs differ in more than the model: seeds 0, 1."
+
+
+def test_five_models_are_shown_side_by_side(page: Any, tmp_path: Path):
+    made = sweep(tmp_path / "five", models=tuple("abcde"), seeds=(0,))
+    for run in made.runs():
+        whole_run(run)
+    with serving(made.path) as server:
+        go(page, server.url, "")
+        page.click("text=Compare the models on a seed")
+        page.wait_for_function(PLAYER_READY)
+        assert page.text_content("h1") == "5 runs side by side"
+        assert page.locator(".panel").count() == 5
+        page.goto("about:blank")
+
+
+def test_both_runs_are_on_one_map_with_trails_and_heat_of_the_chosen_steps(compared: Any):
+    compared.wait_for_function("() => Foundry.page.overlay.spots?.length === 8")
+    assert compared.locator(".overlay .waits").count() == 0, "what is there is not pale"
+    first, second = compared.evaluate("() => [3, 7].map((at) => Foundry.page.overlay.spots[at])")
+    assert second[0] == first[0], "at step 4 agent 3 stands where it stands in the other run"
+    compared.select_option("[aria-label='Steps drawn as']", "-1")
+    compared.fill("[aria-label='To step']", "2")
+    compared.press("[aria-label='To step']", "Enter")
+    compared.wait_for_function("() => Foundry.page.overlay.ways.every((way) => [...way.keys()].join() === '1,2')")
+    compared.wait_for_function(
+        "() => document.querySelector('.overlay [role=status]').textContent === 'darkest: 2 stays in a cell'"
+    )
+    assert compared.evaluate(WORK) == [1, 0], (
+        "drawn again for another part, not for another step, and never counted again"
+    )
+    compared.select_option("[aria-label='Steps drawn as']", "-2")
+    compared.click("text=what the marks mean")
+    assert "inner ring: perceives a fire" in compared.text_content(".map-legend")
+
+
+WORK = """() => {
+  const {overlay, clock} = Foundry.page, calls = {drawHeat: 0, countStays: 0};
+  for (const name of Object.keys(calls)) {
+    const own = overlay[name].bind(overlay);
+    overlay[name] = (...given) => { calls[name] += 1; return own(...given); };
+  }
+  [1, 2, 3].forEach((step) => clock.seek(step));
+  overlay.zoomBy(1.5);
+  Object.keys(calls).forEach((name) => delete overlay[name]);
+  return Object.values(calls);
+}"""
+
+
+def test_names_on_the_map_give_way_to_one_another(page: Any, tmp_path: Path):
+    places = [
+        {"name": f"place{number}", "type": "cafe", "center": [x, 0], "extent": [0, 0], "capacity": 1}
+        for number, x in enumerate((-1, 0, 1, 2, 3))
+    ]
+    fires = [{"name": "fire1", "start": 1, "position": [0, 1], "intensity": 0.8, "radius": 2}]
+    made = sweep(tmp_path / "names", models=("first",), seeds=(0,), places=places, fires=fires, half_size=40)
+    whole_run(made.runs()[0], lambda number, agent: {"place": None})
+    with serving(made.path) as server:
+        go(page, server.url, f"run/names/{made.runs()[0].id}")
+        page.wait_for_function("() => Foundry.page.grid.spots")
+        boxes = page.evaluate(NAMED)
+        assert 3 <= len(boxes) <= 6
+        middle = page.evaluate("() => Foundry.page.grid.spots[1]")
+        assert not any(left < middle[0] < right and y - 12 < middle[1] < y + 3 for left, right, y in boxes)
+        for number, (left, right, y) in enumerate(boxes):
+            assert all(right < a or left > b or abs(y - other) > 12 for a, b, other in boxes[:number])
+        page.goto("about:blank")
+
+
+NAMED = """() => {
+  const {grid} = Foundry.page, pen = grid.canvas.getContext('2d'), found = [];
+  pen.fillText = (text, x, y) => found.push([x, x + pen.measureText(text).width, y]);
+  grid.drawLabels(pen);
+  delete pen.fillText;
+  return found;
+}"""
+
+
+def test_numbers_give_way_where_agents_are_crowded(page: Any, tmp_path: Path):
+    made = sweep(tmp_path / "crowd", models=("first",), seeds=(0,), agents=500, steps=1, half_size=12)
+    whole_run(made.runs()[0], lambda number, agent: {"x": agent % 5, "y": agent // 100, "neighbours": ()})
+    with serving(made.path) as server:
+        go(page, server.url, f"run/crowd/{made.runs()[0].id}")
+        page.wait_for_function("() => Foundry.page.grid.spots")
+        written = page.evaluate(WRITTEN)
+        assert 5 < len(written) < 200
+        assert len({tuple(one) for one in written}) == len(written)
+        page.goto("about:blank")
+
+
+WRITTEN = """() => {
+  const {grid} = Foundry.page, pen = grid.canvas.getContext('2d'), found = [];
+  pen.fillText = (text, x, y) => found.push([Math.round(x), Math.round(y)]);
+  grid.drawNumbers(pen, grid.spots, 6);
+  delete pen.fillText;
+  return found;
+}"""
+
+
+def test_a_moment_is_taken_away_with_model_seed_and_step(compared: Any):
+    with compared.expect_download() as taken:
+        compared.click("text=decisions (JSON)")
+    found = json.loads(taken.value.path().read_text(encoding="utf-8"))
+    assert taken.value.suggested_filename == "first-second-seed0-step4.json"
+    assert (found["step"], found["agent"]) == (4, 1)
+    assert found["link"].endswith("?step=4&agent=1")
+    assert [(one["model"], one["seed"]) for one in found["runs"]] == [("first", 0), ("second", 0)]
+    assert [one["decision"]["record"]["message"] for one in found["runs"]] == ["hello from step 4", "something else"]
+    with compared.expect_download() as taken:
+        compared.click("text=picture (PNG)")
+    with Image.open(taken.value.path()) as picture:
+        assert picture.width > 1000
+        of_second = picture.convert("RGB").crop((584, 12, 700, 34)).getcolors(4000)
+        assert len(of_second or ()) > 3, "the second model's name"
+
+
+def test_some_steps_are_taken_away_as_a_film_from_an_exported_page_too(page: Any, made_up: SweepFolder, tmp_path: Path):
+    first, _, second, _ = made_up.runs()
+    exported = export(made_up.path, tmp_path / "page")
+    go(page, exported.page.as_uri(), f"compare/made-up/{first.id}/{second.id}")
+    page.click(".clip summary")
+    page.fill("[aria-label='Film from step']", "3")
+    page.fill("[aria-label='Film to step']", "4")
+    page.select_option("[aria-label='Steps per second of the film']", "4")
+    with page.expect_download() as taken:
+        page.click(".clip button")
+    assert taken.value.suggested_filename == "first-second-seed0-step3-4.webm"
+    command = [
+        imageio_ffmpeg.get_ffmpeg_exe(),
+        "-i",
+        str(taken.value.path()),
+        "-fps_mode",
+        "passthrough",
+        str(tmp_path / "%03d.png"),
+    ]
+    subprocess.run(command, capture_output=True, check=True)
+    frames = sorted(tmp_path.glob("*.png"))
+    early, late = (np.asarray(Image.open(file).convert("L"), int) for file in (frames[0], frames[-1]))
+    assert early.shape[1] > 1000 and len(frames) > 1
+    assert early[12:34, 12:200].min() < 80 and early[12:34, 584:700].min() < 80, "both models' names"
+    assert (abs(early[34:56, :400] - late[34:56, :400]) > 60).any(), "the step is written in, and goes on"
+    assert late[-100:-30].min() < 80 < early[-100:-30].min(), "what is said at step 4 stands below"
+    assert page.text_content(".where") == "step 4 of 6"
+    page.goto("about:blank")

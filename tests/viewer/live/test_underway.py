@@ -1,0 +1,137 @@
+"""What a sweep is doing just now, and how much of it is read for that."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from foundry.storing.store import RunFolder, SweepFolder
+from foundry.viewer import catalog
+from foundry.viewer import underway as looked
+from foundry.viewer.catalog import Catalog, CatalogedSweep
+from foundry.viewer.underway import underway
+from made_up_runs import Playing, sweep, whole_run
+
+
+def report(made: SweepFolder, *opened: RunFolder, **more: Any) -> None:
+    """Report of these runs as a worker that has them open."""
+    told = {"open": [run.id for run in opened], "models": {}, **more}
+    made.progress_file("0-1").write_text(json.dumps(told), encoding="utf-8")
+
+
+def shown(made: SweepFolder) -> CatalogedSweep:
+    return Catalog(made.path).sweeps()[0]
+
+
+def test_calls_left_are_those_of_open_runs_and_as_many_as_ended_ones_made_for_the_others(tmp_path: Path):
+    made = sweep(tmp_path / "left", models=("first",), seeds=(0, 1, 2, 3))
+    whole_run(made.runs()[0])
+    made.start_progress()
+    opened = made.runs()[1]
+    so_far = {"most": {opened.id: 48}, "counts": {opened.id: {"calls": 8}}}
+    report(made, opened, **so_far, models={"first": {"complete": 1, "calls": 28, "spared": 28}})
+    found = underway(shown(made))
+    assert found["left"] == (48 - 8) + 2 * 20
+    report(made, **so_far)
+    assert underway(shown(made))["left"] is None, "nothing says how long a run is"
+
+
+def test_nothing_is_said_of_what_is_left_before_all_runs_were_looked_at(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(catalog, "LOOKED_AT_ONCE", 1)
+    made = sweep(tmp_path / "large", models=("first",), seeds=(0, 1))
+    whole_run(made.runs()[0])
+    made.start_progress()
+    report(made, models={"first": {"complete": 1, "calls": 48}})
+    found = shown(made)
+    told = [underway(found) for _ in range(2)]
+    assert [(one["left"], one["end"] is None) for one in told] == [(None, True), (48, False)]
+
+
+def test_the_end_is_judged_by_the_runs_that_have_begun(tmp_path: Path):
+    made = sweep(tmp_path / "end", models=("first",), seeds=(0, 1, 2, 3))
+    made.start_progress()
+    report(made)
+    assert underway(shown(made))["end"] is None, "nothing says how long a run takes"
+    opened = made.runs()[1]
+    whole_run(made.runs()[0])
+    playing = Playing(opened)
+    report(made, opened, most={opened.id: 48}, counts={opened.id: {"calls": 24}})
+    end = underway(shown(made))["end"]
+    playing.writer.close()
+    assert end["share"] == 0.8 and 0 < end["low_s"] < end["middle_s"] < end["high_s"]
+    made.end_progress()
+    assert underway(shown(made))["end"] is None, "nobody plays"
+
+
+def test_a_model_of_which_nothing_is_known_is_named_beside_the_end_of_the_others(tmp_path: Path):
+    made = sweep(tmp_path / "later", models=("first", "second"), seeds=(0, 1))
+    whole_run(made.runs()[0])
+    made.start_progress()
+    report(made, models={"first": {"complete": 1, "calls": 48}})
+    found = underway(shown(made))
+    assert found["end"]["without"] == ["second"] and found["end"]["high_s"] > 0
+    assert found["left"] == 48
+
+
+def test_a_run_that_begins_fails_and_is_played_again_is_seen_so_at_the_next_look(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(catalog, "FEW", 0)
+    made = sweep(tmp_path / "again", models=("first",), seeds=(0, 1, 2))
+    first, second, _ = made.runs()
+    whole_run(first)
+    found = shown(made)
+    made.start_progress()
+    report(made)
+    assert underway(found)["counts"] == {"complete": 1, "waiting": 2}
+    report(made, second)
+    playing = Playing(second)
+    assert underway(found)["counts"] == {"complete": 1, "running": 1, "waiting": 1}
+    playing.end("the server is gone")
+    report(made)
+    assert underway(found)["failures"][0]["runs"] == [second.id]
+    second.forget_failure()
+    assert underway(found)["counts"] == {"complete": 1, "unfinished": 1, "waiting": 1}
+    whole_run(second)
+    assert underway(found)["counts"] == {"complete": 2, "waiting": 1} and not underway(found)["failures"]
+
+
+def test_a_look_reads_the_reports_once_and_no_end_of_a_run_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    made = sweep(tmp_path / "read", models=("first",), seeds=(0, 1, 2))
+    whole_run(made.runs()[0])
+    Playing(made.runs()[1]).end("the server is gone")
+    made.start_progress()
+    report(made)
+    read = Counter[str]()
+    for owner, name in ((SweepFolder, "progress"), (RunFolder, "summary")):
+        monkeypatch.setattr(owner, name, counted(read, name, getattr(owner, name)))
+    found = shown(made)
+    for _ in range(3):
+        assert underway(found)["counts"] == {"complete": 1, "failed": 1, "waiting": 1}
+    assert read == {"progress": 3, "summary": 2}
+
+
+def counted(read: Counter[str], name: str, method: Any) -> Any:
+    def counting(self: Any) -> Any:
+        read[name] += 1
+        return method(self)
+
+    return counting
+
+
+def test_of_very_many_causes_the_most_frequent_are_told_and_all_are_counted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(looked, "CAUSES", 1)
+    made = sweep(tmp_path / "causes", models=("first",), seeds=(0, 1, 2))
+    for run, cause in zip(made.runs(), ("rare", "frequent", "frequent"), strict=True):
+        Playing(run).end(cause)
+    found = underway(shown(made))
+    assert [(one["error"], one["count"]) for one in found["failures"]] == [("frequent", 2)]
+    assert found["causes"] == 2

@@ -1,0 +1,139 @@
+"""Notes through the server: who may write, what is refused, and what takes them along."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import http.client
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+from commands import foundry
+from foundry.storing.notes import notes_of
+from foundry.storing.store import SweepFolder
+from foundry.trust.bundling import write_bundle
+from foundry.trust.unbundling import unpack_bundle
+from foundry.viewer.search import TextSearch
+from foundry.viewer.server import ViewServer, serving
+from made_up_runs import sweep, whole_run
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> SweepFolder:
+    found = sweep(tmp_path / "noted", models=("first",), seeds=(0, 1))
+    whole_run(found.runs()[0])
+    return found
+
+
+@pytest.fixture
+def served(made: SweepFolder) -> Iterator[ViewServer]:
+    with serving(made.path) as running:
+        yield running
+
+
+def written(made: SweepFolder, **keys: Any) -> dict[str, Any]:
+    given = {"who": "Ada", "run": made.runs()[0].id, "step": 3, "agent": 1, "text": "It turned back.", "tags": ["odd"]}
+    return {**given, **keys}
+
+
+def send(server: ViewServer, body: Any, sweep: str = "noted", **headers: str) -> tuple[int, Any]:
+    """Send what the page sends, as the page does unless told otherwise."""
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=10)
+    content = body if isinstance(body, bytes) else json.dumps(body).encode()
+    given = {"Origin": server.url.rstrip("/"), "Content-Type": "application/json", **headers}
+    try:
+        connection.request("POST", f"/data/sweep/{sweep}/notes", content, given)
+        response = connection.getresponse()
+        return response.status, json.loads(response.read())
+    finally:
+        connection.close()
+
+
+def test_a_note_is_written_changed_and_deleted(served: ViewServer, made: SweepFolder):
+    status, found = send(served, written(made))
+    assert status == 200
+    (note,) = found["notes"]
+    assert {key: note[key] for key in written(made)} == written(made) and note["when"].endswith("+00:00")
+    _, found = send(served, written(made, note=note["note"], text="It came back.", tags=[]))
+    assert [(one["text"], one["tags"], one["note"]) for one in found["notes"]] == [("It came back.", [], note["note"])]
+    _, found = send(served, written(made, note=note["note"], text="", tags=[], deleted=True))
+    assert found == {"notes": [], "unread": []}
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        ({"run": "elsewhere"}, "Run 'elsewhere' not found."),
+        ({"note": "unknown"}, "Note 'unknown' not found."),
+        ({"text": " ", "tags": []}, "A note says something: write a text or a tag."),
+        ({"tags": ["two words"]}, "The note cannot be read: "),
+        ({"step": -1}, "The note cannot be read: "),
+        ({"text": "x" * 10_001}, "The note cannot be read: "),
+        ({"text": "\ud800"}, "The note cannot be read: "),
+        (b'{"who": ', "The note cannot be read: "),
+        (b"[" * 10_000, "The note cannot be read: "),
+        (b"x" * 70_000, "What is sent has at most 65,536 bytes, and says how many."),
+    ],
+)
+def test_what_is_no_note_is_refused_in_one_line(served: ViewServer, made: SweepFolder, body: Any, said: str):
+    status, found = send(served, body if isinstance(body, bytes) else written(made, **body))
+    assert status == 404 and found["error"].startswith(said) and "\n" not in found["error"]
+    assert notes_of(made.path).notes == []
+
+
+@pytest.mark.parametrize(
+    "headers", [{"Origin": "http://evil.example"}, {"Origin": "null"}, {"Origin": ""}, {"Host": "evil.example"}]
+)
+def test_a_foreign_page_writes_nothing(served: ViewServer, made: SweepFolder, headers: dict[str, str]):
+    assert send(served, written(made), **headers)[0] == 403
+    assert notes_of(made.path).notes == []
+
+
+def test_who_looks_from_another_machine_writes_nothing(made: SweepFolder):
+    with serving(made.path, host="0.0.0.0") as server:
+        assert send(server, written(made))[0] == 403
+    assert notes_of(made.path).notes == []
+
+
+def test_a_search_finds_notes_beside_texts(served: ViewServer, made: SweepFolder):
+    send(served, written(made, text="Der Rauch über dem Café"))
+    search = TextSearch(made)
+    hit = [made.runs()[0].id, 3, 1, "note", "Der Rauch über dem Café odd Ada"]
+    assert search.find("note", "uber caf*")["hits"] == [hit]
+    assert search.find("note", "rauch smoke")["count"] == 0
+    assert search.find("every", "odd")["hits"][0] == hit
+    search.close()
+
+
+def test_a_bundle_takes_notes_along_when_asked_without_what_was_edited_away(
+    served: ViewServer, made: SweepFolder, tmp_path: Path
+):
+    _, found = send(served, written(made, text="a name that was taken out"))
+    send(served, written(made, note=found["notes"][0]["note"], text="It turned back."))
+    write_bundle(made.path, tmp_path / "without.tar.zst")
+    write_bundle(made.path, tmp_path / "with.tar.zst", notes=True)
+    for name in ("without", "with"):
+        unpack_bundle(tmp_path / f"{name}.tar.zst", tmp_path / name)
+    assert not (tmp_path / "without" / "notes.jsonl").exists()
+    assert notes_of(tmp_path / "with") == notes_of(made.path)
+    assert b"taken out" not in (tmp_path / "with" / "notes.jsonl").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"), [((), "Notes left out, which --notes takes along: 1."), (("--notes",), "Notes taken along: 1.")]
+)
+def test_what_becomes_of_notes_is_told(
+    served: ViewServer, made: SweepFolder, tmp_path: Path, asked: tuple[str, ...], said: str
+):
+    send(served, written(made))
+    done = foundry("view", str(made.path), "--export", "page", *asked, cwd=tmp_path)
+    assert (done.returncode, done.stdout.splitlines()[-1]) == (0, said)
+    packed = (tmp_path / "page" / "data" / "sweep" / "noted" / "notes.js").read_text(encoding="ascii").split('"')[5]
+    assert len(msgspec.json.decode(gzip.decompress(base64.b64decode(packed)))["notes"]) == len(asked)
+    done = foundry("bundle", str(made.path), "noted.tar.zst", *asked, cwd=tmp_path)
+    assert (done.returncode, done.stdout.splitlines()[-1]) == (0, said)

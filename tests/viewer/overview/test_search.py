@@ -1,0 +1,136 @@
+"""Everything that was said in words is found in all runs of a sweep."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from foundry.errors import InputError
+from foundry.storing.store import SweepFolder
+from foundry.viewer.search import TextSearch
+from foundry.viewer.server import serving
+from made_up_runs import Playing, sweep, whole_run
+from viewer_pages import go
+
+
+def texts(number: int, agent: int) -> dict[str, Any]:
+    if (number, agent) == (3, 1):
+        return {"memory": "the Café is burning", "message": "図書館へ逃げて", "reasoning": "smoke everywhere"}
+    return {}
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> SweepFolder:
+    found = sweep(tmp_path / "texts", models=("first",), seeds=(0, 1, 2))
+    whole_run(found.runs()[0], texts, reply="I choose the north door")
+    whole_run(found.runs()[1])
+    return found
+
+
+@pytest.fixture
+def search(made: SweepFolder) -> Iterator[TextSearch]:
+    search = TextSearch(made)
+    search.find("every", "begin")
+    indexed(search)
+    yield search
+    search.close()
+
+
+def indexed(search: TextSearch) -> None:
+    assert search._thread is not None
+    search._thread.join()
+
+
+@pytest.mark.parametrize(
+    ("kind", "words", "steps"),
+    [
+        ("every", "cafe burning", [3]),
+        ("memory", "burn*", [3]),
+        ("every", "burn", []),
+        ("message", "図書館", [3]),
+        ("message", "館書図", []),
+        ("reasoning", "smoke", [3]),
+        ("every", '"is the"', []),
+        ("prompt", '"Agent 2 (female) at step 5"', [5, 5]),
+        ("every", 'café OR "', []),
+    ],
+)
+def test_words_are_found_where_they_stand(
+    search: TextSearch, made: SweepFolder, kind: str, words: str, steps: list[int]
+):
+    first = made.runs()[0].id
+    hits = [hit for hit in search.find(kind, words)["hits"] if hit[0] == first]
+    assert [hit[1] for hit in hits] == steps
+
+
+def test_a_hit_says_who_and_shows_the_words(search: TextSearch, made: SweepFolder):
+    found = search.find("memory", "burning")
+    assert found["hits"] == [[made.runs()[0].id, 3, 1, "memory", "the Café is burning"]]
+    assert (found["count"], found["more"], found["indexed"], found["runs"]) == (1, False, 2, 2)
+    replies = search.find("reply", "north")
+    assert (len(replies["hits"]), replies["count"]) == (48, 48)
+
+
+def test_a_run_that_ends_later_is_found_too_and_one_started_anew_once(search: TextSearch, made: SweepFolder):
+    whole_run(made.runs()[2], reply="late answer")
+    search.find("reply", "late")
+    indexed(search)
+    assert search.find("reply", "late")["count"] == 48
+    shutil.rmtree(made.runs()[2].path)
+    playing = Playing(made.runs()[2], reply="other answer")
+    playing.play(1, 6)
+    playing.end()
+    again = TextSearch(made)
+    again.find("reply", "other")
+    indexed(again)
+    assert [again.find("reply", word)["count"] for word in ("late", "other")] == [0, 48]
+    again.close()
+
+
+def test_records_stay_as_they_are_and_the_index_may_be_deleted(search: TextSearch, made: SweepFolder):
+    search.close()
+    assert {path.name for path in made.path.iterdir()} - {"runs", "sweep.yaml", "locks"} == {"viewer"}
+    shutil.rmtree(made.search_file.parent)
+    again = TextSearch(made)
+    again.find("memory", "burning")
+    indexed(again)
+    assert again.find("memory", "burning")["count"] == 1
+    again.close()
+
+
+def test_a_run_that_cannot_be_read_is_named_and_the_others_are_searched(made: SweepFolder):
+    damaged = made.runs()[0].stream_path("steps")
+    damaged.write_bytes(b'{"step": 1, "agent": ' + damaged.read_bytes())
+    search = TextSearch(made)
+    search.find("reply", "action")
+    indexed(search)
+    found = search.find("reply", "action")
+    assert {hit[0] for hit in found["hits"]} == {made.runs()[1].id}
+    assert [str(damaged) in why for why in found["unread"]] == [True]
+    search.close()
+
+
+@pytest.mark.parametrize(("kind", "words"), [("thought", "fire"), ("every", "*"), ("every", '""')])
+def test_what_cannot_be_searched_is_told(search: TextSearch, kind: str, words: str):
+    with pytest.raises(InputError, match="There are no texts of the kind 'thought'|holds no word to search for"):
+        search.find(kind, words)
+
+
+@pytest.mark.browser
+def test_a_hit_is_a_link_to_its_moment(page: Any, made: SweepFolder):
+    with serving(made.path) as server:
+        go(page, server.url, "sweep/texts")
+        page.fill("[aria-label^='Search in prompts']", "burning")
+        page.keyboard.press("Enter")
+        page.click(".find .found a")
+        page.wait_for_selector(".player")
+        assert page.text_content(".where") == "step 3 of 6"
+        assert page.input_value("[aria-label=Agent]") == "1"
+        page.go_back()
+        page.wait_for_selector(".find .found a")
+        assert page.input_value("[aria-label^='Search in prompts']") == "burning"
+        page.goto("about:blank")

@@ -1,0 +1,110 @@
+"""One sweep of each form, served together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+import made_up_camera
+import made_up_rounds
+import made_up_runs
+from commands import foundry
+from foundry.records import Outcome
+from foundry.storing.store import SweepFolder
+from foundry.viewer.server import ViewServer, serving
+
+GROUPS = """measure,model,baseline,runs,n,mean,sd,low,high,interval,note
+idle_rate.share,first,False,2,2,0.5,0.1,0.25,0.75,t,
+idle_rate.share,second,False,2,2,0.125,0.0,,,,no variation
+idle_rate.share,random,True,2,2,0.1,0.1,0,0.2,t,
+"""
+
+
+@dataclass(frozen=True)
+class Forms:
+    """Sweeps of two models each, `grid`, `rounds`, `camera` and `probe`, and the server that shows them."""
+
+    grid: SweepFolder
+    rounds: SweepFolder
+    camera: SweepFolder
+    server: ViewServer
+
+    def run(self, form: str, index: int = 0) -> str:
+        """Return the address of the n-th run of a sweep."""
+        return f"run/{form}/{getattr(self, form).runs()[index].id}"
+
+    def compared(self, form: str) -> str:
+        """Return the address at which a run of each model stands beside the other."""
+        runs = getattr(self, form).runs()
+        return f"compare/{form}/{runs[0].id}/{runs[len(runs) // 2].id}"
+
+
+@pytest.fixture(scope="session")
+def forms(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Forms]:
+    folder = tmp_path_factory.mktemp("forms")
+    grid, rounds, camera = write_grid(folder), write_rounds(folder), write_camera(folder)
+    ask_probe(folder)
+    with serving(folder, trusted=("made_up_rounds",)) as server:
+        yield Forms(grid, rounds, camera, server)
+
+
+def write_grid(folder: Path) -> SweepFolder:
+    """Write mishaps, another way, and a failed run; its measures are analysed."""
+    made = made_up_runs.whole_sweep(folder / "grid")
+    failed = made_up_runs.Playing(made.runs()[3])
+    failed.play(1, 2)
+    failed.end("the server is gone")
+    made.analysis_dir.mkdir()
+    values = [f"{run.id},{value}" for run, value in zip(made.runs(), ("0.25", "0.5", "0.125", ""), strict=True)]
+    tables = {"comparison": GROUPS, "contrasts": "measure,headline\nidle_rate.share,True\n"}
+    made.signatures_path.write_text("\n".join(["run,idle_rate.share", *values, ""]), encoding="utf-8")
+    for name, text in tables.items():
+        (made.analysis_dir / f"{name}.csv").write_text(text, encoding="utf-8")
+    return made
+
+
+def write_rounds(folder: Path) -> SweepFolder:
+    """Write agents that do otherwise from step 4 on."""
+    made = made_up_rounds.sweep(folder / "rounds")
+    first, second = made.runs()
+    made_up_rounds.whole_run(first)
+    made_up_rounds.whole_run(second, made_up_rounds.otherwise)
+    return made
+
+
+def write_camera(folder: Path) -> SweepFolder:
+    """Write two ways that part at step 2, where the first reply had to be repaired."""
+    made = made_up_camera.sweep(folder / "camera")
+    first, second = made.runs()
+    made_up_camera.whole(first, outcome=Outcome.REPAIRED)
+    turned = {"translate": None, "turn": 30.0, "gaze": None, "stay": False}
+    made_up_camera.whole(second, command=turned, reply="I turn.")
+    return made
+
+
+def ask_probe(folder: Path) -> None:
+    """Ask two policies in a few moments, with and without the fire."""
+    models, recorded = "model=scripted/herd,scripted/avoid", folder.parent / "recorded"
+    world = (
+        "world.agents=4",
+        "world.steps=4",
+        "world.fires=[{name: great, start: 2, position: [0, 0], intensity: 1.0, radius: 99}]",
+    )
+    for arguments in (
+        ("-m", models, "seed=0", *world, "analyze=false", f"output.dir={recorded}"),
+        (
+            "probe",
+            str(recorded),
+            "-m",
+            models,
+            "moments=6",
+            "repeats=2",
+            "edit=no_fire",
+            f"output.dir={folder / 'probe'}",
+        ),
+    ):
+        done = foundry(*arguments, cwd=folder.parent)
+        assert done.returncode == 0, done.stdout + done.stderr

@@ -1,0 +1,74 @@
+"""axe finds nothing wrong with any page of the viewer."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+import axe
+from viewer.usable.conftest import Forms
+from viewer_pages import go
+
+pytestmark = pytest.mark.browser
+
+OPEN = "() => document.querySelectorAll('details:not(.menu, .keys)').forEach((one) => { one.open = true; })"
+
+
+@pytest.mark.parametrize("form", ["grid", "rounds", "camera"])
+def test_nothing_is_wrong_with_the_page_of_a_run(page: Any, forms: Forms, form: str):
+    go(page, forms.server.url, f"{forms.run(form)}?step=2&agent=0")
+    page.wait_for_selector(".inspector .quote, .decision .quote")
+    page.evaluate(OPEN)
+    axe.check(page)
+
+
+@pytest.mark.parametrize("form", ["grid", "rounds", "camera"])
+def test_nothing_is_wrong_with_the_page_of_compared_runs(page: Any, forms: Forms, form: str):
+    go(page, forms.server.url, f"{forms.compared(form)}?step=3&agent=0")
+    page.wait_for_selector(".verdict .go")
+    page.wait_for_selector(".column .quote")
+    page.evaluate(OPEN)
+    axe.check(page)
+
+
+def test_nothing_is_wrong_with_the_page_of_a_sweep(page: Any, forms: Forms):
+    go(page, forms.server.url, "sweep/grid")
+    page.wait_for_selector("tbody tr[data-run]")
+    page.wait_for_selector(".groups button", state="attached")
+    page.evaluate(OPEN)
+    page.fill(".find input", "hello")
+    page.click(".find form button")
+    page.wait_for_selector(".find .found a")
+    axe.check(page)
+
+
+def test_nothing_is_wrong_with_the_page_of_what_is_being_done(page: Any, forms: Forms):
+    go(page, forms.server.url, "live/grid")
+    page.wait_for_selector(".live")
+    axe.check(page)
+
+
+def test_nothing_is_wrong_with_a_page_that_says_what_is_not_there(page: Any, forms: Forms):
+    go(page, forms.server.url, "sweep/nothing")
+    page.wait_for_selector("[role=alert]")
+    axe.check(page)
+
+
+CLIPPED = """() => [...document.querySelectorAll('.keys, .menu')].map((one) => {
+  one.open = true;
+  const {left, right} = one.lastElementChild.getBoundingClientRect();
+  return left >= 0 && right <= document.documentElement.clientWidth ? null : one.textContent.slice(0, 40);
+}).filter(Boolean)"""
+
+
+@pytest.mark.parametrize("what", ["run", "compared", "sweep/grid", "sweep/probe"])
+def test_what_is_unfolded_over_a_page_is_seen_whole(page: Any, forms: Forms, what: str):
+    page.set_viewport_size({"width": 390, "height": 800})
+    go(
+        page,
+        forms.server.url,
+        {"run": forms.run, "compared": forms.compared}[what]("grid") if "/" not in what else what,
+    )
+    page.wait_for_selector(".keys")
+    assert page.evaluate(CLIPPED) == []

@@ -1,0 +1,189 @@
+"""Ten things that people look up in a sweep, each walked with as many clicks and keys as docs/viewer.md says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from analysis.pipeline import analyze
+from commands import foundry
+from foundry.viewer.server import ViewServer, serving
+from made_up_runs import sweep
+from viewer.usable.conftest import Forms
+from viewer_pages import PLAYER_READY, go
+
+pytestmark = pytest.mark.browser
+
+DOCUMENT = Path(__file__).parents[3] / "docs" / "viewer.md"
+ROWS = "tbody tr[data-run]"
+
+
+def told() -> dict[str, int]:
+    """Return how many clicks and keys the document says each task takes."""
+    _, section = DOCUMENT.read_text(encoding="utf-8").split("## Ten tasks\n")
+    lines = [line.strip("| ").split(" | ") for line in section.split("\n## ")[0].splitlines() if line.startswith("| ")]
+    return {task: int(now) for task, _, now in lines[1:]}
+
+
+@dataclass
+class Hand:
+    """Does what a person does with a page, and counts it."""
+
+    page: Any
+    count: int = field(default=0)
+
+    def click(self, selector: str) -> None:
+        self.count += 1
+        self.page.click(selector)
+
+    def press(self, key: str) -> None:
+        self.count += 1
+        self.page.keyboard.press(key)
+
+    def choose(self, selector: str, label: str) -> None:
+        self.count += 1
+        self.page.select_option(selector, label=label)
+
+    def write(self, selector: str, text: str) -> None:
+        self.count += 1
+        self.page.fill(selector, text)
+
+    def sees(self, condition: str, wanted: object = None) -> None:
+        self.page.wait_for_function(condition, arg=wanted)
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where the tasks are done: a sweep as the command leaves it, and sweeps of known mishaps."""
+
+    found: ViewServer
+    forms: Forms
+    growing: ViewServer
+
+
+@pytest.fixture(scope="module")
+def places(tmp_path_factory: pytest.TempPathFactory, forms: Forms) -> Iterator[Places]:
+    folder = tmp_path_factory.mktemp("tasks")
+    models, world = "model=scripted/avoid,scripted/herd", ("world.agents=8", "world.steps=12")
+    done = foundry("-m", models, "seed=0-1", *world, "analyze=false", "output.dir=found", cwd=folder)
+    assert done.returncode == 0, done.stdout + done.stderr
+    analyze([folder / "found"], plots=False)
+    with serving(folder / "found") as found, serving(sweep(folder / "growing").path) as growing:
+        yield Places(found, forms, growing)
+
+
+def open_sweep(page: Any, server: ViewServer, name: str) -> None:
+    go(page, server.url, f"sweep/{name}")
+    page.wait_for_selector(ROWS)
+
+
+def nobody_warned(hand: Hand, places: Places) -> None:
+    open_sweep(hand.page, places.found, "found")
+    hand.click(".groups thead button >> text=social_reach")
+    hand.sees("() => document.querySelector('th[aria-sort=ascending]')?.textContent.includes('social_reach')")
+    heads = hand.page.locator(".runs thead tr").last.locator("th").all_text_contents()
+    place = next(index for index, head in enumerate(heads) if "social_reach" in head)
+    assert hand.page.locator(f"{ROWS} >> nth=0").locator("> *").nth(place).text_content() == "0"
+
+
+def parting(hand: Hand, places: Places) -> None:
+    open_sweep(hand.page, places.found, "found")
+    hand.click("text=Compare the models on a seed")
+    hand.click(".verdict .go >> nth=0")
+    hand.click(".now .go >> nth=0")
+    hand.page.wait_for_selector(".texts details[open] .marked :is(ins, del)")
+
+
+def leaving_soonest(hand: Hand, places: Places) -> None:
+    open_sweep(hand.page, places.found, "found")
+    hand.click("text=Compare the models on a seed")
+    hand.page.wait_for_selector("[data-lane='distance to the nearest fire (cells)']")
+    assert hand.page.locator(".over-time .legend span").count() >= 2
+
+
+def failed_reply(hand: Hand, places: Places) -> None:
+    open_sweep(hand.page, places.forms.server, "grid")
+    hand.click(f"{ROWS} a >> nth=0")
+    hand.sees("() => Foundry.page?.data?.marked === 6")
+    hand.press("x")  # one that was repaired
+    hand.press("x")
+    hand.click(".inspector .go >> nth=0")
+    hand.page.wait_for_selector(".inspector .is-unreadable")
+    assert hand.page.locator("details[data-kind=action][open] .reply").count() == 1
+
+
+def said_anywhere(hand: Hand, places: Places) -> None:
+    open_sweep(hand.page, places.forms.server, "grid")
+    hand.write(".find input", "hello")
+    hand.press("Enter")
+    hand.click(".find .found a >> nth=0")
+    hand.page.wait_for_selector(".inspector .quote >> text=hello")
+
+
+def means(hand: Hand, places: Places) -> None:
+    open_sweep(hand.page, places.found, "found")
+    hand.page.wait_for_selector(".groups .strip line[stroke-width='3']", state="attached")
+    assert hand.page.locator(".groups tbody button").count() == 2
+
+
+def rows_of_a_model(hand: Hand, places: Places) -> None:
+    open_sweep(hand.page, places.found, "found")
+    hand.choose("[data-filter=model]", "scripted/herd")
+    with hand.page.expect_download() as saved:
+        hand.click("button:text-is('CSV')")
+    lines = Path(saved.value.path()).read_text(encoding="utf-8").splitlines()
+    assert len(lines) == 3 and all("scripted/herd" in line for line in lines[1:])
+
+
+def back_to_the_list(hand: Hand, places: Places) -> None:
+    open_sweep(hand.page, places.found, "found")
+    hand.choose("[data-filter=model]", "scripted/herd")
+    hand.click("[data-sort=seed]")
+    hand.click(f"{ROWS} a >> nth=0")
+    hand.page.wait_for_function(PLAYER_READY)
+    hand.click("#crumbs a")
+    hand.page.wait_for_selector("th[aria-sort=ascending] [data-sort=seed]")
+    assert hand.page.locator(ROWS).count() == 2
+
+
+def where_all_stood(hand: Hand, places: Places) -> None:
+    open_sweep(hand.page, places.found, "found")
+    hand.click("text=Compare the models on a seed")
+    hand.choose("[aria-label='Steps drawn as']", "heat map of all")
+    hand.sees("() => Foundry.page.overlay.ways.every((way) => way.size === 12)")
+
+
+def when_it_ends(hand: Hand, places: Places) -> None:
+    open_sweep(hand.page, places.growing, "growing")
+    hand.click("text=what it is doing")
+    hand.page.wait_for_selector(".live")
+
+
+TASKS: dict[str, Callable[[Hand, Places], None]] = {
+    "find the runs in which nobody was warned": nobody_warned,
+    "the first step at which two models part, and why": parting,
+    "which model leaves the fire soonest, on a seed": leaving_soonest,
+    "the raw reply of a decision that failed, behind one that was repaired": failed_reply,
+    "who said a word, in whichever run": said_anywhere,
+    "the mean of each model with its interval": means,
+    "the table of one model's runs as CSV": rows_of_a_model,
+    "filter, sort, look into a run, and be back at the list": back_to_the_list,
+    "where all stood, of all models": where_all_stood,
+    "what a sweep is doing, and when it ends": when_it_ends,
+}
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_a_task_takes_as_many_clicks_and_keys_as_the_document_says(page: Any, places: Places, task: str):
+    hand = Hand(page)
+    TASKS[task](hand, places)
+    page.goto("about:blank")
+    assert hand.count == told()[task]
+
+
+def test_the_document_tells_these_tasks_and_no_others():
+    assert list(told()) == list(TASKS)
