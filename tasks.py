@@ -18,7 +18,11 @@ ROOT = Path(__file__).resolve().parent
 VENV = ROOT / ".venv"
 BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 GL_PACKAGES = ("libegl1", "libgl1-mesa-dri")
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
+FIREFOX = ("firefox-esr", "firefox")
+UNPREPARED = "not real_server and not soak and not cluster and not local_models and not exports and not firefox"
+"""The tests that need nothing but what `develop` installs."""
+TWO_PROCESSES = ("-n", "2", "--dist", "loadfile")  # what a file of tests shares is made once
 LOCAL_MODELS = ("torch==2.13.0", "transformers>=5.0")
 
 
@@ -69,13 +73,13 @@ def ensure_rendering() -> None:
         sys.stdout.write(f"3D worlds need a system library: sudo apt-get install {' '.join(GL_PACKAGES)}\n")
 
 
-def ensure_browser() -> None:
-    """Install the browser that the tests of pages use where it is missing and may be installed; else say so."""
-    if any(map(shutil.which, BROWSERS)):
+def ensure_browser(names: tuple[str, ...] = CHROMIUM) -> None:
+    """Install a browser that the tests of pages use, by its first name, where it may be installed; else say so."""
+    if any(map(shutil.which, names)):
         return
-    install_packages("chromium")
-    if not any(map(shutil.which, BROWSERS)):
-        sys.stdout.write("Tests of pages need Chromium, and are skipped without it: sudo apt-get install chromium\n")
+    install_packages(names[0])
+    if not any(map(shutil.which, names)):
+        sys.stdout.write(f"Tests of pages are skipped without their browser: sudo apt-get install {names[0]}\n")
 
 
 def install_packages(*names: str) -> None:
@@ -103,21 +107,28 @@ def smoke() -> None:
 def test() -> None:
     """Run the tests."""
     develop()
-    call("python", "-m", "pytest", "-n", "2")
+    call("python", "-m", "pytest", *TWO_PROCESSES)
 
 
 def pages() -> None:
     """Run the tests that open pages in a browser."""
     develop()
     ensure_browser()
-    call("python", "-m", "pytest", "-n", "2", "-m", "browser and not slow")
+    call("python", "-m", "pytest", *TWO_PROCESSES, "-m", "browser and not slow")
+
+
+def firefox() -> None:
+    """Run the tests that walk the main path of the pages in Firefox."""
+    develop()
+    ensure_browser(FIREFOX)
+    call("python", "-m", "pytest", "-n", "0", "-m", "firefox")
 
 
 def test_all() -> None:
     """Run every test, the slow ones too."""
     develop()
     ensure_browser()
-    call("python", "-m", "pytest", "-n", "2", "-m", "not real_server and not soak and not cluster and not local_models")
+    call("python", "-m", "pytest", *TWO_PROCESSES, "-m", UNPREPARED)
 
 
 def soak() -> None:
@@ -148,6 +159,14 @@ def local_models() -> None:
     call("python", "-m", "pytest", "-m", "local_models")
 
 
+def exports() -> None:
+    """Install the tools that read exports, and run the tests that open exports with them."""
+    develop()
+    ensure_browser()
+    call("python", "-m", "pip", "install", "--quiet", "--editable", ".[dev,inspect,eee]", "polars")
+    call("python", "-m", "pytest", "-n", "0", "-m", "exports")
+
+
 def check() -> None:
     """Run the linter, the formatter's check and the type checker."""
     install("dev")
@@ -175,10 +194,12 @@ COMMANDS: dict[str, Callable[[], None]] = {
     "smoke": smoke,
     "test": test,
     "pages": pages,
+    "firefox": firefox,
     "test-all": test_all,
     "soak": soak,
     "cluster": cluster,
     "local-models": local_models,
+    "exports": exports,
     "check": check,
     "bench": bench,
     "house": house,

@@ -1,27 +1,36 @@
-"""The viewer with a run of 1,000 agents over 500 steps and with a sweep of 2,000 runs."""
+"""The viewer with a run of 1,000 agents over 500 steps and with sweeps of 2,000, 10,000 and 100,000 runs."""
 
 from __future__ import annotations
 
 import shutil
+import statistics
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import msgspec
 from measuring import at_least, at_most, cost_of, print_table, print_title, scratch
 from playwright.sync_api import Page, sync_playwright
-from synthetic import summary, sweep, write_run, write_signatures
+from synthetic import PROMPT, summary, sweep, write_run, write_signatures
 
 from foundry.records import Counts
 from foundry.storing.run_writer import RunWriter, write_run_summary
-from foundry.storing.store import SweepFolder
+from foundry.storing.store import RunFolder, SweepFolder
+from foundry.viewer.catalog import Catalog
 from foundry.viewer.resources import Resources
 from foundry.viewer.server import serving
+from foundry.viewer.underway import underway
 
-AGENTS, STEPS, RUNS = 1000, 500, 2000
+AGENTS, STEPS, RUNS, MOST_RUNS = 1000, 500, 2000, 100_000
+UNDERWAY, OPEN, LOOKS = 10_000, 64, 25
+LONG_MB = 1.0
 PLAY_S = 6
+TOGETHER_S, TOGETHER_STEPS = 10, 200
+MEMORY_S = 300
+"""Seconds of playing at 30 steps a second after which the page holds no more than before."""
 FRAMES = """async (seconds) => {
   const clock = Foundry.page.clock, grid = Foundry.page.grid, draw = grid.redraw.bind(grid);
   let frames = 0, drawing = 0;
@@ -33,6 +42,17 @@ FRAMES = """async (seconds) => {
   clock.pause();
   grid.redraw = draw;
   return {fps: frames / ((performance.now() - from) / 1000), draw_ms: drawing / frames, steps: clock.position - first};
+}"""
+FIRST_ROWS = """
+new MutationObserver((_, watching) => {
+  if (!document.querySelector('tbody tr[data-run]')) return;
+  watching.disconnect();
+  requestAnimationFrame(() => requestAnimationFrame(() => { window.firstRows = performance.now() / 1000; }));
+}).observe(document, {childList: true, subtree: true});
+"""
+OPENED = """async () => {
+  document.querySelectorAll('details.call').forEach((one) => { one.open = true; });
+  await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
 }"""
 READY = "() => window.Foundry?.page?.clock?.steps > 0 && Foundry.page.grid.spots"
 
@@ -91,18 +111,77 @@ def frames(page: Page, made: SweepFolder) -> dict[str, float]:
     return found
 
 
-def overview(page: Page, folder: Path) -> dict[str, float]:
-    """Return seconds until a sweep of many runs is shown, and to sort it."""
-    made = sweep(folder / "many", agents=2, steps=2, models=4, seeds=RUNS // 4)
+TOGETHER = """async (seconds) => {
+  const {clock, overlay} = Foundry.page, draw = overlay.redraw.bind(overlay);
+  let frames = 0, drawn = 0, drawing = 0;
+  overlay.redraw = () => { const from = performance.now(); draw(); drawing += performance.now() - from; drawn += 1; };
+  clock.speed = 30;
+  clock.seek(1);
+  const from = performance.now();
+  let before = 1, steps = 0;
+  while (performance.now() - from < 1000 * seconds) {
+    clock.play(); // from the beginning again behind the last step
+    await new Promise(requestAnimationFrame);
+    frames += 1;
+    steps += Math.max(0, clock.position - before);
+    before = clock.position;
+  }
+  clock.pause();
+  delete overlay.redraw;
+  return {fps: frames / seconds, draw_ms: drawing / drawn, steps};
+}"""
+STEPPED = """async (steps) => {
+  const {clock} = Foundry.page;
+  for (let step = 0; step < steps; step += 1) {
+    const wanted = 1 + step % clock.steps;
+    while (!clock.isReady(wanted)) await new Promise(requestAnimationFrame);
+    clock.seek(wanted);
+    if (step % 10 === 0) await new Promise(requestAnimationFrame);
+  }
+}"""
+
+
+def together(page: Page, folder: Path, agents: int, steps: int) -> dict[str, float]:
+    """Return frames per second while two runs play on one map with heat, and the page's memory before and after."""
+    made = sweep(folder / "together", agents=agents, steps=steps, models=2)
     for run in made.runs():
-        RunWriter(run, "{}").close()
-        write_run_summary(run, summary(run, Counts(outcomes={"chosen": 4})))
-    write_signatures(made, 150)
+        write_run(run)
     with serving(made.path) as server:
+        sweep_id = server.resources.catalog.overview()[0]["id"]
+        page.goto(f"{server.url}#/compare/{sweep_id}/{'/'.join(run.id for run in made.runs())}")
+        page.wait_for_function("() => window.Foundry?.page?.overlay?.spots?.length", timeout=60_000)
+        page.select_option("[aria-label='Steps drawn as']", "-1")
+        page.wait_for_function("() => Foundry.page.overlay.ways[1].size", timeout=60_000)
+        page.evaluate(STEPPED, steps)  # once through, so that nothing is met for the first time
+        found: dict[str, float] = page.evaluate(TOGETHER, TOGETHER_S)
+        before = _heap_mb(page)
+        page.evaluate(STEPPED, MEMORY_S * 30)
+        return found | {"before_mb": before, "after_mb": _heap_mb(page)}
+
+
+def _heap_mb(page: Page) -> float:
+    """Return what the page holds once all that can be freed is."""
+    page.context.new_cdp_session(page).send("HeapProfiler.collectGarbage")
+    return float(page.evaluate("() => performance.memory.usedJSHeapSize / 1e6"))
+
+
+def many_runs(folder: Path, runs: int) -> SweepFolder:
+    """Write a sweep of many short runs, as if it were analysed."""
+    made = sweep(folder / f"many-{runs}", agents=2, steps=2, models=4, seeds=runs // 4)
+    _end(made.runs())
+    write_signatures(made, 150)
+    return made
+
+
+def overview(page: Page, folder: Path, runs: int) -> dict[str, float]:
+    """Return seconds until the first and all runs of a sweep are shown, and to sort it."""
+    with serving(many_runs(folder, runs).path) as server:
+        page.add_init_script(FIRST_ROWS)
         started = time.perf_counter()
         page.goto(server.url)
+        page.wait_for_function("() => window.firstRows")
         page.wait_for_function(
-            f"() => document.querySelector('.shown')?.textContent.startsWith('{RUNS} of')", timeout=60_000
+            f"() => document.querySelector('.shown')?.textContent.startsWith('{runs} of')", timeout=120_000
         )
         page.wait_for_selector("[data-sort^=signature_0]")
         shown = time.perf_counter() - started
@@ -114,12 +193,59 @@ def overview(page: Page, folder: Path) -> dict[str, float]:
               return (performance.now() - from) / 1000;
             }"""
         )
-    return {"shown": shown, "sort": float(sort)}
+        first = page.evaluate("() => window.firstRows")
+    return {"first": float(first), "shown": shown, "sort": float(sort)}
+
+
+def looks(folder: Path) -> float:
+    """Return seconds until it is told what a large sweep is doing, of which half is complete; median of later looks."""
+    made = sweep(folder / "underway", agents=2, steps=6, models=4, seeds=UNDERWAY // 4)
+    ended, opened = made.runs()[: UNDERWAY // 2], made.runs()[UNDERWAY // 2 :][:OPEN]
+    _end(ended)
+    for run in opened:
+        RunWriter(run, "{}").close()
+    made.start_progress()
+    report = {"open": [run.id for run in opened], "most": {}, "counts": {}, "models": {}}
+    made.progress_file("0-0").write_bytes(msgspec.json.encode(report))
+    shown = Catalog(made.path).sweeps()[0]
+    while sum(underway(shown)["counts"].values()) < UNDERWAY:
+        pass
+    return statistics.median(cost_of(lambda: underway(shown)).wall_s for _ in range(LOOKS))
+
+
+def long_texts(page: Page, folder: Path, size_mb: float) -> float:
+    """Return seconds from opening a decision until its two prompts, of that size each, are laid out where seen."""
+    made = sweep(folder / f"long-{size_mb}", agents=2, steps=1)
+    write_run(made.runs()[0], PROMPT + int(1e6 * size_mb / 50) * "A line of a prompt is about as long as this one.\n\n")
+    with serving(made.path) as server:
+        page.goto("about:blank")
+        started = time.perf_counter()
+        page.goto(f"{server.url}#/run/{server.resources.catalog.overview()[0]['id']}/{made.runs()[0].id}?agent=0")
+        page.wait_for_selector("details[data-kind=action]", timeout=60_000)
+        page.evaluate(OPENED)
+        return time.perf_counter() - started
+
+
+def _end(runs: Sequence[RunFolder]) -> None:
+    for run in runs:
+        RunWriter(run, "{}").close()
+        write_run_summary(run, summary(run, Counts(outcomes={"chosen": 4})))
+
+
+def drawn(what: str, seen: Mapping[str, float], least: float) -> list[str]:
+    """Return the row of a page's frames a second, held against the least of them."""
+    return [
+        f"frames/s, {what}",
+        f"{seen['fps']:.0f} (drawing {seen['draw_ms']:.1f} ms)",
+        *at_least(seen["fps"], least, ""),
+    ]
 
 
 def main() -> None:
     print_title(
-        "Viewer", f"{AGENTS} agents x {STEPS} steps, {RUNS} runs; Chromium draws in software, beside the server."
+        "Viewer",
+        f"{AGENTS} agents x {STEPS} steps, {RUNS}, {UNDERWAY} and {MOST_RUNS} runs; Chromium draws in software, beside "
+        "the server.",
     )
     with scratch() as folder, browser() as page:
         written = cost_of(lambda: big_run(folder, AGENTS, STEPS)).wall_s
@@ -128,26 +254,40 @@ def main() -> None:
         print(f"Written in {written:.0f} s: {', '.join(sizes)}\n", flush=True)
         print_table(["question", "ms", "kB before compression"], answers(made))
         large, small = frames(page, made), frames(page, big_run(folder, 20, 50))
-        many = overview(page, folder)
+        short_s, long_s = (long_texts(page, folder, size_mb) for size_mb in (LONG_MB / 4, LONG_MB))
+        both = together(page, folder, AGENTS, TOGETHER_STEPS)
+        many, most, look_s = overview(page, folder, RUNS), overview(page, folder, MOST_RUNS), looks(folder)
     judged = [
-        [
-            f"frames/s, {AGENTS} agents",
-            f"{large['fps']:.0f} (drawing {large['draw_ms']:.1f} ms)",
-            *at_least(large["fps"], 30, ""),
-        ],
-        [
-            "frames/s, 20 agents",
-            f"{small['fps']:.0f} (drawing {small['draw_ms']:.1f} ms)",
-            *at_least(small["fps"], 30, ""),
-        ],
+        drawn(f"{AGENTS} agents", large, 30),
+        drawn("20 agents", small, 30),
         [
             f"steps played in {PLAY_S} s at 8 a second",
             f"{large['steps']:.0f}",
             *at_least(large["steps"], 0.9 * 8 * PLAY_S, ""),
         ],
+        drawn(f"two runs of {AGENTS} agents on one map with heat, 30 steps/s", both, 60),
+        [
+            f"steps played there in {TOGETHER_S} s",
+            f"{both['steps']:.0f}",
+            *at_least(both["steps"], 0.9 * 30 * TOGETHER_S, ""),
+        ],
+        [
+            f"memory of that page after {MEMORY_S * 30} steps",
+            f"{both['before_mb']:.0f} MB, then {both['after_mb']:.0f} MB",
+            *at_most(both["after_mb"], 1.05 * both["before_mb"], "MB"),
+        ],
         ["memory of the page", f"{large['heap_mb']:.0f} MB", *at_most(large["heap_mb"], 300, "MB")],
+        [
+            f"prompts of {LONG_MB:.0f} MB opened",
+            f"{long_s:.2f} s",
+            *at_most(long_s, 4 * short_s, "s, 4 times a quarter"),
+        ],
         [f"{RUNS} runs shown", f"{many['shown']:.1f} s", *at_most(many["shown"], 5, "s")],
+        [f"what {UNDERWAY} runs are doing", f"{1e3 * look_s:.0f} ms a look", *at_most(look_s, 0.05, "s")],
         [f"{RUNS} runs sorted", f"{many['sort']:.2f} s", *at_most(many["sort"], 0.5, "s")],
+        [f"first of {MOST_RUNS} runs painted", f"{most['first']:.2f} s", *at_most(most["first"], 0.3, "s")],
+        [f"{MOST_RUNS} runs shown", f"{most['shown']:.1f} s", *at_most(most["shown"], 5, "s")],
+        [f"{MOST_RUNS} runs sorted", f"{most['sort']:.2f} s", *at_most(most["sort"], 0.5, "s")],
     ]
     print_table(["viewer", "measured", "target", ""], judged)
 

@@ -7,15 +7,22 @@ import sys
 
 import numpy as np
 from measuring import Stopwatch, print_table, print_title
+from scipy.special import stdtr
 
 from analysis.stats.calibration import CASES, coverage, false_positives, simulated_table
-from analysis.stats.contrasts import contrasts
+from analysis.stats.contrasts import ALPHA, contrasts
 from analysis.stats.fingerprint import swap_p
+from analysis.stats.multiplicity import holm
+from analysis.stats.sequential import levels, sequential_p
+from analysis.stats.sign_flip import sign_flip_p
+from analysis.stats.stopping import error_of
 
 SIZES = (5, 10, 20)
 DATA_SETS = 6_000
 TABLES = 1_000
 MARGIN = 0.4
+LOOKS = (8, 12, 18, 26, 34)
+COMPARISONS = 4_000
 
 
 def other_shapes(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
@@ -32,6 +39,12 @@ NOISE = {
     "outcome 0 or 1": lambda rng, shape: (rng.random(shape) < 0.7).astype(float),
     "equal means, other shapes": other_shapes,
 }
+DIFFERENCES = {
+    "normal": lambda rng, shape: rng.normal(size=shape),
+    "lognormal, of two models": lambda rng, shape: rng.lognormal(size=shape) - rng.lognormal(size=shape),
+    "path efficiency": CASES[5].draw,
+}
+"""Differences whose mean is 0, in each seed."""
 UNSHARED = {"outcome 0 or 1"}
 """Noise that an effect of the seed would make something else of."""
 
@@ -92,8 +105,70 @@ def _energy_p(rng: np.random.Generator, seeds: int, shift: float) -> float:
     return swap_p(first, second + shift)
 
 
+def looks() -> None:
+    shown = ", ".join(map(str, LOOKS))
+    print_title(
+        f"Declared looks at {shown} seeds", f"{COMPARISONS:,} comparisons a row; error of a share .003 to .008."
+    )
+    rows = []
+    for name, draw in DIFFERENCES.items():
+        for effect in (0.0, 0.5, 0.8, 1.0, 1.5) if name == "normal" else (0.0,):
+            differences = draw(np.random.default_rng(LOOKS[-1]), (COMPARISONS, LOOKS[-1])) + effect
+            for test, p_of in (("sign-flip", sign_flip_p), ("t", student_p)):
+                found, seeds = _at_looks(np.array([p_of(differences[:, :n]) for n in LOOKS]))
+                fixed = (p_of(differences) <= ALPHA).mean()
+                rows.append([name, f"{effect:g}", test, f"{found:.3f}", f"{seeds:.1f}", f"{fixed:.3f}"])
+    print_table(
+        ["differences", "true, in sd", "test", "found", "seeds on average", f"found at {LOOKS[-1]} alone"], rows
+    )
+
+
+def families_at_looks() -> None:
+    print_title(
+        "False claims of a declared family at those looks, Holm's correction",
+        f"{TABLES:,} sweeps of 3 models x 2 measures, 6 tests, sign-flip; error .007.",
+    )
+    rows = []
+    for shift in (0.0, 0.5, 1.0):
+        values = np.random.default_rng(6).normal(size=(3, TABLES, LOOKS[-1], 2))
+        values[2] += shift
+        pairs = np.stack([values[1] - values[0], values[2] - values[0], values[2] - values[1]])
+        tests = pairs.transpose(0, 3, 1, 2).reshape(-1, LOOKS[-1])
+        p = sequential_p(LOOKS, np.array([sign_flip_p(tests[:, :n]) for n in LOOKS]))
+        claims = np.array([holm(one) <= ALPHA for one in p.reshape(6, TABLES).T])
+        false = claims if shift == 0 else claims[:, :2]
+        rows.append([f"{shift:g}", f"{false.any(axis=1).mean():.3f}", f"{claims.mean():.3f}"])
+    print_table(["third model differs by", "any false claim", "share of tests claimed"], rows)
+
+
+def undeclared_looks() -> None:
+    print_title("Looks that nobody declared, each at .05", "20,000 comparisons a row, t; error .003.")
+    drawn = np.random.default_rng(60).normal(size=(20_000, 60))
+    cases = {"6 to 60, every seed": tuple(range(6, 61)), "10, 20, 30, 40": (10, 20, 30, 40), "8, 12, 18": (8, 12, 18)}
+    rows = []
+    for name, sizes in cases.items():
+        found = np.array([student_p(drawn[:, :n]) <= ALPHA for n in sizes]).any(axis=0).mean()
+        rows.append([name, f"{found:.3f}", f"{error_of(sizes, ALPHA):.3f}"])
+    print_table(["looks at", "significant at any", "as the note says"], rows)
+
+
+def student_p(differences: np.ndarray) -> np.ndarray:
+    n = differences.shape[1]
+    t = differences.mean(axis=1) / differences.std(axis=1, ddof=1) * math.sqrt(n)
+    return 2 * stdtr(n - 1, -np.abs(t))
+
+
+def _at_looks(p: np.ndarray) -> tuple[float, float]:
+    found = p <= levels(LOOKS, np.array([ALPHA]))
+    ended = np.where(found.any(axis=0), np.array(LOOKS)[found.argmax(axis=0)], LOOKS[-1])
+    return float(found.any(axis=0).mean()), float(ended.mean())
+
+
 if __name__ == "__main__":
     watch = Stopwatch()
+    looks()
+    families_at_looks()
+    undeclared_looks()
     intervals()
     tests()
     equivalence()

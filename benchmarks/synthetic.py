@@ -7,8 +7,10 @@ from typing import Any
 
 import msgspec
 import numpy as np
+import pandas as pd
 from scipy.spatial import cKDTree
 
+from analysis.tables.texts import write_numbers
 from foundry.declared import Declared, keys_of
 from foundry.expansion import Condition, expand
 from foundry.records import Call, Counts, GridStep, Message, Outcome, RunSummary
@@ -51,8 +53,8 @@ def sweep(path: Path, *, agents: int, steps: int, models: int = 1, seeds: int = 
     return SweepFolder.create(path, expand(["-m", f"seed=0-{seeds - 1}"], conditions), {}, [])
 
 
-def write_run(folder: RunFolder) -> None:
-    """Write a complete run of agents that walk at random."""
+def write_run(folder: RunFolder, prompt: str = PROMPT) -> None:
+    """Write a complete run of agents that walk at random; a prompt names its agent where it has %d."""
     world = folder.config()["world"]
     agents, half = world["agents"], world["half_size"]
     rng = np.random.default_rng(folder.run.seed)
@@ -62,7 +64,7 @@ def write_run(folder: RunFolder) -> None:
         choice = rng.integers(0, 5, size=agents)
         after = np.clip(cells + OFFSETS[choice], -half, half)
         records = _records(step, cells, after, choice, rng)
-        _write_calls(writer, records)
+        _write_calls(writer, records, prompt)
         writer.append(_deliveries(records))
         writer.append(records)
         cells = after
@@ -99,13 +101,13 @@ def _deliveries(records: list[GridStep]) -> list[Message]:
     ]
 
 
-def _write_calls(writer: RunWriter, records: list[GridStep]) -> None:
+def _write_calls(writer: RunWriter, records: list[GridStep], prompt: str) -> None:
     for kind in ("message", "action"):
         writer.append_calls(
             Call(
                 step=one.step, agent=one.agent, kind=kind, model="model-0", digest=None,
                 key=f"{one.step}-{one.agent}-{kind}", seed=one.step * 7919 + one.agent,
-                messages=[{"role": "user", "content": PROMPT % one.agent}],
+                messages=[{"role": "user", "content": prompt % one.agent}],
                 parameters={"temperature": 0.7}, text=f'{{"message": "{one.message}", "x": {one.x}}}', thinking=None,
                 ending="stop", prompt_tokens=500, output_tokens=60, timings={"total": 1.0}, attempts=(), host=None,
                 cached=False,
@@ -127,9 +129,9 @@ def summary(folder: RunFolder, counts: Counts) -> RunSummary:
 
 def write_signatures(folder: SweepFolder, measures: int) -> None:
     """Write a table of signatures as wide as the analysis does."""
-    rng = np.random.default_rng(0)
     names = [f"signature_{number // 10}.measure_{number % 10}" for number in range(measures)]
-    lines = [",".join(["run", *names])]
-    lines += [",".join([run.id, *(f"{value:.6f}" for value in rng.random(measures))]) for run in folder.runs()]
+    values = np.random.default_rng(0).random((len(folder.sweep.runs), measures)).round(6)
+    frame = pd.DataFrame(values, columns=names)
+    frame.insert(0, "run", [run.id for run in folder.sweep.runs])
     folder.analysis_dir.mkdir(exist_ok=True)
-    folder.signatures_path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write_numbers(folder.signatures_path.with_suffix(""), frame, "")

@@ -1,28 +1,29 @@
-"""Makes the three pictures of the README, `python docs/take_pictures.py`, from runs that it plays.
+"""Makes the pictures of the README and of the report's page, `python docs/take_pictures.py`, from runs that it plays.
 
 It needs Chromium, and playwright to drive it.
 """
 
 from __future__ import annotations
 
+import contextlib
 import io
 import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 from PIL import Image
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import Page, sync_playwright
 
 from foundry.storing.store import SweepFolder
 from foundry.viewer.server import serving
 
 IMAGES = Path(__file__).resolve().parent / "images"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-COLOURS = 128
 COMPARED_STEP, COMPARED_AGENT = 12, 14
-READY = "() => document.querySelectorAll('.column .reply').length === 4 && document.querySelector('.verdict .go')"
+READY = "() => ['[data-text]', '.verdict .go', '[data-lane]'].every((one) => document.querySelector(one))"
 
 
 def foundry(*arguments: str) -> None:
@@ -52,18 +53,36 @@ def take_comparison(folder: Path) -> None:
     models = "model=scripted/avoid,scripted/herd"
     foundry("-m", models, "seed=0", "world.agents=20", "world.steps=30", f"output.dir={compared}", "analyze=false")
     runs = "/".join(run.id for run in SweepFolder.open(compared).runs())
-    with serving(compared) as server, sync_playwright() as playwright:
-        found = next(filter(None, map(shutil.which, BROWSERS)))
-        browser = playwright.chromium.launch(executable_path=found, args=["--no-sandbox"])
-        page = browser.new_page(viewport={"width": 1180, "height": 760})
+    with serving(compared) as server, opened(1180, 1250) as page:
         page.goto(f"{server.url}#/compare/compared/{runs}?step={COMPARED_STEP}&agent={COMPARED_AGENT}")
         page.wait_for_function(READY)
-        taken = Image.open(io.BytesIO(page.screenshot(full_page=True))).convert("RGB")
+        keep(page.screenshot(), "compare.png")
+
+
+def take_report(_: Path) -> None:
+    """Take the first screen of the example report, and its pictures of the world."""
+    with opened(1180, 1150) as page:
+        page.goto((IMAGES.parent / "example_report.html").as_uri())
+        keep(page.screenshot(), "report.png")
+        keep(page.locator("#world .figures").screenshot(), "report_plots.png")
+
+
+@contextlib.contextmanager
+def opened(width: int, height: int) -> Iterator[Page]:
+    """Open a browser with an empty page of a size in pixels."""
+    with sync_playwright() as playwright:
+        found = next(filter(None, map(shutil.which, BROWSERS)))
+        browser = playwright.chromium.launch(executable_path=found, args=["--no-sandbox"])
+        yield browser.new_page(viewport={"width": width, "height": height})
         browser.close()
-    taken.quantize(COLOURS, dither=Image.Dither.NONE).save(IMAGES / "compare.png", optimize=True)
+
+
+def keep(screenshot: bytes, name: str) -> None:
+    """Keep a screenshot as a PNG, its colours as they are: they tell marks apart."""
+    Image.open(io.BytesIO(screenshot)).convert("RGB").save(IMAGES / name, optimize=True)
 
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as scratch:
-        for take in (take_grid, take_overview, take_comparison):
+        for take in (take_grid, take_overview, take_comparison, take_report):
             take(Path(scratch))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 
 
@@ -11,10 +12,13 @@ def main() -> None:
         from foundry import own_code
 
         own_code.working_directory_last()
+        from foundry.running.cores import seek_garbage_seldom
+
+        seek_garbage_seldom()
         from foundry import cli
     except KeyboardInterrupt:
         sys.stderr.write("foundry: interrupted\n")
-        sys.exit(130)
+        os._exit(130)  # Python itself ends by the signal where that came in a text run by `exec`, as in dataclasses
     cli.main()
 
 

@@ -13,6 +13,7 @@ from typing import TypeVar
 from foundry.composing.compose import compose
 from foundry.composing.preparing import checked, job_of
 from foundry.errors import InputError
+from foundry.running.local import SweepJob
 from foundry.storing.store import SweepFolder
 
 T = TypeVar("T")
@@ -74,7 +75,7 @@ class _Call:
     """A sweep that is run from Python, and can be stopped while it runs in another thread."""
 
     def __init__(self) -> None:
-        self._folder: SweepFolder | None = None
+        self._job: SweepJob | None = None
 
     def of(self, arguments: Sequence[str]) -> Ran:
         """Run what is asked for."""
@@ -82,16 +83,16 @@ class _Call:
 
     def stop(self) -> None:
         """Ask the workers to stop in order, as the first Ctrl-C does."""
-        if self._folder is not None:
-            self._folder.stop_file.touch()
+        if self._job is not None:
+            self._job.stop()
 
     def _run(self, arguments: Sequence[str]) -> Ran:
         composed = compose(arguments)
         assert composed is not None, "only flags, which are refused, are answered by Hydra itself"
         found = checked(composed)
-        self._folder = found.create()
-        found.runner.run(job_of(self._folder, found.settings, found.infos))
-        return _ran(self._folder, found.notes)
+        self._job = job_of(found.create(), found.settings, found.infos)
+        found.runner.run(self._job)
+        return _ran(self._job.folder, found.notes)
 
 
 def _ran(folder: SweepFolder, notes: Sequence[str]) -> Ran:

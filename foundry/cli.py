@@ -5,21 +5,45 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import importlib
+import io
 import os
 import pkgutil
+import shlex
 import sys
 from collections.abc import Sequence
+from copy import copy
+from functools import cache
+from typing import Annotated, Any
 
+import typer
+from typer.main import get_command
 from typer.models import CommandInfo
 
 from foundry import commands
-from foundry.commands.application import EXIT_FAILED, EXIT_INPUT, EXIT_INTERRUPTED, EXIT_OK, app, fail
+from foundry.commands.application import (
+    EXIT_FAILED,
+    EXIT_INPUT,
+    EXIT_INTERRUPTED,
+    EXIT_OK,
+    OVERRIDES,
+    Mine,
+    app,
+    as_loud_as_asked,
+    complete_overrides,
+    fail,
+)
 from foundry.commands.sweeps import run_overrides
-from foundry.composing.compose import folders_last
 from foundry.errors import FoundryError, InputError, RecordError, not_found
+from foundry.own_code import folders_last
+from foundry.running.cores import leave_all_to_the_system
 
+COMPLETE = "_FOUNDRY_COMPLETE"
+"""The variable by which a shell asks for completions."""
+_UsageError: type[typer.BadParameter] = typer.BadParameter.__mro__[1]
+"""What Typer raises of a command line that a command does not take; it has no public name for it."""
 DISK_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
 """What the system says when a disk is full, or no longer a disk that can be written to."""
 
@@ -29,16 +53,16 @@ for _found in pkgutil.iter_modules(commands.__path__):
 
 def main() -> None:
     """Run the command line and exit."""
-    sys.exit(run(sys.argv[1:]))
+    code = run(sys.argv[1:])
+    leave_all_to_the_system()
+    sys.exit(code)
 
 
 def run(argv: Sequence[str]) -> int:
     """Run a command line and return the exit code: 0 complete, 2 bad input, 3 runs failed, 130 interrupted."""
     try:
-        argv = folders_last(argv)
-        if _is_typer(argv):
-            return _run_typer(argv)
-        return run_overrides(argv)
+        with as_loud_as_asked(argv) as asked:
+            return _run_asked(folders_last(asked))
     except (InputError, RecordError) as error:
         return fail(error, EXIT_INPUT)
     except FoundryError as error:
@@ -55,6 +79,10 @@ def run(argv: Sequence[str]) -> int:
         return fail("interrupted", EXIT_INTERRUPTED)
 
 
+def _run_asked(argv: Sequence[str]) -> int:
+    return _run_typer(argv) if _is_typer(argv) else run_overrides(argv)
+
+
 def _in_the_way(error: ImportError) -> FoundryError:
     """Return the error for a package of the name of ours that was imported instead of it."""
     from foundry.own_code import ours
@@ -68,7 +96,7 @@ def _in_the_way(error: ImportError) -> FoundryError:
 
 def _is_typer(argv: Sequence[str]) -> bool:
     """Return whether Typer reads this command line; refuses a word that is no command and no override."""
-    if "_FOUNDRY_COMPLETE" in os.environ:
+    if COMPLETE in os.environ:
         return True
     first = argv[0] if argv else ""
     names = [_name_of(command) for command in app.registered_commands]
@@ -84,9 +112,80 @@ def _name_of(command: CommandInfo) -> str:
 
 
 def _run_typer(argv: Sequence[str]) -> int:
+    if os.environ.get(COMPLETE, "").startswith("complete_"):
+        return _complete()
+    return _run_app(app, argv)
+
+
+def _complete() -> int:
+    """Say what the shell may put in place of a word: of a command by Typer, before that also what Hydra reads."""
+    from foundry.composing.completing import asked_words, without_broken
+
+    before, word = asked_words()
+    has_command = bool(before) and before[0] in [_name_of(command) for command in app.registered_commands]
+    is_bash = os.environ[COMPLETE] == "complete_bash"
+    if is_bash:
+        os.environ.update(COMP_WORDS=shlex.join(["foundry", *before, word]), COMP_CWORD=str(len(before) + 1))
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        code = _run_app(app if has_command else _sweeps, ())
+    sys.stdout.write(without_broken(said.getvalue(), word) if is_bash else said.getvalue())
+    return code
+
+
+def _complete_first(incomplete: str) -> list[str]:
+    from foundry.composing.completing import asked_words
+
+    before, _ = asked_words()
+    names = [] if before else [_name_of(command) for command in app.registered_commands]
+    return [*(name for name in names if name.startswith(incomplete)), *complete_overrides(incomplete)]
+
+
+_sweeps = typer.Typer()
+"""What `foundry` is without a command, for completion alone."""
+
+
+@_sweeps.command(context_settings=OVERRIDES)
+def _sweep(
+    overrides: Annotated[list[str] | None, typer.Argument(autocompletion=_complete_first)] = None,
+    multirun: Annotated[bool, typer.Option("-m", "--multirun", help="Run a sweep.")] = False,
+    cfg: Annotated[str | None, typer.Option(help="Show the configuration: job, hydra or all.")] = None,
+    config_dir: Mine = None,
+) -> None:
+    pass
+
+
+@cache
+def _reader(application: typer.Typer, first: str) -> Any:
+    """Return what reads a command line: the command that it begins with alone, since preparing all takes long."""
+    alone = copy(application)
+    named = [one for one in application.registered_commands if _name_of(one) == first]
+    alone.registered_commands = named or application.registered_commands
+    return get_command(alone)
+
+
+def _run_app(application: typer.Typer, argv: Sequence[str]) -> int:
+    """Have Typer read a command line; returns the exit code.
+
+    Raises:
+        InputError: its command does not take it so.
+    """
     arguments = ["--help" if argument == "-h" else argument for argument in argv]
     try:
-        app(args=arguments, prog_name="foundry")
+        reader = _reader(application, arguments[0] if arguments else "")
+        code = reader(args=arguments, prog_name="foundry", standalone_mode=False)
     except SystemExit as stop:
-        return stop.code if isinstance(stop.code, int) else EXIT_OK
-    return EXIT_OK
+        code = stop.code
+    except typer.Abort as error:
+        raise KeyboardInterrupt from error
+    except _UsageError as error:
+        raise InputError(_usage(error)) from error
+    return code if isinstance(code, int) else EXIT_OK
+
+
+def _usage(error: typer.BadParameter) -> str:
+    said = " ".join(error.format_message().split()).rstrip(".")
+    if error.ctx is None:
+        return f"{said}."
+    usage = " ".join(error.ctx.get_usage().split())
+    return f"{said}. {usage}; {error.ctx.command_path} --help tells more."

@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from enum import Enum
 from types import UnionType
-from typing import Any, Literal, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeAlias, Union, get_args, get_origin
 
 import msgspec
+
+_ID = "id"
+Id: TypeAlias = Annotated[int, _ID]
+"""A whole number of a record that names something, such as an agent: no quantity, so no line is drawn of it."""
 
 
 class Actions(msgspec.Struct, frozen=True, kw_only=True):
@@ -34,8 +38,8 @@ class Declared(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         form: what the records are and how they become arrays; names the rooms of code that know.
         actions: what can be decided, by the kind of question that decides it.
-        streams: the keys of each record file and their types (`integer`, `number`, `text`, `flag`, `label`, `other`,
-            with `?` where null is allowed), by the file's name without its ending.
+        streams: the keys of each record file and their types (`integer`, `number`, `id`, `text`, `flag`, `label`,
+            `other`, with `?` where null is allowed), by the file's name without its ending.
     """
 
     form: str
@@ -82,4 +86,6 @@ def _type_of(annotation: Any) -> str:
 def _type_name(annotation: Any) -> str:
     if get_origin(annotation) is Literal or (isinstance(annotation, type) and issubclass(annotation, Enum)):
         return "label"
+    if get_origin(annotation) is Annotated and _ID in annotation.__metadata__:
+        return _ID
     return _KINDS.get(annotation, "other")

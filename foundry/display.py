@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import threading
 import time
-from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import msgspec
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
-from foundry.composing.planning import PlannedRun
-from foundry.records import Counts, reused_share
-from foundry.running.progress import Speed, SweepProgress, Totals
-from foundry.storing.store import SweepFolder
 from foundry.texts import visible
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.progress import TaskID
+
+    from foundry.composing.planning import PlannedRun
+    from foundry.records import RunSummary
+    from foundry.running.progress import Totals
+    from foundry.storing.standing import Failure, Standing
+    from foundry.storing.store import SweepFolder
 
 REFRESH_S = 0.25
 LINE_EVERY_S = 10.0
@@ -35,14 +37,27 @@ class ProgressDisplay:
     which answers of the cache and calls that runs spared are as good as answered ones.
     """
 
-    def __init__(self, folder: SweepFolder, console: Console, *, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self,
+        folder: SweepFolder,
+        console: Console,
+        *,
+        each_run: bool = False,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         """Show nothing yet.
 
         Args:
             folder: the sweep.
             console: where it is shown.
+            each_run: whether each run is told as it ends, in a line of its own.
             clock: the time in seconds.
         """
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+        from foundry.running.progress import Speed, SweepProgress
+
+        self._untold = [(run, run.summary()) for run in folder.runs() if each_run]
         self._progress = SweepProgress(folder)
         self._speeds = {name: Speed() for name in self._progress.before}
         self._console = console
@@ -76,6 +91,7 @@ class ProgressDisplay:
     ) -> None:
         self._stop.set()
         self._thread.join()
+        self._tell_ended()
         if self._console.is_terminal:
             self._bars.stop()
 
@@ -112,6 +128,7 @@ class ProgressDisplay:
         shown = self._clock()
         while not self._stop.wait(REFRESH_S):
             totals = self.look()
+            self._tell_ended()
             if self._console.is_terminal:
                 self._draw(totals)
             elif self._clock() - shown >= LINE_EVERY_S:
@@ -119,6 +136,14 @@ class ProgressDisplay:
                 self._console.print(self.line(totals), highlight=False)
         if self._console.is_terminal:
             self._draw(self._progress.at_end())
+
+    def _tell_ended(self) -> None:
+        """Tell of each run that has ended since the last look; one that had failed before ends anew."""
+        looked = [(run, before, run.summary() if run.ended else None) for run, before in self._untold]
+        self._untold = [(run, before) for run, before, now in looked if now in (None, before)]
+        for _, before, now in looked:
+            if now is not None and now != before:
+                self._console.print(_ended_line(now), highlight=False, markup=False)
 
     def _draw(self, totals: Mapping[str, Totals]) -> None:
         for name, task in self._tasks.items():
@@ -136,6 +161,11 @@ def _runs(totals: Totals) -> str:
     return f"{totals.ended}/{totals.runs} run{'s' if totals.runs != 1 else ''}"
 
 
+def _ended_line(ended: RunSummary) -> str:
+    counts = f"{ended.counts.calls:,} calls, {ended.counts.cached:,} cached, {ended.duration_s:.1f} s"
+    return f"{ended.run} {ended.status}: {counts}" + (f", {_one_line(ended.error)}" if ended.error else "")
+
+
 def _rate(per_s: float) -> str:
     if per_s >= 10:
         return f"{per_s:,.0f} calls/s"
@@ -148,54 +178,40 @@ def _duration(seconds: float) -> str:
     return f"{hours}:{minutes:02}:{rest:02}"
 
 
-def plan_table(planned: Sequence[PlannedRun], most: int = 40) -> Table:
-    """Return the table of a plan; a long one is cut, its totals are not."""
+def plan_table(planned: Sequence[PlannedRun], most: int | None = 40) -> Table:
+    """Return the table of a plan, new runs first; a long one is cut unless there is no limit, its totals are not."""
     table = _table("run", "model", "prompt", "world", "seed", "calls", "cached", "to send", "state")
-    for one in planned[:most]:
+    for one in sorted(planned, key=lambda one: not one.new)[:most]:
         cached = "?" if one.cached is None else f"{one.cached:,}"
-        state = "complete" if one.complete else "to run"
+        state = "new" if one.new else "complete" if one.complete else "to run"
         table.add_row(
             one.run.id, one.model, one.prompt, one.world, str(one.run.seed), f"{one.calls:,}", cached,
             f"{one.to_send:,}", state,
         )  # fmt: skip
-    if len(planned) > most:
+    if most is not None and len(planned) > most:
         table.add_row(f"and {len(planned) - most} more", *[""] * 8)
     return table
 
 
-def status_table(folder: SweepFolder) -> Table:
-    """Return the counts of a sweep's runs by model; calls of running runs are those of their workers' last reports.
+def status_table(found: Sequence[Standing]) -> Table:
+    """Return the table of how far a sweep is with each model.
 
     Where servers say it, also the share of the prompts' tokens that they took from their prompt caches.
     """
-    reports = folder.progress().values()
-    opened = {run for report in reports for run in report["open"]}
-    so_far = {run: counts for report in reports for run, counts in report.get("counts", {}).items()}
-    rows: dict[str, Counter[str]] = {}
-    counted: dict[str, list[Counts]] = {}
-    for run in folder.runs():
-        name, summary = str(run.config()["model"]["name"]), run.summary()
-        row = rows.setdefault(name, Counter())
-        row["runs"] += 1
-        row[summary.status if summary else "running" if run.id in opened else "waiting"] += 1
-        counts = summary.counts if summary else msgspec.convert(so_far.get(run.id, {}), Counts)
-        row.update(calls=counts.calls, cached=counts.cached, retries=counts.retries)
-        counted.setdefault(name, []).append(counts)
-    shares = {model: reused_share(counts) for model, counts in counted.items()}
-    told = any(share is not None for share in shares.values())
+    told = any(one.prompt_cache is not None for one in found)
     table = _table("model", *_COUNTS, *([REUSED] if told else []))
-    for model, row in rows.items():
-        share = shares[model]
+    for one in found:
+        share = one.prompt_cache
         reused = ["" if share is None else f"{share:.0%}"] if told else []
-        table.add_row(model, *(f"{row[name]:,}" for name in _COUNTS), *reused)
+        table.add_row(one.model, *(f"{getattr(one, name):,}" for name in _COUNTS), *reused)
     return table
 
 
-def failures(folder: SweepFolder, most: int = 10) -> list[str]:
-    """Return one line per failed run, with its cause."""
-    summaries = [summary for run in folder.runs() if (summary := run.summary())]
-    failed = [f"{one.run}: {_one_line(one.error)}" for one in summaries if one.status != "complete"]
-    return failed[:most] + ([f"and {len(failed) - most} more"] if len(failed) > most else [])
+def failure_lines(failed: Sequence[Failure], most: int | None = 10) -> list[str]:
+    """Return one line per failed run, with its cause; of very many the first alone, unless there is no limit."""
+    shown = failed[:most]
+    lines = [f"{one.run}: {_one_line(one.error)}" for one in shown]
+    return lines + ([f"and {len(failed) - len(shown)} more"] if len(failed) > len(shown) else [])
 
 
 def _one_line(text: str | None) -> str:

@@ -11,15 +11,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from foundry.errors import FoundryError
+from foundry.errors import FoundryError, Interrupted
 from foundry.models.base import Model, Reply, Request, RequestKeys, Source, logged
 from foundry.prompts.prompt import Prompt
 from foundry.records import Call, Record
 from foundry.worlds.base import Ahead, Answer, Asked, Question, World
-
-
-class Interrupted(Exception):
-    """The episode was asked to stop before its end."""
 
 
 class Recorder(Protocol):

@@ -39,6 +39,10 @@ class StorageError(FoundryError):
     """A file of a sweep or the answer cache cannot be written or read; no run can go on, so it ends the sweep."""
 
 
+class Interrupted(Exception):
+    """Something was asked to stop before its end: no error, and nothing failed."""
+
+
 class UndeclaredError(FoundryError):
     """A world wrote a record of a kind that it did not declare; ends the run."""
 

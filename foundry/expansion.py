@@ -6,7 +6,7 @@ import base64
 import hashlib
 import json
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,6 +17,8 @@ from foundry.texts import visible
 
 SEED_KEYS = ("seed", "sampling_seed")
 """The overrides in which `0-9` is a range."""
+FORMAT, DEFAULT_SPACE = "format", "spread"
+"""The override whose numbers are draws from a space of formats, and the space where none is named."""
 
 IDENTITY_KEYS = ("world", "prompt", "model", "sampling_seed", "seed", "fork")
 """The parts of a configuration that decide what a run is; `model.server` says only how a model is reached."""
@@ -54,18 +56,35 @@ class Run:
 
 
 @dataclass(frozen=True)
+class Asked:
+    """What was asked of a sweep at one time.
+
+    Attributes:
+        overrides: as the user gave them.
+        when: ISO 8601, UTC; None where that was not recorded.
+        runs: how many runs it added.
+    """
+
+    overrides: tuple[str, ...]
+    when: str | None
+    runs: int
+
+
+@dataclass(frozen=True)
 class Sweep:
     """Conditions times seeds.
 
     Attributes:
-        asked: the overrides as the user gave them.
-        conditions: in the order of the grid.
+        asked: the overrides as the user gave them first.
+        conditions: in the order of the grid; those that it grew by behind the others.
         runs: in the order they are started.
+        history: what was asked of it and when, from the beginning on; empty before it has a folder.
     """
 
     asked: tuple[str, ...]
     conditions: tuple[Condition, ...]
     runs: tuple[Run, ...]
+    history: tuple[Asked, ...] = ()
 
     @property
     def definition(self) -> str:
@@ -85,10 +104,37 @@ def expand_ranges(override: str) -> str:
         InputError: a range runs backwards or is absurdly long.
     """
     key, equals, value = override.partition("=")
+    if key == FORMAT:
+        return named_formats(override)
     if not equals or key.lstrip("+") not in SEED_KEYS or not _RANGE.search(value):
         return override
     items = [item for part in value.strip("[]").split(",") for item in _expand_item(key, part.strip())]
     return f"{key}={','.join(items)}"
+
+
+def named_formats(override: str) -> str:
+    """Return the override with each draw from a space of formats named: `format=none,0-1` gives `none,spread/0,...`.
+
+    Raises:
+        InputError: a range runs backwards or is absurdly long.
+    """
+    key, equals, value = override.partition("=")
+    if not equals or key != FORMAT:
+        return override
+    items = [item for part in value.strip("[]").split(",") for item in _drawn_formats(part.strip())]
+    return f"{key}={','.join(items)}"
+
+
+def _drawn_formats(item: str) -> list[str]:
+    space, slash, draws = item.rpartition("/")
+    if not re.fullmatch(r"\d+(-\d+)?", draws):
+        return [item]
+    return [f"{space if slash else DEFAULT_SPACE}/{draw}" for draw in _expand_item(FORMAT, draws)]
+
+
+def overridden(overrides: Iterable[str]) -> set[str]:
+    """Return the keys that overrides set."""
+    return {override.lstrip("+~").partition("=")[0] for override in overrides}
 
 
 def has_range(override: str) -> bool:
@@ -109,19 +155,25 @@ def _expand_item(key: str, item: str) -> list[str]:
     return [str(number) for number in range(first, last + 1)]
 
 
-def expand(asked: Sequence[str], conditions: Iterable[Condition]) -> Sweep:
+def expand(asked: Sequence[str], conditions: Iterable[Condition], there: Iterable[Run] = ()) -> Sweep:
     """Return the sweep over these conditions, each run once, runs of one model next to each other.
+
+    Args:
+        asked: the overrides as the user gave them.
+        conditions: in the order of the grid.
+        there: runs of these conditions that exist and keep their ids.
 
     Raises:
         InputError: a world, model or prompt has a name that no table can show.
     """
     kept = tuple(conditions)
     check_names(kept)
+    known = {(run.condition, run.seed): run for run in there}
     runs: dict[str, Run] = {}
     for index in _by_model(kept):
         digest = _digest(identity(kept[index].config))
         for seed in kept[index].seeds:
-            run = Run(id=_run_id(kept[index].config, digest, seed), condition=index, seed=seed)
+            run = known.get((index, seed)) or Run(_run_id(kept[index].config, digest, seed), index, seed)
             runs.setdefault(run.id, run)
     return Sweep(asked=tuple(asked), conditions=kept, runs=tuple(runs.values()))
 
@@ -195,6 +247,27 @@ def _changed_within(value: Any, change: Callable[[Mapping[str, Any]], dict[str, 
 def settings_key(part: Mapping[str, Any]) -> str:
     """Return a text that is equal for equal configurations."""
     return json.dumps(part, sort_keys=True, default=str)
+
+
+def dotted(part: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield nested settings by their dotted keys; a list, or a mapping that is empty, is a value."""
+    for name, value in part.items():
+        if isinstance(value, Mapping) and value:
+            yield from dotted(value, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", value
+
+
+def leaves(value: Any, path: str = "") -> Iterator[tuple[str, str]]:
+    """Yield the leaves of a configuration by their path, as JSON."""
+    if isinstance(value, Mapping) and value:
+        for key, inner in value.items():
+            yield from leaves(inner, f"{path}.{key}" if path else str(key))
+    elif isinstance(value, Sequence) and not isinstance(value, str) and value:
+        for index, inner in enumerate(value):
+            yield from leaves(inner, f"{path}[{index}]")
+    else:
+        yield path, json.dumps(value, ensure_ascii=False)
 
 
 def with_hosts(sweep: Sweep, hosts: str, key: str = "hosts") -> Sweep:

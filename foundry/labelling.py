@@ -42,13 +42,16 @@ class _Said(msgspec.Struct):
     message: str | None = None
 
 
-def texts_of(sweep: SweepFolder) -> list[Text]:
-    """Return the distinct messages of a sweep and of the baselines beside it, in order of appearance."""
+def texts_of(sweep: SweepFolder) -> dict[Text, int]:
+    """Return the distinct messages of a sweep and of the baselines beside it, by appearance, with the first's seed."""
     sweeps = [sweep]
     if sweep.baselines_dir.exists():
         sweeps.append(SweepFolder.open(sweep.baselines_dir))
-    found = [Text(said, _fires(run)) for one in sweeps for run in one.runs() for said in _messages(run)]
-    return list(dict.fromkeys(found))
+    found: dict[Text, int] = {}
+    for run in (run for one in sweeps for run in one.runs()):
+        for said in _messages(run):
+            found.setdefault(Text(said, _fires(run)), run.run.seed)
+    return found
 
 
 def _fires(run: RunFolder) -> tuple[str, ...]:

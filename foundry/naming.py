@@ -6,8 +6,11 @@ Run ids and keys of answers hang on the name that a class had first, so that mov
 from __future__ import annotations
 
 import pkgutil
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
+
+NO_FORMAT = "none"
+"""What a prompt as it is written is called among formats."""
 
 MOVED: Mapping[str, str] = {
     "foundry.models.ollama.OllamaModel": "foundry.models.ollama.model.OllamaModel",
@@ -53,3 +56,30 @@ def target_of(target: str) -> Any:
         ValueError: it is no name.
     """
     return pkgutil.resolve_name(present(target))
+
+
+def format_of(prompt: Mapping[str, Any]) -> str:
+    """Return what the format of a prompt's configuration is called: its space and draw, or `none`."""
+    space = prompt.get("format")
+    return NO_FORMAT if space is None else f"{space.get('name')}/{space.get('draw', '?')}"
+
+
+class Subject(NamedTuple):
+    """Who is asked in a probe: a model with a prompt and a seed of its sampling, where several were asked for."""
+
+    model: str
+    prompt: str
+    sampling_seed: str
+
+    @classmethod
+    def of(cls, config: Mapping[str, Any]) -> Subject:
+        """Return who is asked in a run with this configuration."""
+        sampling = config["sampling_seed"]
+        return cls(config["model"]["name"], config["prompt"]["name"], "" if sampling is None else str(sampling))
+
+
+def names_of(subjects: Iterable[Subject]) -> dict[Subject, str]:
+    """Return what to call each, sorted: all that not all share, the model always."""
+    found = sorted(set(subjects))
+    told = [place for place in range(len(Subject._fields)) if place == 0 or len({one[place] for one in found}) > 1]
+    return {one: " / ".join(filter(None, (one[place] for place in told))) for one in found}

@@ -11,7 +11,7 @@ import hashlib
 import importlib.util
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -21,6 +21,8 @@ from foundry.errors import InputError
 
 VARIABLE = "FOUNDRY_MINE"
 """The folders, for the processes that a command starts."""
+CONFIG_DIR = ("-cd", "--config-dir")
+"""How a user's own folder of configurations is named."""
 _ROOT = Path(__file__).resolve().parent.parent
 
 
@@ -29,6 +31,33 @@ def use(folders: Iterable[Path]) -> None:
     known = tuple(dict.fromkeys([*own_folders(), *(folder.absolute() for folder in folders)]))
     os.environ[VARIABLE] = os.pathsep.join(map(str, known))
     importable(known)
+
+
+def config_dirs(argv: Sequence[str]) -> Iterator[Path]:
+    """Yield the user's own folders of configurations, in the forms that Hydra takes."""
+    for flag, value in zip(argv, [*argv[1:], ""], strict=False):
+        if flag in CONFIG_DIR:
+            yield Path(value)
+        elif flag.startswith("--config-dir="):
+            yield Path(flag.partition("=")[2])
+
+
+def folders_named(argv: Sequence[str]) -> list[Path]:
+    """Return the user's own folders that are there, those that a command line names among them, each once."""
+    named = dict.fromkeys([*own_folders(), *(folder.absolute() for folder in config_dirs(argv))])
+    return [folder for folder in named if folder.is_dir()]
+
+
+def folders_last(argv: Sequence[str]) -> list[str]:
+    """Return the command line with the user's own folders behind all else, each as a flag and its value.
+
+    Hydra reads no overrides that stand on both sides of a flag.
+    """
+    rest, folders = list(argv), list(config_dirs(argv))
+    while flag := next((one for one in rest if one.partition("=")[0] in CONFIG_DIR), None):
+        place = rest.index(flag)
+        del rest[place : place + (1 if "=" in flag else 2)]
+    return [*rest, *(part for folder in folders for part in (CONFIG_DIR[1], str(folder)))]
 
 
 def importable(folders: Iterable[Path]) -> None:
@@ -111,11 +140,20 @@ def own_modules(group: str) -> Iterator[OwnModule]:
         for file in sorted((folder / group).glob("*.py")):
             if not file.name.startswith("_"):
                 yield OwnModule(file.stem, f"{folder.name}/{group}/{file.name}", file)
+    yield from _installed(group, tuple(sys.path))
+
+
+@cache
+def _installed(group: str, _path: tuple[str, ...]) -> tuple[OwnModule, ...]:
+    """Return the entry points of a group that are found on the path; reading all packages' takes milliseconds."""
     from importlib.metadata import entry_points  # takes as long as all else of a command that prints its help
 
-    for point in entry_points(group=f"foundry.{group}"):
-        package = point.dist.name if point.dist else "an installed package"
-        yield OwnModule(point.name, f"{point.value} of {package}", point.value)
+    return tuple(
+        OwnModule(
+            point.name, f"{point.value} of {point.dist.name if point.dist else 'an installed package'}", point.value
+        )
+        for point in entry_points(group=f"foundry.{group}")
+    )
 
 
 @cache

@@ -38,6 +38,11 @@ def weights_cache_file() -> Path:
     return Path(asked) if asked else Path(platformdirs.user_cache_dir("foundry")) / "weights.json"
 
 
+def user_config_file() -> Path:
+    """Return the file of a user's own defaults, which need not be there."""
+    return Path(platformdirs.user_config_dir("foundry", appauthor=False)) / "config.yaml"
+
+
 def shipped_parts() -> Path:
     """Return the folder of the files that a part of a user's own begins with."""
     return PACKAGE / "new_parts"

@@ -6,7 +6,7 @@ All lines are UTF-8 JSON, one object a line. Encoding is deterministic: keys in 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from enum import StrEnum
 from typing import Any, ClassVar
 
@@ -122,6 +122,24 @@ class RoundStep(Record, frozen=True, kw_only=True):
         """Count the decision and its outcome."""
         counts.steps += 1
         _increment(counts.outcomes, self.outcome)
+
+
+SPEAKS, SILENT, UNREAD = "speaks", "is silent", "unreadable"
+"""What is chosen in a question that asks for words alone, and where no decision could be read."""
+
+
+def choice_of(line: RoundStep | Any, deciding: Container[str]) -> str:
+    """Return what was chosen in a line of `steps.jsonl`, as tables of probes name it.
+
+    Args:
+        line: with `kind`, `action`, `outcome` and `message`.
+        deciding: the kinds of question that decide something; others ask for words alone.
+    """
+    if line.outcome not in (Outcome.CHOSEN, Outcome.REPAIRED):
+        return UNREAD
+    if line.kind not in deciding:
+        return SILENT if line.message is None else SPEAKS
+    return line.action if isinstance(line.action, str) else f"{line.action:g}"
 
 
 class GridStep(Record, frozen=True, kw_only=True):

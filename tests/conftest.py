@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import gc
 import os
+import signal
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,14 +13,24 @@ import pytest
 from hypothesis import settings
 
 from postgres_server import PostgresServer, postgres_server, programs
+from traces import no_traces, without_settings
 
-gc.set_threshold(20_000, 20, 20)  # hundreds of thousands of objects live here, most of them from imports
+gc.set_threshold(50_000, 50, 50)  # hundreds of thousands of objects live here, most of them from imports
 os.environ.setdefault("LP_NUM_THREADS", "0")  # two test processes draw faster with a core each
-os.environ["FOUNDRY_DETERMINISM"] = "0"  # for what is made once for all tests of a session
+SETTINGS = {
+    "FOUNDRY_WORKERS": "1",  # starting processes takes longer than most sweeps of tests
+    "FOUNDRY_DETERMINISM": "0",  # tests count the calls of their servers
+}
+signal.signal(signal.SIGINT, signal.default_int_handler)  # in the background it is ignored, by children too
+os.environ.update(SETTINGS)  # for what is made once for all tests of a session
+_OWN_FILES = tempfile.TemporaryDirectory(prefix="foundry-tests-")
+os.environ["XDG_CONFIG_HOME"] = _OWN_FILES.name  # no test sees the defaults of whoever runs it
 settings.register_profile("foundry", deadline=None, max_examples=20, derandomize=True)
 settings.load_profile("foundry")
 
-PREFIXES = ("OLLAMA_", "OPENAI_", "HF_", "FOUNDRY_", "HYDRA_", "_FOUNDRY")
+
+def pytest_unconfigure() -> None:
+    _OWN_FILES.cleanup()
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:
@@ -27,15 +39,11 @@ def pytest_collection_finish(session: pytest.Session) -> None:
 
 
 @pytest.fixture(autouse=True)
-def clean_environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    for name in list(os.environ):
-        if name == "_FOUNDRY_RENDERING_WORKS":  # what one test found out, the next need not
-            continue
-        if name.startswith(PREFIXES) or name.lower().endswith("_proxy"):
-            monkeypatch.delenv(name)
-    monkeypatch.setenv("FOUNDRY_WORKERS", "1")  # starting processes takes longer than most sweeps of tests
-    monkeypatch.setenv("FOUNDRY_DETERMINISM", "0")  # tests count the calls of their servers
-    yield
+def clean_environment() -> Iterator[None]:
+    with no_traces():
+        without_settings()
+        os.environ.update(SETTINGS)
+        yield
 
 
 @pytest.fixture

@@ -13,8 +13,8 @@ import pytest
 from episodes import Kept, composed
 from foundry import seeding
 from foundry.composing.preflight import prompt_of, scenario_of
-from foundry.episode import Asker, Interrupted, play
-from foundry.errors import RequestError
+from foundry.episode import Asker, play
+from foundry.errors import Interrupted, RequestError
 from foundry.models.base import Model, Reply, Request
 from foundry.running.build import build
 from foundry.worlds.base import Asked

@@ -1,18 +1,33 @@
-"""The command that turns sweeps into tables and plots."""
+"""What is declared before the runs, and what turns them into tables and plots."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from foundry.commands.application import EXIT_OK, Mine, Trusted, app
-from foundry.commands.showing import analyze_and_show
-from foundry.commands.sweeps import run_baselines
+from foundry.commands.application import (
+    EXIT_OK,
+    OVERRIDES,
+    AsJson,
+    Folders,
+    Mine,
+    Overrides,
+    Trusted,
+    app,
+    given,
+    only_json,
+)
+from foundry.commands.showing import analyze_and_print, analyze_and_show
+from foundry.commands.sweeps import composed_here, known_models, run_baselines
 from foundry.errors import InputError
+
+if TYPE_CHECKING:
+    from foundry.composing.compose import Composed
+    from foundry.storing.preregistration import Preregistration
 
 
 class Labeller(StrEnum):
@@ -22,17 +37,28 @@ class Labeller(StrEnum):
     MODEL = "model"
 
 
-Folders = Annotated[list[Path], typer.Argument(help="Sweep folders.", show_default=False)]
 WhoLabels = Annotated[
     Labeller, typer.Option(help="Who says which messages are warnings: the rule, or the model of foundry label.")
 ]
 Family = Annotated[
     list[str] | None,
-    typer.Option(help="A measure that claims rest on, declared beforehand; may be given several times."),
+    typer.Option(
+        help="A measure that claims rest on, in a probe a model or an edit, declared beforehand; may be given several "
+        "times."
+    ),
 ]
 Margins = Annotated[
     list[str] | None,
     typer.Option(help="MEASURE=SIZE: the difference below which models count as the same; declared beforehand."),
+]
+
+
+Only = Annotated[
+    list[str] | None,
+    typer.Option(help="KEY=VALUE,...: these runs alone, such as model=a,b or seed=0-9; may be given several times."),
+]
+Without = Annotated[
+    list[str] | None, typer.Option(help="KEY=VALUE,...: leave these runs out, such as prompt=japanese.")
 ]
 
 
@@ -45,15 +71,100 @@ def analyze(
     labeller: WhoLabels = Labeller.RULE,
     family: Family = None,
     margin: Margins = None,
+    only: Only = None,
+    without: Without = None,
+    json: AsJson = False,
     trust_targets: Trusted = None,
     config_dir: Mine = None,
 ) -> None:
     """Compute the signatures of every run, compare the models, draw the plots."""
     margins = margins_of(margin or [])
-    codes = [run_baselines(folder, trust_targets or ()) for folder in folders] if baselines else []
-    by_model = labeller is Labeller.MODEL
-    analyze_and_show(folders, labelled_by_model=by_model, family=family, margins=margins)
+    with only_json(json):
+        codes = [run_baselines(folder, trust_targets or ()) for folder in folders] if baselines else []
+    by_model, show = labeller is Labeller.MODEL, analyze_and_print if json else analyze_and_show
+    show(folders, labelled_by_model=by_model, family=family, margins=margins, only=only or (), without=without or ())
     raise typer.Exit(max(codes, default=EXIT_OK))
+
+
+@app.command(context_settings=OVERRIDES)
+def preregister(
+    overrides: Overrides = None,
+    family: Family = None,
+    margin: Margins = None,
+    looks: Annotated[
+        str, typer.Option(help="Numbers of seeds at which is tested, such as 8,12,18; else once, with all seeds.")
+    ] = "",
+    config_dir: Mine = None,
+) -> None:
+    """Declare before a sweep what is tested, and at which numbers of seeds: preregistration.yaml in its folder.
+
+    Takes what foundry takes: foundry preregister -m model=a,b seed=0-33 --family idle_rate.chosen --looks 8,12,18,26,34
+    """
+    from foundry.composing.preparing import OUTPUTS
+    from foundry.storing.preregistration import check_before_runs, write_preregistration
+    from foundry.storing.store import fresh_folder
+
+    composed = composed_here(given(overrides, config_dir))
+    if composed is None:
+        return
+    asked = composed.settings["output"]["dir"]
+    if asked:
+        check_before_runs(Path(asked))
+    plan, note = _planned(composed, family or [], margins_of(margin or []), looks_of(looks))
+    folder = Path(asked) if asked else fresh_folder(OUTPUTS)
+    _tell_plan(plan, note, folder, write_preregistration(folder, plan))
+    more = "" if asked else f" output.dir={folder}"
+    print(f"Deposit this hash elsewhere, then: foundry {' '.join(composed.asked)}{more}")
+
+
+def _planned(
+    composed: Composed, family: Sequence[str], margins: Mapping[str, float], looks: Sequence[int]
+) -> tuple[Preregistration, str]:
+    """Return what is declared of a sweep, and why its servers did not tell their weights, "" where they did."""
+    from analysis.planned.declaring import declared
+    from foundry import __version__, provenance
+    from foundry.composing.preflight import declare
+    from foundry.composing.preparing import model_lines
+    from foundry.storing.preregistration import conditions_of
+
+    sweep = declare(composed.sweep)
+    infos, note = known_models(sweep)
+    plan = declared(
+        conditions_of(sweep),
+        list(dict.fromkeys(one.declared.form for one in sweep.conditions if one.declared is not None)),
+        family=family,
+        margins=margins,
+        looks=looks,
+        foundry=__version__,
+        commit=provenance.git_commit(),
+        asked=list(sweep.asked),
+        models=model_lines(infos),
+    )
+    return plan, note
+
+
+def _tell_plan(plan: Preregistration, note: str, folder: Path, sha256: str) -> None:
+    from analysis.planned.declaring import out_of_reach
+    from foundry.storing.preregistration import PREREGISTRATION_FILE
+
+    tests = " and ".join(f"{count} ({factor})" for factor, count in plan.tests.items())
+    looks = ", ".join(f"{one.seeds} (level {one.alpha:.2g})" for one in plan.looks)
+    print(f"{sha256}  {folder / PREREGISTRATION_FILE}")
+    print(f"{len(plan.seeds)} seeds, {tests} tests; looks at {looks}")
+    for line in [*out_of_reach(plan), *filter(None, [note])]:
+        print(line)
+
+
+def looks_of(text: str) -> list[int]:
+    """Return the numbers of seeds of looks.
+
+    Raises:
+        InputError: they are no whole numbers with commas between them.
+    """
+    try:
+        return [int(one) for one in text.split(",") if text]
+    except ValueError:
+        raise InputError(f"--looks {text} has not the form N,N,..., such as 8,12,18,26,34") from None
 
 
 def margins_of(texts: Sequence[str]) -> dict[str, float]:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
+from collections.abc import Iterable, Iterator, Sequence
+from contextvars import ContextVar
+from enum import IntEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -24,6 +28,8 @@ foundry [OVERRIDES]       one run:   foundry model=scripted/random seed=3
 foundry -m [OVERRIDES]    a sweep:   foundry -m model=qwen3:4b,llama3.2 seed=0-9
 
 Overrides are Hydra's: world=..., prompt=..., world.steps=20, +sweep=cross_model; --hydra-help tells more.
+
+With any of these and any command: -q prints results and errors only, -v more, such as each run as it ends.
 """
 
 app = typer.Typer(
@@ -31,8 +37,51 @@ app = typer.Typer(
 )
 FILE_WIDTH = 200
 """Columns of a table that is written to a file or a pipe."""
-OVERRIDES = {"allow_extra_args": True, "ignore_unknown_options": True}
-Folder = Annotated[Path, typer.Argument(help="A sweep's folder.", show_default=False)]
+OVERRIDES = {"ignore_unknown_options": True}
+"""For commands that take what `foundry` takes: Hydra's own flags stand among their overrides."""
+
+
+def _folder(text: str) -> Path:
+    return Path(text.removeprefix("output.dir="))
+
+
+def _complete_folder(incomplete: str) -> list[str]:
+    from foundry.composing import completing
+
+    return completing.folders(incomplete)
+
+
+def _complete_run(incomplete: str) -> list[str]:
+    from foundry.composing import completing
+
+    return completing.runs(incomplete)
+
+
+def complete_overrides(incomplete: str) -> list[str]:
+    """Return what a shell may complete an override to."""
+    from foundry.composing import completing
+
+    return completing.overrides(incomplete)
+
+
+def folder_argument(help: str, metavar: str = "DIR") -> Any:
+    """Return an argument that names a sweep's folder, also in the form in which a sweep is given it."""
+    complete = _complete_run if metavar == "RUN" else _complete_folder
+    return typer.Argument(help=help, metavar=metavar, parser=_folder, show_default=False, autocompletion=complete)
+
+
+Folder = Annotated[Path, folder_argument("A sweep's folder, or output.dir=DIR.")]
+Folders = Annotated[list[Path], folder_argument("Sweeps' folders.", "DIR")]
+OneRun = Annotated[Path, folder_argument("A run's folder: DIR/runs/<run>.", "RUN")]
+Overrides = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="OVERRIDES",
+        help="What `foundry` takes: -m, key=value, ...",
+        show_default=False,
+        autocompletion=complete_overrides,
+    ),
+]
 
 Trusted = Annotated[
     list[str] | None,
@@ -63,9 +112,92 @@ Mine = Annotated[
     ),
 ]  # fmt: skip
 """For every command that may import what a user wrote; the callback has done all that is to do."""
+
+
+def given(overrides: list[str] | None, folders: list[Path] | None) -> list[str]:
+    """Return overrides and a user's own folders as they stand on a command line."""
+    return [*(overrides or ()), *(part for folder in folders or () for part in ("--config-dir", str(folder)))]
+
+
 TrustedServers = Annotated[
     bool, typer.Option("--trust-servers", help="Also send keys to the servers that the record names, use its cluster.")
 ]
+Noted = Annotated[
+    bool, typer.Option("--notes", help="Take along what people noted of runs and moments; it is left out otherwise.")
+]
+AsJson = Annotated[
+    bool, typer.Option("--json", help="Print one JSON object and nothing else; messages go to the standard error.")
+]
+
+
+class Loudness(IntEnum):
+    """How much a command tells beside its result."""
+
+    QUIET = -1
+    NORMAL = 0
+    VERBOSE = 1
+
+
+_FLAGS = {"-q": Loudness.QUIET, "--quiet": Loudness.QUIET, "-v": Loudness.VERBOSE, "--verbose": Loudness.VERBOSE}
+_loudness: ContextVar[Loudness] = ContextVar("loudness", default=Loudness.NORMAL)
+
+
+@contextlib.contextmanager
+def as_loud_as_asked(argv: Sequence[str]) -> Iterator[list[str]]:
+    """Be as loud as `-q` or `-v` asks, wherever it stands before a `--`; gives the command line without it.
+
+    Raises:
+        InputError: both are asked for.
+    """
+    end = argv.index("--") if "--" in argv else len(argv)
+    asked = {_FLAGS[one] for one in argv[:end] if one in _FLAGS}
+    if len(asked) > 1:
+        raise InputError("-q and -v exclude each other: give one of them.")
+    kept = _loudness.set(asked.pop() if asked else Loudness.NORMAL)
+    try:
+        yield [*(one for one in argv[:end] if one not in _FLAGS), *argv[end:]]
+    finally:
+        _loudness.reset(kept)
+
+
+def is_quiet() -> bool:
+    """Return whether nothing but results and errors is to be told."""
+    return _loudness.get() is Loudness.QUIET
+
+
+def is_verbose() -> bool:
+    """Return whether more than usual is to be told."""
+    return _loudness.get() is Loudness.VERBOSE
+
+
+def say(text: str) -> None:
+    """Print what is no result: where things are, what to do next."""
+    if not is_quiet():
+        print(text)
+
+
+def say_notes(sweeps: Iterable[Path], *, taken: bool) -> None:
+    """Tell how many notes of sweeps were taken along or left out."""
+    from foundry.storing.notes import notes_of
+
+    found = sum(len(notes_of(sweep).notes) for sweep in sweeps)
+    if found:
+        say(f"Notes {'taken along' if taken else 'left out, which --notes takes along'}: {found}.")
+
+
+@contextlib.contextmanager
+def only_json(asked: bool) -> Iterator[None]:
+    """Where JSON is asked for, send all that is printed meanwhile to the standard error."""
+    with contextlib.redirect_stdout(sys.stderr) if asked else contextlib.nullcontext():
+        yield
+
+
+def print_json(value: Any) -> None:
+    """Print a value as one JSON object; what is no number (NaN) is null, a path its text, a NumPy number its value."""
+    import msgspec
+
+    encoded = msgspec.json.encode(value, enc_hook=lambda one: one.item() if hasattr(one, "item") else str(one))
+    print(msgspec.json.format(encoded).decode())
 
 
 def fail(error: object, code: int) -> int:
@@ -84,6 +216,13 @@ def console() -> Console:
     from rich.console import Console
 
     return Console(markup=False) if sys.stdout.isatty() else Console(markup=False, width=FILE_WIDTH)
+
+
+def bars() -> Console:
+    """Return the console that progress is shown on: nothing is, where only results are to be told."""
+    found = console()
+    found.quiet = is_quiet()
+    return found
 
 
 def _print_version(value: bool) -> None:

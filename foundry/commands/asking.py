@@ -8,31 +8,30 @@ from typing import Annotated
 
 import typer
 
-from foundry.commands.application import OVERRIDES, app, console, for_screen
-from foundry.commands.sweeps import existing_answers, known_models
+from foundry.commands.application import OVERRIDES, Mine, Overrides, app, console, for_screen, given
+from foundry.commands.sweeps import composed_here, existing_answers, known_models
 
 
 @app.command(context_settings=OVERRIDES)
 def prompt(
-    context: typer.Context,
+    overrides: Overrides = None,
     step: Annotated[int, typer.Option(help="The step, from 1.")] = 1,
     agent: Annotated[int, typer.Option(help="The agent, from 0.")] = 0,
     kind: Annotated[
         str | None, typer.Option(help="The kind of question, such as message; by default action, or the world's first.")
     ] = None,
+    config_dir: Mine = None,
 ) -> None:
     """Print the exact prompt of one call: foundry prompt model=scripted/avoid seed=3 --step 7 --agent 3.
 
     Later steps are reached by playing the episode with the given model, which must be scripted or cached.
     """
-    from foundry.composing.compose import compose
-    from foundry.composing.preparing import sweep_of
     from foundry.composing.prompting import find_prompt
 
-    composed = compose(context.args)
+    composed = composed_here(given(overrides, config_dir))
     if composed is None:
         return
-    sweep = sweep_of(composed)
+    sweep = composed.sweep
     infos, _ = known_models(sweep)
     found = find_prompt(sweep, infos, existing_answers(composed), step=step, agent=agent, kind=kind)
     for message in found.messages:
@@ -47,6 +46,7 @@ def prompt(
 def models(
     host: Annotated[str | None, typer.Option(help="A server; by default OLLAMA_HOST, else this machine.")] = None,
     pull: Annotated[str | None, typer.Option(help="First have the server fetch this model.")] = None,
+    config_dir: Mine = None,
 ) -> None:
     """List the models that the Ollama server has."""
     import asyncio

@@ -7,31 +7,45 @@ from typing import Annotated
 
 import typer
 
-from foundry.commands.application import EXIT_INPUT, EXIT_OK, OVERRIDES, app, console
+from foundry.commands.application import (
+    EXIT_INPUT,
+    EXIT_OK,
+    OVERRIDES,
+    AsJson,
+    Mine,
+    Overrides,
+    app,
+    console,
+    given,
+    is_quiet,
+    only_json,
+    print_json,
+    say,
+)
 
 
 @app.command(context_settings=OVERRIDES)
 def check(
-    context: typer.Context,
-    json: Annotated[bool, typer.Option("--json", help="One JSON object a check, instead of the table.")] = False,
+    overrides: Overrides = None,
+    json: AsJson = False,
+    config_dir: Mine = None,
 ) -> None:
-    """Check worlds, prompts, models and signatures as foundry's own are checked; the exit code is 2 where one fails.
+    """Check worlds, prompts, models, edits and signatures as our own are checked; the exit code is 2 where one fails.
 
     foundry check world=mine prompt=mine --config-dir mine
 
     foundry check greed world=mine --config-dir mine: the signature mine/signatures/greed.py, on runs of that world
     """
-    import msgspec
-
     from foundry.conformance.checking import check_asked
     from foundry.conformance.finding import failed
     from foundry.display import frame_table
 
-    found = check_asked(context.args)
-    for finding in found if json else ():
-        print(msgspec.json.encode(finding).decode())
-    if not json:
-        rows = [(one.part, one.check, one.status.value, one.note) for one in found]
+    with only_json(json):
+        found = check_asked(given(overrides, config_dir))
+    if json:
+        print_json({"findings": found})
+    else:
+        rows = [(one.part, one.check, one.status.value, one.note) for one in (failed(found) if is_quiet() else found)]
         console().print(frame_table(rows, ("of", "check", "status", "what to do")))
         passed = sum(one.status == "passed" for one in found)
         print(f"{passed} of {len(found)} checks passed, {len(failed(found))} failed")
@@ -42,7 +56,9 @@ def check(
 def new(
     kind: Annotated[str, typer.Argument(help="world, signature, prompt, model or policy.", show_default=False)],
     name: Annotated[str, typer.Argument(help="What it is to be called, such as bar.", show_default=False)],
-    into: Annotated[Path, typer.Option(help="The folder of your own parts.")] = Path("mine"),
+    into: Annotated[Path, typer.Option("--into", "--config-dir", "-cd", help="The folder of your own parts.")] = Path(
+        "mine"
+    ),
 ) -> None:
     """Begin a part of your own: files that run as they are, with a test.
 
@@ -53,4 +69,4 @@ def new(
     begun = begin(kind, name, into)
     for file in begun.files:
         print(f"wrote {file}")
-    print(f"try it with: {begun.try_it}")
+    say(f"try it with: {begun.try_it}")

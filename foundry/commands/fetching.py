@@ -7,13 +7,14 @@ from typing import Annotated
 
 import typer
 
-from foundry.commands.application import EXIT_FAILED, app
+from foundry.commands.application import EXIT_FAILED, Mine, app, folder_argument
 
 
 @app.command()
 def fetch(
     url: Annotated[str, typer.Argument(help="The URL that was runner.remote.", show_default=False)],
-    folder: Annotated[Path, typer.Argument(help="The sweep's folder on this machine.", show_default=False)],
+    folder: Annotated[Path, folder_argument("The sweep's folder on this machine.")],
+    config_dir: Mine = None,
 ) -> None:
     """Fetch the runs that have ended from a URL, to analyse or go on with the sweep here.
 

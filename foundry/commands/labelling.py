@@ -1,50 +1,80 @@
-"""The command that has a model say which messages are warnings."""
+"""The command that has a model or a person say which messages are warnings, and a person what replies decide."""
 
 from __future__ import annotations
 
+from collections.abc import AsyncIterator, Mapping, Sequence
+from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from foundry.commands.application import OVERRIDES, Folder, TrustedServers, app
+from foundry.commands.application import OVERRIDES, Folder, Mine, Overrides, TrustedServers, app, console, given
+from foundry.commands.sweeps import composed_here
+from foundry.commands.view import AskingPage, Browser, Host, Port, told_to
 from foundry.errors import FoundryError, InputError, ModelChangedError
 
 if TYPE_CHECKING:
     from foundry.composing.compose import Composed
     from foundry.labelling import Text
-    from foundry.labels import Labels
+    from foundry.labels import JudgedBy, Labels
+    from foundry.models.base import Model
     from foundry.storing.store import SweepFolder
 
 
 @app.command(context_settings=OVERRIDES)
 def label(
-    context: typer.Context,
     folder: Folder,
-    model: Annotated[str, typer.Option(help="The model that labels, as in model=...", show_default=False)],
+    overrides: Overrides = None,
+    model: Annotated[
+        str | None, typer.Option(help="The model that labels, as in model=...", show_default=False)
+    ] = None,
+    human: Annotated[str | None, typer.Option(help="The name of the person who labels, on a page.")] = None,
+    replies: Annotated[
+        bool, typer.Option("--replies", help="Ask a person what replies decide, unread ones among them.")
+    ] = False,
+    texts: Annotated[int, typer.Option(min=1, help="Texts that a person is asked about, at most.")] = 100,
+    host: Host = "127.0.0.1",
+    port: Port = 0,
+    browser: Browser = True,
     trust_servers: TrustedServers = False,
+    config_dir: Mine = None,
 ) -> None:
-    """Have a model say which messages of a sweep are warnings.
+    """Have a model, or a person, say which messages of a sweep are warnings.
 
     Takes a sweep's folder: foundry label outputs/<sweep> --model qwen3:4b; overrides of model.* may follow. Each
     distinct text is asked about once, and answers are cached. `foundry analyze --labeller model` then takes these
     labels instead of the rule.
-    """
-    import asyncio
 
-    from analysis.labelling import model_labelling
-    from foundry.composing.compose import compose
-    from foundry.labelling import texts_of
+    foundry label outputs/<sweep> --human ana asks a person about some of the texts, and tells how far she agrees with
+    the rule, with the model and with other people.
+    """
     from foundry.storing.store import SweepFolder
     from foundry.trust import reaching
 
+    if (model is None) == (human is None):
+        raise InputError("Name who labels: either --model, such as qwen3:4b, or --human with the name of a person.")
+    if replies and human is None:
+        raise InputError("What replies decide is asked of people: add --human NAME in the place of --model.")
     opened = SweepFolder.open(folder)
     if not trust_servers:
         reaching.check_settings({"cache": opened.settings.get("cache", {})})
-    texts = texts_of(opened)
+    if model is not None:
+        _label_by_model(opened, [f"model={model}", *given(overrides, config_dir)])
+    else:
+        _label_by_person(opened, str(human), replies, texts, AskingPage(host, port, browser))
+
+
+def _label_by_model(opened: SweepFolder, overrides: Sequence[str]) -> None:
+    import asyncio
+
+    from analysis.labelling import model_labelling
+    from foundry.labelling import texts_of
+
+    texts = list(texts_of(opened))
     if not texts:
-        raise InputError(f"No message was said in the runs of '{folder}': there is nothing to label.")
-    composed = compose([f"model={model}", *context.args])
+        raise InputError(f"No message was said in the runs of '{opened.path}': there is nothing to label.")
+    composed = composed_here(overrides)
     if composed is None:
         return
     labels = asyncio.run(_ask(composed, _cache_of(opened, composed), texts))
@@ -53,6 +83,39 @@ def label(
     print(f"{len(texts)} distinct texts labelled, {unreadable} of them with no readable answer")
     print(model_labelling(opened).note())
     print(f"labels in {opened.labels_file}")
+
+
+def _label_by_person(opened: SweepFolder, person: str, replies: bool, most: int, page: AskingPage) -> None:
+    import asyncio
+
+    from analysis.labelling import question, reading_question
+    from analysis.labelling.people import labellers, labellers_table, write_labellers
+    from foundry.display import frame_table
+    from foundry.models.human.desk import Desk, seated
+    from foundry.probing.judging import drawn, judge, messages_of, replies_of, schemas_of
+
+    items = replies_of(opened, most) if replies else drawn(messages_of(opened), most)
+    if not items:
+        what = "reply that could not be read" if replies else "message"
+        raise InputError(f"There is no {what} in the runs of '{opened.path}': there is nothing to label.")
+    composed = composed_here([f"model=human/{person}"])
+    assert composed is not None, "no flag of Hydra's own is among the overrides"
+    config = {**composed.conditions[0].config["model"], "schemas": schemas_of(opened)}
+    asked, desk = reading_question() if replies else question(), Desk(blind=True)
+
+    async def ask() -> JudgedBy:
+        async with _stacked(config, _cache_of(opened, composed)) as stacked:
+            return await judge(stacked, asked, items)
+
+    told = told_to([f"human/{person}"], opened.path.name)
+    with page.shown(desk, told, leave=desk.leave), seated(desk):
+        found = asyncio.run(ask())
+    opened.write_people(opened.people().joined(found))
+    write_labellers(opened)
+    print(f"{len(found.labels)} of {found.asked} texts labelled by {found.labeller}, kept in {opened.people_file}")
+    table = labellers_table(labellers(opened))
+    console().print(frame_table(table.rows, table.columns))
+    print(table.caption)
 
 
 def _cache_of(sweep: SweepFolder, composed: Composed) -> str:
@@ -64,9 +127,9 @@ def _cache_of(sweep: SweepFolder, composed: Composed) -> str:
     return str(own if is_there else composed.settings["cache"]["path"])
 
 
-async def _ask(composed: Composed, cache: str, texts: list[Text]) -> Labels:
-    from analysis.labelling import FIRES, hand_labelled, question
-    from foundry.labelling import Text, label, steady
+@asynccontextmanager
+async def _stacked(config: Mapping[str, Any], cache: str) -> AsyncIterator[Model]:
+    """Yield a model whose answers are kept in a cache; both are closed at the end."""
     from foundry.models.answers.base import Answers
     from foundry.models.answers.opening import open_answers
     from foundry.running.build import build, model_stack
@@ -77,19 +140,26 @@ async def _ask(composed: Composed, cache: str, texts: list[Text]) -> Labels:
         opened.append(open_answers(cache))
         return opened[-1]
 
-    config: dict[str, Any] = steady(composed.conditions[0].config["model"])
     built = build(config)
     try:
-        model = model_stack(built, answers, await built.inspect())
-        labels = await label(model, question(), texts, [Text(one.text, FIRES) for one in hand_labelled()])
-        await model.confirm()
-        return labels
-    except ModelChangedError as error:
-        raise FoundryError(
-            f"Model '{built.name}' changed while it labelled ({error.how}). Its answers since it was confirmed last "
-            "have left the cache, and no label was written: put the first one back and say it again."
-        ) from error
+        yield model_stack(built, answers, await built.inspect())
     finally:
         await built.close()
         for one in opened:
             one.close()
+
+
+async def _ask(composed: Composed, cache: str, texts: list[Text]) -> Labels:
+    from analysis.labelling import FIRES, hand_labelled, question
+    from foundry.labelling import Text, label, steady
+
+    async with _stacked(steady(composed.conditions[0].config["model"]), cache) as model:
+        try:
+            labels = await label(model, question(), texts, [Text(one.text, FIRES) for one in hand_labelled()])
+            await model.confirm()
+            return labels
+        except ModelChangedError as error:
+            raise FoundryError(
+                f"Model '{model.name}' changed while it labelled ({error.how}). Its answers since it was confirmed "
+                "last have left the cache, and no label was written: put the first one back and say it again."
+            ) from error

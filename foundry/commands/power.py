@@ -3,18 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from foundry.commands.application import Folder, Mine, app, console
+from foundry.commands.analyzing import Only, Without, looks_of
+from foundry.commands.application import Folder, Mine, app, console, say
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd
 
-_COLUMNS = ("measure", "contrast", "pairs", "sd", "difference", "alone", "in the family", "cautious", "note")
+    from analysis.filtering import Filter
+    from foundry.storing.store import SweepFolder
+
+_PROBE_COLUMNS = (
+    "comparison", "seeds", "moments", "repeats", "sd", "difference", "needed", "2x moments", "2x repeats", "note",
+)  # fmt: skip
+_FIRST = ("measure", "contrast", "pairs", "sd", "difference")
+_COLUMNS = (*_FIRST, "alone", "in the family", "cautious", "note")
+_AT_LOOKS = (*_FIRST, "power", "seeds", "cautious power", "cautious seeds", "note")
+_LOOKS = {"power": ".2f", "seeds": ".1f", "power_cautious": ".2f", "seeds_cautious": ".1f"}
 
 
 @app.command()
@@ -25,42 +35,103 @@ def power(
     ] = None,
     power: Annotated[float, typer.Option(help="Probability to find it.")] = 0.8,
     measure: Annotated[
-        str | None, typer.Option(help="One measure, such as idle_rate.chosen; else the headlines.")
+        str | None,
+        typer.Option(help="One measure, such as idle_rate.chosen, else the headlines; of a probe one model or edit."),
     ] = None,
+    looks: Annotated[
+        str, typer.Option(help="Numbers of seeds at which will be tested, such as 8,12,18,26,34: what comes of them.")
+    ] = "",
+    only: Only = None,
+    without: Without = None,
     config_dir: Mine = None,
 ) -> None:
-    """Say how many seeds a sweep needs, judged by a pilot sweep."""
+    """Say how many seeds a sweep or a probe needs, judged by a pilot."""
+    from analysis.filtering import Filter
+    from analysis.planned.declaring import checked_looks
+    from analysis.probes import is_probe
     from foundry.display import frame_table
+    from foundry.storing.store import SweepFolder
 
-    plan = _plan(folder, difference, power, measure)
+    wanted, chosen = looks_of(looks), Filter.of(only or (), without or ())
+    if is_probe(opened := SweepFolder.open(folder)):
+        if wanted or chosen:
+            raise InputError(f"'{folder}' is a probe, which has no declared looks and no filters: leave them out.")
+        _show_probe(opened, difference, power, measure)
+        return
+    if wanted:
+        checked_looks(wanted, wanted[-1])
+    plan = _plan(folder, difference, power, measure, chosen)
     if plan.empty:
         raise InputError(f"{folder} has no two conditions to compare: a pilot needs two models, or two prompts.")
     family = int(plan["family"].max())
+    if chosen:
+        say(f"judged by a part of the runs alone, {chosen}")
+    if wanted:
+        _show_looks(plan, wanted, family)
+        return
     console().print(frame_table([_row(one) for one in plan.to_dict("records")], _COLUMNS))
-    print(f"seeds for {power:.0%} power at .05: alone, as one of {family} tests (Holm), and with the upper 80 % bound")
-    print("of the pilot's sd; a pilot of few seeds knows its sd badly, so plan with the last")
+    say(f"seeds for {power:.0%} power at .05: alone, as one of {family} tests (Holm), and with the upper 80 % bound")
+    say("of the pilot's sd; a pilot of few seeds knows its sd badly, so plan with the last")
 
 
-def _plan(folder: Folder, difference: float | None, target: float, measure: str | None) -> pd.DataFrame:
+def _show_probe(folder: SweepFolder, difference: float | None, target: float, name: str | None) -> None:
+    from analysis.probes.power import probe_power
+    from foundry.display import frame_table
+
+    plan = probe_power(folder, [name] if name else [], difference=difference, target=target)
+    if plan.empty:
+        raise InputError(f"{folder.path} has nothing to compare: a pilot probe needs two models, or an edit.")
+    console().print(frame_table([_probe_row(one) for one in plan.to_dict("records")], _PROBE_COLUMNS))
+    family = plan["family"].max()
+    say(f"seeds for {target:.0%} power at .05 / {family} (Holm): as the pilot is, with twice its moments, with twice")
+    say("its repeats; a pilot of few seeds knows its sd badly, so plan with more")
+
+
+def _probe_row(one: Mapping[Hashable, object]) -> tuple[str, ...]:
+    about = [str(one["comparison"]), str(one["seeds"]), _number(one["moments"], ".3g"), str(one["repeats"])]
+    numbers = [_number(one[name], ".3g") for name in ("sd", "difference")]
+    seeds = [_number(one[name], ".0f") for name in ("n", "n_moments", "n_repeats")]
+    return (*about, *numbers, *seeds, str(one["note"]))
+
+
+def _plan(folder: Folder, difference: float | None, target: float, measure: str | None, chosen: Filter) -> pd.DataFrame:
     from analysis.measuring.runs import Source, measure_run
     from analysis.stats.power import power as plan
     from analysis.tables.groups import group_columns
     from analysis.tables.signature_table import build_table
     from foundry.storing.store import SweepFolder
 
-    source = Source(folder, folder.name)
-    results = [measure_run(run, source).without_steps() for run in SweepFolder.open(folder).runs()]
+    source, sweep = Source(folder, folder.name), SweepFolder.open(folder)
+    chosen.check(sweep.sweep.conditions)
+    results = chosen.taken([measure_run(run, source).without_steps() for run in sweep.runs()])
     table = build_table(results)
     if not table.frame["status"].eq("complete").any():
         raise InputError(f"{folder} has no complete run to judge by: foundry resume {folder} goes on with it.")
     return plan(table, group_columns(results, table), measure=measure, difference=difference, target=target)
 
 
+def _show_looks(plan: pd.DataFrame, looks: Sequence[int], family: int) -> None:
+    from analysis.stats.stopping import with_looks
+    from foundry.display import frame_table
+
+    rows = [
+        (*_first(one), *(_number(one[name], form) for name, form in _LOOKS.items()), str(one["note"]))
+        for one in with_looks(plan, looks).to_dict("records")
+    ]
+    console().print(frame_table(rows, _AT_LOOKS))
+    say(f"power at .05 as one of {family} tests, and seeds to the look that finds it (else {looks[-1]}), on average;")
+    say("cautious: with the upper 80 % bound of the pilot's sd. foundry preregister declares these looks")
+
+
 def _row(one: Mapping[Hashable, object]) -> tuple[str, ...]:
+    seeds = [_number(one[name], ".0f") for name in ("n_alone", "n_family", "n_cautious")]
+    return (*_first(one), *seeds, str(one["note"]))
+
+
+def _first(one: Mapping[Hashable, object]) -> tuple[str, ...]:
     contrast = f"{one['level']} - {one['reference']}" + (f" ({one['context']})" if one["context"] else "")
     numbers = [_number(one[name], ".3g") for name in ("sd", "difference")]
-    seeds = [_number(one[name], ".0f") for name in ("n_alone", "n_family", "n_cautious")]
-    return (str(one["measure"]), contrast, str(one["n_pairs"]), *numbers, *seeds, str(one["note"]))
+    return (str(one["measure"]), contrast, str(one["n_pairs"]), *numbers)
 
 
 def _number(value: object, form: str) -> str:

@@ -1,26 +1,53 @@
-"""The command that puts every model before the same recorded moments."""
+"""The commands that put models and people before recorded moments, and people into runs."""
 
 from __future__ import annotations
 
 import itertools
 import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from foundry.commands.application import EXIT_OK, OVERRIDES, Trusted, TrustedServers, app
-from foundry.commands.sweeps import reached_now, run_checked
-from foundry.commands.view import check_view
+from foundry.commands.application import (
+    EXIT_OK,
+    OVERRIDES,
+    Mine,
+    Overrides,
+    Trusted,
+    TrustedServers,
+    app,
+    console,
+    folder_argument,
+    given,
+    say,
+)
+from foundry.commands.sweeps import Run, composed_here, go_on, reached_now, run_checked, run_folder, say_defaults
+from foundry.commands.view import AskingPage, Browser, Host, Port, check_view, told_to
+from foundry.errors import InputError
+from foundry.expansion import overridden
+
+if TYPE_CHECKING:
+    from foundry.expansion import Sweep
+    from foundry.models.base import ModelInfo
+    from foundry.running.local import Runner
+    from foundry.storing.store import SweepFolder
+
+SITTING = {"moments": "40", "repeats": "1"}
+"""What a person is asked of a probe where nothing else is said: ten minutes, and nothing twice."""
 
 
 @app.command(context_settings=OVERRIDES)
 def probe(
-    context: typer.Context,
-    sweep: Annotated[Path, typer.Argument(help="A sweep's folder; further ones may follow.", show_default=False)],
+    sweep: Annotated[Path, folder_argument("A sweep's folder; further ones may follow.")],
+    overrides: Overrides = None,
+    plan: Annotated[bool, typer.Option("--plan", help="Count moments, conditions and calls, and ask nothing.")] = False,
     trust_targets: Trusted = None,
     trust_servers: TrustedServers = False,
+    config_dir: Mine = None,
 ) -> None:
     """Ask every model in the same recorded moments: what does each do, and what makes it do otherwise?
 
@@ -30,29 +57,169 @@ def probe(
 
     moments=300: how many recorded questions, or the moments.json of an earlier probe;
     moments_seed=0: what they are drawn by;
+    window=5: steps of which an agent gives one moment at most; 0 for no limit;
     repeats=10: how often each is asked, each time with a sampling seed of its own;
-    edit=none: what is changed in what the agents perceive, such as no_fire,mirror; also of mine/edits/.
+    edit=none: what is changed in what the agents perceive, such as no_fire,mirror; also of mine/edits/;
+    sweep_over=fires.0.distance=1..20: one quantity of it that is moved alone.
+
+    -m format=none,0-9 asks in drawn formats of the prompt.
     """
-    from foundry.composing.preparing import checked
+    further, arguments = _folders_first(given(overrides, config_dir))
+    folders, trusted = [sweep, *further], trust_targets or ()
+    code = _plan_probe(folders, arguments, trusted) if plan else _run_probe(folders, arguments, trusted, trust_servers)
+    raise typer.Exit(code)
+
+
+@app.command(context_settings=OVERRIDES)
+def play(
+    overrides: Overrides = None,
+    host: Host = "127.0.0.1",
+    port: Port = 0,
+    browser: Browser = True,
+    trust_targets: Trusted = None,
+    trust_servers: TrustedServers = False,
+    config_dir: Mine = None,
+) -> None:
+    """Ask people on a page, as models are asked.
+
+    foundry play outputs/pilot model=human/ana        in 40 recorded moments of a sweep, as foundry probe
+
+    foundry play model=mix/human/ana@0+qwen3:4b@1-9   in a run, among models
+
+    foundry play outputs/<sweep>                      goes on with what people have not answered yet
+    """
+    sitting = _Sitting(AskingPage(host, port, browser))
+    folders, arguments = _folders_first(given(overrides, config_dir))
+    trusted = trust_targets or ()
+    if not folders:
+        raise typer.Exit(_play_run(arguments, sitting))
+    if not any("=" in argument for argument in arguments):
+        raise typer.Exit(_go_on_playing(folders, trusted, trust_servers, sitting))
+    said = overridden(arguments)
+    usual = [f"{key}={value}" for key, value in SITTING.items() if key not in said]
+    raise typer.Exit(_run_probe(folders, [*usual, *arguments], trusted, trust_servers, sitting))
+
+
+def _folders_first(arguments: Sequence[str]) -> tuple[list[Path], list[str]]:
+    """Return the folders that a command line begins with, and the rest."""
+    folders = list(itertools.takewhile(lambda one: "=" not in one and not one.startswith("-"), arguments))
+    return [Path(one) for one in folders], list(arguments[len(folders) :])
+
+
+def _plan_probe(folders: Sequence[Path], arguments: Sequence[str], trusted: Sequence[str]) -> int:
+    """Print what a probe would ask; nothing is asked, not even a server."""
+    from foundry.composing.defaults import read_defaults
+    from foundry.display import frame_table
     from foundry.probing.composing import compose_probe
+    from foundry.probing.planning import planned
+
+    found = compose_probe(_opened(folders, trusted), arguments, read_defaults(arguments))
+    if found is None:
+        return EXIT_OK
+    with tempfile.TemporaryDirectory() as scratch:
+        rows = planned(found, Path(scratch))
+    texts = [(one.edit, str(one.moments), str(one.conditions), f"{one.calls:,}") for one in rows]
+    console().print(frame_table(texts, ("edit", "moments", "conditions", "calls")))
+    say(f"{found.asked}; here {sum(one.calls for one in rows):,}")
+    return EXIT_OK
+
+
+def _opened(folders: Sequence[Path], trusted: Sequence[str]) -> list[SweepFolder]:
     from foundry.storing.store import SweepFolder
-    from foundry.trust import reaching
     from foundry.trust.targets import check_sweep_targets
 
-    further = list(itertools.takewhile(lambda one: "=" not in one and not one.startswith("-"), context.args))
-    arguments = context.args[len(further) :]
-    sweeps = [SweepFolder.open(path) for path in (sweep, *map(Path, further))]
+    sweeps = [SweepFolder.open(path) for path in folders]
     for one in sweeps:
-        check_sweep_targets(one.sweep, one.settings, trust_targets or ())
+        check_sweep_targets(one.sweep, one.settings, trusted)
         one.sweep = reached_now(one.sweep)
-    found = compose_probe(sweeps, arguments)
+    return sweeps
+
+
+def _run_probe(
+    folders: Sequence[Path],
+    arguments: Sequence[str],
+    trusted: Sequence[str],
+    trust_servers: bool,
+    sitting: _Sitting | None = None,
+) -> int:
+    from foundry.composing.defaults import read_defaults
+    from foundry.composing.preparing import checked
+    from foundry.probing.composing import compose_probe
+    from foundry.trust import reaching
+
+    sweeps = _opened(folders, trusted)
+    found = compose_probe(sweeps, arguments, read_defaults(arguments))
     if found is None:
-        raise typer.Exit(EXIT_OK)
+        return EXIT_OK
     if not trust_servers:
         models = [condition.config["model"] for condition in found.composed.conditions]
         reaching.check_models(models, typed=arguments, recorded=sweeps[0].runs()[0].config()["model"])
+    say_defaults(found.composed)
     check_view(found.composed.settings["view"])
     with tempfile.TemporaryDirectory() as scratch:
         ready = checked(found.composed, partial(found.placed, Path(scratch)))
-    print(found.asked)
-    raise typer.Exit(run_checked(ready, found.keep))
+    run = sitting.checked_for(ready.sweep) if sitting else run_folder
+    say(found.asked)
+    return run_checked(ready, found.keep, run)
+
+
+def _play_run(arguments: Sequence[str], sitting: _Sitting) -> int:
+    from foundry.composing.preparing import checked
+
+    composed = composed_here(arguments)
+    if composed is None:
+        return EXIT_OK
+    check_view(composed.settings["view"])
+    ready = checked(composed)
+    return run_checked(ready, run=sitting.checked_for(ready.sweep))
+
+
+def _go_on_playing(folders: Sequence[Path], trusted: Sequence[str], trust_servers: bool, sitting: _Sitting) -> int:
+    from foundry.storing.store import SweepFolder
+    from foundry.trust.targets import check_sweep_targets
+
+    if len(folders) > 1:
+        raise InputError("Several sweeps cannot be gone on with at once: name one, or add model=human/<name> to probe.")
+    opened = SweepFolder.open(folders[0])
+    check_sweep_targets(opened.sweep, opened.settings, trusted)
+    run = sitting.checked_for(opened.sweep)
+    return go_on(folders[0], trusted, trust_servers, run)
+
+
+@dataclass(frozen=True)
+class _Sitting:
+    """Sweeps that are run beside a page on which people are asked."""
+
+    page: AskingPage
+
+    def checked_for(self, sweep: Sweep) -> Run:
+        """Return what runs a sweep beside the page.
+
+        Raises:
+            InputError: nobody is asked in it.
+        """
+        from foundry.probing.sitting import people_in
+
+        return partial(self._run, people_in(sweep))
+
+    def _run(
+        self, people: Sequence[str], folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], runner: Runner
+    ) -> int:
+        """Run what has not ended in this process, whatever its settings say, and without a page that shows replies."""
+        from foundry.models.human.desk import Desk
+        from foundry.probing.sitting import SittingRunner, how_far
+
+        blind = folder.moments_file.exists()
+        desk = Desk(blind=blind)
+        alone = SittingRunner(desk, together=blind)
+        stop_file = folder.stop_file(alone.session)
+        folder.start_progress()
+
+        def look() -> None:
+            if stop_file.exists():
+                desk.leave()
+
+        leave = partial(folder.ask_to_stop, alone.session)
+        far = (lambda: None) if blind else how_far(folder)
+        with self.page.shown(desk, told_to(people, folder.path.name), leave=leave, look=look, far=far):
+            return run_folder(folder, {**settings, "view": None}, infos, alone, "play")

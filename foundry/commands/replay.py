@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from foundry.commands.application import Mine, Trusted, app, console, for_screen
+from foundry.commands.application import Mine, Trusted, app, bars, folder_argument, for_screen
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,9 +18,7 @@ if TYPE_CHECKING:
 
 @app.command()
 def replay(
-    runs: Annotated[
-        list[Path], typer.Argument(help="Folders of runs: outputs/<sweep>/runs/<run>.", show_default=False)
-    ],
+    runs: Annotated[list[Path], folder_argument("Folders of runs: DIR/runs/<run>.", "RUN")],
     steps: Annotated[
         str | None, typer.Option(help="Only these steps: 0,5,10-20; 0 is the initial state.", show_default=False)
     ] = None,
@@ -46,8 +44,9 @@ def replay(
     """
     from foundry.replay.choosing import chosen_steps
     from foundry.replay.film import check_film, write_film
-    from foundry.replay.pictures import pictures
+    from foundry.replay.pictures import film_texts, pictures
     from foundry.replay.recording import read_recording
+    from foundry.replay.telling import boxes_note
     from foundry.storing.store import find_run
 
     found = [find_run(path) for path in runs]
@@ -61,7 +60,9 @@ def replay(
     chosen = chosen_steps(steps, every, max(one.last for one in recordings))
     if video is not None:
         check_film(video, fps)
-    drawn = _with_progress(pictures(recordings, chosen, workers=workers), len(chosen))
+        if note := boxes_note(film_texts(recordings, chosen)):
+            print(for_screen(note))
+    drawn = _with_progress(pictures(recordings, chosen, workers=workers, film=video is not None), len(chosen))
     if video is None or out is not None:
         folder = out or _folder(found)
         drawn = _kept(drawn, folder)
@@ -93,7 +94,7 @@ def _with_progress(drawn: Iterator[Picture], total: int) -> Iterator[Picture]:
     """Yield the pictures; on a terminal a bar says how far they are."""
     from rich.progress import track
 
-    terminal = console()
+    terminal = bars()
     yield from track(drawn, "drawing", total=total, console=terminal, disable=not terminal.is_terminal)
 
 

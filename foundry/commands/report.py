@@ -1,14 +1,20 @@
-"""The command that writes the report."""
+"""The commands that write pages about sweeps: the report, and the card of a model."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated
 
 import typer
 
-from foundry.commands.analyzing import Family, Folders, Labeller, Margins, WhoLabels, margins_of
-from foundry.commands.application import Mine, app
+from foundry.commands.analyzing import Family, Labeller, Margins, Only, WhoLabels, Without, margins_of
+from foundry.commands.application import Folders, Mine, Trusted, app, folder_argument
+from foundry.commands.showing import probe_in
+from foundry.errors import InputError
 
 
 @app.command()
@@ -20,11 +26,66 @@ def report(
     labeller: WhoLabels = Labeller.RULE,
     family: Family = None,
     margin: Margins = None,
+    only: Only = None,
+    without: Without = None,
+    trust_targets: Trusted = None,
     config_dir: Mine = None,
 ) -> None:
-    """Write one page with everything about the sweeps, for a browser without a network."""
+    """Write one page with everything about the sweeps, or about a probe, for a browser without a network."""
     from analysis.report import write_report
 
-    by_model, margins = labeller is Labeller.MODEL, margins_of(margin or [])
-    written = write_report(folders, out, labelled_by_model=by_model, family=family, margins=margins)
+    asked = {"labelled_by_model": labeller is Labeller.MODEL, "margins": margins_of(margin or [])}
+    options = {**asked, "only": only or (), "without": without or ()}
+    probe = probe_in(folders, options)
+    if probe is not None:
+        from analysis.report.probes import write_probe_report
+        from foundry.probing.seen import SeenProbe
+
+        written = write_probe_report(probe, SeenProbe(probe, trust_targets or ()), out, family or ())
+    else:
+        written = write_report(folders, out, family=family, **options)
     print(f"report of {written.runs} runs in {written.path}; its pictures in {written.pictures}")
+
+
+@app.command()
+def card(
+    model: Annotated[str, typer.Argument(metavar="MODEL", help="Its name, as in the tables.", show_default=False)],
+    folders: Annotated[list[Path], folder_argument("Sweeps' folders, or bundles.", "DIR|BUNDLE...")],
+    out: Annotated[
+        Path | None, typer.Option(help="The page; by default card-MODEL.html. Beside it the same as .md.")
+    ] = None,
+    config_dir: Mine = None,
+) -> None:
+    """Write one page about a model: every world that it was in, each measure beside null, best and the other models."""
+    from analysis.paper.card import card as card_of
+
+    page = out or Path(f"card-{re.sub(r'[^A-Za-z0-9.-]+', '_', model)}.html")
+    with _unpacked(folders) as sweeps:
+        made = card_of(model, sweeps)
+    text = page.with_suffix(".md")
+    if text == page:
+        raise InputError(
+            f"--out {page} is the name of the text beside the page: name a page, such as {page.stem}.html."
+        )
+    for path, content in ((page, made.html()), (text, made.markdown())):
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(content, encoding="utf-8", newline="\n")
+        except OSError as error:
+            raise InputError(f"'{path}' cannot be written ({error.strerror}): name another page with --out.") from error
+    print(f"card of {model} in {len(made.settings)} settings: {page}, {text}")
+
+
+@contextmanager
+def _unpacked(paths: Sequence[Path]) -> Iterator[list[Path]]:
+    """Yield the folders of sweeps, bundles unpacked for as long as they are read."""
+    from foundry.trust.unbundling import unpack_bundle
+
+    with TemporaryDirectory(prefix="foundry-card-") as name:
+        folders = []
+        for place, path in enumerate(paths):
+            folder = Path(name) / str(place) / path.name.partition(".")[0] if path.is_file() else path
+            if path.is_file():
+                unpack_bundle(path, folder)
+            folders.append(folder)
+        yield folders

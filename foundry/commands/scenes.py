@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from foundry.commands.application import app, for_screen
+from foundry.commands.application import Mine, app, for_screen
 from foundry.errors import not_found
 
 
@@ -16,6 +16,7 @@ from foundry.errors import not_found
 def interpret(
     text: Annotated[str, typer.Argument(help="A reply; - reads one JSON string a line from standard input.")],
     limits: Annotated[bool, typer.Option("--limits", help="Clamp to the limits of the shipped 3D worlds.")] = False,
+    config_dir: Mine = None,
 ) -> None:
     """Print what the interpreter of the 3D worlds reads from a reply, one JSON object a reply."""
     import msgspec
@@ -37,6 +38,7 @@ def scene(
     pose: Annotated[
         str | None, typer.Option(help="x,y,z,yaw,pitch of the eye, metres and degrees; else an overview.")
     ] = None,
+    config_dir: Mine = None,
 ) -> None:
     """Show what is in a USD file, and what will not be drawn, or make a picture of it."""
     from foundry.worlds.camera.showing import describe_scene, shoot_scene

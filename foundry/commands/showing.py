@@ -5,10 +5,17 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from foundry.commands.application import console
+from foundry.commands.application import bars, console, is_verbose, only_json, print_json, say
 from foundry.errors import InputError
+
+if TYPE_CHECKING:
+    from analysis.probes import ProbeAnalysis
+    from foundry.storing.store import SweepFolder
+
+_TABLES = ("runs", "comparison", "contrasts", "variance", "retest", "equal_chances", "validation")
+"""Tables of an analysis that JSON holds, each a list of rows."""
 
 
 def analyze_and_show(folders: Sequence[Path], *, brief: bool = False, **options: Any) -> None:
@@ -16,58 +23,101 @@ def analyze_and_show(folders: Sequence[Path], *, brief: bool = False, **options:
     from analysis import analyze as analyze_folders
     from foundry.display import frame_table
 
-    if _show_probe(folders, options):
+    probe = _probe(folders, options)
+    if probe is not None:
+        _show_probe(probe)
         return
     with _watched() as watch:
         analysis = analyze_folders(folders, watch=watch, **options)
     screen = console()
-    for table in analysis.headlines(screen.width, brief=brief):
+    for line in analysis.summary:
+        screen.print(f"{line}\n", highlight=False, markup=False)
+    for table in analysis.headlines(screen.width, brief=brief and not is_verbose()):
         screen.print(frame_table(table.rows, table.columns))
         if table.caption:
             screen.print(f"{table.caption}\n", style="dim", highlight=False, markup=False)
     for note in analysis.notes:
         print(note)
-    print(f"tables and plots in {analysis.path}")
+    say(f"tables and plots in {analysis.path}")
+    _say_files(analysis.written)
 
 
-def _show_probe(folders: Sequence[Path], options: Mapping[str, Any]) -> bool:
-    """Analyse a probe and print its short tables; returns whether it is one.
+def analyze_and_print(folders: Sequence[Path], **options: Any) -> None:
+    """Analyse sweeps with these options of `analysis.analyze` and print all tables as one JSON object."""
+    from analysis import analyze as analyze_folders
+
+    with only_json(True):
+        probe = _probe(folders, options)
+        found: Any = probe or analyze_folders(folders, **options)
+    frames = probe.frames if probe else {name: getattr(found, name) for name in _TABLES}
+    tables = {name: frame.to_dict("records") for name, frame in frames.items()}
+    said = {"path": found.path, "summary": found.summary, **({} if probe else {"declared": found.declared})}
+    print_json({**said, **tables, "notes": found.notes, "written": found.written})
+
+
+def _say_files(written: Sequence[Path]) -> None:
+    for file in written if is_verbose() else ():
+        say(f"wrote {file}")
+
+
+def _probe(folders: Sequence[Path], options: Mapping[str, Any]) -> ProbeAnalysis | None:
+    """Return the analysis of a probe; None where the sweeps are none.
 
     Raises:
         InputError: there are other sweeps beside it, or something is asked that its tables do not have.
     """
-    from analysis.probes import analyze_probe, is_probe
-    from foundry.display import frame_table
+    from analysis.probes import analyze_probe
+
+    probe = probe_in(folders, options)
+    return None if probe is None else analyze_probe(probe, options.get("family") or ())
+
+
+def probe_in(folders: Sequence[Path], options: Mapping[str, Any]) -> SweepFolder | None:
+    """Return the probe that the folders are; None where they are other sweeps.
+
+    Raises:
+        InputError: there are other sweeps beside it, or something is asked that its tables do not have.
+    """
+    from analysis.probes import is_probe
     from foundry.storing.store import SweepFolder
 
     opened = [SweepFolder.open(folder) for folder in folders]
     if not any(map(is_probe, opened)):
-        return False
+        return None
     if len(opened) > 1:
         raise InputError(f"'{folders[0]}' and others hold a probe: analyse a probe by itself, foundry analyze FOLDER.")
-    if any(options.values()):
+    if any(value for name, value in options.items() if name != "family"):
         raise InputError(
-            f"'{folders[0]}' is a probe, whose tables know no families, margins and labels: leave them out."
+            f"'{folders[0]}' is a probe, whose tables know no margins, labels and filters: leave them out."
         )
-    analysis, screen = analyze_probe(opened[0]), console()
+    return opened[0]
+
+
+def _show_probe(analysis: ProbeAnalysis) -> None:
+    """Print what was found in a probe, and its short tables."""
+    from foundry.display import frame_table
+
+    screen = console()
+    for line in analysis.summary:
+        screen.print(f"{line}\n", highlight=False, markup=False)
     for table in analysis.tables:
         screen.print(frame_table(table.rows, table.columns))
         screen.print(f"{table.caption}\n", style="dim", highlight=False, markup=False)
     for note in analysis.notes:
         print(note)
-    print(f"tables in {analysis.path}")
-    return True
+    say(f"tables and plots in {analysis.path}")
+    _say_files(analysis.written)
 
 
 @contextlib.contextmanager
 def _watched() -> Iterator[Callable[[int, int], None] | None]:
     """Show on a terminal how many runs are measured; elsewhere nothing."""
-    screen = console()
-    if not screen.is_terminal:
+    screen = bars()
+    if screen.quiet or not screen.is_terminal:
         yield None
         return
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 
-    with Progress("measuring", BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), transient=True) as bars:
-        task = bars.add_task("measuring")
-        yield lambda done, total: bars.update(task, completed=done, total=total)
+    with Progress("measuring", BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), transient=True) as shown:
+        task = shown.add_task("measuring")
+        yield lambda done, total: shown.update(task, completed=done, total=total)

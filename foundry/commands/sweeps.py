@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import typer
 
@@ -14,21 +15,31 @@ from foundry.commands.application import (
     EXIT_INTERRUPTED,
     EXIT_OK,
     OVERRIDES,
+    AsJson,
     Folder,
     Mine,
+    Overrides,
     Trusted,
     TrustedServers,
     app,
+    bars,
     console,
     fail,
+    given,
+    is_quiet,
+    is_verbose,
+    only_json,
+    print_json,
+    say,
 )
 from foundry.commands.showing import analyze_and_show
 from foundry.commands.view import check_view, watched
-from foundry.composing.settings import BASELINES
+from foundry.composing.settings import BASELINES, UNTIL
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
     from foundry.composing.compose import Composed
+    from foundry.composing.planning import PlannedRepeats, PlannedRun
     from foundry.composing.preparing import Checked
     from foundry.expansion import Sweep
     from foundry.models.answers.base import Answers
@@ -39,10 +50,49 @@ if TYPE_CHECKING:
 
 def run_overrides(argv: Sequence[str]) -> int:
     """Compose what the overrides ask for and run it; returns the exit code."""
-    from foundry.composing.compose import compose
+    composed = composed_here(argv)
+    if composed is None:
+        return EXIT_OK
+    return run_composed(composed) if composed.settings.get(UNTIL) is None else _run_until_answered(composed)
 
-    composed = compose(argv)
-    return EXIT_OK if composed is None else run_composed(composed)
+
+def _run_until_answered(composed: Composed) -> int:
+    """Run a declared sweep look after look, to the first at which its question is answered."""
+    from analysis import analyze
+    from analysis.planned.holding import answered
+    from foundry.composing.looks import stages
+
+    path = Path(composed.settings["output"]["dir"] or "")
+    for stage in stages(composed):
+        code = run_composed(stage)
+        if code != EXIT_OK:
+            return code
+        found = analyze(path, plots=False)
+        stands = answered(found.contrasts)
+        if found.planned is not None:
+            say(f"{'answered' if stands else 'not answered'} at {found.planned.look}")
+        if stands:
+            break
+    return _analyze_at_end(path, stage.sweep, composed.settings["analyze"], EXIT_OK)
+
+
+def composed_here(argv: Sequence[str]) -> Composed | None:
+    """Compose a command line with the user's own defaults; says which of them decide what is run."""
+    from foundry.composing.compose import compose
+    from foundry.composing.defaults import read_defaults
+
+    composed = compose(argv, read_defaults(argv))
+    if composed is not None:
+        say_defaults(composed)
+    return composed
+
+
+def say_defaults(composed: Composed) -> None:
+    """Say, beside what is printed, which of the user's own defaults decide what is run."""
+    from foundry import paths
+
+    if composed.deciding and not is_quiet():
+        print(f"{' '.join(composed.deciding)} (from {paths.user_config_file()})", file=sys.stderr)
 
 
 def run_composed(composed: Composed, prepare: Callable[[SweepFolder], None] = lambda folder: None) -> int:
@@ -53,43 +103,60 @@ def run_composed(composed: Composed, prepare: Callable[[SweepFolder], None] = la
     return run_checked(checked(composed), prepare)
 
 
-def run_checked(found: Checked, prepare: Callable[[SweepFolder], None] = lambda folder: None) -> int:
-    """Run what was checked in its folder, once that is prepared."""
-    for line in found.notes:
-        print(line)
-    folder = found.create()
-    prepare(folder)
-    return run_folder(folder, found.settings, found.infos, found.runner)
-
-
-def run_folder(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], runner: Runner) -> int:
-    """Run what has not ended, then say how it went; the exit code says it too."""
+def run_folder(
+    folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], runner: Runner, again: str = "resume"
+) -> int:
+    """Run what has not ended, then say how it went, also by the exit code; `again` names what goes on with it."""
     from foundry.composing.preparing import job_of
     from foundry.display import ProgressDisplay
     from foundry.running.local import SweepInterrupted, SweepStopped
 
     job = job_of(folder, settings, infos)
-    screen = console()
-    print(f"{len(folder.runs())} runs in {folder.path}")
+    say(f"{len(folder.runs())} runs in {folder.path}")
     try:
-        with watched(folder, settings.get("view")), ProgressDisplay(folder, screen):
+        with watched(folder, settings.get("view")), ProgressDisplay(folder, bars(), each_run=is_verbose()):
             runner.run(job)
     except SweepInterrupted:
         _report_end(folder)
-        return fail(f"interrupted; go on with: foundry resume {folder.path}", EXIT_INTERRUPTED)
+        return fail(f"interrupted; go on with: foundry {again} {folder.path}", EXIT_INTERRUPTED)
     except SweepStopped as error:
         _report_end(folder)
         return fail(f"the sweep was stopped: {error}", EXIT_FAILED)
-    code = _report_end(folder)
-    if settings["analyze"] == BASELINES:
-        code = max(code, _run_beside(folder))
-    if settings["analyze"]:
-        analyze_and_show([folder.path], brief=True)
+    return _analyze_at_end(folder.path, folder.sweep, settings["analyze"], _report_end(folder))
+
+
+def _analyze_at_end(path: Path, sweep: Sweep, analyze: bool | str, code: int) -> int:
+    """Analyse a folder whose sweep has ended, where asked once its baselines were run; return the worst exit code."""
+    from foundry.trust.targets import own_packages
+
+    if analyze == BASELINES:
+        code = max(code, run_baselines(path, own_packages(sweep)))
+    if analyze:
+        analyze_and_show([path], brief=True)
     return code
+
+
+Run: TypeAlias = "Callable[[SweepFolder, Any, dict[str, ModelInfo], Runner], int]"
+"""Runs what has not ended in a folder, with its settings and what is known of its models; returns the exit code."""
+
+
+def run_checked(
+    found: Checked, prepare: Callable[[SweepFolder], None] = lambda folder: None, run: Run = run_folder
+) -> int:
+    """Run what was checked in its folder, once that is prepared."""
+    for line in found.notes:
+        say(line)
+    folder = found.create()
+    prepare(folder)
+    return run(folder, found.settings, found.infos, found.runner)
 
 
 def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
     """Run the scripted baselines of a sweep into the folder beside its runs; those that are there stay.
+
+    Args:
+        path: the sweep's folder.
+        trusted: packages whose classes its recorded settings may name, beside foundry's own.
 
     Returns:
         The exit code: that of a sweep in which a run failed, or which was stopped, where that happened.
@@ -97,6 +164,9 @@ def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
     Raises:
         typer.Exit: the user interrupted them.
     """
+    from foundry.composing.baselines import baselines_of
+    from foundry.composing.preflight import check
+    from foundry.composing.preparing import runner_of
     from foundry.storing.store import SweepFolder
     from foundry.trust.targets import check_sweep_targets
 
@@ -104,18 +174,9 @@ def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
     if opened.moments_file.exists():
         raise InputError(f"'{path}' is a probe, which has no baselines: name them among its models.")
     check_sweep_targets(opened.sweep, {}, trusted)
-    return _run_beside(opened)
-
-
-def _run_beside(opened: SweepFolder) -> int:
-    from foundry.composing.baselines import baselines_of
-    from foundry.composing.preflight import check
-    from foundry.composing.preparing import runner_of
-    from foundry.storing.store import SweepFolder
-
     sweep = baselines_of(opened.sweep)
     if not sweep.runs:
-        print(f"{opened.path} compares every baseline itself")
+        say(f"{opened.path} compares every baseline itself")
         return EXIT_OK
     local = {"_target_": "foundry.running.local.LocalRunner"}
     settings = {"runner": local, "cache": {"path": ""}, "analyze": False, "view": None, "record": {"frames": 0}}
@@ -127,11 +188,12 @@ def _run_beside(opened: SweepFolder) -> int:
 
 
 def _report_end(folder: SweepFolder) -> int:
-    from foundry.display import failures
+    from foundry.display import failure_lines
+    from foundry.storing.standing import failures
 
     summaries = [run.summary() for run in folder.runs()]
     complete = sum(one is not None and one.status == "complete" for one in summaries)
-    lines = failures(folder)
+    lines = failure_lines(failures(summaries))
     print(f"{complete} of {len(summaries)} runs complete in {folder.path}")
     for line in lines:
         print(f"  failed {line}")
@@ -160,42 +222,64 @@ def _print_determinism(folder: SweepFolder) -> None:
 
 @app.command(context_settings=OVERRIDES)
 def plan(
-    context: typer.Context,
-    output_dir: Annotated[Path | None, typer.Option(help="Take the runs of this sweep's folder into account.")] = None,
+    overrides: Overrides = None,
+    json: AsJson = False,
+    config_dir: Mine = None,
 ) -> None:
     """Show what a sweep would do, and what it would send, without doing it.
 
-    Takes what `foundry` takes: foundry plan -m model=llama3.2 seed=0-9
+    Takes what `foundry` takes: foundry plan -m model=llama3.2 seed=0-9; what is in output.dir=DIR is counted as done.
     """
-    from foundry.composing.compose import compose
     from foundry.composing.planning import plan as plan_runs
     from foundry.composing.planning import repeats
     from foundry.composing.preflight import notes_of
-    from foundry.composing.preparing import sweep_of
-    from foundry.display import plan_table
     from foundry.storing.determinism import SETTING
+    from foundry.storing.growing import growth
     from foundry.storing.store import SweepFolder
 
-    composed = compose(context.args)
+    composed = composed_here(given(overrides, config_dir))
     if composed is None:
         return
-    sweep = sweep_of(composed)
-    infos, note = known_models(sweep)
-    asked = output_dir or (Path(composed.settings["output"]["dir"]) if composed.settings["output"]["dir"] else None)
-    folders = {run.id: run for run in SweepFolder.open(asked).runs()} if asked and asked.exists() else {}
+    sweep = composed.sweep
+    asked = Path(composed.settings["output"]["dir"]) if composed.settings["output"]["dir"] else None
+    there = SweepFolder.open(asked) if asked and asked.exists() else None
+    growing = [] if there is None else growth(there.sweep, sweep).notes(asked)
+    with only_json(json):
+        infos, note = known_models(sweep)
+    folders = {} if there is None else {run.id: run for run in there.runs()}
     planned = plan_runs(sweep, infos, existing_answers(composed), folders)
-    console().print(plan_table(planned))
+    twice = repeats(sweep, planned, composed.settings[SETTING])
+    notes = [*growing, *notes_of(sweep), *filter(None, [note])]
+    if json:
+        _print_plan(planned, twice, notes)
+    else:
+        _show_plan(planned, twice, notes)
+
+
+def _print_plan(planned: Sequence[PlannedRun], twice: PlannedRepeats, notes: Sequence[str]) -> None:
+    runs = [
+        {"run": one.run.id, "model": one.model, "prompt": one.prompt, "world": one.world, "seed": one.run.seed,
+         "calls": one.calls, "served": one.served, "cached": one.cached, "to_send": one.to_send,
+         "complete": one.complete, "new": one.new}
+        for one in planned
+    ]  # fmt: skip
+    print_json({"runs": runs, "to_send": sum(one.to_send for one in planned), "determinism": twice, "notes": notes})
+
+
+def _show_plan(planned: Sequence[PlannedRun], twice: PlannedRepeats, notes: Sequence[str]) -> None:
+    from foundry.display import plan_table
+
+    console().print(plan_table(planned, None) if is_verbose() else plan_table(planned))
     to_send = sum(one.to_send for one in planned)
     complete = sum(one.complete for one in planned)
     print(f"{len(planned)} runs, {complete} complete; at most {to_send:,} calls would be sent")
-    twice = repeats(sweep, planned, composed.settings[SETTING])
     if twice.again:
-        print(
+        say(
             f"determinism: {twice.again:,} of them would be made once more at the end, half of these beside as many "
             f"others as are then in flight, at most {twice.beside:,}"
         )
-    for line in [*notes_of(sweep), *filter(None, [note])]:
-        print(line)
+    for line in notes:
+        say(line)
 
 
 def existing_answers(composed: Composed) -> Answers | None:
@@ -223,26 +307,66 @@ def resume(
 
     OLLAMA_HOST and OPENAI_BASE_URL, where they are set, replace the servers that the sweep began with.
     """
+    raise typer.Exit(go_on(folder, trust_targets or (), trust_servers))
+
+
+def go_on(folder: Path, trusted: Sequence[str], trust_servers: bool, run: Run = run_folder) -> int:
+    """Run what a sweep still lacks, once it is known to be the same here; returns the exit code."""
     from foundry.composing.preflight import check, declare
     from foundry.composing.preparing import model_lines, runner_of
     from foundry.composing.settings import checked_settings
-    from foundry.storing.store import SweepFolder, check_declared, check_digests
+    from foundry.storing.growing import check_declared, check_digests
+
+    opened = open_to_run(folder, trusted, trust_servers)
+    settings = checked_settings(opened.settings)
+    runner = runner_of(settings)
+    infos = check(opened.sweep_here())
+    check_digests(opened.models, model_lines(infos))
+    check_declared(opened.sweep, declare(opened.sweep_here()))
+    return run(opened, settings, infos, runner)
+
+
+@app.command(context_settings=OVERRIDES)
+def grow(
+    folder: Folder,
+    overrides: Overrides = None,
+    trust_targets: Trusted = None,
+    trust_servers: TrustedServers = False,
+    config_dir: Mine = None,
+) -> None:
+    """Add to a sweep: seeds, or a further model, prompt or world. What is there stays.
+
+    foundry grow outputs/pilot seed=10-19
+
+    foundry grow outputs/pilot model=gemma3:4b
+
+    Takes the overrides of a sweep; what they do not say is as it was recorded.
+    """
+    from foundry.composing.defaults import read_defaults
+    from foundry.composing.growing import compose_growth
+
+    asked = given(overrides, config_dir)
+    composed = compose_growth(open_to_run(folder, trust_targets or (), trust_servers), asked, read_defaults(asked))
+    if composed is None:
+        raise typer.Exit(EXIT_OK)
+    say_defaults(composed)
+    raise typer.Exit(run_composed(composed))
+
+
+def open_to_run(folder: Path, trusted: Sequence[str], trust_servers: bool) -> SweepFolder:
+    """Open a sweep whose recorded settings are to be run: nothing is built or reached for them that must be trusted."""
+    from foundry.storing.store import SweepFolder
     from foundry.trust import reaching
     from foundry.trust.targets import check_sweep_targets
 
     opened = SweepFolder.open(folder)
     opened.check_runnable()
-    check_sweep_targets(opened.sweep, opened.settings, trust_targets or ())
+    check_sweep_targets(opened.sweep, opened.settings, trusted)
     opened.sweep = reached_now(opened.sweep)
     if not trust_servers:
         reaching.check_models(condition.config["model"] for condition in opened.sweep.conditions)
         reaching.check_settings(opened.settings)
-    settings = checked_settings(opened.settings)
-    runner = runner_of(settings)
-    infos = check(opened.sweep_here())
-    check_digests(opened, model_lines(infos))
-    check_declared(opened, declare(opened.sweep_here()))
-    raise typer.Exit(run_folder(opened, settings, infos, runner))
+    return opened
 
 
 def reached_now(sweep: Sweep) -> Sweep:
@@ -256,14 +380,38 @@ def reached_now(sweep: Sweep) -> Sweep:
 
 
 @app.command()
-def status(folder: Folder, config_dir: Mine = None) -> None:
+def status(folder: Folder, json: AsJson = False, config_dir: Mine = None) -> None:
     """Show how far a sweep is, and why runs failed."""
-    from foundry.display import failures, status_table
+    from foundry.display import failure_lines, status_table
+    from foundry.storing.standing import failures, standings
     from foundry.storing.store import SweepFolder
 
     opened = SweepFolder.open(folder)
-    console().print(status_table(opened))
-    for line in failures(opened):
+    summaries = [run.summary() for run in opened.runs()]
+    found, failed = standings(opened, summaries), failures(summaries)
+    if json:
+        print_json({"sweep": opened.path, "models": found, "failed": failed, **_judged(opened)})
+        return
+    console().print(status_table(found))
+    for line in failure_lines(failed, None) if is_verbose() else failure_lines(failed):
         print(f"failed {line}")
     _print_unread(opened)
     _print_determinism(opened)
+
+
+def _judged(folder: SweepFolder) -> dict[str, Any]:
+    """Return what there is to say of each model's replies and of its server."""
+    from foundry.storing.determinism import told_of
+    from foundry.storing.unread import unread
+
+    lost = [
+        {"model": one.model, "replies": one.replies, "share": one.share, "outcomes": one.outcomes,
+         "examples": one.examples}
+        for one in unread(folder.runs())
+    ]  # fmt: skip
+    repeated = [
+        {"model": one.name, "why": one.why or None}
+        | {name: one.repeats and getattr(one.repeats, name) for name in ("at_once", "alone", "loaded")}
+        for one in told_of(folder)
+    ]
+    return {"unread": lost, "determinism": repeated}

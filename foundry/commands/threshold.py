@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 import typer
 
-from foundry.commands.application import EXIT_OK, OVERRIDES, app, console
+from foundry.commands.application import EXIT_OK, OVERRIDES, Mine, Overrides, app, console, given, say
+from foundry.commands.sweeps import composed_here, run_composed
 from foundry.errors import InputError, not_found
 
 if TYPE_CHECKING:
@@ -42,16 +43,15 @@ class Asked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 @app.command(context_settings=OVERRIDES)
-def threshold(context: typer.Context) -> None:
+def threshold(overrides: Overrides = None, config_dir: Mine = None) -> None:
     """Look for the value of a setting from which an outcome prevails, by bisection, for each model of a sweep.
 
     Takes what `foundry` takes: foundry threshold +sweep=critical_mass model=llama3.2 seed=0-9
     """
-    from foundry.composing.compose import compose
     from foundry.composing.preparing import OUTPUTS
     from foundry.storing.store import fresh_folder
 
-    composed = compose(["-m", *context.args])
+    composed = composed_here(["-m", *given(overrides, config_dir)])
     if composed is None:
         return
     asked = _asked(composed)
@@ -88,7 +88,6 @@ def _asked(composed: Composed) -> Asked:
 def _played(composed: Composed, asked: Asked, folder: Path) -> tuple[list[dict[float, Any]], int]:
     """Play stage after stage, each a sweep of one value a condition; return the outcomes by condition and value."""
     from analysis.stats.threshold import Search, next_value
-    from foundry.commands.sweeps import run_composed
 
     search = Search(asked.low, asked.high, asked.until, asked.level)
     points: list[dict[float, Any]] = [{} for _ in composed.conditions]
@@ -180,7 +179,5 @@ def _tell(conditions: Sequence[Condition], asked: Asked, points: Sequence[Points
     columns = tuple(rows[0])
     shown = [tuple(f"{one:.3g}" if isinstance(one, float) else str(one) for one in row.values()) for row in rows]
     console().print(frame_table(shown, columns))
-    print(
-        f"{folder / FILE}: the bracket of the bisection (low, high), and the nearest values whose whole 95 % interval"
-    )
-    print(f"lies on one side (surely_low, surely_high); {folder / POINTS_FILE} has every value that was played")
+    say(f"{folder / FILE}: the bracket of the bisection (low, high), and the nearest values whose whole 95 % interval")
+    say(f"lies on one side (surely_low, surely_high); {folder / POINTS_FILE} has every value that was played")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,25 +12,38 @@ from foundry.commands.application import (
     EXIT_FAILED,
     EXIT_OK,
     OVERRIDES,
+    AsJson,
+    Folder,
     Mine,
+    Noted,
+    OneRun,
+    Overrides,
     Trusted,
     TrustedServers,
     app,
+    bars,
     console,
+    folder_argument,
     for_screen,
+    given,
+    is_verbose,
+    only_json,
+    print_json,
+    say_notes,
 )
 
 if TYPE_CHECKING:
     from foundry.storing.store import RunFolder, SweepFolder
     from foundry.trust.comparing import Drift
-    from foundry.trust.verifying import Verified
+    from foundry.trust.verifying import Verdict, Verified
 
 
 @app.command()
 def verify(
-    path: Annotated[Path, typer.Argument(help="A sweep's folder, or a run's.", show_default=False)],
+    path: Annotated[Path, folder_argument("A sweep's folder, or a run's.", "DIR|RUN")],
     frames: Annotated[bool, typer.Option("--frames", help="Draw kept frames again and compare them, too.")] = False,
     workers: Annotated[int | None, typer.Option(help="Processes; else one a core.", min=1)] = None,
+    json: AsJson = False,
     trust_targets: Trusted = None,
     config_dir: Mine = None,
 ) -> None:
@@ -45,18 +58,28 @@ def verify(
 
     folder, runs = runs_at(path)
     check_sweep_targets(folder.sweep, folder.settings, trust_targets or ())
-    results = list(_shown(_verified(folder, runs, frames, workers), len(runs)))
-    for one in sorted(results, key=lambda one: one.run):
+    with only_json(json):
+        results = sorted(_shown(_verified(folder, runs, frames, workers), len(runs)), key=lambda one: one.run)
+    counts = {verdict: sum(one.verdict == verdict for one in results) for verdict in Verdict}
+    if json:
+        print_json({"sweep": folder.path, "verdicts": counts, "runs": results})
+    else:
+        _say_verified(results, counts)
+    if any(counts[one] for one in (Verdict.DIFFERS, Verdict.READ_OTHERWISE, Verdict.DRAWN_OTHERWISE)):
+        raise typer.Exit(EXIT_FAILED)
+
+
+def _say_verified(results: Sequence[Verified], counts: Mapping[Verdict, int]) -> None:
+    for one in results:
         if one.difference is not None:
             print(for_screen(f"{one.run} differs: {one.difference.line()}"))
         elif one.note:
             print(for_screen(f"{one.run} {one.note}"))
-    counts = {verdict: sum(one.verdict == verdict for one in results) for verdict in Verdict}
+        elif is_verbose():
+            print(for_screen(f"{one.run} {one.verdict}: {one.lines:,} lines, {one.calls:,} questions"))
     said = [f"{count} {verdict}" for verdict, count in counts.items() if count]
     lines, calls = sum(one.lines for one in results), sum(one.calls for one in results)
     print(f"{len(results)} runs: {', '.join(said)}; {lines:,} lines and {calls:,} questions compared")
-    if any(counts[one] for one in (Verdict.DIFFERS, Verdict.READ_OTHERWISE, Verdict.DRAWN_OTHERWISE)):
-        raise typer.Exit(EXIT_FAILED)
 
 
 def _verified(folder: SweepFolder, runs: Sequence[RunFolder], frames: bool, workers: int | None) -> Iterator[Verified]:
@@ -71,7 +94,7 @@ def _shown(results: Iterator[Verified], total: int) -> Iterator[Verified]:
     """Pass results on under a bar that counts them."""
     from rich.progress import track
 
-    screen = console()
+    screen = bars()
     return iter(
         track(results, "verifying", total=total, console=screen, transient=True, disable=not screen.is_terminal)
     )
@@ -83,22 +106,19 @@ _ROWS = 20
 
 @app.command()
 def diff(
-    one: Annotated[Path, typer.Argument(help="A run's folder.", show_default=False)],
-    other: Annotated[Path, typer.Argument(help="Another run's folder.", show_default=False)],
-    as_json: Annotated[bool, typer.Option("--json", help="Print everything as one JSON object.")] = False,
+    one: OneRun,
+    other: OneRun,
+    json: AsJson = False,
     config_dir: Mine = None,
 ) -> None:
     """Show where two runs part - question, answer, state - and how far they drift from each other after that."""
-    import msgspec
-
     from foundry.storing.store import find_run
     from foundry.trust.comparing import compare
 
     left, right = find_run(one), find_run(other)
     parting = compare(left, right)
-    if as_json:
-        found = msgspec.json.encode({"runs": [left.id, right.id], **vars(parting)})
-        print(found.decode())
+    if json:
+        print_json({"runs": [left.id, right.id], **vars(parting)})
         return
     for what, difference in (("question", parting.question), ("answer", parting.answer), ("state", parting.state)):
         said = "none" if difference is None else difference.line().replace(": recorded ", ": ").replace(", now ", " | ")
@@ -148,8 +168,11 @@ def _cells(rows: Sequence[Drift]) -> dict[str, list[str]]:
 
 @app.command()
 def bundle(
-    folder: Annotated[Path, typer.Argument(help="A sweep's folder.", show_default=False)],
-    out: Annotated[Path, typer.Argument(help="The file to write, such as pilot.tar.zst.", show_default=False)],
+    folder: Folder,
+    out: Annotated[
+        Path, typer.Argument(metavar="FILE", help="The file to write, such as pilot.tar.zst.", show_default=False)
+    ],
+    notes: Noted = False,
     config_dir: Mine = None,
 ) -> None:
     """Write everything that a reviewer needs into one file: records, answers, images, scenes, digests.
@@ -158,18 +181,18 @@ def bundle(
     """
     from foundry.trust.bundling import write_bundle
 
-    manifest = write_bundle(folder, out)
+    manifest = write_bundle(folder, out, notes=notes)
     size = sum(file.size for file in manifest.files)
     print(f"{manifest.runs} runs, {len(manifest.files)} files, {size:,} bytes, {out.stat().st_size:,} packed: {out}")
+    say_notes([folder], taken=notes)
 
 
 @app.command()
 def unbundle(
-    file: Annotated[Path, typer.Argument(help="A bundle.", show_default=False)],
-    folder: Annotated[
-        Path | None, typer.Argument(help="A new folder; else named as the bundle is.", show_default=False)
-    ] = None,
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A bundle.", show_default=False)],
+    folder: Annotated[Path | None, folder_argument("A new folder; else named as the bundle is.", "DIR")] = None,
     limit: Annotated[float, typer.Option(help="GiB that it may have unpacked.", min=0.0)] = 16.0,
+    config_dir: Mine = None,
 ) -> None:
     """Unpack a bundle, checking every name, size and digest; then foundry verify and foundry analyze work on it."""
     from foundry.trust.unbundling import GIB, unpack_bundle
@@ -181,17 +204,20 @@ def unbundle(
 
 @app.command(context_settings=OVERRIDES)
 def fork(
-    context: typer.Context,
-    run: Annotated[Path, typer.Argument(help="A run's folder.", show_default=False)],
+    run: OneRun,
+    overrides: Overrides = None,
+    *,
     at: Annotated[int, typer.Option(help="The first step that is played anew, from 2.", show_default=False)],
     trust_targets: Trusted = None,
     trust_servers: TrustedServers = False,
+    config_dir: Mine = None,
 ) -> None:
     """Continue a recorded run from a step on, with another model, prompt or world; what was before is shared.
 
     foundry fork outputs/pilot/runs/<run> --at 20 -m model=qwen3:4b,llama3.2 sampling_seed=0-4
     """
-    from foundry.commands.sweeps import run_composed
+    from foundry.commands.sweeps import run_composed, say_defaults
+    from foundry.composing.defaults import read_defaults
     from foundry.storing.store import find_run, runs_at
     from foundry.trust import reaching
     from foundry.trust.forking import compose_fork, keep_origin
@@ -199,8 +225,12 @@ def fork(
 
     origin, (folder, _) = find_run(run), runs_at(run)
     check_sweep_targets(folder.sweep, folder.settings, trust_targets or ())
-    composed = compose_fork(origin, folder.path.resolve().name, at, context.args)
-    if composed is not None and not trust_servers:
+    asked = given(overrides, config_dir)
+    composed = compose_fork(origin, folder.path.resolve().name, at, asked, read_defaults(asked))
+    if composed is None:
+        raise typer.Exit(EXIT_OK)
+    say_defaults(composed)
+    if not trust_servers:
         models = [condition.config["model"] for condition in composed.conditions]
-        reaching.check_models(models, typed=context.args, recorded=origin.config()["model"])
-    raise typer.Exit(EXIT_OK if composed is None else run_composed(composed, lambda new: keep_origin(new, origin, at)))
+        reaching.check_models(models, typed=asked, recorded=origin.config()["model"])
+    raise typer.Exit(run_composed(composed, lambda new: keep_origin(new, origin, at)))

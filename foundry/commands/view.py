@@ -2,41 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from foundry.commands.application import Mine, Trusted, app
+from foundry.commands.application import Mine, Noted, Trusted, app, folder_argument, say_notes
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
+    from foundry.models.human.desk import Desk
     from foundry.storing.store import SweepFolder
+
+Host = Annotated[str, typer.Option(help="Address to listen on; others than this machine's let others in.")]
+Port = Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0 takes a free one.")]
+Browser = Annotated[bool, typer.Option(help="Open the browser.")]
 
 
 @app.command()
 def view(
     folder: Annotated[
         Path | None,
-        typer.Argument(
-            help="A sweep's folder, or a folder of sweeps; by default the newest sweep in outputs/.", show_default=False
-        ),
+        folder_argument("A sweep's folder, or a folder of sweeps; by default the newest sweep in outputs/.", "DIR"),
     ] = None,
     export: Annotated[Path | None, typer.Option(help="Write the page as files into this folder instead.")] = None,
-    host: Annotated[
-        str, typer.Option(help="Address to listen on; others than this machine's let others in.")
-    ] = "127.0.0.1",
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0 takes a free one.")] = 0,
-    browser: Annotated[bool, typer.Option(help="Open the browser.")] = True,
+    notes: Noted = False,
+    host: Host = "127.0.0.1",
+    port: Port = 0,
+    browser: Browser = True,
     trust_targets: Trusted = None,
     config_dir: Mine = None,
 ) -> None:
     """Look at what happened: runs step by step, prompts and replies, runs side by side."""
     root = folder if folder is not None else _newest()
     if export is not None:
-        _export(root, export, trust_targets or ())
+        _export(root, export, trust_targets or (), notes=notes)
     else:
         _serve(root, host=host, port=port, browser=browser, trusted=trust_targets or ())
 
@@ -51,14 +54,58 @@ def check_view(asked: object) -> None:
         raise InputError(f"view={asked} is neither null nor live: add view=live to watch, or look with: foundry view.")
 
 
+@dataclass(frozen=True)
+class AskingPage:
+    """Where people are asked, and whether a browser is opened there."""
+
+    host: str
+    port: int
+    browser: bool
+
+    @contextmanager
+    def shown(
+        self, desk: Desk, told: str, *, leave: Callable[[], None], **watching: Callable[[], Any]
+    ) -> Iterator[None]:
+        """Serve the page while the block runs, and a moment longer for a page that is open.
+
+        Args:
+            desk: where questions wait.
+            told: what the person is told before the first question.
+            leave: called when the person ends the sitting.
+            watching: `look` and `far` of the server.
+        """
+        from foundry.viewer.http import is_loopback, open_in_browser, running
+        from foundry.viewer.people.server import PeopleServer
+
+        with running(PeopleServer(desk, told, leave=leave, host=self.host, port=self.port, **watching)) as server:
+            if not is_loopback(self.host):
+                print("Warning: whoever has this address can answer, and it is sent unencrypted.")
+            print(f"answer at {server.url} (Ctrl-C ends, and what was answered is kept)", flush=True)
+            if self.browser:
+                open_in_browser(server.url)
+            yield
+            server.farewell()
+
+
+def told_to(people: Sequence[str], where: str) -> str:
+    """Return what people are told before the first question."""
+    under = "this name" if len(people) == 1 else "the name that each question stands under"
+    return (
+        f"You answer as {' and '.join(people)}. What you send is recorded under {under}, with the seconds that each "
+        f"answer took, in the sweep '{where}' and in its cache of answers.\n"
+        "Nothing else about you is recorded. You may stop at any time and go on another day; what you sent stays.\n"
+        "If you agree to this, begin."
+    )
+
+
 @contextmanager
 def watched(folder: SweepFolder, asked: object) -> Iterator[None]:
     """Serve the page of a sweep while it runs, if asked; the page may build the worlds that are being run."""
     if asked is None:
         yield
         return
+    from foundry.viewer.http import open_in_browser
     from foundry.viewer.live import serve_live
-    from foundry.viewer.server import open_in_browser
 
     worlds = {str(one.config["world"].get("_target_")) for one in folder.sweep.conditions}
     with serve_live(folder.path, sorted(world.rpartition(".")[0] for world in worlds)) as url:
@@ -76,17 +123,27 @@ def _newest() -> Path:
     return sweeps_in(outputs)[0]
 
 
-def _export(root: Path, out: Path, trusted: Sequence[str]) -> None:
+def _export(root: Path, out: Path, trusted: Sequence[str], *, notes: bool) -> None:
+    from foundry.storing.store import sweeps_in
     from foundry.viewer.export import export
 
-    exported = export(root, out, trusted)
+    exported = export(root, out, trusted, notes=notes, is_warning=_is_warning)
     print(f"{exported.runs} runs in {exported.files} files, {exported.size / 1e6:,.1f} MB: open {exported.page}")
+    say_notes(sweeps_in(root), taken=notes)
+
+
+def _is_warning(text: str, fires: tuple[str, ...]) -> bool | None:
+    """Return whether a text is a warning by the analysis's rule, which is first loaded where somebody asks."""
+    from analysis.labelling.warning_rule import is_warning
+
+    return is_warning(text, fires)
 
 
 def _serve(root: Path, *, host: str, port: int, browser: bool, trusted: Sequence[str]) -> None:
-    from foundry.viewer.server import ViewServer, is_loopback, open_in_browser
+    from foundry.viewer.http import is_loopback, open_in_browser
+    from foundry.viewer.server import ViewServer
 
-    server = ViewServer(root, host=host, port=port, trusted=trusted)
+    server = ViewServer(root, host=host, port=port, trusted=trusted, is_warning=_is_warning)
     if not is_loopback(host):
         print(f"Warning: whoever reaches {host} can read every prompt and reply in '{root}'.")
     print(f"{root} is shown at {server.url} (Ctrl-C ends)", flush=True)

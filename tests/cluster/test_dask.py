@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from commands import SMALL, calls, foundry, is_dead, records, started, statuses, wait_until
+from commands import SMALL, calls, foundry, is_dead, is_stopping, records, started, statuses, wait_until
 from dask_servers import Cluster
 from databases import PostgresStore
 from foundry import paths
@@ -103,7 +103,7 @@ def test_a_stopped_sweep_goes_on_where_it_was(cluster: Cluster, cache: str, undi
         with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
             wait_until(lambda: holding.held, "the calls are held back")
             os.killpg(process.pid, signal.SIGINT)
-            wait_until(SweepFolder.open(tmp_path / "sweep").stop_file.exists, "it was understood")
+            wait_until(lambda: is_stopping(tmp_path / "sweep"), "it was understood")
             holding.free()
             server.drop_hanging()
             output, _ = process.communicate(timeout=60)

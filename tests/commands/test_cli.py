@@ -13,9 +13,11 @@ from pathlib import Path
 import msgspec
 import pytest
 import yaml
+from typer.main import get_command
 
 from commands import SMALL, calls, foundry, records, statuses, sweep_folder
 from foundry.cli import run
+from foundry.commands.application import app
 from foundry.storing.store import SweepFolder
 from ollama_cases import BAD_OPTION, RUNNER_DIED, Body, ChatCase, grid_answer, refused
 from ollama_server import OllamaServer
@@ -36,6 +38,27 @@ def complain(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
     error = capsys.readouterr().err
     assert error.count("\n") == 1 and error.startswith("foundry: "), error
     return error
+
+
+def refused_by(command: str) -> tuple[list[str], str]:
+    """Return what a command does not take, and what it says of it: too little, an unknown option, or no folder."""
+    found = get_command(app).commands[command]  # type: ignore[attr-defined]
+    if any(one.required for one in found.params):
+        return [command], "foundry: Missing argument "
+    if found.context_settings:
+        return [command, "--config-dir", "nowhere"], "there is no such folder"
+    return [command, "--no-such-option"], "foundry: No such option: --no-such-option"
+
+
+@pytest.mark.parametrize("command", get_command(app).commands)  # type: ignore[attr-defined]
+def test_every_command_says_what_it_lacks_or_does_not_take_in_one_line(
+    command: str, capsys: pytest.CaptureFixture[str]
+):
+    argv, said = refused_by(command)
+    told = complain(capsys, *argv)
+    assert said in told
+    if "nowhere" not in argv:
+        assert f"Usage: foundry {command} [OPTIONS]" in told and f"foundry {command} --help tells more." in told
 
 
 @pytest.mark.parametrize(
@@ -191,13 +214,12 @@ def test_a_sampling_seed_varies_the_sampling_and_leaves_the_world_alone(workspac
     assert first.steps_bytes() != second.steps_bytes()
 
 
-def test_the_same_command_into_the_same_folder_continues_it(workspace: Path, capsys: pytest.CaptureFixture[str]):
+def test_the_same_command_into_the_same_folder_continues_it(workspace: Path):
     argv = ["-m", "model=scripted/random", "seed=0-2", "output.dir=out", *TINY]
     assert run(argv) == 0
     ended = [run.summary() for run in SweepFolder.open("out").runs()]
     assert run(argv) == 0
     assert [run.summary() for run in SweepFolder.open("out").runs()] == ended
-    assert "holds another sweep" in complain(capsys, *argv[:2], "seed=0-3", *argv[3:])
 
 
 def test_what_was_cached_costs_no_call_in_another_sweep(workspace: Path):
@@ -365,6 +387,26 @@ def test_the_records_of_a_run_are_what_the_contract_says(workspace: Path):
     assert saved == only.config() and saved["seed"] == 0
     call = next(only.calls())
     assert (call.kind, call.model, call.cached, len(call.key)) == ("message", "scripted/avoid", False, 40)
+
+
+@pytest.mark.parametrize(
+    ("argv", "says"),
+    [
+        (["-m", "model=scripted/stay", "--json"], "'--json' is no option here: the command with --help lists"),
+        (
+            ["world.personas={state: {calm: 1}}"],
+            "'world.personas.state' not found. Did you mean 'world.personas.gender'?",
+        ),
+        (["plan", "outputs/pilot"], "'outputs/pilot' is a folder: name it as output.dir=outputs/pilot"),
+    ],
+)
+def test_what_is_no_override_or_no_setting_is_one_clear_line(
+    argv: list[str], says: str, workspace: Path, capsys: pytest.CaptureFixture[str]
+):
+    Path("outputs/pilot").mkdir(parents=True)
+    assert run(argv) == 2
+    told = capsys.readouterr().err
+    assert says in told and told.count("\n") == 1
 
 
 def test_hydras_own_flags_still_work(workspace: Path, capsys: pytest.CaptureFixture[str]):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -23,16 +22,6 @@ from foundry.models.scripted.stay import Stay
 class Quiet(Stay):
     pass
 """
-
-
-@pytest.fixture(autouse=True)
-def kept_path(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    monkeypatch.setattr(sys, "path", list(sys.path))
-    before = set(sys.modules)
-    yield
-    for name in set(sys.modules) - before:
-        if name.startswith(("quiet_", "foundry_own_")):
-            del sys.modules[name]
 
 
 @pytest.fixture
@@ -62,16 +51,25 @@ def test_code_beside_config_dir_runs_without_pythonpath(mine: Path, tmp_path: Pa
         assert done.returncode == 0, (command, done.stdout + done.stderr)
 
 
-def test_every_command_that_reads_or_makes_runs_takes_the_folder_of_own_parts():
-    commands = get_command(app).commands  # type: ignore[attr-defined]
-    taking = {name for name, one in commands.items() if any(param.name == "config_dir" for param in one.params)}
-    composing = {str(one.callback.__name__) for one in app.registered_commands if one.context_settings and one.callback}
-    assert taking == {
-        "analyze", "bundle", "diff", "power", "replay", "report", "resume", "status", "validate", "verify", "view",
-    }  # fmt: skip
-    assert composing == {"check", "doctor", "fork", "label", "plan", "probe", "prompt", "threshold"}, (
-        "these hand it to Hydra"
-    )
+@pytest.mark.parametrize("name", sorted(get_command(app).commands))  # type: ignore[attr-defined]
+def test_every_command_takes_the_folder_of_own_parts(name: str):
+    command = get_command(app).commands[name]  # type: ignore[attr-defined]
+    assert any("--config-dir" in param.opts for param in command.params)
+
+
+def test_a_folder_of_own_parts_that_is_not_there_is_refused_by_every_command(tmp_path: Path):
+    for argv in (("model=scripted/stay",), ("plan", "model=scripted/stay"), ("status", "out"), ("models",)):
+        done = foundry(*argv, "--config-dir", "nowhere", cwd=tmp_path)
+        assert done.returncode == 2 and "nowhere" in done.stderr and done.stderr.count("\n") == 1, argv
+
+
+def test_a_sweeps_folder_is_named_alike_where_it_is_made_and_where_it_is_read(tmp_path: Path):
+    made = "output.dir=out"
+    assert foundry("model=scripted/stay", *SMALL[:3], "analyze=false", made, cwd=tmp_path).returncode == 0
+    for argv in (("status",), ("verify",), ("resume",), ("plan", "model=scripted/stay", *SMALL[:3], "analyze=false")):
+        done = foundry(*argv, made, cwd=tmp_path)
+        assert done.returncode == 0 and "1" in done.stdout, (argv, done.stderr)
+    assert "1 runs, 1 complete" in done.stdout
 
 
 def test_modules_of_the_working_directory_never_stand_before_ours(tmp_path: Path):

@@ -65,11 +65,9 @@ def led(tmp_path_factory: pytest.TempPathFactory) -> Led:
     place = tmp_path_factory.mktemp("tutorial")
     shutil.copytree(EXAMPLE, place / "examples" / "el_farol", ignore=shutil.ignore_patterns("__pycache__"))
     found = Led(place, {})
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setenv("FOUNDRY_WORKERS", "1")
-        for command in COMMANDS:
-            run = found.run("scripted/random") if "RUN" in command else ""
-            found.said[command] = said(*shlex.split(command.replace("RUN", run)), cwd=place)
+    for command in COMMANDS:
+        run = found.run("scripted/random") if "RUN" in command else ""
+        found.said[command] = said(*shlex.split(command.replace("RUN", run)), cwd=place)
     return found
 
 
@@ -238,9 +236,9 @@ def test_a_worker_that_knows_nothing_of_the_command_is_told_where_its_code_is(
     sweep = declare(expand((), composed.conditions))
     infos = {settings_key(sweep.conditions[0].config["model"]): ModelInfo("mine/mixing")}
     folder = SweepFolder.create(tmp_path / "s", sweep, {"record": {"frames": False}}, [])
-    folder.stop_file.parent.mkdir()
+    folder.start_progress()
     runs = tuple(run.id for run in folder.runs())
-    task = pickle.dumps((run_lane, LaneSpec("0", folder, runs, infos, cache=str(tmp_path / "answers"), own=own)))
+    task = pickle.dumps((run_lane, LaneSpec("0", "0", folder, runs, infos, cache=str(tmp_path / "answers"), own=own)))
     worker = [sys.executable, "-P", "-m", "foundry.running.lane_process"]
     known = {"PATH": os.environ["PATH"], "PYTHONPATH": str(ROOT)}
     subprocess.run(worker, input=task, env=known, cwd=tmp_path, capture_output=True, check=True)

@@ -54,6 +54,11 @@ def test_a_bomb_in_a_recorded_sweep_is_refused_at_once(name: str, tmp_path: Path
         assert done.returncode == 2 and done.stderr.count("\n") == 1 and time.monotonic() - began < 15
 
 
+def drawn_without(part: str, command: str) -> bool:
+    """Return whether a command draws what was recorded, and so builds nothing of this part."""
+    return command == "replay" and part != "world"
+
+
 @pytest.mark.parametrize(
     "part", ["world", *(pytest.param(one, marks=pytest.mark.slow) for one in ("model", "prompt", "runner"))]
 )
@@ -77,6 +82,6 @@ def test_nothing_that_a_record_names_is_run(part: str, tmp_path: Path):
     for command in commands:
         done = foundry(*command, cwd=tmp_path)
         assert "Traceback" not in done.stderr
-        assert done.returncode == 2 or command[0] == "status" or part == "runner"
+        assert done.returncode == 2 or command[0] == "status" or part == "runner" or drawn_without(part, command[0])
     assert foundry("resume", "out", cwd=tmp_path).returncode == 2
     assert not canary.exists() and not run.ended

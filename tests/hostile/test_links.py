@@ -64,7 +64,7 @@ def commands(sweep: Path) -> dict[str, tuple[str, ...]]:
         "replay": ("replay", run, "--steps", "1"),
         "resume": ("resume", "out"),
         "label": ("label", "out", "--model", "scripted/stay"),
-        "plan": ("plan", "model=scripted/herd", "--output-dir", "out"),
+        "plan": ("plan", "model=scripted/herd", "output.dir=out"),
         "power": ("power", "out"),
         "replayed": ("model=replay/out", *SMALL, "output.dir=again"),
     }

@@ -40,22 +40,22 @@ PATIENCE_S = 60.0
 @pytest.mark.slow
 @pytest.mark.parametrize("name", TEXTS)
 def test_ten_megabytes_are_read_in_time(name: str):
-    began = time.monotonic()
+    began = time.process_time()
     answer = Answer(TEXTS[name])
     assert read_action(answer).outcome in READINGS
     assert read_message(answer).outcome in READINGS
     for interpreter in (LatestInterpreter(), LastSentenceInterpreter(), JsonInterpreter()):
         assert interpreter.read(TEXTS[name]).outcome in Outcome
-    assert time.monotonic() - began < PATIENCE_S
+    assert time.process_time() - began < PATIENCE_S
 
 
 @pytest.mark.parametrize("name", TEXTS)
 def test_a_tenth_of_a_megabyte_is_read_in_time(name: str):
     text = TEXTS[name][: LARGE // 100]
-    began = time.monotonic()
+    began = time.process_time()
     assert read_action(Answer(text)).outcome in READINGS
     assert LatestInterpreter().read(text).outcome in Outcome
-    assert time.monotonic() - began < 5
+    assert time.process_time() - began < 5
 
 
 STRANGE = '{"action": "stay", "memory": "\x1b[2J\x1b]0;owned\x07\x00\u202e' + "x" * (LARGE // 2) + '"}'

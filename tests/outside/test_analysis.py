@@ -23,8 +23,7 @@ from report_pages import narrowed
 
 
 @pytest.fixture
-def analysed(outside: Outside, monkeypatch: pytest.MonkeyPatch) -> analysis.Analysis:
-    monkeypatch.setenv(VARIABLE, "")
+def analysed(outside: Outside) -> analysis.Analysis:
     use([outside.cwd / "mine"])
     return analysis.analyze(outside.sweep, plots=False)
 

@@ -81,7 +81,7 @@ def taken_up() -> contextlib.AbstractContextManager[None]:
 
 @contextlib.contextmanager
 def browser_page(
-    *, width: int = 1280, height: int = 900, dark: bool = False, allowed_errors: Sequence[str] = ()
+    *, width: int = 1280, height: int = 900, dark: bool = False, touch: bool = False, allowed_errors: Sequence[str] = ()
 ) -> Iterator[Page]:
     """Yield an empty page; at the end, fail when it logged an error or asked for anything outside this machine.
 
@@ -89,6 +89,7 @@ def browser_page(
         width: of the page, CSS pixels.
         height: of the page.
         dark: whether the reader prefers dark pages.
+        touch: whether it is touched, as on a telephone.
         allowed_errors: parts of console errors that a test provokes on purpose.
     """
     started = _started()
@@ -96,7 +97,7 @@ def browser_page(
     asked: list[str] = []
     with _running(started.loop):
         context = started.browser.new_context(
-            viewport={"width": width, "height": height}, color_scheme="dark" if dark else "light"
+            viewport={"width": width, "height": height}, color_scheme="dark" if dark else "light", has_touch=touch
         )
         try:
             page = context.new_page()
@@ -106,8 +107,10 @@ def browser_page(
             yield page
         finally:
             context.close()
-    assert [error for error in errors if not any(part in error for part in allowed_errors)] == []
-    assert [url for url in asked if not is_inside(url)] == []
+    told = [error for error in errors if not any(part in error for part in allowed_errors)]
+    outside = [url for url in asked if not is_inside(url)]
+    assert not told, told
+    assert not outside, outside
 
 
 def is_inside(url: str) -> bool:

@@ -11,7 +11,6 @@ import sqlite3
 import subprocess
 import sys
 import threading
-import unittest.mock
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ import msgspec
 
 from foundry.cli import run
 from foundry.storing.store import SweepFolder
+from traces import no_traces
 
 SMALL = ("world.agents=4", "world.steps=4", "analyze=false")
 PATIENCE_S = 60.0
@@ -33,11 +33,12 @@ def foundry(*arguments: str, cwd: Path, **changes: str) -> subprocess.CompletedP
     """Run the command to its end, in this process, as if it had been started in `cwd` with these variables."""
     out, error = io.StringIO(), io.StringIO()
     with (
+        no_traces(),
         contextlib.chdir(cwd),
-        unittest.mock.patch.dict(os.environ, changes),
         contextlib.redirect_stdout(out),
         contextlib.redirect_stderr(error),
     ):
+        os.environ.update(changes)
         code = run(arguments)
     return subprocess.CompletedProcess(arguments, code, out.getvalue(), error.getvalue())
 
@@ -118,6 +119,16 @@ def calls(folder: Path) -> dict[str, list[dict[str, Any]]]:
 def statuses(folder: Path) -> list[str | None]:
     """Return how every run ended, None for one that has not."""
     return [summary.status if (summary := run.summary()) else None for run in SweepFolder.open(folder).runs()]
+
+
+def is_stopping(folder: Path) -> bool:
+    """Return whether a command that runs a sweep was asked to stop in order."""
+    return any(folder.glob("progress/*.stop"))
+
+
+def sessions(folder: Path) -> set[str]:
+    """Return the sessions whose workers report of a sweep."""
+    return {name.partition("-")[0] for name in SweepFolder.open(folder).progress()}
 
 
 def sweep_folder(output: str) -> Path:

@@ -13,7 +13,7 @@ from foundry.viewer.any.view import AnyView
 from foundry.viewer.forms import FormView
 
 
-class RingView(AnyView):
+class CircleView(AnyView):
     def about_world(self):
         return super().about_world() | {"around": self.agents}
 
@@ -23,42 +23,42 @@ class RingView(AnyView):
     parts = {**AnyView.parts, ("neighbours", 1): neighbours}
 
 
-VIEWER = FormView(RingView)
-PAGE = Path(__file__).with_name("ring.js")
+VIEWER = FormView(CircleView)
+PAGE = Path(__file__).with_name("circle.js")
 """
 PAGE_PART = """"use strict";
 (function (foundry) {
   const {any} = foundry.forms, {h, fill} = foundry.dom;
 
-  class RingPage extends any.Page {
+  class CirclePage extends any.Page {
     stage() {
-      this.ring = h("p", {class: "ring"});
-      return [this.ring, ...super.stage()];
+      this.circle = h("p", {class: "circle"});
+      return [this.circle, ...super.stage()];
     }
 
-    drawStep(step) { fill(this.ring, `A ring of ${this.data.about.around} at step ${step}`); }
+    drawStep(step) { fill(this.circle, `A circle of ${this.data.about.around} at step ${step}`); }
 
     async chosen() {
       if (this.agent === null) return;
       const {neighbours} = await foundry.source.json(`${this.data.address}/neighbours/${this.agent}`);
-      this.ring.dataset.neighbours = neighbours.join();
+      this.circle.dataset.neighbours = neighbours.join();
     }
   }
 
-  foundry.form("ring", {...any, page: (data, wanted) => new RingPage(data, wanted)});
+  foundry.form("circle", {...any, page: (data, wanted) => new CirclePage(data, wanted)});
 })(window.Foundry);
 """
 
 
-class Ring(rounds.Bar):
+class Circle(rounds.Bar):
     """A world whose records are those of the bar, and of another form."""
 
-    form = "ring"
+    form = "circle"
 
 
-def write_ring(folder: Path, server_part: str = SERVER_PART, page_part: str = PAGE_PART) -> Path:
-    """Write `mine/forms/ring.py` and its page; returns the folder."""
+def write_circle(folder: Path, server_part: str = SERVER_PART, page_part: str = PAGE_PART) -> Path:
+    """Write `mine/forms/circle.py` and its page; returns the folder."""
     (folder / "mine" / "forms").mkdir(parents=True)
-    (folder / "mine" / "forms" / "ring.py").write_text(server_part, encoding="utf-8")
-    (folder / "mine" / "forms" / "ring.js").write_text(page_part, encoding="utf-8")
+    (folder / "mine" / "forms" / "circle.py").write_text(server_part, encoding="utf-8")
+    (folder / "mine" / "forms" / "circle.js").write_text(page_part, encoding="utf-8")
     return folder / "mine"

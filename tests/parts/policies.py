@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
+import io
 import os
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator
+from PIL import Image
 
 from foundry.models.base import Reply, Request
+from foundry.models.scripted.base import ScriptedModel
 from foundry.models.scripted.grid import act
 from foundry.models.scripted.stay import Stay
+from foundry.worlds.rounds.replies import deciding
 
 
 def is_doomed(request: Request) -> bool:
@@ -36,3 +46,51 @@ class Left(Stay):
 
     def reply(self, request: Request) -> Reply:
         return Reply(text=act("left", reasoning="As ever.")) if request.kind == "action" else super().reply(request)
+
+
+class Bracketed(Stay):
+    """Goes left where the headings of its prompt stand in brackets, right where its lists have stars, else it stays."""
+
+    def reply(self, request: Request) -> Reply:
+        if request.kind != "action":
+            return super().reply(request)
+        text = request.messages[0].content
+        return Reply(text=act("left" if "\n[" in text else "right" if "\n* " in text else "stay", reasoning="So."))
+
+
+class Forward(Stay):
+    """Goes forward in 3D, wherever that leads."""
+
+    def move(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        return "Move forward 1 m."
+
+
+class Brighter(Stay):
+    """Turns to the brighter half of what it sees in 3D; goes forward where both are alike."""
+
+    def reply(self, request: Request) -> Reply:
+        with Image.open(io.BytesIO(request.messages[-1].images[-1])) as image:
+            light = np.asarray(image.convert("L"), np.int64)
+        half = light.shape[1] // 2
+        left, right = light[:, :half].sum(), light[:, -half:].sum()
+        return Reply(
+            text=f"Turn {'left' if left > right else 'right'} 30 degrees." if left != right else "Move forward."
+        )
+
+
+class Dread(Stay):
+    """Goes left where the first fire is at most 4 cells away, by the words of its prompt; else it stays."""
+
+    def reply(self, request: Request) -> Reply:
+        if request.kind != "action":
+            return super().reply(request)
+        told = re.search(r"Your distance: ([\d.]+)", request.messages[0].content)
+        return Reply(text=act("left" if told and float(told[1]) <= 4.5 else "stay", reasoning="It is near."))
+
+
+class Follower(ScriptedModel):
+    """Goes to the bar where the last evening that it is told of was not crowded, or it is told of none."""
+
+    def evening(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        past = observation["evenings"]
+        return deciding("go" if not past or past[-1]["went"] <= observation["places"] else "stay")

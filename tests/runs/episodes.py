@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from copy import deepcopy
+from dataclasses import dataclass, field, replace
+from functools import cache
+from pathlib import Path
 
 import msgspec
 
 from foundry.composing.compose import Composed, compose
 from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.episode import Asker, play
+from foundry.expansion import expand
 from foundry.records import Call, CameraEpisode, CameraStep, Record, SeenImage
 from foundry.running.build import build
+from foundry.storing.run_writer import RunWriter, write_run_summary
+from foundry.storing.store import SweepFolder
+from made_up_runs import summary
 
 
 @dataclass
@@ -48,8 +55,21 @@ class Kept:
         return [msgspec.json.encode(record) for record in self.records if not isinstance(record, SeenImage)]
 
 
+SCENES = frozenset(("kibo", "kibo_paper", "office", "gallery"))
+SMALL_PICTURES = ("world.camera.width=128", "world.camera.height=96")
+
+
 def composed(world: str, policy: str, *overrides: str) -> Composed:
-    """Return the composed configuration of a shipped world and a scripted policy."""
+    """Return the composed configuration of a shipped world and a scripted policy, the test's own to change.
+
+    Pictures of scenes are small: most of an episode goes into drawing them.
+    """
+    found = _composed(world, policy, (*(SMALL_PICTURES if world in SCENES else ()), *overrides))
+    return replace(found, conditions=deepcopy(found.conditions))
+
+
+@cache
+def _composed(world: str, policy: str, overrides: tuple[str, ...]) -> Composed:
     found = compose([f"world={world}", f"model=scripted/{policy}", *overrides])
     assert found is not None
     return found
@@ -68,3 +88,17 @@ def episode(world: str, policy: str, *, seed: int, steps: int | None = None) -> 
     overrides = [] if steps is None else [f"world.steps={steps}"]
     asyncio.run(play_through(composed(world, policy, *overrides), seed, kept))
     return kept
+
+
+async def recorded(path: Path, found: Sequence[Composed]) -> SweepFolder:
+    """Play the first seed of each and return the sweep that was recorded."""
+    sweep = SweepFolder.create(path, expand([], [one.conditions[0] for one in found]), {}, [])
+    for run, one in zip(sweep.runs(), found, strict=True):
+        writer = RunWriter(run, msgspec.json.encode(run.config()).decode())
+        kept = Kept()
+        await play_through(one, run.config()["seed"], kept)
+        writer.append(kept.records)
+        writer.append_calls(kept.calls)
+        writer.close()
+        write_run_summary(run, summary(run, writer.counts, None))
+    return sweep

@@ -71,9 +71,9 @@ def step(number: int, agent: int, **changes: Any) -> GridStep:
     return GridStep(**(fields | changes))
 
 
-def call(record: GridStep, kind: str, text: str) -> Call:
+def call(record: GridStep, kind: str, text: str, more: str) -> Call:
     persona = GENDERS[record.agent % 2]
-    prompt = f"You are Agent {record.agent} ({persona}) at step {record.step}. Agent 9 (male) is near. {kind}?"
+    prompt = f"You are Agent {record.agent} ({persona}) at step {record.step}. Agent 9 (male) is near. {kind}?{more}"
     return Call(
         step=record.step, agent=record.agent, kind=kind, model="first", digest=None, key="k", seed=7,
         messages=[{"role": "user", "content": prompt}], parameters={"temperature": 0}, text=text, thinking=None,
@@ -92,6 +92,8 @@ class Playing:
     folder: RunFolder
     change: Change = lambda number, agent: {}
     reply: str = '{"action": "move"}'
+    more: str = ""
+    """What each prompt ends with."""
 
     def __post_init__(self) -> None:
         self.writer = RunWriter(self.folder, msgspec.json.encode(self.folder.config()).decode())  # JSON is YAML too
@@ -104,7 +106,7 @@ class Playing:
         for number in range(first, last + 1):
             records = [step(number, agent, **self.change(number, agent)) for agent in range(agents)]
             for kind in ("message", "action"):
-                self.writer.append_calls([call(record, kind, f"{kind}: {self.reply}") for record in records])
+                self.writer.append_calls([call(record, kind, f"{kind}: {self.reply}", self.more) for record in records])
             heard = [(one, other) for one in records if one.message is not None for other in one.neighbours]
             self.writer.append(
                 [Message(step=number, sender=one.agent, recipient=other, text=str(one.message)) for one, other in heard]
@@ -128,9 +130,11 @@ def summary(folder: RunFolder, counts: Counts, error: str | None) -> RunSummary:
     )  # fmt: skip
 
 
-def whole_run(folder: RunFolder, change: Change = lambda number, agent: {}, reply: str = '{"action": "move"}') -> None:
+def whole_run(
+    folder: RunFolder, change: Change = lambda number, agent: {}, reply: str = '{"action": "move"}', more: str = ""
+) -> None:
     """Write a complete run."""
-    playing = Playing(folder, change, reply)
+    playing = Playing(folder, change, reply, more)
     playing.play(1, folder.config()["world"]["steps"])
     playing.end()
 

@@ -13,7 +13,7 @@ from faulty_server import TRANSIENT, FaultyServer, Shares
 SWEEP = (
     *("-m", "model=qwen3:4b", "seed=0-11", "world.agents=2", "world.steps=3", "output.dir=sweep", "analyze=false"),
     *("model.server.retry.wait_initial_s=0.01", "model.server.retry.wait_max_s=0.02", "runner.workers=1"),
-    *("model.server.read_timeout_s=0.25", "model.server.retry.attempts=8"),
+    *("model.server.read_timeout_s=1.0", "model.server.retry.attempts=8"),
 )
 DECIDED = Shares(decided=0.1, refused=0.02)
 

@@ -1,0 +1,186 @@
+"""A condition as a log of Inspect; imported only where `inspect_ai` is installed."""
+
+from __future__ import annotations
+
+import functools
+import operator
+import re
+import zipfile
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from inspect_ai.event import Event, ModelEvent
+from inspect_ai.log import (
+    EvalConfig,
+    EvalDataset,
+    EvalError,
+    EvalLog,
+    EvalMetric,
+    EvalResults,
+    EvalSample,
+    EvalScore,
+    EvalSpec,
+    EvalStats,
+    write_eval_log,
+)
+from inspect_ai.model import ModelUsage
+from inspect_ai.scorer import Score
+
+from foundry.exporting.conditions import ExportedCondition, ExportedRun
+from foundry.exporting.files import Files
+from foundry.exporting.inspect.events import events
+from foundry.exporting.scores import Mean, Measured, Scores
+from foundry.trust.summaries import COMPLETE
+
+_NO_PART = re.compile(r"[^A-Za-z0-9.]")
+"""What the task's part of a file's name does not hold: Inspect parts names at underscores."""
+_NO_TIME = (1980, 1, 1, 0, 0, 0)
+"""The time of all members of a written archive, the first that the format knows."""
+
+
+def write(conditions: Sequence[ExportedCondition], scores: Scores, folder: Path) -> Files:
+    """Write a log of each condition into a folder; the same runs give the same bytes."""
+    return Files(tuple(_written(eval_log(condition, scores), folder) for condition in conditions))
+
+
+def _written(log: EvalLog, folder: Path) -> Path:
+    time = log.eval.created.replace(":", "-")
+    path = folder / f"{time}_{_NO_PART.sub('-', log.eval.task)}_{log.eval.task_id}.eval"
+    write_eval_log(log, str(path))
+    _forget_times(path)
+    return path
+
+
+def eval_log(condition: ExportedCondition, scores: Scores) -> EvalLog:
+    """Return a condition as a log: a run is a sample, a call an event, a declared measure a score."""
+    samples = [_sample(run, scores) for run in condition.runs]
+    return EvalLog(
+        status="success" if len(samples) == condition.asked else "cancelled",
+        eval=_spec(condition, scores),
+        results=_results(condition, scores),
+        stats=EvalStats(
+            started_at=condition.started,
+            completed_at=condition.ended,
+            model_usage=_sums(item for sample in samples for item in sample.model_usage.items()),
+        ),
+        samples=samples,
+    )
+
+
+def _spec(condition: ExportedCondition, scores: Scores) -> EvalSpec:
+    first = condition.runs[0].summary
+    seeds = [run.summary.seed for run in condition.runs]
+    return EvalSpec(
+        eval_id=condition.identity("eval", *condition.recorded).hex,
+        run_id=condition.identity("run", condition.sweep).hex,
+        task_id=condition.identity("task").hex,
+        created=condition.started,
+        task=condition.world,
+        task_args=condition.factors,
+        dataset=EvalDataset(name=f"seeds of {condition.world}", samples=len(seeds), sample_ids=seeds, shuffled=False),
+        model=condition.model,
+        config=EvalConfig(fail_on_error=False),
+        packages={"foundry-worlds": first.foundry_version, **first.packages},
+        metadata={
+            "prompt": condition.prompt,
+            "sweep": condition.sweep,
+            "model_digest": first.model_digest,
+            "server_version": first.server_version,
+            "git_commit": first.git_commit,
+            "config": condition.config,
+        },
+        scorers=[{"name": one.name, "metadata": _described(one)} for one in scores.measures],
+    )
+
+
+def _described(measure: Measured) -> dict[str, Any]:
+    ends = {"low": measure.low, "high": measure.high}
+    return {"label": measure.label, **{name: str(end) for name, end in ends.items()}, "null": measure.null or None}
+
+
+def _sample(run: ExportedRun, scores: Scores) -> EvalSample:
+    summary, found = run.summary, list(events(run))
+    failed = summary.status != COMPLETE
+    error = EvalError(message=summary.error or "", traceback=summary.traceback or "", traceback_ansi="")
+    return EvalSample(
+        id=summary.seed,
+        epoch=1,
+        input=f"{summary.world}, seed {summary.seed}",
+        target="",
+        scores=None if failed else _scores(scores.of_runs.get(summary.run, {}), scores.measures),
+        metadata={
+            "run": summary.run,
+            "sampling_seed": summary.sampling_seed,
+            "form": run.folder.declared.form,
+            "agents_of_models": {one.model: list(one.agents) for one in summary.members},
+            "records_sha256": summary.records_sha256,
+        },
+        events=found,
+        model_usage=_sums(_usages(found)),
+        started_at=summary.started,
+        completed_at=summary.ended,
+        total_time=summary.duration_s,
+        uuid=f"{summary.run}-{summary.ended}",
+        error=error if failed else None,
+    )
+
+
+def _scores(values: Mapping[str, float], measures: Iterable[Measured]) -> dict[str, Score]:
+    """Return the declared measures of a run; one that is undefined in it is there, and counts in no mean."""
+    return {
+        one.name: Score(value=values[one.name])
+        if values[one.name] == values[one.name]
+        else Score.unscored(explanation="undefined in this run")
+        for one in measures
+        if one.name in values
+    }
+
+
+def _usages(found: Iterable[Event]) -> Iterable[tuple[str, ModelUsage]]:
+    calls = (event for event in found if isinstance(event, ModelEvent))
+    return ((call.model, call.output.usage) for call in calls if call.output.usage is not None)
+
+
+def _sums(parts: Iterable[tuple[str, ModelUsage]]) -> dict[str, ModelUsage]:
+    by_model: dict[str, list[ModelUsage]] = {}
+    for model, usage in parts:
+        by_model.setdefault(model, []).append(usage)
+    return {model: functools.reduce(operator.add, usages) for model, usages in by_model.items()}
+
+
+def _results(condition: ExportedCondition, scores: Scores) -> EvalResults:
+    means = scores.of_conditions.get(condition.number, {})
+    return EvalResults(
+        total_samples=condition.asked,
+        completed_samples=condition.complete,
+        scores=[
+            _score(one, means[one.name], condition.complete)
+            for one in scores.measures
+            if one.name in means and means[one.name].n
+        ],
+    )
+
+
+def _score(measure: Measured, mean: Mean, complete: int) -> EvalScore:
+    ends = {"ci_low": mean.low, "ci_high": mean.high, "std": mean.sd}
+    values = {"mean": mean.mean, **{name: value for name, value in ends.items() if value == value}}
+    return EvalScore(
+        name=measure.name,
+        scorer=measure.name,
+        scored_samples=mean.n,
+        unscored_samples=complete - mean.n,
+        metrics={name: EvalMetric(name=name, value=value) for name, value in values.items()},
+        metadata={**_described(measure), "interval": mean.interval and f"95 %, {mean.interval}"},
+    )
+
+
+def _forget_times(path: Path) -> None:
+    """Write an archive again without the times at which its members were written."""
+    again = path.with_name(f".{path.name}.part")
+    with zipfile.ZipFile(path) as written, zipfile.ZipFile(again, "w") as kept:
+        for member in written.infolist():
+            timeless = zipfile.ZipInfo(member.filename, _NO_TIME)
+            timeless.compress_type = member.compress_type
+            kept.writestr(timeless, written.read(member))
+    again.replace(path)

@@ -1,0 +1,117 @@
+"""How models, baselines and labels look wherever they are drawn: in plots, in the report and on the pages.
+
+A model's colour, marker and dashes go by its place among the models of its sweep, in the order of their first runs. All
+colours of models and baselines have a contrast of at least 3:1 on light and on dark ground (WCAG 2.2, 1.4.11), and the
+first twelve models are told apart without their colours, by their markers.
+"""
+
+from __future__ import annotations
+
+import math
+from colorsys import hls_to_rgb
+from dataclasses import dataclass
+
+Polygon = tuple[tuple[float, float], ...]
+"""The corners of a closed polygon within the unit circle, y upwards; the last is the first."""
+
+COLOURS = (
+    "#0072B2",
+    "#D55E00",
+    "#009E73",
+    "#C4689B",
+    "#A08000",
+    "#3F96D8",
+    "#8F57E0",
+    "#E8305A",
+    "#5C8A1E",
+    "#A5613A",
+    "#C02FD0",
+    "#00939E",
+)
+"""Of models; the first ones are those of Okabe and Ito, as far as they are seen on light and on dark ground."""
+
+BASELINE = "#808080"
+"""The colour of all baselines, which are there to be compared with and not with one another; their marker is round."""
+
+DASHES = ((), (3.5, 1.5), (1.0, 1.5), (4.5, 1.5, 1.0, 1.5), (6.0, 1.5, 1.0, 1.5, 1.0, 1.5))
+"""Lengths of strokes and gaps in turn, in widths of the line; empty: a whole line."""
+
+LABELS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#F0E442", "#D55E00")
+"""Of what agents decided (Okabe and Ito), which is shown as areas; further labels get hues between them."""
+
+TURN = 137.5
+"""Degrees between the hues of further labels: the golden angle, which repeats none."""
+
+
+def _star(corners: int, turn: float = 0.0, inner: float = 1.0) -> Polygon:
+    """Return a polygon with corners at distance 1 and `inner` in turn, the first one `turn` degrees from the top."""
+    angles = [math.radians(turn + 360 * corner / corners) for corner in range(corners + 1)]
+    radii = [1.0 if corner % 2 == 0 else inner for corner in range(corners + 1)]
+    return tuple(
+        (round(radius * math.sin(angle), 3), round(radius * math.cos(angle), 3))
+        for radius, angle in zip(radii, angles, strict=True)
+    )
+
+
+_PLUS: Polygon = (
+    (-0.33, 1), (0.33, 1), (0.33, 0.33), (1, 0.33), (1, -0.33), (0.33, -0.33), (0.33, -1),
+    (-0.33, -1), (-0.33, -0.33), (-1, -0.33), (-1, 0.33), (-0.33, 0.33), (-0.33, 1),
+)  # fmt: skip
+_CROSS: Polygon = tuple((round((x - y) * 0.75, 3), round((x + y) * 0.75, 3)) for x, y in _PLUS)
+
+MARKERS = (
+    _star(4),
+    _star(4, 45),
+    _star(3),
+    _star(3, 180),
+    _PLUS,
+    _CROSS,
+    _star(3, 270),
+    _star(3, 90),
+    _star(5),
+    _star(6),
+    _star(10, inner=0.45),
+    _star(4, inner=0.55),
+)
+"""A diamond, a square, triangles, a plus, a cross, a pentagon, a hexagon, a star and a thin diamond."""
+
+LOOKS = len(COLOURS) * len(MARKERS)
+"""Models that differ in colour or marker; from this index on, further groups of these models, in other dashes."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """How something looks.
+
+    Attributes:
+        colour: as `#rrggbb`.
+        marker: its polygon; None: a disc.
+        dashes: of its line, one of `DASHES`.
+    """
+
+    colour: str
+    marker: Polygon | None
+    dashes: tuple[float, ...]
+
+
+def look(index: int, *, baseline: bool = False) -> Look:
+    """Return the look of a model by its place; with `LOOKS` added, that of a further group of the model.
+
+    Args:
+        index: the place among the models, or among the baselines.
+        baseline: whether it is there to be compared with only.
+    """
+    place, turn = index % LOOKS, index // LOOKS
+    dashes = DASHES[(place + turn) % len(DASHES)]
+    if baseline:
+        return Look(BASELINE, None, dashes)
+    marker = MARKERS[(place + place // len(COLOURS)) % len(MARKERS)]
+    return Look(COLOURS[place % len(COLOURS)], marker, dashes)
+
+
+def label_colour(place: int) -> str:
+    """Return the colour of the label at this place."""
+    if place < len(LABELS):
+        return LABELS[place]
+    rgb = hls_to_rgb(place * TURN % 360 / 360, 0.55, 0.65)
+    return "#" + "".join(f"{int(255 * part + 0.5):02x}" for part in rgb)

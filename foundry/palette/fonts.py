@@ -1,0 +1,69 @@
+"""Which fonts draw letters that the usual one has not, on this machine."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Mapping, Set
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.font_manager import FontManager
+
+USUAL_FONT = "DejaVu Sans"
+"""It comes with matplotlib, so that it is the same on every machine."""
+
+FALLBACK_FONTS = (
+    "Noto Sans CJK JP",
+    "Noto Sans JP",
+    "Hiragino Sans",
+    "Yu Gothic",
+    "Meiryo",
+    "IPAexGothic",
+    "Noto Serif CJK JP",
+)
+"""Fonts for what the usual one lacks, Japanese above all; those that are installed are used."""
+
+
+@lru_cache(maxsize=1)
+def families() -> tuple[str, ...]:
+    """Return the usual font and the fallback fonts of this machine, the first ones first."""
+    from matplotlib.font_manager import fontManager
+
+    return (USUAL_FONT, *fallback_fonts(fontManager))
+
+
+def fallback_fonts(manager: FontManager) -> tuple[str, ...]:
+    """Return the fallback fonts that are installed.
+
+    matplotlib keeps a list of fonts from its first use on. Where no fallback is in it, fonts that were installed since
+    are added to this manager alone; the list that is kept on the disk stays as it is.
+    """
+    from matplotlib.font_manager import findSystemFonts
+
+    if not _known_fallbacks(manager):
+        known = {font.fname for font in manager.ttflist}
+        for path in sorted(set(findSystemFonts()) - known):
+            with contextlib.suppress(OSError, RuntimeError, NotImplementedError):  # no font that it can draw with
+                manager.addfont(path)
+    return _known_fallbacks(manager)
+
+
+def _known_fallbacks(manager: FontManager) -> tuple[str, ...]:
+    names = {font.name for font in manager.ttflist}
+    return tuple(name for name in FALLBACK_FONTS if name in names)
+
+
+@lru_cache(maxsize=1)
+def letters_by_file() -> Mapping[str, Set[str]]:
+    """Return the letters of each of `families`, by the font's file."""
+    from matplotlib.font_manager import findfont
+    from matplotlib.ft2font import FT2Font
+
+    files = (findfont(family, fallback_to_default=False) for family in families())
+    return {file: frozenset(map(chr, FT2Font(file).get_charmap())) for file in files}
+
+
+def lacking(text: str, letters: Set[str]) -> set[str]:
+    """Return the visible letters of a text that are not among these."""
+    return {letter for letter in text if letter.isprintable() and not letter.isspace()} - letters

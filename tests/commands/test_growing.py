@@ -1,0 +1,222 @@
+"""Sweeps that grow: more is asked into the same folder, and what is there stays as it is."""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path
+
+import pytest
+
+from analysis import analyze
+from commands import foundry, kill, started, statuses, wait_until
+from foundry.cli import run
+from foundry.commands.sweeps import run_baselines
+from foundry.storing.store import SweepFolder
+from holding import Holding
+from ollama_server import OllamaServer
+
+TINY = ("world.agents=3", "world.steps=2", "analyze=false", "runner.workers=1")
+INTO = (*TINY, "output.dir=s")
+FOLLOWING = ("model=scripted/random", "world.history.memory=${seed}")
+TWO = "model=scripted/random,scripted/avoid"
+
+
+def grow(*argv: str) -> None:
+    assert run(["-m", *argv, *INTO]) == 0
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    """Return every file of the runs of a sweep."""
+    runs = folder / "runs"
+    return {str(path.relative_to(runs)): path.read_bytes() for path in runs.rglob("*") if path.is_file()}
+
+
+def seeds(folder: str) -> dict[str, tuple[int, ...]]:
+    return {str(one.config["model"]["name"]): one.seeds for one in SweepFolder.open(folder).sweep.conditions}
+
+
+def test_a_sweep_grows_in_three_looks_and_what_is_there_keeps_ids_and_bytes(workspace: Path):
+    for seed, runs in (("0", 2), ("0-1", 4), ("2-3", 8)):
+        before = files(workspace / "s")
+        grow(TWO, f"seed={seed}")
+        assert before.items() <= files(workspace / "s").items()
+        assert statuses(workspace / "s") == ["complete"] * runs
+    assert analyze("s", plots=False).runs["seed"].nunique() == 4
+    assert [(one.overrides[2], one.runs) for one in SweepFolder.open("s").sweep.history] == [
+        ("seed=0", 2), ("seed=0-1", 2), ("seed=2-3", 4),
+    ]  # fmt: skip
+    assert run(["-m", TWO, "seed=0-3", *TINY, "output.dir=at_once"]) == 0
+    assert {one.id for one in SweepFolder.open("s").runs()} == {one.id for one in SweepFolder.open("at_once").runs()}
+
+
+def test_a_grown_sweep_is_verified_bundled_and_told_of_as_any_other(
+    workspace: Path, capsys: pytest.CaptureFixture[str]
+):
+    grow("model=scripted/random", "seed=0")
+    grow("model=scripted/avoid", "prompt=japanese", "seed=0-1")
+    capsys.readouterr()
+    assert run(["verify", "s"]) == 0
+    assert "3 runs: 3 identical" in capsys.readouterr().out
+    assert run(["status", "s"]) == 0
+    assert [line.split()[:3] for line in capsys.readouterr().out.splitlines()[1:]] == [
+        ["scripted/random", "1", "1"], ["scripted/avoid", "2", "2"],
+    ]  # fmt: skip
+    assert run(["bundle", "s", "s.tar.zst"]) == run(["unbundle", "s.tar.zst", "there"]) == run(["verify", "there"]) == 0
+    here, there = (SweepFolder.open(name).sweep for name in ("s", "there"))
+    assert (there.runs, [one.when for one in there.history]) == (here.runs, [one.when for one in here.history])
+    assert not any("output.dir" in word for one in there.history for word in one.overrides)
+    first = SweepFolder.open("s").runs()[0].path
+    assert run(["fork", str(first), "--at", "2", "model=scripted/herd", "output.dir=forked", "analyze=false"]) == 0
+    assert run(["resume", "s"]) == 0
+
+
+def test_forks_grow_by_sampling_seeds(workspace: Path):
+    grow("model=scripted/random", "seed=0")
+    only = str(SweepFolder.open("s").runs()[0].path)
+    for sampled in ("sampling_seed=0-1", "sampling_seed=2"):
+        assert run(["fork", only, "--at", "2", "-m", sampled, "output.dir=forks", "analyze=false"]) == 0
+    assert statuses(workspace / "forks") == ["complete"] * 3
+
+
+def test_a_contradiction_is_told_before_a_server_is_asked(workspace: Path, capsys: pytest.CaptureFixture[str]):
+    grow("model=scripted/random", "seed=0")
+    before = files(workspace / "s"), (workspace / "s" / "sweep.yaml").read_bytes()
+    for command in ("plan", "-m"):
+        argv = (command, "model=qwen3:4b", "seed=0", "world.agents=3", "output.dir=s")
+        done = foundry(*argv, cwd=workspace, OLLAMA_HOST="http://127.0.0.1:9")
+        assert done.returncode == 2 and "world.steps is 2 in it and 50 here" in done.stderr
+        assert done.stderr.count("\n") == 1
+    assert (files(workspace / "s"), (workspace / "s" / "sweep.yaml").read_bytes()) == before
+
+
+def test_plan_shows_what_is_old_and_what_is_new(workspace: Path, capsys: pytest.CaptureFixture[str]):
+    grow("model=scripted/random", "seed=0-1")
+    capsys.readouterr()
+    assert run(["plan", "-m", TWO, "seed=1-2", *INTO]) == 0
+    out = capsys.readouterr().out
+    rows = [line.split() for line in out.splitlines() if line.startswith("scripted-")]
+    assert [(row[1], row[4], row[-1]) for row in rows] == [
+        ("scripted/random", "2", "new"), ("scripted/avoid", "1", "new"), ("scripted/avoid", "2", "new"),
+        ("scripted/random", "1", "complete"),
+    ]  # fmt: skip
+    assert "s holds 2 runs and grows by 3" in out
+    assert run(["plan", "-m", TWO, "seed=1-2", *TINY]) == 0
+    assert " new" not in capsys.readouterr().out
+    assert seeds("s") == {"scripted/random": (0, 1)}
+
+
+def test_baselines_grow_with_the_seeds_and_keep_the_prompt_they_began_with(workspace: Path):
+    grow("model=scripted/avoid", "seed=0")
+    assert run_baselines(Path("s")) == 0
+    before = files(Path("s/baselines"))
+    grow("model=scripted/avoid", "prompt=japanese", "seed=1")
+    assert run_baselines(Path("s")) == 0
+    beside = SweepFolder.open("s/baselines")
+    assert before.items() <= files(beside.path).items() and statuses(beside.path) == ["complete"] * 6
+    assert {one.config["prompt"]["name"] for one in beside.sweep.conditions} == {"paper"}
+    assert set(seeds("s/baselines").values()) == {(0, 1)}
+
+
+def test_a_model_that_changed_since_is_not_grown_by_and_others_are(workspace: Path):
+    argv = ("-m", *INTO)
+    with OllamaServer() as server:
+        assert foundry(*argv, "model=qwen3:4b", "seed=0", cwd=workspace, OLLAMA_HOST=server.url).returncode == 0
+        server.models["qwen3:4b"].digest = "e5" * 32
+        done = foundry(*argv, "model=qwen3:4b", "seed=1", cwd=workspace, OLLAMA_HOST=server.url)
+        assert done.returncode == 2 and "changed since this sweep began" in done.stderr
+        assert foundry(*argv, "model=llama3.2", "seed=0", cwd=workspace, OLLAMA_HOST=server.url).returncode == 0
+    assert [one["name"] for one in SweepFolder.open(workspace / "s").models] == ["qwen3:4b", "llama3.2"]
+    assert seeds(str(workspace / "s")) == {"qwen3:4b": (0,), "llama3.2": (0,)}
+
+
+@pytest.fixture(scope="module")
+def there(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a sweep `s`, and one whose settings follow the seed."""
+    place = tmp_path_factory.mktemp("there")
+    for name, asked in {"s": ("model=scripted/random",), "follows": (*FOLLOWING, "seed=1")}.items():
+        assert foundry(*asked, *TINY, f"output.dir={name}", cwd=place).returncode == 0
+    return place
+
+
+def ids(folder: str) -> set[str]:
+    return {run.id for run in SweepFolder.open(folder).runs()}
+
+
+def test_grow_adds_to_what_was_recorded_what_the_same_sweep_asked_at_once_has(workspace: Path):
+    grow(TWO, "seed=0", "prompt=japanese")
+    before = files(Path("s"))
+    assert run(["grow", "s", "seed=2"]) == 0
+    assert run(["grow", "s", "model=scripted/herd"]) == 0
+    assert before.items() <= files(Path("s")).items()
+    everything = "model=scripted/random,scripted/avoid,scripted/herd"
+    assert run(["-m", everything, "seed=0,2", "prompt=japanese", *TINY, "output.dir=at_once"]) == 0
+    assert ids("s") == ids("at_once") and statuses(Path("s")) == ["complete"] * 6
+    assert [one.overrides for one in SweepFolder.open("s").sweep.history][1:] == [
+        ("grow", "seed=2"), ("grow", "model=scripted/herd"),
+    ]  # fmt: skip
+
+
+@pytest.mark.slow
+def test_a_sweep_that_was_killed_while_it_grew_goes_on(workspace: Path):
+    holding = Holding(20)
+    argv = ("-m", "model=qwen3:4b", *INTO)
+    with OllamaServer(holding) as server:
+        assert foundry(*argv, "seed=0", cwd=workspace, OLLAMA_HOST=server.url).returncode == 0
+        before = files(workspace / "s")
+        with started(*argv, "seed=0-2", cwd=workspace, OLLAMA_HOST=server.url) as process:
+            wait_until(lambda: holding.held, "the calls are held back")
+            kill(process.pid)
+        assert statuses(workspace / "s") == ["complete", None, None]
+        holding.free()
+        assert foundry("resume", "s", cwd=workspace).returncode == 0
+    assert statuses(workspace / "s") == ["complete"] * 3
+    assert before.items() <= files(workspace / "s").items()
+    assert set(server.answered.values()) == {1}
+
+
+@pytest.mark.parametrize(
+    ("overrides", "said"),
+    [
+        ((), "Say what to add: foundry grow s seed=10-19"),
+        (("-m",), "Say what to add: foundry grow s seed=10-19"),
+        (("seed=1", "output.dir=other"), "leave out output.dir"),
+        (("world.steps=9",), "world.steps is 2 in it and 9 here"),
+        (("model=scripted/hert",), "Did you mean 'scripted/herd'"),
+    ],
+)
+def test_what_no_sweep_can_grow_by_is_told_in_one_line(
+    overrides: tuple[str, ...], said: str, there: Path, capsys: pytest.CaptureFixture[str]
+):
+    with contextlib.chdir(there):
+        assert run(["grow", "s", *overrides]) == 2
+    error = capsys.readouterr().err
+    assert said in error and error.count("\n") == 1
+
+
+def test_settings_that_follow_the_seed_are_not_taken_for_further_seeds(there: Path):
+    done = foundry("grow", "follows", "seed=2", cwd=there)
+    assert done.returncode == 2 and "follow the seed" in done.stderr
+    again = ("-m", *FOLLOWING, "seed=2-3", *TINY, "output.dir=follows")
+    assert foundry(*again, cwd=there).returncode == 0
+    grown = SweepFolder.open(there / "follows")
+    assert [one.config()["world"]["history"]["memory"] for one in grown.runs()] == [1, 2, 3]
+    (grown.path / "multirun.yaml").unlink()
+    done = foundry("grow", "follows", "seed=4", cwd=there)
+    assert done.returncode == 2 and "follow the seed" in done.stderr
+
+
+def test_a_record_that_names_classes_of_others_does_not_grow_unless_they_are_trusted(there: Path):
+    file = there / "s" / "sweep.yaml"
+    kept = file.read_text()
+    file.write_text(kept.replace("foundry.models.scripted.random.Random", "os.system"))
+    done = foundry("grow", "s", "seed=1", cwd=there)
+    file.write_text(kept)
+    assert done.returncode == 2 and "'os.system' is refused" in done.stderr
+
+
+def test_forks_and_probes_grow_by_their_own_commands(workspace: Path):
+    grow("model=scripted/random", "seed=0")
+    only = str(SweepFolder.open("s").runs()[0].path)
+    assert run(["fork", only, "--at", "2", "output.dir=forks", "analyze=false"]) == 0
+    done = foundry("grow", "forks", "seed=1", cwd=workspace)
+    assert done.returncode == 2 and "foundry fork ... output.dir=forks" in done.stderr

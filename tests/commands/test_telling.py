@@ -1,0 +1,155 @@
+"""What a command tells: JSON alone, results alone, or more than usual."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+from commands import foundry
+from foundry.storing.store import SweepFolder
+from ollama_cases import refused
+from ollama_server import OllamaServer
+
+TINY = ("world.agents=3", "world.steps=2", "analyze=false")
+ASKED = ("-m", "model=scripted/stay,scripted/random", "seed=0-2", *TINY)
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("recorded")
+    assert foundry(*ASKED, "output.dir=out", cwd=folder).returncode == 0
+    return folder
+
+
+@pytest.fixture
+def swept(recorded: Path, tmp_path: Path) -> Path:
+    """A folder with a finished sweep `out`."""
+    shutil.copytree(recorded, tmp_path, dirs_exist_ok=True)
+    return tmp_path
+
+
+def spoil(swept: Path) -> str:
+    """Change what a run recorded; returns its id."""
+    run = SweepFolder.open(swept / "out").runs()[0]
+    file = run.stream_path("steps")
+    file.write_bytes(file.read_bytes().replace(b'"action":"stay"', b'"action":"move"', 1))
+    return run.id
+
+
+def objects(done: subprocess.CompletedProcess[str]) -> dict[str, Any]:
+    """Return the one JSON object that is all of the standard output."""
+    found = msgspec.json.decode(done.stdout)
+    assert isinstance(found, dict)
+    return found
+
+
+def test_status_is_one_json_object(swept: Path):
+    found = objects(foundry("status", "out", "--json", cwd=swept))
+    assert set(found) == {"sweep", "models", "failed", "unread", "determinism"}
+    stay = found["models"][0]
+    assert stay | {"calls": 0} == {
+        "model": "scripted/stay", "runs": 3, "complete": 3, "failed": 0, "running": 0, "waiting": 0, "calls": 0,
+        "cached": 0, "retries": 0, "prompt_cache": None,
+    }  # fmt: skip
+    assert stay["calls"] == 3 * 3 * 2 * 2
+    assert found["failed"] == found["unread"] == found["determinism"] == []
+
+
+def test_status_names_failed_runs_in_json(tmp_path: Path):
+    with OllamaServer(lambda body: refused(400, "this prompt is too much")) as server:
+        failed = foundry("model=llama3.2", *TINY, "output.dir=out", cwd=tmp_path, OLLAMA_HOST=server.url)
+    assert failed.returncode == 3
+    (one,) = objects(foundry("status", "out", "--json", cwd=tmp_path))["failed"]
+    assert one["run"].startswith("llama3") and "this prompt is too much" in one["error"]
+
+
+def test_plan_is_one_json_object_with_what_would_be_sent(swept: Path):
+    found = objects(foundry("plan", *ASKED, "seed=0-3", "output.dir=out", "--json", cwd=swept))
+    assert set(found) == {"runs", "to_send", "determinism", "notes"}
+    assert [one["complete"] for one in found["runs"]].count(False) == 2
+    assert found["to_send"] == 0
+    assert set(found["runs"][0]) == {
+        "run", "model", "prompt", "world", "seed", "calls", "served", "cached", "new", "to_send", "complete",
+    }  # fmt: skip
+
+
+def test_verify_is_one_json_object_and_its_exit_code_stays(swept: Path):
+    good = foundry("verify", "out", "--workers", "1", "--json", cwd=swept)
+    spoiled = spoil(swept)
+    bad = foundry("verify", "out", "--workers", "1", "--json", cwd=swept)
+    assert (good.returncode, bad.returncode) == (0, 3)
+    assert objects(good)["verdicts"]["identical"] == 6
+    runs = {one["run"]: one for one in objects(bad)["runs"]}
+    assert len(runs) == 6 and runs[spoiled]["verdict"] == "differs"
+    assert runs[spoiled]["difference"]["field"] == "action"
+    assert objects(bad)["verdicts"]["differs"] == 1
+
+
+def test_analyze_is_one_json_object_with_its_tables(swept: Path):
+    done = foundry("analyze", "out", "--json", cwd=swept)
+    found = objects(done)
+    assert set(found) == {
+        "path", "summary", "declared", "runs", "comparison", "contrasts", "variance", "retest", "equal_chances",
+        "validation", "notes", "written",
+    }  # fmt: skip
+    assert len(found["runs"]) == 6
+    difference = next(one for one in found["contrasts"] if one["measure"] == "idle_rate.chosen")
+    assert isinstance(difference["difference"], float) and difference["n_pairs"] == 3
+    assert found["path"] == "out/analysis" and "out/analysis/contrasts.csv" in found["written"]
+
+
+@pytest.mark.slow
+def test_messages_beside_json_go_to_the_standard_error(swept: Path):
+    done = foundry("analyze", "out", "--json", "--baselines", cwd=swept)
+    assert "complete in out/baselines" in done.stderr and objects(done)["runs"]
+
+
+@pytest.mark.parametrize("command", ["status", "verify", "analyze"])
+def test_bad_input_leaves_the_output_empty_where_json_is_asked(command: str, tmp_path: Path):
+    done = foundry(command, "nowhere", "--json", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "") and "nowhere" in done.stderr
+
+
+def test_doctor_is_one_json_object(tmp_path: Path):
+    with OllamaServer() as server:
+        done = foundry("doctor", "--json", "--no-calls", "model=llama3.2", *TINY, cwd=tmp_path, OLLAMA_HOST=server.url)
+    assert [set(one) for one in objects(done)["findings"]][0] == {"check", "subject", "status", "found", "advice"}
+
+
+def test_a_quiet_sweep_tells_its_result_alone(tmp_path: Path):
+    done = foundry(*ASKED, "output.dir=out", "-q", cwd=tmp_path)
+    assert (done.stdout, done.stderr) == ("6 of 6 runs complete in out\n", "")
+
+
+def test_a_verbose_sweep_tells_of_each_run_as_it_ends(tmp_path: Path):
+    done = foundry("-v", *ASKED, "output.dir=out", cwd=tmp_path)
+    told = [line.split(" complete: ")[0] for line in done.stdout.splitlines() if " complete: 12 calls" in line]
+    assert sorted(told) == sorted(run.id for run in SweepFolder.open(tmp_path / "out").runs())
+    again = foundry("resume", "out", "--verbose", cwd=tmp_path)
+    assert " complete: " not in again.stdout
+
+
+def test_a_quiet_command_leaves_out_what_is_no_result(swept: Path):
+    usual, quiet = (foundry("power", "out", *flag, cwd=swept) for flag in ((), ("-q",)))
+    assert "so plan with the last" in usual.stdout and "so plan with the last" not in quiet.stdout
+    assert "idle_rate.chosen" in quiet.stdout and quiet.returncode == usual.returncode
+
+
+def test_a_verbose_command_names_what_it_usually_counts(swept: Path):
+    usual, verbose = (foundry(*flag, "verify", "out", "--workers", "1", cwd=swept) for flag in ((), ("-v",)))
+    assert usual.stdout.count("\n") == 1 and verbose.stdout.count("identical: ") == 6
+
+
+def test_quiet_and_verbose_exclude_each_other(tmp_path: Path):
+    done = foundry("status", "out", "-q", "-v", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (2, "foundry: -q and -v exclude each other: give one of them.\n")
+
+
+def test_loudness_ends_with_its_command(tmp_path: Path):
+    foundry("-q", "plan", *ASKED, cwd=tmp_path)
+    assert "6 runs in out" in foundry(*ASKED, "output.dir=out", cwd=tmp_path).stdout

@@ -1,0 +1,51 @@
+"""A declared sweep stops at the look at which its question is answered: `until=answered`."""
+
+from __future__ import annotations
+
+import pytest
+
+from commands import foundry
+from foundry.storing.store import SweepFolder
+
+SMALL = ("seed=0-7", "world.agents=2", "world.steps=2", "analyze=false", "output.dir=out")
+LOOKS = ("--family", "idle_rate.chosen", "--looks", "6,8")
+UNLIKE = ("-m", "model=scripted/random,scripted/stay", *SMALL)
+ALIKE = ("-m", "model=scripted/random", "prompt=paper,paper_prefix", *SMALL)
+
+
+@pytest.mark.parametrize(
+    ("sweep", "seeds", "said"),
+    [
+        (UNLIKE, 6, "answered at look 1 of 2, at 6 seeds"),
+        pytest.param(ALIKE, 8, "not answered at look 2 of 2, at 8 seeds", marks=pytest.mark.slow),
+    ],
+)
+def test_a_sweep_goes_on_to_the_next_look_until_it_is_answered(tmp_path, sweep, seeds, said):
+    assert foundry("preregister", *sweep, *LOOKS, cwd=tmp_path).returncode == 0
+    done = foundry(*sweep, "until=answered", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert said in done.stdout
+    recorded = SweepFolder.open(tmp_path / "out").sweep
+    assert {one.seeds for one in recorded.conditions} == {tuple(range(seeds))}
+    assert len(recorded.history) == (1 if seeds == 6 else 2)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ((*UNLIKE, "until=answered"), "'out' has none: foundry preregister makes it"),
+        ((*UNLIKE[:-1], "until=answered"), "no output.dir is named"),
+        ((*UNLIKE, "until=soon"), "until=soon is neither null nor answered"),
+    ],
+)
+def test_nothing_is_answered_that_was_not_declared(tmp_path, words, message):
+    done = foundry(*words, cwd=tmp_path)
+    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
+    assert message in done.stderr
+
+
+def test_another_sweep_than_was_declared_is_refused(tmp_path):
+    assert foundry("preregister", *UNLIKE, *LOOKS, cwd=tmp_path).returncode == 0
+    done = foundry(*UNLIKE, "world.steps=3", "until=answered", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "of 16 runs in preregistration.yaml 16 are not asked for, and 16 are asked for beside them" in done.stderr

@@ -1,0 +1,113 @@
+"""What an export takes of a sweep, whatever its format."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from pathlib import Path
+
+import pytest
+
+from commands import foundry
+from exporting.conftest import REFUSAL, exported
+from foundry.commands.exporting import scores_of
+from foundry.errors import InputError
+from foundry.exporting.conditions import conditions, named
+from foundry.storing.store import SweepFolder
+
+
+def test_a_condition_has_its_runs_and_says_nothing_of_the_server(sweep: SweepFolder):
+    served, refused, scripted = conditions(sweep)
+    assert [one.model for one in (served, refused, scripted)] == ["qwen3:4b", "llama3.2", "scripted/random"]
+    assert [(one.asked, len(one.runs), one.complete) for one in (served, refused, scripted)] == [
+        (2, 2, 2),
+        (2, 2, 0),
+        (2, 2, 2),
+    ]
+    assert REFUSAL in str(refused.runs[0].summary.error)
+    call = next(served.runs[0].calls())
+    assert call.host is None and next(sweep.runs()[0].calls()).host is not None
+    assert served.config["model"]["server"]["hosts"] == "http://127.0.0.1"
+
+
+def test_a_condition_keeps_its_names_and_another_has_others(sweep: SweepFolder):
+    served, refused, _ = conditions(sweep)
+    assert served.identity("task") == conditions(sweep)[0].identity("task")
+    assert len({served.identity("task"), served.identity("run"), refused.identity("task")}) == 3
+    assert named(["a", "b"]).version == 4 and named(["a", "b"]) != named(["ab"])
+
+
+@pytest.mark.exports  # drawing takes seconds
+def test_images_are_found_by_what_was_sent(seen: SweepFolder):
+    (condition,) = conditions(seen)
+    (run,) = condition.runs
+    sent = [said["images_sha256"] for call in run.calls() for said in call.messages if "images_sha256" in said]
+    found = [run.image(sha256) for (sha256,) in sent]
+    assert [hashlib.sha256(image[1]).hexdigest() for image in found if image] == [sha256 for (sha256,) in sent]
+    assert len(sent) == 2 and run.image("0" * 64) is None
+
+
+def test_scores_are_those_of_the_runs_and_their_means(sweep: SweepFolder):
+    names = ["outcome.readable", "idle_rate.chosen"]
+    scores = scores_of(sweep, names)
+    assert [one.name for one in scores.measures] == names
+    ids = [run.id for run in sweep.runs()]
+    values = [scores.of_runs[run].get("idle_rate.chosen") for run in ids]
+    assert [value is None for value in values] == [False, False, True, True, False, False]
+    mean = scores.of_conditions[2]["idle_rate.chosen"]
+    assert mean.n == 2 and mean.mean == pytest.approx(sum(v for v in values[4:] if v is not None) / 2)
+
+
+def test_what_was_declared_before_the_runs_is_what_is_exported(tmp_path: Path):
+    asked = (
+        "-m",
+        "model=scripted/random,scripted/stay",
+        "seed=0-5",
+        "world.agents=2",
+        "world.steps=2",
+        "output.dir=out",
+    )
+    done = foundry("preregister", "--family", "idle_rate.chosen", *asked, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert foundry(*asked, "analyze=false", cwd=tmp_path).returncode == 0
+    scores = scores_of(SweepFolder.open(tmp_path / "out"), None)
+    assert [one.name for one in scores.measures] == ["idle_rate.chosen"]
+
+
+def test_a_measure_that_does_not_exist_is_refused(sweep: SweepFolder):
+    with pytest.raises(InputError, match=r"Measure 'idle_rate.chsen' not found. Did you mean 'idle_rate.chosen'"):
+        scores_of(sweep, ["idle_rate.chsen"])
+
+
+def test_what_is_not_installed_is_named_with_its_command(sweep: SweepFolder, monkeypatch: pytest.MonkeyPatch):
+    for name in [one for one in sys.modules if one.startswith("foundry.exporting.inspect.")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "inspect_ai", None)
+    monkeypatch.setitem(sys.modules, "inspect_ai.event", None)
+    told = exported("inspect", "out", cwd=sweep.path.parent, code=2)
+    assert told == "foundry: inspect_ai is not installed: pip install 'foundry-worlds[inspect]'\n"
+
+
+def test_a_secret_in_a_reply_ends_the_export(sweep: SweepFolder, monkeypatch: pytest.MonkeyPatch):
+    served = conditions(sweep)[0]
+    monkeypatch.setenv("SOME_TOKEN", next(served.runs[0].calls()).text.split('"')[3])
+    (again, *_) = conditions(sweep)
+    with pytest.raises(InputError, match="holds the value of SOME_TOKEN: nothing was written"):
+        list(again.runs[0].calls())
+
+
+def test_a_folder_without_a_sweep_is_refused(tmp_path: Path):
+    assert "Folder 'nowhere' does not exist" in exported("inspect", "nowhere", cwd=tmp_path, code=2)
+
+
+def test_a_probe_is_exported_without_scores_since_it_is_compared_by_moment(tmp_path: Path):
+    small = ("model=scripted/random", "seed=0", "world.agents=2", "world.steps=2", "analyze=false")
+    assert foundry(*small, "output.dir=pilot", cwd=tmp_path).returncode == 0
+    probe = ("probe", "pilot", "-m", "model=scripted/stay", "moments=2", "repeats=1", "analyze=false")
+    assert foundry(*probe, "output.dir=probed", cwd=tmp_path).returncode == 0
+    probed = SweepFolder.open(tmp_path / "probed")
+    assert scores_of(probed, None).measures == ()
+    with pytest.raises(InputError, match="is a probe, which is compared by moment: leave --family out"):
+        scores_of(probed, ["outcome.readable"])
+    told = exported("eee", "probed", cwd=tmp_path, code=2)
+    assert "No declared measure with a better end has a value, so there is no record" in told

@@ -1,0 +1,31 @@
+"""Plans of made-up conditions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from analysis.planned.declaring import declared
+from foundry.storing.preregistration import Part, PlannedCondition, Preregistration
+
+MEASURES = ("idle_rate.chosen", "clustering.nni")
+LOOKS = (6, 9, 12)
+
+
+def condition(model: str, seeds: Sequence[int] = range(12), **factors: str) -> PlannedCondition:
+    """Return a condition of a plan; its runs are called by model and seed."""
+    part = Part(name="p", sha256="0")
+    return PlannedCondition(
+        factors={"model": model, **factors},
+        world=part,
+        prompt=part,
+        model=Part(name=model, sha256="0"),
+        runs={f"{model}{seed}": seed for seed in seeds},
+    )
+
+
+def plan(compared: str = "ab", **changes: Any) -> Preregistration:
+    """Return the plan of some models."""
+    usual: dict[str, Any] = {"family": MEASURES, "margins": {}, "looks": LOOKS}
+    said: dict[str, Any] = {"foundry": "0", "commit": None, "asked": [], "models": []}
+    return declared([condition(model) for model in compared], ["grid"], **{**usual, **said, **changes})

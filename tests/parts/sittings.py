@@ -1,0 +1,109 @@
+"""A sitting at the page of `foundry play`: the command in this process, a person who speaks HTTP in another thread."""
+
+from __future__ import annotations
+
+import json
+import threading
+import urllib.error
+import urllib.request
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from subprocess import CompletedProcess
+from typing import Any
+
+import pytest
+
+from commands import foundry
+from foundry.viewer.people.server import PeopleServer
+
+MOVE = {"action": "move", "direction": "up", "memory": "", "reasoning": ""}
+SAY = {"message": "", "reasoning": ""}
+PATIENCE_S = 20.0
+
+
+def default_reply(question: dict[str, Any]) -> str:
+    """Return what the person says who always goes up and is silent."""
+    return json.dumps(SAY if "message" in question["schema"]["properties"] else MOVE)
+
+
+@dataclass
+class Person:
+    """Answers what is asked at an address, until enough is answered.
+
+    Attributes:
+        url: where the page is.
+        most: answers after which the person leaves; None for all.
+        begins_at: questions that wait when the person agrees to be asked.
+        reply: says what is answered.
+        seen: what was shown.
+        far: how far all was said to be then.
+    """
+
+    url: str
+    most: int | None = None
+    begins_at: int = 1
+    reply: Callable[[dict[str, Any]], str] = default_reply
+    seen: list[dict[str, Any]] = field(default_factory=list)
+    far: list[float] = field(default_factory=list)
+
+    def now(self, after: int = 0) -> dict[str, Any]:
+        with urllib.request.urlopen(f"{self.url}now?after={after}", timeout=PATIENCE_S) as reply:
+            return dict(json.load(reply))
+
+    def post(self, what: str, value: object = None) -> int:
+        """Return the status of what came back."""
+        body = json.dumps(value if value is not None else {}).encode()
+        try:
+            with urllib.request.urlopen(urllib.request.Request(self.url + what, body), timeout=PATIENCE_S) as reply:
+                return int(reply.status)
+        except urllib.error.HTTPError as error:
+            with error:
+                return error.code
+
+    def sit(self) -> None:
+        """Agree, and answer one after the other."""
+        after = 0
+        while (standing := self.now(after))["waiting"] < self.begins_at and not standing["over"]:
+            after = standing["version"]
+        self.post("agree")
+        after = 0
+        while not (standing := self.now(after))["over"]:
+            after = standing["version"]
+            question = standing["question"]
+            if question is not None and len(self.seen) == self.most:
+                self.post("leave")
+            elif question is not None:
+                self.seen.append(question)
+                self.far.append(standing["far"])
+                self.post("answer", {"number": question["number"], "text": self.reply(question)})
+
+
+def played(
+    monkeypatch: pytest.MonkeyPatch,
+    cwd: Path,
+    *arguments: str,
+    most: int | None = None,
+    begins_at: int = 1,
+    reply: Callable[[dict[str, Any]], str] = default_reply,
+    command: str = "play",
+) -> tuple[CompletedProcess[str], Person]:
+    """Run the command to its end while a person answers on its page."""
+    person = Person("", most, begins_at, reply)
+    thread = threading.Thread(target=person.sit)
+    began = PeopleServer.__init__
+
+    def begun(self: PeopleServer, *given: Any, **settings: Any) -> None:
+        began(self, *given, **settings)
+        person.url = self.url
+        thread.start()
+
+    monkeypatch.setattr(PeopleServer, "__init__", begun)
+    try:
+        done = foundry(command, "--no-browser", *arguments, cwd=cwd)
+    finally:
+        monkeypatch.undo()
+    if thread.ident is not None:
+        thread.join(PATIENCE_S)
+    assert not thread.is_alive(), "the person still waits"
+    return done, person
