@@ -18,14 +18,14 @@ from replaced import MODEL, Replaced
 
 SHAPE = ("seed=0-5", "world.agents=2", "world.steps=3", "analyze=false")
 SWEEP = (
-    *("-m", f"model={MODEL}", *SHAPE, "runner.open_runs=2"),
+    *("-m", f"model={MODEL}", *SHAPE, "runner.open_runs=1"),  # a run is over before the next one asks
     *("model.server.retry.wait_initial_s=0.01", "model.server.retry.wait_max_s=0.1"),
-    "model.server.in_flight={min: 4, max: 4, initial: 4}",  # all calls of both runs, which thus go in step
+    "model.server.in_flight={min: 4, max: 4, initial: 4}",
 )
 CALLS_OF_A_RUN = 2 * 3 * 2
 CALLS = 6 * CALLS_OF_A_RUN
 MIDWAY = 38
-"""A call at which two runs are complete and confirmed, three rounds of the next two ago, and none of those is over."""
+"""A call at which three runs are complete and confirmed; the fourth, which makes it, is not over for ten more."""
 
 
 @pytest.fixture(scope="module")
