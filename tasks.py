@@ -23,17 +23,34 @@ FIREFOX = ("firefox-esr", "firefox")
 UNPREPARED = "not real_server and not soak and not cluster and not local_models and not exports and not firefox"
 """The tests that need nothing but what `develop` installs."""
 TWO_PROCESSES = ("-n", "2", "--dist", "loadfile")  # what a file of tests shares is made once
+TESTS_FAILED = 1  # of pytest's exit codes, the one of which it remembers what to run again
 LOCAL_MODELS = ("torch==2.13.0", "transformers>=5.0")
 
 
 def call(program: str, *arguments: str) -> None:
     """Run a program of the virtual environment; its failure is ours."""
-    command = [str(BIN / program), *arguments]
+    code = exit_code(program, *arguments)
+    if code != 0:
+        sys.exit(code)
+
+
+def exit_code(program: str, *arguments: str) -> int:
+    """Run a program of the virtual environment; returns how it ended."""
     sys.stdout.write(f"$ {' '.join([program, *arguments])}\n")
     sys.stdout.flush()
-    done = subprocess.run(command, cwd=ROOT, check=False)
-    if done.returncode != 0:
-        sys.exit(done.returncode)
+    return subprocess.run([str(BIN / program), *arguments], cwd=ROOT, check=False).returncode
+
+
+def call_tests(*arguments: str) -> None:
+    """Run tests in two processes; a few that fail there are run once more alone, and named if they pass then."""
+    code = exit_code("python", "-m", "pytest", *TWO_PROCESSES, *arguments)
+    if code == 0:
+        return
+    if code != TESTS_FAILED:
+        sys.exit(code)
+    alone = ("-n", "0", "--verbose", "--exitfirst", "--last-failed", "--last-failed-no-failures=none")
+    call("python", "-m", "pytest", *alone, *arguments)
+    sys.stdout.write("The tests above failed beside others and passed alone: look at what they wait for.\n")
 
 
 def install(extra: str = "") -> None:
@@ -107,14 +124,14 @@ def smoke() -> None:
 def test() -> None:
     """Run the tests."""
     develop()
-    call("python", "-m", "pytest", *TWO_PROCESSES)
+    call_tests()
 
 
 def pages() -> None:
     """Run the tests that open pages in a browser."""
     develop()
     ensure_browser()
-    call("python", "-m", "pytest", *TWO_PROCESSES, "-m", "browser and not slow")
+    call_tests("-m", "browser and not slow")
 
 
 def firefox() -> None:
@@ -128,7 +145,7 @@ def test_all() -> None:
     """Run every test, the slow ones too."""
     develop()
     ensure_browser()
-    call("python", "-m", "pytest", *TWO_PROCESSES, "-m", UNPREPARED)
+    call_tests("-m", UNPREPARED)
 
 
 def soak() -> None:
