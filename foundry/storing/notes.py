@@ -45,6 +45,13 @@ class Note(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     tags: Annotated[tuple[Tag, ...], msgspec.Meta(max_length=20)]
     deleted: bool = False
 
+    @property
+    def place(self) -> str:
+        """What it is noted of, in words."""
+        if self.step is None:
+            return "the run"
+        return f"step {self.step}" if self.agent is None else f"step {self.step} · agent {self.agent}"
+
 
 class Notes(msgspec.Struct, frozen=True):
     """The notes of a sweep.

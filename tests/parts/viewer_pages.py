@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 PLAYER_READY = "() => window.Foundry && Foundry.page && Foundry.page.clock && Foundry.page.clock.steps > 0"
@@ -22,3 +23,10 @@ def go(page: Any, url: str, address: str = "") -> None:
         page.goto(f"{url}#/{address}")
     if address.startswith(("run", "compare")):
         page.wait_for_function(PLAYER_READY)
+
+
+def saved(page: Any, kind: str) -> bytes:
+    """Return what the table of the runs is saved as: "csv" or "parquet"."""
+    with page.expect_download() as waiting:
+        page.click(f"[data-save={kind}]")
+    return Path(waiting.value.path()).read_bytes()

@@ -160,6 +160,7 @@
     return notes;
   }
 
+  Notes.placeOf = placeOf;
   foundry.notesOfRun = notesOfRun;
   foundry.Notes = Notes;
 })(window.Foundry);

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from foundry.storing.store import SweepFolder
 from foundry.viewer.export import export
 from foundry.viewer.resources import Resources
 from foundry.viewer.server import ViewServer
-from viewer_pages import go
+from viewer_pages import go, saved
 
 
 def table(made: SweepFolder, address: str) -> Any:
@@ -51,9 +50,9 @@ def test_what_is_shown_is_saved(page: Any, server: ViewServer, made_up: SweepFol
     go(page, server.url, "sweep/made-up?model=first&sort=-seed")
     page.wait_for_selector("[data-sort='idle_rate.share']")
     runs = made_up.runs()
-    rows = list(csv.DictReader(io.StringIO(saved(page, lambda: page.click("[data-save=csv]")).decode())))
+    rows = list(csv.DictReader(io.StringIO(saved(page, "csv").decode())))
     assert [(row["run"], row["idle_rate.share"]) for row in rows] == [(runs[1].id, "0.001"), (runs[0].id, "0.25")]
-    found = pq.read_table(io.BytesIO(saved(page, lambda: page.click("[data-save=parquet]"))))
+    found = pq.read_table(io.BytesIO(saved(page, "parquet")))
     assert found["run"].to_pylist() == [runs[0].id, runs[1].id]
     assert found.column_names == list(rows[0])
 
@@ -64,13 +63,7 @@ def test_an_export_saves_texts_of_all_kinds_as_csv(page: Any, made_up: SweepFold
     go(page, exported.page.as_uri(), "sweep/made-up")
     page.wait_for_selector("[data-save=csv]")
     assert page.locator("[data-save=parquet]").count() == 0
-    assert len(saved(page, lambda: page.click("[data-save=csv]")).splitlines()) == 5
+    assert len(saved(page, "csv").splitlines()) == 5
     told = page.evaluate("() => Foundry.download.textOf([{key: 'a', value: (row) => row}], ['x, \"y\"\\n', null, 0.1])")
     assert list(csv.reader(io.StringIO(told, newline=""))) == [["a"], ['x, "y"\n'], [], ["0.1"]]
     page.goto("about:blank")
-
-
-def saved(page: Any, click: Callable[[], None]) -> bytes:
-    with page.expect_download() as waiting:
-        click()
-    return Path(waiting.value.path()).read_bytes()

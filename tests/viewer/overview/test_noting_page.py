@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import pyarrow.parquet as pq
 import pytest
 
 from foundry.storing.notes import Note, add_note, notes_of
@@ -13,7 +16,7 @@ from foundry.storing.store import SweepFolder
 from foundry.viewer.export import export
 from foundry.viewer.server import ViewServer, serving
 from made_up_runs import sweep, whole_run
-from viewer_pages import go
+from viewer_pages import go, saved
 
 pytestmark = pytest.mark.browser
 
@@ -134,6 +137,26 @@ def test_a_search_leads_to_the_moment_of_a_note(page: Any, served: ViewServer, m
     page.click(".find .found a")
     page.wait_for_selector(".player")
     assert page.text_content(".where") == "step 3 of 6"
+    page.goto("about:blank")
+
+
+def test_a_table_is_saved_with_notes_when_asked(page: Any, served: ViewServer, made: SweepFolder):
+    further = note(made, note="b", who="Grace", step=None, text='Two\nlines, "quoted"', tags=("late", "odd"))
+    alone, other = note(made, note="c", step=2, tags=("tag-alone",)), note(made, 1, note="d", text="Another run")
+    for one in (further, alone, other):
+        add_note(made.path, one)
+    go(page, served.url, "sweep/noted?model=first")
+    page.wait_for_selector("[data-save=csv]")
+    plain = list(csv.DictReader(io.StringIO(saved(page, "csv").decode(), newline="")))
+    assert {"tags", "notes"}.isdisjoint(plain[0])
+    page.check("label >> text=with notes")
+    rows = list(csv.DictReader(io.StringIO(saved(page, "csv").decode(), newline="")))
+    first = ("odd late tag-alone", 'step 3 · agent 1: It turned <b>back</b>.\nthe run: Two\nlines, "quoted"')
+    assert [(row["tags"], row["notes"]) for row in rows] == [first, ("", "the run: Another run")]
+    assert b"Ada" not in saved(page, "csv") and b"Grace" not in saved(page, "csv")
+    table = pq.read_table(io.BytesIO(saved(page, "parquet")))
+    assert table.column_names == list(rows[0])
+    assert [(row["tags"], row["notes"]) for row in table.to_pylist()] == [(row["tags"], row["notes"]) for row in rows]
     page.goto("about:blank")
 
 

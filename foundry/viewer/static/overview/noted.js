@@ -1,7 +1,7 @@
 "use strict";
 /* Notes on the page of a sweep: a column of their tags and numbers, and a window with those of a run. */
 (function (foundry) {
-  const {h, fill, grouped} = foundry.dom;
+  const {h, fill, grouped} = foundry.dom, {placeOf} = foundry.Notes;
 
   class Noted {
     /** @param onTag called with a tag that is clicked; @param onChange called when notes were written */
@@ -9,12 +9,15 @@
       Object.assign(this, {sweep, onTag, onChange, ofRun: new Map()});
       this.element = h("div");
       this.told = h("div");
+      this.saving = h("input", {type: "checkbox"});
+      this.choice = h("label", {title: "Tags and notes as columns of the file, without the names of who wrote them", hidden: true}, this.saving, " with notes");
     }
 
     async load() {
       const {notes, unread} = await foundry.source.json(`sweep/${this.sweep}/notes`);
       fill(this.told, unread.map((why) => h("p", {class: "warning"}, why)));
       this.ofRun = grouped(notes, (note) => note.run);
+      this.choice.hidden = !notes.length;
     }
 
     /** Let a row say what is noted of its run. */
@@ -29,6 +32,14 @@
     columns() {
       if (!foundry.source.live && !this.ofRun.size) return [];
       return [{key: "notes", label: "notes", own: true, value: (row) => row.notes, cell: (row) => this.cell(row)}];
+    }
+
+    /** Return the columns of a file that is saved: none unless asked. */
+    saved() {
+      const notes = ({run}) => this.ofRun.get(run) || [];
+      return this.choice.hidden || !this.saving.checked ? [] : [
+        {key: "tags", value: (row) => [...new Set(notes(row).flatMap((note) => note.tags))].join(" ")},
+        {key: "notes", value: (row) => notes(row).filter((note) => note.text).map((note) => `${placeOf(note)}: ${note.text}`).join("\n")}];
     }
 
     cell({run, notes, tags}) {

@@ -307,9 +307,9 @@
 
     /** What is shown, as a file; an exported page can make CSV alone. */
     downloads() {
-      const save = (kind) => foundry.download[kind](this.sweep.id, this.columns().filter((one) => !one.own), this.matching, this.head.runs);
-      return ["csv", ...foundry.source.live ? ["parquet"] : []].map((kind) => h("button", {type: "button", "data-save": kind,
-        title: "The runs and columns that are shown, as a file", onclick: () => save(kind)}, {csv: "CSV", parquet: "Parquet"}[kind]));
+      const save = (kind) => foundry.download[kind](this.sweep.id, [...this.columns().filter((one) => !one.own), ...this.noted.saved()], this.matching, this.head.runs);
+      return h("span", {class: "saving"}, ["csv", ...foundry.source.live ? ["parquet"] : []].map((kind) => h("button", {type: "button", "data-save": kind,
+        title: "The runs and columns that are shown, as a file", onclick: () => save(kind)}, {csv: "CSV", parquet: "Parquet"}[kind])), this.noted.choice);
     }
 
     measureChoice() {
