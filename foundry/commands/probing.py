@@ -213,7 +213,7 @@ class _Sitting:
         desk = Desk(blind=blind)
         alone = SittingRunner(desk, together=blind)
         stop_file = folder.stop_file(alone.session)
-        folder.start_progress()
+        folder.start_progress(alone.session)
 
         def look() -> None:
             if stop_file.exists():

@@ -103,10 +103,10 @@ class Runner(ABC):
             SweepInterrupted: the user asked to stop.
         """
         with self.at_work(job) as play:
-            job.folder.start_progress()
-            for run in job.folder.runs():
-                run.forget_failure()
             try:
+                job.folder.start_progress(job.session)
+                for run in job.folder.runs():
+                    run.forget_failure()
                 with _stop_on_interrupt(job):
                     _play_phases(job, play)
             finally:

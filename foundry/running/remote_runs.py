@@ -113,7 +113,7 @@ def play_chunk(chunk: Chunk, abandoned: Callable[[], bool] = lambda: False) -> P
     given = chunk.spec.folder
     with tempfile.TemporaryDirectory(prefix="foundry-") as scratch:
         folder = SweepFolder(Path(scratch), given.sweep, given.settings, given.models)
-        folder.start_progress()
+        folder.start_progress(chunk.spec.session)
         waiting = [run for run in folder.runs() if not remote.complete(folder, run)]
         spec = replace(chunk.spec, folder=folder, runs=tuple(run.id for run in waiting))
         fatal = _play_and_send(spec, waiting, remote, abandoned) if waiting else None

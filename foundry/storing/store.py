@@ -1,10 +1,10 @@
 """The only code that knows the layout of a sweep's folder.
 
 outputs/<sweep>/sweep.yaml, multirun.yaml, runs/<run-id>/{config.yaml, run.json, steps.jsonl, messages.jsonl,
-calls.jsonl.zst, frames/, images/}, analysis/; while it runs also progress/ and locks/; in a sweep of forks or a probe
-origins/, in a probe moments.json; once it was analysed looks.jsonl; where people noted something notes.jsonl;
-where it was declared preregistration.yaml; in an unpacked bundle manifest.json, scenes.json and scenes/. The files of
-one run are in `foundry.storing.run_files`.
+calls.jsonl.zst, frames/, images/}, analysis/; while it runs, or was killed, also progress/ and locks/; in a sweep of
+forks or a probe origins/, in a probe moments.json; once it was analysed looks.jsonl; where people noted something
+notes.jsonl; where it was declared preregistration.yaml; in an unpacked bundle manifest.json, scenes.json and scenes/.
+The files of one run are in `foundry.storing.run_files`.
 """
 
 from __future__ import annotations
@@ -330,13 +330,16 @@ class SweepFolder:
 
     def ask_to_stop(self, session: str) -> None:
         """Ask the workers of a session to stop in order."""
-        with contextlib.suppress(FileNotFoundError):  # all is over already
+        if self._session_file(session).exists():  # else all is over already
             self.stop_file(session).touch()
 
     def stop_asked(self, session: str) -> bool:
         """Return whether workers must stop: they were asked to, or the command that they work for has ended."""
-        file = self.stop_file(session)
-        return file.exists() or not file.parent.is_dir()
+        return self.stop_file(session).exists() or not self._session_file(session).exists()
+
+    def _session_file(self, session: str) -> Path:
+        """Return the file that is there from the beginning of a session to its end."""
+        return self.path / "progress" / f"{session}.session"
 
     def progress_file(self, lane: str) -> Path:
         """Return where a worker reports how far it is."""
@@ -357,25 +360,32 @@ class SweepFolder:
                 reports[file.stem] = msgspec.json.decode(content)
         return reports
 
-    def start_progress(self) -> None:
-        """Begin a session: forget the reports of the last one; those of a session that goes on are soon there again."""
-        folder = self.path / "progress"
-        folder.mkdir(parents=True, exist_ok=True)  # it is never missing meanwhile, which would end other sessions
-        for file in folder.glob("*.json"):
-            file.unlink(missing_ok=True)
-
-    def end_progress(self, session: str = "") -> None:
-        """End a session: remove the reports of its workers, all else when no other reports, and free locks.
+    def start_progress(self, session: str = "") -> None:
+        """Begin a session: forget the reports of the last one; those of a session that goes on are soon there again.
 
         Args:
             session: what the names of its workers begin with.
         """
-        for name in self.progress():
-            if name.startswith(session):
-                self.progress_file(name).unlink(missing_ok=True)
-        self.stop_file(session).unlink(missing_ok=True)
-        if not self.progress():
-            shutil.rmtree(self.path / "progress", ignore_errors=True)
+        begun = self._session_file(session)
+        while not begun.exists():
+            begun.parent.mkdir(parents=True, exist_ok=True)
+            with contextlib.suppress(FileNotFoundError):  # another session, which ended just now, removed the folder
+                begun.touch()
+        for file in begun.parent.glob("*.json"):
+            file.unlink(missing_ok=True)
+
+    def end_progress(self, session: str = "") -> None:
+        """End a session: remove what is its own, the folder when nothing else is in it, and free locks.
+
+        Args:
+            session: what the names of its workers begin with.
+        """
+        folder = self._session_file(session).parent
+        for file in folder.glob("*"):
+            if file.name.removeprefix(".").startswith(session):
+                file.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):  # files of another session are in it
+            folder.rmdir()
         if all(run.ended for run in self.runs()):
             with claimed(self.path / "locks" / SWEEP_LOCK) as mine:
                 if mine and all(run.ended for run in SweepFolder.open(self.path).runs()):  # it may have grown

@@ -236,7 +236,7 @@ def test_a_worker_that_knows_nothing_of_the_command_is_told_where_its_code_is(
     sweep = declare(expand((), composed.conditions))
     infos = {settings_key(sweep.conditions[0].config["model"]): ModelInfo("mine/mixing")}
     folder = SweepFolder.create(tmp_path / "s", sweep, {"record": {"frames": False}}, [])
-    folder.start_progress()
+    folder.start_progress("0")
     runs = tuple(run.id for run in folder.runs())
     task = pickle.dumps((run_lane, LaneSpec("0", "0", folder, runs, infos, cache=str(tmp_path / "answers"), own=own)))
     worker = [sys.executable, "-P", "-m", "foundry.running.lane_process"]

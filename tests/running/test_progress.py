@@ -284,12 +284,10 @@ def test_a_command_that_begins_or_ends_leaves_another_at_work_on_the_same_sweep(
     folder = SweepFolder.create(tmp_path / "shared", sweep, {}, [])
     jobs = [SweepJob(folder, {}, "", 0) for _ in range(2)]
     one, two = (job.session for job in jobs)
-    folder.start_progress()
+    folder.start_progress(one)
     reports = folder.progress_file("any").parent
-    place = reports.stat().st_ino
     jobs[0].stop()
-    folder.start_progress()
-    assert reports.stat().st_ino == place  # never missing, which would tell workers to stop
+    folder.start_progress(two)
     assert (folder.stop_asked(one), folder.stop_asked(two)) == (True, False)
     for session in (one, two):
         write_atomically(folder.progress_file(f"{session}-0-0"), b'{"open": [], "models": {}}')
@@ -298,7 +296,37 @@ def test_a_command_that_begins_or_ends_leaves_another_at_work_on_the_same_sweep(
     folder.end_progress(two)
     assert not reports.exists()
     jobs[1].stop()  # a Ctrl-C at the very end
-    assert jobs[1].stop_asked()
+    assert jobs[1].stop_asked() and not reports.exists()
+
+
+def test_a_command_that_ends_before_another_has_reported_leaves_it_at_work(sweep: Sweep, tmp_path: Path):
+    folder = SweepFolder.create(tmp_path / "shared", sweep, {}, [])
+    for session in ("old", "new"):
+        folder.start_progress(session)
+    write_atomically(folder.progress_file("old-0-0"), b'{"open": [], "models": {}}')
+    folder.end_progress("old")
+    assert not folder.stop_asked("new")
+    write_atomically(folder.progress_file("new-0-0"), b'{"open": [], "models": {}}')
+    assert folder.stop_asked("old") and list(folder.progress()) == ["new-0-0"]
+    folder.end_progress("new")
+    assert not (folder.path / "progress").exists()
+
+
+def test_a_command_begins_though_another_removes_the_folder_of_reports_meanwhile(
+    sweep: Sweep, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    folder = SweepFolder.create(tmp_path / "shared", sweep, {}, [])
+    folder.start_progress("old")
+    touched = Path.touch
+
+    def just_removed(path: Path) -> None:
+        monkeypatch.setattr(Path, "touch", touched)
+        folder.end_progress("old")
+        touched(path)
+
+    monkeypatch.setattr(Path, "touch", just_removed)
+    folder.start_progress("new")
+    assert (folder.stop_asked("old"), folder.stop_asked("new")) == (True, False)
 
 
 @pytest.mark.slow

@@ -139,7 +139,7 @@ def test_a_chunk_whose_url_cannot_be_written_to_says_so(swept: SweepFolder, tmp_
 
 def test_workers_of_chunks_cannot_see_each_other_and_are_told_how_many_they_are(swept: SweepFolder, tmp_path: Path):
     again = SweepFolder.create(tmp_path / "again", swept.sweep, {}, [])
-    again.start_progress()
+    again.start_progress("0")
     ids = tuple(run.id for run in again.runs())
     runs = RemoteRuns(again, RemoteSweep.open((tmp_path / "bucket" / "y").as_uri()))
     chunks = list(runs.chunks(LaneSpec("0", "0", again, ids, {}, cache=""), 3))
