@@ -217,7 +217,7 @@ class SeenProbe:
             InputError: there is none of this number.
             RecordError: a recorded file is damaged.
         """
-        moment = self._moment(number)
+        moment = self.moment(number)
         prompts: list[list[dict[str, Any]]] = []
         answers = [
             self._replies(run, found[moment], prompts)
@@ -236,7 +236,7 @@ class SeenProbe:
             InputError: there is none, or the world may not be built again.
             RecordError: the moment cannot be made again.
         """
-        moment = self._moment(number)
+        moment = self.moment(number)
         if edit >= len(self.edits):
             raise not_found("Edit", str(edit), [str(place) for place in range(len(self.edits))])
         scenario = self._scenario(self.edits[edit].name)
@@ -249,7 +249,13 @@ class SeenProbe:
             raise InputError(f"Moment {number} has {len(question.images)} images: there is no image {image}.")
         return question.images[image]
 
-    def _moment(self, number: int) -> Moment:
+    def moment(self, number: int) -> Moment:
+        """Return the moment at a place in the list of moments.
+
+        Raises:
+            InputError: there is none.
+            RecordError: the moments cannot be read.
+        """
         if number >= len(self.moments.moments):
             raise InputError(f"There is no moment {number}: the last is {len(self.moments.moments) - 1}.")
         return self.moments.moments[number]

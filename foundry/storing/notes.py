@@ -27,11 +27,12 @@ class Note(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
         note: what names it; the same in all of its lines.
         when: ISO 8601, UTC.
         who: who wrote the line, as they call themselves.
-        run: the run's id.
+        run: the run's id; of a moment of a probe, that of the run that the moment comes from.
         step: the step, or null for the run as a whole.
         agent: the agent, or null.
         text: the note; may be empty where there are tags.
         tags: single words.
+        moment: of a moment of a probe, its place among them; else null.
         deleted: whether it is no more.
     """
 
@@ -43,6 +44,7 @@ class Note(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     agent: Place | None
     text: Annotated[str, msgspec.Meta(max_length=10_000)]
     tags: Annotated[tuple[Tag, ...], msgspec.Meta(max_length=20)]
+    moment: Place | None = None
     deleted: bool = False
 
     @property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import secrets
+from collections.abc import Callable
 
 import msgspec
 
@@ -21,15 +22,21 @@ class _Written(msgspec.Struct, forbid_unknown_fields=True):
     agent: int | None
     text: str
     tags: tuple[str, ...]
+    moment: int | None = None
     note: str | None = None
     deleted: bool = False
 
 
-def take_note(sweep: CatalogedSweep, content: bytes) -> None:
+def take_note(sweep: CatalogedSweep, content: bytes, moment_of: Callable[[int], tuple[str, int, int]]) -> None:
     """Add a note, or write one anew.
 
+    Args:
+        sweep: the sweep.
+        content: what the page sent.
+        moment_of: returns run, step and agent of a moment of a probe, or raises InputError where there is none.
+
     Raises:
-        InputError: there is no such run or note, or it says nothing, or not what a note says.
+        InputError: there is no such run, moment or note, or it says nothing, or not what a note says.
     """
     try:
         written = msgspec.json.decode(content, type=_Written)
@@ -38,7 +45,11 @@ def take_note(sweep: CatalogedSweep, content: bytes) -> None:
         note = msgspec.convert({**msgspec.to_builtins(written), **named}, Note)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise InputError(f"The note cannot be read: {error}") from error
-    sweep.run(note.run)
+    if note.moment is None:
+        sweep.run(note.run)
+    elif (place := moment_of(note.moment)) != (note.run, note.step, note.agent):
+        run, step, agent = place
+        raise InputError(f"Moment {note.moment} is agent {agent} at step {step} of run '{run}'.")
     known = [one.note for one in notes_of(sweep.folder.path).notes]
     if written.note is not None and written.note not in known:
         raise not_found("Note", written.note, known)

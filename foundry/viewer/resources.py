@@ -114,11 +114,11 @@ class Resources:
         """Add a note to those of a sweep, or write one of them anew.
 
         Raises:
-            InputError: there is no such sweep, run or note, or it says nothing.
+            InputError: there is no such sweep, run, moment or note, or it says nothing.
         """
         with self._lock:
             found = self.catalog.sweep(sweep)
-        take_note(found, content)
+        take_note(found, content, lambda number: self.probe(sweep).place(number))
 
     def probe(self, sweep: str) -> ProbeView:
         """Return the view of a probe.

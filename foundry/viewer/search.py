@@ -107,7 +107,10 @@ class TextSearch:
             connection.executemany("INSERT INTO words (text) VALUES (?)", [(_spaced(text),) for text in texts])
             rows = connection.execute("SELECT rowid FROM words WHERE words MATCH ? ORDER BY rowid", (query,))
             places = [row - 1 for (row,) in rows]
-        return [[notes[at].run, notes[at].step, notes[at].agent, NOTE, _part(texts[at], words)] for at in places]
+        return [
+            [note.run, note.step, note.agent, NOTE, _part(texts[at], words), note.moment]
+            for at, note in ((at, notes[at]) for at in places)
+        ]
 
     def _open(self) -> sqlite3.Connection:
         file = self.sweep.search_file

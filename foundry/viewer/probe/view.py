@@ -47,6 +47,16 @@ class ProbeView:
                 return Resource(self._probe.picture(*numbers), BINARY)
         raise InputError(f"A probe has no '{what}' with {len(numbers)} numbers.")
 
+    def place(self, number: int) -> tuple[str, int, int]:
+        """Return run, step and agent of a moment.
+
+        Raises:
+            InputError: there is none of this number.
+            RecordError: the moments cannot be read.
+        """
+        moment = self._probe.moment(number)
+        return moment.run, moment.step, moment.agent
+
     def exports(self) -> Iterator[tuple[str, Resource]]:
         """Yield all that can be asked, by address below the probe; states of worlds as far as that is no long work."""
         yield "moments", self.get("moments", ())

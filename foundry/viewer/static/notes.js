@@ -24,12 +24,20 @@
 
   function placeOf({step, agent}) { return step === null ? "the run" : `step ${step}${agent === null ? "" : ` · agent ${agent}`}`; }
 
+  /** Return the address of what is noted of, or found: a run, a moment of it, or one of a probe. */
+  function addressOf(sweep, {run, step, agent, moment = null}) {
+    if (moment !== null) return `#/sweep/${sweep}?moment=${moment}`;
+    const at = Object.entries({step, agent}).filter(([, number]) => number !== null);
+    return `#/run/${sweep}/${run}${at.length ? `?${new URLSearchParams(at)}` : ""}`;
+  }
+
   class Notes {
     /**
      * @param sweep the sweep's id
      * @param runs whose notes are shown: `id` and `name` each
-     * @param options.where returns the moment that is looked at: `step` and `agent`, each null where there is none
-     * @param options.onPick called with the step and the agent of a note that is gone to; without it, a note leads to its run
+     * @param options.where returns the moment that is looked at: `step` and `agent`, each null where there is none; of a probe its `moment` and `run` too
+     * @param options.name returns what a note is of, in words
+     * @param options.onPick called with a note that is gone to; without it, a note leads to its run
      * @param options.onChange called when notes were written
      */
     constructor(sweep, runs, options) {
@@ -74,12 +82,14 @@
       this.state.textContent = [shown.length ? "" : "Nothing is noted.", ...unread].filter(Boolean).join(" ");
     }
 
+    name(note) { return (this.options.name || placeOf)(note); }
+
     /** Return what leads to the moment of a note. */
     way(note) {
-      const {onPick} = this.options, place = placeOf(note);
+      const {onPick} = this.options, place = this.name(note);
       if (note.step === null) return h("b", {}, place);
-      if (onPick) return h("button", {type: "button", class: "go", onclick: () => onPick(note.step, note.agent)}, place);
-      return h("a", {href: `#/run/${this.sweep}/${note.run}?step=${note.step}${note.agent === null ? "" : `&agent=${note.agent}`}`}, place);
+      if (onPick) return h("button", {type: "button", class: "go", onclick: () => onPick(note)}, place);
+      return h("a", {href: addressOf(this.sweep, note)}, place);
     }
 
     changes(note) {
@@ -106,18 +116,19 @@
       this.offer();
       this.writing.open = true;
       this.text.focus();
+      this.writing.scrollIntoView({block: "nearest"});
     }
 
     toggled() { if (this.writing.open && !this.place.options.length) this.write(); }
 
     /** Offer what a note can be of; one that is changed stays where it is. */
     offer() {
-      const {step, agent} = this.options.where(), run = {step: null, agent: null};
-      const places = this.changed ? [this.changed] : [...agent === null || step === null ? [] : [{step, agent}], ...step === null ? [] : [{step, agent: null}], run];
-      this.places = places;
-      fill(this.place, places.map((one, index) => h("option", {value: String(index)}, `on ${placeOf(one)}`)));
-      this.run.disabled = Boolean(this.changed);
-      if (this.changed) this.run.value = this.changed.run;
+      const at = this.options.where(), {step, agent} = at, run = {step: null, agent: null};
+      const given = this.changed || ("moment" in at ? at : null);
+      this.places = given ? [given] : [...agent === null || step === null ? [] : [{step, agent}], ...step === null ? [] : [{step, agent: null}], run];
+      fill(this.place, this.places.map((one, index) => h("option", {value: String(index)}, `on ${this.name(one)}`)));
+      this.run.disabled = Boolean(given);
+      if (given) this.run.value = given.run;
     }
 
     leave() {
@@ -127,9 +138,9 @@
     }
 
     async save() {
-      const {step, agent} = this.places[Number(this.place.value)], who = this.who.value.trim();
+      const {step, agent, moment = null} = this.places[Number(this.place.value)], who = this.who.value.trim();
       keepWho(who);
-      const written = {run: this.run.value, step, agent, who, text: this.text.value.trim(), tags: this.tags.value.split(/[\s,]+/).filter(Boolean)};
+      const written = {run: this.run.value, step, agent, moment, who, text: this.text.value.trim(), tags: this.tags.value.split(/[\s,]+/).filter(Boolean)};
       if (await this.send(this.changed ? {...written, note: this.changed.note} : written, "The note is kept.")) this.leave();
     }
 
@@ -151,7 +162,7 @@
   function notesOfRun(page) {
     const {data} = page, notes = new Notes(data.sweep, [{id: data.id, name: data.name}], {
       where: () => ({step: page.clock.step || null, agent: page.agent ?? null}),
-      onPick: (step, agent) => {
+      onPick: ({step, agent}) => {
         if (page.select) page.select(agent);
         page.clock.pause();
         page.clock.seek(step);
@@ -160,7 +171,7 @@
     return notes;
   }
 
-  Notes.placeOf = placeOf;
+  Object.assign(Notes, {placeOf, addressOf});
   foundry.notesOfRun = notesOfRun;
   foundry.Notes = Notes;
 })(window.Foundry);

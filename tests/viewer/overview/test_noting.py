@@ -70,6 +70,7 @@ def test_a_note_is_written_changed_and_deleted(served: ViewServer, made: SweepFo
     [
         ({"run": "elsewhere"}, "Run 'elsewhere' not found."),
         ({"note": "unknown"}, "Note 'unknown' not found."),
+        ({"moment": 0}, "'noted' is no probe: it has runs, and no moments."),
         ({"text": " ", "tags": []}, "A note says something: write a text or a tag."),
         ({"tags": ["two words"]}, "The note cannot be read: "),
         ({"step": -1}, "The note cannot be read: "),
@@ -103,7 +104,7 @@ def test_who_looks_from_another_machine_writes_nothing(made: SweepFolder):
 def test_a_search_finds_notes_beside_texts(served: ViewServer, made: SweepFolder):
     send(served, written(made, text="Der Rauch über dem Café"))
     search = TextSearch(made)
-    hit = [made.runs()[0].id, 3, 1, "note", "Der Rauch über dem Café odd Ada"]
+    hit = [made.runs()[0].id, 3, 1, "note", "Der Rauch über dem Café odd Ada", None]
     assert search.find("note", "uber caf*")["hits"] == [hit]
     assert search.find("note", "rauch smoke")["count"] == 0
     assert search.find("every", "odd")["hits"][0] == hit

@@ -81,6 +81,7 @@ MOMENTS = {
     "J": [Try("j", "location.hash !== BEFORE")],
     "K": [Try("k", "location.hash !== BEFORE")],
     "E": [Try("e", "location.hash.includes('edit=no_fire')")],
+    **NOTES,
 }
 RUN = PLAYER | NOTES
 GRID = RUN | MESSAGES | FIRES | AGENTS | SHIFTED

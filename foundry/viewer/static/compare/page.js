@@ -18,7 +18,7 @@
       this.panels = runs.map((run) => this.panel(run));
       const names = namesOf(runs), looks = foundry.looks.ofRuns(runs);
       this.notes = new foundry.Notes(runs[0].sweep, runs.map(({id}, index) => ({id, name: names[index]})), {
-        where: () => ({step: this.clock.step || null, agent: this.agent}), onPick: (step, agent) => this.goTo(step, agent)});
+        where: () => ({step: this.clock.step || null, agent: this.agent}), onPick: ({step, agent}) => this.goTo(step, agent)});
       this.notes.load();
       this.player = new foundry.Player({marks: () => this.marks(), ...this.playing(), summary: () => "", notes: this.notes,
         keys: [...new Set(this.panels.flatMap(({view}) => view.constructor.KEYS || []))], agents: this.agents > 1 && {most: () => this.agents, chosen: () => this.agent, select: (agent) => this.select(agent)}});

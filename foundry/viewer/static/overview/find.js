@@ -47,9 +47,9 @@
       }
     }
 
-    item([run, step, agent, kind, text]) {
-      const moment = Object.entries({step, agent}).filter(([, number]) => number !== null);
-      return h("li", {}, h("a", {href: `#/run/${this.sweep}/${run}?${new URLSearchParams(moment)}`}, [run, ...moment.map((one) => one.join(" "))].join(" · ")), ` ${kind}: `, h("bdi", {}, text));
+    item([run, step, agent, kind, text, moment]) {
+      const at = Object.entries({step, agent}).filter(([, number]) => number !== null);
+      return h("li", {}, h("a", {href: foundry.Notes.addressOf(this.sweep, {run, step, agent, moment})}, [run, ...at.map((one) => one.join(" "))].join(" · ")), ` ${kind}: `, h("bdi", {}, text));
     }
   }
 

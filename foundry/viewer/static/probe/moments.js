@@ -15,6 +15,8 @@
 
   function mean(values) { return values.length ? values.reduce((sum, one) => sum + one, 0) / values.length : null; }
 
+  function nameOf({kind, step, agent}) { return `${kind}, step ${step}, agent ${agent}`; }
+
   /** Return the counts with every choice as it should become under an edit. */
   function carried(counts, edit) {
     const found = {};
@@ -58,12 +60,14 @@
       await this.load();
       this.view = new foundry.MomentView(this.sweep.id, this.probe);
       const {models, moments} = this.probe;
+      this.notes = this.noted();
       if (models.length < 2) this.links.before(h("p", {class: "note"}, "One model was asked: choose an edit to see what it changes."));
       const edit = this.probe.edits.findIndex((one) => one.name === this.wanted.get("edit"));
       this.chosen.edit = edit > 0 ? edit : models.length < 2 && this.probe.edits.length > 1 ? 1 : 0;
       this.element.append(h("div", {class: "probe-stage"},
-        h("nav", {class: "moments-box", "aria-label": "Moments"}, this.told, this.list,
-          foundry.dom.keys([["J", "next moment"], ["K", "previous moment"], ...this.probe.edits.length > 1 ? [["E", "next edit"]] : []])),
+        h("div", {class: "moments-side"}, h("nav", {class: "moments-box", "aria-label": "Moments"}, this.told, this.list,
+          foundry.dom.keys([["J", "next moment"], ["K", "previous moment"], ...this.probe.edits.length > 1 ? [["E", "next edit"]] : [],
+            ...foundry.source.live ? [["N", "a note on this moment"]] : []])), this.notes.element),
         this.view.element));
       this.drawControls();
       const first = this.wanted.has("moment") ? moments[Number(this.wanted.get("moment"))] : undefined;
@@ -78,6 +82,16 @@
       this.probe.moments.forEach((one, index) => { one.index = index; });
       const {missing} = this.probe;
       fill(this.state, missing ? h("p", {class: "warning"}, `${missing} runs are not complete, and are not counted here.`) : null);
+    }
+
+    /** Return the notes on all moments. */
+    noted() {
+      const {moments} = this.probe, runs = [...new Set(moments.map((one) => one.run))];
+      const notes = new foundry.Notes(this.sweep.id, runs.map((id) => ({id, name: id})), {
+        where: () => { const {run, step, agent, index} = this.moment; return {run, step, agent, moment: index}; },
+        name: ({moment}) => nameOf(moments[moment]), onPick: ({moment}) => this.go(this.probe.moments[moment])});
+      notes.load();
+      return notes;
     }
 
     isAnswered() { return this.probe.moments.some((one) => one.answered.length); }
@@ -152,6 +166,7 @@
       this.told.textContent = `${this.shown.length} of ${this.probe.moments.length} moments; total variation ${what}, 0 to 1${this.shown.length > MOST ? `; the first ${MOST} are listed` : ""}`;
       fill(this.list, this.shown.slice(0, MOST).map((one) => this.item(one)));
       const there = this.shown.find((one) => one.moment === wanted) || this.shown[0];
+      this.notes.element.hidden = !(this.moment || there);
       if (there) this.go(there.moment); else this.view.say("No moment is like that: take back a filter.");
     }
 
@@ -160,7 +175,7 @@
       bar.firstChild.style.width = `${100 * (distance || 0)}%`;
       return h("li", {}, h("button", {type: "button", "data-moment": moment.index, onclick: () => this.go(moment)},
         h("span", {class: "distance"}, number(distance, 2)), bar,
-        h("span", {}, `${moment.kind}, step ${moment.step}, agent ${moment.agent}`), h("small", {}, moment.run)));
+        h("span", {}, nameOf(moment)), h("small", {}, moment.run)));
     }
 
     go(moment) {
@@ -186,7 +201,8 @@
         this.edits.querySelector("select").value = String(this.chosen.edit);
         this.update(this.moment);
         announce(`Edit ${this.probe.edits[this.chosen.edit].name}`);
-      } else return;
+      } else if (key === "n" && this.moment && foundry.source.live) this.notes.write();
+      else return;
       event.preventDefault();
     }
   }
