@@ -287,11 +287,16 @@ class RunFolder:
 
 
 @contextlib.contextmanager
-def claimed(lock_path: Path) -> Iterator[bool]:
-    """Hold a lock for this process; yields whether it could be had. The system frees it on a crash."""
+def claimed(lock_path: Path, wait_s: float = 0.0) -> Iterator[bool]:
+    """Hold a lock for this process; yields whether it could be had. The system frees it on a crash.
+
+    Args:
+        lock_path: its file.
+        wait_s: seconds to wait for another process that holds it.
+    """
     from filelock import FileLock, Timeout  # who only reads needs none
 
-    lock = FileLock(lock_path, timeout=0)
+    lock = FileLock(lock_path, timeout=wait_s)
     try:
         lock_path.parent.mkdir(parents=True, exist_ok=True)
         lock.acquire()

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import contextlib
 import datetime
-import errno
 import os
 import shutil
 from collections.abc import Iterable, Mapping, Sequence
@@ -31,9 +30,14 @@ from foundry.expansion import leaves as leaves
 from foundry.expansion import without_servers as without_servers
 from foundry.labels import Labels, People
 from foundry.records import NOT_JSON, Call
+from foundry.storing.fresh import MULTIRUN_FILE as MULTIRUN_FILE
+from foundry.storing.fresh import SWEEP_FILE as SWEEP_FILE
+from foundry.storing.fresh import check_own
+from foundry.storing.fresh import ensure_writable as ensure_writable
+from foundry.storing.fresh import fresh_folder as fresh_folder
+from foundry.storing.fresh import is_sweep as is_sweep
 from foundry.storing.growing import check_declared, check_digests, growth
 from foundry.storing.plain_files import check_folder, is_there
-from foundry.storing.preregistration import PREREGISTRATION_FILE
 from foundry.storing.run_files import ALWAYS_THERE as ALWAYS_THERE
 from foundry.storing.run_files import ENDED_RUNS as ENDED_RUNS
 from foundry.storing.run_files import IMAGES as IMAGES
@@ -58,10 +62,10 @@ from foundry.storing.sweep_file import sweep_content, sweep_from, sweep_text
 from foundry.storing.sweep_file import to_yaml as to_yaml
 from foundry.texts import holds_secret, without_secrets
 
-SWEEP_FILE = "sweep.yaml"
-MULTIRUN_FILE = "multirun.yaml"
 SWEEP_LOCK = "sweep.lock"
 """Held while `sweep.yaml` is read and written again."""
+WAIT_S = 30.0
+"""So long a command waits for another that holds it."""
 SCENES_FILE = "scenes.json"
 RUN_WITH = ("cache", "runner", "record", "analyze")
 """Settings that a sweep is run with."""
@@ -73,17 +77,6 @@ class _Report(msgspec.Struct):
 
     open: list[str]
     models: dict[str, dict[str, float | None]]
-
-
-def fresh_folder(root: Path) -> Path:
-    """Create and return a folder under `root` that did not exist, named by the time."""
-    stamp = datetime.datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
-    for suffix in ("", *(f"_{number}" for number in range(2, 1000))):
-        candidate = root / (stamp + suffix)
-        with contextlib.suppress(FileExistsError):
-            candidate.mkdir(parents=True)
-            return candidate
-    raise InputError(f"No fresh folder could be made under '{root}': name one with output.dir=...")
 
 
 class SweepFolder:
@@ -134,20 +127,20 @@ class SweepFolder:
         Raises:
             InputError: the folder holds a sweep that contradicts this one, or foreign files, or cannot be written to.
         """
-        if is_sweep(path):
-            with claimed(path / "locks" / SWEEP_LOCK) as mine:
-                if not mine:
-                    raise InputError(f"Another command adds to '{path}' at this moment: say it again.")
-                folder = cls.open(path)
-                folder._grow(sweep, models)
-            folder.sweep = sweep
-            return folder
         folder = cls(path, replace(sweep, history=(Asked(sweep.asked, _now(), len(sweep.runs)),)), settings, models)
-        content = folder._text()
-        ensure_writable(path)
-        if any(entry.name not in (MULTIRUN_FILE, PREREGISTRATION_FILE) for entry in path.iterdir()):
-            raise InputError(f"output.dir='{path}' holds files that are not a sweep's: name an empty or a new folder.")
-        write_atomically(path / SWEEP_FILE, content)
+        content = None if is_sweep(path) else folder._text()
+        if content is not None:
+            ensure_writable(path)
+            check_own(path)
+        with claimed(path / "locks" / SWEEP_LOCK, wait_s=WAIT_S) as mine:
+            if not mine:
+                raise InputError(f"Another command adds to '{path}' at this moment: say it again.")
+            if content is not None and not is_sweep(path):
+                write_atomically(path / SWEEP_FILE, content)
+                return folder
+            folder = cls.open(path)
+            folder._grow(sweep, models)
+        folder.sweep = sweep
         return folder
 
     def _grow(self, asked: Sweep, models: Sequence[dict[str, Any]]) -> None:
@@ -392,11 +385,6 @@ class SweepFolder:
                     shutil.rmtree(self.path / "locks", ignore_errors=True)
 
 
-def is_sweep(path: Path) -> bool:
-    """Return whether a folder holds a sweep."""
-    return is_there(path / SWEEP_FILE)
-
-
 def with_moments(sweep: Sweep, path: Path) -> Sweep:
     """Return a probe's sweep with its moments read from a folder; any other sweep as it is."""
     return replace(sweep, conditions=tuple(replace(c, config=moments_here(c.config, path)) for c in sweep.conditions))
@@ -448,26 +436,6 @@ def sweeps_in(path: Path) -> list[Path]:
     of_sweep = [one for one in found if one not in baselines]
     newest = sorted(of_sweep, key=lambda one: ((one / "sweep.yaml").stat().st_mtime_ns, str(one)), reverse=True)
     return [one for sweep in newest for one in (sweep, sweep / "baselines") if one in found]
-
-
-def ensure_writable(path: Path) -> None:
-    """Create the folder and check that files can be written into it.
-
-    Raises:
-        InputError: they cannot.
-    """
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-        probe = path / f".probe.{os.getpid()}"
-        probe.write_bytes(b"")
-        probe.unlink()
-    except ValueError as error:  # a null character
-        raise InputError(f"'{path}' cannot be the name of a folder ({error}): choose another.") from error
-    except OSError as error:
-        cause = errno.errorcode.get(error.errno or 0, "error")
-        raise InputError(
-            f"'{path}' cannot be written to ({cause}: {error.strerror}): choose another folder."
-        ) from error
 
 
 def _now() -> str:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,6 +12,7 @@ import pytest
 
 from foundry.errors import InputError, RecordError
 from foundry.expansion import Condition, Sweep, expand
+from foundry.storing import store
 from foundry.storing.growing import growth
 from foundry.storing.run_files import claimed
 from foundry.storing.store import SweepFolder
@@ -134,13 +138,58 @@ def test_what_adds_nothing_leaves_the_file_as_it_is(tmp_path: Path):
     assert (tmp_path / "s" / "sweep.yaml").stat().st_ino == before.st_ino
 
 
-def test_two_that_grow_at_once_do_not_lose_what_the_other_adds(tmp_path: Path):
+def test_one_that_grows_a_sweep_waits_for_another_that_does(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    SweepFolder.create(tmp_path / "s", sweep(condition()), {}, [])
+    comes = threading.Event()
+
+    def coming(path: Path, wait_s: float = 0.0) -> AbstractContextManager[bool]:
+        comes.set()
+        return claimed(path, wait_s)
+
+    monkeypatch.setattr(store, "claimed", coming)
+    with ThreadPoolExecutor(1) as pool:
+        with claimed(tmp_path / "s" / "locks" / "sweep.lock"):
+            grown = pool.submit(SweepFolder.create, tmp_path / "s", sweep(condition("b")), {}, [])
+            assert comes.wait(60)
+        assert grown.result(60).sweep == sweep(condition("b"))
+
+
+def test_one_that_waited_in_vain_for_another_that_grows_the_sweep_adds_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(store, "WAIT_S", 0.0)
     SweepFolder.create(tmp_path / "s", sweep(condition()), {}, [])
     before = (tmp_path / "s" / "sweep.yaml").read_bytes()
     with claimed(tmp_path / "s" / "locks" / "sweep.lock") as mine, pytest.raises(InputError, match="say it again"):
         assert mine
         SweepFolder.create(tmp_path / "s", sweep(condition("b")), {}, [])
     assert (tmp_path / "s" / "sweep.yaml").read_bytes() == before
+
+
+@pytest.mark.parametrize("name", ["a", "b"])
+def test_two_that_begin_one_sweep_at_once_both_have_it(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    first, second = sweep(condition("a")), sweep(condition(name))
+
+    def just_begun(path: Path, wait_s: float = 0.0) -> AbstractContextManager[bool]:
+        monkeypatch.setattr(store, "claimed", claimed)
+        SweepFolder.create(tmp_path / "s", first, {}, [])
+        return claimed(path, wait_s)
+
+    monkeypatch.setattr(store, "claimed", just_begun)
+    assert SweepFolder.create(tmp_path / "s", second, {}, []).sweep == second
+    asked = {run.id for run in (*first.runs, *second.runs)}
+    assert {run.id for run in SweepFolder.open(tmp_path / "s").runs()} == asked
+
+
+def test_what_another_that_begins_the_same_sweep_writes_meanwhile_is_not_foreign(tmp_path: Path):
+    (tmp_path / "s" / "locks").mkdir(parents=True)
+    for name in (".probe.7", ".sweep.yaml.7.8.tmp", ".multirun.yaml.7.8.tmp"):
+        (tmp_path / "s" / name).touch()
+    SweepFolder.create(tmp_path / "s", sweep(condition()), {}, [])
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / ".git").mkdir()
+    with pytest.raises(InputError, match="not a sweep's"):
+        SweepFolder.create(tmp_path / "other", sweep(condition()), {}, [])
 
 
 def test_a_command_that_ends_leaves_the_locks_of_one_by_which_the_sweep_grew_meanwhile(tmp_path: Path):
