@@ -35,7 +35,7 @@ def legal_moves(x: IntArray, y: IntArray, world: GridSettings) -> BoolArray:
 def blind_chances(run: GridRun, legal: BoolArray) -> FloatArray:
     """Return the chances of up, down, left and right of a blind agent that moves, (E, 4); 0 where nothing is legal.
 
-    The shares of the ways are those of the moves made by counted decisions of all agents from cells where all four
+    The shares of the ways are those of the moves asked for by counted decisions of all agents in cells where all four
     are legal, half a move more of each (Jeffreys' prior), so that no legal way is impossible.
 
     Args:
@@ -43,8 +43,8 @@ def blind_chances(run: GridRun, legal: BoolArray) -> FloatArray:
         legal: which moves the edge allows, by decision, (E, 4).
     """
     free = legal_moves(run.x[:-1], run.y[:-1], run.world).all(axis=2)
-    made = np.bincount(run.choice[run.moved & run.counted & free], minlength=len(CHOICES))[STAY + 1 :] + 0.5
-    chances = np.where(legal, made, 0.0)
+    asked = np.bincount(run.choice[run.counted & free], minlength=len(CHOICES))[STAY + 1 : len(CHOICES)] + 0.5
+    chances = np.where(legal, asked, 0.0)
     total = chances.sum(axis=1, keepdims=True)
     return np.asarray(np.divide(chances, total, out=np.zeros_like(chances), where=total > 0))
 

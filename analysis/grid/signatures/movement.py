@@ -85,9 +85,10 @@ def measure(run: GridRun) -> dict[str, float]:
     - drift_place: change of the fewest moves into any place (0 inside one); -1..1. NaN without places.
     - drift_agent: change of the fewest moves to where the nearest other agent stood before the step, since where it
       goes is not known to the agent; -1..1. Steps of an agent that is alone are left out. NaN with one agent.
-    - drift_place_beyond_blind, drift_agent_beyond_blind: the same less what is expected of a blind agent
-      (`walker`), which stays where the agent stayed and else goes the legal ways by their shares in the run;
-      cells per step. 0 for who prefers a way but not what lies there.
+    - drift_place_beyond_blind, drift_agent_beyond_blind: the same of the legal ways asked for, less what is expected of
+      a blind agent (`walker`), which stays where the agent stayed and else asks for the legal ways by their shares in
+      the run; cells per step. 0 for who prefers a way but not what lies there. A way that others were in counts like
+      one that was free: of the moves made, those to others would be missing where cells hold few.
     - drift_fire: change of the fewest moves to the nearest burning fire, perceived or not, over the steps with one;
       -1..1. NaN when none burns.
 
@@ -156,11 +157,12 @@ def _drifts(run: GridRun) -> dict[str, float]:
     fire, burning = _fire_changes(run)
     place, agent = (changes[counted] for changes in (_place_changes(run), _agent_changes(run)))
     legal = legal_moves(run.x[:-1][counted], run.y[:-1][counted], run.world)
-    chances = np.where(run.moved[counted][:, None], blind_chances(run, legal), 0.0)
+    asked = (run.choice[counted][:, None] == np.arange(STAY + 1, len(CHOICES))) & legal
+    more = asked - np.where(asked.any(axis=1)[:, None], blind_chances(run, legal), 0.0)
 
     def beyond(changes: FloatArray) -> float:
         # The first column is what the agent did, the others are what each way would have done.
-        found = changes[:, 0] - (chances * changes[:, 1:]).sum(axis=1)
+        found = (more * changes[:, 1:]).sum(axis=1)
         return mean(found[~np.isnan(found)])
 
     return {

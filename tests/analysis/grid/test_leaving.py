@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from analysis import signatures
 from analysis.grid.leaving import NO_WAY, exit_steps
 from analysis.grid.run import NO_EXIT, Exit, Fire, GridRun, Leaders
-from analysis.grid.signatures import clustering, evacuation, exploration, hazard
+from analysis.grid.signatures import clustering, evacuation, exploration, hazard, movement
 from foundry.leaving import FAR, soonest_departures
 from grid_runs import grid_run
 from whole_runs import whole_run
@@ -159,3 +159,10 @@ def test_signatures_of_an_open_grid_are_what_they_were():
         assert one.measure(full) == pytest.approx(one.measure(run), nan_ok=True)
     assert hazard.applies(run) and not evacuation.applies(run)
     assert not hazard.applies(replace(run, world=world_of(run, fires=(Fire("f", 1, (0, 0), 2.0, 0.1),))))
+
+
+def test_who_is_blind_to_others_is_not_driven_from_them_where_each_cell_holds_one(tmp_path: Path):
+    crowd = ("world.agents=100", "world.steps=20", "world.fires=[]", "world.exits=[]")
+    runs = [whole_run(tmp_path / str(seed), "evacuation", "random", *crowd, seed=seed) for seed in range(5)]
+    found = [movement.measure(run)["drift_agent_beyond_blind"] for run in runs if isinstance(run, GridRun)]
+    assert len(found) == 5 and all(abs(one) < 0.04 for one in found), found
