@@ -29,7 +29,7 @@ from analysis.paper.methods import methods
 from analysis.paper.references import bibtex
 from analysis.paper.summary import summary
 from analysis.planned.holding import Held, held
-from analysis.planned.looking import counted
+from analysis.planned.looking import counted, settings_by_side
 from analysis.prose import group_label
 from analysis.retest import retest
 from analysis.signatures import FAILURE_RATE
@@ -221,6 +221,7 @@ def _found(
             table, groups, family=family, margins=margins, repeating=repeating, plan=planned.plan if planned else None
         ),
         sources[0].path,
+        settings_by_side(results, groups),
     )
     forms = [form_of(name) for name in dict.fromkeys(result.form for result in results)]
     shown = tuple(shown_groups(compared))

@@ -3,23 +3,56 @@
 from __future__ import annotations
 
 import datetime
-from collections.abc import Iterator, Sequence
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TypeAlias, cast
+from typing import Any, TypeAlias, cast
 
 import pandas as pd
 
+from analysis.measuring.runs import RunResult
 from analysis.stats.contrasts import ALPHA
+from analysis.stats.factors import context_of, find_factors
 from analysis.stats.plan import EXPLORATORY
 from analysis.stats.stopping import error_of
+from analysis.stats.values import Group
+from analysis.tables.groups import PARTS, group_keys
 from foundry.storing.looks import LookedAt, looks_of, write_looks
+from foundry.storing.store import leaves, without_servers
 
 _Pair: TypeAlias = tuple[str, ...]
+_Side: TypeAlias = tuple[str, str, str]
 _PAIR = ("factor", "level", "reference", "context")
 _ORDINALS = ("", "", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
 
 
-def counted(contrasts: pd.DataFrame, folder: Path) -> pd.DataFrame:
+def settings_by_side(results: Sequence[RunResult], groups: pd.DataFrame) -> dict[_Side, str]:
+    """Return the hash of the settings of each group, by the factor, level and context that it has in the contrasts.
+
+    Args:
+        results: the runs.
+        groups: the columns that tell groups apart, one row per run.
+    """
+    own: dict[Group, Mapping[str, Any]] = {}
+    for key, result in zip(group_keys(groups), results, strict=True):
+        if not result.baseline:
+            own.setdefault(key, result.config)
+    columns = list(groups.columns)
+    factors = find_factors(pd.DataFrame(list(own), columns=columns, dtype=str), columns)
+    return {
+        (one.name, key[columns.index(one.name)], context_of(columns, key, factors, one.name)): _hash(config)
+        for key, config in own.items()
+        for one in factors
+    }
+
+
+def _hash(config: Mapping[str, Any]) -> str:
+    settings = sorted(leaves({part: without_servers(config[part]) for part in PARTS}))
+    return hashlib.sha256(json.dumps(settings).encode()).hexdigest()[:12]
+
+
+def counted(contrasts: pd.DataFrame, folder: Path, settings: Mapping[_Side, str]) -> pd.DataFrame:
     """Return the contrasts with the number of looks at each that was not declared; a new look is kept in the folder.
 
     The same number of seeds again is no new look.
@@ -27,18 +60,20 @@ def counted(contrasts: pd.DataFrame, folder: Path) -> pd.DataFrame:
     Args:
         contrasts: the table of contrasts.
         folder: of the sweep.
+        settings: what `settings_by_side` returns.
 
     Raises:
         RecordError: what was kept of earlier looks cannot be read.
     """
     known = looks_of(folder)
-    before = set(map(_key, known))
-    new = [one for one in _looks(contrasts) if _key(one) not in before]
+    kept = _sizes(known)
+    new = [one for one in _looks(contrasts, settings) if one.pairs not in _sizes_of(one, kept)]
     if new:
         write_looks(folder, [*known, *new])
     sizes = _sizes([*known, *new])
     undeclared = (contrasts["claim"] == EXPLORATORY) & contrasts["p"].notna()
-    pairs = [sizes.get(pair, []) for pair in contrasts[list(_PAIR)].astype(str).itertuples(index=False, name=None)]
+    now = {_texts(one): _sizes_of(one, sizes) for one in _looks(contrasts, settings)}
+    pairs = [now.get(pair, []) for pair in contrasts[list(_PAIR)].astype(str).itertuples(index=False, name=None)]
     rows = zip(contrasts["look"], contrasts["note"], pairs, undeclared, contrasts["headline"], strict=True)
     told = [
         (len(own), "; ".join(filter(None, (note, said(own) if headline else "")))) if counts else (look, note)
@@ -55,21 +90,35 @@ def said(sizes: Sequence[int]) -> str:
     return f"{which}, none declared: {ALPHA:.0%} is {error_of(tuple(sorted(sizes)), ALPHA):.0%}"
 
 
-def _looks(contrasts: pd.DataFrame) -> Iterator[LookedAt]:
+def _looks(contrasts: pd.DataFrame, settings: Mapping[_Side, str]) -> Iterator[LookedAt]:
     """Yield the pairs of groups that were tested, with the most pairs of seeds that any measure has."""
     now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
     tested = contrasts[contrasts["p"].notna()]
     for pair, pairs in tested.groupby(list(_PAIR), sort=False)["n_pairs"].max().items():
         factor, level, reference, context = map(str, cast(_Pair, pair))
-        yield LookedAt(factor=factor, level=level, reference=reference, context=context, pairs=int(pairs), at=now)
+        sides = {settings[factor, one, context] for one in (level, reference)} if settings else ()
+        yield LookedAt(
+            factor=factor,
+            level=level,
+            reference=reference,
+            context=context,
+            pairs=int(pairs),
+            at=now,
+            settings=tuple(sorted(sides)),
+        )
 
 
-def _key(look: LookedAt) -> tuple[_Pair, int]:
-    return (look.factor, look.level, look.reference, look.context), look.pairs
+def _texts(look: LookedAt) -> _Pair:
+    return look.factor, look.level, look.reference, look.context
 
 
 def _sizes(looks: Sequence[LookedAt]) -> dict[_Pair, list[int]]:
     sizes: dict[_Pair, list[int]] = {}
-    for pair, pairs in map(_key, looks):
-        sizes.setdefault(pair, []).append(pairs)
+    for look in looks:
+        sizes.setdefault(look.settings or _texts(look), []).append(look.pairs)
     return sizes
+
+
+def _sizes_of(look: LookedAt, sizes: Mapping[_Pair, list[int]]) -> list[int]:
+    """Return at how many pairs of seeds a pair was looked at; what was kept without settings counts by its names."""
+    return [*sizes.get(_texts(look), []), *(sizes.get(look.settings, []) if look.settings else ())]

@@ -23,6 +23,7 @@ class LookedAt(msgspec.Struct, frozen=True, kw_only=True):
         context: what else was swept and is equal in both.
         pairs: seeds with a value in both.
         at: when they were looked at first, UTC.
+        settings: hashes of the settings of both, sorted: they stay when another setting is swept. Empty in older files.
     """
 
     factor: str
@@ -31,6 +32,7 @@ class LookedAt(msgspec.Struct, frozen=True, kw_only=True):
     context: str
     pairs: int
     at: str
+    settings: tuple[str, ...] = ()
 
 
 def looks_of(folder: Path) -> list[LookedAt]:

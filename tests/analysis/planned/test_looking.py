@@ -22,7 +22,7 @@ def look(tmp_path):
 
     def at(seeds: int, models: str = "ab"):
         rows = [run for place, one in enumerate(models) for run in runs(one, np.roll(SECOND, place)[:seeds].tolist())]
-        return counted(contrasts(table(rows), family=[MEASURE]), tmp_path)
+        return counted(contrasts(table(rows), family=[MEASURE]), tmp_path, {})
 
     return at
 
@@ -60,6 +60,36 @@ def test_what_was_looked_at_lies_beside_the_analysis(tmp_path, write_sweep, make
     lines = [json.loads(line) for line in (path / "looks.jsonl").read_text().splitlines()]
     assert [(one["level"], one["reference"], one["pairs"]) for one in lines] == [("b", "a", 6)]
     assert set(found.contrasts["claim"]) == {"exploratory"}
+
+
+def test_a_pair_keeps_its_looks_when_another_setting_is_swept_or_left_out(tmp_path, write_sweep, make_condition):
+    seeds, factors = range(10), ("model", "prompt")
+    conditions = [
+        make_condition(model, seeds, factors, sampling_seed=place, prompt=prompt)
+        for place, model in enumerate("ab")
+        for prompt in ("paper", "japanese")
+    ]
+    path = write_sweep(tmp_path / "sweep", conditions).path
+
+    def looks(*only: str) -> dict[str, int]:
+        rows = analyze(path, plots=False, only=only).contrasts
+        rows = rows[(rows["measure"] == "idle_rate.chosen") & (rows["factor"] == "model")]
+        return dict(zip(rows["context"], rows["look"], strict=True))
+
+    assert looks("prompt=paper", "seed=0-5") == {"": 1}
+    assert looks("seed=0-7") == {"prompt=paper": 2, "prompt=japanese": 1}
+    assert looks("prompt=paper") == {"": 3}
+    assert looks("prompt=japanese") == {"": 2}
+
+
+def test_looks_that_were_kept_without_settings_count_by_their_names(tmp_path, write_sweep, make_condition):
+    conditions = [make_condition(model, range(8), sampling_seed=place) for place, model in enumerate("ab")]
+    path = write_sweep(tmp_path / "sweep", conditions).path
+    line = {"factor": "model", "level": "b", "reference": "a", "context": "", "pairs": 6, "at": "2026-11-01T00:00:00"}
+    (path / "looks.jsonl").write_text(json.dumps(line) + "\n")
+    for _ in range(2):
+        rows = analyze(path, plots=False).contrasts
+        assert set(rows["look"][rows["measure"] == "idle_rate.chosen"]) == {2}
 
 
 def test_a_damaged_count_is_refused(look, tmp_path):
