@@ -116,7 +116,7 @@ def _different(row: Row, sides: Sides) -> str:
 
 
 def _same(row: Row, sides: Sides) -> str:
-    corrected = f"p{equals_p(row['p_equivalence_holm'])} after correction (two one-sided tests)"
+    corrected = f"p{equals_p(row['p_equivalence_holm'])} after correction{_looks(row)} (two one-sided tests)"
     return (
         f"{_both(row)} are the same in {row['measure']} within the declared margin of {number(row['margin'])}: "
         f"{_means(row)}, {corrected}"
@@ -158,8 +158,11 @@ def _means(row: Row) -> str:
 
 def _tested(row: Row) -> str:
     family = f"after correction in {row['family']}" if row["family"] > 1 else "in the only test"
-    looks = f" and {row['look']} looks" if row["claim"] == DECLARED and row["look"] > 1 else ""
-    return f"p{equals_p(row['p_holm'])} {family}{looks} (level {LEVEL})"
+    return f"p{equals_p(row['p_holm'])} {family}{_looks(row)} (level {LEVEL})"
+
+
+def _looks(row: Row) -> str:
+    return f" and {row['look']} looks" if row["claim"] == DECLARED and row["look"] > 1 else ""
 
 
 def equals_p(p: float) -> str:
@@ -174,6 +177,8 @@ def _weakened(row: Row, sides: Sides) -> Iterator[str]:
         yield f"it is within the declared margin of {number(row['margin'])}, so too small to count"
     if kind == DIFFERENT and row["low"] <= 0 <= row["high"]:
         yield "its interval holds 0"
+    if row["equivalent"] and max(-row["low"], row["high"]) > row["margin"]:
+        yield "its interval goes beyond the margin"
     if kind == NOTHING and not math.isnan(row["margin"]):
         yield f"nor are they shown to be the same within the margin of {number(row['margin'])}"
     if kind == NOTHING and row["n_pairs"] < ENOUGH_FOR_CLAIMS:

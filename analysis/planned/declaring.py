@@ -27,7 +27,8 @@ from foundry.storing.preregistration import PlannedCondition, PlannedLook, Plann
 METHOD = (
     "Differences of the conditions are paired by seed. Two-sided exact sign-flip test of the mean (9,999 drawn signs "
     "above 16 pairs), exact McNemar test of outcomes. Alpha is spent in proportion to the seeds. Holm's correction is "
-    "over all tests of a factor, each with the least error in all at which one of its looks so far is significant."
+    "over all tests of a factor, each with the least error in all at which one of its looks so far is significant. "
+    "Where a margin is given, two one-sided paired t tests, their alpha spent and corrected in the same way."
 )
 LEFT_OUT = (
     "A seed whose run failed, or is missing, in either condition: it has no value there. It is counted.",

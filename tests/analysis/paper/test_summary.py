@@ -138,6 +138,16 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
             f"{SAME}difference 0.02 [-0.1, 0.14], 20 seeds, p = .010 after correction (two one-sided tests)",
         ),
         (
+            {**NONE, **MARGIN, "look": 3, "high": 0.24},
+            f"{SAME}difference 0.02 [-0.1, 0.24], 20 seeds, p = .010 after correction and 3 looks (two one-sided tests)"
+            "; its interval goes beyond the margin",
+        ),
+        (
+            {**MARGIN, "low": 0.01, "high": 0.43},
+            f"{FOUND.replace('[0.1, 0.34]', '[0.01, 0.43]')}{TESTED}; it is within the declared margin of 0.2, so too "
+            "small to count; its interval goes beyond the margin",
+        ),
+        (
             {**LEFT, **MARGIN},
             f"{SAME}difference 0.02 [-0.1, 0.14], 20 seeds, p = .010 after correction (two one-sided tests)",
         ),
