@@ -16,7 +16,7 @@ from analysis.paper.methods import methods, seeds_text
 from analysis.prose import joined
 from analysis.report.definitions import Block, blocks, definitions
 from analysis.report.limits import limits
-from analysis.report.material import Material
+from analysis.report.material import Material, gather
 from analysis.report.provenance import (
     cost_grid,
     determinism_grid,
@@ -24,6 +24,7 @@ from analysis.report.provenance import (
     ledger_grid,
     link,
     models_grid,
+    question,
     runs_grid,
 )
 from analysis.report.sections import (
@@ -68,6 +69,31 @@ def test_the_ledger_counts_every_run_and_the_unreadable_decisions(hostile: Mater
     assert rows[0][5:] == ["900", "60", "6.67 %"]
     assert rows[2][0] == "scripted/stay"
     assert rows[2][5:] == ["0", "0", "-"]
+
+
+@pytest.mark.parametrize(
+    ("prompts", "who"),
+    [
+        ({"hall": ["hall"], "small": ["paper"]}, "a and b"),
+        ({"hall": ["paper"], "small": ["paper", "japanese"]}, "a / paper, a / japanese, b / paper and b / japanese"),
+    ],
+)
+def test_the_question_names_models_once_however_many_worlds_they_are_in(
+    prompts: dict[str, list[str]],
+    who: str,
+    tmp_path: Path,
+    write_sweep: Callable[..., SweepFolder],
+    make_condition: Callable[..., Any],
+    small_world: dict[str, Any],
+):
+    conditions = [
+        make_condition(model, range(2), world=small_world | {"name": world}, prompt=prompt)
+        for model in "ab"
+        for world, own in prompts.items()
+        for prompt in own
+    ]
+    found = gather([write_sweep(tmp_path / "sweep", conditions).path])
+    assert question(found) == f"In what do {who} differ in hall and small, over 2 seeds?"
 
 
 def test_failures_are_listed_with_their_causes(hostile: Material, hostile_sweep: SweepFolder):
