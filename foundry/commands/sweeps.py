@@ -312,7 +312,7 @@ def resume(
 
 def go_on(folder: Path, trusted: Sequence[str], trust_servers: bool, run: Run = run_folder) -> int:
     """Run what a sweep still lacks, once it is known to be the same here; returns the exit code."""
-    from foundry.composing.preflight import check, declare
+    from foundry.composing.preflight import check, check_begun, declare
     from foundry.composing.preparing import model_lines, runner_of
     from foundry.composing.settings import checked_settings
     from foundry.storing.growing import check_declared, check_digests
@@ -320,6 +320,7 @@ def go_on(folder: Path, trusted: Sequence[str], trust_servers: bool, run: Run = 
     opened = open_to_run(folder, trusted, trust_servers)
     settings = checked_settings(opened.settings)
     runner = runner_of(settings)
+    check_begun(opened, opened.sweep)
     infos = check(opened.sweep_here())
     check_digests(opened.models, model_lines(infos))
     check_declared(opened.sweep, declare(opened.sweep_here()))

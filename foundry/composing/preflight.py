@@ -15,6 +15,7 @@ from foundry.models.base import Model, ModelInfo
 from foundry.prompts.prompt import Prompt
 from foundry.running.asking import in_run
 from foundry.running.build import build
+from foundry.storing.store import SweepFolder
 from foundry.worlds.base import Answer, Question, Scenario
 
 MAX_STEPS = 4
@@ -110,19 +111,43 @@ def notes_of(sweep: Sweep) -> list[str]:
     return list(dict.fromkeys(note for config in worlds.values() for note in scenario_of(config).notes()))
 
 
-def declare(sweep: Sweep) -> Sweep:
+def declare(sweep: Sweep, here: Sweep | None = None) -> Sweep:
     """Return the sweep with what its worlds say of their records.
+
+    Args:
+        sweep: the sweep.
+        here: the same with what its folder holds for it read from there; None where that is nothing.
 
     Raises:
         InputError: a world says nothing of its form.
     """
     found: dict[str, Declared] = {}
-    for condition in sweep.conditions:
-        key = settings_key(condition.config["world"])
+    known: list[Condition] = []
+    for condition, placed in zip(sweep.conditions, (here or sweep).conditions, strict=True):
+        key = settings_key(placed.config["world"])
         if key not in found:
-            found[key] = _declared(scenario_of(condition.config))
-    known = (replace(one, declared=found[settings_key(one.config["world"])]) for one in sweep.conditions)
+            found[key] = _declared(scenario_of(placed.config))
+        known.append(replace(condition, declared=found[key]))
     return replace(sweep, conditions=tuple(known))
+
+
+def check_begun(there: SweepFolder, sweep: Sweep) -> None:
+    """Check that the worlds of a sweep are still those that the runs in its folder were begun in.
+
+    Args:
+        there: its folder.
+        sweep: what is to be run of it.
+
+    Raises:
+        InputError: one has changed.
+    """
+    here = there.with_scenes(sweep).conditions
+    worlds = {settings_key(one.config["world"]): placed for one, placed in zip(sweep.conditions, here, strict=True)}
+    keys = [settings_key(one.config["world"]) for one in there.sweep.conditions]
+    for run in there.runs():
+        key = keys[run.run.condition]
+        if key in worlds and "episode" in run.declared.streams and run.ended and (episode := run.episode_bytes()):
+            scenario_of(worlds.pop(key).config).check_begun(episode)
 
 
 def _declared(scenario: Scenario) -> Declared:

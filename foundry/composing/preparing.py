@@ -11,7 +11,7 @@ from typing import Any
 from foundry.composing.collecting import Launch
 from foundry.composing.compose import Composed
 from foundry.composing.launching import LauncherRunner
-from foundry.composing.preflight import check, declare, notes_of
+from foundry.composing.preflight import check, check_begun, declare, notes_of
 from foundry.composing.settings import UNTIL
 from foundry.errors import InputError
 from foundry.expansion import Sweep
@@ -85,20 +85,15 @@ def checked(composed: Composed, place: Callable[[Sweep], Sweep] = _as_it_is) -> 
         raise InputError(f"{UNTIL}={composed.settings[UNTIL]} belongs to the command foundry -m: leave it out here.")
     sweep = composed.sweep
     asked = composed.settings["output"]["dir"]
-    growing = _growing(Path(asked), sweep) if asked else []
+    there = SweepFolder.open(asked) if asked and is_sweep(Path(asked)) else None
+    growing = [] if there is None else growth(there.sweep, sweep).notes(asked)
     runner = runner_of(composed.settings, composed.launch)
-    infos = check(place(sweep))
-    sweep = declare(sweep)
-    return Checked(composed, sweep, infos, runner, [*growing, *notes_of(sweep)])
-
-
-def _growing(path: Path, sweep: Sweep) -> list[str]:
-    """Return what there is to say of the sweep that is in the folder already, before any server is asked.
-
-    Raises:
-        InputError: what is asked contradicts it.
-    """
-    return growth(SweepFolder.open(path).sweep, sweep).notes(path) if is_sweep(path) else []
+    here = place(sweep if there is None else there.with_scenes(sweep))
+    if there is not None:
+        check_begun(there, sweep)
+    infos = check(here)
+    sweep = declare(sweep, here)
+    return Checked(composed, sweep, infos, runner, [*growing, *notes_of(here)])
 
 
 def job_of(folder: SweepFolder, settings: Mapping[str, Any], infos: Mapping[str, ModelInfo]) -> SweepJob:

@@ -284,9 +284,17 @@ class SweepFolder:
         Raises:
             RecordError: their list cannot be read, or names files elsewhere.
         """
+        return with_moments(self.with_scenes(self.sweep), self.path)
+
+    def with_scenes(self, sweep: Sweep) -> Sweep:
+        """Return a sweep with the scenes that came with this one read from its folder.
+
+        Raises:
+            RecordError: their list cannot be read, or names files elsewhere.
+        """
         scenes = self.scenes()
-        placed = (replace(one, config=scene_here(one.config, scenes, self.path)) for one in self.sweep.conditions)
-        return with_moments(replace(self.sweep, conditions=tuple(placed)), self.path)
+        placed = (replace(one, config=scene_here(one.config, scenes, self.path)) for one in sweep.conditions)
+        return replace(sweep, conditions=tuple(placed))
 
     def origin_path(self, run: str, at: int) -> Path:
         """Return where the calls are kept that forks of a run at a step share with it."""

@@ -219,6 +219,16 @@ class Scenario(ABC):
         """
         raise InputError(f"World '{self.name}' does not say how to draw its runs again: give its Scenario a `redraw`.")
 
+    def check_begun(self, episode: bytes) -> None:
+        """Check that the files it reads are still those that an episode was begun with; it reads none by default.
+
+        Args:
+            episode: the line of `episode.jsonl`.
+
+        Raises:
+            InputError: they are not.
+        """
+
     def actions(self) -> Mapping[str, Actions]:
         """Return what can be decided, by the kind of question that decides it; nothing by default."""
         return {}

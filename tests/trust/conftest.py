@@ -56,7 +56,16 @@ def grid_sweep(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="session")
 def camera_sweep(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A room of two layers and a picture, in folders beside each other."""
-    folder = tmp_path_factory.mktemp("camera")
+    return play_in_a_room(tmp_path_factory.mktemp("camera"))
+
+
+@pytest.fixture
+def room_sweep(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same, to be spoiled."""
+    return play_in_a_room(tmp_path_factory.mktemp("room"))
+
+
+def play_in_a_room(folder: Path) -> Path:
     for name in ("room", "parts"):
         (folder / name).mkdir()
     picture(folder / "parts" / "wall.png", np.arange(48).reshape(4, 4, 3) * 5)

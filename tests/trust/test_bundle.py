@@ -14,12 +14,13 @@ import pytest
 import zstandard
 
 from analysis import analyze
-from commands import foundry
+from commands import foundry, statuses
 from foundry.errors import InputError
 from foundry.storing.store import SweepFolder, calls_bytes
 from foundry.trust.bundling import write_bundle
 from foundry.trust.manifest import Manifest
 from foundry.trust.unbundling import unpack_bundle
+from foundry.worlds.camera import surroundings
 from trust.conftest import build_wall, run_of, runs
 from worlds.camera.usd_files import mesh, picture, write_stage
 
@@ -97,6 +98,30 @@ def test_a_3d_bundle_brings_its_scene(camera_sweep: Path, tmp_path: Path):
     write_bundle(tmp_path / "anew", tmp_path / "second.tar.zst")
     unpack_bundle(tmp_path / "second.tar.zst", tmp_path / "third")
     assert foundry("verify", "third", "--workers", "1", cwd=tmp_path).returncode == 0
+
+
+def test_an_unpacked_3d_sweep_grows_in_the_scene_that_came_with_it(room_sweep: Path, tmp_path: Path):
+    write_bundle(room_sweep, tmp_path / "room.tar.zst")
+    unpack_bundle(tmp_path / "room.tar.zst", tmp_path / "anew")
+    shutil.rmtree(room_sweep.parent)
+    surroundings._surroundings.cache_clear()  # as in another process
+    for asked in ("seed=1", "model=scripted/stay"):
+        done = foundry("grow", "anew", asked, cwd=tmp_path)
+        assert done.returncode == 0, done.stdout + done.stderr
+    assert statuses(tmp_path / "anew") == ["complete"] * 4
+    assert foundry("verify", "anew", "--workers", "1", cwd=tmp_path).returncode == 0
+
+
+def test_a_3d_sweep_neither_grows_nor_goes_on_in_a_scene_that_has_changed(room_sweep: Path, tmp_path: Path):
+    write_bundle(room_sweep, tmp_path / "room.tar.zst")
+    unpack_bundle(tmp_path / "room.tar.zst", tmp_path / "anew")
+    scene = next((tmp_path / "anew").glob("scenes/*/room/scene.usda"))
+    scene.write_text(f"{scene.read_text()}\n# another file\n")
+    for command in (("grow", "anew", "seed=1"), ("resume", "anew")):
+        done = foundry(*command, cwd=tmp_path)
+        assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stdout + done.stderr
+        assert "is not the one of the run" in done.stderr
+    assert statuses(tmp_path / "anew") == ["complete"]
 
 
 def test_a_file_that_a_scene_may_not_read_is_not_bundled(tmp_path: Path):

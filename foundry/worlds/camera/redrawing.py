@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 from foundry.errors import InputError
-from foundry.records import CameraEpisode, CameraStep, Pose
+from foundry.records import CameraStep, Pose
 from foundry.worlds.base import Recorded, Redrawing
 from foundry.worlds.camera.body.pose import feet_of
 from foundry.worlds.camera.eye.overview import OverviewFrame
@@ -35,12 +35,7 @@ class CameraRedrawing(Redrawing):
         """
         if not recorded.episode:
             raise InputError("The run has not begun: it has no episode.jsonl to draw from.")
-        episode = msgspec.json.decode(recorded.episode, type=CameraEpisode)
-        if episode.scene_sha256 != around.scene.sha256:
-            raise InputError(
-                f"Scene '{around.scene.source}' is not the one of the run (SHA-256 {around.scene.sha256[:12]}, in the "
-                f"records {episode.scene_sha256[:12]}): give the file back that the run was in."
-            )
+        episode = around.episode(recorded.episode)
         self.around = around
         self._recorded = recorded
         self._steps = msgspec.json.Decoder(CameraStep).decode_lines(recorded.steps)

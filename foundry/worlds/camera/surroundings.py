@@ -12,8 +12,8 @@ import numpy as np
 from numpy.random import Generator
 
 from foundry import paths
-from foundry.errors import InputError, not_found
-from foundry.records import Pose
+from foundry.errors import InputError, RecordError, not_found
+from foundry.records import NOT_JSON, CameraEpisode, Pose
 from foundry.worlds.camera.body.collision import Collider
 from foundry.worlds.camera.body.navigation import CELL_M, Field, Navigator
 from foundry.worlds.camera.body.pose import foot_of, make_pose
@@ -98,6 +98,24 @@ class Surroundings:
     def cell_m(self) -> float:
         """Edge of a cell of the walkable grid, metres."""
         return CELL_M
+
+    def episode(self, line: bytes) -> CameraEpisode:
+        """Return the facts of an episode in this scene by its line of `episode.jsonl`.
+
+        Raises:
+            InputError: it was in another scene.
+            RecordError: the line cannot be read.
+        """
+        try:
+            found = msgspec.json.decode(line, type=CameraEpisode)
+        except NOT_JSON as error:
+            raise RecordError(f"The line of an episode.jsonl cannot be read: {error}") from error
+        if found.scene_sha256 != self.scene.sha256:
+            raise InputError(
+                f"Scene '{self.scene.source}' is not the one of the run (SHA-256 {self.scene.sha256[:12]}, in the "
+                f"records {found.scene_sha256[:12]}): give the file back that the run was in."
+            )
+        return found
 
     def renderer(self) -> Renderer:
         """Return the eye of this process."""

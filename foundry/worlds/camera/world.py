@@ -86,6 +86,10 @@ class CameraScenario(Scenario):
         """Return the pictures of a run."""
         return CameraRedrawing(self.surroundings, recorded)
 
+    def check_begun(self, episode: bytes) -> None:
+        """Check that the scene is still the one of an episode."""
+        self.surroundings.episode(episode)
+
     def actions(self) -> dict[str, Actions]:
         """Return the kinds of command, whatever their amounts; nothing understood is nothing done, too."""
         return {MOVE: Actions(labels=COMMAND_KINDS, idle=COMMAND_KINDS[0])}
