@@ -99,10 +99,10 @@ def contrast_table(contrasts: pd.DataFrame) -> Table:
     rows = [_contrast_row(row) for row in told]
     columns = ("pairs", "difference", "p (Holm)", "g", "P(first > second)")
     names = ("measure", "first", "second", "context", "claim")
-    return _without_empty(Table("contrasts", CONTRASTED, (*names, *columns), tuple(rows), labels=len(names)))
+    return without_empty(Table("contrasts", CONTRASTED, (*names, *columns), tuple(rows), labels=len(names)))
 
 
-def _without_empty(table: Table) -> Table:
+def without_empty(table: Table) -> Table:
     """Return the table without those columns of names that are empty in every row."""
     kept = [
         index

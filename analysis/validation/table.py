@@ -13,17 +13,18 @@ import pandas as pd
 import yaml
 
 from analysis.measuring.runs import RunResult
+from analysis.stats.factors import MODEL, Factor, context_of, find_factors
 from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
 from analysis.tables.groups import group_keys
-from analysis.tables.texts import Table, number, told_by_measure
+from analysis.tables.texts import Table, number, told_by_measure, without_empty
 from analysis.validation.facts import ClosedForm, Facts, Published, facts_of, read_yaml
 from foundry.own_code import own_folders
 from foundry.paths import conf_dir
 
 COLUMNS = (
-    "world", "measure", "better", "model", "prompt", "n", "mean", "low", "high", "random", "best_policy", "best",
-    "closed_forms", "published_model", "published", "published_certain", "source", "differs",
+    "world", "measure", "better", "model", "prompt", "settings", "n", "mean", "low", "high", "random",
+    "best_policy", "best", "closed_forms", "published_model", "published", "published_certain", "source", "differs",
 )  # fmt: skip
 _ALIKE = 0.6
 """Least likeness of two names, of 1, at which one stands for the other."""
@@ -38,8 +39,8 @@ def validation_frame(results: Sequence[RunResult], groups: pd.DataFrame, compare
     """Return a row a group of runs whose world something is known of; the columns are COLUMNS.
 
     `random` and `best` are means of the policies that look at nothing and that are best, where they were run on the
-    same world, as `foundry analyze --baselines` does; NaN where they were not. `published` is the figure of the model
-    whose name is nearest, if any is near.
+    same world, as `foundry analyze --baselines` does; NaN where they were not. `settings` is what else
+    than the model was swept in the world. `published` is the figure of the model whose name is nearest, if any is near.
 
     Args:
         results: the runs.
@@ -75,6 +76,7 @@ def _row(group: Group, first: Mapping[Group, RunResult], compared: Comparison, f
         "better": facts.better,
         "model": run.keys["model"],
         "prompt": run.keys["prompt"],
+        "settings": context_of(compared.group_columns, group, _swept(run.keys["world"], first, compared), MODEL),
         "n": found.n,
         "mean": found.mean,
         "low": found.low,
@@ -93,6 +95,13 @@ def _row(group: Group, first: Mapping[Group, RunResult], compared: Comparison, f
         "source": near.source if near else "; ".join(dict.fromkeys(one.source for one in facts.published)),
         "differs": "; ".join(filter(None, (facts.differs, changed(run.config["world"], facts.world)))),
     }
+
+
+def _swept(world: str, first: Mapping[Group, RunResult], compared: Comparison) -> tuple[Factor, ...]:
+    """Return what differs between the groups of a world that are no baselines."""
+    own = [group for group in compared.groups if group not in compared.baselines]
+    own = [group for group in own if first[group].keys["world"] == world]
+    return find_factors(pd.DataFrame(own, columns=list(compared.group_columns), dtype=str), compared.group_columns)
 
 
 def nearest(model: str, published: Sequence[Published]) -> Published | None:
@@ -165,7 +174,8 @@ def _settings_of(world: str) -> dict[str, Any]:
 def validation_table(frame: pd.DataFrame) -> Table:
     """Return the rows for people; published figures behind the model that they are of."""
     columns = (
-        "world", "model", "measure", "found", "n", "random", "best policy", "closed forms", "published", "differs",
+        "world", "model", "settings", "measure", "found", "n", "random", "best policy", "closed forms", "published",
+        "differs",
     )  # fmt: skip
     caption = (
         "Each world's score beside what is known of it: mean over seeds with its 95 % interval; means of the policy "
@@ -174,7 +184,7 @@ def validation_table(frame: pd.DataFrame) -> Table:
         "the model with the nearest name, which was asked in other words: an order, never an equality."
     )
     told = told_by_measure(frame, ("random", "best"), {"mean": ("low", "high")})
-    return Table("validation", caption, columns, tuple(map(_told, told)), labels=3)
+    return without_empty(Table("validation", caption, columns, tuple(map(_told, told)), labels=4))
 
 
 def _told(row: Mapping[Any, Any]) -> tuple[str, ...]:
@@ -182,6 +192,7 @@ def _told(row: Mapping[Any, Any]) -> tuple[str, ...]:
     return (
         row["world"],
         row["model"],
+        row["settings"],
         row["measure"],
         row["mean"],
         str(row["n"]),

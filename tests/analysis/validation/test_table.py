@@ -8,7 +8,7 @@ import pytest
 
 from analysis import analyze
 from analysis.validation.facts import ClosedForm, Published, facts_of
-from analysis.validation.table import changed, elsewhere, nearest
+from analysis.validation.table import changed, elsewhere, nearest, validation_table
 from commands import foundry
 from foundry.own_code import VARIABLE
 
@@ -89,3 +89,16 @@ def test_each_group_has_its_null_its_best_policy_and_what_was_published(
     assert "0.25 (rand:8b, A table)" in (found.path / "validation.md").read_text().replace("\\", "")
     (tmp_path / "mine" / "validation" / "cafe_library.yaml").write_text("world: cafe_library\nscore: of.nothing\n")
     assert not len(analyze(tmp_path / "s", plots=False).validation) and not (found.path / "validation.md").exists()
+
+
+def test_rows_of_one_model_are_told_apart_by_what_else_was_swept(tmp_path: Path):
+    swept = ("prompt=paper,japanese", "world.agents=2,3", "world.steps=2")
+    foundry(
+        "-m", "model=scripted/stay,scripted/random", "seed=0", *swept, "output.dir=s", "analyze=false", cwd=tmp_path
+    )
+    found = analyze(tmp_path / "s", plots=False)
+    names = [f"prompt={prompt}, world.agents={agents}" for prompt in ("paper", "japanese") for agents in (2, 3)]
+    assert sorted(found.validation["settings"]) == sorted(names * 2)
+    table = validation_table(found.validation)
+    assert table.columns[:4] == ("world", "model", "settings", "measure")
+    assert len({row[: table.labels] for row in table.rows}) == len(table.rows) == 8
