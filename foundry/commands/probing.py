@@ -151,6 +151,7 @@ def _run_probe(
     found = compose_probe(sweeps, arguments, read_defaults(arguments))
     if found is None:
         return EXIT_OK
+    run = sitting.checked_for(found.composed.sweep) if sitting else run_folder
     if not trust_servers:
         models = [condition.config["model"] for condition in found.composed.conditions]
         reaching.check_models(models, typed=arguments, recorded=sweeps[0].runs()[0].config()["model"])
@@ -158,7 +159,6 @@ def _run_probe(
     check_view(found.composed.settings["view"])
     with tempfile.TemporaryDirectory() as scratch:
         ready = checked(found.composed, partial(found.placed, Path(scratch)))
-    run = sitting.checked_for(ready.sweep) if sitting else run_folder
     say(found.asked)
     return run_checked(ready, found.keep, run)
 
@@ -169,9 +169,9 @@ def _play_run(arguments: Sequence[str], sitting: _Sitting) -> int:
     composed = composed_here(arguments)
     if composed is None:
         return EXIT_OK
+    run = sitting.checked_for(composed.sweep)
     check_view(composed.settings["view"])
-    ready = checked(composed)
-    return run_checked(ready, run=sitting.checked_for(ready.sweep))
+    return run_checked(checked(composed), run=run)
 
 
 def _go_on_playing(folders: Sequence[Path], trusted: Sequence[str], trust_servers: bool, sitting: _Sitting) -> int:
@@ -198,9 +198,9 @@ class _Sitting:
         Raises:
             InputError: nobody is asked in it.
         """
-        from foundry.probing.sitting import people_in
+        from foundry.probing.sitting import people_to_ask
 
-        return partial(self._run, people_in(sweep))
+        return partial(self._run, people_to_ask(sweep))
 
     def _run(
         self, people: Sequence[str], folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], runner: Runner
@@ -222,4 +222,4 @@ class _Sitting:
         leave = partial(folder.ask_to_stop, alone.session)
         far = (lambda: None) if blind else how_far(folder)
         with self.page.shown(desk, told_to(people, folder.path.name), leave=leave, look=look, far=far):
-            return run_folder(folder, {**settings, "view": None}, infos, alone, "play")
+            return run_folder(folder, {**settings, "view": None}, infos, alone)

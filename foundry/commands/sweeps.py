@@ -103,10 +103,8 @@ def run_composed(composed: Composed, prepare: Callable[[SweepFolder], None] = la
     return run_checked(checked(composed), prepare)
 
 
-def run_folder(
-    folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], runner: Runner, again: str = "resume"
-) -> int:
-    """Run what has not ended, then say how it went, also by the exit code; `again` names what goes on with it."""
+def run_folder(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], runner: Runner) -> int:
+    """Run what has not ended, then say how it went, also by the exit code."""
     from foundry.composing.preparing import job_of
     from foundry.display import ProgressDisplay
     from foundry.running.local import SweepInterrupted, SweepStopped
@@ -118,7 +116,7 @@ def run_folder(
             runner.run(job)
     except SweepInterrupted:
         _report_end(folder)
-        return fail(f"interrupted; go on with: foundry {again} {folder.path}", EXIT_INTERRUPTED)
+        return fail(f"interrupted; go on with: {_going_on(folder)}", EXIT_INTERRUPTED)
     except SweepStopped as error:
         _report_end(folder)
         return fail(f"the sweep was stopped: {error}", EXIT_FAILED)
@@ -187,6 +185,13 @@ def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
     return code
 
 
+def _going_on(folder: SweepFolder) -> str:
+    """Return the command that goes on with a sweep: people among its models are asked on a page alone."""
+    from foundry.probing.sitting import people_in
+
+    return f"foundry {'play' if people_in(folder.sweep) else 'resume'} {folder.path}"
+
+
 def _report_end(folder: SweepFolder) -> int:
     from foundry.display import failure_lines
     from foundry.storing.standing import failures
@@ -198,7 +203,7 @@ def _report_end(folder: SweepFolder) -> int:
     for line in lines:
         print(f"  failed {line}")
     if complete < len(summaries) and lines:
-        print(f"  try the failed runs again with: foundry resume {folder.path}")
+        print(f"  try the failed runs again with: {_going_on(folder)}")
     _print_unread(folder)
     _print_determinism(folder)
     return EXIT_OK if complete == len(summaries) else EXIT_FAILED

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from foundry.errors import InputError
-from foundry.expansion import Sweep
+from foundry.expansion import Sweep, settings_key
 from foundry.models.human.desk import Desk, seated
 from foundry.models.human.model import HumanModel
 from foundry.running.build import build, members_of
@@ -52,13 +52,19 @@ class SittingRunner(LocalRunner):
 
 
 def people_in(sweep: Sweep) -> list[str]:
-    """Return the names of the models of a sweep that are people, those in populations among them.
+    """Return the names of the models of a sweep that are people, those in populations among them."""
+    configs = {settings_key(one.config["model"]): one.config["model"] for one in sweep.conditions}
+    models = (member for config in configs.values() for member in members_of(build(config)))
+    return list(dict.fromkeys(model.name for model in models if isinstance(model, HumanModel)))
+
+
+def people_to_ask(sweep: Sweep) -> list[str]:
+    """Return the names of the people among the models of a sweep.
 
     Raises:
         InputError: there are none.
     """
-    models = (member for one in sweep.conditions for member in members_of(build(one.config["model"])))
-    names = list(dict.fromkeys(model.name for model in models if isinstance(model, HumanModel)))
+    names = people_in(sweep)
     if not names:
         raise InputError(
             "Nobody is asked here: name a person among the models, model=human/<name> or "

@@ -68,6 +68,9 @@ def test_without_a_page_one_line_says_how_to_get_one_and_what_is_answered_needs_
     assert done.returncode == 3
     assert "is asked on a page alone: go on with foundry play" in done.stderr
     assert "Traceback" not in done.stderr
+    for told in (done, foundry("resume", "asked", cwd=pilot)):
+        assert "try the failed runs again with: foundry play asked\n" in told.stdout
+        assert "foundry resume" not in told.stdout + told.stderr
     played(monkeypatch, pilot, "asked")
     again = foundry("probe", "pilot", *ASKED[:-1], "repeats=1", "output.dir=again", cwd=pilot)
     assert again.returncode == 0, again.stderr
@@ -98,11 +101,16 @@ def test_a_person_among_models_answers_for_one_agent_in_the_order_of_the_steps(
     assert [call["messages"][0]["content"] for call in hers] == [one["messages"][0]["content"] for one in person.seen]
 
 
-def test_nobody_to_ask_is_told_before_anything_is_written(workspace: Path):
-    done = foundry("play", "model=scripted/stay", *SMALL, "output.dir=none", cwd=workspace)
-    assert done.returncode == 2
+@pytest.mark.parametrize("begun", [(), ("pilot",)])
+@pytest.mark.parametrize("model", ["scripted/stay", "llama3.2"])
+def test_nobody_to_ask_is_told_before_a_server_is_asked_or_anything_is_written(
+    begun: tuple[str, ...], model: str, pilot: Path
+):
+    nowhere = {"OLLAMA_HOST": "http://127.0.0.1:9"}
+    done = foundry("play", *begun, f"model={model}", *PILOT[-1:], "output.dir=none", cwd=pilot, **nowhere)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert "model=human/<name>" in done.stderr
-    assert not (workspace / "none").exists()
+    assert not (pilot / "none").exists()
 
 
 @pytest.mark.parametrize("name", ["ana@example.org", "a b", "x" * 41])
