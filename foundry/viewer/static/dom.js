@@ -84,6 +84,16 @@ window.Foundry = window.Foundry || {};
     return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
   }
 
+  /** Empty a canvas for so many CSS pixels, sharp on this screen; returns what draws on it in CSS pixels. */
+  function penOf(canvas, width, height) {
+    const scale = window.devicePixelRatio || 1;
+    canvas.width = Math.round(width * scale);
+    canvas.height = Math.round(height * scale);
+    const pen = canvas.getContext("2d");
+    pen.scale(scale, scale);
+    return pen;
+  }
+
   /** A word that says how something stands, with a sign, so that colour is never alone. */
   const SIGNS = {
     complete: "✓", failed: "✕", running: "▶", unfinished: "◌", waiting: "…",
@@ -142,5 +152,5 @@ window.Foundry = window.Foundry || {};
     return found;
   }
 
-  foundry.dom = {h, s, fill, breakable, announce, number, color, badge, quote, keys, isTyping, visible, grouped};
+  foundry.dom = {h, s, fill, breakable, announce, number, color, penOf, badge, quote, keys, isTyping, visible, grouped};
 })(window.Foundry);

@@ -25,8 +25,15 @@
   /** Return the corners of a marker as the path of a drawing. */
   function path(marker, radius) { return `M${marker.map(([x, y]) => `${x * radius} ${-y * radius}`).join("L")}Z`; }
 
+  /** Begin the outline of a marker on a canvas. */
+  function trace(pen, marker, x, y, radius) {
+    pen.beginPath();
+    marker.forEach(([across, up]) => pen.lineTo(x + radius * across, y - radius * up));
+    pen.closePath();
+  }
+
   /** Return the lengths of strokes and gaps of a line of this width. */
   function broken({dashes: lengths}, width) { return lengths.map((one) => one * width); }
 
-  foundry.looks = {look, ofModels, ofRuns, path, broken, baseline};
+  foundry.looks = {look, ofModels, ofRuns, path, trace, broken, baseline};
 })(window.Foundry);

@@ -1,7 +1,7 @@
 "use strict";
 /* The timeline: a slider over the steps, and above it where models failed, were repaired, spoke, and fires began. */
 (function (foundry) {
-  const {h, color} = foundry.dom;
+  const {h, color, penOf} = foundry.dom;
   const HEIGHT = 44;
   /** Rows of marks from the top: key, colour, form. */
   const ROWS = [
@@ -22,14 +22,8 @@
 
     /** Return what draws anew in CSS pixels; null while there is no room. */
     pen() {
-      const {canvas, height} = this, scale = window.devicePixelRatio || 1;
-      this.width = canvas.clientWidth;
-      if (!this.width) return null;
-      canvas.width = Math.round(this.width * scale);
-      canvas.height = Math.round(height * scale);
-      const pen = canvas.getContext("2d");
-      pen.scale(scale, scale);
-      return pen;
+      this.width = this.canvas.clientWidth;
+      return this.width ? penOf(this.canvas, this.width, this.height) : null;
     }
 
     point(clock) {

@@ -1,19 +1,14 @@
 "use strict";
 /* Agents over time: a lane an agent, a column a step, coloured by action; below, the utility where there is one. */
 (function (foundry) {
-  const {h, fill, color, number} = foundry.dom;
+  const {h, fill, color, number, penOf} = foundry.dom;
   const GUTTER = 46, AXIS = 18, CHART = 84, MARGIN = 4;
   const HIGH = 340, LARGEST = 24, SMALLEST = 2;
   const MOST_COLUMNS = 4096, SIGN_PX = 9;
 
   function sized(canvas, width, height) {
-    const scale = window.devicePixelRatio || 1;
-    canvas.width = Math.round(width * scale);
-    canvas.height = Math.round(height * scale);
     canvas.style.height = `${height}px`;
-    const pen = canvas.getContext("2d");
-    pen.setTransform(scale, 0, 0, scale, 0, 0);
-    pen.clearRect(0, 0, width, height);
+    const pen = penOf(canvas, width, height);
     pen.font = "11px system-ui, sans-serif";
     return pen;
   }

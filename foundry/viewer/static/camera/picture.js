@@ -1,7 +1,7 @@
 "use strict";
 /* The very image that the model saw, the target marked in it, and below it what was read of the reply. */
 (function (foundry) {
-  const {h, fill} = foundry.dom, {mark, reading, writeReading, Sights} = foundry.camera;
+  const {h, fill, penOf} = foundry.dom, {mark, reading, writeReading, Sights} = foundry.camera;
   const AGAIN_MS = 500;
 
   class SeenImage {
@@ -76,13 +76,8 @@
     }
 
     redraw() {
-      const {marks, image} = this, width = image.clientWidth, height = image.clientHeight, scale = window.devicePixelRatio || 1;
-      if (!width || !height) return;
-      marks.width = Math.round(width * scale);
-      marks.height = Math.round(height * scale);
-      const pen = marks.getContext("2d");
-      pen.scale(scale, scale);
-      this.mark(pen, width, height);
+      const {clientWidth: width, clientHeight: height} = this.image;
+      if (width && height) this.mark(penOf(this.marks, width, height), width, height);
     }
 
     mark(pen, width, height) {

@@ -1,13 +1,13 @@
 "use strict";
 /* The ways of all compared 3D runs in one plan from above; where each is at the step, where it looks, and whether it could see its target. */
 (function (foundry) {
-  const {h, color, number} = foundry.dom;
+  const {h, color, number, penOf} = foundry.dom;
   const LEAST = 220, MOST = 520, INSET = 26, ROOM_M = 0.6, GAZE = 20, RADIUS = 7, NARROW = 600, TAU = 2 * Math.PI;
   const SAMPLE = {width: "44", height: "16"};
 
   class Ways {
     constructor(runs, {names, looks}) {
-      Object.assign(this, {runs, names, looks, poses: runs.map(() => []), targets: [], walls: [], begun: 0, step: 0, share: 0});
+      Object.assign(this, {runs, names, looks, poses: runs.map(() => []), targets: [], walls: [], bounds: null, begun: 0, step: 0, share: 0});
       this.canvas = h("canvas", {class: "ways", role: "img"});
       this.said = names.map(() => h("span", {class: "note"}));
       this.why = h("p", {class: "note", hidden: true});
@@ -47,6 +47,7 @@
       }
       const sights = await Promise.all(this.runs.map((run) => run.once("sights/0")));
       this.targets = sights.map(({target}) => target);
+      this.bound();
       this.redraw();
     }
 
@@ -74,8 +75,16 @@
           poses[one.step - 1] = one.pose;
           poses[one.step] = one.pose_next;
         });
+        this.bound();
         if (poses.length === before) return;
       }
+    }
+
+    /** Find how far ways and targets reach, metres: from left to right, and from low to high. */
+    bound() {
+      const places = [...this.poses.flat().map(({x, y}) => [x, y]), ...this.targets.flatMap((target) => (target ? target.boxes.flat() : []))];
+      const reach = (key) => places.reduce(([low, high], place) => [Math.min(low, place[key] - ROOM_M), Math.max(high, place[key] + ROOM_M)], [Infinity, -Infinity]);
+      this.bounds = places.length ? [reach(0), reach(1)] : null;
     }
 
     draw(step, share) {
@@ -100,18 +109,13 @@
     }
 
     redraw() {
-      const {canvas} = this, width = canvas.clientWidth, scale = window.devicePixelRatio || 1;
-      const places = [...this.poses.flat().map(({x, y}) => [x, y]), ...this.targets.flatMap((target) => (target ? target.boxes.flat() : []))];
-      if (!width || !places.length) return;
-      const reach = (key) => places.reduce(([low, high], place) => [Math.min(low, place[key] - ROOM_M), Math.max(high, place[key] + ROOM_M)], [Infinity, -Infinity]);
-      const [left, right] = reach(0), [low, high] = reach(1);
+      const {canvas, bounds} = this, width = canvas.clientWidth;
+      if (!width || !bounds) return;
+      const [[left, right], [low, high]] = bounds;
       const metre = Math.min((width - 2 * INSET) / (right - left), (MOST - 2 * INSET) / (high - low)), height = Math.max(LEAST, (high - low) * metre + 2 * INSET);
       this.at = ([x, y]) => [width / 2 + (x - (left + right) / 2) * metre, height / 2 - (y - (low + high) / 2) * metre];
       canvas.style.height = `${Math.round(height)}px`;
-      canvas.width = Math.round(width * scale);
-      canvas.height = Math.round(height * scale);
-      const pen = canvas.getContext("2d");
-      pen.scale(scale, scale);
+      const pen = penOf(canvas, width, height);
       this.drawScene(pen, this.at);
       this.poses.forEach((poses, index) => poses.length && this.way(pen, poses, index, ({x, y}) => this.at([x, y])));
       this.ruler(pen, metre, height);
@@ -169,8 +173,7 @@
     }
 
     mark(pen, marker, x, y, radius = RADIUS) {
-      pen.beginPath();
-      marker.forEach(([across, up]) => pen.lineTo(x + radius * across, y - radius * up));
+      foundry.looks.trace(pen, marker, x, y, radius);
       pen.fill();
     }
 

@@ -1,7 +1,7 @@
 "use strict";
 /* Draws one step of a 2D run on a canvas: places and how full they are, fires, agents, links, messages as they fly. */
 (function (foundry) {
-  const {h, color} = foundry.dom;
+  const {h, color, penOf} = foundry.dom;
   const SAID = 1, ALARMED = 4, AWAY = 8;
   const NOWHERE = [-99999, -99999];
   const FLIGHT = 0.45;
@@ -102,19 +102,12 @@
     }
 
     measure() {
-      const {canvas, element, about} = this, scale = window.devicePixelRatio || 1;
-      const width = element.clientWidth, height = element.clientHeight;
-      if (canvas.width !== Math.round(width * scale) || canvas.height !== Math.round(height * scale)) {
-        canvas.width = Math.round(width * scale);
-        canvas.height = Math.round(height * scale);
-      }
+      const {canvas, element, about} = this, width = element.clientWidth, height = element.clientHeight;
       canvas.classList.toggle("in-part", this.zoom > 1);
       this.width = width;
       this.height = height;
       this.cell = (Math.min(width, height) / (2 * about.half_size + 2)) * this.zoom;
-      const pen = canvas.getContext("2d");
-      pen.setTransform(scale, 0, 0, scale, 0, 0);
-      return pen;
+      return penOf(canvas, width, height);
     }
 
     retone() { if (!this.tones) this.tones = Object.fromEntries(TONES.map((name) => [name, color(name)])); }

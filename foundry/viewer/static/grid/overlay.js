@@ -31,9 +31,7 @@
 
     /** Begin the outline of an agent: its form, and not the colour alone, says of which run it is. */
     mark(pen, index, x, y, radius) {
-      pen.beginPath();
-      this.looks[index].marker.forEach(([across, up]) => pen.lineTo(x + radius * 1.2 * across, y - radius * 1.2 * up));
-      pen.closePath();
+      foundry.looks.trace(pen, this.looks[index].marker, x, y, 1.2 * radius);
     }
 
     /** Load the chosen range of steps and show it. */
