@@ -30,11 +30,11 @@
 
   /** Change what the address says a little later, once, however often it is called: playing and dragging change it fast. */
   function remember(changes) {
-    const [path] = parts();
+    const here = location.hash;
     waiting = {...waiting, ...changes};
     clearTimeout(timer);
     timer = setTimeout(() => {
-      if (parts()[0] === path) change(waiting);
+      if (location.hash === here) change(waiting);
       waiting = {};
     }, WAIT_MS);
   }

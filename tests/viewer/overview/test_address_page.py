@@ -117,6 +117,22 @@ def test_who_goes_to_another_step_is_not_led_back_by_what_was_looked_at_last(ser
         assert page.url.endswith("step=3")
 
 
+def test_what_is_remembered_late_is_dropped_before_the_page_hears_of_another_address(
+    server: ViewServer, made_up: SweepFolder
+):
+    with browser_page() as page:
+        go(page, server.url, f"run/made-up/{made_up.runs()[0].id}?step=2")
+        page.wait_for_function("() => Foundry.page?.clock?.step === 2")
+        page.clock.install()
+        page.evaluate(ELSEWHERE_UNHEARD)
+        page.clock.run_for(1000)
+        assert page.url.endswith("step=3")
+
+
+ELSEWHERE_UNHEARD = """() => {
+  Foundry.remember({step: 1});
+  history.replaceState(null, '', location.hash.replace('step=2', 'step=3'));
+}"""
 GO_ELSEWHERE = """() => new Promise((gone) => {
   addEventListener('hashchange', gone, {once: true});
   Foundry.source.json = () => new Promise(() => null);
