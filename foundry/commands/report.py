@@ -73,7 +73,7 @@ def card(
             path.write_text(content, encoding="utf-8", newline="\n")
         except OSError as error:
             raise InputError(f"'{path}' cannot be written ({error.strerror}): name another page with --out.") from error
-    print(f"card of {model} in {len(made.settings)} settings: {page}, {text}")
+    print(f"card of {model} in {len(made.settings)} setting{'s' * (len(made.settings) != 1)}: {page}, {text}")
 
 
 @contextmanager

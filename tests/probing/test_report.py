@@ -53,6 +53,16 @@ def test_what_a_probe_has_not_is_refused(probed: Path):
     assert "is a probe" in found.stderr
 
 
+def test_a_card_names_a_probe_and_measures_only_whole_runs(probed: Path):
+    model = "scripted/avoid"
+    assert f"card of {model} in 1 setting:" in done(
+        "card", model, "pilot", "probed", "--out", "c.html", cwd=probed.parent
+    )
+    text = (probed.parent / "c.md").read_text(encoding="utf-8")
+    assert [line.rpartition(", ")[2] for line in text.splitlines() if line.startswith("## ")] == ["pilot"]
+    assert "| probed | " in text and "A probe has no table here" in text
+
+
 def frame(**columns: Any) -> pd.DataFrame:
     return pd.DataFrame({"kind": "all", **columns})
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from analysis.paper.card.reading import Found, read_sweep
 from analysis.paper.card.settings import Setting, settings_of
+from analysis.probes import is_probe
 from analysis.report import rendered
 from analysis.report.grids import grid_of
 from analysis.tables.texts import Table, escaped, to_markdown
@@ -21,6 +22,8 @@ READING = (
     "where they were run on the same world (foundry analyze DIR --baselines). A hyphen is what is not known.",
 )
 """How a card is to be read."""
+PROBES = " A probe has no table here: its moments are no course of a run, and its own tables compare them."
+"""What is said where one of the sweeps is a probe."""
 
 
 @dataclass(frozen=True)
@@ -61,12 +64,13 @@ def card(model: str, dirs: Sequence[Path]) -> Card:
     having = [one for one in found if model in one.models]
     if not having:
         raise not_found("Model", model, {name for one in found for name in one.models}, "Name one that ran in them.")
-    settings = tuple(setting for one in having for setting in settings_of(one, model, several=len(having) > 1))
-    return Card(model, _facts(having, model), settings)
+    whole = [one for one in having if not is_probe(one.sweep)]
+    settings = tuple(setting for one in whole for setting in settings_of(one, model, several=len(having) > 1))
+    return Card(model, _facts(having, model, "" if len(whole) == len(having) else PROBES), settings)
 
 
-def _facts(having: Sequence[Found], model: str) -> Table:
+def _facts(having: Sequence[Found], model: str, probes: str) -> Table:
     columns = ("sweep", "weights", "foundry", "server repeats itself", "runs", "complete", "unread decisions")
     rows = tuple(one.facts(model) for one in having)
-    caption = "Where it was run. A hyphen is what is not known."
+    caption = f"Where it was run. A hyphen is what is not known.{probes}"
     return Table("facts", caption, columns, rows, labels=4)
