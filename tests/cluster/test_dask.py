@@ -190,7 +190,7 @@ def test_workers_end_when_their_scheduler_and_the_command_are_gone(
         assert lanes
         os.killpg(process.pid, signal.SIGKILL)
         scheduler.kill_scheduler()
-        wait_until(lambda: all(map(is_dead, lanes)), "the workers end", patience_s=10)
+        wait_until(lambda: all(map(is_dead, lanes)), "the workers end")
 
 
 def lanes_below(pid: int) -> list[int]:

@@ -14,12 +14,11 @@ from typing import Any
 
 import pytest
 
-from commands import foundry
+from commands import PATIENCE_S, foundry
 from foundry.viewer.people.server import PeopleServer
 
 MOVE = {"action": "move", "direction": "up", "memory": "", "reasoning": ""}
 SAY = {"message": "", "reasoning": ""}
-PATIENCE_S = 20.0
 
 
 def default_reply(question: dict[str, Any]) -> str:

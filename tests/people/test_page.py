@@ -13,6 +13,7 @@ import pytest
 
 import axe
 from browser import browser_page
+from commands import PATIENCE_S
 from foundry.models.base import ChatMessage, Request
 from foundry.models.human.desk import Desk, seated
 from foundry.models.human.model import HumanModel
@@ -46,7 +47,7 @@ class Sitting:
     answered: threading.Semaphore = field(default_factory=lambda: threading.Semaphore(0))
 
     def wait(self) -> str:
-        assert self.answered.acquire(timeout=8), "no answer came"
+        assert self.answered.acquire(timeout=PATIENCE_S), "no answer came"
         return self.texts[-1]
 
 
@@ -82,11 +83,11 @@ def sitting() -> Iterator[Sitting]:
         thread.start()
         yield found
         desk.leave()
-        thread.join(8)
+        thread.join(PATIENCE_S)
 
 
 def begin(page: Any, sitting: Sitting) -> None:
-    page.set_default_timeout(8000)
+    page.set_default_timeout(1000 * PATIENCE_S)
     page.goto(sitting.url)
     page.wait_for_selector(".consent button")
     assert page.locator(".prompt").count() == 0

@@ -9,7 +9,18 @@ from pathlib import Path
 
 import pytest
 
-from commands import cached_answers, foundry, is_stopping, kill, sessions, started, statuses, wait_until
+from commands import (
+    PATIENCE_S,
+    cached_answers,
+    foundry,
+    is_dead,
+    is_stopping,
+    kill,
+    sessions,
+    started,
+    statuses,
+    wait_until,
+)
 from foundry.storing.store import SweepFolder
 from holding import CALLS, SWEEP, Holding, assert_nothing_lost_or_paid_twice
 from ollama_server import OllamaServer
@@ -58,7 +69,11 @@ def test_a_sweep_that_was_killed_goes_on_where_it_was(workers: int, answers: int
             wait_until(lambda: holding.held, "the calls are held back")
             cache = tmp_path / "outputs" / "answers.sqlite"
             wait_until(lambda: cached_answers(cache) == answers, "every answer given is in the cache")
+            folder = SweepFolder.open(tmp_path / "sweep")
+            wait_until(lambda: len(folder.progress()) == workers, "every worker has begun")
+            at_work = [report["pid"] for report in folder.progress().values()]
             kill(process.pid)
+            wait_until(lambda: all(map(is_dead, at_work)), "no worker outlives the command")
         holding.free()
         done = foundry("resume", "sweep", cwd=tmp_path)
         assert done.returncode == 0, done.stdout + done.stderr
@@ -77,7 +92,7 @@ def test_a_worker_that_is_killed_costs_only_its_unfinished_runs(tmp_path: Path, 
             kill(victim)
             holding.free()
             server.drop_hanging()
-            output, _ = process.communicate(timeout=60)
+            output, _ = process.communicate(timeout=PATIENCE_S)
         assert process.returncode == 0, output
         assert_nothing_lost_or_paid_twice(server, tmp_path / "sweep", undisturbed)
 
@@ -95,7 +110,7 @@ def test_ctrl_c_stops_in_order_and_says_how_to_go_on(tmp_path: Path, undisturbed
                 wait_until_all_report(folder)
             holding.free()
             server.drop_hanging()
-            output, _ = process.communicate(timeout=60)
+            output, _ = process.communicate(timeout=PATIENCE_S)
         assert process.returncode == 130, output
         assert "foundry resume sweep" in output
         assert None in statuses(tmp_path / "sweep")
@@ -119,7 +134,7 @@ def test_of_two_commands_on_one_sweep_ctrl_c_stops_its_own_alone(tmp_path: Path,
                 wait_until_all_report(SweepFolder.open(folder))
             holding.free()
             server.drop_hanging()
-            told = [process.communicate(timeout=60)[0] for process in (stopped, other)]
+            told = [process.communicate(timeout=PATIENCE_S)[0] for process in (stopped, other)]
         assert (stopped.returncode, other.returncode) == (130, 0), told
         assert_nothing_lost_or_paid_twice(server, folder, undisturbed)
 
@@ -134,6 +149,6 @@ def test_a_second_ctrl_c_stops_at_once(workers: int, tmp_path: Path):
             os.killpg(process.pid, signal.SIGINT)
             wait_until(lambda: is_stopping(tmp_path / "sweep"), "the first one was understood")
             os.killpg(process.pid, signal.SIGINT)
-            output, _ = process.communicate(timeout=20)
+            output, _ = process.communicate(timeout=PATIENCE_S)
         assert process.returncode == 130, output
         assert "Traceback" not in output
