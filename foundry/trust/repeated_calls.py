@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import zip_longest
 from typing import Any, TypeVar
 
 import msgspec
@@ -23,6 +23,19 @@ from foundry.worlds.base import Scenario
 STREAM = "determinism"
 """The named stream of a run's seed that its calls are drawn from."""
 T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Decided:
+    """What a call decided.
+
+    Attributes:
+        line: of the steps.
+        place: among the lines of the same step, agent and kind of question, as a probe with repeats has them.
+    """
+
+    line: Line
+    place: int
 
 
 @dataclass(frozen=True)
@@ -75,7 +88,7 @@ def _of_run(run: RunFolder, model: Model, parameters: Mapping[str, Any], count: 
 
 def _in_turn(lists: Sequence[Sequence[T]]) -> list[T]:
     """Return the first of each list, then the second of each, and so on."""
-    rounds = zip_longest(*([(one,) for one in each] for each in lists), fillvalue=())
+    rounds = itertools.zip_longest(*([(one,) for one in each] for each in lists), fillvalue=())
     return [one for places in rounds for place in places for one in place]
 
 
@@ -97,43 +110,45 @@ def _request(call: Call, model: Model, images: Mapping[str, bytes]) -> Request |
     return Request(messages, call.seed, call.kind, {}, call.step, call.agent, key=call.key)
 
 
-def decision_of(one: Repeatable) -> Line | None:
-    """Return the line of what a call decided; None where it decides nothing by itself, or the records do not tell."""
+def decision_of(one: Repeatable) -> Decided | None:
+    """Return what a call decided; None where it decides nothing by itself, or the records do not tell."""
     if one.call.kind not in one.run.declared.actions:
         return None
     lines = lines_of(one.run.steps_bytes(), dict[str, Any], one.run.path)
     found = [line for line in lines if _is_of(line, one.call)]
-    return found[0] if len(found) == 1 else None
+    if len(found) == 1:
+        return Decided(found[0], 0)
+    asked = [number for number, call in enumerate(one.run.calls()) if place_of(call) == place_of(one.call)]
+    place = asked.index(one.number)
+    return Decided(found[place], place) if len(found) == len(asked) else None
 
 
-def decides_alike(one: Repeatable, recorded: Line, scenario: Scenario, reply: Reply) -> bool:
+def decides_alike(one: Repeatable, recorded: Decided, scenario: Scenario, reply: Reply) -> bool:
     """Return whether another reply to a call decides what is recorded, as its world reads it.
 
     The episode is played from its recorded answers up to what the reply decides; where that is never recorded, since
     others are asked then, it is another decision.
     """
-    now = _line_after(one, scenario, reply)
-    return now is not None and compared_of(scenario.form).acts_alike(recorded, now)
+    now = next(itertools.islice(_lines_with(one, scenario, reply), recorded.place, None), None)
+    return now is not None and compared_of(scenario.form).acts_alike(recorded.line, now)
 
 
 def _is_of(line: Line, call: Call) -> bool:
     return (line["step"], line["agent"], line.get("kind", call.kind)) == place_of(call)
 
 
-def _line_after(one: Repeatable, scenario: Scenario, reply: Reply) -> Line | None:
-    """Play on with another reply to a call until what it decided is recorded; None where that does not happen."""
+def _lines_with(one: Repeatable, scenario: Scenario, reply: Reply) -> Iterator[Line]:
+    """Play on with another reply to a call while the same is asked; yield what is decided at its place."""
     world, calls, made = scenario.start(one.run.run.seed), list(one.run.calls()), 0
     world.opening()
     while not world.finished and made < len(calls):
         questions = world.pending()
         logged = calls[made : made + len(questions)]
         if [question.asked for question in questions] != list(map(place_of, logged)):
-            return None
+            return
         replies = [reply if made + at == one.number else reply_of(call) for at, call in enumerate(logged)]
-        for line in _decisions(world.advance([answer_of(each) for each in replies]), one.call):
-            return line
+        yield from _decisions(world.advance([answer_of(each) for each in replies]), one.call)
         made += len(questions)
-    return None
 
 
 def _decisions(records: Sequence[Record], call: Call) -> Iterator[Line]:

@@ -114,6 +114,21 @@ def test_texts_and_decisions_that_load_changes_are_counted_apart(tmp_path: Path)
     assert {call.loaded.alike for call in deciding} == {True, False} and True in going.values()
 
 
+def test_decisions_of_a_probe_are_held_against_those_of_the_same_repeat(tmp_path: Path):
+    source = foundry("-m", "model=scripted/random", "seed=0-2", *SMALL, "output.dir=pilot", cwd=tmp_path)
+    assert source.returncode == 0, source.stderr
+    asked = ("pilot", "model=llama3.2", "moments=12", "repeats=4", "determinism=20", "output.dir=sweep")
+    with OllamaServer(Again(2, in_other_words)) as server:
+        done = foundry("probe", *asked, cwd=tmp_path, OLLAMA_HOST=server.url)
+    assert done.returncode == 0, done.stderr
+    (found,) = measured(tmp_path)
+    deciding = [call for call in found.calls if call.kind == "action"]
+    assert found.alone.decisions.equal == found.alone.decisions.of == len(deciding) > 0
+    for call in deciding:
+        assert call.loaded.alike == ("direction" not in msgspec.json.decode(call.loaded.text or "")), "who stayed stays"
+    assert {call.loaded.alike for call in deciding} == {True, False}
+
+
 def test_calls_are_drawn_from_every_run_and_of_every_kind_and_the_same_ones_each_time(tmp_path: Path):
     with OllamaServer() as server:
         swept(server, tmp_path, "determinism=6")
