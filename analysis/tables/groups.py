@@ -16,6 +16,9 @@ from foundry.storing.store import leaves, without_servers
 PARTS = ("world", "model", "prompt")
 """The parts of a configuration that have a name."""
 
+SCHEMAS = "schemas"
+"""The setting of a model that holds the schemas of replies."""
+
 NOT_SET = "none"
 """Stands for a swept setting that is null, or that a world does not have."""
 
@@ -28,9 +31,11 @@ def group_columns(results: Sequence[RunResult], table: SignatureTable) -> pd.Dat
 
     `model` is always there; `world`, `prompt` and the further swept settings when they differ between runs.
     Runs whose worlds (models, prompts) bear the same name but are configured differently, and differ in
-    nothing that was swept, are told apart by the settings in which they differ, behind the name.
+    nothing that was swept, are told apart by the settings in which they differ, behind the name. A world brings the
+    schemas of its replies into the settings of models; these tell models apart within one world alone.
     """
     frame = _as_texts(table.frame[["model", "world", "prompt", *_factors(table)]])
+    worlds = frame["world"].copy()
     for part in PARTS:
         # By its own name and what was swept alone: two models in different worlds of one name must not look comparable.
         keys = list(frame[[part, *_factors(table)]].itertuples(index=False, name=None))
@@ -38,7 +43,9 @@ def group_columns(results: Sequence[RunResult], table: SignatureTable) -> pd.Dat
         shared = {id(result.config[part]): result.config[part] for result in results}
         settings = {known: _settings(config) for known, config in shared.items()}
         configs = [settings[id(result.config[part])] for result in results]
-        frame[part] = _told_apart(frame[part].tolist(), configs, keys)
+        own, brought = zip(*map(_split, configs), strict=True)
+        names = _told_apart(frame[part].tolist(), own, keys)
+        frame[part] = _told_apart(names, brought, list(zip(names, keys, worlds, strict=True)))
     return frame[["model", *(name for name in frame.columns[1:] if frame[name].nunique() > 1)]]
 
 
@@ -67,7 +74,13 @@ def _settings(config: Mapping[str, Any]) -> dict[str, str]:
     return dict(leaves({key: value for key, value in without_servers(config).items() if key != "name"}))
 
 
-def _told_apart(names: list[str], configs: list[dict[str, str]], keys: list[tuple[str, ...]]) -> list[str]:
+def _split(settings: dict[str, str]) -> tuple[dict[str, str], dict[str, str]]:
+    """Return the settings of a part itself, and those that a world brings into it: the schemas of replies."""
+    brought = {path: value for path, value in settings.items() if SCHEMAS in path.split(".")}
+    return {path: value for path, value in settings.items() if path not in brought}, brought
+
+
+def _told_apart(names: Sequence[str], configs: Sequence[dict[str, str]], keys: Sequence[tuple[Any, ...]]) -> list[str]:
     """Return the names, those that hide a difference with that difference behind them."""
     first = {key: config for key, config in reversed(list(zip(keys, configs, strict=True)))}
     hiding = {name for name, config, key in zip(names, configs, keys, strict=True) if config != first[key]}

@@ -156,6 +156,31 @@ def test_models_of_one_name_with_many_other_settings_are_told_apart_by_a_hash(ma
     assert all(group[0].startswith("a #") for group in groups)
 
 
+def schemas(most: int) -> dict[str, object]:
+    return {"schemas": {"action": {"type": "object", "properties": {"reasoning": {"maxLength": most}}}}}
+
+
+def test_a_model_is_one_model_in_worlds_that_bring_schemas_of_their_own(make_sweep, make_condition, small_world):
+    folder = make_sweep(
+        [
+            make_condition(model, range(2), world={**small_world, "name": world}, model_settings=schemas(most))
+            for world, most in (("hall", 100), ("room", 200))
+            for model in "ab"
+        ]
+    )
+    found = analyze([folder.path])
+    assert found.compared.groups == [("a", "hall"), ("b", "hall"), ("a", "room"), ("b", "room")]
+    assert len({one.shown.colour for one in found.members}) == 2
+
+
+def test_schemas_tell_models_apart_within_one_world(make_sweep, make_condition):
+    folders = [
+        make_sweep([make_condition("a", range(2), model_settings=schemas(most))], name=f"s{most}") for most in (1, 2)
+    ]
+    first, second = (group[0] for group in analyze([one.path for one in folders]).compared.groups)
+    assert first != second and first.startswith("a #") and second.startswith("a #")
+
+
 def test_a_server_is_no_difference(make_sweep, make_condition):
     folders = [
         make_sweep([make_condition("a", [n], model_settings={"server": {"hosts": [f"host{n}"]}})], name=f"s{n}")
