@@ -249,6 +249,20 @@ def settings_key(part: Mapping[str, Any]) -> str:
     return json.dumps(part, sort_keys=True, default=str)
 
 
+def loaded_key(model: Mapping[str, Any]) -> str:
+    """Return a text that is equal for models that a server loads once: whatever schemas their worlds bring."""
+    return settings_key(_changed(model, _without_schemas))
+
+
+def sent_key(model: Mapping[str, Any]) -> str:
+    """Return a text that is equal for models that are asked alike: schemas count where replies are held to them."""
+    return settings_key(_changed(model, lambda one: dict(one) if one.get("format") else _without_schemas(one)))
+
+
+def _without_schemas(model: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in model.items() if key != "schemas"}
+
+
 def dotted(part: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Yield nested settings by their dotted keys; a list, or a mapping that is empty, is a value."""
     for name, value in part.items():
@@ -288,12 +302,17 @@ def _moved(model: Mapping[str, Any], hosts: str, key: str) -> dict[str, Any]:
 
 
 def _by_model(conditions: Sequence[Condition]) -> list[int]:
-    """Return the indices of the conditions, those of one model together, models by first appearance."""
+    """Return the indices of the conditions, those of one model together, models by first appearance.
+
+    Those of one model that differ in the schemas of their replies come one after the other.
+    """
     first: dict[str, int] = {}
-    keys = [settings_key(condition.config["model"]) for condition in conditions]
+    models = [condition.config["model"] for condition in conditions]
+    keys = [(loaded_key(model), settings_key(model)) for model in models]
     for index, key in enumerate(keys):
-        first.setdefault(key, index)
-    return sorted(range(len(keys)), key=lambda index: first[keys[index]])
+        for part in key:
+            first.setdefault(part, index)
+    return sorted(range(len(keys)), key=lambda index: [first[part] for part in keys[index]])
 
 
 def _digest(value: Any) -> bytes:

@@ -19,7 +19,7 @@ from typing import Any, TypeAlias
 
 from foundry import own_code
 from foundry.errors import BackendError, FoundryError, InputError, ModelChangedError
-from foundry.expansion import is_served, models_in, settings_key
+from foundry.expansion import is_served, loaded_key, models_in, settings_key
 from foundry.models.base import Model, ModelInfo
 from foundry.running.build import build
 from foundry.running.lane import Lane, LaneSpec
@@ -215,10 +215,11 @@ def _undone(folder: SweepFolder) -> str:
 
 def _play_phases(job: SweepJob, play: PlayPhase) -> None:
     phases = list(_phases(job))
+    loaded = [loaded_key(phase[0].config()["model"]) for phase in phases]
     for number, phase in enumerate(phases):
         play(phase, number)
         _look_again(job, phase[0].config()["model"], number)
-        if number + 1 < len(phases):
+        if number + 1 < len(phases) and loaded[number] != loaded[number + 1]:
             _free_server(job.folder, phase[0])
     played = {settings_key(phase[0].config()["model"]) for phase in phases}
     models = {settings_key(one.config["model"]): one.config["model"] for one in job.folder.sweep.conditions}

@@ -11,7 +11,7 @@ import logging
 from collections.abc import Callable, Coroutine, Mapping, Sequence
 from typing import Any, TypeVar
 
-from foundry.expansion import settings_key
+from foundry.expansion import sent_key, settings_key
 from foundry.models.base import Model, Reply
 from foundry.models.serving import serving_of
 from foundry.models.wrappers.retried import RetriedModel
@@ -45,7 +45,7 @@ def repeat_calls(
     of = str(model["name"])
     served = [one for one in members_of(build(model)) if one.costs and not one.in_process]
     left = [member for member in served if not _is_known(folder, of, member)]
-    live = _live_runs(folder, settings_key(model)) if left else []
+    live = _live_runs(folder, sent_key(model)) if left else []
     for member in left if live else ():
         try:
             with claim_repeats(folder) as mine:
@@ -65,7 +65,7 @@ def _is_known(folder: SweepFolder, of: str, member: Model) -> bool:
 
 def _live_runs(folder: SweepFolder, key: str) -> list[RunFolder]:
     """Return the runs of a model in which its server answered; none where not all of its runs are complete."""
-    asked = {number for number, one in enumerate(folder.sweep.conditions) if settings_key(one.config["model"]) == key}
+    asked = {number for number, one in enumerate(folder.sweep.conditions) if sent_key(one.config["model"]) == key}
     runs = [(run, run.summary()) for run in folder.runs() if run.run.condition in asked]
     if not all(summary is not None and summary.status == "complete" for _, summary in runs):
         return []

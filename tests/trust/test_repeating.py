@@ -206,6 +206,14 @@ def test_each_model_is_asked_before_it_is_unloaded_and_each_of_its_settings_by_i
     assert "llama3.2 (options.temperature=0.9): 4 of 4 calls" in done.stdout
 
 
+def test_a_model_in_worlds_with_schemas_of_their_own_is_loaded_once_and_measured_over_all_of_them(tmp_path: Path):
+    with OllamaServer() as server:
+        swept(server, tmp_path, FOUR, "model=llama3.2,qwen3:4b", "world=bar,public_goods", "world.steps=1", "seed=0")
+        assert (server.counts.loads, server.counts.unloads) == (2, 1)
+    assert [one.model for one in measured(tmp_path)] == ["llama3.2", "qwen3:4b"]
+    assert all({call.kind for call in one.calls} == {"evening", "contribution"} for one in measured(tmp_path))
+
+
 @pytest.mark.slow
 def test_each_served_member_of_a_population_is_measured(tmp_path: Path):
     with OllamaServer() as server:
