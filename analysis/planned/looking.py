@@ -83,11 +83,11 @@ def counted(contrasts: pd.DataFrame, folder: Path, settings: Mapping[_Side, str]
 
 
 def said(sizes: Sequence[int]) -> str:
-    """Return what several looks at growing data, at these numbers of pairs, make of 5 %; "" for a single one."""
+    """Return what several looks at growing data, at these ascending pairs, make of 5 %; "" for a single one."""
     if len(sizes) < 2:
         return ""
     which = f"{_ORDINALS[len(sizes)]} look" if len(sizes) < len(_ORDINALS) else f"look {len(sizes)}"
-    return f"{which}, none declared: {ALPHA:.0%} is {error_of(tuple(sorted(sizes)), ALPHA):.0%}"
+    return f"{which}, none declared: {ALPHA:.0%} is {error_of(tuple(sizes), ALPHA):.0%}"
 
 
 def _looks(contrasts: pd.DataFrame, settings: Mapping[_Side, str]) -> Iterator[LookedAt]:
@@ -121,4 +121,4 @@ def _sizes(looks: Sequence[LookedAt]) -> dict[_Pair, list[int]]:
 
 def _sizes_of(look: LookedAt, sizes: Mapping[_Pair, list[int]]) -> list[int]:
     """Return at how many pairs of seeds a pair was looked at; what was kept without settings counts by its names."""
-    return [*sizes.get(_texts(look), []), *(sizes.get(look.settings, []) if look.settings else ())]
+    return sorted({size for key in (_texts(look), look.settings) for size in sizes.get(key, [])})

@@ -86,10 +86,18 @@ def test_looks_that_were_kept_without_settings_count_by_their_names(tmp_path, wr
     conditions = [make_condition(model, range(8), sampling_seed=place) for place, model in enumerate("ab")]
     path = write_sweep(tmp_path / "sweep", conditions).path
     line = {"factor": "model", "level": "b", "reference": "a", "context": "", "pairs": 6, "at": "2026-11-01T00:00:00"}
-    (path / "looks.jsonl").write_text(json.dumps(line) + "\n")
-    for _ in range(2):
+    looks = path / "looks.jsonl"
+    looks.write_text(json.dumps(line) + "\n")
+
+    def count() -> set[int]:
         rows = analyze(path, plots=False).contrasts
-        assert set(rows["look"][rows["measure"] == "idle_rate.chosen"]) == {2}
+        return set(rows["look"][rows["measure"] == "idle_rate.chosen"])
+
+    assert count() == count() == {2}
+    kept = looks.read_text()
+    with_settings = {**json.loads(kept.splitlines()[-1]), "pairs": 6, "context": "prompt=paper"}
+    looks.write_text(kept + json.dumps(with_settings) + "\n")
+    assert count() == {2}, "six pairs are one look by both names"
 
 
 def test_a_damaged_count_is_refused(look, tmp_path):
