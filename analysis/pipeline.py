@@ -28,7 +28,7 @@ from analysis.paper.basis import Basis
 from analysis.paper.methods import methods
 from analysis.paper.references import bibtex
 from analysis.paper.summary import summary
-from analysis.planned.holding import Held, held
+from analysis.planned.holding import Held, plans_of
 from analysis.planned.looking import counted, settings_by_side
 from analysis.prose import group_label
 from analysis.retest import retest
@@ -215,7 +215,9 @@ def _found(
     compared = replace(compare(table, groups), models=models)
     repeats = (one for source in sources for one in repeats_of(SweepFolder.open(source.path)))
     repeating = inexact(one for one in repeats if one.of in set(table.frame["model"]))
-    planned = held(SweepFolder.open(sources[0].path), table, groups, asked=bool(family or margins))
+    planned, others = plans_of(
+        [SweepFolder.open(one.path) for one in sources], table, groups, asked=bool(family or margins)
+    )
     differences = counted(
         contrasts(
             table, groups, family=family, margins=margins, repeating=repeating, plan=planned.plan if planned else None
@@ -231,6 +233,7 @@ def _found(
         notes=(
             *([f"a part of the runs alone, {filtered}"] if filtered else ()),
             *(planned.notes() if planned else ()),
+            *others,
             *_notes(table, compared),
             *_unread(compared, _forms_by_group(results, groups)),
             *_reach(differences),

@@ -61,6 +61,26 @@ def answered(contrasts: pd.DataFrame) -> bool:
     return bool(len(rows) and (rows["significant"] | rows["equivalent"]).all())
 
 
+def plans_of(
+    sweeps: Sequence[SweepFolder], table: SignatureTable, groups: pd.DataFrame, *, asked: bool = False
+) -> tuple[Held | None, list[str]]:
+    """Return the first plan that any of the sweeps has, and what is to be said of further ones, which are not held.
+
+    Args:
+        sweeps: in the order in which they were named.
+        table: their runs.
+        groups: as in `held`.
+        asked: as in `held`.
+
+    Raises:
+        InputError: as in `held`.
+        RecordError: a file cannot be read.
+    """
+    found = [(one.path, plan) for one in sweeps if (plan := held(one, table, groups, asked=asked)) is not None]
+    others = [f"{path / PREREGISTRATION_FILE} is not held here: analyse its sweep by itself" for path, _ in found[1:]]
+    return (found[0][1] if found else None), others
+
+
 def held(sweep: SweepFolder, table: SignatureTable, groups: pd.DataFrame, *, asked: bool = False) -> Held | None:
     """Return what was declared of a sweep held against its runs; None where nothing was.
 

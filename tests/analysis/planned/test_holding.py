@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.planned.holding import Held, answered, held
+from analysis.planned.holding import Held, answered, held, plans_of
 from analysis.stats.contrasts import contrasts
 from analysis.tables.signature_table import SignatureTable
 from foundry import __version__
@@ -112,6 +112,19 @@ def test_families_are_declared_by_the_plan_alone(tmp_path):
     runs = runs_of()
     with pytest.raises(InputError, match="leave --family and --margin out"):
         held(SweepFolder(tmp_path, Sweep((), (), ()), {}, []), runs, runs.frame[["model"]], asked=True)
+
+
+def test_of_several_sweeps_the_first_plan_is_held_and_further_ones_are_named(tmp_path):
+    made = runs_of()
+    names = ("none", "first", "second")
+    for name in names[1:]:
+        (tmp_path / name).mkdir()
+        write_preregistration(tmp_path / name, plan(foundry=__version__))
+    sweeps = [SweepFolder(tmp_path / name, Sweep((), (), ()), {}, ()) for name in names]
+    found, others = plans_of(sweeps, made, made.frame[["model"]])
+    assert found is not None and found.plan.reached == 3
+    assert others == [f"{tmp_path / 'second' / 'preregistration.yaml'} is not held here: analyse its sweep by itself"]
+    assert plans_of(sweeps[:1], made, made.frame[["model"]]) == (None, [])
 
 
 def test_a_plan_comes_back_as_it_was_written(tmp_path):
