@@ -10,7 +10,7 @@ import pytest
 
 from foundry.storing.store import SweepFolder
 from foundry.viewer.server import ViewServer, serving
-from made_up_runs import sweep, whole_run
+from made_up_runs import Playing, sweep, whole_run
 from viewer_pages import go
 
 pytestmark = pytest.mark.browser
@@ -253,3 +253,18 @@ def test_groups_fit_a_telephone(page: Any, groups: ViewServer, tones: str):
     go(page, groups.url, "sweep/groups")
     page.wait_for_selector(".groups")
     assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_a_long_cause_of_a_failure_leaves_room_for_measures(page: Any, tmp_path: Path):
+    made = sweep(tmp_path / "failed")
+    first, *others = made.runs()
+    Playing(first).end("the server at http://127.0.0.1:11434 refused the call: " + 9 * "check the context, ")
+    for run in others:
+        whole_run(run)
+    write_tables(made)
+    with serving(made.path) as running:
+        go(page, running.url, "")
+        page.wait_for_selector("td .cause")
+        assert page.locator("td .cause").get_attribute("title").count("check the context") == 9
+        head = page.locator("table.runs:not(.groups) thead th", has_text="status").bounding_box()
+    assert head["width"] < 280
