@@ -50,8 +50,9 @@ def measure(run: GridRun) -> dict[str, float]:
     A decision has someone within reach when another agent is at most TOUCH columns and rows away before it. It is made
     in scarcity when the agent has less energy than it began with, else in plenty.
 
-    - lifespan: steps that an agent of the start lived: the step in which it died, T (censored) for who did not; mean;
-      1..T. survived: those who did not die / agents of the start; 0..1.
+    - lifespan: steps that an agent of the start lived: the step in which it died; T, the steps of the world, for who
+      did not (censored), though it may have left by an exit before; mean; 1..T. survived: those who did not die /
+      agents of the start; 0..1.
     - sharing_rate, attack_rate: decisions to share, to attack / decisions with someone within reach; 0..1; NaN without
       any. `_scarce` and `_plenty`: the same over the decisions made in scarcity, in plenty. What is asked for counts,
       whether or not it came to anything: that is of the world.
@@ -69,7 +70,7 @@ def measure(run: GridRun) -> dict[str, float]:
     agents, counted = run.world.agents, run.counted
     died: BoolArray = np.zeros_like(run.there) if run.lost is None else run.lost
     died = np.asarray(died.any(axis=0))
-    lived = np.where(died, run.last, run.steps)[:agents]
+    lived = np.where(died, run.last, run.world.steps)[:agents]
     near = _near(run) & counted
     scarce = run.living["energy"] < run.world.energy.start
     contexts = {"": near, "_scarce": near & scarce, "_plenty": near & ~scarce}

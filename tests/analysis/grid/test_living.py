@@ -64,6 +64,13 @@ def test_who_dies_has_lived_to_its_last_step_and_who_does_not_to_the_end():
     assert found["n_decisions"] == 4
 
 
+def test_who_gets_out_alive_has_not_lived_less_long_than_who_stays():
+    left = living([[(0, 0)] * 3, [(1, 0)] * 3])
+    left = replace(left, world=msgspec.structs.replace(left.world, steps=50))
+    found = survival.measure(left)
+    assert (found["lifespan"], found["survived"]) == (50, 1), "the run ended when nobody was left"
+
+
 def test_who_was_born_later_is_none_of_those_of_the_start():
     present = np.array([[True, False], [True, True]])
     found = survival.measure(living([[(0, 0)] * 3, [(1, 0)] * 3], present=present, agents=1))
