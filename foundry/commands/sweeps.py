@@ -61,10 +61,12 @@ def _run_until_answered(composed: Composed) -> int:
     from analysis import analyze
     from analysis.planned.holding import answered
     from foundry.composing.looks import stages
+    from foundry.composing.preparing import checked
 
+    check_view(composed.settings["view"])
     path = Path(composed.settings["output"]["dir"] or "")
     for stage in stages(composed):
-        code = run_composed(stage)
+        code = run_checked(checked(stage), run=_run_to_look)
         if code != EXIT_OK:
             return code
         found = analyze(path, plots=False)
@@ -74,6 +76,11 @@ def _run_until_answered(composed: Composed) -> int:
         if stands:
             break
     return _analyze_at_end(path, stage.sweep, composed.settings["analyze"], EXIT_OK)
+
+
+def _run_to_look(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], runner: Runner) -> int:
+    """Run what has not ended until a look, whose analysis is not that of the end."""
+    return run_folder(folder, {**settings, "analyze": False}, infos, runner)
 
 
 def composed_here(argv: Sequence[str]) -> Composed | None:

@@ -16,7 +16,7 @@ from foundry.storing.preregistration import PREREGISTRATION_FILE, Preregistratio
 def stages(composed: Composed) -> list[Composed]:
     """Return what is to be run until each look of the plan, which is in the folder that was asked for.
 
-    Each is a sweep of the first seeds of the plan, which grows into the next one, and is analysed apart.
+    Each is a sweep of the first seeds of the plan, which grows into the next one.
 
     Raises:
         InputError: nothing was declared, or something else than is asked for.
@@ -29,7 +29,7 @@ def stages(composed: Composed) -> list[Composed]:
             f"{len(plan.runs.keys() - ids)} are not asked for, and {len(ids - plan.runs.keys())} are asked for beside "
             "them. Repeat the overrides that it was made with."
         )
-    return [replace(one, settings={**one.settings, UNTIL: None, "analyze": False}) for one in _parts(composed, plan)]
+    return [replace(one, settings={**one.settings, UNTIL: None}) for one in _parts(composed, plan)]
 
 
 def _plan(composed: Composed) -> Preregistration:

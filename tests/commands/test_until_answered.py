@@ -30,6 +30,15 @@ def test_a_sweep_goes_on_to_the_next_look_until_it_is_answered(tmp_path, sweep, 
     assert len(recorded.history) == (1 if seeds == 6 else 2)
 
 
+def test_what_goes_on_with_it_later_is_analysed_as_the_sweep_asked(tmp_path):
+    asked = [word for word in UNLIKE if word != "analyze=false"]
+    assert foundry("preregister", *asked, *LOOKS, cwd=tmp_path).returncode == 0
+    done = foundry(*asked, "until=answered", cwd=tmp_path)
+    assert done.stdout.count("tables and plots in out") == 1
+    assert SweepFolder.open(tmp_path / "out").settings["analyze"] is True
+    assert "tables and plots in out" in foundry("grow", "out", "seed=6-7", cwd=tmp_path).stdout
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
