@@ -169,7 +169,7 @@ def test_a_model_is_one_model_in_worlds_that_bring_schemas_of_their_own(make_swe
         ]
     )
     found = analyze([folder.path])
-    assert found.compared.groups == [("a", "hall"), ("b", "hall"), ("a", "room"), ("b", "room")]
+    assert found.compared.groups == [("a", "hall"), ("a", "room"), ("b", "hall"), ("b", "room")]
     assert len({one.shown.colour for one in found.members}) == 2
 
 
