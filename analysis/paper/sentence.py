@@ -33,7 +33,7 @@ _REASONS = {
     f"n < {FEWEST_FOR_CLAIMS}": f"fewer than {FEWEST_FOR_CLAIMS} seeds only describe these runs",
     "no pair": "no seed has a value in both",
     "no variation": "the difference is the same in every seed",
-    "before the first look": "the first declared look is not reached",
+    "before the first look": "not all runs of the first declared look are here",
 }
 
 Row = Mapping[Any, Any]

@@ -170,7 +170,7 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
         ),
         (
             {**LEFT, "look": 0, "test": "not tested: before the first look"},
-            f"{SILENT}the first declared look is not reached: {GAP}, 20 seeds",
+            f"{SILENT}not all runs of the first declared look are here: {GAP}, 20 seeds",
         ),
     ],
 )
