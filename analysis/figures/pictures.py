@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
@@ -115,12 +116,13 @@ def findings(
     validation: pd.DataFrame,
     shown: Sequence[Shown],
 ) -> list[Finding]:
-    """Return what was found of each of these measures that any group has."""
+    """Return what was found of each of these measures of which any run has a value."""
     names, tested = letters_of(contrasts, shown), contrasts[contrasts["headline"].astype(bool)]
+    found = [(measure, group_values(comparison, shown, measure)) for measure in measures]
     return [
         Finding(measure, groups, scale_of(measure, validation), tested[tested["measure"] == measure], names)
-        for measure in measures
-        if (groups := group_values(comparison, shown, measure))
+        for measure, groups in found
+        if not all(np.isnan(one.values).all() for one in groups)
     ]
 
 

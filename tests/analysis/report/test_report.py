@@ -32,6 +32,7 @@ from analysis.report.sections import (
     comparison_grid,
     contrast_grids,
     energy_grid,
+    findings,
     run_grids,
     signature_sections,
     variance_grid,
@@ -94,6 +95,21 @@ def test_the_question_names_models_once_however_many_worlds_they_are_in(
     ]
     found = gather([write_sweep(tmp_path / "sweep", conditions).path])
     assert question(found) == f"In what do {who} differ in hall and small, over 2 seeds?"
+
+
+def test_the_first_screen_draws_nothing_of_which_no_run_has_a_value(
+    tmp_path: Path,
+    write_sweep: Callable[..., SweepFolder],
+    make_condition: Callable[..., Any],
+    small_world: dict[str, Any],
+):
+    world = small_world | {"places": []}
+    found = gather(
+        [write_sweep(tmp_path / "sweep", [make_condition(name, range(2), world=world) for name in "ab"]).path]
+    )
+    shown = {shape.title for shape in findings(found, NoGallery(tmp_path))}
+    assert "path_efficiency.trip_efficiency" in found.analysis.declared, "where there are no places, nobody goes to one"
+    assert "path_efficiency.trip_efficiency" not in shown and "idle_rate.chosen" in shown
 
 
 def test_failures_are_listed_with_their_causes(hostile: Material, hostile_sweep: SweepFolder):
