@@ -1,7 +1,20 @@
 "use strict";
-/* What an agent of the 2D world perceives, drawn from its observation: itself, who is near, places, fires. */
+/* What an agent of the 2D world perceives, drawn from its observation: itself, who is near or seen, places, fires, walls, exits, food, zones. */
 (function (foundry) {
   const {h, s, number} = foundry.dom;
+
+  const KINDS = {"#": "wall", "?": "hidden", "E": "exit"};
+
+  /* The cells of the window that are marked so, and no further than the edge; a window without a reach is the whole grid. */
+  function windowed(seen) {
+    const [x, y, reach] = seen.view == null ? [0, 0, seen.half_size] : [seen.x, seen.y, seen.view];
+    return (seen.window || []).flatMap((row, down) => [...row].flatMap((mark, right) => {
+      const at = {x: x - reach + right, y: y + reach - down};
+      return KINDS[mark] && Math.max(Math.abs(at.x), Math.abs(at.y)) <= seen.half_size ? [cell(at, KINDS[mark])] : [];
+    }));
+  }
+
+  function cell(at, kind) { return s("rect", {class: kind, x: at.x - 0.5, y: -at.y - 0.5, width: 1, height: 1}); }
 
   foundry.perceived.grid = (seen, told) => {
     const size = seen.half_size + 1, text = (x, y, words, kind) => s("text", {x, y: -y, class: kind, "text-anchor": "middle"}, words);
@@ -12,9 +25,18 @@
       s("circle", {class: "fire-reach", cx: one.x, cy: -one.y, r: one.radius}), text(one.x, one.y - 0.8, "✹", "fire"), text(one.x, one.y + 1.6, one.name, "fire-name")]);
     const others = (seen.neighbours || []).flatMap((one) => [
       s("line", {class: "near", x1: seen.x, y1: -seen.y, x2: one.x, y2: -one.y}), s("circle", {class: "other", cx: one.x, cy: -one.y, r: 1}), text(one.x, one.y - 0.45, one.id, "id")]);
+    const near = new Set((seen.neighbours || []).map((one) => one.id));
+    const far = (seen.seen || []).filter((one) => !near.has(one.id)).flatMap((one) => [
+      s("circle", {class: "other", cx: one.x, cy: -one.y, r: 1}), text(one.x, one.y - 0.45, one.id, "id")]);
+    const zones = (seen.zones || []).flatMap((one) => [
+      s("rect", {class: "zone", x: one.x_min - 0.5, y: -one.y_max - 0.5, width: one.x_max - one.x_min + 1, height: one.y_max - one.y_min + 1}),
+      text((one.x_min + one.x_max) / 2, one.y_max + 1, one.name, "zone-name")]);
+    const ground = [...windowed(seen), ...(seen.exits || []).map((one) => cell(one, "exit")), ...(seen.food || []).map((one) => cell(one, "food")),
+      ...(seen.burning || []).map(([x, y]) => cell({x, y}, "burning"))];
     const self = [s("circle", {class: "self", cx: seen.x, cy: -seen.y, r: 1.2}), text(seen.x, seen.y - 0.45, seen.agent, "id")];
-    const also = [`at ${number(seen.x)}, ${number(seen.y)}`, `${(seen.neighbours || []).length} near`, `${(seen.fires || []).length} fires`, `${(seen.received || []).length} messages`];
+    const also = [`at ${number(seen.x)}, ${number(seen.y)}`, `${(seen.neighbours || []).length} near`, ...(seen.seen ? [`${far.length / 2} more seen`] : []), `${(seen.fires || []).length} fires`,
+      ...(seen.energy == null ? [] : [`energy ${number(seen.energy)}`, `food in ${(seen.food || []).length} cells`]), `${(seen.received || []).length} messages`];
     return h("div", {class: "map"}, s("svg", {viewBox: `${-size} ${-size} ${2 * size} ${2 * size}`, role: "img", "aria-label": `${told}: ${also.join(", ")}`},
-      s("rect", {class: "field", x: -size + 0.5, y: -size + 0.5, width: 2 * size - 1, height: 2 * size - 1}), ...places, ...fires, ...others, ...self));
+      s("rect", {class: "field", x: -size + 0.5, y: -size + 0.5, width: 2 * size - 1, height: 2 * size - 1}), ...ground, ...zones, ...places, ...fires, ...far, ...others, ...self));
   };
 })(window.Foundry);
