@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from foundry.expansion import Sweep
     from foundry.models.answers.base import Answers
     from foundry.models.base import ModelInfo
+    from foundry.records import RunSummary
     from foundry.running.local import Runner
     from foundry.storing.store import SweepFolder
 
@@ -62,20 +63,32 @@ def _run_until_answered(composed: Composed) -> int:
     from analysis.planned.holding import answered
     from foundry.composing.looks import stages
     from foundry.composing.preparing import checked
+    from foundry.storing.standing import failures
 
     check_view(composed.settings["view"])
     path = Path(composed.settings["output"]["dir"] or "")
     for stage in stages(composed):
         code = run_checked(checked(stage), run=_run_to_look)
-        if code != EXIT_OK:
+        ends = _ends(path, stage.sweep)
+        if code == EXIT_INTERRUPTED or None in ends:
             return code
         found = analyze(path, plots=False)
         stands = answered(found.contrasts)
         if found.planned is not None:
-            say(f"{'answered' if stands else 'not answered'} at {found.planned.look}")
+            failed = len(failures(ends))
+            missing = f"; as planned, {failed} failed runs are missing from it, with their pairs" if failed else ""
+            say(f"{'answered' if stands else 'not answered'} at {found.planned.look}{missing}")
         if stands:
             break
-    return _analyze_at_end(path, stage.sweep, composed.settings["analyze"], EXIT_OK)
+    return _analyze_at_end(path, stage.sweep, composed.settings["analyze"], code)
+
+
+def _ends(path: Path, sweep: Sweep) -> list[RunSummary | None]:
+    """Return how each run of a sweep ended in its folder, which may hold further ones."""
+    from foundry.storing.store import SweepFolder
+
+    own = {run.id for run in sweep.runs}
+    return [run.summary() for run in SweepFolder.open(path).runs() if run.id in own]
 
 
 def _run_to_look(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], runner: Runner) -> int:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from commands import foundry
+from commands import foundry, statuses
 from foundry.storing.store import SweepFolder
+from ollama_cases import BAD_OPTION
+from ollama_server import OllamaServer
+from own_market import write_market
 
 SMALL = ("seed=0-7", "world.agents=2", "world.steps=2", "analyze=false", "output.dir=out")
 LOOKS = ("--family", "idle_rate.chosen", "--looks", "6,8")
@@ -37,6 +40,28 @@ def test_what_goes_on_with_it_later_is_analysed_as_the_sweep_asked(tmp_path):
     assert done.stdout.count("tables and plots in out") == 1
     assert SweepFolder.open(tmp_path / "out").settings["analyze"] is True
     assert "tables and plots in out" in foundry("grow", "out", "seed=6-7", cwd=tmp_path).stdout
+
+
+def test_a_run_that_fails_each_time_is_missing_from_the_look_as_planned_and_holds_up_none(tmp_path):
+    own = ("--config-dir", str(write_market(tmp_path)))
+    market = ("-m", "world=market", "prompt=market", "world.leaky=[2]", "model=bidder,miser", "seed=0-7", *SMALL[-2:])
+    assert foundry("preregister", *own, *market, *LOOKS, cwd=tmp_path).returncode == 0
+    done = foundry(*own, *market, "until=answered", cwd=tmp_path)
+    assert done.returncode == 3
+    assert "not answered at look 1 of 2, at 6 seeds" in done.stdout
+    assert "; as planned, 2 failed runs are missing from it, with their pairs" in done.stdout
+    assert "\nanswered at look 2 of 2, at 8 seeds" in done.stdout
+    assert "try the failed runs again with: foundry resume out" in done.stdout
+    assert sorted(statuses(tmp_path / "out")) == ["complete"] * 14 + ["failed"] * 2
+
+
+def test_runs_that_have_not_ended_hold_up_the_look(tmp_path):
+    served = ("-m", "model=qwen3:4b,llama3.2", *SMALL, "runner.open_runs=1")
+    with OllamaServer(lambda body: BAD_OPTION) as server:
+        assert foundry("preregister", *served, *LOOKS, cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
+        done = foundry(*served, "until=answered", cwd=tmp_path, OLLAMA_HOST=server.url)
+    assert done.returncode == 3
+    assert "the sweep was stopped" in done.stderr and "answered at look" not in done.stdout
 
 
 @pytest.mark.parametrize(
