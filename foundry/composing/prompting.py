@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from foundry.composing.preflight import prompt_of, scenario_of
@@ -87,10 +87,10 @@ def find_prompt(
 
 async def _search(world: World, asker: Asker, wanted: tuple[int, int, str]) -> tuple[ChatMessage, ...]:
     step, agent, kind = wanted
-    agents: Sequence[int] = ()
+    agents: set[int] = set()
     while not world.finished:
         questions = world.pending()
-        agents = sorted({question.agent for question in questions})
+        agents |= {question.agent for question in questions}
         for question in questions:
             if (question.step, question.agent, question.kind) == wanted:
                 return asker.prompt.render(question)
@@ -98,5 +98,5 @@ async def _search(world: World, asker: Asker, wanted: tuple[int, int, str]) -> t
             break
         replies = await asker.ask_all([asker.request(question) for question in questions])
         world.advance([answer_of(reply) for reply in replies])
-    known = f"agents {agents[0]} to {agents[-1]} and steps 1 to {world.step}" if agents else "no questions"
+    known = f"agents {min(agents)} to {max(agents)} and steps 1 to {world.step}" if agents else "no questions"
     raise InputError(f"No {kind} question is put to agent {agent} at step {step}: the run has {known}.")

@@ -87,6 +87,7 @@ def test_every_command_says_what_it_lacks_or_does_not_take_in_one_line(
         (["analyze", "nowhere"], "'nowhere' does not exist"),
         (["prompt", "model=scripted/random", "--kind", "song"], "its kinds are message, action"),
         (["prompt", "model=scripted/random", "--agent", "99"], "agents 0 to 19"),
+        (["prompt", "world=fishery", "model=scripted/random", "--step", "2"], "agents 0 to 4 and steps 1 to 1"),
     ],
 )
 def test_bad_input_gets_one_line_that_says_how_to_go_on(
