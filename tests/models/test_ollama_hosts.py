@@ -77,6 +77,17 @@ def test_a_failure_weighs_like_a_call_in_flight_until_the_host_answers():
         assert {fourth, fifth} == {"a", "b"}
 
 
+def test_a_host_that_was_down_is_asked_again_however_few_calls_are_in_flight():
+    pool = HostPool(("a", "b"))
+    with pool.least_loaded(), pytest.raises(TransientError), pool.least_loaded() as down:
+        raise TransientError("down")
+    asked = Counter[str]()
+    for _ in range(1000):
+        with pool.least_loaded(), pool.least_loaded() as host:
+            asked[host] += 1
+    assert asked[down] > 300
+
+
 @pytest.fixture
 def of_run():
     """Sets the run that is asked for, until the test ends."""

@@ -98,7 +98,8 @@ class HostPool:
     calls would answer more and get more still; by the root, equal servers get equally many, and of unequal ones the
     faster one, or the one that works on more calls at once, gets more.
     A server that fails answers fast and would draw every call, so each failure in a row weighs like one
-    more call in flight until it answers again.
+    more call in flight until it answers again. As others answer, failures are forgotten at the rate at which answers
+    are: one that was down is asked again by and by, however few calls are in flight.
 
     A run's calls share the beginnings of their prompts, so they go to one host, which has these in its prompt cache:
     of the calls that wait, those come first whose host has room, and a host may have a few of its own more.
@@ -107,7 +108,7 @@ class HostPool:
     def __init__(self, hosts: tuple[str, ...]) -> None:
         self.hosts = hosts
         self._in_flight = dict.fromkeys(hosts, 0)
-        self._failures = dict.fromkeys(hosts, 0)
+        self._failures = dict.fromkeys(hosts, 0.0)
         self._answered = dict.fromkeys(hosts, float(MEMORY))
         self._homes: dict[str, str] = {}
 
@@ -122,7 +123,7 @@ class HostPool:
             self._failures[host] += 1
             raise
         else:
-            self._failures[host] = 0
+            self._failures[host] = 0.0
             self._note_answer(host)
         finally:
             self._in_flight[host] -= 1
@@ -163,4 +164,5 @@ class HostPool:
         kept = 1 - 1 / (MEMORY * len(self.hosts))
         for each, answered in self._answered.items():
             self._answered[each] = max(LEAST_ANSWERED, answered * kept)
+            self._failures[each] *= kept
         self._answered[host] += 1
