@@ -13,6 +13,7 @@ from analysis.probes.comparing import by_seed
 from analysis.stats.intervals import estimate
 from analysis.stats.multiplicity import holm
 from analysis.stats.sign_flip import sign_flip_p
+from analysis.stats.testing import p_of_row
 from analysis.tables.texts import Table, p_value, told_rows
 
 COLUMNS = (
@@ -35,10 +36,11 @@ def changes_of(answers: Answers) -> pd.DataFrame:
 
 def changes_table(frame: pd.DataFrame) -> Table:
     """Return the short table: choices whose share changes in any seed."""
+    changed = (frame["change"] != 0) | frame["low"].notna()
     rows = [
         (row["model"], row["edit"], row["kind"], row["choice"], str(row["moments"]), row["before"], row["after"],
          row["change"], p_value(row["p_holm"]))
-        for row in told_rows(frame[frame["p"].notna()], ("before", "after"), {"change": ("low", "high")})
+        for row in told_rows(frame[changed], ("before", "after"), {"change": ("low", "high")})
     ]  # fmt: skip
     caption = (
         "Share of a choice without and with an edit, and its change with a 95 % interval over seeds; for an "
@@ -58,7 +60,7 @@ def _row(before: Chosen, after: Chosen, keys: list[MomentKey], kind: str, choice
     was, now = (_shares(chosen, keys, choice) for chosen in (before, after))
     change = now - was
     found = estimate(change, -1.0, 1.0)
-    p = float(sign_flip_p(change[None, :])[0]) if change.any() else np.nan
+    p = p_of_row(sign_flip_p, change) if change.any() else np.nan
     return {"kind": kind, "choice": choice, "moments": len(keys), "seeds": found.n, "before": was.mean(),
             "after": now.mean(), "change": found.mean, "low": found.low, "high": found.high, "p": p}  # fmt: skip
 

@@ -15,6 +15,7 @@ from analysis.probes.choices import Chosen, MomentKey
 from analysis.probes.distance import Apart, apart
 from analysis.stats.intervals import estimate
 from analysis.stats.sign_flip import upper_sign_flip_p
+from analysis.stats.testing import p_of_row
 from foundry.seeding import stream
 
 ALL = "all"
@@ -62,7 +63,7 @@ class Compared:
             "excess": over_seeds.mean,
             "excess_low": over_seeds.low,
             "excess_high": over_seeds.high,
-            "p": float(upper_sign_flip_p(excess[None, :])[0]) if len(excess) else np.nan,
+            "p": p_of_row(upper_sign_flip_p, excess),
             "standing_out": _mean(np.array([one.p <= STANDS_OUT for one in chosen.values()], dtype=np.float64)),
         }
 

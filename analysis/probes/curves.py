@@ -22,6 +22,7 @@ from analysis.probes.choices import Answers, Change, Chosen, MomentKey
 from analysis.stats.intervals import estimate
 from analysis.stats.multiplicity import holm
 from analysis.stats.sign_flip import sign_flip_p
+from analysis.stats.testing import p_of_row
 from analysis.tables.texts import Table, p_value, told_rows
 
 CURVES = ("model", "quantity", "kind", "choice", "value", "moments", "seeds", "share", "low", "high")
@@ -137,4 +138,4 @@ def _slope(curve: _Curve) -> dict[str, Any]:
     found = estimate(slopes)
     moments = sum(map(len, products.values()))
     return {"moments": moments, "seeds": found.n, "slope": found.mean, "low": found.low, "high": found.high,
-            "p": float(sign_flip_p(slopes[None, :])[0]) if slopes.any() else np.nan}  # fmt: skip
+            "p": p_of_row(sign_flip_p, slopes) if slopes.any() else np.nan}  # fmt: skip

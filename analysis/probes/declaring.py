@@ -28,6 +28,11 @@ class Family:
     models: frozenset[str]
     edits: frozenset[str]
 
+    @property
+    def is_given(self) -> bool:
+        """Whether anything is declared."""
+        return bool(self.models or self.edits)
+
     @classmethod
     def of(cls, names: Sequence[str], answers: Answers) -> Family:
         """Return the family that these names declare; a model is named by itself, or as in the tables.
@@ -45,19 +50,25 @@ class Family:
         chosen = frozenset(shown for name in names for shown in models.get(name, ()))
         return cls(chosen, frozenset(names) & frozenset(edits))
 
+    def rows(self, frame: pd.DataFrame) -> BoolArray:
+        """Return which rows of a table are declared (rows,)."""
+        is_pair = "first" in frame
+        names = zip(*(frame[name] for name in (("first", "second") if is_pair else ("model", "edit"))), strict=True)
+        declared = [self._holds_pair(set(pair)) if is_pair else self._holds_edit(*pair) for pair in names]
+        return (frame["kind"] == ALL).to_numpy(dtype=np.bool_) & np.array(declared, dtype=np.bool_)
+
     def correct(self, agreement: pd.DataFrame, edits: pd.DataFrame) -> None:
         """Fill `p_holm`: over each table, or over all that is declared where anything is."""
-        pairs, edited = self._rows(agreement), self._rows(edits)
+        pairs, edited = self.rows(agreement), self.rows(edits)
         p = [frame.loc[rows, "p"].to_numpy(dtype=np.float64) for frame, rows in ((agreement, pairs), (edits, edited))]
-        together = self.models or self.edits
-        found = np.split(holm(np.concatenate(p)), [len(p[0])]) if together else [holm(p[0]), holm(p[1])]
+        found = np.split(holm(np.concatenate(p)), [len(p[0])]) if self.is_given else [holm(p[0]), holm(p[1])]
         agreement.loc[pairs, "p_holm"], edits.loc[edited, "p_holm"] = found
 
     def note(self, agreement: pd.DataFrame, edits: pd.DataFrame) -> list[str]:
         """Return the line that says what is declared; none where nothing is."""
-        if not self.models and not self.edits:
+        if not self.is_given:
             return []
-        rows = int(self._rows(agreement).sum() + self._rows(edits).sum())
+        rows = int(agreement["p_holm"].notna().sum() + edits["p_holm"].notna().sum())
         names = ", ".join([*sorted(self.models), *sorted(self.edits)])
         return [f"declared: {names}: p is corrected over {rows} rows of both tables, all others are exploratory"]
 
@@ -81,10 +92,3 @@ class Family:
 
     def _holds_edit(self, model: str, edit: str) -> bool:
         return (not self.models or model in self.models) and (not self.edits or edit in self.edits)
-
-    def _rows(self, frame: pd.DataFrame) -> BoolArray:
-        """Return which rows of a table are declared (rows,)."""
-        is_pair = "first" in frame
-        names = zip(*(frame[name] for name in (("first", "second") if is_pair else ("model", "edit"))), strict=True)
-        declared = [self._holds_pair(set(pair)) if is_pair else self._holds_edit(*pair) for pair in names]
-        return (frame["kind"] == ALL).to_numpy(dtype=np.bool_) & np.array(declared, dtype=np.bool_)

@@ -99,7 +99,7 @@ def analyze_probe(folder: SweepFolder, family: Sequence[str] = (), *, plots: boo
     drawn = tuple(file for picture in pictures for file in write(draw(picture), folder.analysis_dir / "plots"))
     shown = tuple(table for table, _ in found if table.rows and table.name not in ("moments", "curves"))
     notes = (*_notes(answers), *declared.note(agreement, edits))
-    summary = summary_of(frames, declared=bool(family))
+    summary = summary_of(frames, declared)
     written = (*written, *drawn, write_summary(folder.analysis_dir, summary))
     return ProbeAnalysis(folder.analysis_dir, frames, shown, summary, notes, furthest, written)
 

@@ -22,6 +22,7 @@ from analysis.probes.choices import Answers, Subject
 from analysis.stats.intervals import estimate, estimates
 from analysis.stats.multiplicity import holm
 from analysis.stats.sign_flip import upper_sign_flip_p
+from analysis.stats.testing import p_of_row
 from analysis.tables.texts import Table, p_value, told_rows
 from foundry.seeding import stream
 
@@ -168,7 +169,7 @@ def _spread_rows(found: Formatted, formats: Sequence[str]) -> Iterator[dict[str,
             "excess": over_seeds.mean,
             "excess_low": over_seeds.low,
             "excess_high": over_seeds.high,
-            "p": float(upper_sign_flip_p(excess[None, :])[0]),
+            "p": p_of_row(upper_sign_flip_p, excess),
             **{name: _root(value) for name, value in _named("sd", variance.mean, variance.low, variance.high)},
         }
 

@@ -21,6 +21,7 @@ from analysis.probes.comparing import values_by_seed
 from analysis.probes.declaring import Family
 from analysis.probes.distance import gap
 from analysis.stats.contrasts import ALPHA
+from analysis.stats.intervals import FEWEST_FOR_CLAIMS
 from analysis.stats.power import NO_DIFFERENCE, NO_PAIRS, NO_SPREAD, TOO_MANY, pairs_needed
 from foundry.errors import InputError
 from foundry.seeding import stream
@@ -135,7 +136,7 @@ def _needed(one: Mapping[str, Any], difference: float | None, target: float, lev
         "n_moments": one["between"] + (one["by_moments"] + one["by_repeats"]) / 2,
         "n_repeats": one["between"] + one["by_moments"] + one["by_repeats"] / 2,
     }
-    fewest = int(np.ceil(-np.log2(level)))  # signs that all point upwards
+    fewest = max(int(np.ceil(-np.log2(level))), FEWEST_FOR_CLAIMS)  # signs that all point upwards
     effects = np.array([wanted / np.sqrt(found) if found > 0 else np.nan for found in variances.values()])
     seeds = np.maximum(pairs_needed(effects, np.full(3, 2 * level), target), fewest)
     causes = ((np.isnan(one["sd"]), NO_PAIRS), (one["sd"] == 0, NO_SPREAD), (wanted == 0, NO_DIFFERENCE),

@@ -9,7 +9,7 @@ import pandas as pd
 
 from analysis.paper.sentence import DIFFERENT, LEVEL, NOTHING, SILENT, equals_p
 from analysis.paper.summary import EXPLORES, MOST, fitted, nothing_said
-from analysis.probes.comparing import ALL
+from analysis.probes.declaring import Family
 from analysis.prose import joined, percent
 from analysis.stats.contrasts import ALPHA
 from analysis.stats.intervals import ENOUGH_FOR_CLAIMS, FEWEST_FOR_CLAIMS
@@ -29,24 +29,24 @@ _NOTHING = {
 }
 
 
-def summary_of(frames: Mapping[str, pd.DataFrame], *, declared: bool) -> tuple[str, ...]:
+def summary_of(frames: Mapping[str, pd.DataFrame], declared: Family) -> tuple[str, ...]:
     """Return what was found, a sentence each.
 
     Args:
         frames: the tables of the probe by name: `agreement`, `edits`, `moments`, `formats`, `steepness`.
-        declared: whether models or edits were declared; then rows without a corrected p are not said.
+        declared: the models and edits that were declared; all other rows are not said.
     """
-    rows = [row for name in ("agreement", "edits") for row in _compared(frames[name], declared)]
+    rows = [row for name in ("agreement", "edits") for row in _declared(frames[name], declared)]
     if not rows:
         return (_alone(frames),)
     asked_once = bool(_answers(frames["moments"]) == 1)
     family = {name: int(frames[name]["p_holm"].notna().sum()) for name in ("agreement", "edits")}
-    rows = [{**row, "family": sum(family.values()) if declared else family[_table(row)]} for row in rows]
+    rows = [{**row, "family": sum(family.values()) if declared.is_given else family[_table(row)]} for row in rows]
     found = [{**row, "why": _why_silent(row, asked_once)} for row in rows]
     found.sort(key=lambda row: ((DIFFERENT, NOTHING, SILENT).index(_kind(row)), row["p_holm"]))
     sums = unread_of(frames["moments"])
     unread = dict(zip(sums.index, sums["unread"] / sums["answers"], strict=True))
-    lead = [] if declared else [EXPLORES]
+    lead = [] if declared.is_given else [EXPLORES]
     told = fitted(
         found,
         _kind,
@@ -64,9 +64,8 @@ def unread_of(moments: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame({"answers": moments["count"], "unread": unread}).groupby(moments["model"], sort=False).sum()
 
 
-def _compared(frame: pd.DataFrame, declared: bool) -> Sequence[Row]:
-    rows = frame[frame["kind"] == ALL]
-    return rows[rows["p_holm"].notna()].to_dict("records") if declared else rows.to_dict("records")
+def _declared(frame: pd.DataFrame, declared: Family) -> Sequence[Row]:
+    return frame[declared.rows(frame)].to_dict("records")
 
 
 def _alone(frames: Mapping[str, pd.DataFrame]) -> str:

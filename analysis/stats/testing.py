@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import numpy.typing as npt
 
@@ -24,7 +26,7 @@ def tested(paired: Paired) -> tuple[npt.NDArray[np.object_], FloatArray]:
     p = np.full(len(test), np.nan)
     for rows, kept in by_count(paired.difference):
         test[rows] = _FEW_PAIRS
-        if kept.shape[1] >= FEWEST_FOR_CLAIMS:
+        if _are_enough(kept.shape[1]):
             # Success of one against failure of the other in every seed varies no more than equal outcomes do.
             mcnemar = paired.outcome[rows] & kept.any(axis=1)
             test[rows] = np.where(mcnemar, MCNEMAR, np.where(varies(kept), SIGN_FLIP, _FLAT))
@@ -32,3 +34,13 @@ def tested(paired: Paired) -> tuple[npt.NDArray[np.object_], FloatArray]:
                 own = test[rows] == name
                 p[rows[own]] = p_of(kept[own])
     return test, p
+
+
+def p_of_row(p_of: Callable[[FloatArray], FloatArray], values: FloatArray) -> float:
+    """Return p of the values of a single row (n,) by a test of rows (rows, n); NaN where they are too few for one."""
+    return float(p_of(values[None, :])[0]) if _are_enough(len(values)) else np.nan
+
+
+def _are_enough(n: int) -> bool:
+    """Return whether so many values are tested: fewer describe these runs, and count in no family."""
+    return n >= FEWEST_FOR_CLAIMS

@@ -64,7 +64,7 @@ def test_as_many_seeds_are_needed_as_find_the_difference_in_four_of_five_samples
     assert needed["n_moments"] < needed["n"] == needed["n_repeats"]
 
 
-def test_an_exact_test_needs_as_many_seeds_as_its_level_takes_signs():
+def test_an_exact_test_needs_six_seeds_and_as_many_as_its_level_takes_signs():
     one = {"observed": 0.9, "sd": 0.1, "between": 0.01, "by_moments": 0.0, "by_repeats": 0.0}
-    assert (_needed(one, None, 0.8, 0.05)["n"], _needed(one, None, 0.8, 0.05 / 7)["n"]) == (5, 8)
+    assert (_needed(one, None, 0.8, 0.05)["n"], _needed(one, None, 0.8, 0.05 / 7)["n"]) == (6, 8)
     assert _needed({**one, "observed": -0.1}, None, 0.8, 0.05)["note"] == "no difference to find"

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from analysis.probes.declaring import Family
 from analysis.probes.summary import summary_of
 
 FIGURES = {"kind": "all", "moments": 40, "seeds": 24, "distance": 0.4, "floor": 0.1, "excess": 0.3,
@@ -21,19 +22,19 @@ def edit(name: str, leaves: str, **changes: Any) -> dict[str, Any]:
     return {"model": "a", "edit": name, "leaves": leaves, **FIGURES, **changes}
 
 
-def found(*rows: dict[str, Any], declared: bool = True, asked: int = 8, unread: int = 0) -> list[str]:
-    """Return the summary of a probe with these rows, and two models that answered as often."""
+def found(*rows: dict[str, Any], declared: str = "a", asked: int = 8, unread: int = 0) -> list[str]:
+    """Return the summary of a probe with these rows, the models declared, and two that answered as often."""
     columns = ["model", "run", "step", "choice", "count", "share"]
     answers = [("a", "r", 1, "up", asked, 1.0), ("b", "r", 1, "up", asked - unread, 1.0)]
     answers += [("b", "r", 1, "unreadable", unread, 0.0)] if unread else []
     frames = {
-        "agreement": pd.DataFrame([one for one in rows if "first" in one] or {"kind": [], "p_holm": []}),
-        "edits": pd.DataFrame([one for one in rows if "edit" in one] or {"kind": [], "p_holm": []}),
+        "agreement": pd.DataFrame([one for one in rows if "first" in one], columns=["first", "second", *FIGURES]),
+        "edits": pd.DataFrame([one for one in rows if "edit" in one], columns=["model", "edit", "leaves", *FIGURES]),
         "moments": pd.DataFrame(answers, columns=columns),
         "formats": pd.DataFrame(),
         "steepness": pd.DataFrame(),
     }
-    return list(summary_of(frames, declared=declared))
+    return list(summary_of(frames, Family(frozenset(declared), frozenset())))
 
 
 def test_a_difference_stands_there_with_its_figures_and_what_weakens_it():
@@ -57,7 +58,7 @@ def test_what_an_edit_does_is_said_by_what_it_should_leave():
 
 def test_differences_stand_first_and_what_has_no_room_is_counted():
     rows = [pair("a", str(number), p_holm=0.9 if number < 3 else 0.01, seeds=30) for number in range(8)]
-    told = found(*rows, declared=False)
+    told = found(*rows, declared="")
     assert told[0] == "Nothing was declared before the runs, so all of this explores."
     assert all("choose differently" in one for one in told[1:5]) and len(told) == 6
     assert told[5] == (
@@ -66,11 +67,11 @@ def test_differences_stand_first_and_what_has_no_room_is_counted():
 
 
 def test_rows_beside_what_was_declared_are_not_said():
-    assert len(found(pair("a", "b"), pair("a", "c", p_holm=np.nan))) == 1
+    assert len(found(pair("a", "b"), pair("b", "c", p_holm=np.nan))) == 1
 
 
 def test_nothing_is_said_of_what_no_answer_could_have_shown():
-    assert found(pair("a", "b", seeds=5)) == [
+    assert found(pair("a", "b", seeds=5, p_holm=np.nan)) == [
         "Nothing can be said of 1 comparison, since fewer than 6 seeds only describe these runs."
     ]
     assert "since each moment was asked once" in found(pair("a", "b"), asked=1)[0]

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from analysis.probes.changed import changes_of
+from analysis.probes.changed import changes_of, changes_table
 from analysis.probes.choices import Answers, Asked, Change, Chosen, MomentKey, Subject
 from analysis.probes.comparing import Compared, framed
 from analysis.probes.declaring import Family
@@ -136,6 +137,35 @@ def test_a_family_is_the_rows_of_what_is_declared(three: Answers, names: tuple[s
     least = edits["p_holm"].min()
     assert least == pytest.approx(max(0.02 * edited, 0.01 * tests if pairs and names else 0))
     assert len(family.note(agreement, edits)) == bool(names)
+
+
+def test_a_row_of_fewer_seeds_than_are_tested_is_described_and_counts_in_no_family():
+    probe = answers({("a", "none"): by_step, ("a", "mirror"): by_step, ("a", "no_fire"): by_step})
+    few = {key: counts for key, counts in probe.of(Subject("a", "p", ""), "no_fire").items() if key.seed < 5}
+    edits = framed(
+        [
+            {"model": "a", "edit": edit} | row
+            for edit, after in (("mirror", probe.of(Subject("a", "p", ""), "mirror")), ("no_fire", few))
+            for row in Compared.of(chosen(always, "before"), after, edit).rows()
+        ],
+        ("model", "edit"),
+    )
+    family = Family(frozenset("a"), frozenset())
+    family.correct(framed([], ("first", "second")), edits)
+    found = edits.set_index("edit")
+    assert found["excess"].notna().all()
+    for name in ("p", "p_holm"):
+        assert found[name].tolist() == pytest.approx([1 / 2**SEEDS, np.nan], nan_ok=True)
+    assert "over 1 rows" in family.note(framed([], ("first", "second")), edits)[0]
+
+
+def test_changes_of_few_seeds_are_shown_without_a_test():
+    probe = answers({("a", "none"): always, ("a", "no_fire"): by_step})
+    asked = Asked(Subject("a", "p", ""), "no_fire", "none")
+    few = {key: counts for key, counts in probe.chosen[asked].items() if key.seed < 3}
+    frame = changes_of(replace(probe, chosen={**probe.chosen, asked: few}))
+    assert frame["p"].isna().all()
+    assert [row[3] for row in changes_table(frame).rows] == ["left", "right"]
 
 
 def test_what_is_neither_a_model_nor_an_edit_is_refused(three: Answers):
