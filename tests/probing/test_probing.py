@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 from collections import Counter
 from pathlib import Path
@@ -94,9 +95,9 @@ def test_who_reads_fires_alone_changes_without_them_and_who_reads_none_does_not(
     herd = shares(probed, "scripted/herd", "none"), shares(probed, "scripted/herd", "no_fire")
     assert all(herd[0][one] == herd[1][one] for one in herd[1])
     (found,) = table(probed, "edits", model="scripted/herd", edit="no_fire", kind="all").to_dict("records")
-    assert found["distance"] == 0 and found["standing_out"] == 0 and found["p"] == 1
+    assert found["distance"] == 0 and found["standing_out"] == 0
     (found,) = table(probed, "edits", model="scripted/avoid", edit="no_fire", kind="all").to_dict("records")
-    assert found["excess"] > 0.1 and found["p"] == 1 / 8
+    assert found["excess"] > 0.1 and (found["seeds"], found["p"]) == (3, pytest.approx(math.nan, nan_ok=True))
 
 
 def test_who_always_goes_left_is_as_wrong_in_a_mirror_as_one_can_be(probed: Path):
@@ -109,7 +110,7 @@ def test_a_model_under_another_name_does_not_differ_from_itself(probed: Path):
     pairs = table(probed, "agreement", kind="all").set_index(["first", "second"])
     assert len(pairs) == 10
     (same,) = pairs[(pairs.index == ("other", "scripted/random"))].to_dict("records")
-    assert same["distance"] == 0 and same["p"] == same["p_holm"] == 1
+    assert same["distance"] == 0
 
 
 @pytest.mark.slow
@@ -118,7 +119,7 @@ def test_a_model_that_is_sampled_anew_does_not_differ_from_itself(pilot: Path):
     done("probe", "pilot", *again, "moments=30", "repeats=8", cwd=pilot.parent)
     (row,) = table(pilot.parent / "anew", "agreement", kind="all").to_dict("records")
     assert (row["first"], row["second"]) == ("scripted/random / 1", "scripted/random / 2")
-    assert row["distance"] > 0 and row["p"] > 0.05 and row["excess_low"] < 0 < row["excess_high"]
+    assert row["distance"] > 0 and row["excess_low"] < 0 < row["excess_high"]
 
 
 def test_the_same_moments_can_be_given_again_and_are_verified_and_handed_on(pilot: Path, probed: Path, tmp_path: Path):
