@@ -15,7 +15,7 @@ import pytest
 import yaml
 from typer.main import get_command
 
-from commands import SMALL, calls, foundry, records, statuses, sweep_folder
+from commands import PATIENCE_S, SMALL, calls, foundry, records, started, statuses, sweep_folder
 from foundry.cli import run
 from foundry.commands.application import app
 from foundry.storing.store import SweepFolder
@@ -348,6 +348,24 @@ def test_models_lists_what_the_server_has(workspace: Path):
         done = foundry("models", cwd=workspace, OLLAMA_HOST=server.url)
     assert done.returncode == 0, done.stderr
     assert "qwen2.5vl:3b" in done.stdout and "vision" in done.stdout and "c3c3c3c3c3c3" in done.stdout
+
+
+def test_models_heeds_no_proxy_and_no_certificates_of_the_environment(workspace: Path):
+    unusable = {"ALL_PROXY": "socks9://127.0.0.1:9", "SSL_CERT_FILE": str(workspace / "absent.pem")}
+    with (
+        OllamaServer() as server,
+        started("models", cwd=workspace, OLLAMA_HOST=server.url, **unusable) as process,
+    ):
+        said, _ = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 0, said
+    assert "qwen2.5vl:3b" in said
+
+
+def test_models_refuses_an_address_that_cannot_be_called_in_one_line(workspace: Path):
+    with started("models", cwd=workspace, OLLAMA_HOST="gpu1:port") as process:
+        said, _ = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 2
+    assert said.startswith("foundry: Ollama host 'gpu1:port' cannot be read") and said.count("\n") == 1
 
 
 def test_models_fetches_one_that_is_missing(workspace: Path):

@@ -3,19 +3,36 @@
 from __future__ import annotations
 
 import asyncio
+import os
 from collections.abc import AsyncIterator, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 import httpx
-from ollama import AsyncClient, ResponseError
 
 from foundry.errors import InputError
 from foundry.models.http.transport import error_text
 from foundry.models.ollama.errors import WAYS_ON
 from foundry.models.ollama.hosts import parse_hosts
 from foundry.models.ollama.inspect import context_length
+
+READ_AT_IMPORT = ("ollama_host", "ssl_cert_file", "ssl_cert_dir", "_proxy")
+"""How the names of the variables end by which the `ollama` package makes a client of its own when it is imported."""
+
+
+@contextmanager
+def _without_variables() -> Iterator[None]:
+    """Hide the variables that may hold what that client refuses, such as a proxy that wants a further package."""
+    hidden = {name: os.environ.pop(name) for name in list(os.environ) if name.lower().endswith(READ_AT_IMPORT)}
+    try:
+        yield
+    finally:
+        os.environ.update(hidden)
+
+
+with _without_variables():
+    from ollama import AsyncClient, ResponseError
 
 FETCHING = (
     "It is the server that fetches: its machine must reach the registry (registry.ollama.ai, or the first part of a "
