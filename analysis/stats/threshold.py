@@ -25,12 +25,29 @@ class Search:
         high: greatest value.
         until: width of the bracket at which the search ends.
         level: share of runs above which the outcome prevails.
+        of: whole things of which each value is a share, so that none between two counts is played; None where the
+            setting is no such share.
     """
 
     low: float
     high: float
     until: float
     level: float
+    of: int | None = None
+
+    def played(self, value: float) -> float:
+        """Return what is played for a value: the nearest share that is a whole count."""
+        return value if self.of is None else round(value * self.of) / self.of
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The least and the greatest value that are played."""
+        return self.played(self.low), self.played(self.high)
+
+    def between(self, low: float, high: float) -> float | None:
+        """Return the value that halves a bracket, or None where it is narrow enough or there is none within."""
+        middle = self.played((low + high) / 2)
+        return None if high - low <= self.until or middle in (low, high) else middle
 
 
 @dataclass(frozen=True)
@@ -54,23 +71,21 @@ class Threshold:
 
 def next_value(search: Search, points: Points) -> float | None:
     """Return the value of the setting to play next: the ends, then the middle of the bracket; None at the end."""
-    for end in (search.low, search.high):
+    for end in search.ends:
         if end not in points:
             return end
     low, high = bracket(search, points)
-    if math.isnan(low) or math.isnan(high) or high - low <= search.until:
-        return None
-    return (low + high) / 2
+    return None if math.isnan(low) or math.isnan(high) else search.between(low, high)
 
 
 def bracket(search: Search, points: Points) -> tuple[float, float]:
     """Return the values between which the outcome begins to prevail, as far as the bisection has come."""
-    if prevails(points[search.low], search.level):
-        return math.nan, search.low
-    if not prevails(points[search.high], search.level):
-        return search.high, math.nan
-    low, high = search.low, search.high
-    while high - low > search.until and (middle := (low + high) / 2) in points:
+    low, high = search.ends
+    if prevails(points[low], search.level):
+        return math.nan, low
+    if not prevails(points[high], search.level):
+        return high, math.nan
+    while (middle := search.between(low, high)) is not None and middle in points:
         low, high = (low, middle) if prevails(points[middle], search.level) else (middle, high)
     return low, high
 

@@ -15,7 +15,7 @@ from foundry.commands.sweeps import composed_here, run_composed
 from foundry.errors import InputError, not_found
 
 if TYPE_CHECKING:
-    from analysis.stats.threshold import Points
+    from analysis.stats.threshold import Points, Search
     from foundry.composing.compose import Composed
     from foundry.expansion import Condition
 
@@ -32,6 +32,7 @@ class Asked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         until: width of the bracket at which the search ends.
         measure: an outcome that is 0 or 1 in each run, `<signature>.<measure>`.
         level: share of runs above which it prevails.
+        of: the setting of whose number the values are shares, such as `world.agents`; None where they are none.
     """
 
     setting: str
@@ -40,6 +41,26 @@ class Asked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     until: float
     measure: str
     level: float = 0.5
+    of: str | None = None
+
+    def search(self, condition: Condition) -> Search:
+        """Return what is looked for in a condition.
+
+        Raises:
+            InputError: `of` is no setting, or no number of things of which two counts lie between the ends.
+        """
+        from analysis.stats.threshold import Search
+
+        of = None if self.of is None else _found(condition.config, self.of.split("."))
+        if of is not None and (isinstance(of, bool) or not isinstance(of, int) or of < 1):
+            raise InputError(f"search.of={self.of} is {of}: name a setting that is a whole number from 1.")
+        search = Search(self.low, self.high, self.until, self.level, of)
+        low, high = search.ends
+        if not low < high:
+            raise InputError(
+                f"No two whole counts of {self.of}={of} lie at search.low={self.low} and search.high={self.high}."
+            )
+        return search
 
 
 @app.command(context_settings=OVERRIDES)
@@ -82,18 +103,21 @@ def _asked(composed: Composed) -> Asked:
         raise InputError(f"search={found}: give low < high, until > 0 and a level between 0 and 1.")
     for condition in composed.conditions:
         _changed(condition.config, asked.setting.split("."), asked.low)
+        asked.search(condition)
     return asked
 
 
 def _played(composed: Composed, asked: Asked, folder: Path) -> tuple[list[dict[float, Any]], int]:
     """Play stage after stage, each a sweep of one value a condition; return the outcomes by condition and value."""
-    from analysis.stats.threshold import Search, next_value
+    from analysis.stats.threshold import next_value
 
-    search = Search(asked.low, asked.high, asked.until, asked.level)
+    searches = [asked.search(condition) for condition in composed.conditions]
     points: list[dict[float, Any]] = [{} for _ in composed.conditions]
     stage = 0
     while wanted := {
-        place: value for place, one in enumerate(points) if (value := next_value(search, one)) is not None
+        place: value
+        for place, (search, one) in enumerate(zip(searches, points, strict=True))
+        if (value := next_value(search, one)) is not None
     }:
         stage += 1
         path = folder / f"stage-{stage}"
@@ -129,6 +153,18 @@ def _changed(config: Mapping[str, Any], keys: Sequence[str], value: float) -> di
     return {**config, first: _changed(config[first], rest, value) if rest else value}
 
 
+def _found(config: Mapping[str, Any], keys: Sequence[str]) -> Any:
+    """Return what a configuration says at one place.
+
+    Raises:
+        InputError: there is no such place.
+    """
+    first, *rest = keys
+    if first not in config or (rest and not isinstance(config[first], Mapping)):
+        raise not_found("Setting of the search", first, config)
+    return _found(config[first], rest) if rest else config[first]
+
+
 def _outcomes(path: Path, measure: str, conditions: int) -> list[Any]:
     """Return the outcomes of the runs of each condition, (runs,) each; those in which it is undefined left out.
 
@@ -156,20 +192,24 @@ def _outcomes(path: Path, measure: str, conditions: int) -> list[Any]:
 
 def _tell(conditions: Sequence[Condition], asked: Asked, points: Sequence[Points], folder: Path) -> None:
     """Write the tables, and show the one that says what was found."""
+    import numpy as np
     import pandas as pd
 
-    from analysis.stats.threshold import Search, share_of
+    from analysis.stats.threshold import share_of
     from analysis.stats.threshold import threshold as found_by
     from foundry.display import frame_table
 
-    search = Search(asked.low, asked.high, asked.until, asked.level)
     rows, played = [], []
     for condition, one in zip(conditions, points, strict=True):
         names = {"model": condition.config["model"]["name"], "prompt": condition.config["prompt"]["name"]}
         names |= {key: value for key, value in condition.factors.items() if key not in names}
+        search = asked.search(condition)
         found = found_by(search, one)
         ends = {"low": found.low, "high": found.high, "surely_low": found.surely_low, "surely_high": found.surely_high}
         asked_for = {"setting": asked.setting, "measure": asked.measure, "threshold": found.at}
+        if search.of is not None:
+            counts = np.rint(np.array([found.low, found.high]) * search.of).tolist()
+            ends |= dict(zip(("low_count", "high_count"), counts, strict=True))
         rows.append({**names, **asked_for, **ends, "values": len(one)})
         for value, outcomes in sorted(one.items()):
             share, low, high = share_of(outcomes)
@@ -181,3 +221,5 @@ def _tell(conditions: Sequence[Condition], asked: Asked, points: Sequence[Points
     console().print(frame_table(shown, columns))
     say(f"{folder / FILE}: the bracket of the bisection (low, high), and the nearest values whose whole 95 % interval")
     say(f"lies on one side (surely_low, surely_high); {folder / POINTS_FILE} has every value that was played")
+    if asked.of is not None:
+        say(f"low_count, high_count: the bracket of {asked.of}; nothing lies between two neighbouring counts")

@@ -27,12 +27,24 @@ def test_every_model_gets_its_own_bracket_from_stages_that_are_sweeps(workspace:
     table = pd.read_csv("mass/threshold.csv").set_index("model")
     assert table.loc["scripted/focal_name", "high"] == 0 and pd.isna(table.loc["scripted/focal_name", "threshold"])
     best = table.loc["scripted/best_response"]
-    assert (best["low"], best["high"]) in ((0, 0.35), (0.35, 0.7)) and best["low"] < best["threshold"] < best["high"]
+    assert (best["low_count"], best["high_count"]) in ((0, 2), (2, 4)) and best["low"] < best["threshold"] < best[
+        "high"
+    ]
     points = pd.read_csv("mass/threshold_points.csv")
     assert set(points["n"]) == {2} and set(points["share"]) >= {0, 1}
     stages = [SweepFolder.open(stage) for stage in sorted(Path("mass").glob("stage-*"))]
     assert [len(stage.runs()) for stage in stages] == [4, 4, 2]
     assert "surely_low" in capsys.readouterr().out
+
+
+def test_a_share_of_agents_is_told_by_whole_agents_and_no_finer(workspace: Path, capsys):
+    asked = (one for one in ASKED if one not in ("search.until=0.4", POLICIES))
+    assert run(["threshold", *asked, "model=scripted/best_response", "search.until=0.02"]) == 0
+    found = pd.read_csv("mass/threshold.csv").iloc[0]
+    assert found["high_count"] == found["low_count"] + 1
+    played = pd.read_csv("mass/threshold_points.csv")["world.committed"] * 6
+    assert played.tolist() == pytest.approx(played.round().tolist()) and len(played) <= 4
+    assert "nothing lies between two neighbouring counts" in capsys.readouterr().out
 
 
 @pytest.mark.slow
@@ -47,6 +59,9 @@ def test_the_same_command_plays_nothing_again(workspace: Path):
     (("world=naming",), "looks for no threshold"),
     (("+sweep=critical_mass", "search.low=1"), "give low < high"),
     (("+sweep=critical_mass", "search.setting=world.comitted"), "Did you mean 'committed'"),
+    (("+sweep=critical_mass", "search.of=world.agent"), "Did you mean 'agents'"),
+    (("+sweep=critical_mass", "search.of=world.protocol"), "is a whole number"),
+    (("+sweep=critical_mass", "search.low=0.01", "search.high=0.02"), "No two whole counts"),
     ((*SMALL, "search.measure=naming.success", "output.dir=y"), "is no outcome"),
 ])  # fmt: skip
 def test_a_search_that_cannot_be_is_told_in_one_line(asked: tuple[str, ...], told: str, workspace: Path, capsys):

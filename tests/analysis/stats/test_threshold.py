@@ -32,6 +32,16 @@ def test_the_bracket_holds_the_threshold_and_is_as_narrow_as_asked(turning: floa
     assert (found.surely_low, found.surely_high) == (found.low, found.high)
 
 
+@given(st.integers(1, 400), st.data())
+def test_a_share_of_so_many_is_looked_for_in_whole_counts_down_to_neighbours(of: int, data: st.DataObject):
+    turning = data.draw(st.integers(1, of))
+    search = Search(low=0, high=1, until=1e-9, level=0.5, of=of)
+    points = searched((turning - 0.5) / of, search)
+    found = threshold(search, points)
+    assert (found.low, found.high) == ((turning - 1) / of, turning / of)
+    assert all(value * of == pytest.approx(round(value * of)) for value in points)
+
+
 @pytest.mark.parametrize(("turning", "low", "high"), [(-1, math.nan, 0), (9, 0.7, math.nan)])
 def test_a_threshold_beyond_the_ends_is_none_and_costs_two_values(turning: float, low: float, high: float):
     points = searched(turning)
