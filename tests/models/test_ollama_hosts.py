@@ -66,6 +66,11 @@ def test_hosts_come_as_one_as_several_with_commas_or_as_a_list_each_once():
     assert parse_hosts("") == parse_hosts([]) == ("http://127.0.0.1:11434",)
 
 
+@pytest.mark.parametrize("host", ['"gpu1:8080"', "'gpu1:8080'", ' "gpu1:8080" ', '"gpu1:8080,gpu1:8080"'])
+def test_quotes_that_a_shell_left_around_a_host_are_no_part_of_it(host):
+    assert parse_hosts(host) == ("http://gpu1:8080",)
+
+
 def test_a_failure_weighs_like_a_call_in_flight_until_the_host_answers():
     pool = HostPool(("a", "b"))
     with pytest.raises(TransientError), pool.least_loaded() as host:

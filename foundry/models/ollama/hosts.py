@@ -7,12 +7,16 @@ from collections.abc import Iterable
 from foundry.models.http.hosts import parse_url
 
 DEFAULT_PORT = 11434
+QUOTES = "\"'"
 
 
 def parse_hosts(hosts: str | Iterable[str]) -> tuple[str, ...]:
-    """Return the base URLs of one host, several separated by commas, or a list; each once, in order."""
+    """Return the base URLs of one host, several separated by commas, or a list; each once, in order.
+
+    Quotes around them are left out, as Ollama does with those that some shells leave in `OLLAMA_HOST`.
+    """
     names = hosts.split(",") if isinstance(hosts, str) else list(hosts)
-    stripped = [name.strip() for name in names]
+    stripped = [name.strip().strip(QUOTES) for name in names]
     return tuple(dict.fromkeys(parse_host(name) for name in stripped if name)) or (parse_host(""),)
 
 
