@@ -39,6 +39,8 @@ _LATEX = {
 _ROUNDING = 1e-12
 _WHOLE = 1_000
 """From where on numbers are written to the last whole digit."""
+_MOST_ON_A_PAGE = 40
+"""Rows of a table in LaTeX that stand on one page."""
 _MARKDOWN = "\\`*_{}[]<>|#~"
 
 
@@ -264,23 +266,38 @@ def to_markdown(table: Table) -> str:
 
 
 def to_latex(table: Table) -> str:
-    r"""Return a `table` environment that needs `\usepackage{booktabs}` and nothing else."""
+    r"""Return a `table`, or a `longtable` of more rows than a page holds; the first line says the packages it needs."""
     align = "l" * table.labels + "r" * (len(table.columns) - table.labels)
     head, *rows = [" & ".join(map(_latex, row)) + r" \\" for row in (table.columns, *table.rows)]
-    lines = [
-        r"\begin{table}",
-        r"\centering",
-        rf"\caption{{{_latex(table.caption)}}}",
-        rf"\label{{tab:{table.name}}}",
-        rf"\begin{{tabular}}{{{align}}}",
-        r"\toprule",
-        head,
-        r"\midrule",
-        *rows,
-        r"\bottomrule",
-        r"\end{tabular}",
-        r"\end{table}",
-    ]
+    caption = rf"\caption{{{_latex(table.caption)}}}\label{{tab:{table.name}}}"
+    headed = [r"\toprule", head, r"\midrule"]
+    if len(rows) > _MOST_ON_A_PAGE:
+        lines = [
+            r"% needs \usepackage{booktabs,longtable}",
+            rf"\begin{{longtable}}{{{align}}}",
+            rf"{caption} \\",
+            *headed,
+            r"\endfirsthead",
+            *headed,
+            r"\endhead",
+            r"\bottomrule",
+            r"\endfoot",
+            *rows,
+            r"\end{longtable}",
+        ]
+    else:
+        lines = [
+            r"% needs \usepackage{booktabs}",
+            r"\begin{table}",
+            r"\centering",
+            caption,
+            rf"\begin{{tabular}}{{{align}}}",
+            *headed,
+            *rows,
+            r"\bottomrule",
+            r"\end{tabular}",
+            r"\end{table}",
+        ]
     return "\n".join([*lines, ""])
 
 

@@ -7,6 +7,7 @@ import io
 import math
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -48,11 +49,20 @@ def test_latex_escapes_everything_that_it_would_read():
 
 def test_latex_is_one_table_environment_with_rules():
     lines = to_latex(TABLE).splitlines()
-    assert lines[0] == r"\begin{table}"
+    assert lines[:2] == [r"% needs \usepackage{booktabs}", r"\begin{table}"]
     assert lines[-1] == r"\end{table}"
     assert [line for line in lines if line.endswith("rule")] == [r"\toprule", r"\midrule", r"\bottomrule"]
     assert r"\begin{tabular}{lr}" in lines
     assert all(line.count(" & ") == 1 for line in lines if line.endswith(r"\\"))
+
+
+def test_latex_of_more_rows_than_a_page_holds_goes_on_on_the_next_one_under_the_same_head():
+    lines = to_latex(replace(TABLE, rows=(("x", "1"),) * 170)).splitlines()
+    assert lines[:2] == [r"% needs \usepackage{booktabs,longtable}", r"\begin{longtable}{lr}"]
+    assert lines[2] == r"\caption{What it is: 95 \%}\label{tab:small} \\"
+    head = [r"\toprule", r"measure & a\_1 \\", r"\midrule"]
+    assert lines[3:13] == [*head, r"\endfirsthead", *head, r"\endhead", r"\bottomrule", r"\endfoot"]
+    assert lines[13:-1] == [r"x & 1 \\"] * 170 and lines[-1] == r"\end{longtable}"
 
 
 def test_a_row_that_begins_with_a_bracket_is_no_option_of_the_line_above():
