@@ -12,6 +12,7 @@ import pandas as pd
 
 from analysis.finding import Part
 from analysis.form import form_of
+from analysis.prose import joined
 from analysis.signatures import Signature, discover
 from analysis.stats.contrasts import ALPHA
 from analysis.stats.factors import pairs
@@ -20,6 +21,7 @@ from analysis.stats.intervals import FEWEST_FOR_CLAIMS
 from analysis.stats.sequential import levels
 from analysis.stats.sign_flip import least_p
 from analysis.stats.values import seed_values
+from analysis.tables.groups import group_keys, swept_columns
 from analysis.tables.signature_table import KEYS, SignatureTable
 from foundry.errors import InputError
 from foundry.storing.preregistration import PlannedCondition, PlannedLook, PlannedMeasure, Preregistration
@@ -51,7 +53,7 @@ def declared(
 
     Args:
         conditions: what is compared.
-        forms: of their worlds.
+        forms: of the world of each.
         family: the measures that are tested.
         margins: by measure of the family, the difference below which conditions count as the same.
         looks: seeds at each look; none is a single one at all seeds.
@@ -65,17 +67,19 @@ def declared(
     wanted = checked_looks(looks, len(seeds))
     _check_margins(family, margins)
     measures = _once(family)
-    tests = {factor: count * len(measures) for factor, count in _pairs(conditions).items()}
-    if not tests:
+    code = {one: code_of(one, list(dict.fromkeys(forms))) for one in measures}
+    pairs = _pairs(conditions, forms)
+    if not pairs:
         raise InputError("There are no two conditions to compare: name two models, worlds or prompts.")
+    tests = Counter(factor for factor, both in pairs for own in code.values() if both <= own.keys())
+    if not tests:
+        raise InputError(f"No two conditions to compare have {joined(measures)}: name a measure of both, or others.")
     return Preregistration(
         made=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         conditions=list(conditions),
         seeds=seeds,
-        measures=[
-            PlannedMeasure(name=one, margin=margins.get(one), code_sha256=code_of(one, forms)) for one in measures
-        ],
-        tests=tests,
+        measures=[PlannedMeasure(name=one, margin=margins.get(one), code_sha256=own) for one, own in code.items()],
+        tests=dict(tests),
         method=METHOD,
         alpha=ALPHA,
         looks=_planned_looks(wanted, max(tests.values())),
@@ -121,17 +125,17 @@ def code_of(measure: str, forms: Sequence[str]) -> dict[str, str]:
     for signature in discover():
         for form in forms:
             part = signature.part(form_of(form).run)
-            if signature.name == name and part is not None and _measures(signature, own):
+            if signature.name == name and part is not None and _measures(signature, part, own):
                 found[form] = part
     if not found:
         raise unknown_measure(measure, _known(forms))
     return {form: part.sha256 for form, part in found.items()}
 
 
-def _measures(signature: Signature, measure: str) -> bool:
-    """Return whether a signature has a measure, by its name or a pattern."""
+def _measures(signature: Signature, part: Part, measure: str) -> bool:
+    """Return whether a part of a signature has a measure, by its name or a pattern."""
     plain = measure.removesuffix("_readable") if signature.is_readable_only(measure) else measure
-    patterns = (one.partition("*") for one in signature.measures)
+    patterns = (one.partition("*") for one in part.measures)
     return any(
         plain == start if not star else plain.startswith(start) and plain.endswith(end) for start, star, end in patterns
     )
@@ -139,7 +143,8 @@ def _measures(signature: Signature, measure: str) -> bool:
 
 def _known(forms: Sequence[str]) -> list[str]:
     runs = [form_of(form).run for form in forms]
-    return [f"{one.name}.{name}" for one in discover() if any(map(one.part, runs)) for name in one.measures]
+    found = (one.part(run) for one in discover() for run in runs)
+    return list(dict.fromkeys(f"{part.name}.{name}" for part in found if part is not None for name in part.measures))
 
 
 def _once(family: Sequence[str]) -> Sequence[str]:
@@ -167,8 +172,8 @@ def _planned_looks(looks: Sequence[int], tests: int) -> list[PlannedLook]:
     ]
 
 
-def _pairs(conditions: Sequence[PlannedCondition]) -> dict[str, int]:
-    """Return how many pairs of conditions differ in one factor alone, by factor."""
+def _pairs(conditions: Sequence[PlannedCondition], forms: Sequence[str]) -> list[tuple[str, frozenset[str]]]:
+    """Return the factor of each pair of conditions that differ in one alone, with the forms of both one's worlds."""
     factors = dict.fromkeys(key for one in conditions for key in one.factors if key not in (*KEYS, "sampling_seed"))
     rows = [
         {
@@ -183,4 +188,9 @@ def _pairs(conditions: Sequence[PlannedCondition]) -> dict[str, int]:
         for one in conditions
     ]
     table = SignatureTable(pd.DataFrame(rows), tuple(factors), (), (frozenset(),) * len(rows))
-    return dict(Counter(pair.factor for pair in pairs(seed_values(table))))
+    form = dict(zip(group_keys(swept_columns(table)), forms, strict=True))
+    values = seed_values(table)
+    return [
+        (pair.factor, frozenset(form[values.groups[index]] for index in (pair.level, pair.reference)))
+        for pair in pairs(values)
+    ]

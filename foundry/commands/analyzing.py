@@ -131,7 +131,7 @@ def _planned(
     infos, note = known_models(sweep)
     plan = declared(
         conditions_of(sweep),
-        list(dict.fromkeys(one.declared.form for one in sweep.conditions if one.declared is not None)),
+        [one.declared.form for one in sweep.conditions if one.declared is not None],
         family=family,
         margins=margins,
         looks=looks,

@@ -17,7 +17,7 @@ def condition(model: str, seeds: Sequence[int] = range(12), **factors: str) -> P
     part = Part(name="p", sha256="0")
     return PlannedCondition(
         factors={"model": model, **factors},
-        world=part,
+        world=Part(name=factors.get("world", "p"), sha256="0"),
         prompt=part,
         model=Part(name=model, sha256="0"),
         runs={f"{model}{seed}": seed for seed in seeds},
@@ -28,4 +28,4 @@ def plan(compared: str = "ab", **changes: Any) -> Preregistration:
     """Return the plan of some models."""
     usual: dict[str, Any] = {"family": MEASURES, "margins": {}, "looks": LOOKS}
     said: dict[str, Any] = {"foundry": "0", "commit": None, "asked": [], "models": []}
-    return declared([condition(model) for model in compared], ["grid"], **{**usual, **said, **changes})
+    return declared([condition(model) for model in compared], ["grid"] * len(compared), **{**usual, **said, **changes})

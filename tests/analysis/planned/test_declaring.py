@@ -23,15 +23,30 @@ def test_a_plan_holds_looks_with_their_levels_alone_and_in_the_family():
 def test_tests_are_counted_for_each_factor():
     conditions = [condition(model, **{"world.steps": steps}) for model in "abc" for steps in ("5", "9")]
     made = declared(
-        conditions, ["grid"], family=MEASURES, margins={}, looks=(), foundry="0", commit=None, asked=[], models=[]
+        conditions, ["grid"] * 6, family=MEASURES, margins={}, looks=(), foundry="0", commit=None, asked=[], models=[]
     )
     assert made.tests == {"model": 2 * 3 * 2, "world.steps": 2 * 3}
     assert [one.seeds for one in made.looks] == [12]
 
 
+def test_a_measure_is_tested_in_no_pair_with_a_world_that_lacks_it():
+    said = {"margins": {}, "looks": (), "foundry": "0", "commit": None, "asked": [], "models": []}
+    conditions = [condition(model, world=world) for world in ("w", "x") for model in "ab"]
+    forms = ["grid", "grid", "rounds", "rounds"]
+    assert declared(conditions, forms, family=MEASURES, **said).tests == {"model": 3, "world": 2}
+    with pytest.raises(InputError, match=r"No two conditions to compare have clustering\.nni"):
+        declared(conditions[::2], forms[::2], family=["clustering.nni"], **said)
+
+
 def test_a_measure_stands_with_the_code_of_its_signature():
     part = next(one for one in discover() if one.name == "clustering").parts[0]
     assert code_of("clustering.nni", ["grid"]) == {"grid": part.sha256}
+
+
+def test_a_measure_is_of_the_forms_whose_own_module_has_it():
+    assert list(code_of("communication.reciprocity", ["grid", "rounds"])) == ["grid"]
+    with pytest.raises(InputError, match="path_efficiency.success"):
+        code_of("path_efficiency.success", ["grid"])
 
 
 def test_measures_of_configured_things_and_over_readable_decisions_can_be_declared():
