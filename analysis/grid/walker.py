@@ -49,6 +49,26 @@ def blind_chances(run: GridRun, legal: BoolArray) -> FloatArray:
     return np.asarray(np.divide(chances, total, out=np.zeros_like(chances), where=total > 0))
 
 
+def beyond_blind(run: GridRun, choice: IntArray, legal: BoolArray) -> FloatArray:
+    """Return the legal ways asked for less those that a blind agent asks for, (E, 4); 0 where none was asked for.
+
+    A way that others were in counts like one that was free: of the moves made, those to others would be missing where
+    cells hold few.
+
+    Args:
+        run: the run.
+        choice: what was asked for, by decision, (E,).
+        legal: which moves the edge allows, by decision, (E, 4).
+    """
+    asked = asked_ways(choice, legal)
+    return asked - np.where(asked.any(axis=1)[:, None], blind_chances(run, legal), 0.0)
+
+
+def asked_ways(choice: IntArray, legal: BoolArray) -> BoolArray:
+    """Return which of up, down, left and right was asked for and legal, (E, 4), whether or not others were there."""
+    return np.asarray((choice[:, None] == np.arange(STAY + 1, len(CHOICES))) & legal)
+
+
 def direction_shares(legal: BoolArray) -> FloatArray:
     """Return the mean share of each move of a walker, (4,): of 1 / legal moves; NaN without any legal move.
 

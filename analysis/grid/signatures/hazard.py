@@ -16,7 +16,7 @@ from analysis.arrays import STAY, BoolArray, FloatArray, IntArray
 from analysis.formulas import mean, ratio
 from analysis.grid.distances import to_fires, to_nearest_agent, to_nearest_place
 from analysis.grid.run import GridRun
-from analysis.grid.walker import blind_chances, legal_moves, moves_to
+from analysis.grid.walker import asked_ways, beyond_blind, legal_moves, moves_to
 from analysis.logit import conditional_logit
 from analysis.measure import Measure, Null, share
 from analysis.survival import restricted_mean
@@ -132,10 +132,10 @@ def measure(run: GridRun) -> dict[str, float]:
       those with a move; NaN without one.
     - walker_away: expectation of `away` for a walker that makes any legal move as likely, in closed form: mean over the
       exposed decisions of (legal moves that lead away / legal moves); 0..1. NaN where nothing is legal.
-    - away_beyond_blind: exposed decisions that lead away less those expected of a blind agent (`analysis.grid.walker`),
-      which stays where the agent stayed and else goes the legal ways by their shares in the run / exposed decisions;
-      -1..1. 0 for who stays, goes at random or prefers a way, wherever fires are. Who flees on some decisions and
-      stays on others has its moves counted over all of them.
+    - away_beyond_blind: exposed decisions that ask for a legal way away less those expected of a blind agent
+      (`analysis.grid.walker`), which stays where the agent stayed and else asks for the legal ways by their shares in
+      the run / exposed decisions; -1..1. 0 for who stays, goes at random or prefers a way, wherever fires are and
+      however many a cell holds. Who flees on some decisions and stays on others has its moves counted over all of them.
     - difference_walker_moving: away_moving less the expectation for a walker over the same decisions, those with a
       move; -1..1. NaN without a move. Not 0 for who prefers a way and is blind to fires.
     - difference_matched: risk difference against a matched control. The controls of an exposed decision are the counted
@@ -149,12 +149,14 @@ def measure(run: GridRun) -> dict[str, float]:
       without controls. With few controls both are rough. Source: Haldane 1956, Anscombe 1956; Walter 1975.
     - distance_change: mean change of the distance to the nearest of the perceived fires, cells per step; -1..1. Above
       0 for who looks at nothing, since from a cell beside a fire more ways lead away than to it.
-    - distance_beyond_blind: the same less the expectation for the blind agent; cells per step. 0 as away_beyond_blind.
-    - beta_fire, beta_place, beta_agent: step selection. Conditional logit of the move made among the legal ones, at the
-      exposed decisions with a move, on the change of the distance to the nearest of the perceived fires (Euclidean), of
-      the fewest moves into a place and of those to where the nearest other agent stands: log odds per cell; above 0
-      away. What is not there (no places, one agent) has no part in the fit. NaN below FEWEST_CHOICES such decisions,
-      or when the fit has no greatest likelihood. Source: McFadden 1974; Fortin et al. 2005.
+    - distance_beyond_blind: the same of the legal ways asked for, less the expectation for the blind agent; cells per
+      step. 0 as away_beyond_blind.
+    - beta_fire, beta_place, beta_agent: step selection. Conditional logit of the legal way asked for among the legal
+      ones, others in it or not, at the exposed decisions that ask for one, on the change of the distance to the nearest
+      of the perceived fires (Euclidean), of the fewest moves into a place and of those to where the nearest other agent
+      stands: log odds per cell; above 0 away. What is not there (no places, one agent) has no part in the fit. NaN
+      below FEWEST_CHOICES such decisions, or when the fit has no greatest likelihood. Source: McFadden 1974; Fortin et
+      al. 2005.
     - latency: restricted mean of the number of exposed decisions up to an agent's first step away, the first one is 1;
       an agent that never steps away is censored at its last exposed decision; area under the Kaplan-Meier curve from
       0 to T; 1..T. High for who seldom moves, whatever it looks at.
@@ -167,18 +169,19 @@ def measure(run: GridRun) -> dict[str, float]:
     moved = run.moved[exposed.step, exposed.agent]
     options = _options(run, exposed)
     walker = options.walker_away
-    chances = np.where(moved[:, None], blind_chances(run, options.legal), 0.0)
+    choice = run.choice[exposed.step, exposed.agent]
+    more = beyond_blind(run, choice, options.legal)
     return {
         "exposure": ratio(len(away), int(run.counted.sum())),
         "away": mean(away),
         "away_moving": mean(away[moved]),
         "walker_away": mean(walker),
-        "away_beyond_blind": mean(away - (chances * (options.change > 0)).sum(axis=1)),
+        "away_beyond_blind": mean((more * (options.change > 0)).sum(axis=1)),
         "difference_walker_moving": mean(away[moved]) - mean(walker[moved]),
         **_matched(run, exposed),
         "distance_change": mean(exposed.change),
-        "distance_beyond_blind": mean(exposed.change - (chances * options.change).sum(axis=1)),
-        **_selection(run, exposed, options, np.flatnonzero(moved)),
+        "distance_beyond_blind": mean((more * options.change).sum(axis=1)),
+        **_selection(run, exposed, options, np.flatnonzero(asked_ways(choice, options.legal).any(axis=1))),
         **_latency(exposed, run.steps),
         "n_decisions": float(run.counted.sum()),
         "n_exposed": float(len(away)),

@@ -10,7 +10,7 @@ from analysis.arrays import STAY, BoolArray, FloatArray, IntArray
 from analysis.formulas import divergence, entropy, mean, normalised_entropy, ratio, variety
 from analysis.grid.distances import to_fires, to_nearest_agent, to_nearest_place
 from analysis.grid.run import CHOICES, HEADINGS, GridRun
-from analysis.grid.walker import blind_chances, direction_shares, legal_moves, moves_to
+from analysis.grid.walker import beyond_blind, direction_shares, legal_moves, moves_to
 from analysis.measure import Measure, Null, share
 
 NAME = "movement"
@@ -87,8 +87,7 @@ def measure(run: GridRun) -> dict[str, float]:
       goes is not known to the agent; -1..1. Steps of an agent that is alone are left out. NaN with one agent.
     - drift_place_beyond_blind, drift_agent_beyond_blind: the same of the legal ways asked for, less what is expected of
       a blind agent (`walker`), which stays where the agent stayed and else asks for the legal ways by their shares in
-      the run; cells per step. 0 for who prefers a way but not what lies there. A way that others were in counts like
-      one that was free: of the moves made, those to others would be missing where cells hold few.
+      the run; cells per step. 0 for who prefers a way but not what lies there.
     - drift_fire: change of the fewest moves to the nearest burning fire, perceived or not, over the steps with one;
       -1..1. NaN when none burns.
 
@@ -157,8 +156,7 @@ def _drifts(run: GridRun) -> dict[str, float]:
     fire, burning = _fire_changes(run)
     place, agent = (changes[counted] for changes in (_place_changes(run), _agent_changes(run)))
     legal = legal_moves(run.x[:-1][counted], run.y[:-1][counted], run.world)
-    asked = (run.choice[counted][:, None] == np.arange(STAY + 1, len(CHOICES))) & legal
-    more = asked - np.where(asked.any(axis=1)[:, None], blind_chances(run, legal), 0.0)
+    more = beyond_blind(run, run.choice[counted], legal)
 
     def beyond(changes: FloatArray) -> float:
         # The first column is what the agent did, the others are what each way would have done.

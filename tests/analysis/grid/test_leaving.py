@@ -161,8 +161,11 @@ def test_signatures_of_an_open_grid_are_what_they_were():
     assert not hazard.applies(replace(run, world=world_of(run, fires=(Fire("f", 1, (0, 0), 2.0, 0.1),))))
 
 
-def test_who_is_blind_to_others_is_not_driven_from_them_where_each_cell_holds_one(tmp_path: Path):
-    crowd = ("world.agents=100", "world.steps=20", "world.fires=[]", "world.exits=[]")
+def test_who_is_blind_to_others_is_driven_nowhere_by_them_where_each_cell_holds_one(tmp_path: Path):
+    fire = "{name: f, start: 1, position: [-4, 3], intensity: 0.8, radius: 6, spread: 0, risk: 0}"
+    crowd = ("world.agents=100", "world.steps=20", f"world.fires=[{fire}]", "world.exits=[]")
     runs = [whole_run(tmp_path / str(seed), "evacuation", "random", *crowd, seed=seed) for seed in range(5)]
-    found = [movement.measure(run)["drift_agent_beyond_blind"] for run in runs if isinstance(run, GridRun)]
-    assert len(found) == 5 and all(abs(one) < 0.04 for one in found), found
+    drift = [movement.measure(run)["drift_agent_beyond_blind"] for run in runs if isinstance(run, GridRun)]
+    pull = [hazard.measure(run)["beta_agent"] for run in runs if isinstance(run, GridRun)]
+    assert len(drift) == 5 and all(abs(one) < 0.04 for one in drift), drift
+    assert len(pull) == 5 and all(abs(one) < 0.25 for one in pull), pull
