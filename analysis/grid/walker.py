@@ -61,7 +61,7 @@ def beyond_blind(run: GridRun, choice: IntArray, legal: BoolArray) -> FloatArray
         legal: which moves the edge allows, by decision, (E, 4).
     """
     asked = asked_ways(choice, legal)
-    return asked - np.where(asked.any(axis=1)[:, None], blind_chances(run, legal), 0.0)
+    return asked - np.where(asked.any(axis=1, keepdims=True), blind_chances(run, legal), 0.0)
 
 
 def asked_ways(choice: IntArray, legal: BoolArray) -> BoolArray:
