@@ -54,7 +54,7 @@ WHOSE: Mapping[str, Iterable[str]] = {
     "goes and stays without regard to places": ALIKE | ONE_WAY,
     "goes and stays without regard to others": ALIKE | ONE_WAY,
     "goes all ways alike, stays as it likes": ALIKE,
-    "goes all ways alike, away from the edge": MOVING,
+    "goes all ways alike, away from edges and walls": MOVING,
     "goes all ways alike, never stays": ["stays 0.0"],
     "is anywhere alike, without regard to others": ALIKE,
     "warns of fires it has in sight alone": IN_SIGHT,

@@ -18,7 +18,7 @@ NAME = "movement"
 WAYS = CHOICES[STAY + 1 :]
 """The directions."""
 
-_ALIKE, _BLIND = "goes all ways alike, away from the edge", "goes and stays without regard to {}"
+_ALIKE, _BLIND = "goes all ways alike, away from edges and walls", "goes and stays without regard to {}"
 
 MEASURES = {
     "variety": share(
@@ -61,8 +61,8 @@ def measure(run: GridRun) -> dict[str, float]:
     Over the moves made, which tell of the world, too; NaN without any:
 
     - variety: pairs of moves in different directions / pairs of moves, of all agents together; 0..1. 3/4 where all
-      ways are alike, however few the moves are, while entropies come out the lower the fewer there are. NaN below two
-      moves. Source: Simpson 1949.
+      ways are alike, however few the moves are, while entropies come out the lower the fewer there are; less where
+      walls or edges close some ways more often than others, as in a corridor. NaN below two moves. Source: Simpson 1949.
     - alignment: mean cosine of the angle between the moves of a pair; -1..1 (one way), 0 where all ways are alike:
       the square of the resultant length without its bias, (n R^2 - 1) / (n - 1). NaN below two moves.
     - direction_bits: entropy of the four directions, bits; 0..2. direction_entropy: the same / 2; 0..1. Biased low

@@ -169,3 +169,11 @@ def test_who_is_blind_to_others_is_driven_nowhere_by_them_where_each_cell_holds_
     pull = [hazard.measure(run)["beta_agent"] for run in runs if isinstance(run, GridRun)]
     assert len(drift) == 5 and all(abs(one) < 0.04 for one in drift), drift
     assert len(pull) == 5 and all(abs(one) < 0.25 for one in pull), pull
+
+
+def test_a_walker_in_a_corridor_goes_fewer_ways_than_the_null_whose_words_leave_out_walls(tmp_path: Path):
+    runs = [whole_run(tmp_path / str(seed), "evacuation_corridor", "random", seed=seed) for seed in range(4)]
+    found = [movement.measure(run)["variety"] for run in runs if isinstance(run, GridRun)]
+    null = movement.MEASURES["variety"].null
+    assert len(found) == 4 and null is not None and np.mean(found) < null.value - 0.002, found
+    assert null.policy.endswith("away from edges and walls")
