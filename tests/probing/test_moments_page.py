@@ -59,17 +59,18 @@ def test_the_map_shows_all_that_an_agent_perceives_of_walls_exits_food_and_other
     seen = {
         "agent": 0, "x": 4, "y": 0, "half_size": 4, "view": 1, "window": ["#E#", ".@#", "fA#"],
         "neighbours": [], "fires": [], "seen": [{"id": 7, "x": 4, "y": -1}], "energy": 5,
-        "food": [{"x": 3, "y": -1, "amount": 2}], "burning": [[3, 1]],
+        "food": [{"x": 3, "y": -1, "amount": 2}, {"x": 4, "y": 0, "amount": 1}], "burning": [[3, 1]],
         "exits": [{"name": "door", "x": 4, "y": 1}], "received": [],
         "zones": [{"name": "pit", "x_min": -4, "x_max": -3, "y_min": -4, "y_max": -4, "risk": 0.5}],
     }  # fmt: skip
     shown = page.evaluate("(seen) => Foundry.perceived.grid(seen, 'moment').outerHTML", seen)
     drawn = {name: shown.count(f'class="{name}"') for name in ("wall", "food", "burning", "zone", "other", "self")}
-    assert drawn == {"wall": 1, "food": 1, "burning": 1, "zone": 1, "other": 1, "self": 1}, (
+    assert drawn == {"wall": 1, "food": 2, "burning": 1, "zone": 1, "other": 1, "self": 1}, (
         "what is beyond the edge is none"
     )
     assert 'class="exit" x="3.5" y="-1.5"' in shown and ">7<" in shown and ">pit<" in shown
-    assert "energy 5" in shown and "1 more seen" in shown
+    assert "energy 5" in shown and "1 more seen" in shown and "food in 2 cells, its own too" in shown
+    assert shown.index('class="food-edge" x="3.5" y="-0.5"') > shown.index('class="self"'), "what it stands on is seen"
 
 
 def test_the_keyboard_goes_through_moments_and_edits(page: Any):

@@ -31,12 +31,13 @@
     const zones = (seen.zones || []).flatMap((one) => [
       s("rect", {class: "zone", x: one.x_min - 0.5, y: -one.y_max - 0.5, width: one.x_max - one.x_min + 1, height: one.y_max - one.y_min + 1}),
       text((one.x_min + one.x_max) / 2, one.y_max + 1, one.name, "zone-name")]);
-    const ground = [...windowed(seen), ...(seen.exits || []).map((one) => cell(one, "exit")), ...(seen.food || []).map((one) => cell(one, "food")),
+    const food = seen.food || [], here = food.some((one) => one.x === seen.x && one.y === seen.y);
+    const ground = [...windowed(seen), ...(seen.exits || []).map((one) => cell(one, "exit")), ...food.map((one) => cell(one, "food")),
       ...(seen.burning || []).map(([x, y]) => cell({x, y}, "burning"))];
     const self = [s("circle", {class: "self", cx: seen.x, cy: -seen.y, r: 1.2}), text(seen.x, seen.y - 0.45, seen.agent, "id")];
     const also = [`at ${number(seen.x)}, ${number(seen.y)}`, `${(seen.neighbours || []).length} near`, ...(seen.seen ? [`${far.length / 2} more seen`] : []), `${(seen.fires || []).length} fires`,
-      ...(seen.energy == null ? [] : [`energy ${number(seen.energy)}`, `food in ${(seen.food || []).length} cells`]), `${(seen.received || []).length} messages`];
+      ...(seen.energy == null ? [] : [`energy ${number(seen.energy)}`, `food in ${food.length} cells${here ? ", its own too" : ""}`]), `${(seen.received || []).length} messages`];
     return h("div", {class: "map"}, s("svg", {viewBox: `${-size} ${-size} ${2 * size} ${2 * size}`, role: "img", "aria-label": `${told}: ${also.join(", ")}`},
-      s("rect", {class: "field", x: -size + 0.5, y: -size + 0.5, width: 2 * size - 1, height: 2 * size - 1}), ...ground, ...zones, ...places, ...fires, ...far, ...others, ...self));
+      s("rect", {class: "field", x: -size + 0.5, y: -size + 0.5, width: 2 * size - 1, height: 2 * size - 1}), ...ground, ...zones, ...places, ...fires, ...far, ...others, ...self, ...food.map((one) => cell(one, "food-edge"))));
   };
 })(window.Foundry);
