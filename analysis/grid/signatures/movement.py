@@ -62,7 +62,7 @@ def measure(run: GridRun) -> dict[str, float]:
 
     - variety: pairs of moves in different directions / pairs of moves, of all agents together; 0..1. 3/4 where all
       ways are alike, however few the moves are, while entropies come out the lower the fewer there are; less where
-      walls or edges close some ways more often than others, as in a corridor. NaN below two moves. Source: Simpson 1949.
+      walls or edges close some ways more often, as in a corridor. NaN below two moves. Source: Simpson 1949.
     - alignment: mean cosine of the angle between the moves of a pair; -1..1 (one way), 0 where all ways are alike:
       the square of the resultant length without its bias, (n R^2 - 1) / (n - 1). NaN below two moves.
     - direction_bits: entropy of the four directions, bits; 0..2. direction_entropy: the same / 2; 0..1. Biased low
