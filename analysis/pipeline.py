@@ -173,7 +173,7 @@ def analyze(
         RecordError: a recorded file is damaged.
     """
     paths = folders_of(dirs)
-    sweeps = _open(paths)
+    sweeps = opened(paths)
     folder = sweeps[0].analysis_dir
     sources = sources_of(sweeps, _sweep_names(paths), labelled_by_model)
     chosen = Filter.of(only, without)
@@ -261,14 +261,35 @@ def _found(
     )
 
 
-def _open(paths: Sequence[Path]) -> list[SweepFolder]:
-    """Open all sweeps before the first is worked on, so that a wrong one is found at once."""
+def opened(paths: Sequence[Path]) -> list[SweepFolder]:
+    """Open all sweeps before the first is worked on, so that a wrong one is found at once.
+
+    Raises:
+        InputError: there is none, one is no sweep's folder, or one is given twice, as a copy or a bundle too.
+        RecordError: a recorded file is damaged.
+    """
     if not paths:
         raise InputError("No sweep to analyse: give at least one sweep's folder, such as outputs/<sweep>.")
     repeated = [str(path) for path, count in Counter(path.resolve() for path in paths).items() if count > 1]
     if repeated:
         raise InputError(f"'{repeated[0]}' is given more than once: give each sweep's folder once.")
-    return [SweepFolder.open(path) for path in paths]
+    sweeps = [SweepFolder.open(path) for path in paths]
+    if len(sweeps) > 1:
+        _check_runs_once(sweeps)
+    return sweeps
+
+
+def _check_runs_once(sweeps: Sequence[SweepFolder]) -> None:
+    """Refuse a run that two of the folders hold, which began in both at the same time and took as long."""
+    known: dict[tuple[str, str, float], Path] = {}
+    for sweep in sweeps:
+        for end in filter(None, (run.summary() for run in sweep.runs())):
+            other = known.setdefault((end.run, end.started, end.duration_s), sweep.path)
+            if other != sweep.path:
+                raise InputError(
+                    f"'{sweep.path.name}' is given more than once, as '{other.name}' too: both hold the run "
+                    f"{end.run} of {end.started}. Give each sweep once."
+                )
 
 
 def sources_of(sweeps: Sequence[SweepFolder], names: Sequence[str], labelled_by_model: bool) -> list[Source]:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from analysis.paper.card.reading import Found, read_sweep
 from analysis.paper.card.settings import Setting, settings_of
+from analysis.pipeline import opened
 from analysis.probes import is_probe
 from analysis.report import rendered
 from analysis.report.grids import grid_of
@@ -57,10 +58,10 @@ def card(model: str, dirs: Sequence[Path]) -> Card:
     """Return the card of a model from the folders of sweeps.
 
     Raises:
-        InputError: a folder is no sweep's, or no run of any is the model's.
+        InputError: a folder is no sweep's, or holds runs of another, or no run of any is the model's.
         RecordError: a recorded file is damaged.
     """
-    found = [read_sweep(folder) for folder in dirs]
+    found = [read_sweep(sweep) for sweep in opened(dirs)]
     having = [one for one in found if model in one.models]
     if not having:
         raise not_found("Model", model, {name for one in found for name in one.models}, "Name one that ran in them.")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 from analysis.figures.members import Member, members, shown_groups
 from analysis.load import runs_by_id
@@ -66,15 +65,14 @@ def _unique(texts: Iterable[str]) -> str:
     return ", ".join(dict.fromkeys(filter(None, texts))) or "-"
 
 
-def read_sweep(folder: Path) -> Found:
+def read_sweep(sweep: SweepFolder) -> Found:
     """Return the runs of a sweep; those that were measured before are not measured again.
 
     Raises:
-        InputError: it is no sweep's folder.
+        InputError: its folder cannot be written.
         RecordError: a recorded file is damaged.
     """
-    sweep = SweepFolder.open(folder)
-    sources = sources_of([sweep], [folder.name], labelled_by_model=False)
+    sources = sources_of([sweep], [sweep.path.name], labelled_by_model=False)
     ensure_writable(sweep.analysis_dir)
     with open_memory(sweep.analysis_dir / "measured.sqlite") as memory:
         results = [one.without_steps() for one in measure_runs(sources, memory)]

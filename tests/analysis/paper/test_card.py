@@ -21,7 +21,7 @@ def sweeps(tmp_path_factory: pytest.TempPathFactory, write_sweep: Callable[..., 
     path = tmp_path_factory.mktemp("cards")
     first = write_sweep(path / "first", [make_condition(name, range(2)) for name in ("mine", "<b>other</b>")])
     write_sweep(first.baselines_dir, [make_condition("scripted/random", range(2))])
-    return first, write_sweep(path / "second", [make_condition("mine", range(2))])
+    return first, write_sweep(path / "second", [make_condition("mine", range(2, 4))])
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +74,16 @@ def test_the_command_writes_page_and_text_from_folders_and_bundles(sweeps: tuple
     assert found.returncode == 0, found.stderr
     assert page.read_text(encoding="utf-8").startswith("<!doctype html>")
     assert ", second" in page.with_suffix(".md").read_text(encoding="utf-8")
+
+
+def test_the_command_refuses_a_sweep_that_is_given_twice_in_a_bundle_too(
+    sweeps: tuple[SweepFolder, ...], tmp_path: Path
+):
+    write_bundle(sweeps[1].path, tmp_path / "second.tar.zst")
+    for again in (str(sweeps[1].path), "second.tar.zst"):
+        found = foundry("card", "mine", str(sweeps[1].path), again, cwd=tmp_path)
+        assert (found.returncode, len(found.stderr.splitlines())) == (2, 1)
+        assert "is given more than once" in found.stderr
 
 
 def test_the_command_refuses_to_write_the_page_over_the_text(sweeps: tuple[SweepFolder, ...], tmp_path: Path):
