@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 
 from analysis.measuring.runs import RunResult
-from analysis.tables.signature_table import SignatureTable
+from analysis.tables.signature_table import ANY_PROMPT, SignatureTable
 from foundry.storing.store import leaves, without_servers
 
 PARTS = ("world", "model", "prompt")
@@ -42,7 +42,10 @@ def group_columns(results: Sequence[RunResult], table: SignatureTable) -> pd.Dat
         # Runs of one condition share their parts, so each is taken to pieces once.
         shared = {id(result.config[part]): result.config[part] for result in results}
         settings = {known: _settings(config) for known, config in shared.items()}
-        configs = [settings[id(result.config[part])] for result in results]
+        configs = [
+            {} if part == "prompt" and result.baseline and name == ANY_PROMPT else settings[id(result.config[part])]
+            for name, result in zip(frame[part], results, strict=True)
+        ]
         own, brought = zip(*map(_split, configs), strict=True)
         names = _told_apart(frame[part].tolist(), own, keys)
         frame[part] = _told_apart(names, brought, list(zip(names, keys, worlds, strict=True)))

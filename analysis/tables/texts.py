@@ -18,7 +18,9 @@ from analysis.prose import group_label
 from analysis.signatures import discover
 from analysis.stats.intervals import Estimate
 from analysis.stats.plan import DECLARED, EXPLORATORY
+from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
+from analysis.tables.signature_table import ANY_PROMPT
 
 _LATEX = {
     "\\": r"\textbackslash{}",
@@ -83,9 +85,14 @@ def comparison_table(comparison: Comparison, measures: Sequence[str] | None = No
         (measure, *(mean_cell(comparison.estimates.get((measure, group)), seeds[group]) for group in groups))
         for measure in measures
     ]
-    names = (group_label(group) + (" (baseline)" if group in comparison.baselines else "") for group in groups)
+    names = (_baseline_label(group) if group in comparison.baselines else group_label(group) for group in groups)
     caption = "Mean over seeds with its 95 % interval; n where not every seed has a value."
     return Table("comparison", caption, ("measure", *names), tuple(rows))
+
+
+def _baseline_label(group: Group) -> str:
+    """Return the name of a group of baselines, whose prompt tells nothing where there are several."""
+    return group_label([name for name in group if name != ANY_PROMPT]) + " (baseline)"
 
 
 def contrast_table(contrasts: pd.DataFrame) -> Table:

@@ -156,7 +156,7 @@ def condition(model: str, seeds: Sequence[int], factors: Sequence[str] = ("model
     config = {
         "world": parts.get("world", WORLD),
         "model": {"name": model, **parts.get("model_settings", {})},
-        "prompt": {"name": parts.get("prompt", "paper")},
+        "prompt": {"name": parts.get("prompt", "paper"), **parts.get("prompt_settings", {})},
         "sampling_seed": parts.get("sampling_seed"),
         "record": {"frames": False},
     }

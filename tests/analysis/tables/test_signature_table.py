@@ -16,6 +16,7 @@ from analysis.any.run import AnyRun
 from analysis.grid.run import GridRun
 from analysis.load import read_records, read_run
 from analysis.pipeline import Analysis
+from analysis.tables.texts import comparison_table
 from foundry.errors import InputError, RecordError
 
 
@@ -158,6 +159,28 @@ def test_models_of_one_name_with_many_other_settings_are_told_apart_by_a_hash(ma
 
 def schemas(most: int) -> dict[str, object]:
     return {"schemas": {"action": {"type": "object", "properties": {"reasoning": {"maxLength": most}}}}}
+
+
+def test_baselines_of_several_worlds_are_told_apart_by_their_world_and_by_no_prompt(
+    make_sweep, make_condition, small_world, write_sweep
+):
+    def of(model: str) -> list[object]:
+        return [
+            make_condition(
+                model,
+                range(2),
+                world={**small_world, "name": name},
+                prompt=name,
+                prompt_settings={"templates": {"action": f"You are in the {name}. Where do you go?"}},
+            )
+            for name in ("hall", "room")
+        ]
+
+    folder = make_sweep(of("a"))
+    write_sweep(folder.baselines_dir, of("b"))
+    compared = analyze([folder.path]).compared
+    assert compared.groups == [("a", "hall", "hall"), ("a", "room", "room"), ("b", "hall", "any"), ("b", "room", "any")]
+    assert comparison_table(compared).columns[3:] == ("b / hall (baseline)", "b / room (baseline)")
 
 
 def test_a_model_is_one_model_in_worlds_that_bring_schemas_of_their_own(make_sweep, make_condition, small_world):
