@@ -128,8 +128,9 @@ def test_of_several_sweeps_the_first_plan_is_held_and_further_ones_are_named(tmp
 
 
 def test_a_plan_comes_back_as_it_was_written(tmp_path):
-    sha256 = write_preregistration(tmp_path, plan())
-    assert preregistration_of(tmp_path) == (msgspec.convert(msgspec.to_builtins(plan()), type(plan())), sha256)
+    made = plan()
+    sha256 = write_preregistration(tmp_path, made)
+    assert preregistration_of(tmp_path) == (msgspec.convert(msgspec.to_builtins(made), type(made)), sha256)
 
 
 def test_a_plan_that_was_damaged_is_refused(tmp_path):
