@@ -33,6 +33,11 @@ def visible(text: str) -> str:
     return "".join(_written_out(one) if _commands(one) else one for one in text)
 
 
+def counted(number: int, name: str) -> str:
+    """Return a number of things with their name, in the plural unless it is one."""
+    return f"{number:,} {name}" if number == 1 else f"{number:,} {name}s"
+
+
 def _commands(character: str) -> bool:
     if character.isascii():
         return not character.isprintable() and character not in _ASIDE

@@ -14,6 +14,7 @@ from analysis.probes.choices import Answers, Change, Subject
 from analysis.probes.comparing import ALL
 from analysis.stats.multiplicity import holm
 from foundry.errors import not_found
+from foundry.texts import counted
 
 
 @dataclass(frozen=True)
@@ -68,9 +69,9 @@ class Family:
         """Return the line that says what is declared; none where nothing is."""
         if not self.is_given:
             return []
-        rows = int(agreement["p_holm"].notna().sum() + edits["p_holm"].notna().sum())
+        rows = counted(int(agreement["p_holm"].notna().sum() + edits["p_holm"].notna().sum()), "row")
         names = ", ".join([*sorted(self.models), *sorted(self.edits)])
-        return [f"declared: {names}: p is corrected over {rows} rows of both tables, all others are exploratory"]
+        return [f"declared: {names}: p is corrected over {rows} of both tables, all others are exploratory"]
 
     def pairs(self, answers: Answers) -> list[tuple[Subject, Subject]]:
         """Return the declared pairs: those of a declared model, of two where several are; none with edits alone."""

@@ -58,6 +58,7 @@ def card(
 ) -> None:
     """Write one page about a model: every world that it was in, each measure beside null, best and the other models."""
     from analysis.paper.card import card as card_of
+    from foundry.texts import counted
 
     page = out or Path(f"card-{re.sub(r'[^A-Za-z0-9.-]+', '_', model)}.html")
     with _unpacked(folders) as sweeps:
@@ -73,7 +74,7 @@ def card(
             path.write_text(content, encoding="utf-8", newline="\n")
         except OSError as error:
             raise InputError(f"'{path}' cannot be written ({error.strerror}): name another page with --out.") from error
-    print(f"card of {model} in {len(made.settings)} setting{'s' * (len(made.settings) != 1)}: {page}, {text}")
+    print(f"card of {model} in {counted(len(made.settings), 'setting')}: {page}, {text}")
 
 
 @contextmanager

@@ -64,6 +64,7 @@ def _run_until_answered(composed: Composed) -> int:
     from foundry.composing.looks import stages
     from foundry.composing.preparing import checked
     from foundry.storing.standing import failures
+    from foundry.texts import counted
 
     check_view(composed.settings["view"])
     path = Path(composed.settings["output"]["dir"] or "")
@@ -76,7 +77,7 @@ def _run_until_answered(composed: Composed) -> int:
         stands = answered(found.contrasts)
         if found.planned is not None:
             failed = len(failures(ends))
-            missing = f"; as planned, {failed} failed runs are missing from it, with their pairs" if failed else ""
+            missing = f"; as planned, without the pairs of {counted(failed, 'failed run')}" if failed else ""
             say(f"{'answered' if stands else 'not answered'} at {found.planned.look}{missing}")
         if stands:
             break

@@ -18,7 +18,9 @@ from foundry.errors import InputError
 from foundry.expansion import FORMAT, Condition, Sweep, overridden, settings_key
 from foundry.naming import format_of
 from foundry.probing.drawing import Past, drawn, kept_of, listed, strata_of
-from foundry.storing.store import PROBE, RunFolder, SweepFolder, with_moments
+from foundry.running.difference import excerpts, first_difference
+from foundry.storing.store import PROBE, RunFolder, SweepFolder, with_moments, without_servers
+from foundry.texts import counted
 from foundry.worlds.base import Scenario
 from foundry.worlds.probe.editing import NONE, find_edits
 from foundry.worlds.probe.moments import Moment, Moments, by_run, questions_at
@@ -153,9 +155,10 @@ def compose_probe(
 
 
 def _told(moments: int, runs: int, conditions: int, repeats: int) -> str:
-    calls = moments * conditions * repeats
+    calls = counted(moments * conditions * repeats, "call")
+    asked = f"{counted(conditions, 'condition')}, {counted(repeats, 'repeat')}"
     return (
-        f"{moments} moments of {runs} runs, {conditions} conditions, {repeats} repeats: at most {calls:,} calls, "
+        f"{counted(moments, 'moment')} of {counted(runs, 'run')}, {asked}: at most {calls}, "
         "fewer where an edit changes nothing"
     )
 
@@ -193,11 +196,23 @@ def _source_config(runs: Sequence[RunFolder], given: set[str]) -> dict[str, Any]
 
 def _several(key: str, recorded: Sequence[Any]) -> InputError:
     """Return the error for runs that differ in what a probe has one of where nothing is said."""
-    names = dict.fromkeys(str(one["name"] if isinstance(one, Mapping) else one) for one in recorded)
-    if key == "prompt" and len(names) == 1:
-        key, names = FORMAT, dict.fromkeys(format_of(one) for one in recorded)
+    names = list(dict.fromkeys(str(one["name"] if isinstance(one, Mapping) else one) for one in recorded))
+    formats = list(dict.fromkeys(format_of(one) for one in recorded)) if key == "prompt" else []
+    if len(names) == 1 and len(formats) > 1:
+        key, names = FORMAT, formats
+    elif len(names) == 1:
+        names = [_unlike(names[0], recorded[0], recorded[1])]
     hint = "probe the sweep of one world" if key == "world" else f"choose with {key}="
     return InputError(f"The recorded runs have several {key.replace('_', ' ')}s ({', '.join(names)}): {hint}")
+
+
+def _unlike(name: str, first: Mapping[str, Any], second: Mapping[str, Any]) -> str:
+    """Return a name that two parts share, with the first setting in which they differ."""
+    found = first_difference(without_servers(first), without_servers(second))
+    if found is None:
+        return name
+    one, other = excerpts(*found[1:])
+    return f"{name} with {found[0]} {one} and {other}"
 
 
 def _moments(asked: _Asked, recorded: Mapping[str, Past], scenario: Scenario) -> tuple[Moments, dict[str, Past]]:

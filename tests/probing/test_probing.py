@@ -177,7 +177,14 @@ def test_a_probe_of_a_probe_or_of_several_worlds_is_refused(pilot: Path, probed:
     assert found.returncode == 2 and "a probe itself" in found.stderr
     done("model=scripted/stay", *WORLD, "world.agents=3", *QUIET, "output.dir=other", cwd=tmp_path)
     found = foundry("probe", "other", str(pilot), cwd=tmp_path)
-    assert found.returncode == 2 and "several worlds" in found.stderr
+    told = "several worlds (cafe_library with agents 3 and 4): probe the sweep of one world"
+    assert found.returncode == 2 and told in found.stderr
+
+
+def test_what_is_there_once_is_told_in_the_singular(pilot: Path, tmp_path: Path):
+    one = ("model=scripted/stay", "moments=1", "repeats=1", "edit=none", *QUIET, "output.dir=one")
+    told = done("probe", str(pilot), *one, cwd=tmp_path)
+    assert "1 moment of 1 run, 1 condition, 1 repeat: at most 1 call, fewer" in told
 
 
 def test_moments_and_whole_runs_never_share_a_folder(pilot: Path, tmp_path: Path):

@@ -156,7 +156,7 @@ def test_a_row_of_fewer_seeds_than_are_tested_is_described_and_counts_in_no_fami
     assert found["excess"].notna().all()
     for name in ("p", "p_holm"):
         assert found[name].tolist() == pytest.approx([1 / 2**SEEDS, np.nan], nan_ok=True)
-    assert "over 1 rows" in family.note(framed([], ("first", "second")), edits)[0]
+    assert "over 1 row of both" in family.note(framed([], ("first", "second")), edits)[0]
 
 
 def test_changes_of_few_seeds_are_shown_without_a_test():
