@@ -53,10 +53,10 @@ def measure(run: RoundsRun) -> dict[str, float]:
     - names, names_last, names_ever: different names that anyone said: in a round, mean over rounds; in the last one; in
       the whole run.
     - committed_share: share of what was said by those who were asked in the last round that is the committed name. NaN
-      where nobody is committed, or nothing was said.
+      where the world names none, or nothing was said.
     - turned: 1 where that is more than a half, else 0.
     - won_*: 1 where this is the name said most in the round of the consensus, else 0, by each name that the world is
-      set to. NaN without a consensus, and where a name is established or somebody committed to one, so that names are
+      set to. NaN without a consensus, and where the world names an established or a committed one, so that names are
       not alike from the start. The mean over runs is what share of consensuses a name wins; without any bias for one of
       k names it is 1/k. `equal_chances.csv` holds the counts of all against that.
 
