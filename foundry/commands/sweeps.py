@@ -137,11 +137,17 @@ def run_folder(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], 
             runner.run(job)
     except SweepInterrupted:
         _report_end(folder)
-        return fail(f"interrupted; go on with: {_going_on(folder)}", EXIT_INTERRUPTED)
+        return _interrupted(folder)
+    except KeyboardInterrupt:
+        return _interrupted(folder)
     except SweepStopped as error:
         _report_end(folder)
         return fail(f"the sweep was stopped: {error}", EXIT_FAILED)
     return _analyze_at_end(folder.path, folder.sweep, settings["analyze"], _report_end(folder))
+
+
+def _interrupted(folder: SweepFolder) -> int:
+    return fail(f"interrupted; go on with: {_going_on(folder)}", EXIT_INTERRUPTED)
 
 
 def _analyze_at_end(path: Path, sweep: Sweep, analyze: bool | str, code: int) -> int:

@@ -152,3 +152,4 @@ def test_a_second_ctrl_c_stops_at_once(workers: int, tmp_path: Path):
             output, _ = process.communicate(timeout=PATIENCE_S)
         assert process.returncode == 130, output
         assert "Traceback" not in output
+        assert "interrupted; go on with: foundry resume" in output
