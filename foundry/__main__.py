@@ -3,23 +3,31 @@
 from __future__ import annotations
 
 import os
-import sys
+import signal
 
 
 def main() -> None:
     """Run the command line and exit; the user may interrupt it while it is still being loaded."""
-    try:
-        from foundry import own_code
+    is_heeded = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if is_heeded:
+        signal.signal(signal.SIGINT, _end)
+    from foundry import own_code
 
-        own_code.working_directory_last()
-        from foundry.running.cores import seek_garbage_seldom
+    own_code.working_directory_last()
+    from foundry.running.cores import seek_garbage_seldom
 
-        seek_garbage_seldom()
-        from foundry import cli
-    except KeyboardInterrupt:
-        sys.stderr.write("foundry: interrupted\n")
-        os._exit(130)  # Python itself ends by the signal where that came in a text run by `exec`, as in dataclasses
+    seek_garbage_seldom()
+    from foundry import cli
+
+    if is_heeded:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     cli.main()
+
+
+def _end(*_: object) -> None:
+    """End at once: raised where Python takes a lock of an import back, an interrupt would be lost."""
+    os.write(2, b"foundry: interrupted\n")
+    os._exit(130)
 
 
 if __name__ == "__main__":
