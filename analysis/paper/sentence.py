@@ -12,7 +12,7 @@ import pandas as pd
 from analysis.prose import percent
 from analysis.signatures import READABLE_SUFFIX, describe
 from analysis.stats.contrasts import ALPHA
-from analysis.stats.factors import MODEL, context_of, find_factors
+from analysis.stats.factors import MODEL, find_factors, sides_of
 from analysis.stats.intervals import ENOUGH_FOR_CLAIMS, FEWEST_FOR_CLAIMS
 from analysis.stats.plan import DECLARED
 from analysis.stats.testing import NOT_TESTED
@@ -58,15 +58,11 @@ class Sides:
         """Return what is known of these groups."""
         own = [group for group in compared.groups if group not in compared.baselines]
         columns = compared.group_columns
-        factors = find_factors(pd.DataFrame(own, columns=list(columns), dtype=str), columns)
+        factors = find_factors(columns, own)
         shares = {
             group: compared.estimates[READABLE, group].mean for group in own if (READABLE, group) in compared.estimates
         }
-        unread = {
-            (one.name, group[columns.index(one.name)], context_of(columns, group, factors, one.name)): 1 - share
-            for group, share in shares.items()
-            for one in factors
-        }
+        unread = {side: 1 - share for group, share in shares.items() for side in sides_of(columns, group, factors)}
         alone = contrasts[contrasts["readable_only"].astype(bool)].to_dict("records")
         twins = {_key(row, str(row["measure"]).removesuffix(READABLE_SUFFIX)): row for row in alone}
         at = columns.index(MODEL) if MODEL in columns else None

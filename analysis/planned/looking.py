@@ -13,7 +13,7 @@ import pandas as pd
 
 from analysis.measuring.runs import RunResult
 from analysis.stats.contrasts import ALPHA
-from analysis.stats.factors import context_of, find_factors
+from analysis.stats.factors import find_factors, sides_of
 from analysis.stats.plan import EXPLORATORY
 from analysis.stats.stopping import error_of
 from analysis.stats.values import Group
@@ -39,12 +39,8 @@ def settings_by_side(results: Sequence[RunResult], groups: pd.DataFrame) -> dict
         if not result.baseline:
             own.setdefault(key, result.config)
     columns = list(groups.columns)
-    factors = find_factors(pd.DataFrame(list(own), columns=columns, dtype=str), columns)
-    return {
-        (one.name, key[columns.index(one.name)], context_of(columns, key, factors, one.name)): _hash(config)
-        for key, config in own.items()
-        for one in factors
-    }
+    factors = find_factors(columns, own)
+    return {side: _hash(config) for key, config in own.items() for side in sides_of(columns, key, factors)}
 
 
 def _hash(config: Mapping[str, Any]) -> str:
@@ -66,13 +62,13 @@ def counted(contrasts: pd.DataFrame, folder: Path, settings: Mapping[_Side, str]
         RecordError: what was kept of earlier looks cannot be read.
     """
     known = looks_of(folder)
-    kept = _sizes(known)
-    new = [one for one in _looks(contrasts, settings) if one.pairs not in _sizes_of(one, kept)]
+    kept, looked = _sizes(known), list(_looks(contrasts, settings))
+    new = [one for one in looked if one.pairs not in _sizes_of(one, kept)]
     if new:
         write_looks(folder, [*known, *new])
     sizes = _sizes([*known, *new])
     undeclared = (contrasts["claim"] == EXPLORATORY) & contrasts["p"].notna()
-    now = {_texts(one): _sizes_of(one, sizes) for one in _looks(contrasts, settings)}
+    now = {_texts(one): _sizes_of(one, sizes) for one in looked}
     pairs = [now.get(pair, []) for pair in contrasts[list(_PAIR)].astype(str).itertuples(index=False, name=None)]
     rows = zip(contrasts["look"], contrasts["note"], pairs, undeclared, contrasts["headline"], strict=True)
     told = [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -41,16 +41,17 @@ class Pair:
     baseline: bool = False
 
 
-def find_factors(frame: pd.DataFrame, candidates: Sequence[str]) -> tuple[Factor, ...]:
-    """Return those candidate columns that have several levels, as texts; seeds are never a factor."""
-    found = [Factor(name, tuple(frame[name].astype(str).unique())) for name in candidates if name not in _SEEDS]
+def find_factors(columns: Sequence[str], groups: Iterable[Group]) -> tuple[Factor, ...]:
+    """Return the columns in which groups differ, with their levels as texts; seeds are never a factor."""
+    frame = pd.DataFrame(list(groups), columns=list(columns), dtype=str)
+    found = [Factor(name, tuple(frame[name].astype(str).unique())) for name in columns if name not in _SEEDS]
     return tuple(factor for factor in found if len(factor.levels) > 1)
 
 
 def swept(values: SeedValues) -> tuple[Factor, ...]:
     """Return the factors of the groups that are no baselines."""
     kept = [group for group, baseline in zip(values.groups, values.baseline, strict=True) if not baseline]
-    return find_factors(pd.DataFrame(kept, columns=list(values.columns), dtype=str), values.columns)
+    return find_factors(values.columns, kept)
 
 
 def pairs(values: SeedValues) -> list[Pair]:
@@ -105,3 +106,10 @@ def context_of(columns: Sequence[str], group: Group, factors: Sequence[Factor], 
     """Return the settings of a group that were swept, all but one, as the table of contrasts names them."""
     own = dict(zip(columns, group, strict=True))
     return ", ".join(f"{factor.name}={own[factor.name]}" for factor in factors if factor.name != but)
+
+
+def sides_of(columns: Sequence[str], group: Group, factors: Sequence[Factor]) -> list[tuple[str, str, str]]:
+    """Return factor, level and context of a group in each factor, by which the table of contrasts names it."""
+    return [
+        (one.name, group[columns.index(one.name)], context_of(columns, group, factors, one.name)) for one in factors
+    ]

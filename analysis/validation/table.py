@@ -50,9 +50,11 @@ def validation_frame(results: Sequence[RunResult], groups: pd.DataFrame, compare
     first: dict[Group, RunResult] = {}
     for key, result in zip(group_keys(groups), results, strict=True):
         first.setdefault(key, result)
-    known = {world: facts_of(world) for world in {one.keys["world"] for one in first.values()}}
+    worlds = {one.keys["world"] for one in first.values()}
+    known = {world: facts_of(world) for world in worlds}
+    swept = {world: _swept(world, first, compared) for world in worlds}
     rows = [
-        _row(group, first, compared, facts)
+        _row(group, first, compared, facts, swept[first[group].keys["world"]])
         for group in compared.groups
         if group not in compared.baselines
         and (facts := known[first[group].keys["world"]]) is not None
@@ -61,7 +63,13 @@ def validation_frame(results: Sequence[RunResult], groups: pd.DataFrame, compare
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
-def _row(group: Group, first: Mapping[Group, RunResult], compared: Comparison, facts: Facts) -> dict[str, Any]:
+def _row(
+    group: Group,
+    first: Mapping[Group, RunResult],
+    compared: Comparison,
+    facts: Facts,
+    swept: Sequence[Factor],
+) -> dict[str, Any]:
     run = first[group]
     found = compared.estimates[facts.score, group]
     means = {
@@ -76,7 +84,7 @@ def _row(group: Group, first: Mapping[Group, RunResult], compared: Comparison, f
         "better": facts.better,
         "model": run.keys["model"],
         "prompt": run.keys["prompt"],
-        "settings": context_of(compared.group_columns, group, _swept(run.keys["world"], first, compared), MODEL),
+        "settings": context_of(compared.group_columns, group, swept, MODEL),
         "n": found.n,
         "mean": found.mean,
         "low": found.low,
@@ -101,7 +109,7 @@ def _swept(world: str, first: Mapping[Group, RunResult], compared: Comparison) -
     """Return what differs between the groups of a world that are no baselines."""
     own = [group for group in compared.groups if group not in compared.baselines]
     own = [group for group in own if first[group].keys["world"] == world]
-    return find_factors(pd.DataFrame(own, columns=list(compared.group_columns), dtype=str), compared.group_columns)
+    return find_factors(compared.group_columns, own)
 
 
 def nearest(model: str, published: Sequence[Published]) -> Published | None:
