@@ -282,8 +282,9 @@ def opened(paths: Sequence[Path]) -> list[SweepFolder]:
 def _check_runs_once(sweeps: Sequence[SweepFolder]) -> None:
     """Refuse a run that two of the folders hold, which began in both at the same time and took as long."""
     known: dict[tuple[str, str, float], Path] = {}
+    holders = Counter(run.id for sweep in sweeps for run in sweep.runs())
     for sweep in sweeps:
-        for end in filter(None, (run.summary() for run in sweep.runs())):
+        for end in filter(None, (run.summary() for run in sweep.runs() if holders[run.id] > 1)):
             other = known.setdefault((end.run, end.started, end.duration_s), sweep.path)
             if other != sweep.path:
                 raise InputError(

@@ -32,7 +32,7 @@ def legal_moves(x: IntArray, y: IntArray, world: GridSettings) -> BoolArray:
     return inside
 
 
-def blind_chances(run: GridRun, legal: BoolArray) -> FloatArray:
+def _blind_chances(run: GridRun, legal: BoolArray) -> FloatArray:
     """Return the chances of up, down, left and right of a blind agent that moves, (E, 4); 0 where nothing is legal.
 
     The shares of the ways are those of the moves asked for by counted decisions of all agents in cells where all four
@@ -61,7 +61,7 @@ def beyond_blind(run: GridRun, choice: IntArray, legal: BoolArray) -> FloatArray
         legal: which moves the edge allows, by decision, (E, 4).
     """
     asked = asked_ways(choice, legal)
-    return asked - np.where(asked.any(axis=1, keepdims=True), blind_chances(run, legal), 0.0)
+    return asked - np.where(asked.any(axis=1, keepdims=True), _blind_chances(run, legal), 0.0)
 
 
 def asked_ways(choice: IntArray, legal: BoolArray) -> BoolArray:
