@@ -191,7 +191,7 @@ def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
     """
     from foundry.composing.baselines import baselines_of
     from foundry.composing.preflight import check
-    from foundry.composing.preparing import runner_of
+    from foundry.composing.preparing import local_runner, runner_of
     from foundry.storing.store import SweepFolder
     from foundry.trust.targets import check_sweep_targets
 
@@ -203,8 +203,8 @@ def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
     if not sweep.runs:
         say(f"{opened.path} compares every baseline itself")
         return EXIT_OK
-    local = {"_target_": "foundry.running.local.LocalRunner"}
-    settings = {"runner": local, "cache": {"path": ""}, "analyze": False, "view": None, "record": {"frames": 0}}
+    runner = local_runner(opened.settings["runner"])
+    settings = {"runner": runner, "cache": {"path": ""}, "analyze": False, "view": None, "record": {"frames": 0}}
     folder = SweepFolder.create(opened.baselines_dir, sweep, settings, [])
     code = run_folder(folder, settings, check(sweep), runner_of(settings))
     if code == EXIT_INTERRUPTED:

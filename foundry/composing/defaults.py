@@ -132,7 +132,7 @@ def read_defaults(argv: Sequence[str] = ()) -> Defaults:
     if not file.is_file():
         return Defaults()
     check_config(file)
-    found = _resolved(load_plain(file.read_text(encoding="utf-8"), file), file)
+    found = resolved(load_plain(file.read_text(encoding="utf-8"), file), file)
     primary_file = paths.conf_dir() / f"{_PRIMARY}.yaml"
     primary = _content(primary_file.read_text(encoding="utf-8"), primary_file)
     groups = {name for entry in primary["defaults"] if isinstance(entry, dict) for name in entry}
@@ -142,7 +142,12 @@ def read_defaults(argv: Sequence[str] = ()) -> Defaults:
     return Defaults(choices, own)
 
 
-def _resolved(found: Any, file: Path) -> dict[str, Any]:
+def resolved(found: Any, file: Path) -> dict[str, Any]:
+    """Return settings as a file holds them, with the values that it takes from the environment.
+
+    Raises:
+        InputError: they are no settings, or a value cannot be read.
+    """
     from omegaconf import OmegaConf
     from omegaconf.errors import OmegaConfBaseException
 

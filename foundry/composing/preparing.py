@@ -10,6 +10,7 @@ from typing import Any
 
 from foundry.composing.collecting import Launch
 from foundry.composing.compose import Composed
+from foundry.composing.defaults import resolved
 from foundry.composing.launching import LauncherRunner
 from foundry.composing.preflight import check, check_begun, declare, notes_of
 from foundry.composing.settings import UNTIL
@@ -18,10 +19,12 @@ from foundry.expansion import Sweep
 from foundry.models.answers.addresses import settled
 from foundry.models.answers.opening import check_reachable
 from foundry.models.base import ModelInfo
+from foundry.paths import conf_dir
 from foundry.running.build import build
 from foundry.running.local import Runner, SweepJob
 from foundry.storing.determinism import SETTING
 from foundry.storing.growing import growth
+from foundry.storing.plain_yaml import load_plain
 from foundry.storing.store import SweepFolder, ensure_writable, fresh_folder, is_sweep
 from foundry.trust.repeating import repeat_calls
 
@@ -130,3 +133,23 @@ def runner_of(settings: Mapping[str, Any], launch: Launch | None = None) -> Runn
     """
     runner: Runner = build(settings["runner"]) if launch is None else LauncherRunner(launch)
     return runner
+
+
+def local_runner(recorded: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the settings that run a sweep's baselines on this machine.
+
+    Args:
+        recorded: the settings of the sweep's own runner. Its number of workers holds if it is local, too; a number of
+            a cluster's workers says nothing of this machine.
+
+    Returns:
+        The settings of the group `runner/local`, with FOUNDRY_WORKERS where the sweep leaves the number open.
+
+    Raises:
+        InputError: FOUNDRY_WORKERS cannot be read.
+    """
+    file = conf_dir() / "runner" / "local.yaml"
+    settings = resolved(load_plain(file.read_text(encoding="utf-8"), str(file)), file)
+    if recorded["_target_"] == settings["_target_"] and recorded.get("workers") is not None:
+        settings["workers"] = recorded["workers"]
+    return settings

@@ -12,9 +12,13 @@ from foundry.cli import run
 from foundry.commands.sweeps import run_baselines
 from foundry.composing.baselines import baselines_of
 from foundry.composing.compose import compose
+from foundry.composing.preparing import local_runner
 from foundry.expansion import Sweep, expand
+from foundry.running.build import build
 from foundry.storing.store import SweepFolder
 
+LOCAL = {"_target_": "foundry.running.local.LocalRunner"}
+DASK = {"_target_": "foundry.running.dask.DaskRunner", "workers": 64}
 SHORT = ("world.agents=3", "world.steps=3", "analyze=false")
 
 
@@ -46,19 +50,40 @@ def test_who_walks_about_is_the_null_in_3d_where_who_draws_could_act_too():
     assert models(found) == ["scripted/wander", "scripted/stay", "scripted/oracle"]
 
 
+def test_a_game_is_held_against_policies_of_its_own():
+    found = models(baselines_of(sweep("world=public_goods_punishment", "model=scripted/random", "seed=0")))
+    assert found == ["scripted/free_rider", "scripted/conditional"]
+
+
 def test_a_policy_that_the_sweep_compares_itself_is_left_out():
     assert models(baselines_of(sweep("model=scripted/random,scripted/oracle", "seed=0"))) == ["scripted/stay"]
 
 
+@pytest.mark.parametrize(
+    ("recorded", "variable", "workers"),
+    [({"workers": 3}, "2", 3), ({"workers": None}, "2", 2), ({}, "", None), (DASK, "2", 2)],
+)
+def test_they_take_the_workers_of_their_sweep_or_those_of_the_environment(recorded, variable, workers, monkeypatch):
+    if variable:
+        monkeypatch.setenv("FOUNDRY_WORKERS", variable)
+    else:
+        monkeypatch.delenv("FOUNDRY_WORKERS")
+    runner = local_runner({**LOCAL, **recorded})
+    assert (runner["_target_"], runner["workers"]) == (LOCAL["_target_"], workers)
+    build(runner)
+
+
+@pytest.mark.slow
 def test_they_are_run_beside_the_sweep_and_stand_in_its_tables(workspace: Path):
     assert run(["-m", "model=scripted/avoid,scripted/herd", "seed=0-1", *SHORT, "output.dir=s"]) == 0
     assert run_baselines(Path("s")) == 0
     beside = SweepFolder.open(SweepFolder.open("s").baselines_dir)
+    assert beside.settings["runner"]["workers"] == 1, "as FOUNDRY_WORKERS said to the sweep"
     assert statuses(beside.path) == ["complete"] * 6
     assert analyze([Path("s")], plots=False).runs["baseline"].tolist() == [False] * 4 + [True] * 6
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_baselines_that_could_not_be_run_show_in_the_exit_code_of_the_analysis(workspace: Path):
     assert run(["-m", "model=scripted/avoid,scripted/herd", "seed=0", *SHORT, "output.dir=s"]) == 0
     baselines = SweepFolder.open("s").baselines_dir
