@@ -17,7 +17,8 @@ def arrow_table(frame: pd.DataFrame) -> pa.Table:
     A column whose values have no common type, such as labels and numbers, becomes text: texts stay as they are, and all
     else is JSON.
     """
-    mixed = {name: _texts(frame[name]) for name in frame.columns if not _has_a_type(frame[name])}
+    objects = [name for name in frame.columns if frame[name].dtype == object]
+    mixed = {name: _texts(frame[name]) for name in objects if not _has_a_type(frame[name])}
     return pa.Table.from_pandas(frame.assign(**mixed), preserve_index=False)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from functools import cached_property
 from typing import Any
@@ -84,18 +85,22 @@ class SightLines:
 
     def reaches(self, eye: FloatArray, target: TargetSurfaces) -> bool:
         """Return whether anything of the target can be seen from `eye` (3,), in whatever direction it lies."""
-        return not self._opaque.size or any(self._meets(eye, point, target) for point in target.points)
+        if not self._opaque.size:
+            return True
+        origin = eye.tolist()
+        return any(self._meets(origin, point, target) for point in target.points.tolist())
 
     def points_seen(self, eye: FloatArray, target: TargetSurfaces) -> FloatArray:
         """Return those of the target's points, (k, 3), that nothing hides from `eye` (3,), in whatever direction."""
-        seen = [not self._opaque.size or self._meets(eye, point, target) for point in target.points]
+        origin = eye.tolist()
+        seen = [not self._opaque.size or self._meets(origin, point, target) for point in target.points.tolist()]
         return np.asarray(target.points[seen])
 
-    def _meets(self, eye: FloatArray, point: FloatArray, target: TargetSurfaces) -> bool:
+    def _meets(self, eye: list[float], point: list[float], target: TargetSurfaces) -> bool:
         part, cell, piece = self._answers
         if not self._locator.IntersectWithLine(eye, point, 1e-9, part, [0.0] * 3, [0.0] * 3, piece, cell):
             return True
-        left = (1.0 - part.get()) * float(np.linalg.norm(point - eye))
+        left = (1.0 - part.get()) * math.dist(eye, point)
         return left < FLUSH_M or int(self._surfaces.mesh[self._opaque[cell.get()]]) in target.meshes
 
 
