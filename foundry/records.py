@@ -457,7 +457,7 @@ class RunSummary(msgspec.Struct, frozen=True, kw_only=True):
         model_digest: digest of the model on its server, or null.
         server_version: version of the model's server, or null.
         counts: totals over the run.
-        started: ISO 8601, UTC.
+        started: ISO 8601, UTC; empty if the worker process of the run died.
         ended: ISO 8601, UTC.
         duration_s: wall time, seconds.
         error: cause of the failure in one line, or null.

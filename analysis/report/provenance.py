@@ -246,5 +246,5 @@ def period(found: Material) -> str:
     summaries = [member.summary for member in found.members if member.summary is not None]
     if not summaries:
         return "no run has ended"
-    first, last = min(one.started for one in summaries), max(one.ended for one in summaries)
+    first, last = min(one.started or one.ended for one in summaries), max(one.ended for one in summaries)
     return f"{first[:19].replace('T', ' ')} to {last[:19].replace('T', ' ')} UTC"

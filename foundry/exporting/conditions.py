@@ -66,7 +66,7 @@ class ExportedCondition:
         config: its configuration.
         factors: the swept overrides and their values.
         asked: how many runs it has.
-        runs: those of them that have ended, at least one.
+        runs: those of them that have ended.
     """
 
     sweep: str
@@ -129,7 +129,7 @@ def named(texts: Sequence[str]) -> uuid.UUID:
 
 
 def conditions(folder: SweepFolder) -> list[ExportedCondition]:
-    """Return the conditions of which a run has ended.
+    """Return the conditions with their runs that have ended.
 
     Raises:
         RecordError: `run.json` of a run cannot be read.
@@ -139,11 +139,7 @@ def conditions(folder: SweepFolder) -> list[ExportedCondition]:
     runs: dict[int, list[RunFolder]] = {}
     for run in folder.runs():
         runs.setdefault(run.run.condition, []).append(run)
-    return [
-        found
-        for number, mine in sorted(runs.items())
-        if (found := _condition(name, number, folder, mine, scrubber)).runs
-    ]
+    return [_condition(name, number, folder, mine, scrubber) for number, mine in sorted(runs.items())]
 
 
 def _condition(
@@ -162,4 +158,5 @@ def _condition(
 
 
 def _scrubbed(summary: RunSummary, scrubber: Scrubber) -> RunSummary:
-    return msgspec.convert(scrubber.value(msgspec.to_builtins(summary)), RunSummary)
+    found = msgspec.convert(scrubber.value(msgspec.to_builtins(summary)), RunSummary)
+    return msgspec.structs.replace(found, started=found.started or found.ended)

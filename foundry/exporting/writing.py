@@ -54,7 +54,8 @@ def write(what: str, folder: SweepFolder, out: Path | None, scores: Scores) -> W
         RecordError: a recorded file is damaged.
     """
     writer = _writer(what)
-    found = conditions(folder)
+    every = conditions(folder)
+    found = [one for one in every if one.runs]
     if not found:
         raise InputError(
             f"No run of '{folder.path}' has ended, so nothing can be exported: foundry resume goes on with it."
@@ -64,7 +65,7 @@ def write(what: str, folder: SweepFolder, out: Path | None, scores: Scores) -> W
     if any(path.iterdir()):
         raise InputError(f"'{path}' holds files: name a new or an empty folder for the export.")
     files = writer(found, scores, path)
-    return Written(path, files.paths, sum(len(one.runs) for one in found), (*_missing(found), *files.notes))
+    return Written(path, files.paths, sum(len(one.runs) for one in found), (*_missing(every), *files.notes))
 
 
 def _writer(what: str) -> Write:
@@ -82,6 +83,6 @@ def _emptied(path: Path) -> Path:
     return path
 
 
-def _missing(found: list[ExportedCondition]) -> list[str]:
-    left = {one.label: one.asked - len(one.runs) for one in found}
+def _missing(every: Sequence[ExportedCondition]) -> list[str]:
+    left = {one.label: one.asked - len(one.runs) for one in every}
     return [f"{condition}: {runs} runs that have not ended are left out" for condition, runs in left.items() if runs]

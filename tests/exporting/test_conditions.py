@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import hashlib
+import shutil
 import sys
+from datetime import UTC, datetime
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from commands import foundry
-from exporting.conftest import REFUSAL, exported
+from exporting.conftest import MADE_UP, REFUSAL, exported
 from foundry.commands.exporting import scores_of
 from foundry.errors import InputError
 from foundry.exporting.conditions import conditions, named
+from foundry.exporting.every_eval_ever.record import record
+from foundry.storing.run_writer import write_run_summary
 from foundry.storing.store import SweepFolder
 
 
@@ -28,6 +33,21 @@ def test_a_condition_has_its_runs_and_says_nothing_of_the_server(sweep: SweepFol
     call = next(served.runs[0].calls())
     assert call.host is None and next(sweep.runs()[0].calls()).host is not None
     assert served.config["model"]["server"]["hosts"] == "http://127.0.0.1"
+
+
+def test_a_record_lasts_from_the_first_start_that_is_known_to_the_last_end(sweep: SweepFolder, tmp_path: Path):
+    copy = SweepFolder.open(shutil.copytree(sweep.path, tmp_path / "out"))
+    times = [(1, 4), (2, 3), (0, 2), (0, 3), (2, 3), (1, 4)]  # 0: nobody knows, since the worker process died
+    for run, (started, ended) in zip(copy.runs(), times, strict=True):
+        known = {"started": time_of(started) if started else "", "ended": time_of(ended)}
+        write_run_summary(run, msgspec.structs.replace(run.summary(), **known))
+    made = [record(one, MADE_UP) for one in conditions(copy)]
+    lasted = [(one["evaluation_timestamp"], one["retrieved_timestamp"]) for one in made]
+    assert lasted == [("1", "4"), ("2", "3"), ("1", "4")]
+
+
+def time_of(second: int) -> str:
+    return datetime.fromtimestamp(second, UTC).isoformat()
 
 
 def test_a_condition_keeps_its_names_and_another_has_others(sweep: SweepFolder):

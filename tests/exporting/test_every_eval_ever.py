@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 
 from exporting.conftest import MADE_UP, exported
@@ -15,6 +17,7 @@ from foundry.exporting.conditions import conditions
 from foundry.exporting.every_eval_ever.record import model_id, record
 from foundry.exporting.every_eval_ever.writing import check
 from foundry.exporting.parameters import sampling
+from foundry.storing.run_writer import write_run_summary
 from foundry.storing.store import SweepFolder
 
 FAMILY = ("outcome.readable", "outcome.failure_rate", "idle_rate.chosen")
@@ -68,6 +71,30 @@ def test_a_measure_without_a_better_end_is_left_out_with_the_reason(sweep: Sweep
 def test_a_condition_without_a_result_has_no_record(sweep: SweepFolder, told: str):
     assert set(records(sweep)) == {"ollama/qwen3:4b", "scripted/random"}
     assert "cafe_library, llama3.2, paper: no record, since no declared measure with a better end has a value" in told
+
+
+def test_runs_that_failed_or_have_not_ended_are_counted_and_are_in_no_mean(sweep: SweepFolder, tmp_path: Path):
+    copy = SweepFolder.open(shutil.copytree(sweep.path, tmp_path / "out", ignore=shutil.ignore_patterns("analysis")))
+    first, _, *refused, scripted, _ = copy.runs()
+    for run in (first, *refused):
+        (run.path / "run.json").unlink()
+    write_run_summary(scripted, msgspec.structs.replace(scripted.summary(), status="failed", error="gone"))
+    told = exported("eee", "out", *OPTIONS, cwd=tmp_path)
+    assert "cafe_library, qwen3:4b, paper: 1 runs that have not ended are left out" in told
+    assert "cafe_library, llama3.2, paper: 2 runs that have not ended are left out" in told
+    assert told.count("left out") == 2 and "2 files with 3 runs in" in told
+    details = {name: one["evaluation_results"][0]["score_details"] for name, one in records(copy).items()}
+    runs = {name: tuple(one["details"].values()) for name, one in details.items()}
+    assert runs == {"ollama/qwen3:4b": ("2", "1"), "scripted/random": ("2", "1")}
+    assert [one["uncertainty"] for one in details.values()] == [{"num_samples": 1}] * 2
+    for run in copy.runs():
+        (run.path / "run.json").unlink(missing_ok=True)
+    assert "has ended, so nothing can be exported" in exported("eee", "out", cwd=tmp_path, code=2)
+
+
+def test_a_folder_that_holds_files_is_refused(sweep: SweepFolder, tmp_path: Path):
+    (tmp_path / "there").touch()
+    assert "holds files" in exported("eee", "out", str(tmp_path), cwd=sweep.path.parent, code=2)
 
 
 def test_files_lie_where_the_datastore_has_them_and_are_the_same_every_time(sweep: SweepFolder, tmp_path: Path):
