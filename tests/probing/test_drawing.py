@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 
-from foundry.probing.drawing import Past, drawn, strata_of
-from foundry.records import Call
+from foundry.errors import InputError
+from foundry.probing.drawing import Past, drawn, kept_of, listed, strata_of
+from foundry.records import Attempt, Call
+from foundry.storing.run_writer import RunWriter
 from foundry.worlds.base import Answer, Question
 from foundry.worlds.grid.layouts import Uniform
 from foundry.worlds.grid.world import GridScenario
 from foundry.worlds.probe.moments import Moment
+from made_up_runs import sweep
 
 UP = '{"action": "move", "direction": "up", "memory": "", "reasoning": ""}'
 HELLO = '{"message": "Hello.", "reasoning": ""}'
@@ -64,7 +69,57 @@ def test_without_a_window_all_kinds_of_a_step_are_taken():
 def test_the_same_seed_draws_the_same_and_another_one_others():
     recorded = runs(2, steps=20, agents=5)
     first, again, other = (drawn(recorded, 10, seed, 5, {}) for seed in (1, 1, 2))
-    assert first == again != other
+    assert first == sorted(again) == drawn(dict(reversed(recorded.items())), 10, 1, 5, {}) != other
+
+
+def test_no_recorded_moment_is_more_likely_than_another():
+    calls = [call(step, agent, kind) for step in (1, 2, 3, 4) for agent in (0, 1, 2) for kind in ("action", "message")]
+    recorded = {run: Past(0, calls) for run in ("a", "b")}
+    found = Counter(moment for seed in range(960) for moment in drawn(recorded, 1, seed, 2, {}))
+    assert len(found) == 48 and min(found.values()) >= 10 and max(found.values()) <= 40
+
+
+def test_what_is_taken_of_a_recorded_run_does_not_tell_how_its_calls_were_sent(tmp_path: Path):
+    (run,) = sweep(tmp_path / "sweep", models=("first",), seeds=(3,)).runs()
+    attempts = (Attempt(error="gone", elapsed_s=0.1, busy=False),)
+    sent = {"host": "http://gpu", "attempts": attempts, "served_model": "m", "server_version": "v"}
+    writer = RunWriter(run, "")
+    writer.append_calls([msgspec.structs.replace(call(1, agent, text=HELLO), **sent) for agent in (0, 1)])
+    writer.close()
+    assert Past.of(run) == Past(3, [call(1, agent, text=HELLO) for agent in (0, 1)])
+
+
+OTHERWISE = "is of runs that answered otherwise"
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda content: content["runs"]["run1"].update(sha256="0" * 64), OTHERWISE),
+        (lambda content: content["runs"]["run1"].update(seed=9), OTHERWISE),
+        (lambda content: content["runs"].pop("run1"), OTHERWISE),
+        (lambda content: content["moments"].reverse(), OTHERWISE),
+        (lambda content: content["moments"].insert(0, content["moments"][0]), OTHERWISE),
+        (lambda content: content["moments"][-1].__setitem__(0, "nobody"), "Run 'nobody'"),
+        (lambda content: content["runs"].update(nobody=content["runs"].pop("run0")), OTHERWISE),
+        (lambda content: content["moments"].clear(), "lists no moment"),
+    ],
+)
+def test_a_file_lists_moments_of_the_recorded_runs_and_is_refused_where_it_is_of_others(
+    change: Callable[[dict[str, Any]], object], said: str, tmp_path: Path
+):
+    recorded, file = runs(2, steps=4, agents=2), tmp_path / "moments.json"
+    kept, past = kept_of(drawn(recorded, 8, 0, 1, {}), recorded)
+    assert {run: max(call.step for call in one.calls) for run, one in past.items()} == {
+        run: max(moment.step for moment in kept.moments if moment.run == run) for run in past
+    }
+    file.write_bytes(msgspec.json.encode(kept))
+    assert listed(file, recorded) == kept
+    content = msgspec.json.decode(file.read_bytes())
+    change(content)
+    file.write_bytes(msgspec.json.encode(content))
+    with pytest.raises(InputError, match=said):
+        listed(file, recorded)
 
 
 def small() -> GridScenario:

@@ -84,6 +84,7 @@ def test_an_order_that_holds_turns_round_never():
     assert found["floor"] == 0
 
 
+@pytest.mark.slow
 def test_a_probe_asks_in_formats_and_finds_who_reads_them(pilot: Path, tmp_path: Path):
     (tmp_path / "mine" / "model").mkdir(parents=True)
     (tmp_path / "mine" / "model" / "bracketed.yaml").write_text("_target_: policies.Bracketed\nname: bracketed\n")

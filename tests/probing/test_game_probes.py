@@ -43,7 +43,7 @@ def past_of(run: RunFolder, step: int, agent: int) -> tuple[int, bool] | None:
     return None if step == 1 else (len(went), agent in {line["agent"] for line in went})
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_who_goes_by_the_last_evening_changes_with_what_is_told_of_it_and_with_nothing_else(probed: Path):
     recorded = {run.id: run for name in ("coin", "always_go") for run in runs(probed.parent / name)}
     unedited, reversed_, forgotten = (chosen(probed, edit) for edit in ("none", "others_went", "no_history"))
@@ -72,7 +72,7 @@ def test_who_goes_by_the_last_evening_changes_with_what_is_told_of_it_and_with_n
     assert table["distance"]["others_went"] == pytest.approx(sum(shares) / len(shares))
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_probe_of_a_game_is_a_sweep_like_any_other(probed: Path):
     folder = probed.parent
     assert "10 identical" in done("verify", "probed", "--workers", "1", "--trust-targets", "policies", cwd=folder)

@@ -51,6 +51,7 @@ def noted(folder: Path) -> list[tuple[str, int | None, int | None, int | None, s
     return [(one.run, one.step, one.agent, one.moment, one.text) for one in notes_of(folder).notes]
 
 
+@pytest.mark.slow
 def test_a_note_on_a_moment_is_found_by_a_search_and_leads_to_it(mine: Path):
     resources = Resources(mine)
     resources.take_note("probed", note(mine, 7, "It turned back."))

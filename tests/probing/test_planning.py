@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from pathlib import Path
 
+import pytest
+
 from probing.conftest import done, lines, runs
 
 ASKED = ("-m", "model=scripted/herd,scripted/avoid", "edit=no_fire,mirror", "moments=20", "repeats=2")
 
 
+@pytest.mark.slow
 def test_a_plan_counts_the_calls_that_the_probe_then_makes(pilot: Path, tmp_path: Path):
     told = done("probe", str(pilot), "--plan", *ASKED, "output.dir=out", cwd=tmp_path)
     rows = [line.split() for line in told.splitlines()]

@@ -113,7 +113,7 @@ def test_a_model_under_another_name_does_not_differ_from_itself(probed: Path):
     assert same["distance"] == 0
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_model_that_is_sampled_anew_does_not_differ_from_itself(pilot: Path):
     again = ("-m", "model=scripted/random", "sampling_seed=1,2", "output.dir=anew")
     done("probe", "pilot", *again, "moments=30", "repeats=8", cwd=pilot.parent)
@@ -122,6 +122,7 @@ def test_a_model_that_is_sampled_anew_does_not_differ_from_itself(pilot: Path):
     assert row["distance"] > 0 and row["excess_low"] < 0 < row["excess_high"]
 
 
+@pytest.mark.slow
 def test_the_same_moments_can_be_given_again_and_are_verified_and_handed_on(pilot: Path, probed: Path, tmp_path: Path):
     given = f"moments={probed / 'moments.json'}"
     done("probe", str(pilot), "model=scripted/stay", given, "repeats=1", "output.dir=out", *QUIET, cwd=tmp_path)
@@ -224,6 +225,7 @@ def test_what_a_probe_has_not_is_refused(probed: Path):
         assert found.returncode == 2 and said in found.stderr and found.stderr.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_games_are_probed_too(tmp_path: Path):
     done("-m", "world=frozen_lake", "model=scripted/random", "seed=0-1", *QUIET, "output.dir=lake", cwd=tmp_path)
     told = done("probe", "lake", "-m", "model=scripted/random,scripted/planner", "moments=6", "repeats=2",
@@ -237,14 +239,15 @@ def test_games_are_probed_too(tmp_path: Path):
 STATION = ("world=kibo", "world.camera.width=64", "world.camera.height=48", "world.steps=4")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("world", "model", "edit"),
     [
         (WORLD, "qwen3:4b", "no_fire"),
         pytest.param(
-            ("world=bar", "world.agents=4", "world.steps=4"), "qwen3:4b", "no_history", marks=pytest.mark.slow
+            ("world=bar", "world.agents=4", "world.steps=4"), "qwen3:4b", "no_history", marks=pytest.mark.exhaustive
         ),
-        pytest.param(STATION, "qwen2.5vl:3b", "mirror_image", marks=pytest.mark.slow),
+        pytest.param(STATION, "qwen2.5vl:3b", "mirror_image", marks=pytest.mark.exhaustive),
     ],
 )
 def test_a_probe_that_is_killed_goes_on_and_pays_for_nothing_twice(
@@ -258,7 +261,7 @@ def test_a_probe_that_is_killed_goes_on_and_pays_for_nothing_twice(
     arguments = ("probe", "pilot", "moments=8", "repeats=3", "window=1", f"edit={edit}", *QUIET, "output.dir=out")
     with OllamaServer(holding) as server:
         with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
-            wait_until(lambda: holding.held, "the calls are held back")
+            wait_until(lambda: holding.held, "the calls are held back", process)
             cache = tmp_path / "outputs" / "answers.sqlite"
             wait_until(lambda: cached_answers(cache) == free + 9, "every answer given is in the cache")
             kill(process.pid)

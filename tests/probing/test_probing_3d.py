@@ -40,7 +40,7 @@ def chosen(path: Path, model: str, edit: str) -> list[str]:
     return [line["action"] for run in found for line in lines(run)]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_who_reads_images_follows_their_mirror_and_changes_without_them_and_who_reads_none_does_not(walked: Path):
     probed, found = walked / "probed", edits(walked / "probed")
     asked = {(run.id, call.step): call.messages for run in runs(walked / "pilot") for call in run.calls()}
@@ -59,7 +59,7 @@ def test_who_reads_images_follows_their_mirror_and_changes_without_them_and_who_
     assert found["scripted/oracle", "blank_image"] == found["scripted/oracle", "other_image"] == 0
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_probe_of_a_3d_world_is_verified_and_handed_on(walked: Path):
     done("bundle", "probed", "probed.tar.zst", cwd=walked)
     done("unbundle", "probed.tar.zst", "again", cwd=walked)

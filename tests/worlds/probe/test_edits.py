@@ -7,43 +7,52 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from foundry.errors import InputError
 from foundry.worlds.base import Answer, Question
 from foundry.worlds.grid.layouts import Explicit
+from foundry.worlds.grid.space import OFFSETS
 from foundry.worlds.grid.world import GridScenario
 from foundry.worlds.probe.editing import LEAVES, NONE, UNEDITED, edits_for, find_edit, find_edits, observing
+from foundry.worlds.probe.edits.grid.rename_agents import HIGHER
 
 GRID = {edit.name: edit for edit in edits_for("grid")}
+PLACED = {"fires", "places", "neighbours", "seen", "exits", "zones", "food", "burning", "window", "open"}
 CHANGES = {
-    "no_fire": {"fires"},
+    "no_fire": {"fires", "burning", "window"},
     "no_messages": {"received"},
     "no_history": {"memory", "received"},
-    "no_persona": {"persona", "neighbours"},
-    "swap_persona": {"persona", "neighbours"},
+    "no_persona": {"persona", "neighbours", "seen"},
+    "swap_persona": {"persona", "neighbours", "seen"},
     "shuffle_neighbours": {"neighbours"},
     "rename_places": {"places", "place", "neighbours"},
-    "mirror": {"x", "fires", "places", "neighbours"},
-    "rotate": {"x", "y", "fires", "places", "neighbours"},
-    "rename_agents": {"agent", "neighbours", "received"},
+    "mirror": {"x", *PLACED},
+    "rotate": {"x", "y", *PLACED},
+    "rename_agents": {"agent", "neighbours", "received", "seen", "touchable"},
 }
 EVERYWHERE = {"blank_image", "other_image", "permute_options", "no_messages", "no_persona", "swap_persona"}
 
 
-def world(cells: list[list[int]]) -> GridScenario:
+FURNITURE: dict[str, Any] = {
+    "view": 5, "exits": [{"name": "door", "cells": [[-9, 0], [-9, 1]]}], "energy": {"start": 9}, "sharing": True,
+    "zones": [{"name": "pit", "corners": [[-9, 5], [-9, 9]], "risk": 0}], "food": {"share": 0.1, "amount": 2},
+}  # fmt: skip
+
+
+def world(cells: list[list[int]], **parts: Any) -> GridScenario:
     return GridScenario(
         name="small", half_size=9, agents=len(cells), steps=3, layout=Explicit(positions=cells),
         places=[{"name": "hall", "type": "hall", "center": [-5, 0], "extent": [2, 2], "capacity": 3}],
         fires=[{"name": "great", "start": 1, "position": [3, 2], "intensity": 0.5, "radius": 9}],
-        personas={"age": {"young": 1, "old": 1}}, communication_distance=9,
-        history={"memory": 3, "messages": 3},
+        personas={"age": {"young": 1, "old": 1}, "trade": {"baker": 1, "smith": 1}}, communication_distance=9,
+        history={"memory": 3, "messages": 3}, **parts,
     )  # fmt: skip
 
 
-def questions(cells: list[list[int]], seed: int) -> Iterator[Question]:
-    played = world(cells).start(seed)
+def questions(cells: list[list[int]], seed: int, parts: dict[str, Any]) -> Iterator[Question]:
+    played = world(cells, **parts).start(seed)
     while not played.finished:
         asked = played.pending()
         yield from asked
@@ -51,8 +60,10 @@ def questions(cells: list[list[int]], seed: int) -> Iterator[Question]:
         played.advance([Answer(said[one.kind == "action"]) for one in asked])
 
 
-cells = st.lists(st.tuples(st.integers(-9, 9), st.integers(-9, 9)).map(list), min_size=1, max_size=4)
-drawn = st.builds(lambda where, seed: list(questions(where, seed)), cells, st.integers(0, 99))
+cells = st.lists(st.tuples(st.integers(-8, 9), st.integers(-9, 9)).map(list), min_size=1, max_size=4)
+episodes = st.tuples(cells, st.integers(0, 99), st.sampled_from([{}, FURNITURE]))
+CROWD = [[3, 2], [4, 2], [4, 3], [2, 1], [3, 2]], 7, FURNITURE
+"""Five who see each other, a fire, food; some have a neighbour of their age before one of another."""
 
 
 def test_all_that_are_shipped_for_the_grid_are_known_and_say_what_they_leave():
@@ -61,9 +72,10 @@ def test_all_that_are_shipped_for_the_grid_are_known_and_say_what_they_leave():
     assert {edit.name for edit in edits_for("mine")} == EVERYWHERE
 
 
-@given(drawn)
-def test_an_edit_changes_its_own_keys_alone_and_leaves_the_question_it_was_given(asked: list[Question]):
-    for question in asked:
+@example(CROWD)
+@given(episodes)
+def test_an_edit_changes_its_own_keys_alone_and_leaves_the_question_it_was_given(episode: tuple[Any, ...]):
+    for question in questions(*episode):
         before = copy.deepcopy(question)
         for name, edit in GRID.items():
             changed = edit.applied(question)
@@ -75,75 +87,112 @@ def test_an_edit_changes_its_own_keys_alone_and_leaves_the_question_it_was_given
                 assert observing(changed, **{key: question.observation[key] for key in other}) == question
 
 
-@given(drawn)
-def test_what_is_taken_away_is_gone_and_cannot_be_taken_again(asked: list[Question]):
-    for question in asked:
+@example(CROWD)
+@given(episodes)
+def test_what_is_taken_away_is_gone_and_cannot_be_taken_again(episode: tuple[Any, ...]):
+    for question in questions(*episode):
         for name in ("no_fire", "no_messages", "no_history", "no_persona", "rename_places"):
             changed = GRID[name].applied(question)
             assert changed is None or GRID[name].applied(changed) is None
 
 
-def test_what_was_heard_is_taken_away():
-    heard = next(one for one in questions([[0, 0], [1, 0]], 0) if one.observation["received"])
-    changed = GRID["no_messages"].applied(heard)
-    assert changed is not None and changed.observation["received"] == []
-
-
-@given(drawn)
-def test_a_mirror_keeps_distances_and_its_mirror_is_what_was(asked: list[Question]):
-    def gaps(question: Question) -> list[float]:
-        seen = question.observation
-        things: list[dict[str, Any]] = [*seen["fires"], *seen["neighbours"], *seen["places"]]
-        return [abs(seen["x"] - one["x"]) for one in things]
-
-    mirror = GRID["mirror"]
-    for question in asked:
-        changed = mirror.applied(question)
-        assert changed is not None and gaps(changed) == gaps(question)
-        assert all(place["x_min"] <= place["x"] <= place["x_max"] for place in changed.observation["places"])
-        assert mirror.applied(changed) == question
-    assert [mirror.expected(one) for one in ("left", "right", "up", "stay")] == ["right", "left", "up", "stay"]
-
-
-@pytest.mark.parametrize(
-    ("name", "window", "open_ways", "other", "zone"),
-    [
-        ("mirror", ["A..", ".@.", "#.f"], ["up", "right"], (1, 5), (-5, -3, 2, 6)),
-        ("rotate", ["A.#", ".@.", "..f"], ["down", "left"], (-5, 3), (-6, -2, 3, 5)),
-    ],
+seeing = st.builds(
+    lambda kind, images: Question(1, 0, kind, {}, tuple(images)),
+    st.sampled_from(["move", "look"]),
+    st.lists(st.sampled_from([b"1", b"2"]), max_size=2),
 )
-def test_what_is_seen_moves_with_where_it_is(
-    name: str, window: list[str], open_ways: list[str], other: tuple[int, int], zone: tuple[int, int, int, int]
+
+
+@example(
+    Question(1, 0, "move", {}, (b"1",)), [Question(1, 1, "look", {}, (b"2",)), Question(1, 2, "move", {}, (b"1",))]
+)
+@given(seeing, st.lists(seeing, max_size=5))
+def test_images_are_exchanged_for_as_many_others_that_were_seen_in_a_moment_of_the_kind(
+    question: Question, others: list[Question]
 ):
-    seen = {
-        "x": -2 if name == "mirror" else 2, "y": 4, "window": ["..A", ".@.", "f.#"], "open": ["up", "left"],
-        "seen": [{"id": 1, "x": -1 if name == "mirror" else 3, "y": 5, "persona": {}}],
-        "zones": [{"name": "pit", "x_min": 3, "x_max": 5, "y_min": 2, "y_max": 6, "risk": 1.0}],
-    }  # fmt: skip
-    changed = GRID[name].applied(Question(1, 0, "action", seen))
-    assert changed is not None
-    found = changed.observation
-    assert (found["window"], found["open"]) == (window, open_ways)
-    (agent,), (pit,) = found["seen"], found["zones"]
-    assert (agent["x"], agent["y"]) == other
-    assert (agent["x"] - found["x"], agent["y"] - found["y"]) == (-1, 1), "as the window shows it"
-    assert (pit["x_min"], pit["x_max"], pit["y_min"], pit["y_max"]) == zone
+    seen = {one.images for one in others if one.kind == question.kind and len(one.images) == len(question.images)}
+    changed = GRID["other_image"].applied(question, others)
+    assert (question if changed is None else changed).images in (seen - {question.images} or {question.images})
 
 
-@given(drawn)
-def test_what_is_exchanged_or_shuffled_is_the_same_together(asked: list[Question]):
-    for question in asked:
-        swapped, shuffled = GRID["swap_persona"].applied(question), GRID["shuffle_neighbours"].applied(question)
-        if swapped is not None:
-            assert sorted(map(str, personas(swapped))) == sorted(map(str, personas(question)))
-            assert swapped.observation["persona"] != question.observation["persona"]
-        if shuffled is not None:
-            near = shuffled.observation["neighbours"]
-            assert sorted(near, key=lambda one: one["id"]) == question.observation["neighbours"]
+def gaps(question: Question) -> list[float]:
+    """Return how far everything is that is told, squared; corners of rectangles, too."""
+    seen = question.observation
+    boxes = [*seen["places"], *seen.get("zones", ())]
+    assert all(one["x_min"] <= one["x_max"] and one["y_min"] <= one["y_max"] for one in boxes)
+    things = [one for key in ("fires", "places", "neighbours", "seen", "exits", "food") for one in seen.get(key, ())]
+    points = [(one["x"], one["y"]) for one in things] + [tuple(cell) for cell in seen.get("burning", ())]
+    points += [(one[x], one[y]) for one in boxes for x in ("x_min", "x_max") for y in ("y_min", "y_max")]
+    return sorted((x - seen["x"]) ** 2 + (y - seen["y"]) ** 2 for x, y in points)
 
 
-def personas(question: Question) -> list[Any]:
-    return [question.observation["persona"], *(one["persona"] for one in question.observation["neighbours"])]
+def is_drawn_as_told(question: Question) -> bool:
+    """Tell whether the window shows agents and food where they are said to be, and walls where no way is open."""
+    seen = question.observation
+    if "window" not in seen:
+        return True
+
+    def mark(dx: int, dy: int) -> str:
+        return str(seen["window"][seen["view"] - dy][seen["view"] + dx])
+
+    marks = [(mark(one["x"] - seen["x"], one["y"] - seen["y"]), "A@") for one in seen["seen"]]
+    marks += [(mark(one["x"] - seen["x"], one["y"] - seen["y"]), "fA@*") for one in seen["food"]]
+    ways = {way for way, cell in OFFSETS.items() if mark(*cell) != "#"}
+    return ways == {*seen["open"]} and all(found in known for found, known in marks)
+
+
+@pytest.mark.parametrize(("name", "times"), [("mirror", 2), ("rotate", 4)])
+@example(episode=CROWD)
+@given(episode=episodes)
+def test_what_is_turned_is_as_far_as_it_was_and_drawn_where_it_is_told_and_comes_back(
+    name: str, times: int, episode: tuple[Any, ...]
+):
+    edit = GRID[name]
+    for question in questions(*episode):
+        now = question
+        for _ in range(times):
+            changed = edit.applied(now)
+            assert changed is not None and gaps(changed) == gaps(now) and is_drawn_as_told(changed)
+            opened = [edit.expected(way) for way in now.observation.get("open", ())]
+            assert changed.observation.get("open", []) == sorted(opened, key=[*OFFSETS].index)
+            now = changed
+        assert now == question
+    assert edit.expected("stay") == "stay"
+
+
+def people(question: Question) -> dict[int, dict[str, str]]:
+    """Return the persona of each agent that is told of, which is the same wherever it is told."""
+    seen = question.observation
+    found = {seen["agent"]: seen["persona"]}
+    for one in (*seen["neighbours"], *seen.get("seen", ())):
+        assert found.setdefault(one["id"], one["persona"]) == one["persona"]
+    return found
+
+
+@example(CROWD)
+@given(episodes)
+def test_agents_are_the_same_persons_wherever_they_are_told_of(episode: tuple[Any, ...]):
+    swap_age = find_edit("swap_persona.age", world([[0, 0]]))
+    for question in questions(*episode):
+        own, before = question.observation["agent"], people(question)
+        whole, age, renamed, shuffled, nobody = (
+            question if (changed := edit.applied(question)) is None else changed
+            for edit in (
+                GRID["swap_persona"],
+                swap_age,
+                *map(GRID.get, ("rename_agents", "shuffle_neighbours", "no_persona")),
+            )
+            if edit is not None
+        )
+        assert people(renamed) == {agent + HIGHER: persona for agent, persona in before.items()}
+        touchable = question.observation.get("touchable", [])
+        assert renamed.observation.get("touchable", []) == [agent + HIGHER for agent in touchable]
+        assert people(shuffled) == before and not any(people(nobody).values())
+        near = [one["id"] for one in question.observation["neighbours"]]
+        for swapped, names in ((whole, ("age", "trade")), (age, ("age",))):
+            other = next((one for one in near if any(before[one][name] != before[own][name] for name in names)), own)
+            gained, lost = ({name: before[one][name] for name in names} for one in (other, own))
+            assert people(swapped) == before | {own: before[own] | gained} | {other: before[other] | lost}
 
 
 def test_an_edit_that_is_not_there_is_named_with_the_closest():
@@ -153,4 +202,5 @@ def test_an_edit_that_is_not_there_is_named_with_the_closest():
         find_edit("swap_persona.ages", world([[0, 0]]))
     with pytest.raises(InputError, match="'mirror' has no parts"):
         find_edits("mirror.each", world([[0, 0]]))
-    assert [edit.name for edit in find_edits("swap_persona.each", world([[0, 0]]))] == ["swap_persona.age"]
+    found = [edit.name for edit in find_edits("swap_persona.each", world([[0, 0]]))]
+    assert found == ["swap_persona.age", "swap_persona.trade"]

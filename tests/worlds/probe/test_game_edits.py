@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from foundry.declared import Actions
 from foundry.errors import InputError
 from foundry.worlds.base import Answer, Question, Scenario
-from foundry.worlds.probe.editing import find_edit, find_edits
+from foundry.worlds.probe.editing import find_edit, find_edits, observing
 from foundry.worlds.rounds.bar import Bar
 from foundry.worlds.rounds.fishery import Fishery
 from foundry.worlds.rounds.naming import NamingGame
 from foundry.worlds.rounds.public_goods import PublicGoods, PunishedGoods
-from foundry.worlds.rounds.replies import deciding
+from foundry.worlds.rounds.replies import deciding, options_of
 from foundry.worlds.rounds.table import RoundQuestion
 
 AGES = {"age": {"young": 1, "old": 1}, "trade": {"baker": 1, "smith": 1}}
@@ -50,53 +54,50 @@ def edited(scenario: Scenario, name: str, question: Question, others: Sequence[Q
     return dict(changed.observation)
 
 
-def test_who_stayed_went_and_what_the_bar_paid_follows():
-    first, *_, last = asked_after(bar(), ["go", "stay", "stay", "stay", "stay"])
-    assert edited(bar(), "others_went", first)["evenings"] == [{"went": 5, "action": "go", "utility": 0}]
-    assert edited(bar(), "others_went", last)["evenings"] == [{"went": 3, "action": "stay", "utility": 5}]
-    implicit = asked_after(bar(reports="implicit"), ["go", "go", "stay", "stay", "stay"])
-    assert find_edit("others_went", bar()).applied(implicit[-1]) is None
+def hold_against_what_would_be_told(
+    scenario: Scenario, rounds: Sequence[Sequence[Any]], flipped: Callable[[Sequence[Any]], Sequence[Any]]
+) -> None:
+    """Hold what each perceives of others that did the opposite against what it perceives where they really do."""
+    for agent, question in enumerate(asked_after(scenario, *rounds)):
+        done = [one if who == agent else flipped(one) for who, one in enumerate(zip(*rounds, strict=True))]
+        expected = asked_after(scenario, *zip(*done, strict=True))[agent]
+        changed = find_edit("others_went", scenario).applied(question) or question
+        assert changed.observation == expected.observation
+
+
+@given(st.lists(st.lists(st.sampled_from(["go", "stay"]), min_size=5, max_size=5), min_size=1, max_size=3))
+def test_who_stayed_went_and_the_bar_paid_as_it_would_have(rounds: list[list[str]]):
+    for reports in ("explicit", "implicit"):
+        scenario = bar(steps=4, reports=reports)
+        hold_against_what_would_be_told(scenario, rounds, lambda did: ["stay" if one == "go" else "go" for one in did])
+
+
+@given(st.lists(st.tuples(st.integers(0, 20), st.integers(0, 20)), min_size=1, max_size=3))
+def test_the_other_put_least_into_the_pot_where_it_put_most_and_the_share_follows(rounds: list[tuple[int, int]]):
+    scenario = pot(agents=2, multiplier=1.5, steps=4)
+    hold_against_what_would_be_told(scenario, rounds, lambda gave: [max(gave) - one for one in gave])
+
+
+NAMES = {"a": "b", "b": "c", "c": "a", None: None}
+
+
+@given(st.lists(st.tuples(st.sampled_from([*NAMES]), st.sampled_from([*NAMES])), min_size=1, max_size=3))
+def test_the_other_said_the_next_name_and_the_points_follow(rounds: list[tuple[str | None, str | None]]):
+    hold_against_what_would_be_told(naming(steps=4), rounds, lambda said: [NAMES[one] for one in said])
+
+
+def test_where_nothing_would_follow_nobody_did_the_opposite():
     (told, *_) = asked_after(bar(reports="attendance"), ["go", "go", "stay", "stay", "stay"])
     assert edited(bar(), "others_went", told)["evenings"] == [{"went": 3, "action": None, "utility": None}]
+    whom = asked_after(pot(punished=True), [15, 10, 0, 4])[0]
+    assert edited(pot(punished=True), "others_went", whom)["given"] == [15, 0, 10, 6]
+    for scenario, decisions in ((pot(reset=False), [5, 10, 10, 10]), (naming(protocol="speaker"), ["a", "a"])):
+        for question in (one for seed in range(5) for one in asked_after(scenario, decisions, seed=seed)):
+            assert find_edit("others_went", scenario).applied(question) is None
 
 
-def test_the_others_put_least_into_the_pot_where_they_put_most_and_the_share_follows():
-    question = asked_after(pot(), [5, 10, 10, 10], [5, 2, 2, 2])[0]
-    assert [one["payoff"] for one in question.observation["rounds"]] == [15 + 17.5, 15 + 5.5]
-    rounds = edited(pot(), "others_went", question)["rounds"]
-    assert [(one["given"], one["pot"], one["payoff"]) for one in rounds] == [(5, 5, 15 + 2.5), (5, 29, 15 + 14.5)]
-    carried = asked_after(pot(reset=False), [5, 10, 10, 10])[0]
-    assert find_edit("others_went", pot()).applied(carried) is None
-    whom = asked_after(pot(punished=True), [5, 10, 0, 4])[0]
-    assert edited(pot(punished=True), "others_went", whom)["given"] == [5, 0, 10, 6]
-
-
-def test_the_other_said_the_next_name_and_the_points_follow():
-    question = asked_after(naming(), ["b", "a"])[0]
-    found = edited(naming(), "others_went", question)
-    assert found["memory"] == [{"own": "b", "other": "b", "points": 100}] and found["points"] == 100
-    assert question.observation["points"] == -50
-
-
-def test_all_points_are_ten_times_as_many():
-    found = edited(bar(), "scale_payoffs", asked_after(bar(), ["go"] * 5)[0])
-    assert (found["fun"], found["crowded"], found["home"], found["places"]) == (100, 0, 50, 3)
-    assert found["evenings"] == [{"went": 5, "action": "go", "utility": 0}]
-    found = edited(naming(), "scale_payoffs", asked_after(naming(), ["b", "a"])[0])
-    assert (found["equal"], found["different"], found["points"]) == (1000, -500, -500)
-    assert found["memory"] == [{"own": "b", "other": "a", "points": -500}]
+def test_points_that_are_decided_about_stay():
     assert find_edit("scale_payoffs", pot()).applied(asked_after(pot(), [1] * 4)[0]) is None
-
-
-@pytest.mark.parametrize(
-    ("scenario", "decisions", "past"),
-    [(bar(), ["go"] * 5, ["evenings"]), (naming(), ["b", "a"], ["memory"]), (pot(), [1, 2, 3, 4], ["rounds"])],
-)
-def test_nothing_is_left_of_the_past(scenario: Scenario, decisions: list[Any], past: list[str]):
-    question = asked_after(scenario, decisions)[0]
-    found = edited(scenario, "no_history", question)
-    assert all(found[key] == [] for key in past) and found.get("points", 0) == found.get("met", 0) == 0
-    assert find_edit("no_history", scenario).applied(asked_after(scenario)[0]) is None
 
 
 def test_agents_are_numbered_from_the_end_and_so_are_those_to_choose_from():
@@ -107,9 +108,16 @@ def test_agents_are_numbered_from_the_end_and_so_are_those_to_choose_from():
     assert (changed.observation["agent"], changed.observation["given"]) == (2, [4, 0, 10, 5])
     assert set(changed.legal.labels) == {"nobody", "agent 3", "agent 1", "agent 0"}
     assert renaming.described(pot(punished=True))["expected"]["agent 3"] == "agent 0"
+    assert [json.loads(one)["action"] for one in changed.options] == list(changed.legal.labels)
     reading = pot(punished=True).read(changed, Answer(deciding("agent 1")))
     assert reading.action == "agent 1"
     assert pot(punished=True).read(changed, Answer(deciding("agent 2"))).action is None
+
+
+def test_who_is_alone_keeps_its_number_and_is_not_asked_again():
+    legal = Actions(labels=("up", "down"), whole=False)
+    alone = RoundQuestion(1, 0, "turn", {"agent": 0, "agents": 1}, options=options_of(legal), legal=legal)
+    assert find_edit("rename_agents", bar()).applied(alone) is None
 
 
 def test_months_and_talk_of_a_fishery_name_the_same_agents_under_other_numbers():
@@ -124,14 +132,16 @@ def test_months_and_talk_of_a_fishery_name_the_same_agents_under_other_numbers()
 
 
 def test_options_are_turned_round_and_each_can_come_first():
-    (question, _) = asked_after(naming())
-    names = question.observation["names"]
-    turned = edited(naming(), "permute_options", question)["names"]
-    assert sorted(turned) == sorted(names) and turned != names
     places = find_edits("permute_options.each", naming())
     assert [edit.name for edit in places] == ["permute_options.2", "permute_options.3"]
-    firsts = [edit.applied(question) for edit in places]
-    assert [one.observation["names"][0] for one in firsts if one] == names[1:]
+    for question in (one for seed in range(9) for one in asked_after(naming(), seed=seed)):
+        names = question.observation["names"]
+        turns = [[*names[place:], *names[:place]] for place in (1, 2)]
+        assert edited(naming(), "permute_options", question)["names"] in turns
+        assert [edit.applied(question).observation["names"] for edit in places] == turns
+    listed = Question(1, 0, "turn", {"choices": ["up", "down"]})
+    assert edited(naming(), "permute_options", listed) == {"choices": ["down", "up"]}
+    assert places[1].applied(listed) is None, "there is no third to come first"
     assert find_edit("permute_options", bar()).applied(asked_after(bar())[0]) is None
 
 
@@ -152,6 +162,7 @@ def test_somebody_else_is_asked_or_somebody_who_differs_in_one_attribute():
         assert differing(question, whole.applied(question, asked))
         assert whole.applied(question, asked) == whole.applied(question, asked)
         assert whole.applied(question, [question]) is None
+        assert whole.applied(question, [observing(question, persona={})]) is None, "who is nobody is no one to be"
     with pytest.raises(InputError, match="'swap_persona' has no parts in world 'bar'"):
         find_edits("swap_persona.each", bar())
 
@@ -163,3 +174,5 @@ def test_somebody_else_is_asked_or_somebody_who_differs_in_one_attribute():
 )  # fmt: skip
 def test_a_moment_of_a_game_is_told_apart_by_the_last_payoff(rounds: list[list[str]], payoff: str):
     assert bar().strata(asked_after(bar(), *rounds)[0]) == {"message": False, "payoff": payoff}
+    untold = bar(reports="attendance")
+    assert untold.strata(asked_after(untold, *rounds)[0]) == {"message": False, "payoff": "none"}

@@ -19,6 +19,7 @@ from foundry.worlds.grid.world import GridScenario
 from foundry.worlds.probe.editing import UNEDITED, Edit
 from foundry.worlds.probe.moments import Moment, Moments, Said, Source, digest_of, questions_at
 from foundry.worlds.probe.world import APART, ROUND, ProbeScenario
+from foundry.worlds.rounds.naming import NamingGame
 
 UP = '{"action": "move", "direction": "up", "memory": "", "reasoning": ""}'
 HELLO = '{"message": "Hello.", "reasoning": ""}'
@@ -59,13 +60,22 @@ def kept_in(
 
 
 def as_moments(asked: list[Question], run: str = "run") -> list[Moment]:
-    return [Moment(run, one.step, one.agent, one.kind) for one in asked]
+    return [Moment(run, one.step, one.agent, one.kind, one.again) for one in asked]
 
 
-def test_every_question_of_an_episode_comes_out_as_it_was_asked():
-    asked, past = played(world())
-    assert questions_at(world(), 4, past, as_moments(asked)) == asked
-    assert questions_at(world(), 4, past, as_moments(asked[7:8])) == asked[7:8]
+NAMING = NamingGame(
+    name="naming", agents=6, steps=3, names=["a", "b"], protocol="both", memory=2, equal=1, different=0,
+    established=None, committed=0, committed_name=None, until=None,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("scenario", "most"), [(world(), 0), (NAMING, 2)], ids=["grid", "naming"])
+def test_every_question_of_an_episode_comes_out_as_it_was_asked(scenario: Scenario, most: int):
+    asked, past = played(scenario)
+    assert max(one.again for one in asked) == most
+    assert questions_at(scenario, 4, past, as_moments(asked)) == asked
+    for one in asked:
+        assert questions_at(scenario, 4, past, as_moments([one])) == [one]
 
 
 def test_a_world_that_asks_otherwise_by_now_is_refused():

@@ -98,6 +98,8 @@ def test_in_proportion_everybody_gets_its_part_and_the_rest_is_drawn_among_the_r
     assert shares([100, 50, 50], 100, "proportional", rng) == [50, 25, 25]
     drawn = Counter(tuple(shares([100, 100, 1], 100, "proportional", rng)) for _ in range(400))
     assert set(drawn) == {(50, 50, 0), (51, 49, 0), (49, 51, 0), (50, 49, 1), (49, 50, 1)}
+    halves = {tuple(shares([2, 1, 1], 2, "proportional", rng)) for _ in range(40)}
+    assert halves == {(1, 1, 0), (1, 0, 1)}, "nothing of the rest goes to who was not rounded down"
     assert abs(drawn[50, 50, 0] - 400 * 51 * 51 * 2 / (103 * 102)) < 5 * 10, "by what is still wanted: 51, 51 and 1"
 
 
@@ -151,6 +153,7 @@ def test_all_talk_in_drawn_order_round_and_round_and_hear_what_was_said():
     for text in texts:
         (question,) = world.pending()
         order.append(question.agent)
+        assert question.observation["stock"] == 98, "what the catch left"
         assert [one["text"] for one in question.observation["talk"]] == texts[: texts.index(text)]
         written = list(world.advance([Answer(json.dumps({"message": text}))]))
         assert [one.recipient for one in written if isinstance(one, Message)] == [1 - question.agent]
@@ -186,6 +189,11 @@ def test_an_outsider_fishes_from_its_month_on_and_is_asked_nothing():
     (second,) = stocks(caught(world, 5, 5))
     assert (first.outsider, first.next, second.outsider, second.after) == (None, 100, 60, 30)
     assert len(world.pending()) == 2 and world.pending()[0].observation["months"][1]["outsider"] == 60
+
+
+def test_an_outsider_wants_no_more_than_there_is():
+    world = fishery(agents=1, sharing="proportional", outsider={"from": 1, "catch": 10_000}).start(0)
+    assert stocks(caught(world, 100)) == [Stock(step=1, before=100, caught=50, outsider=50, after=0, next=None)]
 
 
 def test_who_takes_all_ends_it_at_once_and_who_takes_the_sustainable_share_never():

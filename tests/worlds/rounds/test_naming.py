@@ -177,6 +177,17 @@ def test_it_ends_with_a_consensus_where_that_is_set():
     assert len(meetings(answered(game(until="consensus", steps=9), own_name))) == 27
 
 
+def test_a_consensus_is_the_first_round_in_which_its_share_succeeds_or_more():
+    ends = set()
+    for seed in range(4):
+        scenario = game(agents=40, steps=30, until="consensus")
+        met = meetings(answered(scenario, lambda one: "ama" if one.agent else "bodo", seed))
+        successes = [sum(one.equal for one in met if one.step == step) for step in range(1, met[-1].step + 1)]
+        assert [count >= 19 for count in successes].index(True) == len(successes) - 1, "19 of 20 are 95 %"
+        ends.add(successes[-1])
+    assert ends == {19, 20}
+
+
 def test_the_best_response_is_what_others_said_most_and_is_drawn_where_several_would_do():
     def said(*others: str | None) -> set[str]:
         memory = [{"own": "ama", "other": other, "points": 0} for other in others]

@@ -21,6 +21,7 @@ def test_two_agree_once_both_know_a_name():
     assert {consensus(2, seed) for seed in range(20)} == {2}, "the first meeting fails, every other succeeds"
 
 
+@pytest.mark.slow
 def test_more_agents_need_more_interactions_each_to_agree():
     small, large = ([consensus(agents, seed) for seed in range(6)] for agents in (20, 80))
     assert 4 < sum(large) / sum(small) < 16, "4^1.3 is 6.1"
@@ -30,8 +31,7 @@ def test_the_exponent_of_a_power_is_found_and_its_error_is_none_where_all_lie_on
     assert _exponent([(n, n**2) for n in (10, 20, 40)]) == pytest.approx((2, 0), abs=1e-9)
 
 
-@pytest.mark.slow
-@pytest.mark.timeout(300)
+@pytest.mark.exhaustive
 def test_the_peak_grows_like_the_population_to_the_power_of_three_halves_and_consensus_slower():
     (peaks, of_peaks), (agreed, of_agreed) = peak_exponent(), consensus_exponent()
     assert of_peaks < 0.02 and abs(peaks - 1.5) < 0.1

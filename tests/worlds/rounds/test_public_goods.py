@@ -78,10 +78,10 @@ def test_punishment_costs_who_punishes_and_takes_from_who_is_punished():
 
 
 def test_nobody_punishes_itself_or_with_what_it_has_not_or_loses_more_than_it_has():
-    world = punished(cost=25, loss=1000).start(0)
+    world = punished(cost=30, loss=1000).start(0)
     payoffs(world, *give(20, 0, 0, 0))
     assert [len(one.options) for one in world.pending()] == [1, 4, 4, 4]
-    assert payoffs(world, *map(deciding, ("agent 1", "agent 1", "agent 1", "nobody"))) == [10, 0, 5, 30]
+    assert payoffs(world, *map(deciding, ("agent 1", "agent 1", "agent 1", "nobody"))) == [10, 0, 0, 30]
 
 
 @settings(max_examples=40, deadline=None)

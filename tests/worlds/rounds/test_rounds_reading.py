@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 from typing import Any
 
 import pytest
@@ -78,9 +77,12 @@ def test_one_decision_in_another_dress_is_repaired(text: str):
         "Should I go?",
         "go or stay",
         "go\nstay",
+        "I will go. I will stay.",
         "Everyone else will go.",
         "Go! That is what they all say. I don't.",
         "What I will not do:\ngo",
+        "Go. Because all who stay are sad.",
+        "Go. Because it is fun, or so they say.",
         "Options:\n1. go",
         '{"action": "not go"}',
         '{"action": "go or stay"}',
@@ -125,15 +127,16 @@ def test_a_number_of_the_range_is_read(text: str, action: int, outcome: str):
 
 @pytest.mark.parametrize("text", [
     '{"action": 101}', '{"action": -1}', '{"action": 2.5}', '{"action": true}', '{"action": NaN}', '{"action": 1e400}',
-    "I will not catch 10", "5-10", "10 of 20", "10%", "1,000", "at most 10", "10 or 12", "1e1", "ten",
+    "I will not catch 10", "5 tons.\nBecause 10 are too many.", "5-10", "10 of 20", "10%", "1,000", "at most 10",
+    "10 or 12", "1e1", "ten",
 ])  # fmt: skip
 def test_what_is_no_number_of_the_range_is_unreadable(text: str):
     assert catch(text) == (None, "unreadable")
 
 
 def test_the_longer_of_two_labels_is_meant():
-    found = read_decision(Answer("I do not punish."), SETS[3], "react")
-    assert found.action == "do not punish"
+    for labels, text in ((SETS[3].labels, "do not punish"), (("go", "go home"), "go home")):
+        assert read_decision(Answer(f"I {text}."), Actions(labels=labels), "react").action == text
 
 
 @pytest.mark.parametrize("actions", SETS)
@@ -216,10 +219,9 @@ def test_a_value_with_an_unknown_word_in_it_decides_nothing(label: str, unknown:
         assert bar(f"Action: {text.replace(chr(10), ' ')}") == (None, "unreadable")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    "text", ["{" * 20_000, '{"action": ' * 5_000, "go " * 20_000, "Action: go\n" * 5_000, "go.\n" * 9_000]
+    "text", ["{" * 500_000, '{"action": ' * 50_000, "go " * 170_000, "Action: go\n" * 50_000, "go.\n" * 125_000]
 )
-def test_long_replies_are_read_in_time(text: str):
-    started = time.process_time()
-    bar(text)
-    assert time.process_time() - started < 1
+def test_half_a_million_characters_are_read_which_quadratic_time_would_not_allow(text: str):
+    assert bar(text)[1] in ("unreadable", "repaired", "empty")

@@ -7,7 +7,7 @@ import io
 import json
 from collections import Counter
 from dataclasses import replace
-from typing import Any
+from typing import Any, ClassVar
 
 import msgspec
 import pytest
@@ -27,7 +27,81 @@ from foundry.worlds.rounds import drawing
 from foundry.worlds.rounds.replies import deciding
 from foundry.worlds.rounds.table import Table
 from foundry.worlds.rounds.world import Play, RoundsScenario
-from own_rounds import Bar, Catch, Fishery, Silent, Stock
+
+
+class Bar(RoundsScenario):
+    """All decide at once whether to go."""
+
+    kinds: ClassVar[tuple[str, ...]] = ("evening",)
+
+    def __init__(self, *, crowded: float = 0.6, **settings: Any) -> None:
+        super().__init__(**settings)
+        self.crowded = crowded
+
+    def actions(self) -> dict[str, Actions]:
+        return {"evening": Actions(labels=("go", "stay"), idle="stay")}
+
+    def play(self, table: Table) -> Play:
+        went = None
+        for _ in table.rounds(self.steps):
+            decisions = yield [table.ask(agent, "evening", went=went) for agent in table.agents]
+            went = sum(one.taken == "go" for one in decisions)
+            fun = 10 if went <= self.crowded * self.agents else 0
+            for one in decisions:
+                table.record(one, utility=5 if one.taken == "stay" else fun)
+
+
+class Catch(RoundStep, frozen=True, kw_only=True):
+    """A catch knows what was left."""
+
+    stock: int | None = None
+
+
+class Stock(Record, frozen=True, kw_only=True):
+    """The fish after a month."""
+
+    stream: ClassVar[str] = "stock"
+
+    step: int
+    fish: int
+
+
+class Fishery(RoundsScenario):
+    """All catch at once, then talk one after another in drawn order; the end comes with the last fish."""
+
+    kinds: ClassVar[tuple[str, ...]] = ("catch", "talk")
+    records: ClassVar[tuple[type[Record], ...]] = (Catch, Message, Agent, Stock)
+
+    def __init__(self, *, stock: int = 100, **settings: Any) -> None:
+        super().__init__(**settings)
+        self.stock = stock
+
+    def actions(self) -> dict[str, Actions]:
+        return {"catch": Actions(low=0, high=self.stock, idle=0)}
+
+    def play(self, table: Table) -> Play:
+        fish = self.stock
+        for month in table.rounds(self.steps):
+            legal = Actions(low=0, high=fish, idle=0)
+            catches = yield [table.ask(agent, "catch", legal=legal, fish=fish) for agent in table.agents]
+            caught = sum(one.taken for one in catches)
+            for one in catches:
+                table.record(one, utility=one.taken, stock=fish)
+            for agent in table.stream(f"order {month}").permutation(self.agents).tolist():
+                (said,) = yield [table.ask(agent, "talk", caught=caught)]
+                table.tell(agent, [other for other in table.agents if other != agent], said.message)
+            fish = min(2 * max(fish - caught, 0), self.stock)
+            table.write(Stock(step=month, fish=fish))
+            if fish < 5:
+                return
+
+
+class Silent(Bar):
+    """A game that says neither what is legal nor what does nothing."""
+
+    def actions(self) -> dict[str, Actions]:
+        return {"evening": Actions(low=0)}
+
 
 GO, STAY = deciding("go"), deciding("stay")
 
@@ -218,17 +292,27 @@ def test_every_picture_is_made_again_from_the_records(scenario: RoundsScenario):
 def test_every_label_has_a_colour_of_its_own_however_many_there_are():
     known = Actions(labels=("nobody", *(f"agent {agent}" for agent in range(30))), idle="nobody")
     tones = {ImageColor.getrgb(drawing._tone(label, known)) for label in known.labels}
-    assert len(tones) == 31
+    assert len(tones) == 31 and ImageColor.getrgb(drawing.IDLE) in tones
+
+
+def test_agents_are_numbered_as_long_as_there_is_room():
+    def is_numbered(agents: int) -> bool:
+        picture = Image.open(io.BytesIO(drawing.draw([], 0, agents=agents, steps=1, actions={})))
+        return len(picture.crop((0, 40, 55, 440)).getcolors()) > 1
+
+    assert [is_numbered(agents) for agents in (30, 31)] == [True, False]
 
 
 def test_a_number_without_a_greatest_one_is_drawn_by_the_greatest_so_far():
     known = {"give": Actions(low=0)}
     lines = [RoundStep(step=1, agent=agent, kind="give", action=action, outcome=Outcome.CHOSEN)
              for agent, action in enumerate((5, 40, 20))]  # fmt: skip
+    lines.append(RoundStep(step=2, agent=0, kind="take", action=400, outcome=Outcome.CHOSEN))
     picture = Image.open(io.BytesIO(drawing.draw(lines, 1, agents=3, steps=1, actions=known)))
     assert [picture.getpixel((400, y)) for y in (110, 240, 370)] == [
         ImageColor.getrgb(drawing._shade(share, Actions(low=0, high=1))) for share in (0.125, 1, 0.5)
     ]
+    assert drawing._shade(15, Actions(low=10, high=20)) == drawing._shade(0.5, Actions(low=0, high=1))
 
 
 def test_calls_are_counted_at_most():

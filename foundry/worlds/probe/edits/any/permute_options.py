@@ -27,5 +27,5 @@ def edit(question: Question, part: str | None = None) -> Question:
     turned = {}
     for key, options in listed.items():
         first = drawn(question, NAME, range(1, len(options))) if part is None else int(part) - 1
-        turned[key] = [*options[first or 0 :], *options[: first or 0]] if (first or 0) < len(options) else options
+        turned[key] = [*options[first or 0 :], *options[: first or 0]]
     return observing(question, **turned)

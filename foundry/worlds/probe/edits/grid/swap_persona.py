@@ -18,9 +18,13 @@ def parts(scenario: Scenario) -> tuple[str, ...]:
 def edit(question: Question, part: str | None = None) -> Question | None:
     """Return the question with the two exchanged; None where all neighbours are alike, or there are none."""
     own, near = question.observation["persona"], question.observation["neighbours"]
-    for place, other in enumerate(near):
+    for other in near:
         gained = with_part(own, other["persona"], part)
         if gained != own:
-            lost = {**other, "persona": with_part(other["persona"], own, part)}
-            return observing(question, persona=gained, neighbours=[*near[:place], lost, *near[place + 1 :]])
+            lost = {"persona": with_part(other["persona"], own, part)}
+            told = {
+                key: [one | lost if one["id"] == other["id"] else one for one in question.observation.get(key, ())]
+                for key in ("neighbours", "seen")
+            }
+            return observing(question, persona=gained, **told)
     return None

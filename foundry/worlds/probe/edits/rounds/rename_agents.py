@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from foundry.declared import Actions
+import msgspec
+
 from foundry.worlds.base import Question
 from foundry.worlds.probe.editing import observing
 from foundry.worlds.rounds.public_goods import agent_of
@@ -36,7 +37,8 @@ def edit(question: Question) -> Question:
         agent=agents - 1 - seen["agent"],
     )  # fmt: skip
     if isinstance(changed, RoundQuestion) and changed.legal and changed.legal.labels:
-        legal = Actions(labels=tuple(_renamed(one, agents) for one in changed.legal.labels), idle=changed.legal.idle)
+        labels = tuple(_renamed(one, agents) for one in changed.legal.labels)
+        legal = msgspec.structs.replace(changed.legal, labels=labels)
         return replace(changed, legal=legal, options=options_of(legal))
     return changed
 
