@@ -398,6 +398,7 @@ class Lane:
             models.setdefault(name, Tally()).add(writer.counts)
         report = {
             "pid": os.getpid(),
+            "stopping": self.stopping,
             "open": [run for run, _ in opened],
             "most": {run: most[run] for run, _ in opened if run in most},
             "counts": {run: _calls_so_far(writer.counts) for run, (_, writer) in opened},

@@ -73,7 +73,7 @@ def growth(there: Sweep, asked: Sweep) -> Growth:
         else:
             known = conditions[place]
             conditions[place] = replace(known, seeds=tuple(dict.fromkeys((*known.seeds, *one.seeds))))
-    sweep = replace(expand(there.asked, conditions, there.runs), history=there.history)
+    sweep = expand(there.asked, conditions, there.runs)
     ids = {run.id for run in sweep.runs}
     other = [run.id for run in asked.runs if run.id not in ids]
     if other:

@@ -60,8 +60,8 @@ class RunWriter:
             self.folder.stream_file(name).unlink(missing_ok=True)
         for name in ALWAYS_THERE:
             self._open(name)
-        self._calls_file = undo.enter_context(_fresh(self.folder.stream_file("calls")).open("wb"))
-        self._calls = zstandard.ZstdCompressor(level=3).stream_writer(self._calls_file)
+        file = undo.enter_context(_fresh(self.folder.stream_file("calls")).open("wb"))
+        self._calls = zstandard.ZstdCompressor(level=3).stream_writer(file)
         # Last: who sees that the run was started anew finds nothing of what was there before.
         write_atomically(path / "config.yaml", config_text.encode())
 
@@ -97,11 +97,10 @@ class RunWriter:
         self._hashes[name].update(content)
 
     def append_calls(self, calls: Sequence[Call]) -> None:
-        """Append calls to the compressed log and flush a block."""
+        """Append calls to the compressed log and flush a block, and with it the file."""
         with storing(self.folder.stream_file("calls")):
             self._calls.write(_ENCODER.encode_lines(calls))
             self._calls.flush(zstandard.FLUSH_BLOCK)
-            self._calls_file.flush()
         for call in calls:
             self._count(call)
 

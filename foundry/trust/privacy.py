@@ -88,7 +88,7 @@ class Scrubber:
 
 def _is_of_machine(override: str) -> bool:
     key = override.lstrip("+~").partition("=")[0]
-    return key.split(".")[0] in _MACHINE_KEYS or ".server." in key or override.startswith("--config")
+    return key.split(".")[0] in _MACHINE_KEYS or ".server." in f"{key}." or override.startswith("--config")
 
 
 def _without_servers(value: Any) -> Any:

@@ -121,7 +121,7 @@ def _own_class(target: Any, where: str) -> type:
         found = getattr(importlib.import_module(module), name, None)
     except ImportError as error:
         raise _refusal(target, where, "there is no such module") from error
-    if not inspect.isclass(found) or not _is_within(found.__module__, PACKAGES):
+    if not inspect.isclass(found):
         raise _refusal(target, where, "it is no class of foundry")
     return found
 

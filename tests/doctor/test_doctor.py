@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import heapq
 import json
 from collections.abc import Callable
 from itertools import count
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from msgspec import structs
 
 from commands import foundry
 from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.doctor.longest import longest_prompt
+from foundry.models.base import Reply, Request
+from foundry.models.ollama.model import OllamaModel
 from ollama_cases import (
     ABORTED,
     ABORTED_500,
@@ -66,9 +71,25 @@ def test_a_server_that_is_not_there_is_a_problem(tmp_path: Path):
     assert "no connection (" in done.stdout
 
 
+@pytest.mark.parametrize("tells", [True, False])
 @pytest.mark.parametrize("slots", [1, 4])
-def test_the_slots_that_the_server_really_has_are_counted(slots: int, tmp_path: Path):
-    with OllamaServer(slots=slots, latency_s=0.02) as server:
+def test_the_slots_that_the_server_really_has_are_counted(
+    slots: int, tells: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """Each call is worked on for a second of a clock that only the answers move on."""
+    now, slot_free, ask = 0.0, [0.0] * slots, OllamaModel.ask
+
+    async def timed(model: OllamaModel, request: Request) -> Reply:
+        nonlocal now
+        sent, reply = now, await ask(model, request)
+        now = max(sent, heapq.heappop(slot_free)) + 1
+        heapq.heappush(slot_free, now)
+        return structs.replace(reply, timings={"output": 1.0} if tells else {})
+
+    monkeypatch.setattr(OllamaModel, "ask", timed)
+    for module in ("foundry.running.load", "foundry.doctor.load"):
+        monkeypatch.setattr(f"{module}.time", SimpleNamespace(perf_counter=lambda: now))
+    with OllamaServer() as server:
         _, found = findings(server, tmp_path, "model=llama3.2")
     assert found["parallel slots"]["found"].startswith(f"{slots} at once")
 
@@ -178,7 +199,7 @@ def test_a_backend_of_ones_own_that_raises_is_a_problem_in_one_line(
     assert rows[check]["status"] == "problem" and rows[check]["found"].startswith(found)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_blind_model_in_a_world_of_images_is_a_problem(tmp_path: Path):
     with OllamaServer() as server:
         done = foundry(

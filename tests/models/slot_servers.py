@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import asyncio
 import heapq
 import itertools
 import math
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
+import msgspec
 import numpy as np
 
+from foundry.models.http.transport import Response
+from foundry.models.ollama.model import OllamaModel
+from foundry.models.serving import InFlight
 from foundry.models.wrappers.climbing import Climb, Sums
+from foundry.models.wrappers.limited import Limit
 
 PACE = 2
 """Calls that wait for the limit and may follow one answer; those that come while there is room go at once."""
@@ -144,3 +151,61 @@ class Timed:
         queue = call[3] if self.tells_queue else None
         self.sums.note(100 * call[1] if self.tells_tokens else 1, self.now - call[0], queue)
         return "end"
+
+
+class Unhurried:
+    """Hands real servers' replies to a model in the order and at the times at which servers of slots would give them.
+
+    The time moves on when every call in flight has its reply and the model has nothing else to do.
+
+    Args:
+        model: whose calls are kept waiting.
+        bounds: of its calls in flight.
+        slots: calls that each server works on at once.
+        work: units of time that a call with this seed is worked on.
+
+    Attributes:
+        now: the time.
+        limit: of the calls in flight, by that time.
+        most: calls that were in flight at once.
+    """
+
+    SETTLED = 20
+    """Turns of the event loop after which nobody has anything to do but to wait."""
+
+    def __init__(
+        self, model: OllamaModel, bounds: InFlight, *, slots: int, work: Callable[[int], float] = lambda seed: 1.0
+    ) -> None:
+        self.now, self.most = 0.0, 0
+        self.limit = Limit(bounds, clock=lambda: self.now)
+        self._slots, self._work = slots, work
+        self._send, model._transport.send = model._transport.send, self.send  # type: ignore[method-assign]
+        self._free: dict[str, list[float]] = {}
+        self._numbers = itertools.count()
+        self._due: list[tuple[float, int, asyncio.Future[None]]] = []
+        self._moving: asyncio.Task[None] | None = None
+
+    async def send(self, origin: Any, method: str, path: str, *, content: bytes, **named: Any) -> Response:
+        """Send one call, and return its reply once it is due, with the times that go with that."""
+        self.most = max(self.most, self.limit.in_flight)
+        asked, number, free = self.now, next(self._numbers), self._free.setdefault(origin.host, [0.0] * self._slots)
+        work = self._work(msgspec.json.decode(content)["options"]["seed"])
+        due = max(asked, heapq.heappop(free)) + work
+        heapq.heappush(free, due)
+        response = await self._send(origin, method, path, content=content, **named)
+        turn = asyncio.get_running_loop().create_future()
+        heapq.heappush(self._due, (due, number, turn))
+        if self._moving is None or self._moving.done():
+            self._moving = asyncio.create_task(self._move_on())
+        await turn
+        told = {"total_duration": int((due - asked) * 1e9), "eval_duration": int(work * 1e9)}
+        return replace(response, content=msgspec.json.encode({**msgspec.json.decode(response.content), **told}))
+
+    async def _move_on(self) -> None:
+        while True:
+            for _ in range(self.SETTLED):
+                await asyncio.sleep(0)
+            if not self._due or len(self._due) < self.limit.in_flight:
+                return
+            self.now, _, turn = heapq.heappop(self._due)
+            turn.set_result(None)

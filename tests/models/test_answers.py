@@ -15,7 +15,8 @@ from foundry.errors import FoundryError, InputError
 from foundry.models.answers.addresses import settled
 from foundry.models.answers.opening import check_reachable, open_answers
 from foundry.models.base import Reply
-from postgres_server import PostgresServer, free_port
+from ports import reserved_port
+from postgres_server import PostgresServer
 
 
 def test_what_one_connection_kept_another_one_finds(store: Store):
@@ -161,12 +162,8 @@ def test_a_server_that_restarted_is_connected_to_anew(postgres: PostgresServer):
 def test_a_server_that_is_away_is_waited_for(postgres: PostgresServer):
     answers = PostgresStore(postgres.database()).open()
     postgres.stop()
-    back = threading.Timer(0.5, postgres.start)
-    back.start()
-    try:
-        answers.put({"k": Reply(text="late")}, "m")
-    finally:
-        back.join()
+    answers._until_back = answers._until_back.copy(sleep=lambda seconds: postgres.start())
+    answers.put({"k": Reply(text="late")}, "m")
     assert answers.get(["k"])["k"].text == "late"
     answers.close()
 
@@ -176,8 +173,8 @@ def test_a_database_that_cannot_be_reached_is_named(postgres: PostgresServer):
     missing = postgres.database().rpartition("/")[0] + "/nowhere"
     with pytest.raises(InputError, match=r"nowhere' cannot be used \(.*does not exist"):
         check_reachable(missing)
-    with pytest.raises(InputError, match="cannot be used.*refused"):
-        check_reachable(f"postgresql://127.0.0.1:{free_port()}/answers")
+    with reserved_port() as port, pytest.raises(InputError, match="cannot be used.*refused"):
+        check_reachable(f"postgresql://127.0.0.1:{port}/answers")
 
 
 @pytest.mark.parametrize(

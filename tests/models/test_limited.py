@@ -10,6 +10,7 @@ from foundry.models.base import Model, Reply
 from foundry.models.serving import InFlight
 from foundry.models.wrappers.limited import Limit, LimitedModel
 from foundry.models.wrappers.retried import RetriedModel
+from models.slot_servers import Unhurried
 from ollama_cases import ChatCase, grid_answer
 from ollama_server import OllamaServer
 
@@ -177,23 +178,26 @@ def test_where_the_limit_rises_calls_come_two_by_two_and_not_in_a_burst(make_req
         tasks = [asyncio.create_task(model.ask(make_request(seed=seed))) for seed in range(10)]
         await settle()
         model.limit.allow(10)
+        tasks.append(asyncio.create_task(model.ask(make_request(seed=10))))  # comes last, though there is room
         came = []
-        for seed in range(10):
-            model.inner.gates[seed].set_result(None)
+        for seed in range(11):
             await settle()
             came.append(len(model.inner.came))
+            model.inner.gates[seed].set_result(None)
         await asyncio.gather(*tasks)
-        return came
+        return came, model.inner.came
 
-    assert asyncio.run(whole()) == [4, 6, 8, 10, 10, 10, 10, 10, 10, 10]
+    assert asyncio.run(whole()) == ([2, 4, 6, 8, 10, 11, 11, 11, 11, 11, 11], list(range(11)))
 
 
 def test_a_real_server_with_four_slots_gets_a_few_calls_more_than_that(make_model, make_request, run):
     def answer(body):
         return ChatCase(text=grid_answer(body), output_tokens=100)
 
-    with OllamaServer(answer, latency_s=0.01, slots=4) as server:
-        model = LimitedModel(make_model(server.url), limit(1, 64, 1))
-        run(model, lambda m: m.ask_all([make_request(seed=seed) for seed in range(400)]))
-        assert 3 <= model.limit.allowed <= 12
-        assert server.counts.most_in_flight <= 32
+    with OllamaServer(answer) as server:
+        model = make_model(server.url)
+        served = Unhurried(model, InFlight(min=1, max=64, initial=1), slots=4)
+        limited = LimitedModel(model, served.limit)
+        run(limited, lambda m: m.ask_all([make_request(seed=seed) for seed in range(400)]))
+    assert 3 <= served.limit.allowed <= 12
+    assert served.most <= 32

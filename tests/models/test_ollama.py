@@ -3,6 +3,7 @@ from __future__ import annotations
 import asyncio
 import json
 
+import msgspec
 import pytest
 
 import ollama_cases as cases
@@ -49,7 +50,7 @@ def test_something_that_does_not_speak_http_is_worth_another_try(make_model, mak
 
 
 def test_calls_go_to_the_least_loaded_host(make_model, make_request, run):
-    with OllamaServer(latency_s=0.05) as first, OllamaServer(latency_s=0.05) as second:
+    with OllamaServer() as first, OllamaServer() as second:
         model = make_model([first.url, second.url])
         run(model, lambda m: m.ask_all([make_request(seed=n) for n in range(7)]))
         assert (first.counts.chats, second.counts.chats) == (4, 3)
@@ -86,10 +87,16 @@ def test_proxies_and_keys_in_the_environment_are_ignored(make_model, make_reques
 
 def test_a_warm_up_outlasts_the_read_time_out_and_loads_with_the_calls_own_options(make_model, make_request, run):
     async def warm_up_and_ask(model):
-        await model.warm_up()
+        warming = asyncio.create_task(model.warm_up())
+        await asyncio.sleep(0)  # so that it is the first to be sent
+        with pytest.raises(TransientError, match=r"no reply within 0\.1 s"):
+            await model.ask(make_request())
+        server.free()
+        await warming
+        model.server = msgspec.structs.replace(model.server, read_timeout_s=600.0)
         return await model.ask(make_request())
 
-    with OllamaServer(load_s=0.4) as server:
+    with OllamaServer(holds_loads=True) as server:
         model = make_model(server.url, server={"read_timeout_s": 0.1})
         reply = run(model, warm_up_and_ask)
         assert reply.server_version == "0.32.15"
@@ -99,7 +106,7 @@ def test_a_warm_up_outlasts_the_read_time_out_and_loads_with_the_calls_own_optio
 
 
 def test_a_load_whose_caller_gives_up_starts_again(make_model, make_request, run):
-    with OllamaServer(load_s=0.3) as server:
+    with OllamaServer(holds_loads=True) as server:
         with pytest.raises(TransientError, match="no reply within"):
             run(make_model(server.url, server={"read_timeout_s": 0.05}), lambda m: m.ask(make_request()))
         assert server.loaded == ()

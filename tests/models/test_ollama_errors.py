@@ -24,7 +24,7 @@ from foundry.models.http.pausing import seconds_to_wait
         (cases.busy(), TransientError, "server busy, please try again. maximum pending"),
         (cases.refused(429, "too many"), TransientError, "429 too many"),
         (cases.refused(502, "bad gateway"), TransientError, "502 bad gateway"),
-        (cases.refused(504, "too slow"), TransientError, "504 too slow"),
+        *((cases.refused(status, "too slow"), TransientError, f"{status} too slow") for status in (408, 499, 504)),
         (cases.RUNNER_DIED, TransientError, "unexpected EOF"),
         (cases.BAD_OPTION, ServerError, 'option "seed" must be of type integer'),
         (cases.BAD_FORMAT, ServerError, "invalid format"),

@@ -13,8 +13,8 @@ from foundry.errors import InputError, RequestError, TransientError
 from foundry.models.http.hosts import HostPool
 from foundry.models.ollama.hosts import parse_host, parse_hosts
 from foundry.models.serving import RUN, InFlight
-from foundry.models.wrappers.limited import Limit, LimitedModel
-from ollama_cases import ChatCase
+from foundry.models.wrappers.limited import LimitedModel
+from models.slot_servers import Unhurried
 from ollama_server import OllamaServer
 
 
@@ -133,13 +133,11 @@ def test_most_calls_of_a_run_go_to_one_of_two_servers_and_both_are_used_alike(ma
             hosts_of[name].update(reply.host for reply in await model.ask_all(requests))
 
     def ask_all(model):
-        limited = LimitedModel(model, Limit(InFlight(min=16, max=16, initial=16)))
+        bounds, unequal = InFlight(min=16, max=16, initial=16), lambda seed: 1 + 3 * (seed * 0.618 % 1)
+        limited = LimitedModel(model, Unhurried(model, bounds, slots=16, work=unequal).limit)
         return asyncio.gather(*(ask_as(name, limited) for name in hosts_of))
 
-    def answer(body):  # replies of unequal length
-        return ChatCase("stay", delay_s=0.01 + 0.03 * (body["options"]["seed"] * 0.618 % 1))
-
-    with OllamaServer(answer) as first, OllamaServer(answer) as second:
+    with OllamaServer() as first, OllamaServer() as second:
         run(make_model([first.url, second.url]), ask_all)
         assert 0.4 < first.counts.chats / (first.counts.chats + second.counts.chats) < 0.6
     mostly = {name: hosts.most_common(1)[0] for name, hosts in hosts_of.items()}
@@ -149,7 +147,7 @@ def test_most_calls_of_a_run_go_to_one_of_two_servers_and_both_are_used_alike(ma
 
 def test_one_run_alone_uses_every_server(make_model, make_request, run, of_run):
     of_run("alone")
-    with OllamaServer(latency_s=0.05) as first, OllamaServer(latency_s=0.05) as second:
+    with OllamaServer() as first, OllamaServer() as second:
         run(make_model([first.url, second.url]), lambda m: m.ask_all([make_request(seed=n) for n in range(12)]))
         assert (first.counts.chats, second.counts.chats) == (6, 6)
 

@@ -1,15 +1,18 @@
 from __future__ import annotations
 
 import base64
+from dataclasses import replace
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import ollama_cases as cases
 from foundry.errors import RequestError
-from foundry.models.base import UnusableReply
-from foundry.models.ollama.wire import chat_body, without_surrogates
+from foundry.models.base import Request, UnusableReply
+from foundry.models.http.transport import Origin
+from foundry.models.ollama.wire import DURATIONS, ChatSettings, chat_body, read_reply, without_surrogates
 
 PIXEL = b"\x89PNG\r\n"
 OPTIONS = {
@@ -97,6 +100,16 @@ def test_a_reply_carries_text_tokens_host_and_timings(ask):
     assert reply.timings["latency"] >= reply.timings["total"] > 0
 
 
+@given(st.lists(st.integers(0, 10**12), min_size=4, max_size=4))
+def test_what_a_server_leaves_unaccounted_for_is_the_wait_for_a_slot(parts):
+    said = dict(zip(DURATIONS, (sum(parts), *parts[1:]), strict=True))
+    body = msgspec.json.encode({"message": {"content": "Left."}, "done": True, **said})
+    request = Request(messages=(), seed=7, kind="action", observation={}, step=1, agent=0)
+    settings = ChatSettings(model="m", think=False, options={"num_ctx": 8192})
+    reply = read_reply(body, request, settings, Origin(host="http://gpu", model="m"), latency_s=9.0)
+    assert reply.timings["queue"] == pytest.approx(parts[0] / 1e9, abs=1e-6)
+
+
 def test_lone_surrogates_become_replacement_characters_both_ways(ask):
     raw = b'{"message": {"role": "assistant", "content": "a\\ud800b"}, "done": true, "done_reason": "stop"}'
     reply, body = ask(cases.ChatCase(raw=raw), "x\ud83dy")
@@ -150,6 +163,9 @@ def test_a_short_prompt_is_never_taken_for_a_cut_one(ask):
     assert reply.prompt_tokens == 1026
 
 
-def test_a_reply_that_overflows_the_context_is_noticed(ask):
+@pytest.mark.parametrize("prompt_tokens", [1, 2000, 2048])
+def test_a_reply_that_fills_the_context_is_one_and_a_token_more_overflows_it(ask, prompt_tokens):
+    full = cases.ChatCase(text="on and on", prompt_tokens=prompt_tokens, output_tokens=2048 - prompt_tokens)
+    assert ask(full, options={"num_ctx": 2048})[0].text == "on and on"
     with pytest.raises(RequestError, match="overflowed the context"):
-        ask(cases.ChatCase(text="on and on", prompt_tokens=2000, output_tokens=100), options={"num_ctx": 2048})
+        ask(replace(full, output_tokens=2049 - prompt_tokens), options={"num_ctx": 2048})

@@ -42,6 +42,7 @@ def openai(workspace: Path):
     return start
 
 
+@pytest.mark.slow
 def test_a_sweep_over_models_is_complete_comes_from_the_cache_next_time_and_holds_no_key(openai, workspace: Path):
     sweep = ("-m", "model=openai/a,openai/meta-llama/Llama-3.1-8B", "seed=0-1", "runner.workers=1", *SMALL)
     with OpenAIServer(key=KEY) as server:
@@ -135,7 +136,7 @@ def test_a_tag_without_a_model_behind_it_gets_one_clear_line(tag, says, openai):
     assert says in done.stderr and done.stderr.count("\n") == 1
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_world_that_shows_images_wants_to_know_whether_the_model_sees(openai):
     with OpenAIServer() as server:
         done = openai(server, "model=openai/a", "world=kibo_paper")

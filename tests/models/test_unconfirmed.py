@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import asyncio
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
 from databases import Store
 from foundry.errors import ModelChangedError
 from foundry.models.answers.unconfirmed import Unconfirmed
-from foundry.models.base import ModelInfo, Reply
+from foundry.models.base import Model, ModelInfo, Reply, Request
+from foundry.models.wrappers.confirmed import ConfirmedModel
 
 HOST, OTHER_HOST = "http://one:1", "http://two:2"
 FIRST = ModelInfo("m", digest="d4" * 32, states={HOST: "monday"})
@@ -145,3 +148,38 @@ def test_replies_that_name_other_weights_are_refused_also_when_they_come_from_th
     assert one.find(["l"]).keys() == {"l"}
     with pytest.raises(ModelChangedError, match="said fingerprint 'fp_2' first, and say 'fp_1' now"):
         one.find(["k"])
+
+
+class Steady(Model):
+    """Answers over a connection that stays open; counts how often its server is asked what it is."""
+
+    name = "m"
+    info, inspected = FIRST, 0
+
+    def parameters(self) -> dict[str, Any]:
+        return {}
+
+    async def ask(self, request: Request) -> Reply:
+        return reply("left")
+
+    async def inspect(self) -> ModelInfo:
+        self.inspected += 1
+        return self.info
+
+
+def test_weights_replaced_behind_a_connection_that_stays_open_are_noticed_after_a_minute(views, make_request):
+    inner, now, inspected = Steady(), [0.0], []
+    model = ConfirmedModel(inner, views(), clock=lambda: now[0])
+
+    def ask(after_s: float) -> None:
+        now[0] += after_s
+        asyncio.run(model.ask(make_request()))
+        inspected.append(inner.inspected)
+
+    for after_s in (0, 59, 1, 0, 59, 61, 60):
+        ask(after_s)
+    assert inspected == [1, 1, 2, 2, 2, 3, 4]
+    inner.info = SECOND
+    ask(59)
+    with pytest.raises(ModelChangedError, match="ffffffffffff now"):
+        ask(1)

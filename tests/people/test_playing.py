@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from commands import PATIENCE_S, SMALL, cached_answers, calls, foundry, started, wait_until
+from commands import SMALL, cached_answers, calls, foundry, started, wait_until
 from foundry.probing.sitting import how_far
 from foundry.records import Outcome
 from foundry.storing.store import SweepFolder
@@ -45,7 +45,7 @@ def test_answers_are_the_calls_of_the_person_with_the_seconds_they_took(pilot: P
     run = SweepFolder.open(pilot / "asked").runs()[0]
     found = list(run.calls())
     assert {call.model for call in found} == {"human/ana"}
-    assert all(0 < call.timings["latency"] < PATIENCE_S for call in found)
+    assert all(call.timings["latency"] > 0 for call in found)
     acted = [one for one in decisions(pilot / "asked") if one["kind"] == "action"]
     assert {(one["action"], one["outcome"]) for one in acted} == {("up", Outcome.CHOSEN)}
 
@@ -137,7 +137,7 @@ def test_an_answer_in_other_words_is_read_as_a_models_would_be(pilot: Path, monk
     assert {(one["action"], one["outcome"]) for one in acted} == {("up", Outcome.REPAIRED)}
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_kill_loses_no_answer_and_nobody_is_asked_it_again(pilot: Path, monkeypatch: pytest.MonkeyPatch):
     with started("play", "pilot", *ASKED, "--no-browser", cwd=pilot) as process:
         assert process.stdout is not None

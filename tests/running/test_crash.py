@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from commands import (
-    PATIENCE_S,
     cached_answers,
     foundry,
     is_dead,
@@ -59,18 +58,18 @@ def all_open(folder: Path) -> int:
 
 @pytest.mark.parametrize(
     ("workers", "answers"),
-    [pytest.param(1, 1, marks=pytest.mark.slow), pytest.param(1, 150, marks=pytest.mark.slow), (2, 37)],
+    [pytest.param(1, 1, marks=pytest.mark.exhaustive), pytest.param(1, 150, marks=pytest.mark.exhaustive), (2, 37)],
 )
 def test_a_sweep_that_was_killed_goes_on_where_it_was(workers: int, answers: int, tmp_path: Path, undisturbed: Path):
     holding = Holding(answers)
     arguments = (*SWEEP, "output.dir=sweep", f"runner.workers={workers}")
     with OllamaServer(holding) as server:
         with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
-            wait_until(lambda: holding.held, "the calls are held back")
+            wait_until(lambda: holding.held, "the calls are held back", process)
             cache = tmp_path / "outputs" / "answers.sqlite"
-            wait_until(lambda: cached_answers(cache) == answers, "every answer given is in the cache")
+            wait_until(lambda: cached_answers(cache) == answers, "every answer given is in the cache", process)
             folder = SweepFolder.open(tmp_path / "sweep")
-            wait_until(lambda: len(folder.progress()) == workers, "every worker has begun")
+            wait_until(lambda: len(folder.progress()) == workers, "every worker has begun", process)
             at_work = [report["pid"] for report in folder.progress().values()]
             kill(process.pid)
             wait_until(lambda: all(map(is_dead, at_work)), "no worker outlives the command")
@@ -80,29 +79,32 @@ def test_a_sweep_that_was_killed_goes_on_where_it_was(workers: int, answers: int
         assert_nothing_lost_or_paid_twice(server, tmp_path / "sweep", undisturbed)
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_killed_costs_only_its_unfinished_runs(tmp_path: Path, undisturbed: Path):
     holding = Holding(60)
     arguments = (*SWEEP, "output.dir=sweep", "runner.workers=2", *IMPATIENT)
     with OllamaServer(holding) as server:
         with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
-            wait_until(lambda: holding.held, "the calls are held back")
-            wait_until(lambda: cached_answers(tmp_path / "outputs" / "answers.sqlite") == 60, "all is in the cache")
+            wait_until(lambda: holding.held, "the calls are held back", process)
+            cache = tmp_path / "outputs" / "answers.sqlite"
+            wait_until(lambda: cached_answers(cache) == 60, "every answer given is in the cache", process)
             reports = SweepFolder.open(tmp_path / "sweep").progress()
             victim = next(report["pid"] for report in reports.values() if report["open"])
             kill(victim)
             holding.free()
             server.drop_hanging()
-            output, _ = process.communicate(timeout=PATIENCE_S)
+            output, _ = process.communicate()
         assert process.returncode == 0, output
         assert_nothing_lost_or_paid_twice(server, tmp_path / "sweep", undisturbed)
 
 
+@pytest.mark.slow
 def test_ctrl_c_stops_in_order_and_says_how_to_go_on(tmp_path: Path, undisturbed: Path):
     holding = Holding(40)
     with OllamaServer(holding) as server:
         arguments = (*SWEEP, "output.dir=sweep", "runner.workers=2", *IMPATIENT)
         with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
-            wait_until(lambda: holding.held, "the calls are held back")
+            wait_until(lambda: holding.held, "the calls are held back", process)
             os.killpg(process.pid, signal.SIGINT)
             folder = SweepFolder.open(tmp_path / "sweep")
             wait_until(lambda: is_stopping(folder.path), "it was understood")
@@ -110,7 +112,7 @@ def test_ctrl_c_stops_in_order_and_says_how_to_go_on(tmp_path: Path, undisturbed
                 wait_until_all_report(folder)
             holding.free()
             server.drop_hanging()
-            output, _ = process.communicate(timeout=PATIENCE_S)
+            output, _ = process.communicate()
         assert process.returncode == 130, output
         assert "foundry resume sweep" in output
         assert None in statuses(tmp_path / "sweep")
@@ -119,6 +121,7 @@ def test_ctrl_c_stops_in_order_and_says_how_to_go_on(tmp_path: Path, undisturbed
         assert_nothing_lost_or_paid_twice(server, tmp_path / "sweep", undisturbed)
 
 
+@pytest.mark.slow
 def test_of_two_commands_on_one_sweep_ctrl_c_stops_its_own_alone(tmp_path: Path, undisturbed: Path):
     holding, folder = Holding(0), tmp_path / "sweep"
     arguments = (*SWEEP, "output.dir=sweep", "runner.workers=1", "runner.open_runs=3", *IMPATIENT)
@@ -134,22 +137,23 @@ def test_of_two_commands_on_one_sweep_ctrl_c_stops_its_own_alone(tmp_path: Path,
                 wait_until_all_report(SweepFolder.open(folder))
             holding.free()
             server.drop_hanging()
-            told = [process.communicate(timeout=PATIENCE_S)[0] for process in (stopped, other)]
+            told = [process.communicate()[0] for process in (stopped, other)]
         assert (stopped.returncode, other.returncode) == (130, 0), told
         assert_nothing_lost_or_paid_twice(server, folder, undisturbed)
 
 
-@pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 2])
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.exhaustive), 2])
 def test_a_second_ctrl_c_stops_at_once(workers: int, tmp_path: Path):
     holding = Holding(10)
     with OllamaServer(holding) as server:
         arguments = (*SWEEP, "output.dir=sweep", f"runner.workers={workers}")
         with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
-            wait_until(lambda: holding.held, "the calls are held back")
+            wait_until(lambda: holding.held, "the calls are held back", process)
             os.killpg(process.pid, signal.SIGINT)
             wait_until(lambda: is_stopping(tmp_path / "sweep"), "the first one was understood")
             os.killpg(process.pid, signal.SIGINT)
-            output, _ = process.communicate(timeout=PATIENCE_S)
+            output, _ = process.communicate()
         assert process.returncode == 130, output
         assert "Traceback" not in output
         assert "interrupted; go on with: foundry resume" in output

@@ -38,6 +38,7 @@ def sent(swept: SweepFolder, tmp_path: Path) -> RemoteSweep:
     return remote
 
 
+@pytest.mark.slow
 def test_what_was_sent_comes_back_the_same(swept: SweepFolder, sent: RemoteSweep, tmp_path: Path):
     fetched = fetch(sent.url, tmp_path / "here")
     first, second, third = swept.runs()
@@ -50,6 +51,7 @@ def test_what_was_sent_comes_back_the_same(swept: SweepFolder, sent: RemoteSweep
     assert not here[third.id].ended
 
 
+@pytest.mark.slow
 def test_only_what_is_missing_is_fetched_again(swept: SweepFolder, sent: RemoteSweep, tmp_path: Path):
     fetch(sent.url, tmp_path / "here")
     last = swept.runs()[-1]
@@ -80,6 +82,7 @@ def test_another_sweep_at_the_url_is_refused(sent: RemoteSweep, tmp_path: Path):
     assert done.returncode == 2 and "holds another sweep" in done.stderr
 
 
+@pytest.mark.slow
 def test_a_sweep_that_has_grown_is_sent_and_fetched_as_it_is_now(swept: SweepFolder, sent: RemoteSweep, tmp_path: Path):
     fetch(sent.url, tmp_path / "before")
     shutil.copytree(swept.path, tmp_path / "sweep")

@@ -10,8 +10,10 @@ from pathlib import Path
 
 import pytest
 
+import ollama_cases
 from commands import cached_answers, calls, foundry, kill, records, started, statuses, wait_until
 from foundry.storing.store import SweepFolder
+from ollama_cases import Body, grid_answer, refused
 from ollama_server import OllamaServer
 from openai_server import ChatCase, OpenAIServer, grid_reply
 from replaced import MODEL, Replaced
@@ -63,7 +65,7 @@ def assert_mended(workspace: Path, replaced: Replaced, undisturbed: Path) -> Non
         assert verified.returncode == 0 and "6 runs: 6 identical" in verified.stdout
 
 
-@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.exhaustive)])
 def test_answers_of_replaced_weights_leave_the_cache_and_the_runs_that_used_them_fail(
     workers: int, tmp_path: Path, undisturbed: Path
 ):
@@ -101,6 +103,7 @@ def test_no_run_is_complete_with_an_answer_that_was_not_confirmed(tmp_path: Path
     assert kept == there
 
 
+@pytest.mark.slow
 def test_what_verify_status_and_resume_say_of_a_sweep_whose_weights_changed(tmp_path: Path):
     replaced = Replaced(at=MIDWAY)
     with replaced.serve() as server:
@@ -123,36 +126,39 @@ def test_what_verify_status_and_resume_say_of_a_sweep_whose_weights_changed(tmp_
         assert new.returncode == 0 and statuses(tmp_path / "new") == ["complete"] * 6
 
 
-def test_what_a_killed_worker_left_unconfirmed_is_asked_again_when_the_weights_were_written_anew(
-    tmp_path: Path, undisturbed: Path
-):
-    replaced = Replaced(at=MIDWAY, written=True, held_from=MIDWAY + 6)
-    cache = tmp_path / "outputs" / "answers.sqlite"
-    with replaced.serve() as server:
-        arguments = (*SWEEP, "output.dir=sweep", "runner.workers=1")
-        with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
-            wait_until(lambda: cached_answers(cache) == MIDWAY + 5, "every answer given is in the cache")
-            kill(process.pid)
-        replaced.held_from = None
-        left = unconfirmed(tmp_path)
-        assert len(replaced.second) == 6 and left >= 6
-        assert_mended(tmp_path, replaced, undisturbed)
-        assert sum(server.answered.values()) == CALLS + left
-
-
 @pytest.mark.slow
-def test_what_a_killed_worker_left_unconfirmed_is_used_when_the_weights_are_the_same(tmp_path: Path, undisturbed: Path):
-    replaced = Replaced(at=10**9, held_from=MIDWAY + 6)
+@pytest.mark.parametrize("written_anew", [True, pytest.param(False, marks=pytest.mark.exhaustive)])
+def test_what_a_killed_worker_left_unconfirmed_is_asked_again_if_the_weights_were_written_anew(
+    written_anew: bool, tmp_path: Path, undisturbed: Path
+):
+    replaced = Replaced(at=MIDWAY if written_anew else 10**9, written=written_anew, held_from=MIDWAY + 6)
     cache = tmp_path / "outputs" / "answers.sqlite"
     with replaced.serve() as server:
         arguments = (*SWEEP, "output.dir=sweep", "runner.workers=1")
         with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
-            wait_until(lambda: cached_answers(cache) == MIDWAY + 5, "every answer given is in the cache")
+            wait_until(lambda: cached_answers(cache) == MIDWAY + 5, "every answer given is in the cache", process)
             kill(process.pid)
         replaced.held_from = None
-        assert unconfirmed(tmp_path) > 0
+        left, asked_of_others = unconfirmed(tmp_path), len(replaced.second)
+        assert (asked_of_others == 6 and left >= 6) if written_anew else left > 0
         assert_mended(tmp_path, replaced, undisturbed)
-        assert sum(server.answered.values()) == CALLS and unconfirmed(tmp_path) == 0
+        assert sum(server.answered.values()) == CALLS + (left if written_anew else 0)
+        assert written_anew or unconfirmed(tmp_path) == 0
+
+
+def test_what_a_run_that_failed_was_answered_is_confirmed_at_the_end_and_not_paid_again(tmp_path: Path):
+    """The weights are written anew before it goes on: then an answer that waits for a confirmation is not used."""
+
+    def answer(body: Body) -> str | ollama_cases.ChatCase:
+        return refused(400, "no") if len(server.bodies) == 8 else grid_answer(body)
+
+    one_by_one = ("model.server.in_flight={min: 1, max: 1, initial: 1}", "runner.workers=1")
+    with OllamaServer(answer) as server:
+        asked = (f"model={MODEL}", *SHAPE[1:], *one_by_one, "output.dir=sweep")
+        assert foundry(*asked, cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 3
+        server.models[MODEL].modified_at = "2026-09-02T12:00:00Z"
+        assert foundry("resume", "sweep", cwd=tmp_path).returncode == 0
+        assert len(server.bodies) == CALLS_OF_A_RUN + 1
 
 
 def unconfirmed(workspace: Path) -> int:
@@ -160,6 +166,7 @@ def unconfirmed(workspace: Path) -> int:
         return int(database.execute("SELECT count(*) FROM unconfirmed").fetchone()[0])
 
 
+@pytest.mark.slow
 def test_weights_that_are_back_when_the_server_is_asked_are_found_by_their_date(tmp_path: Path, undisturbed: Path):
     replaced = Replaced(at=MIDWAY, written=True)
     replaced.then = lambda call: replaced.put_back() if call == MIDWAY + 4 else None
@@ -169,6 +176,7 @@ def test_weights_that_are_back_when_the_server_is_asked_are_found_by_their_date(
         assert_mended(tmp_path, replaced, undisturbed)
 
 
+@pytest.mark.slow
 def test_one_of_two_servers_that_changes_stops_the_sweep(tmp_path: Path, undisturbed: Path):
     replaced = Replaced(at=MIDWAY // 2)
     with OllamaServer() as steady, replaced.serve() as server:
@@ -181,6 +189,7 @@ def test_one_of_two_servers_that_changes_stops_the_sweep(tmp_path: Path, undistu
         assert records(tmp_path / "sweep") == records(undisturbed)
 
 
+@pytest.mark.slow
 def test_a_sweep_that_takes_all_from_a_confirmed_cache_asks_the_server_nothing_more(tmp_path: Path):
     with OllamaServer() as server:
         assert foundry(*SWEEP, "output.dir=one", cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
@@ -190,6 +199,7 @@ def test_a_sweep_that_takes_all_from_a_confirmed_cache_asks_the_server_nothing_m
         assert unconfirmed(tmp_path) == 0
 
 
+@pytest.mark.slow
 def test_a_cache_of_an_older_foundry_goes_on_being_used(tmp_path: Path):
     with OllamaServer() as server:
         assert foundry(*SWEEP, "output.dir=one", cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
@@ -208,6 +218,7 @@ def other_reply(body) -> str:
     return grid_reply({**body, "seed": -1})
 
 
+@pytest.mark.slow
 def test_a_server_whose_list_names_another_model_loses_its_unconfirmed_answers(tmp_path: Path):
     """The name has another root, as when an adapter is loaded anew."""
     server = OpenAIServer(models={"a": {"root": "first"}})
@@ -221,6 +232,7 @@ def test_a_server_whose_list_names_another_model_loses_its_unconfirmed_answers(t
     mended_openai(tmp_path, server, "digest listed-")
 
 
+@pytest.mark.slow
 def test_a_server_whose_replies_have_another_fingerprint_loses_its_unconfirmed_answers(tmp_path: Path):
     server = OpenAIServer()
 

@@ -5,11 +5,14 @@ from __future__ import annotations
 import signal
 from pathlib import Path
 
+import pytest
+
 from commands import SMALL, calls, foundry, records, statuses
 
 SWEEP = ("-m", "model=scripted/random", "seed=0-1", *SMALL)
 
 
+@pytest.mark.slow
 def test_a_job_for_each_run_records_what_the_plain_command_does_once_and_leaves_ctrl_c_alone(tmp_path: Path):
     before = signal.getsignal(signal.SIGINT)
     assert foundry(*SWEEP, "output.dir=plain", "runner.workers=1", cwd=tmp_path).returncode == 0

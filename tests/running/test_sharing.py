@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 
 import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from commands import SMALL, foundry
+from commands import SMALL, foundry, shared, started, wait_until
 from foundry.models.answers.opening import open_answers
 from foundry.models.base import Reply
 from foundry.models.serving import InFlight
@@ -18,6 +19,7 @@ from foundry.models.wrappers.limited import Limit
 from foundry.running.build import model_stack
 from foundry.running.sharing import PATIENCE_S, SILENT_S, Group, Part, Shared, divided
 from models.slot_servers import Timed
+from ollama_cases import held
 from ollama_server import OllamaServer
 from own_backend import Paid
 
@@ -193,19 +195,39 @@ def test_there_is_room_where_calls_are_made_and_seldom_wait():
 def test_where_a_server_has_room_more_runs_are_opened_than_said_unless_one_was_said(
     open_runs, least, most, workspace, monkeypatch
 ):
-    """Each of the runs has two agents, which are asked at once."""
+    """Each of the runs has two agents, which are asked at once and answered after the worker saw room several times."""
     monkeypatch.setattr("foundry.running.lane.REPORT_EVERY_S", 0.01)
+    have_room, rooms = Shared.have_room, itertools.count()
+
+    def look(worker: Shared) -> bool:
+        room = have_room(worker)
+        if room and next(rooms) >= 5 and server.counts.in_flight >= least:
+            server.free()
+        return room
+
+    monkeypatch.setattr(Shared, "have_room", look)
     asked = ("-m", "seed=0-11", "world.agents=2", "world.steps=2", "analyze=false", f"runner.open_runs={open_runs}")
     limit = "model.server.in_flight={min: 64, max: 64, initial: 64}"
-    with OllamaServer(latency_s=0.02) as server:
+    with OllamaServer(held) as server:
         done = foundry(*asked, limit, cwd=workspace, OLLAMA_HOST=server.url)
         assert done.returncode == 0, done.stdout + done.stderr
     assert least <= server.counts.most_in_flight <= most
 
 
+NEVER_ALONE = "from foundry.running import sharing\nsharing.PATIENCE_S = sharing.SILENT_S = float('inf')\n"
+"""Workers take no other to be gone, however busy the machine is."""
+
+
+@pytest.mark.slow
 def test_two_workers_together_keep_to_the_limit_of_one_server(workspace):
+    (workspace / "sitecustomize.py").write_text(NEVER_ALONE)
     limit = "model.server.in_flight={min: 4, max: 4, initial: 4}"
-    with OllamaServer(latency_s=0.02) as server:
-        done = foundry("-m", "seed=0-3", *SMALL, limit, "runner.workers=2", cwd=workspace, OLLAMA_HOST=server.url)
-        assert done.returncode == 0, done.stdout + done.stderr
-    assert 3 <= server.counts.most_in_flight <= 6
+    asked = ("-m", "seed=0-3", *SMALL, limit, "runner.workers=2", "runner.open_runs=1", "output.dir=sweep")
+    to = {"PYTHONPATH": str(workspace)}
+    with OllamaServer(held) as server, started(*asked, cwd=workspace, OLLAMA_HOST=server.url, **to) as process:
+        wait_until(lambda: shared(workspace / "sweep") == [2, 2], "they share the limit", process)
+        wait_until(lambda: server.counts.in_flight >= 4, "as many calls as allowed are in flight", process)
+        server.free()
+        output, _ = process.communicate()
+    assert process.returncode == 0, output
+    assert 4 <= server.counts.most_in_flight <= 6

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from commands import SMALL, calls, records, statuses
+from foundry.storing.store import SweepFolder
 from ollama_cases import Body, ChatCase, grid_answer
 from ollama_server import OllamaServer
 
@@ -28,6 +30,11 @@ class Holding:
 
     def free(self) -> None:
         self.left = 10**9
+
+
+def working(folder: Path) -> list[dict[str, Any]]:
+    """Return the reports of the workers that have a run open."""
+    return [report for report in SweepFolder.open(folder).progress().values() if report["open"]]
 
 
 def assert_nothing_lost_or_paid_twice(server: OllamaServer, folder: Path, undisturbed: Path) -> None:

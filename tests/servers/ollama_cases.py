@@ -31,6 +31,7 @@ class ChatCase:
         cut: send half of the body only.
         drop: close the connection instead of answering, or after half of the body with `cut`.
         hang: never answer.
+        held: answer once the server is freed.
         delay_s: seconds beside the server's latency.
     """
 
@@ -47,6 +48,7 @@ class ChatCase:
     cut: bool = False
     drop: bool = False
     hang: bool = False
+    held: bool = False
     delay_s: float = 0.0
 
 
@@ -233,6 +235,11 @@ def grid_answer(body: Mapping[str, Any]) -> str:
         memory = f"went {direction}"
         reply = {"action": "move", "direction": direction, "memory": memory, "reasoning": "To look around."}
     return msgspec.json.encode(reply).decode()
+
+
+def held(body: Mapping[str, Any]) -> ChatCase:
+    """Return what `grid_answer` does, to be given once the server is freed."""
+    return ChatCase(text=grid_answer(body), held=True)
 
 
 def body_key(body: Body) -> bytes:

@@ -13,7 +13,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from typing import Any
 
 import msgspec
@@ -49,8 +49,7 @@ class OllamaServer(LocalServer):
         answer: gives the reply's text, or a `ChatCase`, to a chat body.
         models: what is installed; digests may be changed while it runs.
         latency_s: seconds of work per call.
-        slots: calls worked on at once, the others queue unseen; None for any number.
-        load_s: seconds that loading a model takes; the load stops when its caller leaves.
+        holds_loads: a load lasts until the server is freed; it stops when its caller leaves.
         max_queue: calls that may wait for a load; more get 503.
         version: what `/api/version` says.
         on_chat: called in the server's thread with the number of a chat call, from 1, and its body.
@@ -64,8 +63,7 @@ class OllamaServer(LocalServer):
         *,
         models: list[FakeModel] | None = None,
         latency_s: float = 0.0,
-        slots: int | None = None,
-        load_s: float = 0.0,
+        holds_loads: bool = False,
         max_queue: int = 512,
         version: str = "0.32.15",
         on_chat: OnChat | None = None,
@@ -78,7 +76,7 @@ class OllamaServer(LocalServer):
         self.registry = {"gemma3:4b"}
         self.offline = False
         self.latency_s = latency_s
-        self.load_s = load_s
+        self.holds_loads = holds_loads
         self.max_queue = max_queue
         self.version = version
         self.on_chat = on_chat
@@ -94,7 +92,7 @@ class OllamaServer(LocalServer):
         self._waiting_for_load = 0
         self._loading = asyncio.Lock()
         self._let_go = asyncio.Event()
-        self._slots = nullcontext() if slots is None else asyncio.Semaphore(slots)
+        self._freed = asyncio.Event()
         self._routes = {
             ("GET", "/"): self._home,
             ("HEAD", "/"): self._home,
@@ -145,8 +143,13 @@ class OllamaServer(LocalServer):
         """Close the connections of the calls that hang."""
         self._loop.call_soon_threadsafe(self._let_go.set)
 
+    def free(self) -> None:
+        """Let the calls and loads go on that are held, and hold no more."""
+        self._loop.call_soon_threadsafe(self._freed.set)
+
     def _end(self) -> None:
         self._let_go.set()
+        self._freed.set()
         super()._end()
 
     async def _handle(self, request: web.BaseRequest) -> web.StreamResponse:
@@ -261,8 +264,9 @@ class OllamaServer(LocalServer):
             return case
         if not await self._ensure_loaded(body, model):
             return busy()
-        async with self._slots:
-            await asyncio.sleep(self.latency_s + case.delay_s)
+        if case.held:
+            await self._freed.wait()
+        await asyncio.sleep(self.latency_s + case.delay_s)
         overflow = overflow_of(body) if case.prompt_tokens is None else None
         return overflow or case
 
@@ -277,7 +281,8 @@ class OllamaServer(LocalServer):
         try:
             async with self._loading:
                 if self._loaded.get(model.name) != key:
-                    await asyncio.sleep(self.load_s)
+                    if self.holds_loads:
+                        await self._freed.wait()
                     self._loaded[model.name] = key
                     self.counts.loads += 1
         finally:
@@ -290,12 +295,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--port", type=int, default=0)
     parser.add_argument("--latency", type=float, default=0.0, help="seconds of work per call")
-    parser.add_argument("--slots", type=int, default=None, help="calls worked on at once")
-    parser.add_argument("--load", type=float, default=0.0, help="seconds to load a model")
     asked = parser.parse_args()
-    with OllamaServer(
-        port=asked.port, latency_s=asked.latency, slots=asked.slots, load_s=asked.load, keep_bodies=False
-    ) as server:
+    with OllamaServer(port=asked.port, latency_s=asked.latency, keep_bodies=False) as server:
         sys.stdout.write(f"{server.url}\n")
         sys.stdout.flush()
         threading.Event().wait()

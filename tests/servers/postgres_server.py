@@ -6,15 +6,17 @@ import contextlib
 import getpass
 import os
 import shutil
-import socket
 import subprocess
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from ports import reserved_port
+
 ACCOUNT = "postgres"
 """PostgreSQL refuses to run as root; this account comes with its packages."""
+WAITING = ("--wait", "--silent", "--timeout=3600")  # unless told, it gives up after a minute
 
 
 def programs() -> Path | None:
@@ -27,14 +29,14 @@ def programs() -> Path | None:
 
 
 class PostgresServer:
-    """A server on a free port whose data is gone afterwards."""
+    """A server at a port whose data is gone afterwards."""
 
-    def __init__(self, programs: Path, folder: Path) -> None:
+    def __init__(self, programs: Path, folder: Path, port: int) -> None:
         self._programs = programs
         self._folder = folder
         self._account: dict[str, Any] = {"user": ACCOUNT, "group": ACCOUNT} if os.geteuid() == 0 else {}
         self.user = ACCOUNT if self._account else getpass.getuser()
-        self.port = free_port()
+        self.port = port
         self._databases = 0
 
     def create(self) -> None:
@@ -42,10 +44,10 @@ class PostgresServer:
 
     def start(self) -> None:
         options = f"-p {self.port} -k {self._folder} -c listen_addresses=127.0.0.1 -c fsync=off"
-        self._call("pg_ctl", "start", "--wait", "--silent", f"--log={self._folder / 'log'}", f"--options={options}")
+        self._call("pg_ctl", "start", *WAITING, f"--log={self._folder / 'log'}", f"--options={options}")
 
     def stop(self) -> None:
-        self._call("pg_ctl", "stop", "--wait", "--silent", "--mode=fast")
+        self._call("pg_ctl", "stop", *WAITING, "--mode=fast")
 
     def restart(self) -> None:
         self.stop()
@@ -67,8 +69,8 @@ class PostgresServer:
 @contextlib.contextmanager
 def postgres_server(programs: Path) -> Iterator[PostgresServer]:
     """Run a server; the folder is not below pytest's, which other accounts cannot enter."""
-    with tempfile.TemporaryDirectory(prefix="foundry-postgres-") as folder:
-        server = PostgresServer(programs, Path(folder))
+    with tempfile.TemporaryDirectory(prefix="foundry-postgres-") as folder, reserved_port() as port:
+        server = PostgresServer(programs, Path(folder), port)
         if os.geteuid() == 0:
             shutil.chown(folder, ACCOUNT, ACCOUNT)
         server.create()
@@ -77,9 +79,3 @@ def postgres_server(programs: Path) -> Iterator[PostgresServer]:
             yield server
         finally:
             server.stop()
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import threading
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace as changed
 
+from declared_forms import GRID
+from foundry.declared import Declared
 from foundry.errors import InputError, RecordError
 from foundry.expansion import Condition, Sweep, expand
 from foundry.storing import store
 from foundry.storing.growing import growth
-from foundry.storing.run_files import claimed
+from foundry.storing.run_files import PROBE, claimed
 from foundry.storing.store import SweepFolder
 
 
@@ -59,6 +62,12 @@ def test_runs_that_are_there_keep_the_ids_that_they_were_recorded_with():
         growth(renamed, there)
 
 
+def test_seeds_are_added_to_the_first_of_conditions_that_decide_the_same_runs():
+    one, other = (replace(condition(record={"frames": every}), factors={"record.frames": every}) for every in (1, 5))
+    found = growth(sweep(one, other), sweep(replace(other, seeds=(7,))))
+    assert {run.condition for run in found.sweep.runs} == {0} and len(found.sweep.runs) == 3
+
+
 def test_what_is_there_already_adds_nothing():
     there = sweep(condition("a"), condition("b"))
     found = growth(there, sweep(condition("b", seeds=(1,))))
@@ -79,7 +88,7 @@ def test_how_a_model_is_reached_is_no_difference():
         (condition(prompt={"name": "paper", "wording": "new"}), 'prompt.wording is not set in it and "new" here'),
         (condition(sampling_seed=1), "sampling_seed is null in it and 1 here"),
         (condition(record={"frames": 5}), "record.frames is false in it and 5 here"),
-        (condition(fork={"run": "r"}), 'would differ: fork.run is not set in it and "r" here'),
+        (condition(fork={"run": "r"}), 'settings would differ: fork.run is not set in it and "r" here'),
     ],
 )
 def test_a_condition_that_is_set_otherwise_is_refused_with_the_difference(asked: Condition, said: str):
@@ -89,6 +98,9 @@ def test_a_condition_that_is_set_otherwise_is_refused_with_the_difference(asked:
 def test_a_long_difference_is_cut():
     options = {"name": "w", **{f"option_{number}": number for number in range(9)}}
     assert "; and 7 more. Ask" in refusal(sweep(condition()), sweep(condition(world=options)))
+    wording = {"name": "paper", "wording": "\u202e" + "x" * 99}
+    told = refusal(sweep(condition()), sweep(condition(prompt=wording)))
+    assert '"\\u202e' + "x" * 50 + "... here" in told
 
 
 @pytest.mark.parametrize("swept", ["there", "asked"])
@@ -104,6 +116,17 @@ def test_several_values_of_one_setting_excuse_no_other():
     assert "world.agents is not set in it and 9 here" in refusal(there, asked)
 
 
+@pytest.mark.parametrize(("part", "path"), [("record", "record.frames"), ("fork", "fork.run")])
+def test_several_values_of_what_is_recorded_or_continued_excuse_no_further_one(part: str, path: str):
+    key = path.partition(".")[2]
+    one, other, third = ({part: {key: value, "also": min(value, 2)}} for value in (1, 2, 3))
+    there = sweep(condition("a", **one), condition("b", **other))
+    assert growth(there, sweep(condition("c", **other))).new
+    for asked in (sweep(condition("c", **third)), sweep(condition("c", **one), condition("d", **third))):
+        told = refusal(there, asked)
+        assert f"would differ: {path} is 2 in it and 3 here. Ask" in told and "ask for both values" not in told
+
+
 def test_worlds_whose_settings_follow_the_seed_grow_by_seeds():
     there = sweep(*(condition(steps=seed, seeds=(seed,)) for seed in range(3)))
     assert len(growth(there, sweep(condition(steps=7, seeds=(7,)))).new) == 1
@@ -112,13 +135,47 @@ def test_worlds_whose_settings_follow_the_seed_grow_by_seeds():
 def test_the_file_keeps_what_was_asked_and_when(tmp_path: Path):
     models = [{"name": "a", "digest": "d1", "server_version": None}]
     SweepFolder.create(tmp_path / "s", sweep(condition()), {"view": None}, models)
-    more = expand(["-m", "model=b"], [condition("b")])
+    more = expand(["-m", "model=b"], [condition("b"), condition()])
     SweepFolder.create(tmp_path / "s", more, {"view": 1}, [{"name": "b", "digest": "d2", "server_version": None}])
     found = SweepFolder.open(tmp_path / "s")
     assert [(one.overrides, one.runs) for one in found.sweep.history] == [(("-m",), 2), (("-m", "model=b"), 2)]
     assert all(one.when and one.when.endswith("+00:00") for one in found.sweep.history)
     assert found.settings == {"view": None}
     assert [model["digest"] for model in found.models] == ["d1", "d2"]
+
+
+OTHER, D = changed(GRID, form="other"), "d" * 64
+
+
+@pytest.mark.parametrize(("then", "now"), [(None, GRID), (GRID, GRID), (GRID, OTHER), (GRID, None)])
+def test_a_sweep_goes_on_only_with_worlds_that_say_of_its_records_what_they_said(
+    then: Declared | None, now: Declared | None, tmp_path: Path
+):
+    SweepFolder.create(tmp_path / "s", sweep(replace(condition(), declared=then)), {}, [])
+    asked = sweep(replace(condition(seeds=(0, 7)), declared=now), replace(condition("b"), declared=OTHER))
+    same = then in (None, now)
+    with nullcontext() if same else pytest.raises(InputError, match="World 'w' says other things"):
+        SweepFolder.create(tmp_path / "s", asked, {}, [])
+    assert len(SweepFolder.open(tmp_path / "s").runs()) == (5 if same else 2)
+
+
+@pytest.mark.parametrize(("then", "now"), [(None, D), (D, D), (D, None), (D, "e" * 64)])
+def test_a_sweep_goes_on_only_with_weights_that_are_not_known_to_be_others(
+    then: str | None, now: str | None, tmp_path: Path
+):
+    SweepFolder.create(tmp_path / "s", sweep(condition()), {}, [{"name": "a", "digest": then, "server_version": None}])
+    models = [{"name": name, "digest": digest, "server_version": None} for name, digest in (("a", now), ("b", "f"))]
+    same = None in (then, now) or then == now
+    told = r"\(digest d{12} then, e{12} now\): put the first one back"
+    with nullcontext() if same else pytest.raises(InputError, match=told):
+        SweepFolder.create(tmp_path / "s", sweep(condition("b")), {}, models)
+    assert len(SweepFolder.open(tmp_path / "s").runs()) == (4 if same else 2)
+
+
+def test_probes_and_whole_runs_are_not_in_one_sweep():
+    whole, probe = sweep(condition()), sweep(condition(world={"_target_": PROBE, "name": "p"}))
+    assert "holds a sweep of whole runs, beside which a probe cannot stand" in refusal(whole, probe)
+    assert "holds a probe, beside which whole runs cannot stand" in refusal(probe, whole)
 
 
 def test_a_file_without_a_history_has_one_entry(tmp_path: Path):
@@ -150,8 +207,8 @@ def test_one_that_grows_a_sweep_waits_for_another_that_does(tmp_path: Path, monk
     with ThreadPoolExecutor(1) as pool:
         with claimed(tmp_path / "s" / "locks" / "sweep.lock"):
             grown = pool.submit(SweepFolder.create, tmp_path / "s", sweep(condition("b")), {}, [])
-            assert comes.wait(60)
-        assert grown.result(60).sweep == sweep(condition("b"))
+            comes.wait()
+        assert grown.result().sweep == sweep(condition("b"))
 
 
 def test_one_that_waited_in_vain_for_another_that_grows_the_sweep_adds_nothing(

@@ -45,6 +45,13 @@ def test_a_line_of_which_the_disk_takes_a_part_ends_the_sweep(folder: RunFolder)
     writer.close()
 
 
+def test_a_file_of_which_the_disk_takes_a_part_stays_as_it_was_and_leaves_nothing_beside_it(tmp_path: Path):
+    write_atomically(tmp_path / "run.json", b"before")
+    with largest_file(100), pytest.raises(OSError, match="File too large"):
+        write_atomically(tmp_path / "run.json", b"x" * 101)
+    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == {"run.json": b"before"}
+
+
 def test_a_run_that_is_started_anew_keeps_nothing_of_its_last_start(folder: RunFolder):
     first = RunWriter(folder, "")
     first.append([step(1, 0), step(1, 1)])

@@ -69,7 +69,7 @@ def test_few_such_replies_are_not_worth_a_word(agents: int, said: bool, tmp_path
     assert (" could not be read" in shown) == said, shown
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_in_3d_it_is_said_without_the_advice_for_2d(tmp_path: Path):
     overrides = ("world=office", "model=qwen2.5vl:3b", "world.steps=2", "runner.workers=1", "output.dir=out")
     with OllamaServer(lambda body: "I see racks.") as server:

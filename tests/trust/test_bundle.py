@@ -21,7 +21,7 @@ from foundry.trust.bundling import write_bundle
 from foundry.trust.manifest import Manifest
 from foundry.trust.unbundling import unpack_bundle
 from foundry.worlds.camera import surroundings
-from trust.conftest import build_wall, run_of, runs
+from trust.conftest import build_wall, rewrite, run_of, runs
 from worlds.camera.usd_files import mesh, picture, write_stage
 
 
@@ -45,6 +45,7 @@ def test_the_same_sweep_gives_the_same_bytes(grid_sweep: Path, bundled: Path, tm
     assert (tmp_path / "again.tar.zst").read_bytes() == bundled.read_bytes()
 
 
+@pytest.mark.slow
 def test_from_a_bundle_runs_verify_and_the_tables_come_out_the_same(grid_sweep: Path, bundled: Path, tmp_path: Path):
     done = foundry("unbundle", str(bundled), "anew", cwd=tmp_path)
     assert done.returncode == 0 and "4 runs" in done.stdout, done.stderr
@@ -70,6 +71,21 @@ def test_a_bundle_says_nothing_of_the_machine(bundled: Path, grid_sweep: Path):
     assert "CITATION.cff" in found and "sweep.yaml" in found
 
 
+@pytest.mark.parametrize(
+    "where",
+    ["model.server.hosts=http://gpu", "+model.of.server.read_timeout_s=9", "model.server={hosts: http://gpu}",
+     "++output.dir=/data/x", "~cache.path", "hydra.job.name=x", "--config-dir=mine"],
+)  # fmt: skip
+def test_a_bundle_does_not_repeat_what_the_command_line_said_of_the_machine(where: str, copied: Path, tmp_path: Path):
+    asked = ["-m", "model=qwen3:4b", "world.server_room=1", "model.serving=fast"]
+    rewrite(copied, lambda content: content.update(asked=[*asked, where]))
+    rewrite(copied, lambda content: content["history"][0].update(asked=[where, *asked]))
+    write_bundle(copied, tmp_path / "out.tar.zst")
+    unpack_bundle(tmp_path / "out.tar.zst", tmp_path / "anew")
+    sweep = SweepFolder.open(tmp_path / "anew").sweep
+    assert [sweep.asked, *(one.overrides for one in sweep.history)] == [tuple(asked)] * 2
+
+
 def test_a_secret_of_the_environment_is_never_bundled(copied: Path, tmp_path: Path):
     run = run_of(copied, "qwen3:4b")
     first, *others = run.calls()
@@ -80,6 +96,7 @@ def test_a_secret_of_the_environment_is_never_bundled(copied: Path, tmp_path: Pa
     assert "sk-abcdef" not in done.stderr and list(tmp_path.glob("*.zst*")) == []
 
 
+@pytest.mark.slow
 def test_a_3d_bundle_brings_its_scene(camera_sweep: Path, tmp_path: Path):
     there = Path(shutil.copytree(camera_sweep.parent, tmp_path / "there"))
     write_bundle(there / "out", tmp_path / "room.tar.zst")
@@ -100,6 +117,7 @@ def test_a_3d_bundle_brings_its_scene(camera_sweep: Path, tmp_path: Path):
     assert foundry("verify", "third", "--workers", "1", cwd=tmp_path).returncode == 0
 
 
+@pytest.mark.slow
 def test_an_unpacked_3d_sweep_grows_in_the_scene_that_came_with_it(room_sweep: Path, tmp_path: Path):
     write_bundle(room_sweep, tmp_path / "room.tar.zst")
     unpack_bundle(tmp_path / "room.tar.zst", tmp_path / "anew")
@@ -112,6 +130,7 @@ def test_an_unpacked_3d_sweep_grows_in_the_scene_that_came_with_it(room_sweep: P
     assert foundry("verify", "anew", "--workers", "1", cwd=tmp_path).returncode == 0
 
 
+@pytest.mark.slow
 def test_a_3d_sweep_neither_grows_nor_goes_on_in_a_scene_that_has_changed(room_sweep: Path, tmp_path: Path):
     write_bundle(room_sweep, tmp_path / "room.tar.zst")
     unpack_bundle(tmp_path / "room.tar.zst", tmp_path / "anew")

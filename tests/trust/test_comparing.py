@@ -46,6 +46,7 @@ def test_the_command_prints_a_table_or_json(grid_sweep: Path):
     assert found["state"]["field"] == "x" and len(found["drift"]) == 4 and found["drift"][0]["turned"] is None
 
 
+@pytest.mark.slow
 def test_poses_are_compared_in_3d(camera_sweep: Path, grid_sweep: Path):
     (run,) = runs(camera_sweep)
     parting = compare(run, run)

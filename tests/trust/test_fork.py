@@ -19,6 +19,7 @@ def lines_before(content: bytes, step: int) -> list[bytes]:
     return [line for line in content.splitlines() if msgspec.json.decode(line)["step"] < step]
 
 
+@pytest.mark.slow
 def test_a_fork_shares_the_past_and_pays_only_for_the_rest(grid_sweep: Path, tmp_path: Path):
     origin = run_of(grid_sweep, MIX)
     with OllamaServer() as server:
@@ -44,6 +45,7 @@ def test_a_fork_shares_the_past_and_pays_only_for_the_rest(grid_sweep: Path, tmp
     assert foundry("verify", "out", "--workers", "1", cwd=tmp_path).returncode == 0
 
 
+@pytest.mark.slow
 def test_a_fork_of_a_fork_keeps_every_wording(grid_sweep: Path, tmp_path: Path):
     origin = run_of(grid_sweep, MIX, 1)
     first = ("fork", str(origin.path), "--at", "2", "model=scripted/random", "prompt=paraphrase", "sampling_seed=7")
@@ -80,7 +82,7 @@ def test_a_fire_that_begins_later_leaves_the_past_valid(grid_sweep: Path, tmp_pa
         (("--at", "3", "world.half_size=20"), "change the past, at step 1"),
         (("--at", "3", "modl=x"), "Did you mean 'model'"),
         pytest.param(
-            ("--at", "3", "world=gallery"), "These overrides change the past, at step 1", marks=pytest.mark.slow
+            ("--at", "3", "world=gallery"), "These overrides change the past, at step 1", marks=pytest.mark.exhaustive
         ),
     ],
 )
@@ -92,7 +94,7 @@ def test_what_cannot_be_continued_is_refused(
     assert not (tmp_path / "outputs").exists()
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_3d_run_is_continued_by_another_model(camera_sweep: Path, tmp_path: Path):
     (origin,) = runs(camera_sweep)
     done = foundry("fork", str(origin.path), "--at", "2", "model=scripted/spin", *QUIET, cwd=tmp_path)

@@ -134,6 +134,7 @@ def test_it_is_continued_by_another_policy_and_the_past_is_shared(market: Path, 
     assert done.returncode == 2 and "has 4 steps, so give a step from 2 to 5" in done.stderr
 
 
+@pytest.mark.slow
 def test_its_bundle_holds_all_its_streams_and_goes_on_elsewhere(market: Path, tmp_path: Path):
     done = foundry("bundle", str(market), str(tmp_path / "market.tar.zst"), cwd=tmp_path)
     assert done.returncode == 0, done.stderr

@@ -38,30 +38,33 @@ def mixed(model: dict[str, Any]) -> dict[str, Any]:
 @pytest.mark.parametrize(
     "url",
     [AWAY, [AWAY], f"http://127.0.0.1:1/v1,{AWAY}", "gpu1:8000/v1", "https://api.openai.com.evil.example/v1",
-     "http://127.0.0.1.evil.example/v1", "http://127.0.0.1@evil.example/v1"],
+     "http://127.0.0.1.evil.example/v1", "http://127.0.0.1@evil.example/v1", "http://127.0.0.1:secret@evil.example/v1"],
 )  # fmt: skip
 def test_a_key_goes_to_no_server_that_only_the_record_names(url: str | list[str]):
     wrapped = {"_target_": "foundry.models.wrappers.warmed.WarmedModel", "inner": mixed(served(url))}
     for model in (served(url), mixed(served(url)), mixed(mixed(served(url))), wrapped, mixed({"deep": [wrapped]})):
-        with pytest.raises(InputError, match="OPENAI_API_KEY sent to .*--trust-servers"):
+        with pytest.raises(InputError, match="OPENAI_API_KEY sent to .*--trust-servers") as refused:
             check_models([model])
+        assert "secret" not in str(refused.value)
 
 
 def test_a_key_goes_to_this_machine_to_openai_and_where_the_user_says(monkeypatch: pytest.MonkeyPatch):
     check_models([served("http://127.0.0.1:8000/v1"), served("localhost:8000/v1"), served("https://api.openai.com/v1")])
+    check_models([served("http://127.0.0.53/v1"), served(" https://api.openai.com/v1, ,http://[::1]:1/v1 ,")])
     check_models([served(AWAY, None), served(AWAY, "OTHER_API_KEY")])  # no key is there
     check_models([served(AWAY)], typed=("model=openai/a", f"model.server.base_url={AWAY}"))
     check_models([served(AWAY)], recorded=served("http://127.0.0.1:8000/v1"))  # from a file of the user's
     with pytest.raises(InputError, match="only|--trust-servers"):
-        check_models([served(AWAY)], typed=(f"prompt.name={AWAY}",), recorded=served(AWAY))
+        check_models([served(AWAY)], typed=(f"prompt.name=base_url {AWAY}",), recorded=served(AWAY))
     monkeypatch.setenv("OPENAI_BASE_URL", AWAY)
-    check_models([served(AWAY)])
+    check_models([served(AWAY), served(f"{AWAY} ,")])
 
 
 @pytest.mark.parametrize(
     ("part", "key", "value"),
     [("runner", "address", "tcp://192.0.2.1:8786"), ("runner", "remote", "s3://bucket/x"),
-     ("cache", "path", "postgresql://u:secret@192.0.2.1/x"), ("cache", "path", "postgresql:///x?host=192.0.2.1")],
+     ("cache", "path", "postgresql://u:secret@192.0.2.1/x"), ("cache", "path", "postgresql:///x?host=192.0.2.1"),
+     ("cache", "path", "postgresql://127.0.0.1/x?host=192.0.2.1")],
 )  # fmt: skip
 def test_a_cluster_or_database_that_only_the_record_names_is_refused(part: str, key: str, value: str):
     with pytest.raises(InputError, match="The record would connect to .*--trust-servers") as refused:
@@ -73,7 +76,8 @@ def test_what_is_on_this_machine_or_in_the_environment_is_reached(monkeypatch: p
     check_settings({"runner": {"address": "tcp://127.0.0.1:8786"}, "cache": {"path": "outputs/answers.sqlite"}})
     check_settings({"runner": {"remote": "file:///tmp/x", "workers": None}, "cache": {"path": "postgresql://[::1]/x"}})
     monkeypatch.setenv("DASK_SCHEDULER_ADDRESS", "tcp://head:8786")
-    check_settings({"runner": {"address": "tcp://head:8786"}})
+    monkeypatch.setenv("FOUNDRY_CACHE", "postgresql://head/x")
+    check_settings({"runner": {"address": "tcp://head:8786"}, "cache": {"path": "postgresql://head/x"}})
 
 
 def test_resume_and_fork_ask_before_a_key_leaves(tmp_path: Path):

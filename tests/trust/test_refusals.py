@@ -81,6 +81,7 @@ def test_every_command_that_builds_refuses_and_a_trusted_package_passes(copied: 
 BUILDING = ("verify", "resume", "grow", "fork", "replay", "analyze")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", BUILDING)
 def test_what_a_refusal_advises_is_an_option_of_the_command_that_refuses(
     command: str, grid_sweep: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -13,7 +13,7 @@ from commands import cached_answers, calls, foundry, records, sessions
 from foundry.composing import preparing
 from foundry.storing.determinism import Repeats, repeats_of
 from foundry.storing.store import SweepFolder
-from ollama_cases import Body, ChatCase, body_key, grid_answer, refused
+from ollama_cases import Body, ChatCase, body_key, grid_answer, held, refused
 from ollama_server import OllamaServer
 
 SMALL = ("world.agents=3", "world.steps=3", "analyze=false")
@@ -58,7 +58,9 @@ def test_a_server_that_repeats_itself_is_said_to_after_the_sweep_and_by_status(t
 
     def under_load(body: Body) -> ChatCase:
         busy.append(server.counts.in_flight)
-        return ChatCase(text=grid_answer(body), delay_s=0.2)
+        if len(busy) == 4:
+            server.free()
+        return held(body)
 
     with OllamaServer(Again(2, under_load)) as server:
         done = swept(server, tmp_path, FOUR)
@@ -114,6 +116,7 @@ def test_texts_and_decisions_that_load_changes_are_counted_apart(tmp_path: Path)
     assert {call.loaded.alike for call in deciding} == {True, False} and True in going.values()
 
 
+@pytest.mark.slow
 def test_decisions_of_a_probe_are_held_against_those_of_the_same_repeat(tmp_path: Path):
     source = foundry("-m", "model=scripted/random", "seed=0-2", *SMALL, "output.dir=pilot", cwd=tmp_path)
     assert source.returncode == 0, source.stderr
@@ -148,6 +151,7 @@ def test_a_sweep_that_is_answered_from_the_cache_makes_none_and_says_so(tmp_path
     assert not (tmp_path / "again" / "determinism.json").exists()
 
 
+@pytest.mark.slow
 def test_answers_of_the_cache_are_not_held_against_the_server(tmp_path: Path):
     with OllamaServer() as server:
         swept(server, tmp_path, "world.steps=2", "determinism=0", "output.dir=shorter")
@@ -196,7 +200,7 @@ def test_a_sweep_that_is_stopped_meanwhile_ends_in_order_and_resume_measures(tmp
         assert "4 of 4 calls" in foundry("resume", "sweep", cwd=tmp_path, OLLAMA_HOST=server.url).stdout
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_each_model_is_asked_before_it_is_unloaded_and_each_of_its_settings_by_itself(tmp_path: Path):
     heat = "model.options.temperature=0.1,0.9"
     with OllamaServer() as server:
@@ -206,6 +210,7 @@ def test_each_model_is_asked_before_it_is_unloaded_and_each_of_its_settings_by_i
     assert "llama3.2 (options.temperature=0.9): 4 of 4 calls" in done.stdout
 
 
+@pytest.mark.slow
 def test_a_model_in_worlds_with_schemas_of_their_own_is_loaded_once_and_measured_over_all_of_them(tmp_path: Path):
     with OllamaServer() as server:
         swept(server, tmp_path, FOUR, "model=llama3.2,qwen3:4b", "world=bar,public_goods", "world.steps=1", "seed=0")
@@ -214,7 +219,7 @@ def test_a_model_in_worlds_with_schemas_of_their_own_is_loaded_once_and_measured
     assert all({call.kind for call in one.calls} == {"evening", "contribution"} for one in measured(tmp_path))
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_each_served_member_of_a_population_is_measured(tmp_path: Path):
     with OllamaServer() as server:
         swept(server, tmp_path, FOUR, "model=mix/qwen3:4b@50%+llama3.2@25%+scripted/herd@25%")

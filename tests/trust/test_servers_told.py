@@ -29,12 +29,10 @@ def told(folder: Path) -> set[tuple[str | None, str | None, bool]]:
     return {(call.server_version, call.served_model, call.cached) for call in calls}
 
 
-def test_every_call_names_the_servers_version_and_the_model_as_it_told_them(played: Path):
+@pytest.mark.slow
+def test_every_call_names_the_servers_version_and_the_model_as_it_told_them_replayed_and_forked_too(played: Path):
     assert told(played / "sweep") == {("0.32.15", "qwen3:4b", False)}
     assert told(played / "cached") == {("0.32.15", "qwen3:4b", True)}
-
-
-def test_replayed_and_forked_calls_name_them_too(played: Path):
     (run,) = SweepFolder.open(played / "sweep").runs()
     assert foundry(f"model=replay/{played}/sweep", *SWEEP[1:], "output.dir=replayed", cwd=played).returncode == 0
     forked = ("fork", str(run.path), "--at", "2", "model=scripted/stay", "output.dir=forked")
@@ -44,6 +42,7 @@ def test_replayed_and_forked_calls_name_them_too(played: Path):
     assert ("0.32.15", "qwen3:4b", True) in told(played / "forked")
 
 
+@pytest.mark.slow
 def test_records_from_before_they_were_kept_are_read_verified_replayed_and_forked(played: Path):
     (run,) = SweepFolder.open(played / "sweep").runs()
     lines = []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import shutil
 import tarfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
@@ -83,6 +83,17 @@ def test_names_that_meet_in_one_file_are_refused(names: tuple[str, str], tmp_pat
     assert "refused" in refused(tmp_path, archive(manifest(files), []))
 
 
+def test_no_file_is_written_over_where_a_file_system_takes_further_names_for_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """Short names of Windows are such names; here the check of names lets two that are one on any system pass."""
+    monkeypatch.setattr("foundry.trust.manifest.check_names", list)
+    files = [("runs/steps.jsonl", b"1"), ("runs/steps.jsonl", b"2")]
+    with pytest.raises(FileExistsError):
+        unpack_bundle(written(tmp_path / "bundle", archive(manifest(files), files)), tmp_path / "out")
+    assert [entry.name for entry in tmp_path.iterdir()] == ["bundle"]
+
+
 @pytest.mark.parametrize(
     "kind", [tarfile.SYMTYPE, tarfile.LNKTYPE, tarfile.CHRTYPE, tarfile.FIFOTYPE, tarfile.DIRTYPE, tarfile.XHDTYPE,
              tarfile.GNUTYPE_LONGNAME, tarfile.GNUTYPE_SPARSE, tarfile.CONTTYPE, b"Z"],
@@ -109,61 +120,28 @@ def test_the_limit_of_the_command_line_is_in_gib_of_what_is_unpacked(tmp_path: P
     assert done.returncode == 0 and (tmp_path / "b" / "sweep.yaml").stat().st_size == 2 << 20, done.stderr
 
 
-def changed_content(files: list[Member]) -> bytes:
-    return archive(manifest(files), [("a", b"2"), files[1]])
-
-
-def larger(files: list[Member]) -> bytes:
-    return archive(manifest(files), [("a", b"1" * 600), files[1]])
-
-
-def swapped(files: list[Member]) -> bytes:
-    return archive(manifest(files), files[::-1])
-
-
-def missing(files: list[Member]) -> bytes:
-    return archive(manifest(files), files[:1])
-
-
-def further(files: list[Member]) -> bytes:
-    return archive(manifest(files), [*files, ("c", b"")])
-
-
-def cut(files: list[Member]) -> bytes:
-    return archive(manifest(files), files)[:-1500]
-
-
-def followed(files: list[Member]) -> bytes:
-    return archive(manifest(files), files, END + b"more")
-
-
-def no_manifest(files: list[Member]) -> bytes:
-    return header("a", 1) + padded(b"1") + END
-
-
-def other_format(files: list[Member]) -> bytes:
-    return archive(manifest(files, format="another"), files)
-
-
-def odd_digest(files: list[Member]) -> bytes:
-    return archive(manifest(files, files=[{"path": "a", "size": -1, "sha256": "z"}]), files)
-
-
-def deep_manifest(files: list[Member]) -> bytes:
-    return archive(b'{"versions":' + b"[" * 100_000, files)
+TWO = [("a", b"1"), ("b", b"2")]
 
 
 @pytest.mark.parametrize(
-    ("spoil", "expected"),
-    [(changed_content, "damaged"), (larger, "declared are 1"), (swapped, "where 'a' should be"), (missing, "its end"),
-     (further, "not in its manifest"), (cut, "ends too early"), (followed, "something follows"),
-     (no_manifest, "not manifest.json"), (other_format, "format is 'another'"), (odd_digest, "no such thing"),
-     (deep_manifest, "cannot be read")],
-)  # fmt: skip
-def test_a_bundle_that_is_not_what_it_says_is_refused(
-    spoil: Callable[[list[Member]], bytes], expected: str, tmp_path: Path
-):
-    assert expected in refused(tmp_path, spoil([("a", b"1"), ("b", b"2")]))
+    ("content", "expected"),
+    [
+        (archive(manifest(TWO), [("a", b"2"), TWO[1]]), "damaged"),
+        (archive(manifest(TWO), [("a", b"1" * 600), TWO[1]]), "declared are 1"),
+        (archive(manifest(TWO), TWO[::-1]), "where 'a' should be"),
+        (archive(manifest(TWO), TWO[:1]), "its end"),
+        (archive(manifest(TWO), [*TWO, ("c", b"")]), "not in its manifest"),
+        (archive(manifest(TWO), TWO)[:-1500], "ends too early"),
+        (archive(manifest(TWO), TWO, END + b"more"), "something follows"),
+        (header("a", 1) + padded(b"1") + END, "not manifest.json"),
+        (archive(manifest(TWO, format="another"), TWO), "format is 'another'"),
+        (archive(manifest(TWO, files=[{"path": "a", "size": -1, "sha256": "z"}]), TWO), "no such thing"),
+        (archive(b'{"versions":' + b"[" * 100_000, TWO), "cannot be read"),
+    ],
+    ids=lambda one: one if isinstance(one, str) else "bundle",
+)
+def test_a_bundle_that_is_not_what_it_says_is_refused(content: bytes, expected: str, tmp_path: Path):
+    assert expected in refused(tmp_path, content)
 
 
 def test_a_bomb_is_refused_before_it_is_unpacked(tmp_path: Path):

@@ -8,10 +8,11 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
-import msgspec
 import pytest
+from msgspec.structs import replace
 
 from commands import foundry
+from foundry.records import Call
 from foundry.storing.store import RunFolder, calls_bytes
 from foundry.worlds.camera.eye.rendering import Renderer
 from trust.conftest import MIX, play, run_of, runs
@@ -24,13 +25,16 @@ def edited(path: Path, pattern: str, replacement: str) -> None:
     path.write_text(changed, encoding="utf-8")
 
 
-def spoil_step(run: RunFolder) -> None:
-    edited(run.path / "steps.jsonl", r'"y":(-?\d+)', '"y":99')
+def editing(pattern: str, replacement: str, file: str = "run.json") -> Callable[[RunFolder], None]:
+    return lambda run: edited(run.path / file, pattern, replacement)
 
 
-def spoil_answer(run: RunFolder) -> None:
-    calls = [msgspec.structs.replace(call, text="no") if call.step == 2 else call for call in run.calls()]
-    (run.path / "calls.jsonl.zst").write_bytes(calls_bytes(calls))
+def recalling(change: Callable[[list[Call]], list[Call]]) -> Callable[[RunFolder], object]:
+    return lambda run: (run.path / "calls.jsonl.zst").write_bytes(calls_bytes(change(list(run.calls()))))
+
+
+forge_status = editing('"status": "complete"', '"status": "failed"')
+drop_digests = editing(r'"records_sha256": \{[^}]*\}', '"records_sha256": {}')
 
 
 def spoil_prompt(run: RunFolder) -> None:
@@ -39,65 +43,13 @@ def spoil_prompt(run: RunFolder) -> None:
     (run.path / "calls.jsonl.zst").write_bytes(calls_bytes(calls))
 
 
-def spoil_key(run: RunFolder) -> None:
-    first, *others = run.calls()
-    forged = msgspec.structs.replace(first, digest="another")
-    (run.path / "calls.jsonl.zst").write_bytes(calls_bytes([forged, *others]))
-
-
-def drop_call(run: RunFolder) -> None:
-    (run.path / "calls.jsonl.zst").write_bytes(calls_bytes(list(run.calls())[:-1]))
-
-
 def add_line(run: RunFolder) -> None:
     path = run.path / "steps.jsonl"
     path.write_bytes(path.read_bytes() + path.read_bytes().splitlines(keepends=True)[-1])
 
 
-def forge_digest(run: RunFolder) -> None:
-    edited(run.path / "run.json", r'"messages.jsonl": "....', '"messages.jsonl": "0000')
-
-
-def double_call(run: RunFolder) -> None:
-    first, *others = run.calls()
-    (run.path / "calls.jsonl.zst").write_bytes(calls_bytes([first, msgspec.structs.replace(first, text="no"), *others]))
-
-
-def slip_in_call(run: RunFolder) -> None:
-    first, *others = run.calls()
-    (run.path / "calls.jsonl.zst").write_bytes(calls_bytes([msgspec.structs.replace(first, text="no"), first, *others]))
-
-
-def forge_form(run: RunFolder) -> None:
-    edited(run.path / "run.json", '"form": "grid"', '"form": "rounds"')
-
-
-def forge_seed(run: RunFolder) -> None:
-    edited(run.path / "run.json", r'"seed": 0', '"seed": 7')
-
-
-def forge_totals(run: RunFolder) -> None:
-    edited(run.path / "run.json", r'"prompt_tokens": (\d)', r'"prompt_tokens": 1\1')
-
-
-def forge_status(run: RunFolder) -> None:
-    edited(run.path / "run.json", '"status": "complete"', '"status": "failed"')
-
-
-def forge_member(run: RunFolder) -> None:
-    edited(run.path / "run.json", '"model": "qwen3:4b"', '"model": "scripted/herd"')
-
-
-def drop_digests(run: RunFolder) -> None:
-    edited(run.path / "run.json", r'"records_sha256": \{[^}]*\}', '"records_sha256": {}')
-
-
 def damage_summary(run: RunFolder) -> None:
     (run.path / "run.json").write_text("{")
-
-
-def forge_config(run: RunFolder) -> None:
-    edited(run.path / "config.yaml", "agents: 4", "agents: 5")
 
 
 def test_untouched_records_are_identical_whatever_process_looks(grid_sweep: Path):
@@ -111,23 +63,41 @@ def test_untouched_records_are_identical_whatever_process_looks(grid_sweep: Path
 @pytest.mark.parametrize(
     ("spoil", "expected"),
     [
-        (spoil_step, "steps.jsonl line 1 (step 1, agent 0, record): y: recorded 99"),
-        (spoil_answer, "(step 2, agent "),
+        (
+            editing(r'"y":(-?\d+)', '"y":99', "steps.jsonl"),
+            "steps.jsonl line 1 (step 1, agent 0, record): y: recorded 99",
+        ),
+        (
+            recalling(lambda calls: [replace(one, text="no") if one.step == 2 else one for one in calls]),
+            "(step 2, agent ",
+        ),
         (spoil_prompt, "line 6 (step 1, agent 1, action): messages[0].content"),
-        (spoil_key, "line 1 (step 1, agent 0, message): key"),
-        (drop_call, "(step 4, agent 3, action): recorded 'nothing'"),
+        (
+            recalling(lambda calls: [replace(calls[0], digest="another"), *calls[1:]]),
+            "line 1 (step 1, agent 0, message): key",
+        ),
+        (recalling(lambda calls: calls[:-1]), "(step 4, agent 3, action): recorded 'nothing'"),
         (add_line, "steps.jsonl line 17"),
-        (forge_digest, "run.json: records_sha256.messages.jsonl"),
-        (double_call, "number of calls: recorded 33, now 32"),
-        (slip_in_call, "steps.jsonl line 1 (step 1, agent 0, record): "),
-        (forge_form, "run.json: form: recorded 'rounds', now 'grid'"),
-        (forge_seed, "run.json: seed: recorded 7, now 0"),
-        (forge_totals, "run.json: counts.prompt_tokens: recorded 1"),
+        (editing(r'"messages.jsonl": "....', '"messages.jsonl": "0000'), "run.json: records_sha256.messages.jsonl"),
+        (
+            recalling(lambda calls: [calls[0], replace(calls[0], text="no"), *calls[1:]]),
+            "number of calls: recorded 33, now 32",
+        ),
+        (
+            recalling(lambda calls: [replace(calls[0], text="no"), *calls]),
+            "steps.jsonl line 1 (step 1, agent 0, record): ",
+        ),
+        (editing('"form": "grid"', '"form": "rounds"'), "run.json: form: recorded 'rounds', now 'grid'"),
+        (editing(r'"seed": 0', '"seed": 7'), "run.json: seed: recorded 7, now 0"),
+        (editing(r'"prompt_tokens": (\d)', r'"prompt_tokens": 1\1'), "run.json: counts.prompt_tokens: recorded 1"),
         (forge_status, "run.json: status: recorded 'failed', now 'complete'"),
-        (forge_member, "run.json: members[0]: recorded 'scripted/herd', now 'qwen3:4b'"),
+        (
+            editing('"model": "qwen3:4b"', '"model": "scripted/herd"'),
+            "run.json: members[0]: recorded 'scripted/herd', now 'qwen3:4b'",
+        ),
         (drop_digests, "run.json: records_sha256.steps.jsonl: recorded 'nothing'"),
         (damage_summary, "run.json: recorded 'damaged"),
-        (forge_config, "config.yaml: world.agents: recorded 5, now 4"),
+        (editing("agents: 4", "agents: 5", "config.yaml"), "config.yaml: world.agents: recorded 5, now 4"),
     ],
 )
 def test_a_change_is_found_where_it_is(spoil: Callable[[RunFolder], None], expected: str, copied: Path):
@@ -156,6 +126,7 @@ def test_a_run_that_failed_or_was_killed_is_verified_as_far_as_it_goes(copied: P
     assert done.returncode == 0
 
 
+@pytest.mark.slow
 def test_a_3d_run_with_its_images_and_frames_is_verified(camera_sweep: Path, tmp_path: Path):
     done = foundry("verify", str(camera_sweep), "--frames", "--workers", "1", cwd=tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -174,6 +145,7 @@ def of_another_renderer(sweep: Path) -> None:
     edited(run.path / "run.json", before, hashlib.sha256(run.episode_bytes()).hexdigest())
 
 
+@pytest.mark.slow
 def test_a_3d_run_that_another_renderer_drew_is_told_from_one_that_was_changed(
     camera_sweep: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
@@ -192,6 +164,7 @@ def test_a_3d_run_that_another_renderer_drew_is_told_from_one_that_was_changed(
     assert done.returncode == 3 and "no kept picture tells whether it shows the same" in done.stdout, done.stdout
 
 
+@pytest.mark.slow
 def test_a_3d_run_of_another_renderer_with_the_same_pixels_is_identical(camera_sweep: Path, tmp_path: Path):
     copy = Path(shutil.copytree(camera_sweep, tmp_path / "copy"))
     of_another_renderer(copy)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -66,14 +66,16 @@ class _Waiting:
 class Desk:
     """Hands questions out one by one and takes one answer to each; asked in an event loop, answered from any thread."""
 
-    def __init__(self, *, blind: bool = False) -> None:
+    def __init__(self, *, blind: bool = False, clock: Callable[[], float] = time.perf_counter) -> None:
         """Set the order.
 
         Args:
             blind: whether a person's questions come in an order that says nothing of where they are from, in place of
                 the order of their steps and agents.
+            clock: the time in seconds.
         """
         self._blind = blind
+        self._clock = clock
         self._changed = threading.Condition()
         self._waiting: dict[int, _Waiting] = {}
         self._now: _Waiting | None = None
@@ -121,7 +123,7 @@ class Desk:
             waiting = self._now
             if waiting is None or waiting.asked.number != number:
                 raise InputError(f"Question {number} is not asked now: it was answered, or the sitting ended.")
-            seconds = time.perf_counter() - self._since
+            seconds = self._clock() - self._since
             self._forget(waiting)
             self._answered += 1
             reply = Reply(text=text, timings={"total": seconds, "latency": seconds})
@@ -153,7 +155,7 @@ class Desk:
         """Show the next question where none is shown, and tell whoever waits for a change."""
         if self._now is None and self._waiting and self._agreed:
             self._now = min(self._waiting.values(), key=lambda one: one.order)
-            self._since = time.perf_counter()
+            self._since = self._clock()
         self._version += 1
         self._changed.notify_all()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
+from collections.abc import Callable
 
 from foundry.errors import HostsDifferError, InputError, TransientError
 from foundry.models.answers.unconfirmed import Unconfirmed
@@ -21,12 +22,13 @@ class ConfirmedModel(Wrapper):
     weights is compared at once.
     """
 
-    def __init__(self, inner: Model, unconfirmed: Unconfirmed) -> None:
-        """Wrap a model whose answers are kept there."""
+    def __init__(self, inner: Model, unconfirmed: Unconfirmed, *, clock: Callable[[], float] = time.monotonic) -> None:
+        """Wrap a model whose answers are kept there; `clock` is the time in seconds."""
         super().__init__(inner)
         self._unconfirmed = unconfirmed
+        self._clock = clock
         self._failures, self._settled = 1, 0
-        self._confirmed_at = time.monotonic()
+        self._confirmed_at = clock()
         self._confirming = asyncio.Lock()
 
     async def ask(self, request: Request) -> Reply:
@@ -62,7 +64,7 @@ class ConfirmedModel(Wrapper):
 
     @property
     def _in_doubt(self) -> bool:
-        return self._doubts > self._settled or time.monotonic() - self._confirmed_at >= CONFIRM_EVERY_S
+        return self._doubts > self._settled or self._clock() - self._confirmed_at >= CONFIRM_EVERY_S
 
     async def _confirm(self) -> None:
         self._unconfirmed.check()
@@ -74,4 +76,4 @@ class ConfirmedModel(Wrapper):
         except InputError as error:
             raise TransientError(f"model '{self.name}' could not be confirmed: {error}") from error
         self._unconfirmed.settle(moment, info)
-        self._settled, self._confirmed_at = doubts, time.monotonic()
+        self._settled, self._confirmed_at = doubts, self._clock()
