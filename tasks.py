@@ -22,35 +22,29 @@ CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
 FIREFOX = ("firefox-esr", "firefox")
 UNPREPARED = "not real_server and not soak and not cluster and not local_models and not exports and not firefox"
 """The tests that need nothing but what `develop` installs."""
-TWO_PROCESSES = ("-n", "2", "--dist", "loadfile")  # what a file of tests shares is made once
-TESTS_FAILED = 1  # of pytest's exit codes, the one of which it remembers what to run again
+TWO_PROCESSES = ("-n", "2", "--dist", "loadscope")  # by folders: see tests/conftest.py
 LOCAL_MODELS = ("torch==2.13.0", "transformers>=5.0")
 
 
 def call(program: str, *arguments: str) -> None:
     """Run a program of the virtual environment; its failure is ours."""
-    code = exit_code(program, *arguments)
+    sys.stdout.write(f"$ {' '.join([program, *arguments])}\n")
+    sys.stdout.flush()
+    code = subprocess.run([str(BIN / program), *arguments], cwd=ROOT, env=environment(), check=False).returncode
     if code != 0:
         sys.exit(code)
 
 
-def exit_code(program: str, *arguments: str) -> int:
-    """Run a program of the virtual environment; returns how it ended."""
-    sys.stdout.write(f"$ {' '.join([program, *arguments])}\n")
-    sys.stdout.flush()
-    return subprocess.run([str(BIN / program), *arguments], cwd=ROOT, check=False).returncode
+def environment() -> dict[str, str]:
+    """Return the environment, with bytecode written into .venv: tests start many processes that would compile."""
+    inherited = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    return {**inherited, "PYTHONPYCACHEPREFIX": str(VENV / "bytecode")}
 
 
 def call_tests(*arguments: str) -> None:
-    """Run tests in two processes; a few that fail there are run once more alone, and named if they pass then."""
-    code = exit_code("python", "-m", "pytest", *TWO_PROCESSES, *arguments)
-    if code == 0:
-        return
-    if code != TESTS_FAILED:
-        sys.exit(code)
-    alone = ("-n", "0", "--verbose", "--exitfirst", "--last-failed", "--last-failed-no-failures=none")
-    call("python", "-m", "pytest", *alone, *arguments)
-    sys.stdout.write("The tests above failed beside others and passed alone: look at what they wait for.\n")
+    """Run tests in two processes."""
+    call("python", "-m", "compileall", "-q", "foundry", "analysis", "hydra_plugins")
+    call("python", "-m", "pytest", *TWO_PROCESSES, *arguments)
 
 
 def install(extra: str = "") -> None:
@@ -131,7 +125,7 @@ def pages() -> None:
     """Run the tests that open pages in a browser."""
     develop()
     ensure_browser()
-    call_tests("-m", "browser and not slow")
+    call_tests("-m", "browser and not exhaustive")
 
 
 def firefox() -> None:
@@ -141,11 +135,17 @@ def firefox() -> None:
     call("python", "-m", "pytest", "-n", "0", "-m", "firefox")
 
 
-def test_all() -> None:
-    """Run every test, the slow ones too."""
+def slow() -> None:
+    """Run the tests that play whole sweeps or kill processes."""
+    develop()
+    call_tests("-m", f"slow and not exhaustive and not browser and {UNPREPARED}")
+
+
+def exhaustive() -> None:
+    """Run the tests of every scene and of thousands of examples, ten minutes."""
     develop()
     ensure_browser()
-    call_tests("-m", UNPREPARED)
+    call_tests("-m", f"exhaustive and {UNPREPARED}")
 
 
 def soak() -> None:
@@ -212,7 +212,8 @@ COMMANDS: dict[str, Callable[[], None]] = {
     "test": test,
     "pages": pages,
     "firefox": firefox,
-    "test-all": test_all,
+    "slow": slow,
+    "exhaustive": exhaustive,
     "soak": soak,
     "cluster": cluster,
     "local-models": local_models,

@@ -5,12 +5,14 @@ from __future__ import annotations
 import gc
 import os
 import signal
+import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from xdist.scheduler import LoadScopeScheduling
 
 from postgres_server import PostgresServer, postgres_server, programs
 from traces import no_traces, without_settings
@@ -29,13 +31,31 @@ settings.register_profile("foundry", deadline=None, max_examples=20, derandomize
 settings.load_profile("foundry")
 
 
+class FolderScheduling(LoadScopeScheduling):
+    """Gives a folder of tests to one worker, so that what its tests share is made once."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        return nodeid.partition("::")[0].rpartition("/")[0]
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> FolderScheduling | None:
+    """Return the schedule by folder, unless another was asked for."""
+    return FolderScheduling(config, log) if config.getoption("dist") == "loadscope" else None
+
+
 def pytest_unconfigure() -> None:
     _OWN_FILES.cleanup()
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:
-    """Leave what was imported and collected out of every later look for garbage."""
+    """Leave what was imported and collected out of every later look for garbage, and write no more bytecode.
+
+    Tests write modules anew within a second, which bytecode would not notice.
+    """
     gc.freeze()
+    sys.dont_write_bytecode = True
+    os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
 
 
 @pytest.fixture(autouse=True)

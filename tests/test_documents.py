@@ -10,7 +10,7 @@ import pytest
 from foundry import paths
 
 ROOT = paths.PACKAGE.parent
-DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
+DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "tests" / "README.md"])
 ROOMS = "foundry|analysis|conf|sweeps|assets|benchmarks|hydra_plugins|tests|docs|examples"
 NAMED = re.compile(rf"`((?:{ROOMS})/[\w./-]*)`")
 PATTERN = re.compile(rf"`((?:{ROOMS})/[\w./<>*-]*[<*][\w./<>*-]*)`")

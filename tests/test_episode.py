@@ -32,9 +32,11 @@ class Slow(Model):
         most_apart: steps between two questions that it had to answer at once, at most.
     """
 
-    def __init__(self, seed: int = 0, fails_at: Sequence[Asked] = (), latency_s: float = 1.0) -> None:
+    def __init__(
+        self, seed: int = 0, fails_at: Sequence[Asked] = (), latency_s: float = 1.0, cached: bool = False
+    ) -> None:
         self.name, self._policy = "slow", build(WORLD.conditions[0].config["model"])
-        self._seed, self._fails_at, self._latency_s = seed, fails_at, latency_s
+        self._seed, self._fails_at, self._took = seed, fails_at, {"timings": {"latency": latency_s}, "cached": cached}
         self.begun: list[Asked] = []
         self.ended, self.most_apart = 0, 0
         self._open: Counter[int] = Counter()
@@ -50,7 +52,7 @@ class Slow(Model):
         self.ended += 1
         if asked in self._fails_at:
             raise RequestError(f"no answer to {asked}")
-        return msgspec.structs.replace(self._policy.reply(request), timings={"latency": self._latency_s})
+        return msgspec.structs.replace(self._policy.reply(request), **self._took)
 
     def parameters(self) -> dict[str, Any]:
         return {}
@@ -70,7 +72,7 @@ def content(kept: Kept) -> tuple[list[bytes], list[bytes], dict[int, bytes]]:
 def in_lock_step() -> Kept:
     model, kept = Slow(), Kept()
     asyncio.run(played(model, kept, ahead=False))
-    assert model.most_apart == 0 and len(kept.calls) == CALLS
+    assert model.most_apart == 0 and len(kept.calls) == CALLS and list(kept.frames) == [0, 6]
     return kept
 
 
@@ -83,8 +85,9 @@ def test_records_calls_and_frames_are_those_of_lock_step(seed: int, in_lock_step
     assert Counter(model.begun) == Counter((one.step, one.agent, one.kind) for one in in_lock_step.calls)
 
 
-def test_where_no_reply_takes_time_the_rounds_are_asked_whole(in_lock_step: Kept):
-    model, kept = Slow(1, latency_s=0.0), Kept()
+@pytest.mark.parametrize("quick", [{"latency_s": 0.0}, {"cached": True}])
+def test_where_no_reply_takes_time_the_rounds_are_asked_whole(quick: dict[str, Any], in_lock_step: Kept):
+    model, kept = Slow(1, **quick), Kept()
     asyncio.run(played(model, kept))
     assert model.most_apart == 0
     assert kept.lines() == in_lock_step.lines()

@@ -13,7 +13,7 @@ from fonts import write_font
 from foundry.palette.fonts import FALLBACK_FONTS, fallback_fonts, lacking
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_fonts_are_found_that_were_installed_since_matplotlib_last_looked():
     manager = bare_manager()
     expected = [name for name in FALLBACK_FONTS if name in {font.name for font in FontManager().ttflist}]

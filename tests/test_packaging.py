@@ -37,6 +37,7 @@ def run_installed(installed: Path, cwd: Path, code: str) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 def test_the_wheel_holds_configs_sweeps_and_plugins(installed: Path):
     for name in (
         "foundry/conf/config.yaml",
@@ -53,12 +54,14 @@ def test_the_wheel_holds_configs_sweeps_and_plugins(installed: Path):
     assert not (installed / "tests").exists()
 
 
+@pytest.mark.slow
 def test_the_wheel_uses_its_own_files(installed: Path, tmp_path: Path):
     code = "from foundry import paths; print(paths.conf_dir()); print(paths.sweeps_dir())"
     found = run_installed(installed, tmp_path, code).split()
     assert found == [str(installed / "foundry" / "conf"), str(installed / "foundry" / "sweeps")]
 
 
+@pytest.mark.slow
 def test_the_wheel_runs_the_main_job_in_any_directory(installed: Path, tmp_path: Path):
     code = """
 from foundry.cli import run
@@ -67,6 +70,7 @@ assert run(["+sweep=smoke", "seed=0", "world.steps=2", "output.dir=out", "analyz
     assert "3 of 3 runs complete in out" in run_installed(installed, tmp_path, code)
 
 
+@pytest.mark.slow
 def test_the_wheel_has_a_name_of_its_own_and_extras_are_asked_of_that_name(installed: Path):
     (metadata,) = installed.glob("*.dist-info/METADATA")
     assert "\nName: foundry-worlds\n" in metadata.read_text(encoding="utf-8")
@@ -76,6 +80,7 @@ def test_the_wheel_has_a_name_of_its_own_and_extras_are_asked_of_that_name(insta
     assert len(asked) > 5 and set(asked) == {"foundry-worlds"}
 
 
+@pytest.mark.slow
 def test_a_sweep_of_2d_worlds_loads_nothing_that_draws_scenes(tmp_path: Path):
     code = """
 import sys

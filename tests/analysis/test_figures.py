@@ -20,6 +20,7 @@ from analysis.plots.rounds import Curve, curves_figure
 from analysis.plots.saving import styled
 from analysis.signatures import describe
 
+pytestmark = pytest.mark.slow
 Panel: TypeAlias = tuple[str, Scale, Axes]
 
 
@@ -90,6 +91,7 @@ def test_what_chance_gives_is_a_line_in_every_panel_that_has_a_null(panels: list
     assert unseen == set()
 
 
+@pytest.mark.slow
 def test_no_difference_is_a_line_in_every_panel_of_differences(differences: list[Axes]):
     tested = [ax for ax in differences if len(ax.get_xticks())]
     assert len(tested) > 10

@@ -78,6 +78,7 @@ def test_baselines_are_left_out_by_name_and_by_seed_alone(swept: Path):
     assert runs.loc[runs["baseline"], ["model", "seed"]].values.tolist() == [["scripted/random", 0]]
 
 
+@pytest.mark.slow
 def test_every_table_says_which_runs_it_is_of_until_all_are_taken_again(swept: Path):
     folder, said = swept / "analysis", "without prompt=japanese: 12 of 18 runs"
     found = analyze(swept, plots=False, without=["prompt=japanese"])
@@ -96,6 +97,7 @@ def test_every_table_says_which_runs_it_is_of_until_all_are_taken_again(swept: P
     assert "Of a part of the runs" not in (folder / "comparison.md").read_text()
 
 
+@pytest.mark.slow
 def test_a_filtered_analysis_is_that_of_a_sweep_without_the_rest(
     swept: Path, write_sweep: Callable[..., SweepFolder], make_condition: Callable[..., Condition], tmp_path: Path
 ):
@@ -140,6 +142,7 @@ def test_a_report_of_a_sweep_that_has_grown_tells_each_command_and_what_it_added
     assert asked(gather(tmp_path / "s")) == [("s", "foundry asked", one) for one in added]
 
 
+@pytest.mark.slow
 def test_a_report_says_first_that_it_is_of_a_part(swept: Path):
     found = gather(swept, without=["prompt=japanese"])
     assert limits(found)[0].endswith("a part of the runs: without prompt=japanese: 12 of 18 runs.")

@@ -21,9 +21,7 @@ from analysis.rounds.run import RoundsRun
 from analysis.stats.family import NO_BEHAVIOUR
 from analysis.stats.intervals import student_quantile
 from blind_any_runs import CROWDS
-from blind_camera_runs import BlindWalker, blind_answers, blind_camera_run
-from blind_rounds import GIVERS, GOERS
-from blind_runs import Blind, blind_run
+from blind_runs import GIVERS, GOERS, Blind, BlindWalker, blind_answers, blind_camera_run, blind_run
 
 ALIKE = {f"stays {stay}": Blind(stay=stay) for stay in (0.0, 0.2, 0.5, 0.9, 1.0)}
 MOVING = {name: one for name, one in ALIKE.items() if one.stay < 1}
@@ -223,13 +221,14 @@ def check_alike(values: Values) -> None:
     assert not wrong
 
 
+@pytest.mark.slow
 def test_who_looks_at_nothing_comes_to_the_nulls_and_is_told_apart_by_nothing():
     values = played(14, 60)
     check_nulls(values, sees=0.05)
     check_alike(values)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.timeout(900)
 def test_who_looks_at_nothing_comes_to_the_nulls_in_many_runs():
     values = played(200, 560)

@@ -59,6 +59,7 @@ def ticks(ax) -> list[str]:
     return [label.get_text() for label in ax.get_yticklabels()]
 
 
+@pytest.mark.slow
 def test_there_is_a_plot_for_every_signature_in_both_formats(plots):
     expected = {one.name for one in signatures.discover() if one.part(GridRun)}
     without = {"persona_effect", "utility", "evacuation", "survival"}  # there is nothing of these in these runs
@@ -66,6 +67,7 @@ def test_there_is_a_plot_for_every_signature_in_both_formats(plots):
         assert {path.stem for path in plots.iterdir() if path.suffix == suffix} == expected - without
 
 
+@pytest.mark.slow
 def test_tables_are_the_same_byte_for_byte_when_repeated(plots):
     before = {path: path.read_bytes() for path in plots.parent.iterdir() if path.is_file() and path.suffix != ".sqlite"}
     assert set(analyze([plots.parents[1]], plots=False).written) == set(before)
@@ -73,6 +75,7 @@ def test_tables_are_the_same_byte_for_byte_when_repeated(plots):
     assert before == {path: path.read_bytes() for path in before}
 
 
+@pytest.mark.slow
 def test_pictures_are_the_same_byte_for_byte_when_repeated(plots, recorded):
     world = recorded().run.world
     maps = [OccupancyMap("日本語 $x", world, np.eye(11) / 11, 1), OccupancyMap("b", world, np.eye(11) / 22, 1)]
@@ -80,6 +83,7 @@ def test_pictures_are_the_same_byte_for_byte_when_repeated(plots, recorded):
     assert draw(picture) == draw(picture)
 
 
+@pytest.mark.slow
 def test_plots_are_one_column_wide_and_carry_no_version(plots):
     for path in plots.glob("*.png"):
         content = path.read_bytes()
@@ -89,6 +93,7 @@ def test_plots_are_one_column_wide_and_carry_no_version(plots):
         assert b"Date" not in content
 
 
+@pytest.mark.slow
 def test_svgs_are_whole_without_versions_or_addresses_and_hold_their_text(plots):
     for path in plots.glob("*.svg"):
         content = path.read_text(encoding="utf-8")
@@ -374,6 +379,7 @@ def test_the_titles_of_all_measures_fit_above_their_panels(label: str):
             assert shown.get_window_extent().y1 <= figure.bbox.y1
 
 
+@pytest.mark.slow
 def test_letters_are_as_large_as_print_needs(plots):
     sizes = {
         float(size) for path in plots.glob("*.svg") for size in re.findall(r"font-size:([\d.]+)px", path.read_text())

@@ -87,6 +87,7 @@ def test_shares_and_means_are_over_those_that_decided_and_over_the_readable_alon
     np.testing.assert_allclose(readable.means("catch"), [4, 10])
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error")
 def test_the_pictures_are_one_by_round_and_one_by_agent_for_each_kind_that_decides(tmp_path: Path):
     figures = RoundsFigures(seed=0)
@@ -107,33 +108,26 @@ def test_the_pictures_are_one_by_round_and_one_by_agent_for_each_kind_that_decid
     assert "evening: go (share)" in draw(pictures[0]).svg
 
 
-def test_a_signature_may_measure_a_shipped_form_that_has_none_of_its_own(
+OWN = """
+import numpy as np
+from analysis.measure import Measure
+from analysis.rounds.run import RoundsRun
+NAME, MEASURES, HEADLINE = 'fishing', {'most': Measure('Greatest catch')}, ('most',)
+def applies(run: RoundsRun) -> bool:
+    return run.world.get('stock', 0) > 0
+def measure(run: RoundsRun) -> dict[str, float]:
+    return {'most': float(np.nanmax(run.numbers('catch')))}
+"""
+
+
+def test_a_signature_of_ones_own_measures_only_the_worlds_of_its_form_that_it_is_about(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     (tmp_path / "mine" / "signatures").mkdir(parents=True)
-    (tmp_path / "mine" / "signatures" / "turnout.py").write_text(
-        "from analysis.measure import share\nfrom analysis.rounds.run import RoundsRun\n"
-        "NAME, MEASURES, HEADLINE = 'turnout', {'last': share('Last share that goes')}, ('last',)\n"
-        "def measure(run: RoundsRun) -> dict[str, float]:\n"
-        "    return {'last': float(run.shares('evening')['go'][-1])}\n"
-    )
+    (tmp_path / "mine" / "signatures" / "fishing.py").write_text(OWN)
     monkeypatch.setenv("FOUNDRY_MINE", str(tmp_path / "mine"))
-    assert measure(run())["turnout.last"] == 1
-
-
-def test_a_signature_measures_only_the_worlds_that_it_is_about(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    (tmp_path / "mine" / "signatures").mkdir(parents=True)
-    (tmp_path / "mine" / "signatures" / "fishing.py").write_text(
-        "from analysis.measure import Measure\nfrom analysis.rounds.run import RoundsRun\n"
-        "NAME, MEASURES, HEADLINE = 'fishing', {'most': Measure('Greatest catch')}, ('most',)\n"
-        "def applies(run: RoundsRun) -> bool:\n"
-        "    return run.world.get('stock', 0) > 0\n"
-        "def measure(run: RoundsRun) -> dict[str, float]:\n"
-        "    return {'most': float(run.numbers('catch').max())}\n"
-    )
-    monkeypatch.setenv("FOUNDRY_MINE", str(tmp_path / "mine"))
-    fishery = replace(run(), world={"stock": 100})
-    assert {"fishing.most", "fishing.most_readable"} <= measure(fishery).keys()
+    found = measure(replace(run(), world={"stock": 100}))
+    assert found["fishing.most"] == found["fishing.most_readable"] == 10
     assert not any(name.startswith("fishing.") for name in measure(run()))
 
 

@@ -39,6 +39,7 @@ def test_snippets_are_found():
     assert "statistics.md" in [name for name, _ in FOUND]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("page", "code"), FOUND, ids=[name for name, _ in FOUND])
 def test_a_snippet_runs_in_a_folder_with_a_sweep(
     page: str, code: str, workspace: Path, write_sweep: Callable[..., Any], make_condition: Callable[..., Any]

@@ -9,14 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from commands import SMALL, calls, foundry, is_dead, is_stopping, records, started, statuses, wait_until
+from commands import SMALL, calls, foundry, is_dead, records, started, statuses, wait_until
 from dask_servers import Cluster
 from databases import PostgresStore
 from foundry import paths
-from foundry.storing.store import SweepFolder
-from holding import SWEEP, Holding, assert_nothing_lost_or_paid_twice
+from holding import SWEEP, Holding, assert_nothing_lost_or_paid_twice, working
 from ollama_server import OllamaServer
-from postgres_server import free_port
+from ports import reserved_port
 
 pytestmark = pytest.mark.cluster
 FREE = ("-m", "model=scripted/random", "seed=0-5", *SMALL)
@@ -53,16 +52,14 @@ def test_a_worker_that_is_killed_in_the_middle_loses_nothing(
     arguments = (*SWEEP, *on(mortal, *IMPATIENT), cache, "output.dir=sweep")
     with OllamaServer(holding) as server:
         with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
-            wait_until(lambda: holding.held, "the calls are held back")
+            wait_until(lambda: holding.held, "the calls are held back", process)
             wait_until(
                 lambda: PostgresStore(cache.partition("=")[2]).rows() == 40, "every answer given is in the cache"
             )
             plain = {worker.pid for worker in mortal.workers[:2]}
-            folder = SweepFolder.open(tmp_path / "sweep")
 
             def at_work() -> list[int]:
-                reports = folder.progress().values()
-                return [one["pid"] for one in reports if one["open"] and parent_of(one["pid"]) in plain]
+                return [one["pid"] for one in working(tmp_path / "sweep") if parent_of(one["pid"]) in plain]
 
             wait_until(lambda: bool(at_work()), "a worker without a nanny has a run open")
             lane = at_work()[0]
@@ -70,7 +67,7 @@ def test_a_worker_that_is_killed_in_the_middle_loses_nothing(
             wait_until(lambda: is_dead(lane), "its child goes with it")
             holding.free()
             server.drop_hanging()
-            output, _ = process.communicate(timeout=90)
+            output, _ = process.communicate()
         assert process.returncode == 0, output
         assert_nothing_lost_or_paid_twice(server, tmp_path / "sweep", undisturbed)
 
@@ -83,7 +80,7 @@ def test_a_worker_that_is_killed_without_a_shared_folder_loses_nothing(
     arguments = (*SWEEP, *on(mortal, remote, *IMPATIENT), cache, "output.dir=sweep")
     with OllamaServer(holding) as server:
         with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
-            wait_until(lambda: holding.held, "the calls are held back")
+            wait_until(lambda: holding.held, "the calls are held back", process)
             wait_until(
                 lambda: PostgresStore(cache.partition("=")[2]).rows() == 40, "every answer given is in the cache"
             )
@@ -91,7 +88,7 @@ def test_a_worker_that_is_killed_without_a_shared_folder_loses_nothing(
             mortal.workers[0].wait()
             holding.free()
             server.drop_hanging()
-            output, _ = process.communicate(timeout=90)
+            output, _ = process.communicate()
         assert process.returncode == 0, output
         assert_nothing_lost_or_paid_twice(server, tmp_path / "sweep", undisturbed)
 
@@ -101,12 +98,13 @@ def test_a_stopped_sweep_goes_on_where_it_was(cluster: Cluster, cache: str, undi
     arguments = (*SWEEP, *on(cluster, *IMPATIENT), cache, "output.dir=sweep")
     with OllamaServer(holding) as server:
         with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
-            wait_until(lambda: holding.held, "the calls are held back")
+            wait_until(lambda: holding.held, "the calls are held back", process)
+            wait_until(lambda: len(working(tmp_path / "sweep")) == 3, "every worker has a run", process)
             os.killpg(process.pid, signal.SIGINT)
-            wait_until(lambda: is_stopping(tmp_path / "sweep"), "it was understood")
+            wait_until(lambda: all(one["stopping"] for one in working(tmp_path / "sweep")), "they stop", process)
             holding.free()
             server.drop_hanging()
-            output, _ = process.communicate(timeout=60)
+            output, _ = process.communicate()
         assert process.returncode == 130, output
         assert None in statuses(tmp_path / "sweep")
         done = foundry("resume", "sweep", cwd=tmp_path)
@@ -155,8 +153,9 @@ def test_workers_with_another_version_or_none_are_refused_in_one_line(scheduler:
 
 def test_an_address_where_no_scheduler_answers_is_told_in_one_line(tmp_path: Path):
     pytest.importorskip("distributed", reason="needs the extra dask: pip install 'foundry-worlds[dask]'")
-    address = f"tcp://127.0.0.1:{free_port()}"
-    done = foundry(*FREE, "runner=dask", f"runner.address={address}", "output.dir=sweep", cwd=tmp_path)
+    with reserved_port() as port:
+        address = f"tcp://127.0.0.1:{port}"
+        done = foundry(*FREE, "runner=dask", f"runner.address={address}", "output.dir=sweep", cwd=tmp_path)
     assert done.returncode == 2, done.stdout + done.stderr
     assert f"No Dask scheduler answers at runner.address={address}" in done.stderr
     assert done.stderr.count("\n") == 1
@@ -168,9 +167,9 @@ def test_a_scheduler_that_dies_ends_the_sweep_with_a_clear_line(scheduler: Clust
     arguments = (*SWEEP, *on(scheduler, *IMPATIENT), cache, "output.dir=sweep")
     with OllamaServer(holding) as server:
         with started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
-            wait_until(lambda: holding.held, "the calls are held back")
+            wait_until(lambda: holding.held, "the calls are held back", process)
             scheduler.close()
-            output, _ = process.communicate(timeout=90)
+            output, _ = process.communicate()
         assert process.returncode == 3, output
         assert "lost its workers" in output and "Traceback" not in output
 
@@ -185,7 +184,7 @@ def test_workers_end_when_their_scheduler_and_the_command_are_gone(
     more = () if place == "shared" else (f"runner.remote={(tmp_path / 'bucket').as_uri()}",)
     arguments = (*SWEEP, *on(scheduler, *IMPATIENT, *more), "output.dir=sweep")
     with OllamaServer(holding) as server, started(*arguments, cwd=tmp_path, OLLAMA_HOST=server.url) as process:
-        wait_until(lambda: holding.held, "the calls are held back")
+        wait_until(lambda: holding.held, "the calls are held back", process)
         lanes = lanes_below(scheduler.workers[0].pid)
         assert lanes
         os.killpg(process.pid, signal.SIGKILL)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import ast
-import os
-import resource
 import shutil
 import subprocess
 import sys
@@ -15,7 +13,7 @@ import pytest
 import yaml
 from typer.main import get_command
 
-from commands import PATIENCE_S, SMALL, calls, foundry, records, started, statuses, sweep_folder
+from commands import SMALL, calls, foundry, records, started, statuses, sweep_folder
 from foundry.cli import run
 from foundry.commands.application import app
 from foundry.storing.store import SweepFolder
@@ -160,6 +158,7 @@ def test_every_shipped_sweep_composes(name: str, workspace: Path):
     assert sum(len(condition.seeds) for condition in composed.conditions) >= 9
 
 
+@pytest.mark.slow
 def test_a_named_sweep_runs_and_its_ranges_can_be_overridden(workspace: Path):
     assert run(["+sweep=smoke", "seed=3-4", "output.dir=out", "world.steps=2", "analyze=false"]) == 0
     assert {run.run.seed for run in SweepFolder.open("out").runs()} == {3, 4}
@@ -192,6 +191,7 @@ def test_the_same_sweep_is_byte_identical_and_another_seed_is_not(workspace: Pat
     assert len({content["steps.jsonl"] for content in by_run.values()}) == len(by_run) == 4
 
 
+@pytest.mark.slow
 def test_one_worker_and_two_workers_write_the_same_records(workspace: Path):
     for workers in (1, 2):
         argv = ["-m", "model=scripted/herd", "seed=0-3", f"output.dir=w{workers}", f"runner.workers={workers}", *SMALL]
@@ -223,12 +223,12 @@ def test_the_same_command_into_the_same_folder_continues_it(workspace: Path):
     assert [run.summary() for run in SweepFolder.open("out").runs()] == ended
 
 
-def test_what_was_cached_costs_no_call_in_another_sweep(workspace: Path):
+def test_what_was_cached_costs_no_call_and_loads_no_model_in_another_sweep(workspace: Path):
     with OllamaServer() as server:
         for folder in ("one", "two"):
             done = foundry("model=qwen3:4b", f"output.dir={folder}", *TINY, cwd=workspace, OLLAMA_HOST=server.url)
             assert done.returncode == 0, done.stderr
-    assert len(server.bodies) == 3 * 2 * 2
+    assert (len(server.bodies), len(server.loads)) == (3 * 2 * 2, 1)
     (again,) = SweepFolder.open(workspace / "two").runs()
     summary = again.summary()
     assert summary and summary.counts.cached == summary.counts.calls == 12
@@ -274,16 +274,6 @@ def test_a_server_that_keeps_dying_fails_the_run_with_its_cause(workspace: Path)
     (only,) = SweepFolder.open(workspace / "out").runs()
     summary = only.summary()
     assert summary and summary.error and "unexpected EOF" in summary.error and summary.traceback is None
-
-
-def test_a_model_that_changed_in_between_is_not_continued(workspace: Path):
-    argv = ["model=qwen3:4b", "output.dir=out", *TINY]
-    with OllamaServer() as server:
-        assert foundry(*argv, cwd=workspace, OLLAMA_HOST=server.url).returncode == 0
-        server.models["qwen3:4b"].digest = "e5" * 32
-        done = foundry("resume", "out", cwd=workspace, OLLAMA_HOST=server.url)
-    assert done.returncode == 2
-    assert "changed since this sweep began" in done.stderr
 
 
 def test_a_sweep_can_be_resumed_on_another_server(workspace: Path):
@@ -335,14 +325,6 @@ def test_prompt_needs_no_server(workspace: Path):
     assert "taken as silence" in done.stderr
 
 
-def test_status_counts_runs_and_names_failures(workspace: Path, capsys: pytest.CaptureFixture[str]):
-    assert run(["-m", "model=scripted/stay", "seed=0-2", "output.dir=out", *TINY]) == 0
-    capsys.readouterr()
-    assert run(["status", "out"]) == 0
-    row = capsys.readouterr().out.splitlines()[1].split()
-    assert row[:4] == ["scripted/stay", "3", "3", "0"]
-
-
 def test_models_lists_what_the_server_has(workspace: Path):
     with OllamaServer() as server:
         done = foundry("models", cwd=workspace, OLLAMA_HOST=server.url)
@@ -356,14 +338,14 @@ def test_models_heeds_no_proxy_and_no_certificates_of_the_environment(workspace:
         OllamaServer() as server,
         started("models", cwd=workspace, OLLAMA_HOST=server.url, **unusable) as process,
     ):
-        said, _ = process.communicate(timeout=PATIENCE_S)
+        said, _ = process.communicate()
     assert process.returncode == 0, said
     assert "qwen2.5vl:3b" in said
 
 
 def test_models_refuses_an_address_that_cannot_be_called_in_one_line(workspace: Path):
     with started("models", cwd=workspace, OLLAMA_HOST="gpu1:port") as process:
-        said, _ = process.communicate(timeout=PATIENCE_S)
+        said, _ = process.communicate()
     assert process.returncode == 2
     assert said.startswith("foundry: Ollama host 'gpu1:port' cannot be read") and said.count("\n") == 1
 
@@ -385,13 +367,6 @@ def test_a_server_without_a_network_tells_that_it_cannot_fetch(workspace: Path):
     assert f"'gemma3:4b' was not fetched. Ollama at {server.url} says: pull model manifest" in failed.stderr
     assert "no such host. It is the server that fetches" in failed.stderr
     assert "ollama serve" not in failed.stderr and failed.stderr.count("\n") == 1
-
-
-def test_the_shell_completes_commands():
-    ask = {"_FOUNDRY_COMPLETE": "complete_bash", "COMP_WORDS": "foundry res", "COMP_CWORD": "1"}
-    command = [sys.executable, "-m", "foundry"]
-    done = subprocess.run(command, env={**os.environ, **ask}, capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["resume"]
 
 
 def test_the_records_of_a_run_are_what_the_contract_says(workspace: Path):
@@ -443,15 +418,11 @@ def test_a_file_where_a_run_should_be_is_named(workspace: Path, capsys: pytest.C
         assert f"{lost}" in complain(capsys, command, "s")
 
 
-def test_help_and_version_cost_little(workspace: Path):
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    done = subprocess.run([sys.executable, "-m", "foundry", "--help"], capture_output=True, text=True, check=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    assert all(name in done.stdout for name in ("plan", "resume", "status", "analyze", "prompt", "models"))
-    modules = subprocess.run([sys.executable, "-c", LOADED_BY_HELP], capture_output=True, text=True, check=True).stdout
+def test_help_loads_nothing_that_takes_long(workspace: Path):
+    done = subprocess.run([sys.executable, "-c", LOADED_BY_HELP], capture_output=True, text=True, check=True)
+    assert all(name in done.stderr for name in ("plan", "resume", "status", "analyze", "prompt", "models"))
     heavy = {"numpy", "hydra", "pandas", "matplotlib", "aiohttp", "httpx", "scipy"}
-    assert heavy & set(ast.literal_eval(modules)) == set()
-    assert after.ru_utime - before.ru_utime < 5
+    assert heavy & set(ast.literal_eval(done.stdout)) == set()
 
 
 def test_each_model_is_loaded_once_and_freed_before_the_next_one(workspace: Path):
@@ -464,10 +435,3 @@ def test_each_model_is_loaded_once_and_freed_before_the_next_one(workspace: Path
     assert [(load["model"], load["keep_alive"]) for load in server.loads] == [
         ("qwen3:4b", "30m"), ("qwen3:4b", 0), ("llama3.2", "30m"),
     ]  # fmt: skip
-
-
-def test_a_cached_sweep_loads_no_model(workspace: Path):
-    with OllamaServer() as server:
-        for folder in ("one", "two"):
-            assert foundry("model=qwen3:4b", f"output.dir={folder}", *TINY, cwd=workspace, OLLAMA_HOST=server.url)
-    assert len(server.loads) == 1

@@ -23,6 +23,7 @@ def answer(body: Body) -> str:
     return "I see racks. Move forward 0.5 m."
 
 
+@pytest.mark.slow
 def test_images_go_to_ollama_as_base64_beside_the_prompt(workspace: Path):
     with OllamaServer(answer) as server:
         done = foundry("world=kibo_paper", "model=qwen2.5vl:3b", *SHORT, cwd=workspace, OLLAMA_HOST=server.url)
@@ -39,6 +40,7 @@ def test_images_go_to_ollama_as_base64_beside_the_prompt(workspace: Path):
     assert "images" not in logged and len(logged["images_sha256"][0]) == 64
 
 
+@pytest.mark.slow
 def test_jpeg_is_sent_when_asked_for(workspace: Path):
     arguments = ("world=kibo_paper", "model=qwen2.5vl:3b", "world.image_format=jpeg", *SHORT)
     with OllamaServer(answer) as server:
@@ -48,6 +50,7 @@ def test_jpeg_is_sent_when_asked_for(workspace: Path):
     assert sent[:3] == b"\xff\xd8\xff" and sent == (only.path / "images" / "step_0001.jpg").read_bytes()
 
 
+@pytest.mark.slow
 def test_a_model_that_cannot_see_is_refused_before_the_sweep_starts(workspace: Path):
     with OllamaServer(answer) as server:
         done = foundry("world=kibo", "model=qwen3:4b", *SHORT, cwd=workspace, OLLAMA_HOST=server.url)
@@ -55,16 +58,16 @@ def test_a_model_that_cannot_see_is_refused_before_the_sweep_starts(workspace: P
     assert "'qwen3:4b' cannot see images" in done.stderr and server.bodies == []
 
 
-def test_a_2d_policy_is_refused_in_a_3d_world_and_the_other_way_round(
-    workspace: Path, capsys: pytest.CaptureFixture[str]
-):
+def test_a_policy_is_refused_in_a_world_that_asks_something_else(workspace: Path, capsys: pytest.CaptureFixture[str]):
     assert run(["world=kibo", "model=scripted/herd", *SHORT]) == 2
     assert "the world also asks move" in capsys.readouterr().err
     assert run(["model=scripted/spin", *SHORT]) == 2
     assert "the world also asks message, action" in capsys.readouterr().err
+    assert run(["world=bar", "model=scripted/conditional", *SHORT]) == 2
+    assert "the world also asks evening" in capsys.readouterr().err
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_one_worker_and_two_workers_write_the_same_records(workspace: Path):
     for workers in (1, 2):
         argv = ["-m", "world=kibo", "model=scripted/wander", "seed=0-1", *SHORT[:2], f"output.dir=w{workers}"]
@@ -115,6 +118,7 @@ def test_interpret_reads_a_json_string_a_line(workspace: Path, monkeypatch: pyte
     assert "Line 1 is not a JSON string" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_scene_says_what_is_in_a_file_and_takes_a_picture(workspace: Path, capsys: pytest.CaptureFixture[str]):
     kibo = str(paths.assets_dir() / "kibo.usdz")
     assert run(["scene", "info", kibo]) == 0

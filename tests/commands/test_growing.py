@@ -35,6 +35,7 @@ def seeds(folder: str) -> dict[str, tuple[int, ...]]:
     return {str(one.config["model"]["name"]): one.seeds for one in SweepFolder.open(folder).sweep.conditions}
 
 
+@pytest.mark.slow
 def test_a_sweep_grows_in_three_looks_and_what_is_there_keeps_ids_and_bytes(workspace: Path):
     for seed, runs in (("0", 2), ("0-1", 4), ("2-3", 8)):
         before = files(workspace / "s")
@@ -49,6 +50,7 @@ def test_a_sweep_grows_in_three_looks_and_what_is_there_keeps_ids_and_bytes(work
     assert {one.id for one in SweepFolder.open("s").runs()} == {one.id for one in SweepFolder.open("at_once").runs()}
 
 
+@pytest.mark.slow
 def test_a_grown_sweep_is_verified_bundled_and_told_of_as_any_other(
     workspace: Path, capsys: pytest.CaptureFixture[str]
 ):
@@ -70,6 +72,7 @@ def test_a_grown_sweep_is_verified_bundled_and_told_of_as_any_other(
     assert run(["resume", "s"]) == 0
 
 
+@pytest.mark.slow
 def test_forks_grow_by_sampling_seeds(workspace: Path):
     grow("model=scripted/random", "seed=0")
     only = str(SweepFolder.open("s").runs()[0].path)
@@ -89,6 +92,7 @@ def test_a_contradiction_is_told_before_a_server_is_asked(workspace: Path, capsy
     assert (files(workspace / "s"), (workspace / "s" / "sweep.yaml").read_bytes()) == before
 
 
+@pytest.mark.slow
 def test_plan_shows_what_is_old_and_what_is_new(workspace: Path, capsys: pytest.CaptureFixture[str]):
     grow("model=scripted/random", "seed=0-1")
     capsys.readouterr()
@@ -105,6 +109,7 @@ def test_plan_shows_what_is_old_and_what_is_new(workspace: Path, capsys: pytest.
     assert seeds("s") == {"scripted/random": (0, 1)}
 
 
+@pytest.mark.slow
 def test_baselines_grow_with_the_seeds_and_keep_the_prompt_they_began_with(workspace: Path):
     grow("model=scripted/avoid", "seed=0")
     assert run_baselines(Path("s")) == 0
@@ -117,13 +122,14 @@ def test_baselines_grow_with_the_seeds_and_keep_the_prompt_they_began_with(works
     assert set(seeds("s/baselines").values()) == {(0, 1)}
 
 
-def test_a_model_that_changed_since_is_not_grown_by_and_others_are(workspace: Path):
+def test_a_model_that_changed_since_is_neither_gone_on_with_nor_grown_by_and_others_are(workspace: Path):
     argv = ("-m", *INTO)
     with OllamaServer() as server:
         assert foundry(*argv, "model=qwen3:4b", "seed=0", cwd=workspace, OLLAMA_HOST=server.url).returncode == 0
         server.models["qwen3:4b"].digest = "e5" * 32
-        done = foundry(*argv, "model=qwen3:4b", "seed=1", cwd=workspace, OLLAMA_HOST=server.url)
-        assert done.returncode == 2 and "changed since this sweep began" in done.stderr
+        for command in (("resume", "s"), (*argv, "model=qwen3:4b", "seed=1")):
+            done = foundry(*command, cwd=workspace, OLLAMA_HOST=server.url)
+            assert done.returncode == 2 and "changed since this sweep began" in done.stderr
         assert foundry(*argv, "model=llama3.2", "seed=0", cwd=workspace, OLLAMA_HOST=server.url).returncode == 0
     assert [one["name"] for one in SweepFolder.open(workspace / "s").models] == ["qwen3:4b", "llama3.2"]
     assert seeds(str(workspace / "s")) == {"qwen3:4b": (0,), "llama3.2": (0,)}
@@ -142,6 +148,7 @@ def ids(folder: str) -> set[str]:
     return {run.id for run in SweepFolder.open(folder).runs()}
 
 
+@pytest.mark.slow
 def test_grow_adds_to_what_was_recorded_what_the_same_sweep_asked_at_once_has(workspace: Path):
     grow(TWO, "seed=0", "prompt=japanese")
     before = files(Path("s"))
@@ -156,7 +163,7 @@ def test_grow_adds_to_what_was_recorded_what_the_same_sweep_asked_at_once_has(wo
     ]  # fmt: skip
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_sweep_that_was_killed_while_it_grew_goes_on(workspace: Path):
     holding = Holding(20)
     argv = ("-m", "model=qwen3:4b", *INTO)
@@ -164,7 +171,7 @@ def test_a_sweep_that_was_killed_while_it_grew_goes_on(workspace: Path):
         assert foundry(*argv, "seed=0", cwd=workspace, OLLAMA_HOST=server.url).returncode == 0
         before = files(workspace / "s")
         with started(*argv, "seed=0-2", cwd=workspace, OLLAMA_HOST=server.url) as process:
-            wait_until(lambda: holding.held, "the calls are held back")
+            wait_until(lambda: holding.held, "the calls are held back", process)
             kill(process.pid)
         assert statuses(workspace / "s") == ["complete", None, None]
         holding.free()
@@ -193,6 +200,7 @@ def test_what_no_sweep_can_grow_by_is_told_in_one_line(
     assert said in error and error.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_settings_that_follow_the_seed_are_not_taken_for_further_seeds(there: Path):
     done = foundry("grow", "follows", "seed=2", cwd=there)
     assert done.returncode == 2 and "follow the seed" in done.stderr

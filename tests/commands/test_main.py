@@ -39,6 +39,7 @@ def test_a_command_seeks_garbage_seldom_and_takes_nothing_apart_at_its_end():
 HEAVY = {"analysis", "joblib", "json_repair", "matplotlib", "pandas", "pyarrow", "scipy"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("asked", "spared"), [("['plan']", {"filelock", "foundry.running.lane", "rich.progress"}), ("[]", {"pydantic"})]
 )

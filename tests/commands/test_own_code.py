@@ -41,6 +41,7 @@ def python(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.slow
 def test_code_beside_config_dir_runs_without_pythonpath(mine: Path, tmp_path: Path):
     asked = ("--config-dir", "mine", "model=quiet", *SMALL, "analyze=false")
     assert foundry(*asked, cwd=tmp_path).returncode == 0
@@ -61,6 +62,7 @@ def test_a_folder_of_own_parts_that_is_not_there_is_refused_by_every_command(tmp
     for argv in (("model=scripted/stay",), ("plan", "model=scripted/stay"), ("status", "out"), ("models",)):
         done = foundry(*argv, "--config-dir", "nowhere", cwd=tmp_path)
         assert done.returncode == 2 and "nowhere" in done.stderr and done.stderr.count("\n") == 1, argv
+    assert "--config-dir nowhere: there is no such folder" in done.stderr
 
 
 def test_a_sweeps_folder_is_named_alike_where_it_is_made_and_where_it_is_read(tmp_path: Path):
@@ -72,6 +74,7 @@ def test_a_sweeps_folder_is_named_alike_where_it_is_made_and_where_it_is_read(tm
     assert "1 runs, 1 complete" in done.stdout
 
 
+@pytest.mark.slow
 def test_modules_of_the_working_directory_never_stand_before_ours(tmp_path: Path):
     assert foundry("model=scripted/stay", *SMALL, "analyze=false", cwd=tmp_path).returncode == 0
     for name in ("analysis", "yaml", "hydra"):
@@ -82,6 +85,7 @@ def test_modules_of_the_working_directory_never_stand_before_ours(tmp_path: Path
     assert done.returncode == 2 and "has no two conditions to compare" in done.stderr
 
 
+@pytest.mark.slow
 def test_modules_of_the_working_directory_are_found_after_all_others(tmp_path: Path):
     (tmp_path / "quiet_here.py").write_text(POLICY)
     asked = ("model=scripted/stay", "model._target_=quiet_here.Quiet", *SMALL, "analyze=false")
@@ -107,17 +111,11 @@ def test_the_clone_stays_first_when_it_is_the_working_directory(monkeypatch: pyt
     assert sys.path == ["", "/elsewhere"]
 
 
-@pytest.mark.parametrize(
-    ("file", "text"),
-    [
-        ("broken.py", "def broken(:\n"),
-        ("model/broken.yaml", "_target_: [unclosed\n"),
-        ("world/broken.yaml", "name: &a [*a]\n"),
-        ("broken_on_import.py", "raise ZeroDivisionError('oh')\n"),
-    ],
-)
-def test_a_bad_file_hurts_nobody_who_does_not_use_it(file: str, text: str, mine: Path, tmp_path: Path):
-    (mine / file).write_text(text)
+def test_bad_files_hurt_nobody_who_does_not_use_them(mine: Path, tmp_path: Path):
+    (mine / "broken.py").write_text("def broken(:\n")
+    (mine / "broken_on_import.py").write_text("raise ZeroDivisionError('oh')\n")
+    (mine / "model" / "broken.yaml").write_text("_target_: [unclosed\n")
+    (mine / "world" / "broken.yaml").write_text("name: &a [*a]\n")
     done = foundry("--config-dir", "mine", "model=quiet", *SMALL, "analyze=false", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
 
@@ -138,8 +136,3 @@ def test_who_uses_a_bad_file_is_told_its_name_in_one_line(
     (mine / "model" / "bad.yaml").write_text(asked)
     done = foundry("--config-dir", "mine", "model=bad", *SMALL, cwd=tmp_path)
     assert done.returncode == 2 and named in done.stderr and done.stderr.count("\n") == 1, done.stderr
-
-
-def test_a_folder_that_is_not_there_is_told(tmp_path: Path):
-    done = foundry("status", "out", "--config-dir", "mne", cwd=tmp_path)
-    assert done.returncode == 2 and "--config-dir mne: there is no such folder" in done.stderr

@@ -53,7 +53,7 @@ def test_every_row_says_what_it_can_claim(analysed):
     assert "look 2 of 2, at 8 seeds, level 0.029 of a single test; nothing differs from the plan" in analysed.notes[0]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_report_says_what_was_declared(declared):
     assert foundry("report", "out", cwd=declared).returncode == 0
     page = (declared / "out" / "report.html").read_text()

@@ -48,7 +48,9 @@ def objects(done: subprocess.CompletedProcess[str]) -> dict[str, Any]:
     return found
 
 
-def test_status_is_one_json_object(swept: Path):
+def test_status_is_a_row_for_each_model_or_one_json_object(swept: Path):
+    rows = [line.split()[:4] for line in foundry("status", "out", cwd=swept).stdout.splitlines()]
+    assert rows[1:3] == [["scripted/stay", "3", "3", "0"], ["scripted/random", "3", "3", "0"]]
     found = objects(foundry("status", "out", "--json", cwd=swept))
     assert set(found) == {"sweep", "models", "failed", "unread", "determinism"}
     stay = found["models"][0]
@@ -90,6 +92,7 @@ def test_verify_is_one_json_object_and_its_exit_code_stays(swept: Path):
     assert objects(bad)["verdicts"]["differs"] == 1
 
 
+@pytest.mark.slow
 def test_analyze_is_one_json_object_with_its_tables(swept: Path):
     done = foundry("analyze", "out", "--json", cwd=swept)
     found = objects(done)
@@ -103,7 +106,7 @@ def test_analyze_is_one_json_object_with_its_tables(swept: Path):
     assert found["path"] == "out/analysis" and "out/analysis/contrasts.csv" in found["written"]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_messages_beside_json_go_to_the_standard_error(swept: Path):
     done = foundry("analyze", "out", "--json", "--baselines", cwd=swept)
     assert "complete in out/baselines" in done.stderr and objects(done)["runs"]
@@ -134,8 +137,8 @@ def test_a_verbose_sweep_tells_of_each_run_as_it_ends(tmp_path: Path):
     assert " complete: " not in again.stdout
 
 
-def test_a_quiet_command_leaves_out_what_is_no_result(swept: Path):
-    usual, quiet = (foundry("power", "out", *flag, cwd=swept) for flag in ((), ("-q",)))
+def test_a_quiet_command_leaves_out_what_is_no_result_and_the_next_one_does_not(swept: Path):
+    quiet, usual = (foundry("power", "out", *flag, cwd=swept) for flag in (("-q",), ()))
     assert "so plan with the last" in usual.stdout and "so plan with the last" not in quiet.stdout
     assert "idle_rate.chosen" in quiet.stdout and quiet.returncode == usual.returncode
 
@@ -148,8 +151,3 @@ def test_a_verbose_command_names_what_it_usually_counts(swept: Path):
 def test_quiet_and_verbose_exclude_each_other(tmp_path: Path):
     done = foundry("status", "out", "-q", "-v", cwd=tmp_path)
     assert (done.returncode, done.stderr) == (2, "foundry: -q and -v exclude each other: give one of them.\n")
-
-
-def test_loudness_ends_with_its_command(tmp_path: Path):
-    foundry("-q", "plan", *ASKED, cwd=tmp_path)
-    assert "6 runs in out" in foundry(*ASKED, "output.dir=out", cwd=tmp_path).stdout

@@ -7,8 +7,11 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from commands import foundry
 from foundry.cli import run
 from foundry.storing.store import SweepFolder
+from ollama_cases import in_turn, refused
+from ollama_server import OllamaServer
 
 SMALL = (
     "+sweep=critical_mass",
@@ -22,6 +25,7 @@ POLICIES = "model=scripted/focal_name,scripted/best_response"
 ASKED = (*SMALL, POLICIES, "world.committed_name=bafu", "world.established=tazo", "output.dir=mass", "search.until=0.4")
 
 
+@pytest.mark.slow
 def test_every_model_gets_its_own_bracket_from_stages_that_are_sweeps(workspace: Path, capsys):
     assert run(["threshold", *ASKED]) == 0
     table = pd.read_csv("mass/threshold.csv").set_index("model")
@@ -33,7 +37,9 @@ def test_every_model_gets_its_own_bracket_from_stages_that_are_sweeps(workspace:
     points = pd.read_csv("mass/threshold_points.csv")
     assert set(points["n"]) == {2} and set(points["share"]) >= {0, 1}
     stages = [SweepFolder.open(stage) for stage in sorted(Path("mass").glob("stage-*"))]
-    assert [len(stage.runs()) for stage in stages] == [4, 4, 2]
+    assert [len(stage.runs()) for stage in stages] == [4, 4, 2] and not any(one.analysis_dir.exists() for one in stages)
+    shares = [{one.factors["world.committed"] * 6 for one in stage.sweep.conditions} for stage in stages]
+    assert shares == [{0}, {4}, {2}]
     assert "surely_low" in capsys.readouterr().out
 
 
@@ -44,10 +50,22 @@ def test_a_share_of_agents_is_told_by_whole_agents_and_no_finer(workspace: Path,
     assert found["high_count"] == found["low_count"] + 1
     played = pd.read_csv("mass/threshold_points.csv")["world.committed"] * 6
     assert played.tolist() == pytest.approx(played.round().tolist()) and len(played) <= 4
+    assert played.is_monotonic_increasing
     assert "nothing lies between two neighbouring counts" in capsys.readouterr().out
 
 
-@pytest.mark.slow
+def test_a_run_that_fails_ends_the_search_at_its_stage_and_the_same_command_goes_on(workspace: Path):
+    asked = ("threshold", *ASKED, "model=llama3.2")
+    with OllamaServer(in_turn(refused(400, "no more for today"), '{"action": "tazo"}')) as server:
+        failed = foundry(*asked, cwd=workspace, OLLAMA_HOST=server.url)
+        assert failed.returncode == 3, failed.stdout + failed.stderr
+        assert "1 of 2 runs complete in mass/stage-1" in failed.stdout and failed.stderr == ""
+        assert [one.name for one in Path("mass").iterdir()] == ["stage-1"]
+        done = foundry(*asked, cwd=workspace, OLLAMA_HOST=server.url)
+    assert done.returncode == 0 and pd.read_csv("mass/threshold_points.csv")["n"].tolist() == [2, 2]
+
+
+@pytest.mark.exhaustive
 def test_the_same_command_plays_nothing_again(workspace: Path):
     assert run(["threshold", *ASKED]) == 0
     written = {one: one.stat().st_mtime_ns for one in Path("mass").glob("stage-*/runs/*/run.json")}
@@ -58,6 +76,9 @@ def test_the_same_command_plays_nothing_again(workspace: Path):
 @pytest.mark.parametrize(("asked", "told"), [
     (("world=naming",), "looks for no threshold"),
     (("+sweep=critical_mass", "search.low=1"), "give low < high"),
+    (("+sweep=critical_mass", "search.until=0"), "until > 0"),
+    (("+sweep=critical_mass", "search.level=1"), "a level between 0 and 1"),
+    (("+sweep=critical_mass", "search.of=world.committed"), "is a whole number from 1"),
     (("+sweep=critical_mass", "search.setting=world.comitted"), "Did you mean 'committed'"),
     (("+sweep=critical_mass", "search.of=world.agent"), "Did you mean 'agents'"),
     (("+sweep=critical_mass", "search.of=world.protocol"), "is a whole number"),

@@ -16,11 +16,12 @@ UNLIKE = ("-m", "model=scripted/random,scripted/stay", *SMALL)
 ALIKE = ("-m", "model=scripted/random", "prompt=paper,paper_prefix", *SMALL)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("sweep", "seeds", "said"),
     [
         (UNLIKE, 6, "answered at look 1 of 2, at 6 seeds"),
-        pytest.param(ALIKE, 8, "not answered at look 2 of 2, at 8 seeds", marks=pytest.mark.slow),
+        pytest.param(ALIKE, 8, "not answered at look 2 of 2, at 8 seeds", marks=pytest.mark.exhaustive),
     ],
 )
 def test_a_sweep_goes_on_to_the_next_look_until_it_is_answered(tmp_path, sweep, seeds, said):
@@ -33,6 +34,7 @@ def test_a_sweep_goes_on_to_the_next_look_until_it_is_answered(tmp_path, sweep, 
     assert len(recorded.history) == (1 if seeds == 6 else 2)
 
 
+@pytest.mark.slow
 def test_what_goes_on_with_it_later_is_analysed_as_the_sweep_asked(tmp_path):
     asked = [word for word in UNLIKE if word != "analyze=false"]
     assert foundry("preregister", *asked, *LOOKS, cwd=tmp_path).returncode == 0
@@ -42,6 +44,7 @@ def test_what_goes_on_with_it_later_is_analysed_as_the_sweep_asked(tmp_path):
     assert "tables and plots in out" in foundry("grow", "out", "seed=6-7", cwd=tmp_path).stdout
 
 
+@pytest.mark.slow
 def test_a_run_that_fails_each_time_is_missing_from_the_look_as_planned_and_holds_up_none(tmp_path):
     own = ("--config-dir", str(write_market(tmp_path)))
     market = ("-m", "world=market", "prompt=market", "world.leaky=[2]", "model=bidder,miser", "seed=0-7", *SMALL[-2:])
@@ -55,6 +58,7 @@ def test_a_run_that_fails_each_time_is_missing_from_the_look_as_planned_and_hold
     assert sorted(statuses(tmp_path / "out")) == ["complete"] * 14 + ["failed"] * 2
 
 
+@pytest.mark.slow
 def test_runs_that_have_not_ended_hold_up_the_look(tmp_path):
     served = ("-m", "model=qwen3:4b,llama3.2", *SMALL, "runner.open_runs=1")
     with OllamaServer(lambda body: BAD_OPTION) as server:

@@ -53,7 +53,7 @@ def test_what_was_begun_passes_the_checks(kind: str, begun: Path):
     assert done.returncode == 0 and ", 0 failed" in done.stdout, done.stdout + done.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_its_own_tests_pass(begun: Path):
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--rootdir", "mine", "mine"]
     done = subprocess.run(command, cwd=begun, env=dict(os.environ), capture_output=True, text=True, check=False)

@@ -70,6 +70,7 @@ def test_the_command_line_stands_above_the_users_file(own: Write):
     assert found.deciding == () and found.asked == ("-m", "model=scripted/stay", "world.agents=5", "seed=0-1")
 
 
+@pytest.mark.slow
 def test_a_named_sweep_and_a_world_that_chooses_stand_above_the_users_file(own: Write):
     own("world.agents: 7\nworld.half_size: 9\nprompt: json\n")
     smoke = composed("+sweep=smoke").conditions[0].config["world"]
@@ -196,13 +197,14 @@ def test_a_fork_keeps_its_past_whatever_the_users_file_says(own: Write, tmp_path
     assert asked[2:] == ["at=2", "output.dir=fork", "analyze=false"]
 
 
+@pytest.mark.slow
 def test_a_users_own_files_are_bounded_before_a_new_process_reads_them(tmp_path: Path):
     part = tmp_path / "mine" / "prompt" / "bomb.yaml"
     part.parent.mkdir(parents=True)
     lines = [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]" for n in range(1, 9)]
     part.write_text("\n".join(["a0: &a0 [x]", *lines]), encoding="utf-8")
     command = [sys.executable, "-m", "foundry", "plan", "model=scripted/stay", "prompt=bomb", "--config-dir", "mine"]
-    done = subprocess.run(command, cwd=tmp_path, env=environment(), capture_output=True, text=True, timeout=60)
+    done = subprocess.run(command, cwd=tmp_path, env=environment(), capture_output=True, text=True)
     assert done.returncode == 2 and "is refused: with its aliases expanded" in done.stderr
 
 

@@ -85,6 +85,7 @@ def test_a_folder_named_by_a_number_has_that_name(tmp_path: Path):
     assert Path(SweepFolder.open(tmp_path / "2026").settings["cache"]["path"]).name == "7"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("flag", "command"),
     [

@@ -108,6 +108,7 @@ def test_the_function_returns_what_the_command_prints(mine: Path, monkeypatch: p
     assert [one.check for one in found if one.status == "failed"] == ["tells its settings apart"]
 
 
+@pytest.mark.slow
 def test_the_example_holds_what_every_part_must_hold(tmp_path: Path):
     mine = paths.PACKAGE.parent / "examples" / "el_farol" / "mine"
     parts = ("world=el_farol", "model=mine/mixing", "prompt=el_farol", "attendance")

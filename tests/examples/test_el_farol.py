@@ -21,7 +21,7 @@ import pytest
 import yaml
 
 import foundry as public
-from commands import foundry, kill, started, statuses, wait_until
+from commands import foundry, statuses
 from foundry import own_code, paths
 from foundry.composing.compose import compose
 from foundry.composing.preflight import declare
@@ -33,7 +33,6 @@ from foundry.storing.store import SweepFolder
 ROOT = paths.PACKAGE.parent
 EXAMPLE = ROOT / "examples" / "el_farol"
 MINE = "examples/el_farol/mine"
-pytestmark = pytest.mark.timeout(400)  # the tutorial is led through in the set-up of the first test
 TRUSTED = ("--trust-targets", "el_farol", "--config-dir", MINE)
 TUTORIAL = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
 COMMANDS = re.findall(r"^    foundry (.+)$", TUTORIAL.replace(" \\\n        ", " "), re.MULTILINE)
@@ -81,6 +80,7 @@ def test_the_example_is_short():
     assert len(lines) <= 120
 
 
+@pytest.mark.slow
 def test_the_tutorial_has_ten_steps_and_each_of_its_commands_ends_well(led: Led):
     assert len(re.findall(r"^## \d+\. ", TUTORIAL, re.MULTILINE)) == 10
     assert len(led.said) == len(COMMANDS) >= 15
@@ -90,6 +90,7 @@ def test_the_tutorial_has_ten_steps_and_each_of_its_commands_ends_well(led: Led)
     assert "at most 2,000 calls would be sent" in the(led, "plan")
 
 
+@pytest.mark.slow
 def test_who_goes_and_who_stays_gets_what_the_rules_say(led: Led):
     lines = steps_of(led.place / led.run("scripted/random"))
     for step in range(1, 21):
@@ -103,6 +104,7 @@ def steps_of(run: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in (run / "steps.jsonl").read_text(encoding="utf-8").splitlines()]
 
 
+@pytest.mark.slow
 def test_the_prompt_tells_how_many_went_to_whom_it_is_told(led: Led):
     asked = ("world=el_farol", "model=mine/mixing", "--step", "6", "--agent", "0", "--kind", "evening")
     implicit = said("prompt", "--config-dir", MINE, "world.reports=implicit", *asked, cwd=led.place)
@@ -110,6 +112,7 @@ def test_the_prompt_tells_how_many_went_to_whom_it_is_told(led: Led):
     assert implicit.count("of 10 went.") == implicit.count("You went") < 5
 
 
+@pytest.mark.slow
 def test_a_fork_shares_what_was_before_and_is_verified(led: Led):
     shared = [
         steps_of(led.place / run)[:90] for run in (led.run("scripted/random"), led.run("mine/mixing", sweep="forked"))
@@ -119,6 +122,7 @@ def test_a_fork_shares_what_was_before_and_is_verified(led: Led):
     assert SweepFolder.open(led.place / "forked").sweep.conditions[0].config["baselines"][-1] == "mine/mixing"
 
 
+@pytest.mark.slow
 def test_where_its_code_is_not_named_or_not_trusted_one_line_says_so(led: Led):
     refused = foundry("verify", "bar", "--config-dir", MINE, cwd=led.place)
     assert refused.returncode == 2 and "allow it with --trust-targets el_farol" in refused.stderr
@@ -128,17 +132,14 @@ def test_where_its_code_is_not_named_or_not_trusted_one_line_says_so(led: Led):
     assert refused.stderr.count("\n") == absent.stderr.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_two_runs_are_compared_and_each_is_drawn_again(led: Led):
     assert "first other state: steps.jsonl" in the(led, "diff")
     (picture,) = (led.place / "bar" / "analysis" / "replay").rglob("*.png")
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-def test_it_is_handed_on_in_one_file(led: Led):
-    said("unbundle", "bar.tar.zst", "again", cwd=led.place)
-    assert "12 identical" in said("verify", "again", "--workers", "1", *TRUSTED, cwd=led.place)
-
-
+@pytest.mark.slow
 def test_its_signature_is_measured_and_claims_rest_on_it_where_that_is_declared(led: Led):
     assert "in a family of" in the(led, "analyze")
     table = pq.read_table(led.place / "bar" / "analysis" / "signatures.parquet").to_pandas()
@@ -149,6 +150,7 @@ def test_its_signature_is_measured_and_claims_rest_on_it_where_that_is_declared(
     assert "rounds,attendance,mine/signatures/attendance.py" in sources
 
 
+@pytest.mark.slow
 def test_what_the_signature_says_is_what_plain_loops_say(led: Led):
     run = led.run("mine/mixing")
     went = Counter(line["step"] for line in steps_of(led.place / run) if line["action"] == "go")
@@ -162,6 +164,7 @@ def test_what_the_signature_says_is_what_plain_loops_say(led: Led):
     assert row["attendance.n_evenings"] == 20
 
 
+@pytest.mark.slow
 def test_its_report_and_its_pages_show_what_agents_did(led: Led):
     page = (led.place / "bar" / "report.html").read_text(encoding="utf-8")
     assert "evening: go (share)" in page and "Nearness to the capacity" in page
@@ -170,6 +173,7 @@ def test_its_report_and_its_pages_show_what_agents_did(led: Led):
     assert (led.place / "pages" / "index.html").exists()
 
 
+@pytest.mark.slow
 def test_its_baselines_are_those_that_its_file_names_and_that_it_does_not_compare(led: Led):
     beside = SweepFolder.open(SweepFolder.open(led.place / "bar").baselines_dir)
     assert [one.config["model"]["name"] for one in beside.sweep.conditions] == ["scripted/stay"]
@@ -182,6 +186,7 @@ def test_its_baselines_are_those_that_its_file_names_and_that_it_does_not_compar
     ("[ollama]", "is no plain policy"),
     ("scripted/random", "is no list of policies"),
 ])  # fmt: skip
+@pytest.mark.slow
 def test_a_baseline_that_is_none_is_told_in_one_line(led: Led, names: str, told: str):
     one = ("--config-dir", MINE, "world=el_farol", "model=scripted/random", "world.steps=2", "analyze=false")
     done = foundry(*one, f"baselines={names}", "output.dir=w", cwd=led.place)
@@ -200,29 +205,11 @@ def test_its_replies_can_be_held_to_its_schema():
     assert tuple(schema["evening"]["properties"]["action"]["enum"]) == ("go", "stay")
 
 
+@pytest.mark.slow
 def test_a_served_model_is_given_the_schema_that_the_world_chose(led: Led):
     asked = ("--config-dir", MINE, "world=el_farol", "model=qwen3:4b", "--cfg", "job", "--package", "model.schemas")
     found = yaml.safe_load(said(*asked, "--resolve", cwd=led.place))
     assert list(found["evening"]["properties"]) == ["action", "reasoning"]
-
-
-def test_a_killed_sweep_goes_on_and_its_records_are_the_same_to_the_byte(tmp_path: Path):
-    asked = ("-m", "--config-dir", MINE, "world=el_farol", "model=mine/mixing", "seed=0-29")
-    ended = ("analyze=false", "runner.workers=1")
-    shutil.copytree(EXAMPLE, tmp_path / "examples" / "el_farol")
-    with started(*asked, *ended, "output.dir=killed", cwd=tmp_path, FOUNDRY_WORKERS="1") as process:
-        runs = tmp_path / "killed" / "runs"
-        wait_until(lambda: len(list(runs.glob("*/run.json"))) > 2, "runs have ended")
-        kill(process.pid)
-    left = len(list(runs.glob("*/run.json")))
-    assert left < 30
-    said("resume", "killed", *TRUSTED, cwd=tmp_path)
-    said(*asked, *ended, "output.dir=whole", cwd=tmp_path)
-    for whole in (tmp_path / "whole" / "runs").iterdir():
-        assert all(
-            (runs / whole.name / name).read_bytes() == (whole / name).read_bytes()
-            for name in ("steps.jsonl", "messages.jsonl")
-        )
 
 
 @pytest.mark.parametrize(("own", "status"), [((), "failed"), ((EXAMPLE / "mine",), "complete")])

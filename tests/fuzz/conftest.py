@@ -1,4 +1,4 @@
-"""How long the fuzzing is: a glance in the normal suite, the whole with `pytest -m slow tests/fuzz -s`."""
+"""How long the fuzzing is: a glance in the normal suite, the whole with `pytest -m exhaustive tests/fuzz -s`."""
 
 from __future__ import annotations
 

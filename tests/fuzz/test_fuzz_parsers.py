@@ -100,14 +100,14 @@ def test_the_interpreters_raise_nothing(texts: list[str]):
     check_space(texts)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.timeout(1800)
 def test_the_parser_of_the_grid_raises_nothing_at_length():
     settings(settings.get_profile("fuzz"), max_examples=GRID_BATCHES)(given(GRID)(check_grid))()
     sys.stdout.write(f"\n{GRID_BATCHES * BATCH:,} replies, each read as an action and as a message\n")
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.timeout(1800)
 def test_the_interpreters_raise_nothing_at_length():
     settings(settings.get_profile("fuzz"), max_examples=SPACE_BATCHES)(given(SPACE)(check_space))()

@@ -122,11 +122,12 @@ def to_text(name: str, content: Any) -> str:
     return msgspec.json.encode(content, enc_hook=str).decode() if content != 2**70 else str(2**70)
 
 
+@pytest.mark.slow
 def test_settings_of_odd_shapes_are_used_or_refused_in_one_line(sweep: Path):
     assert sum(fuzz(sweep, FEW, QUICK).values()) > FEW / 4
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.timeout(3600)
 def test_settings_of_odd_shapes_are_used_or_refused_in_one_line_at_length(sweep: Path):
     refused = fuzz(sweep, MANY, COMMANDS)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 
 import pytest
@@ -31,27 +30,25 @@ SMALL = (
 
 
 @pytest.mark.parametrize("name", BOMBS)
-def test_a_bomb_in_a_folder_of_configurations_is_refused_at_once(name: str, tmp_path: Path):
+def test_a_bomb_in_a_folder_of_configurations_is_refused_before_it_grows(name: str, tmp_path: Path):
     text, expected = BOMBS[name]
     (tmp_path / "mine" / "model").mkdir(parents=True)
     (tmp_path / "mine" / "model" / "bomb.yaml").write_text(text)
-    began = time.monotonic()
     for flag in (("--config-dir", "mine"), ("--config-dir=mine",), ("-cd", "mine")):
         done = foundry(*flag, "model=bomb", cwd=tmp_path)
         assert done.returncode == 2 and "bomb.yaml" in done.stderr and expected in done.stderr, done.stderr
         assert done.stderr.count("\n") == 1
-    assert time.monotonic() - began < 15
     assert not (tmp_path / "outputs").exists()
 
 
 @pytest.mark.parametrize("name", ["laughs", "deep", "itself"])
-def test_a_bomb_in_a_recorded_sweep_is_refused_at_once(name: str, tmp_path: Path):
+def test_a_bomb_in_a_recorded_sweep_is_refused_before_it_grows(name: str, tmp_path: Path):
     (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "sweep.yaml").write_text(BOMBS[name][0])
+    text, expected = BOMBS[name]
+    (tmp_path / "out" / "sweep.yaml").write_text(text)
     for command in ("status", "resume"):
-        began = time.monotonic()
         done = foundry(command, "out", cwd=tmp_path)
-        assert done.returncode == 2 and done.stderr.count("\n") == 1 and time.monotonic() - began < 15
+        assert done.returncode == 2 and expected in done.stderr and done.stderr.count("\n") == 1, done.stderr
 
 
 def drawn_without(part: str, command: str) -> bool:
@@ -60,7 +57,7 @@ def drawn_without(part: str, command: str) -> bool:
 
 
 @pytest.mark.parametrize(
-    "part", ["world", *(pytest.param(one, marks=pytest.mark.slow) for one in ("model", "prompt", "runner"))]
+    "part", ["world", *(pytest.param(one, marks=pytest.mark.exhaustive) for one in ("model", "prompt", "runner"))]
 )
 def test_nothing_that_a_record_names_is_run(part: str, tmp_path: Path):
     assert foundry(*SMALL, cwd=tmp_path).returncode == 0

@@ -21,7 +21,8 @@ def files(folder: Path) -> set[str]:
     return {str(path.relative_to(folder)) for path in folder.rglob("*") if not path.is_dir()}
 
 
-@pytest.mark.parametrize("analyze", ["false", pytest.param("true", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("analyze", ["false", pytest.param("true", marks=pytest.mark.exhaustive)])
 def test_names_of_parts_lead_nowhere(analyze: str, tmp_path: Path):
     names = ",".join(f"'{name}'".replace("\\", "\\\\") for name in NAMES)
     inner = tmp_path / "deep" / "inner"

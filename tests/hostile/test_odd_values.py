@@ -311,13 +311,14 @@ def test_conventions_that_cannot_be_are_refused(place: Path, line: str, said: st
         load_scene(file)
 
 
+@pytest.mark.slow
 @given(st.dictionaries(st.sampled_from(ATTRIBUTES), st.sampled_from(sorted(ODD)), min_size=1, max_size=4))
 @settings(max_examples=40, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_attributes_of_any_kind_end_in_no_traceback(place: Path, odd: dict[str, str]) -> None:
     check(loaded(place, odd), odd)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("path", ATTRIBUTES)
 def test_every_attribute_of_every_kind_ends_in_no_traceback(place: Path, path: str) -> None:

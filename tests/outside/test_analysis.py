@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import re
 import shutil
+from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
@@ -18,8 +19,36 @@ from commands import foundry
 from foundry.errors import InputError
 from foundry.own_code import VARIABLE, use
 from foundry.storing.store import SweepFolder
-from outside_form import Outside
 from report_pages import narrowed
+
+
+@dataclass(frozen=True)
+class Outside:
+    """A user's folder `mine` and a sweep `out`, both in `cwd`, where the commands are started."""
+
+    cwd: Path
+
+    @property
+    def sweep(self) -> Path:
+        return self.cwd / "out"
+
+    def foundry(self, *arguments: str) -> str:
+        """Run a command that ends well, with the user's folder; return what it printed."""
+        done = foundry(*arguments, "--config-dir", "mine", cwd=self.cwd)
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
+
+
+@pytest.fixture(scope="module")
+def outside(tmp_path_factory: pytest.TempPathFactory) -> Outside:
+    """The user's folder with the finished sweep of two models and two seeds on the ring beside it."""
+    cwd = tmp_path_factory.mktemp("outside")
+    shutil.copytree(Path(__file__).with_name("mine"), cwd / "mine", ignore=shutil.ignore_patterns("__pycache__"))
+    asked = ("-m", "world=ring", "prompt=ring", "model=walker,other", "seed=0-1", "output.dir=out", "runner.workers=1")
+    cache = f"cache.path={cwd / 'answers.sqlite'}"
+    done = foundry("--config-dir", "mine", *asked, cache, "analyze=false", cwd=cwd)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return Outside(cwd)
 
 
 @pytest.fixture
@@ -74,6 +103,7 @@ def test_its_steps_are_a_parquet_file(analysed: analysis.Analysis):
     assert steps["place"].dtype.kind == "i" and "message" not in steps
 
 
+@pytest.mark.slow
 def test_the_commands_analyse_it_and_plan_with_it(outside: Outside):
     said = outside.foundry("analyze", "out", "--family", "restless.change")
     assert "restless.change" in said and "tables and plots in" in said
@@ -82,6 +112,7 @@ def test_the_commands_analyse_it_and_plan_with_it(outside: Outside):
     assert "rounding.home" in outside.foundry("power", "out", "--measure", "rounding.home")
 
 
+@pytest.mark.slow
 def test_its_report_says_how_it_is_measured_and_by_whose_code(outside: Outside, analysed: analysis.Analysis):
     found = narrowed(gather(outside.sweep), ("rounding.",))
     page = render(found, outside.sweep, analysed.path / "plots")
@@ -124,6 +155,7 @@ def test_a_broken_signature_hurts_only_who_uses_it(outside: Outside, tmp_path: P
     assert table["outcome.readable"].notna().all() and "restless.change" not in table
 
 
+@pytest.mark.slow
 def test_what_was_measured_is_measured_again_when_the_users_signature_changes(
     outside: Outside, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

@@ -27,6 +27,8 @@ FLAGS = (
     "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1, EXCLUDE localhost",
 )
 INSIDE = ("127.0.0.1", "localhost")
+NEVER_MS = 0
+"""A page is waited for as long as pytest lets the test run, however busy the machine is."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,8 @@ def _started() -> _Started:
     if found is None:
         pytest.skip(f"none of {', '.join(NAMES)} is installed")
     playwright = sync_playwright().start()
-    started = _Started(playwright.chromium.launch(executable_path=found, args=list(FLAGS)), asyncio.get_running_loop())
+    browser = playwright.chromium.launch(executable_path=found, args=list(FLAGS), timeout=NEVER_MS)
+    started = _Started(browser, asyncio.get_running_loop())
     asyncio._set_running_loop(None)
 
     def stop() -> None:
@@ -99,6 +102,7 @@ def browser_page(
         context = started.browser.new_context(
             viewport={"width": width, "height": height}, color_scheme="dark" if dark else "light", has_touch=touch
         )
+        context.set_default_timeout(NEVER_MS)
         try:
             page = context.new_page()
             page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)

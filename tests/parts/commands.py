@@ -13,7 +13,6 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from time import monotonic
 from typing import Any
 
 import msgspec
@@ -23,8 +22,6 @@ from foundry.storing.store import SweepFolder
 from traces import no_traces
 
 SMALL = ("world.agents=4", "world.steps=4", "analyze=false")
-PATIENCE_S = 90.0
-"""So long a test waits for another process, which may be one of many on a busy machine."""
 
 
 def environment(**changes: str) -> dict[str, str]:
@@ -48,24 +45,27 @@ def foundry(*arguments: str, cwd: Path, **changes: str) -> subprocess.CompletedP
 @contextlib.contextmanager
 def started(*arguments: str, cwd: Path, **changes: str) -> Iterator[subprocess.Popen[str]]:
     """Start the command in a process group of its own; whatever is left of it at the end is killed."""
-    process = subprocess.Popen(
+    with subprocess.Popen(
         [sys.executable, "-m", "foundry", *arguments],
         cwd=cwd, env=environment(**changes), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
         start_new_session=True,
-    )  # fmt: skip
-    try:
-        yield process
-    finally:
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)
-        process.communicate()
+    ) as process:  # fmt: skip
+        try:
+            yield process
+        finally:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
 
 
-def wait_until(condition: Callable[[], bool], what: str) -> None:
-    """Wait for something that another process does."""
-    never, given_up = threading.Event(), monotonic() + PATIENCE_S
+def wait_until(condition: Callable[[], bool], what: str, process: subprocess.Popen[str] | None = None) -> None:
+    """Wait for something that another process does, as long as pytest lets a test run.
+
+    Where the process is given, the wait fails with its output once it has ended in vain.
+    """
+    never = threading.Event()
     while not condition():
-        assert monotonic() < given_up, f"waited {PATIENCE_S} s in vain: {what}"
+        if process is not None and process.poll() is not None and not condition():
+            raise AssertionError(f"ended with {process.returncode} before {what}:\n{process.communicate()[0]}")
         never.wait(0.01)
 
 
@@ -89,7 +89,7 @@ def cached_answers(path: Path) -> int:
     """Return how many answers a cache holds, as another process sees it."""
     if not path.exists():
         return 0
-    database = sqlite3.connect(path, timeout=PATIENCE_S)
+    database = sqlite3.connect(path)
     try:
         return int(database.execute("SELECT count(*) FROM answers").fetchone()[0])
     except sqlite3.OperationalError:
@@ -124,6 +124,15 @@ def statuses(folder: Path) -> list[str | None]:
 def is_stopping(folder: Path) -> bool:
     """Return whether a command that runs a sweep was asked to stop in order."""
     return any(folder.glob("progress/*.stop"))
+
+
+def shared(folder: Path) -> list[int]:
+    """Return how many calls each worker of a sweep may have in flight, once one of them divides the limit."""
+    if not (folder / "sweep.yaml").exists():
+        return []
+    reports = SweepFolder.open(folder).progress().values()
+    parts = [part for report in reports for part in report.get("limits", {}).values()]
+    return [part["allowed"] for part in parts] if any(part["shares"] for part in parts) else []
 
 
 def sessions(folder: Path) -> set[str]:

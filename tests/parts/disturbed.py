@@ -6,7 +6,6 @@ import base64
 import contextlib
 import os
 import re
-import shutil
 import signal
 import sqlite3
 import subprocess
@@ -17,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from commands import PATIENCE_S, started, wait_until
+from commands import started, wait_until
 from faulty_server import Books, FaultyServer
 from foundry.models.base import ChatMessage, RequestKeys
 from foundry.running.build import build
@@ -99,7 +98,7 @@ class Disturbed:
 
     def cached(self) -> set[str]:
         """Return the keys of the answers in the cache."""
-        database = sqlite3.connect(f"file:{self.cache}?mode=ro", uri=True, timeout=PATIENCE_S)
+        database = sqlite3.connect(f"file:{self.cache}?mode=ro", uri=True, timeout=3600)
         with contextlib.closing(database):
             return {key for (key,) in database.execute("SELECT key FROM answers")}
 
@@ -157,17 +156,6 @@ def _group(pid: int) -> list[int]:
     everyone = (int(entry.name) for entry in Path("/proc").iterdir() if entry.name.isdigit())
     stats = ((one, _stat(one)) for one in everyone)
     return [one for one, found in stats if found and found[0] != "Z" and int(found[2]) == pid]
-
-
-def clock_shim(folder: Path) -> Path | None:
-    """Compile what moves the wall clock of a process; None where there is no compiler."""
-    compiler = shutil.which("cc")
-    if compiler is None:
-        return None
-    library = folder / "clock.so"
-    source = Path(__file__).parents[1] / "soak" / "clock.c"
-    subprocess.run([compiler, "-shared", "-fPIC", "-o", str(library), str(source)], check=True)
-    return library
 
 
 def endings(folder: Path) -> dict[str, tuple[str | None, str | None]]:

@@ -1,17 +1,14 @@
-"""Small synthetic scenes of quads and boxes, and a check of room that shares no code with the collider."""
+"""Small synthetic scenes of quads and boxes."""
 
 from __future__ import annotations
 
 import hashlib
-from itertools import pairwise
 
 import numpy as np
 
-from foundry.worlds.camera.body.size import Body
-from foundry.worlds.camera.loading.scene import FloatArray, Scene, SceneMesh
+from foundry.worlds.camera.loading.scene import Scene, SceneMesh
 
 TWO_TRIANGLES = np.array([[0, 1, 2], [0, 2, 3]])
-SAMPLE_M = 0.03
 
 
 def quad(path: str, corners: list[list[float]], *, flipped: bool = False, opacity: float = 1.0) -> SceneMesh:
@@ -60,30 +57,3 @@ def scene(*meshes: SceneMesh, name: str = "synthetic") -> Scene:
         prims=len(meshes),
         triangles=sum(len(mesh.triangles) for mesh in meshes),
     )
-
-
-def sampled(place: Scene, spacing: float = SAMPLE_M) -> FloatArray:
-    """Return (n, 3) points all over the surfaces, a spacing apart."""
-    points = []
-    for mesh in place.meshes:
-        for a, b, c in mesh.points[mesh.triangles]:
-            steps = max(int(np.ceil(max(np.linalg.norm(b - a), np.linalg.norm(c - a)) / spacing)), 1)
-            u, v = np.meshgrid(np.linspace(0, 1, steps + 1), np.linspace(0, 1, steps + 1))
-            u, v = u[u + v <= 1 + 1e-9], v[u + v <= 1 + 1e-9]
-            points.append(a + u[:, None] * (b - a) + v[:, None] * (c - a))
-    return np.concatenate(points)
-
-
-def closest(surface: FloatArray, track: FloatArray, body: Body) -> float:
-    """Return how near the axis of the capsule comes to (n, 3) points above its step height, metres."""
-    low, high = track.min(axis=0) - body.radius_m, track.max(axis=0) + body.height_m
-    surface = surface[((surface >= low) & (surface <= np.append(high[:2] + body.radius_m, high[2]))).all(axis=1)]
-    places = [np.linspace(a, b, max(int(np.linalg.norm(b - a) / 0.05), 1) + 1) for a, b in pairwise(track)]
-    nearest = np.inf
-    for foot in np.concatenate([track[-1:], *places]):
-        able = surface[surface[:, 2] > foot[2] + body.step_m + 0.002]
-        low_end, high_end = foot[2] + body.radius_m, foot[2] + body.height_m - body.radius_m
-        axis = np.clip(able[:, 2], low_end, max(low_end, high_end))
-        gaps = np.sqrt(((able[:, :2] - foot[:2]) ** 2).sum(axis=1) + (able[:, 2] - axis) ** 2)
-        nearest = min(nearest, gaps.min(initial=np.inf))
-    return float(nearest)

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import re
+import unicodedata
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
+from hypothesis import example, given
+from hypothesis import strategies as st
 
 from foundry.composing.compose import compose
 from foundry.composing.recorded import compose_recorded
@@ -44,19 +48,19 @@ Answer with one JSON object:
 
 Round: {{ step }}
 """
-SAID = ["=== RUN ===", "Name: fire\n- now"]
+SAID = ["=== RUN ===", "Name: fire\n- nöw"]
 
 
 def written(**features: Any) -> str:
     """Return a question in the one format with these features."""
     space = {"name": "own", "options": {key: [value] for key, value in features.items()}, "draw": 0}
-    observation = {"place": "Bar", "step": 3, "heard": SAID}
+    observation = {"place": "Bär", "step": 3, "heard": SAID}
     prompt = Prompt("p", {"action": TEMPLATE}, format=space)
     return prompt.render(Question(agent=1, step=3, kind="action", observation=observation))[0].content
 
 
 def plain() -> str:
-    observation = {"place": "Bar", "step": 3, "heard": SAID}
+    observation = {"place": "Bär", "step": 3, "heard": SAID}
     asked = Question(agent=1, step=3, kind="action", observation=observation)
     return Prompt("p", {"action": TEMPLATE}).render(asked)[0].content
 
@@ -73,10 +77,11 @@ def test_the_format_in_which_a_prompt_is_written_changes_nothing():
         ("separator", " = ", {"place: ": "place = ", "Step: ": "Step = ", "Round: ": "Round = "}),
         ("item", "* ", {"- === R": "* === R", "- Name": "* Name", '- "stay"': '* "stay"'}),
         ("case", "upper", {"Current place": "CURRENT PLACE", "Step": "STEP", "Round": "ROUND"}),
-        ("wording", {"Answer": "Reply", "stay": "halt"}, {"Answer": "Reply", '- "stay"': '- "halt"'}),
-        ("structure", "json", {"Current place: Bar\nStep: 3": '{"Current place": "Bar", "Step": "3"}',
-                               "- === RUN ===\n- Name: fire\n- now (the last)":
-                               '["=== RUN ===", "Name: fire\\n- now (the last)"]', "Round: 3": '{"Round": "3"}'}),
+        ("wording", {"Answer": "Reply", "stay": "halt", "place": "spot", "if": "or", "last": "end"},
+         {"Answer": "Reply", '- "stay"': '- "halt"', "Current place": "Current spot", "the last": "the end"}),
+        ("structure", "json", {"Current place: Bär\nStep: 3": '{"Current place": "Bär", "Step": "3"}',
+                               "- === RUN ===\n- Name: fire\n- nöw (the last)":
+                               '["=== RUN ===", "Name: fire\\n- nöw (the last)"]', "Round: 3": '{"Round": "3"}'}),
     ],
 )  # fmt: skip
 def test_a_feature_changes_the_words_of_the_template_and_no_others(feature: str, option: Any, changed: dict[str, str]):
@@ -89,7 +94,37 @@ def test_a_feature_changes_the_words_of_the_template_and_no_others(feature: str,
 
 def test_items_are_numbered_from_one_in_each_list():
     text = written(item="{n}) ")
-    assert "1) === RUN ===\n2) Name: fire\n- now" in text and '1) "stay"' in text
+    assert "1) === RUN ===\n2) Name: fire\n- nöw" in text and '1) "stay"' in text
+
+
+@pytest.mark.parametrize(("case", "cased"), [("upper", str.upper), ("lower", str.lower), ("title", str.title)])
+@pytest.mark.parametrize("structure", ["lines", "json"])
+def test_a_case_is_that_of_headings_and_labels_alone(case: str, cased: Callable[[str], str], structure: str):
+    space = {"name": "own", "options": {"case": [case], "structure": [structure]}, "draw": 0}
+    prompt = Prompt("p", {"action": "=== Where you ARE ===\nNow at: {{ place }}\n- Go oN\n"}, format=space)
+    text = prompt.render(Question(agent=1, step=3, kind="action", observation={"place": "mY bar"}))[0].content
+    label = f"{cased('Now at')}: mY bar" if structure == "lines" else f'{{"{cased("Now at")}": "mY bar"}}'
+    assert text == f"=== {cased('Where you ARE')} ===\n{label}\n- Go oN"
+
+
+@pytest.mark.parametrize(("order", "orders"), [("reversed", 1), ("shuffled", 9)])
+def test_a_section_that_is_left_out_or_says_something_else_moves_no_other(order: str, orders: int):
+    template = "".join(
+        f"{{% if '{name}' in shown %}}\n=== {name} ===\n{name}: {{{{ step }}}}\n{{% endif %}}\n" for name in "ABCD"
+    )
+    space = {"name": "own", "options": {"order": [order], "separator": list("0123456789")}}
+
+    def sections(prompt: Prompt, shown: str) -> str:
+        asked = Question(agent=1, step=1, kind="action", observation={"shown": shown, "step": len(shown)})
+        return "".join(re.findall("=== (.*) ===", prompt.render(asked)[0].content))
+
+    prompts = [Prompt("p", {"action": f"{template}=== E ===\n"}, format={**space, "draw": draw}) for draw in range(10)]
+    whole = [sections(prompt, "ABCD") for prompt in prompts]
+    assert len(set(whole)) == orders and {"".join(sorted(one)) for one in whole} == {"ABCDE"}
+    assert {one[-1] for one in whole} == {"E"} and ("DCBAE" in whole or order == "shuffled")
+    for shown in ("", "A", "AD", "BC", "ABD", "BCD"):
+        for prompt, one in zip(prompts, whole, strict=True):
+            assert sections(prompt, shown) == "".join(name for name in one if name in f"{shown}E")
 
 
 @pytest.mark.parametrize("order", ["reversed", "shuffled"])
@@ -103,12 +138,19 @@ def test_sections_change_places_and_that_of_the_reply_stays_last(order: str):
         )
 
 
-def test_what_an_agent_said_cannot_pose_as_a_mark_of_the_template():
-    space = {"name": "own", "options": {"heading": ["# {}"]}, "draw": 0}
-    mark = Format.of(space).marked("=== A ===")[0]
-    prompt = Prompt("p", {"action": "=== A ===\n{{ said }}\n"}, format=space)
-    asked = Question(agent=1, step=3, kind="action", observation={"said": f"{mark}B"})
-    assert prompt.render(asked)[0].content == "# A\nB"
+MARKED = Format.of({"name": "own", "options": {"case": ["upper"]}, "draw": 0}).marked(f"{TEMPLATE}\nRules:\n")
+MARKS = sorted({character for character in MARKED if unicodedata.category(character) == "Co"})
+
+
+@given(st.text(st.sampled_from(["B", "\n", *MARKS]), max_size=8))
+@example("".join(MARKS))
+@example(f"{MARKS[0]}B{MARKS[-2]}")
+def test_what_an_agent_said_cannot_pose_as_a_mark_of_the_template(said: str):
+    space = {"name": "own", "options": {"heading": ["# {}"], "case": ["upper"], "item": ["* "]}, "draw": 0}
+    prompt = Prompt("p", {"action": "=== A ===\n- {{ said }}\nb: {{ said }}\n"}, format=space)
+    asked = Question(agent=1, step=3, kind="action", observation={"said": said})
+    plain = "".join(character for character in said if character not in MARKS)
+    assert prompt.render(asked)[0].content == f"# A\n* {plain}\nB: {plain}"
 
 
 @pytest.mark.parametrize("path", PROMPTS, ids=lambda path: path.stem)
@@ -127,7 +169,8 @@ def test_no_format_touches_the_shape_of_a_reply(path: Path):
 def test_draws_are_all_formats_of_the_space_each_once():
     space = {"name": "own", "options": {"heading": ["a{}", "b{}", "c{}"], "case": ["upper", "lower"]}}
     drawn = [Format.of({**space, "draw": draw}).chosen for draw in range(6)]
-    assert len({(one["heading"], one["case"]) for one in drawn}) == 6
+    # Sweeps name formats by their draw alone.
+    assert [one["heading"][0] + one["case"][0] for one in drawn] == ["cl", "al", "au", "bl", "bu", "cu"]
     with pytest.raises(InputError, match="own/6 is none of the 6 formats"):
         Format.of({**space, "draw": 6})
 
@@ -139,8 +182,15 @@ def test_draws_are_all_formats_of_the_space_each_once():
         ({"heading": "{}"}, "no list of options"),
         ({"heading": ["# "]}, "needs one {}"),
         ({"case": ["uper"]}, "Did you mean 'upper'"),
+        ({"heading": ["{}{}"]}, "needs one {}"),
+        ({"heading": ["{} {name}"]}, "needs one {}"),
         ({"separator": [3]}, "is no text"),
+        ({"item": [3]}, "is no text"),
         ({"wording": [["a"]]}, "no phrases"),
+        ({"wording": [{"": "b"}]}, "no phrases"),
+        ({"wording": [{"a": "b\nc"}]}, "no phrases"),
+        ({"wording": [{"a": 1}]}, "no phrases"),
+        ({"separator": ["-"] * 1001, "item": ["-"] * 1000}, "has 1,001,000 formats, more than 1,000,000"),
         ({}, "needs 'options"),
     ],
 )

@@ -20,6 +20,7 @@ def question() -> Question:
     return asked
 
 
+@pytest.mark.slow
 def test_scripted_policies_are_told_what_the_observation_does_not_hold(question: Question):
     assert set(question.secret) == SECRET
     assert set(question.told) == SECRET | set(question.observation)
@@ -44,6 +45,7 @@ def test_no_secret_is_offered_for_a_word_like_it(question: Question):
         assert not any(f"'{secret}'" in str(refusal.value) for secret in SECRET)
 
 
+@pytest.mark.slow
 def test_the_oracle_without_a_target_is_refused_before_the_start(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for models in ("scripted/oracle", "scripted/stay,scripted/oracle"):
@@ -53,6 +55,7 @@ def test_the_oracle_without_a_target_is_refused_before_the_start(tmp_path, monke
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_world_without_targets_says_that_nothing_can_be_reached(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     arguments = ["scene=office.usdz", "model=scripted/spin", "world.steps=1", "analyze=false", "runner.workers=1"]

@@ -76,6 +76,7 @@ def seen(run: RunFolder, monkeypatch: pytest.MonkeyPatch, trusted: tuple[str, ..
     return window.seen().astype(int)
 
 
+@pytest.mark.slow
 def test_the_window_of_a_3d_run_shows_its_scene_and_what_the_agent_sees(
     camera_runs: list[RunFolder], monkeypatch: pytest.MonkeyPatch
 ):
@@ -86,6 +87,7 @@ def test_the_window_of_a_3d_run_shows_its_scene_and_what_the_agent_sees(
     assert (inset != 255).any(axis=2).mean() > 0.9, "what it sees fills the corner"
 
 
+@pytest.mark.slow
 def test_the_window_of_any_other_run_shows_its_pictures(grid_runs: list[RunFolder], monkeypatch: pytest.MonkeyPatch):
     shown = seen(grid_runs[0], monkeypatch)
     (drawn,) = pictures([read_recording(grid_runs[0])], [1], workers=1)

@@ -35,14 +35,14 @@ def size(picture: Picture) -> tuple[int, int]:
     return Image.open(io.BytesIO(picture.png)).size
 
 
-def test_every_2d_world_and_prompt_is_redrawn_as_the_run_saved_it(grid_runs: list[RunFolder]):
-    assert len(grid_runs) >= 5
+def test_2d_runs_are_redrawn_as_they_were_saved(grid_runs: list[RunFolder]):
     for run in grid_runs:
-        assert b'"fires":["fire' in run.steps_bytes() or "fires" not in run.config()["world"], run.id
+        assert b'"fires":["fire' in run.steps_bytes(), run.id
         assert redrawn(run, [0, 3, 6]) == saved(run), run.id
     assert any(run.messages_bytes() for run in grid_runs)
 
 
+@pytest.mark.slow
 def test_a_3d_run_is_redrawn_as_it_was_saved_whether_its_images_were_kept_or_not(camera_runs: list[RunFolder]):
     kept, unkept = camera_runs
     assert (kept.path / "images").is_dir() and not (unkept.path / "images").exists()
@@ -76,7 +76,7 @@ def test_a_film_of_a_3d_run_says_below_its_pictures_what_was_replied(camera_runs
     assert inks[0] > 200 > inks[1], "nothing was replied before the first step"
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_worlds_in_which_agents_come_and_go_are_redrawn_as_they_were_saved(furnished_runs: list[RunFolder]):
     assert any(b'"left":"' in run.steps_bytes() for run in furnished_runs)
     for run in furnished_runs:
@@ -84,6 +84,7 @@ def test_worlds_in_which_agents_come_and_go_are_redrawn_as_they_were_saved(furni
         assert redrawn(run, [int(name[5:9]) for name in kept]) == kept, run.id
 
 
+@pytest.mark.slow
 def test_other_processes_draw_the_same_pictures_in_order(grid_runs: list[RunFolder]):
     recording = read_recording(grid_runs[0])
     steps = [0, 1, 2, 3, 4, 5, 6] * 2

@@ -83,6 +83,7 @@ def test_damaged_steps_are_named(copied: Path):
         read_recording(find_run(copied))
 
 
+@pytest.mark.slow
 def test_a_run_in_a_scene_that_changed_is_refused(camera_runs: list[RunFolder]):
     recording = read_recording(camera_runs[0])
     digest = recording.episode.split(b'"scene_sha256":"')[1][:64]

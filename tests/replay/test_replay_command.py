@@ -35,6 +35,7 @@ def test_pictures_go_beside_the_analysis_and_equal_the_saved_ones(grid_runs: lis
         assert (run.replay_dir / file.name).read_bytes() == file.read_bytes()
 
 
+@pytest.mark.slow
 def test_an_mp4_shows_the_pictures_at_the_rate_asked_for(grid_runs: list[RunFolder], workspace: Path):
     run = grid_runs[0]
     done = replay(run.path, "--steps", "0,3,6", "--video", "run.mp4", "--fps", 2, cwd=workspace)
@@ -47,6 +48,7 @@ def test_an_mp4_shows_the_pictures_at_the_rate_asked_for(grid_runs: list[RunFold
     assert [file.name for file in workspace.iterdir()] == ["run.mp4"]
 
 
+@pytest.mark.slow
 def test_a_gif_of_several_runs_is_tiled(grid_runs: list[RunFolder], workspace: Path):
     done = replay(*(run.path for run in grid_runs[:2]), "--steps", "1-2", "--video", "both.gif", cwd=workspace)
     assert done.returncode == 0, done.stderr

@@ -37,6 +37,7 @@ class Kept:
         self.calls += calls
 
     def frame(self, step: int, png: bytes) -> None:
+        assert step not in self.frames, "a step is drawn once, however many rounds of questions it has"
         self.frames[step] = png
 
     @property
@@ -55,6 +56,8 @@ class Kept:
         return [msgspec.json.encode(record) for record in self.records if not isinstance(record, SeenImage)]
 
 
+ROOM = Path(__file__).parents[1] / "data" / "room.usda"
+"""Two walls and a floor of 4 m, in which 3D worlds are tried that need no shipped scene."""
 SCENES = frozenset(("kibo", "kibo_paper", "office", "gallery"))
 SMALL_PICTURES = ("world.camera.width=128", "world.camera.height=96")
 

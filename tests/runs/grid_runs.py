@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.grid.run import CHOICES, HEADINGS, GridRun, GridSettings
+from analysis.grid.run import HEADINGS, GridRun, GridSettings
 
 Cell = tuple[int, int]
 
@@ -45,9 +45,3 @@ def grid_run(paths: Sequence[Sequence[Cell]], **changes: Any) -> GridRun:
     } | changes
     moved = np.any(ways != 0, axis=2)
     return GridRun(id="made", world=world, x=x, y=y, place=world.areas(x, y), moved=moved, **fields)
-
-
-def choices(actions: Sequence[str]) -> np.ndarray:
-    """Return what one agent asked for, (T, 1): `stay`, or a direction of the compass."""
-    names = {"N": "up", "S": "down", "W": "left", "E": "right"}
-    return np.array([[CHOICES.index(names.get(action, action))] for action in actions])

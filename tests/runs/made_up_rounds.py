@@ -14,7 +14,7 @@ from foundry.declared import Actions
 from foundry.expansion import Condition, expand
 from foundry.records import Agent, Call, Message, Outcome, Record, RoundStep
 from foundry.storing.run_writer import RunWriter, write_run_summary
-from foundry.storing.store import RunFolder, SweepFolder, frame_name
+from foundry.storing.store import RunFolder, SweepFolder
 from foundry.worlds.base import Question, Recorded, Redrawing, Scenario, World
 from made_up_runs import GENDERS, summary
 
@@ -207,14 +207,6 @@ def whole_run(folder: RunFolder, change: Change = same, reply: str = '{"action":
     playing = Playing(folder, change, reply)
     playing.play(1, folder.config()["world"]["steps"])
     playing.end()
-
-
-def keep_frames(folder: RunFolder, steps: Sequence[int]) -> None:
-    """Keep pictures of these steps, as `record.frames` does; they are white."""
-    for step in steps:
-        file = folder.path / frame_name(step)
-        file.parent.mkdir(exist_ok=True)
-        Image.new("RGB", (30, 20), "white").save(file)
 
 
 class Undrawn(Bar):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from commands import calls, foundry, records
 from disturbed import Disturbed, endings
@@ -13,11 +14,12 @@ from faulty_server import TRANSIENT, FaultyServer, Shares
 SWEEP = (
     *("-m", "model=qwen3:4b", "seed=0-11", "world.agents=2", "world.steps=3", "output.dir=sweep", "analyze=false"),
     *("model.server.retry.wait_initial_s=0.01", "model.server.retry.wait_max_s=0.02", "runner.workers=1"),
-    *("model.server.read_timeout_s=1.0", "model.server.retry.attempts=8"),
+    *("model.server.read_timeout_s=10.0", "model.server.retry.attempts=8"),
 )
 DECIDED = Shares(decided=0.1, refused=0.02)
 
 
+@pytest.mark.slow
 def test_a_sweep_through_every_fault_and_a_kill_is_the_undisturbed_one(tmp_path: Path):
     quiet, rough = tmp_path / "quiet", tmp_path / "rough"
     quiet.mkdir()

@@ -80,7 +80,7 @@ def test_an_analysis_that_fills_the_disk_is_one_line_and_works_later(command: st
     assert len(analyze(tmp_path / "out", plots=False).runs) == 1
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_cache_that_cannot_grow_stops_the_sweep_before_every_answer_is_paid_for_nothing(tmp_path: Path):
     with OllamaServer() as server:
         with no_file_beyond(60_000):
@@ -92,8 +92,10 @@ def test_a_cache_that_cannot_grow_stops_the_sweep_before_every_answer_is_paid_fo
     assert set(statuses(tmp_path / "out")) == {"complete"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    "damage", ["cut", pytest.param("noise", marks=pytest.mark.slow), pytest.param("emptied", marks=pytest.mark.slow)]
+    "damage",
+    ["cut", pytest.param("noise", marks=pytest.mark.exhaustive), pytest.param("emptied", marks=pytest.mark.exhaustive)],
 )
 def test_a_damaged_cache_is_named_or_asked_anew_and_ends_no_run_wrongly(damage: str, whole: Path, tmp_path: Path):
     cache = tmp_path / "outputs" / "answers.sqlite"

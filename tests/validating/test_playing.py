@@ -34,6 +34,7 @@ def validated(folder: Path, count: int):
     return foundry("validate", "cafe_library", "--config-dir", "mine", "--write", "page.md", cwd=folder)
 
 
+@pytest.mark.slow
 def test_what_holds_is_played_and_written_as_a_page_with_the_commands_that_play_it_again(tmp_path: Path):
     done = validated(tmp_path, 4)
     assert done.returncode == 0 and "3 of 3 closed forms hold" in done.stdout
@@ -46,6 +47,7 @@ def test_what_holds_is_played_and_written_as_a_page_with_the_commands_that_play_
     assert f"- *count*: 2 x 2. `{asked}`" in written
 
 
+@pytest.mark.slow
 def test_what_does_not_hold_shows_and_the_exit_code_is_3(tmp_path: Path):
     done = validated(tmp_path, 5)
     assert done.returncode == 3 and "2 of 3 closed forms hold" in done.stdout
@@ -72,7 +74,7 @@ def test_the_rounding_of_sums_is_shown_as_nothing():
     assert "| 0 ± 0.5 |" in page([replace(HELD, result=2e-14)])
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.timeout(900)
 def test_every_known_closed_form_is_met(tmp_path: Path):
     done = foundry("validate", "--write", "page.md", cwd=tmp_path)

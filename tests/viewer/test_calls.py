@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import tracemalloc
 from pathlib import Path
 
 import msgspec
@@ -8,7 +9,7 @@ import pytest
 from foundry.storing.store import RunFolder
 from foundry.viewer import calls
 from foundry.viewer.calls import CallLog
-from made_up_runs import Playing, sweep
+from made_up_runs import AGENTS, Playing, sweep
 
 
 @pytest.fixture
@@ -33,14 +34,23 @@ def test_the_calls_of_an_agent_are_found_in_any_order(folder: RunFolder):
     assert found(log, 1, 6, 6) == [(6, 1, "message"), (6, 1, "action")]
 
 
-def test_going_back_over_many_blocks_costs_a_block(folder: RunFolder, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(calls, "BLOCK", 2000)
-    playing = Playing(folder, reply="x" * 900)
+@pytest.mark.parametrize("block", [1, 2000, 300_000])
+def test_a_long_log_is_kept_compressed_and_going_back_costs_a_block(
+    block: int, folder: RunFolder, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(calls, "BLOCK", block)
+    playing = Playing(folder, reply="x" * 100_000)
     playing.play(1, 6)
     playing.end()
     log = CallLog(folder.stream_path("calls"))
-    assert found(log, 3, 6, 6) == [(6, 3, "message"), (6, 3, "action")]
-    assert found(log, 3, 1, 1) == [(1, 3, "message"), (1, 3, "action")]
+    tracemalloc.start()
+    try:
+        assert found(log, 3, 6, 6) == [(6, 3, "message"), (6, 3, "action")]
+        assert tracemalloc.get_traced_memory()[0] < 1_000_000 < 6 * AGENTS * 2 * 100_000
+    finally:
+        tracemalloc.stop()
+    for step in range(1, 7):
+        assert found(log, 3, step, step) == [(step, 3, "message"), (step, 3, "action")]
 
 
 def test_a_log_that_grows_is_followed(folder: RunFolder):

@@ -33,6 +33,7 @@ def view(sweep: SweepFolder) -> GridView:
     return found
 
 
+@pytest.mark.slow
 def test_a_run_in_which_agents_are_born_is_verified_and_continued(sweep: SweepFolder):
     cwd = sweep.path.parent
     assert "4 identical" in foundry("verify", str(sweep.path), cwd=cwd).stdout
@@ -79,7 +80,7 @@ def test_the_way_of_an_agent_that_is_born_begins_where_that_is(view: GridView):
     assert len(tracks[born]["x"]) == view.done + 1
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_it_is_measured_and_reported(sweep: SweepFolder):
     cwd = sweep.path.parent
     assert foundry("analyze", "lives", cwd=cwd).returncode == 0
@@ -91,7 +92,7 @@ def test_it_is_measured_and_reported(sweep: SweepFolder):
 
 
 @pytest.mark.browser
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_page_draws_who_is_there_and_tells_of_their_energy(sweep: SweepFolder):
     run = sweep.runs()[0].id
     with serving(sweep.path) as server, browser_page() as page:

@@ -96,6 +96,18 @@ def test_of_a_very_large_sweep_a_few_runs_are_looked_at_at_once_and_all_in_the_e
     assert head["counts"] == {"complete": 3, "failed": 1} and head["runs"] == 4
 
 
+def test_of_many_runs_the_twelve_looked_at_last_are_kept_open(tmp_path: Path):
+    made = sweep(tmp_path / "many", models=("first",), seeds=range(14))
+    ids, opened = [run.id for run in made.runs()], Resources(made.path)
+    first = {run: opened.view("many", run) for run in ids[:12]}
+    assert opened.view("many", ids[0]) is first[ids[0]]
+    for run in ids[12:]:
+        opened.view("many", run)
+    assert {run for run in ids[3:12] + ids[:1] if opened.view("many", run) is first[run]} == {ids[0], *ids[3:12]}
+    assert all(opened.view("many", run) is not first[run] for run in ids[1:3])
+    opened.close()
+
+
 def test_signatures_that_are_missing_are_null_and_never_zero(resources: Resources):
     assert ask(resources, "sweep/made-up")["measures"] == ["idle_rate.share"]
     assert ask(resources, "sweep/made-up/measure/0")["values"] == [0.25, 0.001, None, None]

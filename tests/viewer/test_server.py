@@ -18,7 +18,7 @@ from made_up_runs import sweep, whole_run
 
 def ask(server: ViewServer, path: str, method: str = "GET", **headers: str) -> tuple[http.client.HTTPResponse, bytes]:
     """Send a path exactly as it is."""
-    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=10)
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port)
     try:
         connection.putrequest(method, path, skip_host="Host" in headers, skip_accept_encoding=True)
         for name, value in headers.items():
@@ -110,7 +110,7 @@ def test_head_gives_the_headers_alone(server: ViewServer):
 def test_head_sends_no_body_which_the_next_answer_would_begin_with(server: ViewServer):
     host = f"Host: 127.0.0.1:{server.server_port}"
     asked = f"HEAD / HTTP/1.1\r\n{host}\r\n\r\nGET / HTTP/1.1\r\n{host}\r\nConnection: close\r\n\r\n"
-    with socket.create_connection(("127.0.0.1", server.server_port), timeout=10) as connection:
+    with socket.create_connection(("127.0.0.1", server.server_port)) as connection:
         connection.sendall(asked.encode())
         received = b"".join(iter(lambda: connection.recv(1 << 16), b""))
     head, _, rest = received.partition(b"\r\n\r\n")

@@ -54,7 +54,7 @@ def test_personas_that_nobody_minds_have_no_effect(crowd: Crowd):
     check_null(own["role"], own["p_role"], len(STEADY))
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("crowd", CROWDS.values(), ids=CROWDS)
 def test_agents_that_are_alike_do_not_differ_in_many_runs(crowd: Crowd):
     own = found(map(crowd.play, range(1500)), heterogeneity, "beyond_shuffled", "p")
@@ -62,7 +62,7 @@ def test_agents_that_are_alike_do_not_differ_in_many_runs(crowd: Crowd):
     assert half_width(own["beyond_shuffled"]) < 0.02
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("crowd", STEADY.values(), ids=STEADY)
 def test_personas_that_nobody_minds_have_no_effect_in_many_runs(crowd: Crowd):
     own = found(map(crowd.play, range(1500)), persona_effect, "role", "p_role")
@@ -70,7 +70,7 @@ def test_personas_that_nobody_minds_have_no_effect_in_many_runs(crowd: Crowd):
     assert half_width(own["role"]) < 0.04
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_p_is_even_where_values_are_many():
     crowd = Crowd(agents=12, steps=45, mood=0.3, groups=["a"] * 5 + ["b"] * 4 + ["c"] * 3)
     runs = list(map(crowd.play, range(1500)))
@@ -119,6 +119,7 @@ def test_what_goes_with_a_persona_is_the_variance_of_the_chances_between_its_gro
     assert half_width(values) < 0.03
 
 
+@pytest.mark.slow
 def test_what_goes_with_a_persona_is_the_same_in_longer_runs_and_larger_crowds():
     sizes = [(20, 6), (60, 6), (20, 18)]
     means = []

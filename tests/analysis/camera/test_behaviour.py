@@ -9,6 +9,7 @@ import pytest
 from analysis import signatures
 from whole_runs import whole_run
 
+pytestmark = pytest.mark.slow
 Measures = dict[str, float]
 
 
@@ -26,6 +27,7 @@ def played(tmp_path_factory):
     return play
 
 
+@pytest.mark.slow
 def test_the_oracle_walks_the_shortest_way_and_stops_there(played):
     found = played("oracle", 30)
     expected = {"success": 1, "reached": 1, "oracle_success": 1, "spl": 1, "oracle_spl": 1}

@@ -14,8 +14,8 @@ import pytest
 
 from analysis import signatures
 from analysis.camera.run import CameraRun
+from plain_run import Row, average, is_readable, over
 
-Row = dict[str, Any]
 OPPOSITE = {
     "forward": "back", "back": "forward", "left": "right", "right": "left",
     "turn left": "turn right", "turn right": "turn left", "look up": "look down", "look down": "look up",
@@ -40,22 +40,9 @@ class Plain:
         return sum(row["travelled"] for row in self.rows)
 
 
-def over(part: float, whole: float) -> float:
-    return part / whole if whole else math.nan
-
-
-def average(values: Iterable[float]) -> float:
-    kept = list(values)
-    return over(sum(kept), len(kept))
-
-
 def bits(counts: Iterable[int]) -> float:
     kept = [count for count in counts if count]
     return -sum(count / sum(kept) * math.log2(count / sum(kept)) for count in kept)
-
-
-def is_readable(row: Row) -> bool:
-    return row["outcome"] in ("chosen", "repaired")
 
 
 def stays(row: Row) -> bool:

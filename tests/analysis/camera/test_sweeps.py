@@ -79,6 +79,7 @@ def test_a_torn_last_line_of_an_unfinished_run_is_left_out(camera):
     assert read_records(recorded.folder, None).steps == []
 
 
+@pytest.mark.slow
 def test_the_table_and_the_plots_show_what_3d_runs_have(camera_sweep):
     folder = camera_sweep(3, run1="failed", run2="unfinished")
     found = analysis.analyze([folder.path])
@@ -100,6 +101,7 @@ def test_the_table_and_the_plots_show_what_3d_runs_have(camera_sweep):
     assert not {"reply", "notes", "image", "place"} & set(steps.columns)
 
 
+@pytest.mark.slow
 def test_2d_and_3d_sweeps_are_taken_together(camera_sweep, make_sweep, make_condition):
     grid = make_sweep([make_condition("a", range(2))], name="grid")
     found = analysis.analyze([grid.path, camera_sweep().path], plots=False)

@@ -200,11 +200,13 @@ def test_without_a_control_the_walker_is_the_only_null():
 
 @pytest.mark.parametrize(("start", "controls"), [(1, 0), (2, 1), (3, 2)])
 def test_controls_are_the_decisions_before_the_step_in_which_the_fire_begins_to_burn(start: int, controls: int):
-    # Both are two cells and a bit less than three away; the second one is just too far to see the fire.
-    paths = [[(2, 0)] * 3 + [(3, 0)], [(2, 1)] * 4]
-    seen = np.zeros((3, 2, 1), dtype=np.bool_)
-    seen[2, 0] = True
-    found = hazard.measure(grid_run(paths, fires=[Fire("f", start, (0, 0), 2.0)], fires_seen=seen))
+    # All are two cells and a bit less than three away; the second one is just too far to see the fire. What the third
+    # one does is no control, since it sees another fire.
+    paths = [[(2, 0)] * 3 + [(3, 0)], [(2, 1)] * 4, [(1, 2)] * 4]
+    seen = np.zeros((3, 3, 2), dtype=np.bool_)
+    seen[2, 0, 0] = seen[:, 2, 1] = True
+    fires = [Fire("f", start, (0, 0), 2.0), Fire("g", 1, (1, 9), 9.0)]
+    found = hazard.measure(grid_run(paths, fires=fires, fires_seen=seen))
     # Of each step before the start, both agents; the first agent sees the fire in the last step alone.
     assert found["n_controls"] == 2 * controls
     assert found["difference_matched"] == pytest.approx(1 if controls else math.nan, nan_ok=True)
@@ -218,6 +220,17 @@ def test_fewer_than_thirty_choices_give_no_pull():
         found = hazard.measure(run)
         assert (found["n_choices"], not math.isnan(found["beta_fire"])) == (steps, defined)
         assert math.isnan(found["beta_place"]) and math.isnan(found["beta_agent"])
+
+
+def test_an_agent_that_is_not_there_pulls_nobody():
+    path = [(step % 2 + 1, 0) for step in range(31)]
+    seen, present = np.ones((30, 2, 1), dtype=np.bool_), np.tile([True, False], (30, 1))
+    fires = [Fire("f", 1, (0, 0), 9.0)]
+    alone, beside = (
+        hazard.measure(grid_run([path, [(0, 5)] * 31], fires=fires, fires_seen=seen & there[..., None], present=there))
+        for there in (present, np.ones_like(present))
+    )
+    assert math.isnan(alone["beta_agent"]) and not math.isnan(beside["beta_agent"])
 
 
 def test_a_world_of_one_cell_allows_no_move():

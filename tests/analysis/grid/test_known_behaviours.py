@@ -19,6 +19,7 @@ from commands import foundry
 from foundry import seeding
 from foundry.storing.store import SweepFolder
 
+pytestmark = pytest.mark.slow
 Cell = tuple[int, int]
 AGENTS, STEPS, HALF = 20, 50, 4
 MODELS = ("stay", "random", "herd", "avoid", "seek", "flaky")

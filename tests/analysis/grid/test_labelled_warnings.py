@@ -66,6 +66,7 @@ def test_messages_that_could_not_be_read_count_as_not_said(recorded):
     assert same({name: found[name] for name in kept}, {name: expected[name] for name in kept})
 
 
+@pytest.mark.slow
 def test_who_warns_whether_or_not_it_was_warned_relays_by_chance(recorded, make_habits):
     habits = make_habits(speak=0.5, unreadable=0)
     found = [warning.measure(recorded(seed=seed, habits=habits, steps=60, agents=12).run) for seed in range(12)]

@@ -161,6 +161,7 @@ def test_signatures_of_an_open_grid_are_what_they_were():
     assert not hazard.applies(replace(run, world=world_of(run, fires=(Fire("f", 1, (0, 0), 2.0, 0.1),))))
 
 
+@pytest.mark.slow
 def test_who_is_blind_to_others_is_driven_nowhere_by_them_where_each_cell_holds_one(tmp_path: Path):
     fire = "{name: f, start: 1, position: [-4, 3], intensity: 0.8, radius: 6, spread: 0, risk: 0}"
     crowd = ("world.agents=100", "world.steps=20", f"world.fires=[{fire}]", "world.exits=[]")
@@ -171,6 +172,7 @@ def test_who_is_blind_to_others_is_driven_nowhere_by_them_where_each_cell_holds_
     assert len(pull) == 5 and all(abs(one) < 0.25 for one in pull), pull
 
 
+@pytest.mark.slow
 def test_a_walker_in_a_corridor_goes_fewer_ways_than_the_null_whose_words_leave_out_walls(tmp_path: Path):
     runs = [whole_run(tmp_path / str(seed), "evacuation_corridor", "random", seed=seed) for seed in range(4)]
     found = [movement.measure(run)["variety"] for run in runs if isinstance(run, GridRun)]

@@ -4,13 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from analysis import signatures
-from analysis.grid.run import GridRun
+from analysis.grid.run import Fire, GridRun
+from analysis.grid.signatures.warning import measure
+from grid_runs import grid_run
 from plain_grid import clustering, communication, cost, idle_rate, outcome, place_choice
-from plain_news import path_efficiency, stability, warning
+from plain_news import path_efficiency, reach, relayed, stability, warning
 from plain_run import Plain
 from plain_space import exploration, hazard, movement
 
@@ -24,6 +31,9 @@ RECOMPUTED: dict[str, Callable[[Plain], Iterator[tuple[str, float]]]] = {
 
 GRID = [signature for signature in signatures.discover() if signature.name in RECOMPUTED]
 
+
+STEPS, AGENTS = st.integers(1, 3), st.integers(0, 2)
+LINKS = st.tuples(STEPS, AGENTS, AGENTS).filter(lambda link: link[1] != link[2])
 
 ELSEWHERE = {"evacuation", "survival"}
 """Signatures that are about other worlds than the recorded one; see `test_leaving` and `test_living`."""
@@ -48,6 +58,20 @@ def test_a_signature_agrees_with_plain_loops(signature, seed, recorded, make_hab
     found = signature.columns(run, run.only_readable())
     assert set(found) == set(expected)
     assert found == pytest.approx(expected, abs=1e-9, rel=1e-9, nan_ok=True)
+
+
+@settings(max_examples=100)
+@given(st.dictionaries(AGENTS, STEPS, min_size=1), st.lists(LINKS, min_size=3, max_size=9))
+def test_news_over_passing_contacts_reaches_whom_plain_loops_reach(perceived: dict[int, int], links: list[Any]):
+    seen = np.zeros((4, 4, 1), dtype=np.bool_)
+    seen[np.array(list(perceived.values())) - 1, list(perceived)] = True
+    contacts = np.array(links, dtype=np.int64).reshape(-1, 3)
+    fires = [Fire("fire", 1, (0, 0), 9.0)]
+    found = measure(grid_run([[(0, 0)] * 5] * 4, fires=fires, fires_seen=seen, contacts=contacts))
+    plain: Any = SimpleNamespace(agents=range(4), steps=range(1, 5))
+    expected = relayed(plain, perceived, links)
+    assert found["n_reachable"] == len(expected)
+    assert found["oracle_reach"] == pytest.approx(reach(plain, expected, perceived), nan_ok=True)
 
 
 @pytest.mark.parametrize("signature", GRID, ids=lambda one: one.name)

@@ -90,14 +90,6 @@ def test_who_had_no_chance_to_pass_a_warning_on_is_left_out():
     assert math.isnan(none.shares[0])
 
 
-def test_news_goes_one_link_a_step():
-    links = np.array([(1, 0, 1), (1, 1, 2), (2, 2, 3), (3, 1, 2), (3, 2, 3), (4, 2, 3)])
-    reached = spread(np.array([1, NEVER, NEVER, NEVER]), links)
-    assert reached.tolist() == [NEVER, 1, 3, 4], "what is heard in a step is passed on from the next one on"
-    late = spread(np.array([2, NEVER]), np.array([(1, 0, 1), (2, 0, 1), (3, 0, 1)]))
-    assert late.tolist() == [NEVER, 2], "what is seen in a step is told in the same one"
-
-
 def test_the_kaplan_meier_curve_and_its_area():
     inputs, expected = example("km_time_to_first_warned")
     times, observed = np.array(inputs["times"]), np.array(inputs["observed"], dtype=bool)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import pytest
 from analysis.arrays import STAY
 from analysis.formulas import entropy, jensen_shannon, longest_run, normalised_entropy
 from analysis.grid.placements import besag, closeness, random_placements
-from analysis.grid.run import Fire
+from analysis.grid.run import CHOICES, Fire
 from analysis.grid.signatures import (
     clustering,
     communication,
@@ -26,7 +27,8 @@ from analysis.grid.signatures import (
 )
 from analysis.grid.walker import direction_shares, expected_cells
 from analysis.logit import conditional_logit
-from grid_runs import choices, grid_run
+from analysis.stats.intervals import estimate
+from grid_runs import grid_run
 
 EXAMPLES = json.loads(Path(__file__).with_name("worked_examples.json").read_text(encoding="utf-8"))
 COMPASS = {"N": "up", "S": "down", "W": "left", "E": "right"}
@@ -44,6 +46,17 @@ def close(expected: object) -> object:
 def points(inputs: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
     x, y = np.array(inputs["points"]).T
     return x[None], y[None]
+
+
+def choices(actions: Sequence[str]) -> np.ndarray:
+    """Return what one agent asked for, (T, 1): `stay`, or a direction of the compass."""
+    return np.array([[CHOICES.index(COMPASS.get(action, action))] for action in actions])
+
+
+def test_the_interval_of_a_mean():
+    inputs, expected = example("paired_t_ci")
+    found = estimate(np.array(inputs["diffs"]))
+    assert [found.low, found.high] == close(expected)
 
 
 @pytest.mark.parametrize(("name", "corrected"), [("nni_clark_evans_naive", False), ("nni_donnelly", True)])

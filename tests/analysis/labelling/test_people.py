@@ -170,6 +170,7 @@ def drawn_pair(rng: np.random.Generator, clusters: int, texts: int) -> tuple[np.
     return first, np.where(rng.random(len(first)) < 0.9, first, 1 - first), cluster
 
 
+@pytest.mark.slow
 def test_the_interval_of_kappa_covers_it_as_often_as_it_says():
     rng = np.random.default_rng(1)
     truth = clustered_kappa(*drawn_pair(rng, 3000, 10)).kappa

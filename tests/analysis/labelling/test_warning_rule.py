@@ -1,7 +1,6 @@
 """Which texts are warnings."""
 
 import re
-import time
 
 import pytest
 from hypothesis import given
@@ -61,215 +60,174 @@ def test_a_text_about_other_things_is_none(text: str):
     assert not is_warning(text)
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "Hier brennt es!",
-        "O café está em chamas.",
-        "El café está en llamas.",
-        "Hier is brand uitgebroken!",
-        "Le café est en feu.",
-        "Danger! There is a fire at (3, 4), should we move away?",
-        "Fire reported. Do not enter the cafe.",
-        "I heard from Agent 9 that fire1 is at (2, 3), so I will not go to the cafe.",
-        "We can't put out the fire!",
-        "There's a fire, please don't panic.",
-        "I see fire1 at (3,4), shall we go north?",
-        "Stay away until fire1 is out.",
-        "The fire is not under control.",
-        "Watch out for fire1!",
-        "fire1 is right over there, move!",
-        "火が近づいています、一緒に逃げませんか？",
-        "まだ火は消えていないので注意して",
-        "火事なので逃げましょう。",
-        "fire1の半径に入らないでください。",
-        "咖啡馆着火了，我们去图书馆好吗？",
-        "불이 났어요, 같이 갈까요?",
-        "Es brennt im Café, kommst du mit?",
-        "Geht nicht in die Nähe des Feuers.",
-        "N'allez pas près du feu.",
-        "No os acerquéis al fuego.",
-        "Não se aproximem do fogo.",
-        "Non avvicinatevi al fuoco.",
-        "Не подходите к огню.",
-        "不要靠近火灾现场。",
-        "火災現場には近づかないでください",
-        "Avoid the fire in the north and do not get too close.",
-        "I'm staying away from the fire.",
-        "The fire is growing and nobody is helping.",
-        "Fire at the library; I can't reach it.",
-    ],
-)
-def test_what_is_denied_of_going_there_or_asked_beside_it_takes_no_warning_back(text: str):
-    assert is_warning(text, FIRES)
+LABELLED = {
+    True: {
+        "denied of going there or asked beside it": [
+            "Hier brennt es!",
+            "O café está em chamas.",
+            "El café está en llamas.",
+            "Hier is brand uitgebroken!",
+            "Le café est en feu.",
+            "Danger! There is a fire at (3, 4), should we move away?",
+            "Fire reported. Do not enter the cafe.",
+            "I heard from Agent 9 that fire1 is at (2, 3), so I will not go to the cafe.",
+            "We can't put out the fire!",
+            "There's a fire, please don't panic.",
+            "I see fire1 at (3,4), shall we go north?",
+            "Stay away until fire1 is out.",
+            "The fire is not under control.",
+            "Watch out for fire1!",
+            "fire1 is right over there, move!",
+            "火が近づいています、一緒に逃げませんか？",
+            "まだ火は消えていないので注意して",
+            "火事なので逃げましょう。",
+            "fire1の半径に入らないでください。",
+            "咖啡馆着火了，我们去图书馆好吗？",
+            "불이 났어요, 같이 갈까요?",
+            "Es brennt im Café, kommst du mit?",
+            "Geht nicht in die Nähe des Feuers.",
+            "N'allez pas près du feu.",
+            "No os acerquéis al fuego.",
+            "Não se aproximem do fogo.",
+            "Non avvicinatevi al fuoco.",
+            "Не подходите к огню.",
+            "不要靠近火灾现场。",
+            "火災現場には近づかないでください",
+            "Avoid the fire in the north and do not get too close.",
+            "I'm staying away from the fire.",
+            "The fire is growing and nobody is helping.",
+            "Fire at the library; I can't reach it.",
+        ],
+        "a question that takes a fire for granted": [
+            "Did you notice that the bar burns?",
+            "Did you see that the museum is on fire?",
+            "Can you believe the cafe caught fire?",
+            "Why is everyone still sitting in the cafe while it is burning?",
+            "Could everyone near the museum leave? It is full of smoke.",
+            "Wisst ihr, dass es in der Bibliothek brennt?",
+            "Tu as vu que le bar est en feu ?",
+            "¿Sabíais que el bar está ardiendo?",
+            "Avete visto che il bar è in fiamme?",
+            "Вы знаете, что библиотека горит?",
+            "Czy wiecie, że kawiarnia płonie?",
+            "カフェが燃えているのを知っていますか?",
+            "你们知道图书馆着火了吗?",
+            "도서관이 불타고 있는 거 아세요?",
+        ],
+        "a denial of harm, or the end of another fire": [
+            "Nobody was hurt by the fire at the bar.",
+            "This is not a drill: fire at the library!",
+            "We didn't manage to put the fire out.",
+            "I don't think fire1 has stopped burning.",
+            "fire1 is out but fire2 is getting bigger",
+            "fire2 is getting bigger, fire1 is out though",
+            "It smells smoky over here.",
+            "The library has been on fire since this morning.",
+            "Niemand ist verletzt, aber das Café brennt noch.",
+            "訓練ではありません。図書館が火事です。",
+            "没有人受伤,但是图书馆还在燃烧。",
+        ],
+        "a danger at a position, or to flee from": [
+            "(12, 7) is deadly right now, go around it.",
+            "Hazard at (-4, 11).",
+            "Unsafe at x=12 y=7.",
+            "Avoid (5, 5) and what is near it.",
+            "I took damage at 7, 8",
+            "Everyone must leave the library immediately.",
+            "It's not safe in there, RUN!!",
+            "Gefahr bei (3, 4)!",
+            "¡Peligro en (12, 4)!",
+            "(3, 4)は危険です。",
+            "🔥 at the cafe",
+        ],
+    },
+    False: {
+        "denied, over, supposed or asked for": [
+            "Não há mais fogo.",
+            "Nothing at all is burning.",
+            "No fire, smoke, or flames here.",
+            "I see no fire, no smoke and no danger.",
+            "The fire was bad, but it is out now.",
+            "There was a fire near the cafe. It has been put out.",
+            "Yesterday, there was a fire at the cafe.",
+            "If you notice smoke, flames or fire, tell everyone.",
+            "I don't know if there is a fire.",
+            "Is there a fire or smoke near you, Agent 4?",
+            "Agent 2 asked whether fire1 is out.",
+            "火事はどこですか",
+            "火事はもう収まりました。",
+            "煙は見えません。",
+            "没有发现火情。",
+            "화재는 없습니다.",
+            "Es gibt kein Feuer.",
+            "Feuer sehe ich hier nicht.",
+            "Il n'y a plus de feu.",
+            "Пожара здесь нет.",
+            "No hay humo ni fuego.",
+            "Nie ma pożaru.",
+            "Er is geen brand.",
+            "fire1 is no longer active.",
+            "It was a false alarm, there is no fire.",
+        ],
+        "a question that asks for a fire": [
+            "Did anyone see a fire?",
+            "Do you smell smoke?",
+            "Has anybody noticed something burning?",
+            "Sieht jemand Rauch?",
+            "Quelqu'un a vu de la fumée ?",
+            "Кто-нибудь видит дым?",
+            "誰か煙を見ましたか?",
+            "有人看到烟吗?",
+            "누가 연기를 봤나요?",
+        ],
+        "another sense of the words": [
+            "The whole park is fire-free and smoke free.",
+            "Zero fires in the cafe.",
+            "The barista is on fire today!",
+            "Her speech sparked a blaze of applause.",
+            "I have a burning question.",
+            "That playlist is 🔥🔥🔥",
+            "No danger at (3, 4).",
+            "I am at (1, 1) to look for potential hazards.",
+            "I will report any fire I see.",
+            "My task is to warn others about fires.",
+            "Stay away from the karaoke night.",
+            "I have to leave the cafe now.",
+            "That wasn't smoke, only steam.",
+            "La fiesta está que arde.",
+            "Ich bin Feuer und Flamme für die Idee!",
+            "昔、この図書館は火事で焼けました。",
+            "煙だと思ったら、ただの湯気でした。",
+            "这首歌太火了!",
+        ],
+        "too short to tell its language": [
+            *("", "OK", "No", "hi", "brb", "(3, 4)", "12", "Anna Nowak, Mehmet, Ivo", "🙂", "move_up"),
+        ],
+    },
+    None: {
+        "a language that is not read": [
+            "Φωτιά στο μπαρ! Φύγετε τώρα!",
+            "สวัสดีค่ะ",
+            "أنا بخير",
+            "आग!",
+            "Kirjastossa on tulipalo!",
+            "Merhaba komşular, ben kafeye gidiyorum.",
+            "Đám cháy ở công viên",
+            "Сьогодні в барі жива музика",
+            "fire1: Kuna moto karibu na mkahawa",
+            "Na (12, 4) hoří, okamžitě utíkejte!",
+        ],
+    },
+}
+"""Texts by their label and by what stands for it."""
 
 
 @pytest.mark.parametrize(
-    "text",
-    [
-        "Não há mais fogo.",
-        "Nothing at all is burning.",
-        "No fire, smoke, or flames here.",
-        "I see no fire, no smoke and no danger.",
-        "The fire was bad, but it is out now.",
-        "There was a fire near the cafe. It has been put out.",
-        "Yesterday, there was a fire at the cafe.",
-        "If you notice smoke, flames or fire, tell everyone.",
-        "I don't know if there is a fire.",
-        "Is there a fire or smoke near you, Agent 4?",
-        "Agent 2 asked whether fire1 is out.",
-        "火事はどこですか",
-        "火事はもう収まりました。",
-        "煙は見えません。",
-        "没有发现火情。",
-        "화재는 없습니다.",
-        "Es gibt kein Feuer.",
-        "Feuer sehe ich hier nicht.",
-        "Il n'y a plus de feu.",
-        "Пожара здесь нет.",
-        "No hay humo ni fuego.",
-        "Nie ma pożaru.",
-        "Er is geen brand.",
-        "fire1 is no longer active.",
-        "It was a false alarm, there is no fire.",
-    ],
+    ("label", "kind", "text"),
+    [(label, kind, text) for label, kinds in LABELLED.items() for kind, texts in kinds.items() for text in texts],
 )
-def test_a_fire_that_is_denied_over_supposed_or_asked_for_is_no_warning(text: str):
-    assert not is_warning(text, FIRES)
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "Did you notice that the bar burns?",
-        "Did you see that the museum is on fire?",
-        "Can you believe the cafe caught fire?",
-        "Why is everyone still sitting in the cafe while it is burning?",
-        "Could everyone near the museum leave? It is full of smoke.",
-        "Wisst ihr, dass es in der Bibliothek brennt?",
-        "Tu as vu que le bar est en feu ?",
-        "¿Sabíais que el bar está ardiendo?",
-        "Avete visto che il bar è in fiamme?",
-        "Вы знаете, что библиотека горит?",
-        "Czy wiecie, że kawiarnia płonie?",
-        "カフェが燃えているのを知っていますか?",
-        "你们知道图书馆着火了吗?",
-        "도서관이 불타고 있는 거 아세요?",
-    ],
-)
-def test_a_question_that_takes_a_fire_for_granted_is_a_warning(text: str):
-    assert is_warning(text, FIRES)
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "Did anyone see a fire?",
-        "Do you smell smoke?",
-        "Has anybody noticed something burning?",
-        "Sieht jemand Rauch?",
-        "Quelqu'un a vu de la fumée ?",
-        "Кто-нибудь видит дым?",
-        "誰か煙を見ましたか?",
-        "有人看到烟吗?",
-        "누가 연기를 봤나요?",
-    ],
-)
-def test_a_question_that_asks_for_a_fire_is_no_warning(text: str):
-    assert not is_warning(text, FIRES)
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "Nobody was hurt by the fire at the bar.",
-        "This is not a drill: fire at the library!",
-        "We didn't manage to put the fire out.",
-        "I don't think fire1 has stopped burning.",
-        "fire1 is out but fire2 is getting bigger",
-        "fire2 is getting bigger, fire1 is out though",
-        "It smells smoky over here.",
-        "The library has been on fire since this morning.",
-        "Niemand ist verletzt, aber das Café brennt noch.",
-        "訓練ではありません。図書館が火事です。",
-        "没有人受伤,但是图书馆还在燃烧。",
-    ],
-)
-def test_a_denial_of_harm_or_the_end_of_another_fire_takes_no_warning_back(text: str):
-    assert is_warning(text, FIRES)
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "(12, 7) is deadly right now, go around it.",
-        "Hazard at (-4, 11).",
-        "Unsafe at x=12 y=7.",
-        "Avoid (5, 5) and what is near it.",
-        "I took damage at 7, 8",
-        "Everyone must leave the library immediately.",
-        "It's not safe in there, RUN!!",
-        "Gefahr bei (3, 4)!",
-        "¡Peligro en (12, 4)!",
-        "(3, 4)は危険です。",
-        "🔥 at the cafe",
-    ],
-)
-def test_a_danger_at_a_position_or_to_flee_from_is_a_warning(text: str):
-    assert is_warning(text, FIRES)
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "The whole park is fire-free and smoke free.",
-        "Zero fires in the cafe.",
-        "The barista is on fire today!",
-        "Her speech sparked a blaze of applause.",
-        "I have a burning question.",
-        "That playlist is 🔥🔥🔥",
-        "No danger at (3, 4).",
-        "I am at (1, 1) to look for potential hazards.",
-        "I will report any fire I see.",
-        "My task is to warn others about fires.",
-        "Stay away from the karaoke night.",
-        "I have to leave the cafe now.",
-        "That wasn't smoke, only steam.",
-        "La fiesta está que arde.",
-        "Ich bin Feuer und Flamme für die Idee!",
-        "昔、この図書館は火事で焼けました。",
-        "煙だと思ったら、ただの湯気でした。",
-        "这首歌太火了!",
-    ],
-)
-def test_another_sense_of_the_words_is_no_warning(text: str):
-    assert is_warning(text, FIRES) is False
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "Φωτιά στο μπαρ! Φύγετε τώρα!",
-        "สวัสดีค่ะ",
-        "أنا بخير",
-        "आग!",
-        "Kirjastossa on tulipalo!",
-        "Merhaba komşular, ben kafeye gidiyorum.",
-        "Đám cháy ở công viên",
-        "Сьогодні в барі жива музика",
-        "fire1: Kuna moto karibu na mkahawa",
-        "Na (12, 4) hoří, okamžitě utíkejte!",
-    ],
-)
-def test_a_text_in_a_language_that_is_not_read_has_no_label(text: str):
-    assert is_warning(text, FIRES) is None
-
-
-@pytest.mark.parametrize(
-    "text", ["", "OK", "No", "hi", "brb", "(3, 4)", "12", "Anna Nowak, Mehmet, Ivo", "🙂", "move_up"]
-)
-def test_a_text_too_short_to_tell_its_language_is_no_warning(text: str):
-    assert is_warning(text, FIRES) is False
+def test_a_text_has_the_label_that_a_person_gives_it(label: bool | None, kind: str, text: str):
+    assert is_warning(text, FIRES) is label, kind
 
 
 def test_a_short_warning_is_read_whatever_its_letters_look_like():
@@ -292,16 +250,12 @@ def test_a_huge_text_is_labelled(part: str):
     assert is_warning("fire! " + part * (10_000_000 // len(part)))
 
 
-@pytest.mark.parametrize("part", ["any ", "🔥", "avoid ", "did you ", "is really ", "a", "1,", "烟", "(1,2) "])
-def test_time_grows_with_the_text_alone(part: str):
-    def seconds(length: int) -> float:
-        text = (part * length)[:length]
-        began = time.process_time()
-        _labelled(text, FIRES)
-        return time.process_time() - began
-
-    seconds(100)
-    assert min(seconds(20_000) for _ in range(2)) < 10 * max(seconds(5_000) for _ in range(2)) + 0.05
+@pytest.mark.parametrize(
+    "part",
+    ["any ", "🔥", "avoid ", "did you ", "is really ", "a", "1,", "(1,2) ", pytest.param("烟", marks=pytest.mark.slow)],
+)
+def test_half_a_million_characters_are_labelled_which_quadratic_time_would_not_allow(part: str):
+    assert _labelled((part * 500_000)[:500_000], FIRES) in (True, False, None)
 
 
 def test_only_the_beginning_of_a_text_is_read():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import shutil
 import sqlite3
 from pathlib import Path
 
@@ -10,6 +11,9 @@ import pandas as pd
 import pytest
 
 from analysis import analyze
+from analysis.measuring.memory import key_of, open_memory
+from analysis.measuring.runs import Source, measure_runs
+from analysis.tables.signature_table import build_table
 from foundry.storing.store import SweepFolder
 
 
@@ -19,7 +23,9 @@ def sweep(make_sweep, make_condition) -> SweepFolder:
 
 
 def measured(sweep: SweepFolder) -> pd.DataFrame:
-    return analyze(sweep.path, plots=False).runs
+    sweep.analysis_dir.mkdir(exist_ok=True)
+    with open_memory(memory_of(sweep)) as memory:
+        return build_table(list(measure_runs([Source(sweep.path, "sweep")], memory))).frame
 
 
 def memory_of(sweep: SweepFolder) -> Path:
@@ -64,6 +70,35 @@ def test_a_memory_that_is_damaged_inside_is_done_without(sweep: SweepFolder):
     pd.testing.assert_frame_equal(measured(sweep), first)
 
 
+def test_a_run_that_was_recorded_anew_is_measured_anew(sweep: SweepFolder, rewrite_run):
+    first = measured(sweep)
+    rewrite_run(sweep.runs()[0], "failed")
+    again = measured(sweep)
+    assert again["failure.rate"].tolist() == [1, 0] and again.loc[0].filter(like="idle_rate.").isna().all()
+    pd.testing.assert_frame_equal(again[1:], first[1:])
+    assert kept(sweep) == 1, "what it was before is forgotten"
+    rewrite_run(sweep.runs()[0], "complete")
+    pd.testing.assert_frame_equal(measured(sweep), first)
+
+
+def test_a_memory_that_another_process_takes_meanwhile_is_done_without(sweep: SweepFolder):
+    first = measured(sweep)
+    with (
+        open_memory(memory_of(sweep)) as memory,
+        contextlib.closing(sqlite3.connect(memory_of(sweep), isolation_level=None)) as holder,
+    ):
+        holder.execute("BEGIN EXCLUSIVE")
+        again = [dict(one.measures) for one in measure_runs([Source(sweep.path, "sweep")], memory)]
+    names = list(again[0])
+    pd.testing.assert_frame_equal(pd.DataFrame(again), first[names])
+
+
+def test_no_two_runs_have_one_key_even_without_files(make_sweep, make_condition):
+    runs = make_sweep([make_condition(model, range(2)) for model in "ab"]).runs()
+    for run in runs:
+        shutil.rmtree(run.path)
+    assert len({key_of(run, "rule") for run in runs}) == 4
+
+
 def test_a_text_is_the_name_of_one_folder(sweep: SweepFolder):
-    assert len(measured(sweep)) == len(analyze(str(sweep.path), plots=False).runs) == 2
-    assert len(analyze([str(sweep.path)], plots=False).runs) == 2
+    assert len(analyze(str(sweep.path), plots=False).runs) == len(analyze([str(sweep.path)], plots=False).runs) == 2

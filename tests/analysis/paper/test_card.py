@@ -6,13 +6,18 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 
-from analysis.paper.card import card
+from analysis.paper.card import PROBES, card
 from commands import foundry
 from foundry.errors import InputError
+from foundry.records import Counts
+from foundry.storing.determinism import write_repeats
+from foundry.storing.run_writer import write_run_summary
 from foundry.storing.store import SweepFolder
 from foundry.trust.bundling import write_bundle
+from repeated import repeats
 
 
 @pytest.fixture(scope="module")
@@ -31,8 +36,63 @@ def made(sweeps: tuple[SweepFolder, ...]):
 
 def test_a_card_has_a_table_of_every_sweep_that_the_model_was_in(made):
     assert [one.title.rpartition(", ")[2] for one in made.settings] == ["first", "second"]
-    assert [row[0] for row in made.facts.rows] == ["first", "second"]
-    assert [row[4:6] for row in made.facts.rows] == [("2", "2"), ("2", "2")]
+    assert [row[0] for row in made.facts.rows] == ["first", "second"] and PROBES not in made.facts.caption
+    assert [row[4:] for row in made.facts.rows] == [("2", "2", "-"), ("2", "2", "-")]
+
+
+def test_a_card_says_what_became_of_the_runs_of_its_model_those_that_failed_or_have_not_ended_too(
+    make_sweep, make_condition, rewrite_run
+):
+    sweep = make_sweep([make_condition("mine", range(4)), make_condition("other", range(2))])
+    rewrite_run(sweep.runs()[0], "failed")
+    rewrite_run(sweep.runs()[1], "unfinished")
+    counts = Counts(outcomes={"chosen": 9, "unreadable": 3})
+    for run in sweep.runs()[2:]:
+        write_run_summary(run, msgspec.structs.replace(run.summary(), model_digest="f00d" * 16, counts=counts))
+    write_repeats(sweep, [repeats("mine", alone=10, loaded=8), repeats("other", alone=10, loaded=10)])
+    (facts,) = card("mine", [sweep.path]).facts.rows
+    assert facts == ("sweep", "f00df00df00d", "0", "8 of 10 calls exactly", "4", "2", "25 %")
+
+
+def test_null_and_best_are_the_policies_of_the_same_world_and_others_have_the_same_prompt(
+    make_sweep, write_sweep, make_condition, make_habits, small_world
+):
+    world, small = {**small_world, "name": "cafe_library"}, {**small_world, "places": small_world["places"][:1]}
+    asked = [("mine", "paper", world), ("other", "paper", world), ("far", "japanese", world), ("mine", "paper", small)]
+    conditions = [
+        make_condition(model, range(seeds), ("model", "x"), prompt=prompt, world=one, values={"x": seeds})
+        for model, prompt, one in asked
+        for seeds in [2 if one is world else 1]
+    ]
+    sweep = make_sweep(conditions)
+    policies = {f"scripted/{name}": make_habits(move=move) for name, move in (("random", 0.5), ("avoid", 1))}
+    write_sweep(sweep.baselines_dir, [make_condition(name, range(2), world=world) for name in policies], policies)
+    (first, second), (policy,) = (card(model, [sweep.path]).settings for model in ("mine", "scripted/random"))
+    assert [(one.title, one.table.caption) for one in (first, second)] == [
+        ("world cafe_library, prompt paper, x 2", "2 seeds."),
+        ("world small, prompt paper, x 1", "1 seed."),
+    ]
+    own = ("mine", "null", "best (scripted/avoid)", "other")
+    assert first.table.columns[1:] == (*own, "scripted/random (baseline)", "scripted/avoid (baseline)")
+    assert second.table.columns[1:] == ("mine", "null", "best")
+    rows, fewer, alone = (
+        {row[0].partition(":")[0]: row[2:] for row in one.table.rows} for one in (first, second, policy)
+    )
+    null, best, _, random, avoid = rows["idle_rate.chosen"]
+    assert null == f"{random.partition(' ')[0]} (scripted/random)" and best == avoid.partition(" ")[0]
+    assert alone["idle_rate.chosen"][0] == "-" and rows["hazard.away_beyond_blind"][0] == "0"
+    assert {cells[0] for measure, cells in rows.items() if measure.startswith("cost.")} == {"-"}
+    assert rows.keys() - fewer.keys() == {"place_choice.share_library"}
+
+
+def test_a_probe_is_among_the_facts_and_has_no_table(tmp_path: Path):
+    small = ("seed=0", "world.agents=2", "world.steps=2", "analyze=false")
+    assert foundry("model=scripted/stay", *small, "output.dir=pilot", cwd=tmp_path).returncode == 0
+    probe = ("probe", "pilot", "-m", "model=scripted/stay", "moments=2", "repeats=1", "analyze=false")
+    assert foundry(*probe, "output.dir=probed", cwd=tmp_path).returncode == 0
+    found = card("scripted/stay", [tmp_path / "pilot", tmp_path / "probed"])
+    assert [row[0] for row in found.facts.rows] == ["pilot", "probed"]
+    assert len(found.settings) == 1 and found.facts.caption.endswith(PROBES)
 
 
 def test_each_measure_stands_beside_null_policy_and_the_other_models(made):
@@ -45,8 +105,9 @@ def test_each_measure_stands_beside_null_policy_and_the_other_models(made):
 
 
 def test_a_card_holds_the_numbers_of_its_model_and_of_no_other(sweeps: tuple[SweepFolder, ...]):
-    by_model = {name: card(name, [sweeps[0].path]).settings[0].table for name in ("mine", "<b>other</b>")}
-    mine, other = ({row[0].partition(":")[0]: row for row in table.rows} for table in by_model.values())
+    cards = [card(name, [one.path for one in sweeps]) for name in ("mine", "<b>other</b>")]
+    assert [[row[0] for row in one.facts.rows] for one in cards] == [["first", "second"], ["first"]]
+    mine, other = ({row[0].partition(":")[0]: row for row in one.settings[0].table.rows} for one in cards)
     assert mine["idle_rate.chosen"][1] == other["idle_rate.chosen"][4]
     assert mine["idle_rate.chosen"][4] == other["idle_rate.chosen"][1]
 
@@ -62,8 +123,8 @@ def test_a_card_writes_no_table_of_the_sweep(sweeps: tuple[SweepFolder, ...], ma
 
 
 def test_a_model_that_ran_in_none_is_refused_with_the_closest(sweeps: tuple[SweepFolder, ...]):
-    with pytest.raises(InputError, match="Did you mean 'mine'"):
-        card("mime", [one.path for one in sweeps])
+    with pytest.raises(InputError, match="Did you mean '<b>other</b>'"):
+        card("<b>othr</b>", [one.path for one in reversed(sweeps)])
 
 
 def test_the_command_writes_page_and_text_from_folders_and_bundles(sweeps: tuple[SweepFolder, ...], tmp_path: Path):
@@ -86,7 +147,15 @@ def test_the_command_refuses_a_sweep_that_is_given_twice_in_a_bundle_too(
         assert "is given more than once" in found.stderr
 
 
-def test_the_command_refuses_to_write_the_page_over_the_text(sweeps: tuple[SweepFolder, ...], tmp_path: Path):
-    found = foundry("card", "mine", str(sweeps[1].path), "--out", "card.md", cwd=tmp_path)
-    assert found.returncode == 2
-    assert "name a page" in found.stderr
+@pytest.mark.parametrize(("out", "told"), [("card.md", "name a page"), ("file/card.html", "cannot be written")])
+def test_the_command_refuses_a_page_that_cannot_be(
+    out: str, told: str, sweeps: tuple[SweepFolder, ...], tmp_path: Path
+):
+    (tmp_path / "file").touch()
+    found = foundry("card", "mine", str(sweeps[1].path), "--out", out, cwd=tmp_path)
+    assert (found.returncode, found.stderr.count("\n")) == (2, 1) and told in found.stderr
+
+
+def test_the_page_has_a_name_that_any_system_takes(sweeps: tuple[SweepFolder, ...], tmp_path: Path):
+    assert foundry("card", "<b>other</b>", str(sweeps[0].path), cwd=tmp_path).returncode == 0
+    assert {one.name for one in tmp_path.iterdir()} == {"card-_b_other_b_.html", "card-_b_other_b_.md"}

@@ -37,6 +37,7 @@ def keys(text: str) -> list[str]:
     return re.findall(r"^@\w+\{(.*),$", text, re.MULTILINE)
 
 
+@pytest.mark.slow
 def test_sampling_is_told_of_served_models_alone(made: Material):
     design = methods(made.basis)[0]
     assert " qwen3:4b was asked with temperature 0.2, top_k 40, think false." in design

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -20,13 +22,18 @@ def test_a_plan_holds_looks_with_their_levels_alone_and_in_the_family():
     assert [[one.alpha, one.alpha_in_family] for one in made.looks] == pytest.approx(expected, abs=1e-8)
 
 
-def test_tests_are_counted_for_each_factor():
-    conditions = [condition(model, **{"world.steps": steps}) for model in "abc" for steps in ("5", "9")]
+def test_tests_are_counted_for_each_factor_and_repeats_make_none():
+    conditions = [
+        condition(model, **{"world.steps": steps, "sampling_seed": repeat})
+        for model in "abc"
+        for steps in ("5", "9")
+        for repeat in "01"
+    ]
     made = declared(
-        conditions, ["grid"] * 6, family=MEASURES, margins={}, looks=(), foundry="0", commit=None, asked=[], models=[]
+        conditions, ["grid"] * 12, family=MEASURES, margins={}, looks=(), foundry="0", commit=None, asked=[], models=[]
     )
     assert made.tests == {"model": 2 * 3 * 2, "world.steps": 2 * 3}
-    assert [one.seeds for one in made.looks] == [12]
+    assert [(one.seeds, one.alpha_in_family) for one in made.looks] == [(12, round(0.05 / 12, 8))]
 
 
 def test_a_measure_is_tested_in_no_pair_with_a_world_that_lacks_it():
@@ -69,10 +76,10 @@ def test_looks_that_no_p_can_pass_are_told():
         ({"family": ["clustering.nni"] * 2}, "given twice"),
         ({"family": []}, "No measure is declared"),
         ({"margins": {"movement.move_rate": 0.1}}, "of no declared measure: add --family movement.move_rate"),
-        ({"margins": {MEASURES[0]: -1.0}}, "above 0"),
+        *(({"margins": {MEASURES[0]: margin}}, "above 0") for margin in (-1.0, 0.0, math.inf)),
         ({"looks": (9, 6, 12)}, "do not ascend: write 6,9,12"),
         ({"looks": (4, 12)}, "begin with 6"),
-        ({"looks": (6, 9)}, "The last look is at 9 seeds, and 12 are asked for"),
+        *(({"looks": (6, n)}, f"The last look is at {n} seeds, and 12 are asked for") for n in (9, 15)),
     ],
 )
 def test_what_cannot_be_declared_is_refused(changes, message):

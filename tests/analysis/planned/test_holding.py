@@ -17,10 +17,13 @@ from foundry.errors import InputError, RecordError
 from foundry.expansion import Sweep
 from foundry.storing.preregistration import preregistration_of, write_preregistration
 from foundry.storing.store import SweepFolder
-from planning import MEASURES, plan
+from planning import LOOKS, MEASURES, plan
 from signature_tables import table
 
 VALUES = np.random.default_rng(0).normal(size=(3, 14, 2)) + np.array([0, 3, 0])[:, None, None]
+
+FURTHER = {"family": (*MEASURES, "movement.variety"), "margins": {"movement.variety": 0.1}}
+"""Declares a measure that no run has."""
 
 
 def runs_of(models: str = "ab", seeds: Sequence[int] = range(12), **changes: object) -> SignatureTable:
@@ -48,14 +51,16 @@ def hold(tmp_path) -> Callable[..., Held]:
 
 @pytest.mark.parametrize(("seeds", "reached"), [(5, 0), (6, 1), (8, 1), (9, 2), (11, 2), (12, 3)])
 def test_a_look_is_reached_when_all_its_seeds_have_ended(hold, seeds, reached):
-    assert hold(runs_of(seeds=range(seeds))).plan.reached == reached
+    found = hold(runs_of(seeds=range(seeds)))
+    assert found.plan.reached == reached and bool(found.differs) == (seeds not in LOOKS)
 
 
 def test_a_seed_that_is_open_holds_up_the_looks_behind_it_and_a_failed_one_does_not(hold):
     made = runs_of()
     for status, reached in (("unfinished", 1), ("failed", 3)):
-        made.frame.loc[made.frame["run"] == "b7", "status"] = status
-        assert hold(made).plan.reached == reached
+        made.frame.loc[made.frame["seed"] == 7, "status"] = status
+        found = hold(made)
+        assert found.plan.reached == reached and bool(found.differs) == (status == "unfinished")
 
 
 def test_a_plan_that_holds_says_so(hold):
@@ -73,16 +78,25 @@ def test_a_plan_that_holds_says_so(hold):
         (runs_of(seeds=range(8)), {}, "8 seeds are no look of it (6, 9, 12): tested at 6"),
         (runs_of(seeds=range(5)), {}, "5 seeds are no look of it (6, 9, 12): nothing is tested yet"),
         (runs_of(), {"foundry": "0.0.1"}, f"it was made with foundry 0.0.1, and this is {__version__}"),
-        (runs_of(), {"family": (*MEASURES, "movement.variety")}, "no run has movement.variety"),
+        (runs_of(), FURTHER, "no run has movement.variety"),
     ],
 )
 def test_what_differs_from_the_plan_is_said(hold, made, changes, said):
-    assert hold(made, **changes).differs == (said,)
+    found = hold(made, **changes)
+    assert found.differs == (said,) and not found.plan.margins
+
+
+def test_before_a_run_is_complete_no_measure_is_missed_and_baselines_differ_in_nothing(hold):
+    assert hold(runs_of(status="unfinished"), **FURTHER).differs == ()
+    beside = runs_of("abc")
+    beside.frame["baseline"] = beside.frame["model"] == "c"
+    assert hold(beside).differs == ()
 
 
 def test_other_weights_are_said(hold):
     then, now = ([{"name": "a", "digest": digest}] for digest in ("1", "2"))
-    assert hold(runs_of(), then, weights=then).differs == ()
+    for known in (then, [{"name": "a", "digest": None}], []):
+        assert hold(runs_of(), known, weights=then).differs == ()
     assert hold(runs_of(), now, weights=then).differs == ("a has other weights",)
 
 

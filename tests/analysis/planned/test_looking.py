@@ -62,6 +62,7 @@ def test_what_was_looked_at_lies_beside_the_analysis(tmp_path, write_sweep, make
     assert set(found.contrasts["claim"]) == {"exploratory"}
 
 
+@pytest.mark.slow
 def test_a_pair_keeps_its_looks_when_another_setting_is_swept_or_left_out(tmp_path, write_sweep, make_condition):
     seeds, factors = range(10), ("model", "prompt")
     conditions = [
@@ -82,6 +83,7 @@ def test_a_pair_keeps_its_looks_when_another_setting_is_swept_or_left_out(tmp_pa
     assert looks("prompt=japanese") == {"": 2}
 
 
+@pytest.mark.slow
 def test_looks_that_were_kept_without_settings_count_by_their_names(tmp_path, write_sweep, make_condition):
     conditions = [make_condition(model, range(8), sampling_seed=place) for place, model in enumerate("ab")]
     path = write_sweep(tmp_path / "sweep", conditions).path

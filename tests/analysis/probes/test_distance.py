@@ -53,6 +53,7 @@ def sampled(rng: np.random.Generator, chance: np.ndarray, repeats: int) -> Count
     return Counter(dict(zip("abcde", rng.multinomial(repeats, chance).tolist(), strict=True)))
 
 
+@pytest.mark.slow
 def test_one_model_under_two_names_is_told_apart_from_itself_no_more_often_than_declared():
     rng = stream(0, "null")
     found = 0

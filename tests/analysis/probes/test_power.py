@@ -34,6 +34,7 @@ def test_the_gap_is_the_distance_above_its_floor():
     assert gap(first, second) == pytest.approx(found.distance - found.floor)
 
 
+@pytest.mark.slow
 def test_what_repeats_draw_is_told_from_what_moments_and_seeds_differ_in():
     draws = pilot(lambda key: 0.5)
     assert draws["by_repeats"] > 0.5 * draws["sd"] ** 2 and draws["between"] < 0.2 * draws["sd"] ** 2

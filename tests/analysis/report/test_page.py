@@ -136,8 +136,7 @@ def bottom(page: Any, selector: str) -> float:
     return found
 
 
-@pytest.mark.slow
-@pytest.mark.timeout(600)
+@pytest.mark.exhaustive
 def test_a_page_of_five_models_over_twenty_seeds_is_below_a_megabyte_and_prints_on_a_dozen_pages(tmp_path: Path):
     models = ",".join(f"scripted/{name}" for name in ("random", "avoid", "herd", "first", "stay"))
     asked = (f"model={models}", "seed=0-19", "output.dir=five", "analyze=false")

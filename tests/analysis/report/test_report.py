@@ -24,6 +24,7 @@ from analysis.report.provenance import (
     ledger_grid,
     link,
     models_grid,
+    period,
     question,
     runs_grid,
 )
@@ -72,6 +73,7 @@ def test_the_ledger_counts_every_run_and_the_unreadable_decisions(hostile: Mater
     assert rows[2][5:] == ["0", "0", "-"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("prompts", "who"),
     [
@@ -97,6 +99,7 @@ def test_the_question_names_models_once_however_many_worlds_they_are_in(
     assert question(found) == f"In what do {who} differ in hall and small, over 2 seeds?"
 
 
+@pytest.mark.slow
 def test_the_first_screen_draws_nothing_of_which_no_run_has_a_value(
     tmp_path: Path,
     write_sweep: Callable[..., SweepFolder],
@@ -183,6 +186,18 @@ def test_servers_that_do_not_repeat_themselves_are_said_beside_models_and_first(
     (said,) = [one for one in limits(hostile) if "same text again" in one]
     assert "Q4_K_M: 10 of 10 calls gave the same text again alone, 8 of 10 with 18 at once; the same decision" in said
     assert any("Q4_K_M's server repeats 8 of 10 calls exactly" in note for note in hostile.analysis.notes)
+
+
+def test_the_period_is_from_the_first_start_that_is_known_to_the_last_end(hostile: Material):
+    times = [("", "2026-01-03T00:00:00"), ("2026-01-02T03:04:05.6+00:00", "2026-01-05"), ("2026-01-04", "2026-01-04")]
+    ended = [one for one in hostile.members if one.summary is not None][: len(times)]
+    told = [
+        replace(one, summary=msgspec.structs.replace(one.summary, started=started, ended=end))
+        for one, (started, end) in zip(ended, times, strict=True)
+    ]
+    missing = [one for one in hostile.members if one.summary is None]
+    assert period(with_analysis(hostile, members=(*missing, *told))) == "2026-01-02 03:04:05 to 2026-01-05 UTC"
+    assert period(with_analysis(hostile, members=tuple(missing))) == "no run has ended"
 
 
 def test_models_are_named_with_their_digests(hostile: Material):

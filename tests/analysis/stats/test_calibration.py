@@ -37,6 +37,7 @@ def test_one_test_in_twenty_is_wrong_when_nothing_differs():
     assert (p <= 0.05).mean() == pytest.approx(reachable, abs=chance_error(reachable, 2000))
 
 
+@pytest.mark.slow
 def test_holm_keeps_one_family_in_twenty():
     found = false_positives(lognormal, np.random.default_rng(13), tables=60, models=3, seeds=12, measures=2)
     assert families_are_kept(found)
@@ -57,7 +58,7 @@ def test_ninety_five_intervals_in_a_hundred_hold_the_mean():
     assert found["covered"] == pytest.approx(0.95, abs=chance_error(0.95, 2000) + 0.005)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("draw", [normal, lognormal])
 @pytest.mark.parametrize("seeds", [6, 10, 20])
 def test_errors_are_kept_in_large_simulations(draw, seeds):
@@ -71,14 +72,14 @@ LEAST_COVERED = (0.94, 0.93, 0.89, 0.94, 0.95, 0.94, 0.88)
 """By case; long tails are not held at the level by any interval of so few values."""
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("n", [10, 20])
 @pytest.mark.parametrize(("case", "least"), [(CASES[i], least) for i, least in enumerate(LEAST_COVERED)])
 def test_coverage_in_large_simulations(case, least, n):
     assert coverage(case, n, 4000, np.random.default_rng(17))["covered"] >= least
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_energy_test_keeps_its_level():
     rng = np.random.default_rng(18)
     p = []
@@ -88,7 +89,7 @@ def test_the_energy_test_keeps_its_level():
     assert np.mean(np.array(p) <= 0.05) == pytest.approx(0.05, abs=chance_error(0.05, 1000))
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_same_is_claimed_wrongly_once_in_twenty():
     rng = np.random.default_rng(19)
     values = rng.normal(size=(1, 20, 4000)) + 0.5 * rng.normal(size=(2, 20, 4000))

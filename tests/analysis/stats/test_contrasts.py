@@ -63,6 +63,7 @@ def test_a_missing_run_and_an_undefined_measure_are_told_apart():
     second = runs("b", [0.2, 0.9, math.nan, 0.7, 0.6, 0.8, 0.9, 0.7])
     found = only([*first, *second])
     assert (found["n_pairs"], found["n_missing"], found["n_undefined"]) == (6, 1, 1)
+    assert found["mean_level"] - found["mean_reference"] == pytest.approx(found["difference"])
     assert found["note"] == "missing in 1 of 8 seeds; undefined in 1 of 8 seeds"
     known = found["difference"] * 6
     assert found["bound_low"] == pytest.approx((known + 0.9 - 1) / 7)
@@ -166,17 +167,22 @@ def test_the_family_is_the_headline_of_one_factor_over_all_decisions():
     assert frame[frame["readable_only"]]["measure"].unique().tolist() == ["idle_rate.chosen_readable"]
     assert frame[~frame["headline"]]["p_holm"].isna().all()
     assert frame[~frame["headline"]]["p"].notna().all()
+    assert set(frame["measure"][frame["p_bh"].notna()]) == {"idle_rate.chosen", "failure.rate", "cost.calls"}
 
 
 def test_holm_corrects_over_measures_and_pairs_together():
     rng = np.random.default_rng(1)
     measures = ["x.one", "x.two"]
-    values = rng.normal(size=(3, 20, 2)) + np.array([0, 1, 2])[:, None, None]
-    frame = contrasts(table_of(values, measures), family=measures)
-    p = frame["p"].sort_values().to_numpy()
-    assert frame["p_holm"].min() == pytest.approx(p[0] * 6)
+    values = rng.normal(size=(3, 20, 2)) + np.array([0, 0.5, 1])[:, None, None]
+    frame = contrasts(table_of(values, measures), family=measures, margins=dict.fromkeys(measures, 1.2))
+    for p, corrected, claimed in (
+        ("p", "p_holm", "significant"),
+        ("p_equivalence", "p_equivalence_holm", "equivalent"),
+    ):
+        stepped = frame[p].sort_values() * np.arange(6, 0, -1)
+        assert frame[corrected].tolist() == pytest.approx(stepped.cummax().clip(upper=1).sort_index().tolist())
+        assert frame[claimed].equals(frame[corrected] <= 0.05) and 0 < frame[claimed].sum() < 6
     assert (frame["family"] == 6).all()
-    assert frame["significant"].equals(frame["p_holm"] <= 0.05)
 
 
 def test_that_few_pairs_cannot_win_in_a_large_family_is_said():
@@ -184,6 +190,12 @@ def test_that_few_pairs_cannot_win_in_a_large_family_is_said():
     values = np.random.default_rng(2).normal(size=(2, 10, 30))
     frame = contrasts(table_of(values, measures), family=measures)
     assert frame["note"].unique().tolist() == ["no p can reach 0.05 with 10 pairs among 30 tests"]
+
+
+@pytest.mark.parametrize(("alpha", "reached"), [(2 / 2**6, True), (1.9 / 2**6, False)])
+def test_the_least_p_of_six_pairs_is_within_reach_of_its_own_level(alpha: float, reached: bool):
+    found = only([*runs("a", FIRST), *runs("b", SECOND)], alpha=alpha)
+    assert (found["out_of_reach"] == "") is reached
 
 
 def test_few_pairs_can_win_in_a_family_of_which_all_else_has_won():

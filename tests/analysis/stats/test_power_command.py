@@ -39,6 +39,7 @@ def seeds_of(text: str) -> list[str]:
     return re.split(r"\s{2,}", line.strip())
 
 
+@pytest.mark.slow
 def test_a_pilot_says_how_many_seeds_the_headlines_need(power):
     text = power()
     assert "second - first" in text

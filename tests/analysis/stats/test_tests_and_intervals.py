@@ -6,9 +6,11 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy import stats
 
-from analysis.stats.intervals import RESAMPLES, bootstrap_t, estimate, estimates, skewness
+from analysis.stats.intervals import RESAMPLES, bootstrap_t, estimate, estimates
 from analysis.stats.sign_flip import assignments, fewest_pairs, least_p, sign_flip_p
 from foundry import seeding
 
@@ -49,12 +51,27 @@ def test_how_many_pairs_an_exact_test_needs(level: float, fewest: int | None):
     assert fewest_pairs(level) == fewest
 
 
-def test_skewed_values_get_a_bootstrap_t_and_few_or_even_ones_do_not():
-    skewed = np.random.default_rng(0).lognormal(size=12)
-    assert skewness(skewed[None, :])[0] == pytest.approx(stats.skew(skewed))
-    assert estimate(skewed).interval == "bootstrap-t"
-    assert estimate(skewed[:9]).interval == "t"
-    assert estimate(random(12)[0]).interval == "t"
+@given(st.integers(0, 10**6), st.sampled_from([6, 9, 10, 11, 30]), st.sampled_from([-1, 1]), st.floats(0.1, 1))
+def test_skewed_values_get_an_interval_as_wide_as_students_and_as_the_bootstrap_t(
+    seed: int, n: int, side: int, width: float
+):
+    values = side * np.random.default_rng(seed).lognormal(sigma=width, size=n)
+    found, student = estimate(values), stats.ttest_1samp(values, 0).confidence_interval()
+    skewed = n >= 10 and abs(stats.skew(values)) > 0.5
+    ends = [end[0] for end in bootstrap_t(values[None, :])] if skewed else student
+    assert (found.interval, found.note) == ("bootstrap-t" if skewed else "t", "")
+    assert (found.low, found.high) == pytest.approx((min(student.low, ends[0]), max(student.high, ends[1])))
+
+
+@pytest.mark.parametrize(("values", "note"), [
+    ([], "no value"),
+    ([0.3], "one value"),
+    ([0.3, 0.4, 0.5, 0.6, 0.7], "descriptive (n < 6)"),
+    ([-3e8, -1e8 * (0.1 + 0.2) * 10], "no variation; descriptive (n < 6)"),
+    ([0.3] * 6, "no variation"),
+])  # fmt: skip
+def test_what_keeps_an_interval_from_being_one_is_noted(values: list[float], note: str):
+    assert estimate(np.array(values)).note == note
 
 
 def test_the_bootstrap_t_leans_to_the_long_tail():
@@ -104,3 +121,11 @@ def test_rows_with_different_gaps_are_estimated_as_if_alone():
     found = estimates(rows, np.full(4, -math.inf), np.full(4, math.inf))
     for index, row in enumerate(rows):
         assert repr(found.row(index)) == repr(estimate(row))
+
+
+def test_of_very_many_rows_each_is_estimated_as_if_alone():
+    rows = np.random.default_rng(0).lognormal(size=(600, 12))
+    found = estimates(rows, np.full(600, -math.inf), np.full(600, math.inf))
+    for index in (0, 255, 256, 511, 512, 599):
+        alone = estimate(rows[index])
+        assert (found.low[index], found.high[index]) == pytest.approx((alone.low, alone.high))

@@ -236,6 +236,7 @@ def test_steps_are_kept_without_their_texts(two_models):
     assert steps["outcome"].isin(["chosen", "repaired", "unreadable", "empty", "failed"]).all()
 
 
+@pytest.mark.slow
 def test_many_runs_are_measured_in_processes_with_the_same_result(make_sweep, make_condition, small_world):
     world = {**small_world, "steps": 2, "agents": 2}
     folder = make_sweep([make_condition("a", range(66), world=world)])

@@ -64,6 +64,7 @@ def test_a_closed_form_of_other_settings_says_at_which_it_holds():
     assert elsewhere(nested, found, "cafe_library") == " (at personas=null, history.memory=1)"
 
 
+@pytest.mark.slow
 def test_each_group_has_its_null_its_best_policy_and_what_was_published(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
@@ -91,6 +92,7 @@ def test_each_group_has_its_null_its_best_policy_and_what_was_published(
     assert not len(analyze(tmp_path / "s", plots=False).validation) and not (found.path / "validation.md").exists()
 
 
+@pytest.mark.slow
 def test_rows_of_one_model_are_told_apart_by_what_else_was_swept(tmp_path: Path):
     swept = ("prompt=paper,japanese", "world.agents=2,3", "world.steps=2")
     foundry(

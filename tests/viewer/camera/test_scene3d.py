@@ -162,7 +162,7 @@ def test_the_line_of_sight_to_the_target_is_whole_where_nothing_is_in_between_an
     assert near(whole, clear) > near(broken, clear)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_through_the_agents_eyes_the_scene_is_what_the_model_was_shown(page: Page):
     step = 2
     kept = Image.open(io.BytesIO(played().images[step].content)).convert("RGB")
@@ -174,7 +174,7 @@ def test_through_the_agents_eyes_the_scene_is_what_the_model_was_shown(page: Pag
     assert difference.mean() < 6 and np.percentile(difference, 90) < 20
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_seeing_through_shows_the_agent_and_pointer_wheel_and_keys_move_the_camera(page: Page):
     whole, faded = cut_nowhere(page)
     assert 3 * whole < faded

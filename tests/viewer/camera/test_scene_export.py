@@ -68,7 +68,8 @@ def exported(world: str, *overrides: str) -> tuple[Glb, Scene]:
     return Glb(content), load_scene(assets_dir() / f"{world}.usdz")
 
 
-@pytest.mark.parametrize("world", ["kibo", pytest.param("gallery", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("world", ["kibo", pytest.param("gallery", marks=pytest.mark.exhaustive)])
 def test_every_triangle_is_there_where_it_is_in_a_small_file(world: str):
     glb, scene = exported(world)
     points = [glb.values(part["attributes"]["POSITION"]) for part in glb.primitives()]
@@ -138,6 +139,7 @@ def own_scene(workspace: Path) -> RunFolder:
     return run
 
 
+@pytest.mark.slow
 def test_a_sweep_keeps_the_scene_of_its_runs_and_no_other_and_needs_the_file_no_more(own_scene: RunFolder):
     shutil.copy(assets_dir() / "office.usdz", "rooms.usdz")
     with pytest.raises(InputError, match="is not the one of the run"):

@@ -36,7 +36,7 @@ def test_a_told_way_stands_above_the_run_in_both_languages(page: Any, workspace:
         page.wait_for_function("() => document.querySelector('.seen').naturalWidth === 96")
 
 
-def test_a_question_is_shown_with_its_choices_its_answer_and_the_right_one(page: Any, workspace: Path):
+def test_a_question_is_shown_with_its_choices_and_answers_and_its_walk_is_exported(page: Any, workspace: Path):
     sweep = played(workspace, "map_probe", "knower")
     with serving(sweep.path) as server:
         go(page, server.url, f"run/sweep/{sweep.runs()[0].id}")
@@ -50,10 +50,6 @@ def test_a_question_is_shown_with_its_choices_its_answer_and_the_right_one(page:
         )
         page.wait_for_function(loaded)
         page.wait_for_function("() => document.querySelector('.seen').naturalWidth === 96")
-
-
-def test_an_exported_page_holds_the_pictures_of_the_walk(workspace: Path):
-    sweep = played(workspace, "map_probe", "knower")
     exported = export(sweep.path, workspace / "page")
     kept = sorted(file.name for file in exported.page.parent.rglob("walk_*.png"))
     assert kept == [f"walk_{number:04d}.png" for number in range(1, 9)]

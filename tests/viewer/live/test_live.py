@@ -25,18 +25,18 @@ from viewer_pages import go
 pytestmark = pytest.mark.browser
 
 CODE = """
-import sys, time
+import sys
 from pathlib import Path
 from foundry.viewer.live import serve_live
 with serve_live(Path(sys.argv[1])) as url:
     print(url, flush=True)
-    time.sleep(60)
+    sys.stdin.read()
 """
 
 
 def answers(url: str) -> bool:
     try:
-        with urllib.request.urlopen(url, timeout=5) as response:
+        with urllib.request.urlopen(url) as response:
             return bool(response.status == 200)
     except OSError:
         return False
@@ -113,7 +113,7 @@ def test_a_world_of_ones_own_that_is_being_run_is_drawn_by_that_process(
     made = made_up_rounds.sweep(tmp_path / "served", models=("first",))
     made_up_rounds.whole_run(made.runs()[0])
     asked = f"data/run/served/{made.runs()[0].id}/picture/3"
-    with serve_live(made.path, ("made_up_rounds",)) as url, urllib.request.urlopen(url + asked, timeout=30) as response:
+    with serve_live(made.path, ("made_up_rounds",)) as url, urllib.request.urlopen(url + asked) as response:
         assert response.read().startswith(b"\x89PNG")
 
 
@@ -121,7 +121,7 @@ def test_a_world_of_ones_own_that_is_being_run_is_drawn_by_that_process(
 def test_the_server_ends_with_the_process_that_started_it(tmp_path: Path):
     made = sweep(tmp_path / "served")
     command = [sys.executable, "-c", CODE, str(made.path)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         url = process.stdout.readline().strip()
         assert answers(url)

@@ -6,6 +6,8 @@ import heapq
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from foundry.viewer.remaining import SHARE, Begun, ModelRuns, Remaining, remaining
 
@@ -82,10 +84,44 @@ def test_the_nearer_the_end_the_shorter_the_interval():
     assert widths == sorted(widths, reverse=True)
 
 
-def test_models_that_are_played_one_after_the_other_take_as_long_as_both():
-    half = ModelRuns([Begun(60.0, CALLS)] * 40, [], 160)
+@pytest.mark.parametrize("made", [12, 13, 24, 36])
+def test_a_run_that_makes_more_calls_than_all_that_ended_takes_as_much_longer_as_it_may(made: int):
+    short, long = [Begun(10.0, 12)] * 5, [Begun(10.0 * made / 12, made, CALLS)]
+    found = remaining([[ModelRuns(short, long, 0)]], 1)
+    assert found.low_s > 0 and found.middle_s == pytest.approx(10.0 * (CALLS - made) / 12, rel=0.5)
+
+
+def test_a_run_that_has_made_all_its_calls_and_is_open_is_not_over():
+    found = remaining([[ModelRuns([], [Begun(60.0, CALLS, CALLS)], 0)]], 1)
+    assert found.low_s >= 0 and found.high_s > 0.1
+
+
+@pytest.mark.parametrize("waiting", [16, 160, 1600])
+def test_models_that_are_played_one_after_the_other_take_as_long_as_both(waiting: int):
+    half = ModelRuns([Begun(60.0, CALLS)] * 40, [], waiting)
     one, both = remaining([[half]], PLACES), remaining([[half], [half]], PLACES)
+    assert one.middle_s == pytest.approx(60.0 * waiting / PLACES, rel=0.2)
     assert both.middle_s == pytest.approx(2 * one.middle_s, rel=0.1)
+
+
+def test_the_fewer_runs_have_begun_the_less_certain_is_how_long_the_others_take():
+    shown = [remaining([[ModelRuns([Begun(60.0, CALLS)] * ended, [], 160)]], PLACES) for ended in (1, 4, 16, 64)]
+    widths = [found.high_s - found.low_s for found in shown]
+    assert widths == sorted(widths, reverse=True) and widths[0] > 60
+
+
+BEGUN = st.builds(Begun, st.floats(0, 1e6), st.integers(0, 99), st.integers(0, 99))
+MODELS = st.builds(
+    ModelRuns, st.lists(BEGUN, max_size=4), st.lists(BEGUN, max_size=4), st.integers(0, 300), st.booleans()
+)
+
+
+@settings(max_examples=40)
+@given(st.lists(st.lists(MODELS.filter(lambda runs: runs.known), max_size=2), max_size=2), st.integers(1, 20))
+def test_whatever_has_begun_the_end_is_some_time_from_now(phases: list[list[ModelRuns]], places: int):
+    found = remaining(phases, places)
+    assert 0 <= found.low_s <= found.middle_s <= found.high_s < float("inf")
+    assert (found.high_s > 0) <= any(models.left for phase in phases for models in phase)
 
 
 def test_no_time_is_left_where_all_have_ended_and_nothing_is_known_before_the_first_call():

@@ -12,6 +12,7 @@ from foundry.cli import run
 SHORT = ("model=scripted/avoid", "seed=3", "world.agents=3", "world.steps=4", "analyze=false")
 
 
+@pytest.mark.slow
 def test_a_watched_run_has_the_records_of_one_that_is_not(workspace: Path, capsys: pytest.CaptureFixture[str]):
     assert run([*SHORT, "output.dir=plain"]) == 0
     capsys.readouterr()

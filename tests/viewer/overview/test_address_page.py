@@ -107,28 +107,6 @@ def test_what_one_page_is_about_to_remember_is_no_part_of_the_next(page: Any, se
     assert "camera" not in page.url
 
 
-def test_who_goes_to_another_step_is_not_led_back_by_what_was_looked_at_last(server: ViewServer, made_up: SweepFolder):
-    with browser_page() as page:
-        go(page, server.url, f"run/made-up/{made_up.runs()[0].id}?step=2")
-        page.wait_for_function("() => Foundry.page?.clock?.step === 2")
-        page.clock.install()
-        page.evaluate(GO_ELSEWHERE)
-        page.clock.run_for(1000)
-        assert page.url.endswith("step=3")
-
-
-def test_what_is_remembered_late_is_dropped_before_the_page_hears_of_another_address(
-    server: ViewServer, made_up: SweepFolder
-):
-    with browser_page() as page:
-        go(page, server.url, f"run/made-up/{made_up.runs()[0].id}?step=2")
-        page.wait_for_function("() => Foundry.page?.clock?.step === 2")
-        page.clock.install()
-        page.evaluate(ELSEWHERE_UNHEARD)
-        page.clock.run_for(1000)
-        assert page.url.endswith("step=3")
-
-
 ELSEWHERE_UNHEARD = """() => {
   Foundry.remember({step: 1});
   history.replaceState(null, '', location.hash.replace('step=2', 'step=3'));
@@ -139,3 +117,16 @@ GO_ELSEWHERE = """() => new Promise((gone) => {
   Foundry.remember({step: 1});
   location.hash = location.hash.replace('step=2', 'step=3');
 })"""
+
+
+@pytest.mark.parametrize("elsewhere", [GO_ELSEWHERE, ELSEWHERE_UNHEARD], ids=["heard", "unheard"])
+def test_who_goes_to_another_step_is_not_led_back_by_what_was_looked_at_last_or_is_remembered_late(
+    server: ViewServer, made_up: SweepFolder, elsewhere: str
+):
+    with browser_page() as page:
+        go(page, server.url, f"run/made-up/{made_up.runs()[0].id}?step=2")
+        page.wait_for_function("() => Foundry.page?.clock?.step === 2")
+        page.clock.install()
+        page.evaluate(elsewhere)
+        page.clock.run_for(1000)
+        assert page.url.endswith("step=3")

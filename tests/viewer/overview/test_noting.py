@@ -43,7 +43,7 @@ def written(made: SweepFolder, **keys: Any) -> dict[str, Any]:
 
 def send(server: ViewServer, body: Any, sweep: str = "noted", **headers: str) -> tuple[int, Any]:
     """Send what the page sends, as the page does unless told otherwise."""
-    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=10)
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port)
     content = body if isinstance(body, bytes) else json.dumps(body).encode()
     given = {"Origin": server.url.rstrip("/"), "Content-Type": "application/json", **headers}
     try:

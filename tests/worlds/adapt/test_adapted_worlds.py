@@ -119,10 +119,11 @@ def test_where_there_is_an_idle_action_it_is_what_is_played_instead():
 
 
 def test_the_last_turns_are_told_and_no_more_than_asked_for():
-    _, _, asked = played(lake(history=3, settings=LAKE | {"is_slippery": False}), first)
+    _, _, asked = played(lake(history=3, steps=101, settings=LAKE | {"is_slippery": False}), first)
     told = [question.observation["turns"] for question in asked[:5]]
     turn = {"state": 0, "action": "left", "reward": 0.0}
     assert told == [[], [turn], [turn, turn], [turn] * 3, [turn] * 3]
+    assert len(asked) == 100, "the library cuts the episode"
 
 
 def test_pictures_are_made_again_from_the_records_byte_for_byte():

@@ -11,8 +11,7 @@ from foundry.cli import run
 from labelled_rooms import TINY, write_rooms
 
 
-@pytest.mark.slow
-@pytest.mark.timeout(600)
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("world", "models", "column", "expected"),
     [

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from episodes import Kept, composed, episode, play_through
+from episodes import ROOM, Kept, composed, episode, play_through
 from foundry import paths, seeding
 from foundry.composing.compose import compose
 from foundry.composing.preflight import scenario_of
@@ -20,7 +20,7 @@ from foundry.worlds.camera.eye.rendering import png
 from foundry.worlds.camera.language.command import command_record
 
 WORLDS = ("kibo", "office", "gallery")
-KIBO_FIRST = ("kibo", *(pytest.param(name, marks=pytest.mark.slow) for name in WORLDS[1:]))
+KIBO_FIRST = ("kibo", *(pytest.param(name, marks=pytest.mark.exhaustive) for name in WORLDS[1:]))
 
 
 @pytest.mark.parametrize("world", KIBO_FIRST)
@@ -34,12 +34,11 @@ def test_another_seed_starts_elsewhere_and_the_same_seed_starts_alike_for_every_
 
 
 def test_the_seed_draws_the_target_where_there_are_several():
-    gallery = scenario_of(composed("gallery", "stay").conditions[0].config)
-    targets = set()
-    for seed in range(3):
-        (opening,) = (one for one in gallery.start(seed).opening() if isinstance(one, CameraEpisode))
-        targets.add(opening.target)
-    assert len(targets) > 1
+    walls = ", ".join(f"{{name: {wall}, prims: [/Room/{wall}], radius: 0.5}}" for wall in ("North", "East"))
+    settings = (f"scene={ROOM}", f"world.targets=[{walls}]")
+    room = scenario_of(composed("usd", "stay", *settings).conditions[0].config)
+    openings = [record for seed in range(6) for record in room.start(seed).opening()]
+    assert {record.target for record in openings if isinstance(record, CameraEpisode)} == {"North", "East"}
 
 
 @pytest.mark.parametrize("world", KIBO_FIRST)
@@ -54,6 +53,17 @@ def test_the_oracle_finds_the_target_by_nearly_the_shortest_way(world: str):
 @pytest.mark.parametrize("world", KIBO_FIRST)
 def test_who_stays_never_arrives(world: str):
     assert not any(step.success for step in episode(world, "stay", seed=0, steps=3).steps)
+
+
+def test_who_stays_near_the_target_with_its_back_to_it_has_not_arrived():
+    world, oracle = scenario_of(composed("kibo", "stay").conditions[0].config).start(0), Oracle("oracle")
+    while not (told := world.pending()[0].told)["near"]:
+        world.advance([Answer(oracle.move(told, seeding.stream(0, "way")))])
+    while world.pending()[0].told["in_view"]:
+        world.advance([Answer("Turn left 45 degrees.")])
+    (step, _) = world.advance([Answer("I stay.")])
+    assert isinstance(step, CameraStep) and step.command["stay"] and not step.success
+    assert not world.finished and world.pending()[0].told["near"]
 
 
 def test_a_recorded_pose_draws_the_very_image_that_the_model_saw():
@@ -93,7 +103,7 @@ def test_the_gaze_is_clamped_short_of_straight_up_and_says_so():
 
 @pytest.mark.parametrize("number", range(len(COMMAND_KINDS)))
 def test_there_is_one_option_for_each_kind_of_command_in_the_order_that_is_declared(number: int):
-    scenario = scenario_of(composed("office", "stay", "world.limits.max_distance_m=0.2").conditions[0].config)
+    scenario = scenario_of(composed("kibo", "stay", "world.limits.max_distance_m=0.2").conditions[0].config)
     world = scenario.start(3)
     (question,) = world.pending()
     (step, _) = world.advance([Answer(question.options[number])])
@@ -130,8 +140,8 @@ def test_a_picture_is_sent_as_jpeg_where_that_is_asked_for():
 
 def test_history_is_bounded_and_idle_decisions_are_counted():
     world = scenario_of(composed("kibo", "stay").conditions[0].config).start(0)
-    for _ in range(7):
-        world.advance([Answer("I stay.")])
+    for text in (*["I stay."] * 5, "Move forward 0 m.", "Nothing comes to my mind."):
+        world.advance([Answer(text)])
     (question,) = world.pending()
     assert [line["step"] for line in question.observation["history"]] == [2, 3, 4, 5, 6]
     assert question.observation["idle_streak"] == 7
@@ -151,6 +161,7 @@ def test_what_is_in_view_is_counted_by_label():
     assert last.line_of_sight
 
 
+@pytest.mark.slow
 def test_overviews_are_drawn_from_the_records_of_the_episode():
     frames = Kept()
     asyncio.run(play_through(composed("kibo", "spin", "world.steps=2"), 0, frames, frame_every=1))
@@ -159,8 +170,7 @@ def test_overviews_are_drawn_from_the_records_of_the_episode():
 
 
 def test_a_scene_of_ones_own_needs_nothing_but_its_path_and_a_task():
-    scene = paths.assets_dir() / "office.usdz"
-    config = compose(["world=usd", f"scene='{scene}'", "task=Look around.", "model=scripted/wander"])
+    config = compose(["world=usd", f"scene={ROOM}", "task=Look around.", "model=scripted/wander"])
     assert config is not None
     world = scenario_of(config.conditions[0].config).start(1)
     (question,) = world.pending()
@@ -177,6 +187,11 @@ def test_a_scene_of_ones_own_needs_nothing_but_its_path_and_a_task():
         (["world.start={region: null, x: 90.0, y: 20.0}"], "no floor below"),
         (["world.targets=[{name: n, prims: [/World/Emblen], radius: 1}]"], "/World/Emblem"),
         (["world.limits.max_speed=3"], "max_speed"),
+        pytest.param(
+            ["world.targets=[{name: n, prims: [/World/Emblem], radius: 99}]"],
+            "already within 99",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_wrong_settings_are_refused_in_one_line(overrides: list[str], expected: str):
@@ -187,13 +202,13 @@ def test_wrong_settings_are_refused_in_one_line(overrides: list[str], expected: 
     assert "\n" not in str(refusal.value)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("world", WORLDS)
 def test_no_start_of_50_seeds_is_a_success_already(world: str):
     assert not any(step.success for seed in range(50) for step in episode(world, "stay", seed=seed, steps=1).steps)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("world", WORLDS)
 def test_the_oracle_succeeds_on_95_of_100_seeds_with_high_spl(world: str):
     played = [episode(world, "oracle", seed=seed) for seed in range(50)]

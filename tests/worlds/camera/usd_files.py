@@ -117,15 +117,6 @@ def picture(path: Path, pixels: Any) -> UInt8Array:
     return values
 
 
-def area(scene: Scene) -> float:
-    """Return the area of all triangles, square metres."""
-    total = 0.0
-    for one in scene.meshes:
-        a, b, c = (one.points[one.triangles[:, corner]] for corner in range(3))
-        total += float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2
-    return total
-
-
 def facing(scene: Scene) -> list[list[float]]:
     """Return the direction that the first triangle of each mesh faces by its winding, rounded."""
     directions = []

@@ -63,6 +63,12 @@ def test_energy_is_shared_with_who_is_within_reach_alone():
     assert [line.amount for line in lines] == [4, 1, 0]
 
 
+def test_no_more_is_shared_than_who_is_given_it_can_have():
+    world = scenario((0, 0), (1, 1), energy={"start": 10, "most": 11}, sharing=True).start(0)
+    lines = step(world, {"action": "share", "target": 1, "amount": 4}, STAY)
+    assert [(line.energy_next, line.amount) for line in lines] == [(8, 1), (10, 0)]
+
+
 def test_an_attack_takes_what_there_is_and_costs_the_attacker():
     world = scenario((0, 0), (0, 1), energy={"start": 6, "loss": 1}, attack={"takes": 9, "cost": 2}).start(0)
     lines = step(world, {"action": "attack", "target": 1}, STAY)
@@ -101,7 +107,10 @@ def test_an_order_is_told_from_its_step_on():
     [
         ('{"action": "gather", "memory": "", "reasoning": ""}', Outcome.CHOSEN, "gather", None, None),
         ('{"action": "share", "target": 3, "amount": 2}', Outcome.CHOSEN, "share", 3, 2),
-        ('{"action": "Attack", "target": "Agent 4"}', Outcome.REPAIRED, "attack", 4, None),
+        ('{"action": "Attack", "target": 4}', Outcome.REPAIRED, "attack", 4, None),
+        ('{"action": "attack", "target": "Agent 4"}', Outcome.REPAIRED, "attack", 4, None),
+        ('{"action": "share", "target": 1, "amount": "2"}', Outcome.REPAIRED, "share", 1, 2),
+        ('{"action": "gather", "memory": 5}', Outcome.REPAIRED, "gather", None, None),
         ('{"action": "give", "to": 1, "amount": "2"}', Outcome.REPAIRED, "share", 1, 2),
         ("I am hungry.\naction: eat", Outcome.REPAIRED, "gather", None, None),
         ('{"action": "採集"}', Outcome.REPAIRED, "gather", None, None),
@@ -109,6 +118,9 @@ def test_an_order_is_told_from_its_step_on():
         ('{"action": "share", "target": 3}', Outcome.UNREADABLE, "stay", None, None),
         ('{"action": "attack", "target": "Agent 4 or 5"}', Outcome.UNREADABLE, "stay", None, None),
         ('{"action": "attack", "target": -1}', Outcome.UNREADABLE, "stay", None, None),
+        ('{"action": "attack", "target": true}', Outcome.UNREADABLE, "stay", None, None),
+        ('{"action": "gather", "Action": "reproduce"}', Outcome.UNREADABLE, "stay", None, None),
+        ('{"action": "gather", "action": "reproduce"}', Outcome.UNREADABLE, "stay", None, None),
         ('{"action": "attack", "target": 1} {"action": "attack", "target": 2}', Outcome.UNREADABLE, "stay", None, None),
         ('{"action": "pray"}', Outcome.UNREADABLE, "stay", None, None),
     ],

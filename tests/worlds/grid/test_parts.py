@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import msgspec
@@ -12,7 +13,9 @@ from hypothesis import strategies as st
 
 from foundry.errors import InputError
 from foundry.worlds.base import Answer, Recorded
+from foundry.worlds.grid.drawing import draw
 from foundry.worlds.grid.layouts import Explicit
+from foundry.worlds.grid.parts.drawn import Furniture
 from foundry.worlds.grid.parts.ground import Ground
 from foundry.worlds.grid.parts.records import Burning, FurnishedStep
 from foundry.worlds.grid.world import GridScenario
@@ -112,6 +115,13 @@ def test_the_crowd_at_an_exit_is_of_others():
     assert [question.observation["exits"][0]["agents"] for question in world.pending()] == [1, 1, 2]
 
 
+def test_a_way_leads_round_an_exit_that_is_not_known():
+    exits = [{"name": "near", "cells": [[0, 0]], "known": 0}, {"name": "far", "cells": [[0, -2]]}]
+    world = scenario((0, 2), exits=exits, view=1, walls=[[[-1, 1], [-1, 1]], [[1, 1], [1, 1]]]).start(0)
+    world.advance([SILENT])
+    assert world.pending()[0].told["ways_known"] == ["left", "right"]
+
+
 def test_sight_is_the_same_both_ways():
     ground = Ground(4, [((-1, 0), (1, 0)), ((2, 2), (2, 3))], [])
     cells = [(x, y) for x in range(-4, 5) for y in range(-4, 5)]
@@ -127,6 +137,16 @@ def test_a_fire_that_always_spreads_burns_one_ring_more_a_step_and_kills_who_sta
     assert world.pending()[0].observation["fires"][0]["distance"] == 1.0, "from the nearest flame"
     assert [line.lost for line in step(world, "stay", "stay")] == [None, None]
     assert [line.lost for line in step(world, "stay", "stay")] == ["fire", None]
+    assert world.frame().furniture.gone == (("fire", 1),)
+
+
+def test_a_cell_that_two_fires_reach_in_one_step_burns_with_the_first():
+    plain = {"start": 1, "intensity": 1, "radius": 9, "spread": 1}
+    fires = [{"name": "first", "position": [-1, 0], **plain}, {"name": "second", "position": [1, 0], **plain}]
+    world = scenario((2, 2), fires=fires).start(0)
+    world.advance([SILENT])
+    caught = [one for one in world.advance(go("stay")) if isinstance(one, Burning)]
+    assert [one.fire for one in caught if (one.x, one.y) == (0, 0)] == ["first"]
 
 
 def test_a_fire_finds_nothing_to_light_where_another_burns_already():
@@ -208,6 +228,27 @@ def test_a_picture_is_drawn_again_byte_for_byte():
     lines = [*step(world, "up", "up", "left", "stay"), *step(world, *["up"] * len(world.pending()))]
     content = b"".join(msgspec.json.encode(line) + b"\n" for line in lines)
     assert made.redraw(Recorded(1, content, b"", lambda _: None)).draw(2) == world.draw()
+
+
+def test_a_picture_shows_every_part_and_who_is_gone_and_how_much_food_is_left():
+    fire = {"name": "fire", "start": 1, "position": [2, -2], "intensity": 1, "radius": 9, "spread": 1}
+    zones = [{"name": "pit", "corners": [[2, 1], [1, 2]], "risk": 0}]
+    food = {"energy": {"start": 5}, "food": {"amount": 2, "bite": 1}}
+    world = scenario((0, 1), (0, 0), fires=[fire], zones=zones, walls=[[[-2, 0], [-2, 0]]], exits=[NORTH], **food)
+    world = world.start(0)
+    step(world, "up", "stay")
+    shown, blank = world.frame().furniture, Furniture(ids=(1,))
+    assert shown.zones == (("pit", ((1, 1), (1, 2), (2, 1), (2, 2))),) and shown.gone == (("north", 1),)
+    parts = ("walls", "exits", "zones", "burning", "food", "gone")
+    frames = [replace(blank, **{part: getattr(shown, part)}) for part in parts]
+    frames += [blank, replace(blank, food=tuple((cell, full / 2) for cell, full in shown.food))]
+    assert len({draw(replace(world.frame(), furniture=one)) for one in frames}) == len(parts) + 2
+
+
+@pytest.mark.parametrize(("announced", "groups"), [(True, ("leader", "visitor")), (False, ("", ""))])
+def test_leaders_are_told_apart_in_pictures_where_they_are_announced(announced: bool, groups: tuple[str, ...]):
+    made = scenario((0, 0), (1, 1), exits=[NORTH], leaders={"number": 1, "announced": announced})
+    assert made.start(0).frame().groups == groups
 
 
 def test_worlds_with_further_parts_ask_in_rounds_and_those_without_may_ask_ahead():

@@ -245,8 +245,10 @@ def test_a_clustered_layout_stays_outside_and_near_its_centres(make):
     observed = [question.observation for question in make(layout=clustered).start(2).pending()]
     assert all(observation["place"] is None for observation in observed)
     groups = ([(seen["x"], seen["y"]) for seen in observed[start::2]] for start in (0, 1))
-    for group in groups:
+    first, second = map(list, groups)
+    for group in (first, second):
         assert max(math.dist(*pair) for pair in itertools.combinations(group, 2)) <= 6
+    assert max(math.dist(*pair) for pair in itertools.product(first, second)) > 6, "one cluster is not the other"
 
 
 def test_ten_thousand_agents_are_asked_without_comparing_all_pairs(make):

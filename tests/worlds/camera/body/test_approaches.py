@@ -70,6 +70,7 @@ def walk(nav: Navigator, moves: int, seed: int) -> list[np.ndarray]:
     return feet
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "corners"), [("office", [[8.3, 9.75, 0.0], [8.27, 9.704, 0.0]]), ("kibo", []), ("gallery", [])]
 )
@@ -84,7 +85,7 @@ def test_every_place_of_random_walks_has_a_distance(name: str, corners: list[lis
             assert nav.cell(foot) is not None
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("name", ["office", "kibo", "gallery"])
 def test_every_place_of_many_random_walks_has_a_distance(name: str):

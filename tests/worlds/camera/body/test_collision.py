@@ -174,6 +174,14 @@ def test_a_body_never_leaves_the_bounds():
     assert (slid.stopped_by, slid.foot) == ("bounds", pytest.approx([1, 2, 0], abs=EXACT))
 
 
+@pytest.mark.parametrize("rise", [0.2, -0.2])
+def test_a_body_neither_climbs_nor_sinks_out_of_the_bounds(rise: float):
+    levels = scene(floor(-4, -4, 1, 4), floor(1, -4, 4, 4, z=rise, path="/level"))
+    place = Collider(levels, bounds=np.array([[-4, -4, -0.1], [4, 4, 0.1]]))
+    motion = place.move([0, 0, 0], 0, 3, BODY, slide=False)
+    assert motion.stopped_by == "bounds" and motion.foot[2] == 0
+
+
 def test_a_fixed_floor_height_needs_no_floor():
     place = Collider(scene(wall((1, -2), (1, 2), low=-2)), floor_height=-1.0, bounds=np.array([[-9] * 3, [9] * 3]))
     motion = place.move([0, 0, 0], 0, 3, BODY, slide=False)

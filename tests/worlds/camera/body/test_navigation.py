@@ -16,7 +16,8 @@ from foundry.errors import InputError
 from foundry.paths import assets_dir
 from foundry.seeding import stream
 from foundry.worlds.camera.body.collision import Body, Collider
-from foundry.worlds.camera.body.navigation import Field, Navigator
+from foundry.worlds.camera.body.navigation import CELL_M, Field, Navigator
+from foundry.worlds.camera.body.walkable import find_walkable
 from foundry.worlds.camera.loading.scene import Scene, SceneMesh
 from foundry.worlds.camera.loading.stage import load_scene
 from quad_scenes import box, floor, quad, scene, wall
@@ -106,6 +107,15 @@ def test_ways_climb_steps_but_no_ledges(rise: float, reachable: bool):
     if route is not None:
         assert route.length_m == pytest.approx(4.05, abs=0.1)
         assert follow(nav, route.points)[2] == pytest.approx(rise)
+
+
+def test_no_step_of_the_grid_leads_through_what_stands_beside_it():
+    """The post is a quarter of the way along a knight's move, and just within the body's radius of it."""
+    x, y = 0.1 - 0.247 / math.sqrt(5), 0.075 + 2 * 0.247 / math.sqrt(5)
+    collider = Collider(room(box("/post", (x - 1e-4, y - 1e-4, 0), (x + 1e-4, y + 1e-4, 2))))
+    found = find_walkable(collider.ground, collider.bounds, BODY, CELL_M)
+    near = [(one, other) for one, other in found.places[found.edges] if np.hypot(*(one[:2] - (x, y))) < 0.5]
+    assert len(near) > 50 and all(collider.walkable(one, other, BODY) for one, other in near)
 
 
 def test_stairs_lead_to_another_floor():
@@ -198,7 +208,8 @@ def test_cells_are_kept_on_disk_and_read_back_the_same(tmp_path: Path):
     goal = np.array([0])
     assert second.distance_field(goal).distance.tolist() == first.distance_field(goal).distance.tolist()
     Navigator(collider, Body(0.3, 1.6, 0.25), cache=tmp_path / "cache")
-    assert len(list((tmp_path / "cache").iterdir())) == 2
+    moved = Navigator(Collider(room(box("/table", (-2, 0, 0.6), (-1, 1, 0.7)))), BODY, cache=tmp_path / "cache")
+    assert len(list((tmp_path / "cache").iterdir())) == 3 and moved.places.tolist() != first.places.tolist()
 
 
 @pytest.mark.parametrize("damage", [b"", b"not a zip", None])
@@ -275,6 +286,7 @@ def test_a_way_visits_all_cells_along_it_and_those_within_reach():
     st.integers(0, 10**6),
 )
 @settings(max_examples=25)
+@pytest.mark.slow
 def test_every_way_can_be_walked_and_is_no_longer_than_over_the_grid(blocks, draw):
     things = [box(f"/block_{i}", (x, y, 0), (x + w, y + d, 1)) for i, (x, y, w, d) in enumerate(blocks)]
     nav = navigator(*things)
@@ -289,6 +301,7 @@ def test_every_way_can_be_walked_and_is_no_longer_than_over_the_grid(blocks, dra
         assert follow(nav, route.points) == pytest.approx(nav.places[goal], abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", sorted(assets_dir().glob("*.usd*")), ids=lambda path: path.stem)
 def test_ways_through_every_shipped_scene_can_be_walked(path: Path):
     place = load_scene(path)
@@ -303,6 +316,7 @@ def test_ways_through_every_shipped_scene_can_be_walked(path: Path):
         assert follow(nav, route.points) == pytest.approx(route.points[-1], abs=1e-3)
 
 
+@pytest.mark.slow
 def test_neither_module_needs_a_screen_or_a_gl_library():
     code = (
         "import sys, foundry.worlds.camera.body.collision\n"

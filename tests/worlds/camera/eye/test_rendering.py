@@ -160,6 +160,7 @@ def test_a_pose_seen_again_gives_the_same_bytes(room: Scene) -> None:
     assert np.array_equal(np.asarray(Image.open(io.BytesIO(first))), look(room, 37, -12))
 
 
+@pytest.mark.slow
 def test_another_process_gives_the_same_bytes(room: Scene) -> None:
     script = """
 import hashlib, sys
@@ -198,23 +199,24 @@ def test_another_thread_may_not_use_a_renderer(room: Scene) -> None:
     assert caught == ["A canvas was used from another thread than the one that made it; it would stay black."]
 
 
-@pytest.mark.slow
-def test_memory_does_not_grow_over_two_thousand_frames(room: Scene) -> None:
+@pytest.mark.exhaustive
+def test_the_memory_of_frames_serves_later_ones(room: Scene) -> None:
     renderer = renderer_for(room, width=512, height=384, fov_deg=70.0)
-    for number in range(200):
-        renderer.view(EYE, number, 0)
-        renderer.visible(EYE, number, 0)
-    before = resident_mb()
-    for number in range(2000):
-        renderer.view(EYE, number, 0)
-        renderer.visible(EYE, number, 0)
-    assert resident_mb() - before < 15
+
+    def growth_kb() -> int:
+        before = held_kb()
+        for number in range(200):
+            renderer.view(EYE, number, 0)
+            renderer.visible(EYE, number, 0)
+        return held_kb() - before
+
+    assert any(growth_kb() <= 0 for _ in range(10)), "every two hundred frames take more"
 
 
-def resident_mb() -> float:
-    """Return the memory this process holds now."""
+def held_kb() -> int:
+    """Return the memory that this process has for itself, wherever the system puts it."""
     status = Path("/proc/self/status")
-    if not status.exists():
+    text = status.read_text(encoding="utf-8") if status.exists() else ""
+    if "RssAnon" not in text:
         pytest.skip("only Linux tells how much memory a process holds now")
-    line = next(line for line in status.read_text(encoding="utf-8").splitlines() if line.startswith("VmRSS"))
-    return int(line.split()[1]) / 1024
+    return sum(int(line.split()[1]) for line in text.splitlines() if line.startswith(("RssAnon:", "VmSwap:")))

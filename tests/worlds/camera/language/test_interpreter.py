@@ -218,17 +218,20 @@ def test_megabytes_are_read_to_their_end(unit):
     assert interpret(f"{text}\nLook up 20 degrees.").gaze == 20.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("interpreter", "unit"), [(LastSentenceInterpreter(), "a."), (JsonInterpreter(), '{"a": ')])
 def test_megabytes_of_sentences_or_objects_hold_no_movement(interpreter, unit):
     assert interpreter.read(unit * (1_000_000 // len(unit)), None).outcome is Outcome.UNREADABLE
 
 
+@pytest.mark.slow
 def test_a_movement_on_either_side_of_megabytes_is_found():
     filler = " hm" * 700_000
     assert interpret(f"{filler} Move forward 2 m.").translate == Translation(0.0, 2.0)
     assert interpret(f"Move forward 2 m.{filler}").translate == Translation(0.0, 2.0)
 
 
+@pytest.mark.slow
 def test_a_sentence_that_is_cut_by_its_length_gives_no_halves():
     assert parts(interpret("I could turn left or " * 100_000)) == (None, None, None, False)
     assert parts(interpret("do not turn left or " * 100_000)) == (None, None, None, False)

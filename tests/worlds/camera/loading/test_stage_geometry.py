@@ -11,8 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
+from foundry.worlds.camera.loading.scene import Scene
 from foundry.worlds.camera.loading.topology import triangulated
-from worlds.camera.usd_files import area, facing, load, mesh, primvar
+from worlds.camera.usd_files import facing, load, mesh, primvar
 
 NAMES = Sdf.ValueTypeNames
 
@@ -43,6 +44,15 @@ def test_a_file_without_up_axis_and_unit_gets_those_of_usd_and_a_warning(tmp_pat
     scene = load(tmp_path, lambda stage: mesh(stage, "/Floor"), up=None, unit=None)
     assert (scene.up_axis, scene.metres_per_unit) == ("Y", 0.01)
     assert [line.split(":")[0] for line in scene.warnings] == ["No upAxis in the file", "No metersPerUnit in the file"]
+
+
+def area(scene: Scene) -> float:
+    """Return the area of all triangles, square metres."""
+    total = 0.0
+    for one in scene.meshes:
+        a, b, c = (one.points[one.triangles[:, corner]] for corner in range(3))
+        total += float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2
+    return total
 
 
 def test_a_face_of_seven_corners_becomes_five_triangles_of_the_same_area(tmp_path: Path) -> None:

@@ -92,6 +92,7 @@ def named(text: str) -> list[str]:
     return [name for name in THINGS if name in text]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_every_answer_is_true_of_the_rooms_as_they_were_built(rooms: Path, seed: int):
     facts, answers = known(rooms, seed)
@@ -116,6 +117,7 @@ def test_every_answer_is_true_of_the_rooms_as_they_were_built(rooms: Path, seed:
     assert distance.truth == pytest.approx(gap(name, end), abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_who_is_told_the_answers_gives_them_and_who_draws_is_right_as_often_as_chance_says(rooms: Path, seed: int):
     _, answers = known(rooms, seed)
