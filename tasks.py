@@ -36,9 +36,8 @@ def call(program: str, *arguments: str) -> None:
 
 
 def environment() -> dict[str, str]:
-    """Return the environment, with bytecode written into .venv: tests start many processes that would compile."""
-    inherited = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-    return {**inherited, "PYTHONPYCACHEPREFIX": str(VENV / "bytecode")}
+    """Return the environment in which bytecode is written: tests start many processes that would compile."""
+    return {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
 
 
 def call_tests(*arguments: str) -> None:
