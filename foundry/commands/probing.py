@@ -154,7 +154,8 @@ def _run_probe(
     run = sitting.checked_for(found.composed.sweep) if sitting else run_folder
     if not trust_servers:
         models = [condition.config["model"] for condition in found.composed.conditions]
-        reaching.check_models(models, typed=arguments, recorded=sweeps[0].runs()[0].config()["model"])
+        recorded = [condition.config["model"] for one in sweeps for condition in one.sweep.conditions]
+        reaching.check_models(models, typed=arguments, recorded=recorded)
     say_defaults(found.composed)
     check_view(found.composed.settings["view"])
     with tempfile.TemporaryDirectory() as scratch:

@@ -232,5 +232,5 @@ def fork(
     say_defaults(composed)
     if not trust_servers:
         models = [condition.config["model"] for condition in composed.conditions]
-        reaching.check_models(models, typed=asked, recorded=origin.config()["model"])
+        reaching.check_models(models, typed=asked, recorded=[origin.config()["model"]])
     raise typer.Exit(run_composed(composed, lambda new: keep_origin(new, origin, at)))

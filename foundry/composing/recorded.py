@@ -17,6 +17,8 @@ from foundry.storing.plain_yaml import load_plain
 from foundry.storing.sweep_file import to_yaml
 
 GROUPS = ("world", "model", "prompt")
+SINGLE = ("seed", "sampling_seed", "baselines")
+"""Recorded settings that belong to no group."""
 _INTERPOLATION = re.compile(r"(\\*)\$\{")
 
 
@@ -47,16 +49,15 @@ def compose_recorded(
             path = Path(name) / group / f"{AS_RECORDED}.yaml"
             path.parent.mkdir()
             path.write_text(to_yaml(_literal(without_format(config[group], group, given))), encoding="utf-8")
+        single = {key: config[key] for key in SINGLE if key in config and key not in given}
+        if "record.frames" not in given:
+            single["record"] = {"frames": config.get("record", {}).get("frames", False)}
+        path = Path(name) / AS_RECORDED / f"{AS_RECORDED}.yaml"
+        path.parent.mkdir()
+        path.write_text(f"# @package _global_\n{to_yaml(_literal(single))}", encoding="utf-8")
         sources = [f"file://{name}", *shipped["hydra"]["searchpath"]]
         own = [f"{group}={AS_RECORDED}" for group in GROUPS if group not in given]
-        if "sampling_seed" not in given:
-            own.append(f"sampling_seed={'null' if config['sampling_seed'] is None else config['sampling_seed']}")
-        if "record.frames" not in given:
-            own.append(f"record.frames={str(config.get('record', {}).get('frames', False)).lower()}")
-        if "baselines" in config and "baselines" not in given:
-            own.append(f"baselines=[{','.join(config['baselines'])}]")
-        if "seed" not in given:
-            own.append(f"seed={config['seed']}")
+        own.append(f"+{AS_RECORDED}={AS_RECORDED}")
         quoted = ",".join(f'"{source}"' for source in sources)
         return compose([*overrides, *own, f"hydra.searchpath=[{quoted}]"], defaults)
 

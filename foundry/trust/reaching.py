@@ -9,8 +9,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 from urllib.parse import urlsplit
 
+from foundry import own_code, paths
 from foundry.errors import InputError
-from foundry.expansion import models_in
+from foundry.expansion import dotted, models_in
+from foundry.storing.plain_yaml import load_plain
 from foundry.texts import without_secrets
 
 HOSTED = "https://api.openai.com/v1"
@@ -20,22 +22,26 @@ VARIABLES = {"address": "DASK_SCHEDULER_ADDRESS", "path": "FOUNDRY_CACHE"}
 
 
 def check_models(
-    models: Iterable[Mapping[str, Any]], *, typed: Sequence[str] = (), recorded: Mapping[str, Any] | None = None
+    models: Iterable[Mapping[str, Any]],
+    *,
+    typed: Sequence[str] = (),
+    recorded: Iterable[Mapping[str, Any]] | None = None,
 ) -> None:
     """Refuse to send a key of the environment to a server that only a record names.
 
     Args:
-        models: configurations of models.
+        models: configurations of models that would be built.
         typed: overrides of the user; a base URL in there is the user's own.
-        recorded: the configuration that they were composed over; None where they are the recorded ones.
+        recorded: configurations of every model of the records that they were composed over. None where they are the
+            recorded ones.
 
     Raises:
         InputError: a key would be sent.
     """
-    known = {HOSTED, *_urls(os.environ.get("OPENAI_BASE_URL", ""))}
+    known = {HOSTED, *_urls(os.environ.get("OPENAI_BASE_URL", "")), *_configured()}
     own = [override for override in typed if override.partition("=")[0].endswith("base_url")]
-    reached = set(itertools.chain.from_iterable(map(_keyed, models)))
-    for variable, url in sorted(reached if recorded is None else reached.intersection(_keyed(recorded))):
+    reached = _all_keyed(models)
+    for variable, url in sorted(reached if recorded is None else reached & _all_keyed(recorded)):
         if url not in known and not _is_local(url) and not any(url in override for override in own):
             raise InputError(
                 f"The record would have the key in {variable} sent to '{without_secrets(url)}': set OPENAI_BASE_URL to "
@@ -60,6 +66,21 @@ def check_settings(settings: Mapping[str, Any]) -> None:
                     f"The record would connect to '{without_secrets(value)}' ({part}.{key}): if that is yours, "
                     f"{way_on}allow it with --trust-servers."
                 )
+
+
+def _configured() -> Iterator[str]:
+    """Yield the base URLs in the user's own defaults and folders of configurations."""
+    folders = own_code.own_folders()
+    for file in (paths.user_config_file(), *(file for folder in folders for file in folder.rglob("*.yaml"))):
+        if file.is_file():
+            content = load_plain(file.read_text(encoding="utf-8"), file)
+            for key, value in dotted(content) if isinstance(content, Mapping) else ():
+                if key.rpartition(".")[2] == "base_url" and value:
+                    yield from _urls(value)
+
+
+def _all_keyed(models: Iterable[Mapping[str, Any]]) -> set[tuple[str, str]]:
+    return set(itertools.chain.from_iterable(map(_keyed, models)))
 
 
 def _keyed(model: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

@@ -53,9 +53,9 @@ def test_a_key_goes_to_this_machine_to_openai_and_where_the_user_says(monkeypatc
     check_models([served("http://127.0.0.53/v1"), served(" https://api.openai.com/v1, ,http://[::1]:1/v1 ,")])
     check_models([served(AWAY, None), served(AWAY, "OTHER_API_KEY")])  # no key is there
     check_models([served(AWAY)], typed=("model=openai/a", f"model.server.base_url={AWAY}"))
-    check_models([served(AWAY)], recorded=served("http://127.0.0.1:8000/v1"))  # from a file of the user's
+    check_models([served(AWAY)], recorded=[served("http://127.0.0.1:8000/v1")])  # not the record's
     with pytest.raises(InputError, match="only|--trust-servers"):
-        check_models([served(AWAY)], typed=(f"prompt.name=base_url {AWAY}",), recorded=served(AWAY))
+        check_models([served(AWAY)], typed=(f"prompt.name=base_url {AWAY}",), recorded=[served(AWAY)])
     monkeypatch.setenv("OPENAI_BASE_URL", AWAY)
     check_models([served(AWAY), served(f"{AWAY} ,")])
 
@@ -121,6 +121,32 @@ def test_no_server_that_only_a_record_names_receives_a_key(nest: Any, tmp_path: 
             done = foundry(*command, cwd=tmp_path)
             assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stdout + done.stderr
         assert server.headers == []
+
+
+def test_a_probe_sends_no_key_where_any_condition_of_the_record_leads(tmp_path: Path):
+    with OpenAIServer() as server:
+        here = {"OPENAI_BASE_URL": server.base_url, "OPENAI_API_KEY": "sk-1234567890abcdef"}
+        sweep = play(tmp_path, "-m", "model=scripted/stay,openai/a", *SMALL, **here)
+        away = server.base_url.replace("127.0.0.1", "0.0.0.0")
+        (sweep / "sweep.yaml").write_text((sweep / "sweep.yaml").read_text().replace(server.base_url, away))
+        (runs(sweep)[0].path / "run.json").unlink()
+        received = len(server.headers)
+        probe = ("probe", str(sweep), "moments=1", "repeats=1", "analyze=false", "runner.workers=1")
+        done = foundry(*probe, cwd=tmp_path, OPENAI_API_KEY=here["OPENAI_API_KEY"])
+        assert done.returncode == 2 and "--trust-servers" in done.stderr, done.stdout + done.stderr
+        assert len(server.headers) == received
+
+
+def test_a_key_goes_where_the_users_own_configuration_leads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    (tmp_path / "foundry").mkdir()
+    (tmp_path / "foundry" / "config.yaml").write_text("model.server.base_url: http://one/v1\n")
+    (tmp_path / "mine" / "model").mkdir(parents=True)
+    (tmp_path / "mine" / "model" / "lab.yaml").write_text("server: {base_url: [http://two/v1, http://three/v1]}\n")
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    monkeypatch.setenv("FOUNDRY_MINE", str(tmp_path / "mine"))
+    check_models(map(served, ("http://one/v1", "http://two/v1", "http://three/v1")))
+    with pytest.raises(InputError, match="--trust-servers"):
+        check_models([served("http://four/v1")])
 
 
 def test_a_wrapper_is_not_for_a_record_to_name(tmp_path: Path):

@@ -191,14 +191,30 @@ def test_nothing_of_a_record_is_looked_up_in_the_environment(key: str, command: 
     assert "does not describe a sweep" in done.stderr and "417" not in done.stderr
 
 
-def test_texts_of_a_record_reach_a_fork_to_the_letter(copied: Path, tmp_path: Path):
-    named = "${oc.env:LEAK} \\${x} ???"
-    rewrite(copied, lambda content: content["conditions"][1]["config"]["world"].update(name=named))
-    fork = ("fork", str(run_of(copied, MIX).path), "--at", "2", "model=scripted/stay", "analyze=false")
-    done = foundry(*fork, "runner.workers=1", "output.dir=forked", cwd=tmp_path, LEAK="417")
+@pytest.mark.parametrize("command", ["fork", "probe", "grow"])
+def test_texts_of_a_record_are_composed_to_the_letter(command: str, copied: Path, tmp_path: Path):
+    named, pinned = "${oc.env:LEAK} \\${x} ???", ["${oc.env:LEAK}", "a, ']"]
+
+    def write(content: dict[str, Any]) -> None:
+        for condition in content["conditions"]:
+            condition["config"]["world"]["name"] = named
+            condition["config"]["baselines"] = pinned
+
+    rewrite(copied, write)
+    run = str(run_of(copied, MIX).path)
+    asked = {
+        "fork": (run, "--at", "2", "output.dir=made"),
+        "probe": (str(copied), "moments=1", "repeats=1", "output.dir=made"),
+        "grow": (str(copied),),
+    }[command]
+    done = foundry(command, *asked, "model=scripted/stay", "analyze=false", "runner.workers=1", cwd=tmp_path, LEAK="417")
     assert done.returncode == 0, done.stderr
-    (made,) = SweepFolder.open(tmp_path / "forked").runs()
-    assert made.config()["world"]["name"] == named
+    made = copied if command == "grow" else tmp_path / "made"
+    assert "417" not in (made / "sweep.yaml").read_text()
+    for recorded in SweepFolder.open(made).runs():
+        config = recorded.config()
+        world = config["world"].get("source", config["world"])
+        assert config["baselines"] == pinned and world["name"] == named
 
 
 @pytest.mark.parametrize("group", ["world", "model", "prompt"])
