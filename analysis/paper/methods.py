@@ -139,9 +139,10 @@ def _declared(found: Basis) -> str:
         return " Nothing was declared before the runs."
     looks = joined(f"{one.seeds} (level {one.alpha:.2g})" for one in held.declared.looks)
     differs = f", from which differs: {'; '.join(held.differs)}" if held.differs else ""
+    known = f" Of its runs was {held.plan.known}." if held.plan.known else ""
     return (
         f" Measures, tests and looks at {looks} seeds were declared before the runs (preregistration.yaml, SHA-256 "
-        f"{held.sha256}){differs}; this is {held.look}."
+        f"{held.sha256}){differs}; this is {held.look}.{known}"
     )
 
 

@@ -114,6 +114,17 @@ def out_of_reach(plan: Preregistration) -> list[str]:
     ]
 
 
+def never_the_same(plan: Preregistration) -> list[str]:
+    """Return, in a line, for which measures only a difference can end a sweep early, and what changes that."""
+    names = [one.name for one in plan.measures if one.margin is None]
+    if len(plan.looks) == 1 or not names:
+        return []
+    return [
+        f"Only a difference answers {joined(names)}: without one all {len(plan.seeds)} seeds are played. Add --margin "
+        f"{names[0]}=SIZE, below which a difference counts as none."
+    ]
+
+
 def code_of(measure: str, forms: Sequence[str]) -> dict[str, str]:
     """Return the hash of the code of a measure's signature by form.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 
 import pandas as pd
 
@@ -16,6 +17,7 @@ from analysis.tables.groups import group_keys
 from analysis.tables.signature_table import SignatureTable
 from foundry import __version__
 from foundry.errors import InputError
+from foundry.storing.plain_files import is_there
 from foundry.storing.preregistration import PREREGISTRATION_FILE, Preregistration, preregistration_of
 from foundry.storing.store import SweepFolder
 
@@ -48,11 +50,9 @@ class Held:
     def notes(self) -> list[str]:
         """Return what is to be said of it, one line each."""
         kept = f"{PREREGISTRATION_FILE} (sha256 {self.sha256[:12]}): {self.look}"
-        return (
-            [kept, *(f"differs from the plan: {line}" for line in self.differs)]
-            if self.differs
-            else [f"{kept}; nothing differs from the plan"]
-        )
+        known = [self.plan.known] if self.plan.known else []
+        differs = [f"differs from the plan: {line}" for line in self.differs]
+        return [kept, *known, *differs] if differs else [f"{kept}; nothing differs from the plan", *known]
 
 
 def answered(contrasts: pd.DataFrame) -> bool:
@@ -61,10 +61,16 @@ def answered(contrasts: pd.DataFrame) -> bool:
     return bool(len(rows) and (rows["significant"] | rows["equivalent"]).all())
 
 
+def open_rows(contrasts: pd.DataFrame) -> list[str]:
+    """Return the declared rows that are not answered: the measure, and which two are compared."""
+    rows = contrasts[(contrasts["claim"] == DECLARED) & ~(contrasts["significant"] | contrasts["equivalent"])]
+    return [f"{row.measure} ({row.level} against {row.reference})" for row in rows.itertuples()]
+
+
 def plans_of(
     sweeps: Sequence[SweepFolder], table: SignatureTable, groups: pd.DataFrame, *, asked: bool = False
 ) -> tuple[Held | None, list[str]]:
-    """Return the first plan that any of the sweeps has, and what is to be said of further ones, which are not held.
+    """Return the first plan that any of the sweeps began with, and what is to be said of plans that are not held.
 
     Args:
         sweeps: in the order in which they were named.
@@ -76,9 +82,39 @@ def plans_of(
         InputError: as in `held`.
         RecordError: a file cannot be read.
     """
-    found = [(one.path, plan) for one in sweeps if (plan := held(one, table, groups, asked=asked)) is not None]
-    others = [f"{path / PREREGISTRATION_FILE} is not held here: analyse its sweep by itself" for path, _ in found[1:]]
-    return (found[0][1] if found else None), others
+    notes: list[str] = []
+    first: Held | None = None
+    for one in sweeps:
+        file = one.path / PREREGISTRATION_FILE
+        late = made_late(one)
+        if late:
+            notes.append(f"{file} counts as no plan, so all of this explores: {late}")
+        elif first is not None and is_there(file):
+            notes.append(f"{file} is not held here: analyse its sweep by itself")
+        elif first is None:
+            first = held(one, table, groups, asked=asked)
+    return first, notes
+
+
+def made_late(sweep: SweepFolder) -> str:
+    """Return what shows that a plan was not there when its sweep began; "" where nothing does.
+
+    Raises:
+        RecordError: the file cannot be read.
+    """
+    found = preregistration_of(sweep.path)
+    if found is None:
+        return ""
+    declared, sha256 = found
+    if sweep.plan is None:
+        return "the sweep began without a plan (sweep.yaml names none)"
+    if sweep.plan != sha256:
+        return f"the sweep began with another one (SHA-256 {sweep.plan[:12]} in sweep.yaml, {sha256[:12]} here)"
+    ends = (run.summary() for run in sweep.runs() if run.id in declared.runs)
+    started = min((end.started for end in ends if end is not None and end.started), default="")
+    if started and datetime.fromisoformat(started) < datetime.fromisoformat(declared.made):
+        return f"it was made at {declared.made}, after the first run of {started}"
+    return ""
 
 
 def held(sweep: SweepFolder, table: SignatureTable, groups: pd.DataFrame, *, asked: bool = False) -> Held | None:
@@ -110,6 +146,7 @@ def held(sweep: SweepFolder, table: SignatureTable, groups: pd.DataFrame, *, ask
         reached=_reached(declared, set(frame["run"][frame["status"].isin((COMPLETE, FAILED))])),
         margins={one.name: one.margin for one in declared.measures if one.margin and one.name in table.measures},
         changed=frozenset(_changed(declared)),
+        known=declared.known,
     )
     return Held(declared, sha256, plan, tuple(_differences(declared, plan, sweep, table, keys)))
 

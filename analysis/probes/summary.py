@@ -46,16 +46,15 @@ def summary_of(frames: Mapping[str, pd.DataFrame], declared: Family) -> tuple[st
     found.sort(key=lambda row: ((DIFFERENT, NOTHING, SILENT).index(_kind(row)), row["p_holm"]))
     sums = unread_of(frames["moments"])
     unread = dict(zip(sums.index, sums["unread"] / sums["answers"], strict=True))
-    lead = [] if declared.is_given else [EXPLORES]
     told = fitted(
         found,
         _kind,
         lambda row: _sentence(row, unread),
         _silent([row for row in found if row["why"]]),
-        most=MOST - len(lead),
+        most=MOST - 1,
         where="agreement.md and edits.md",
     )
-    return (*lead, *told)
+    return (EXPLORES, *told)
 
 
 def unread_of(moments: pd.DataFrame) -> pd.DataFrame:

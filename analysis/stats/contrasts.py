@@ -15,7 +15,7 @@ from analysis.stats.intervals import Estimates, by_count
 from analysis.stats.multiplicity import benjamini_hochberg, holm
 from analysis.stats.paired import hedges_g_z, superiority
 from analysis.stats.pairing import Paired, bounds, mean_where, pair_up, row_frame
-from analysis.stats.plan import Plan, claims, equivalence
+from analysis.stats.plan import DECLARED, Plan, claims, equivalence
 from analysis.stats.sign_flip import least_p
 from analysis.stats.values import SeedValues, seed_values
 from analysis.tables.groups import group_keys, swept_columns
@@ -62,7 +62,7 @@ def contrasts(
     frame = frame.assign(**_over_families(frame, alpha))
     used = _used(frame, found, plan)
     frame = frame.assign(out_of_reach=_out_of_reach(frame, used, plan, alpha))
-    return frame.assign(note=_notes(frame, found, used))[list(COLUMNS)]
+    return frame.assign(note=_notes(frame, found, used, asked.plan))[list(COLUMNS)]
 
 
 @dataclass(frozen=True)
@@ -204,9 +204,10 @@ def _out_of_reach(frame: pd.DataFrame, used: Sequence[int], plan: Plan | None, a
     ]
 
 
-def _notes(frame: pd.DataFrame, found: Estimates, used: Sequence[int]) -> list[str]:
+def _notes(frame: pd.DataFrame, found: Estimates, used: Sequence[int], plan: Plan | None) -> list[str]:
     """Return what keeps each row from being a claim, or weakens it."""
-    columns = (frame[name] for name in ("n_missing", "n_undefined", "out_of_reach", "servers"))
+    known = plan.known if plan else ""
+    columns = (frame[name] for name in ("n_missing", "n_undefined", "out_of_reach", "servers", "claim"))
     return [
         "; ".join(
             part
@@ -217,10 +218,11 @@ def _notes(frame: pd.DataFrame, found: Estimates, used: Sequence[int]) -> list[s
                 unreachable,
                 f"tested at the look at {tested} seeds, later ones are in the interval alone" if tested < n else "",
                 servers,
+                known if claim == DECLARED else "",
             )
             if part
         )
-        for note, n, tested, missing, undefined, unreachable, servers in zip(
+        for note, n, tested, missing, undefined, unreachable, servers, claim in zip(
             found.note, found.n, used, *columns, strict=True
         )
     ]

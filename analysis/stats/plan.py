@@ -35,6 +35,7 @@ class Plan:
         reached: looks that the runs have reached, of K.
         margins: by measure, the difference below which groups count as the same.
         changed: measures whose code is no longer that of the plan: in the family, but nothing is claimed of them.
+        known: what was known of the runs before, which is said of every declared row.
     """
 
     family: tuple[str, ...]
@@ -44,6 +45,7 @@ class Plan:
     reached: int
     margins: Mapping[str, float] = field(default_factory=dict)
     changed: frozenset[str] = frozenset()
+    known: str = ""
 
     def holds(self, values: SeedValues, paired: Paired) -> BoolArray:
         """Return which rows compare two declared groups (R,)."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import itertools
+from collections.abc import Mapping, Sequence, Set
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -22,11 +24,15 @@ from foundry.commands.application import (
     only_json,
 )
 from foundry.commands.showing import analyze_and_print, analyze_and_show
-from foundry.commands.sweeps import composed_here, known_models, run_baselines
+from foundry.commands.sweeps import composed_here, existing_answers, known_models, run_baselines
+from foundry.composing.settings import UNTIL
 from foundry.errors import InputError
+from foundry.expansion import expand
 
 if TYPE_CHECKING:
     from foundry.composing.compose import Composed
+    from foundry.expansion import Sweep
+    from foundry.models.base import ModelInfo
     from foundry.storing.preregistration import Preregistration
 
 
@@ -110,17 +116,29 @@ def preregister(
     asked = composed.settings["output"]["dir"]
     if asked:
         check_before_runs(Path(asked))
-    plan, note = _planned(composed, family or [], margins_of(margin or []), looks_of(looks))
+    places = {path for parent in {OUTPUTS, Path(asked or OUTPUTS).parent} for path in parent.glob("*")}
+    plan, note = _planned(composed, family or [], margins_of(margin or []), looks_of(looks), places)
     folder = Path(asked) if asked else fresh_folder(OUTPUTS)
     _tell_plan(plan, note, folder, write_preregistration(folder, plan))
+    if plan.known:
+        print(f"{plan.known}; ask for seeds that nobody has seen: seed={_unseen(composed, plan.seeds, places)}")
     more = "" if asked else f" output.dir={folder}"
-    print(f"Deposit this hash elsewhere, then: foundry {' '.join(composed.asked)}{more}")
+    until = "" if composed.settings[UNTIL] else f" {UNTIL}=answered"
+    print(f"Deposit this hash elsewhere, then: foundry {' '.join(composed.asked)}{more}{until}")
 
 
 def _planned(
-    composed: Composed, family: Sequence[str], margins: Mapping[str, float], looks: Sequence[int]
+    composed: Composed, family: Sequence[str], margins: Mapping[str, float], looks: Sequence[int], places: Set[Path]
 ) -> tuple[Preregistration, str]:
-    """Return what is declared of a sweep, and why its servers did not tell their weights, "" where they did."""
+    """Return what is declared of a sweep, and why its servers did not tell their weights, "" where they did.
+
+    Args:
+        composed: the sweep.
+        family: the measures that are tested.
+        margins: by measure.
+        looks: numbers of seeds.
+        places: folders that may hold sweeps, which may hold runs of this one.
+    """
     from analysis.planned.declaring import declared
     from foundry import __version__, provenance
     from foundry.composing.preflight import declare
@@ -129,6 +147,7 @@ def _planned(
 
     sweep = declare(composed.sweep)
     infos, note = known_models(sweep)
+    answers, holders = _known(composed, sweep, infos, places)
     plan = declared(
         conditions_of(sweep),
         [one.declared.form for one in sweep.conditions if one.declared is not None],
@@ -139,19 +158,45 @@ def _planned(
         commit=provenance.git_commit(),
         asked=list(sweep.asked),
         models=model_lines(infos),
+        answers_known=answers,
+        runs_known=holders,
     )
     return plan, note
 
 
+def _known(
+    composed: Composed, sweep: Sweep, infos: dict[str, ModelInfo], places: Set[Path]
+) -> tuple[int | None, list[str]]:
+    """Return how many answers the cache holds, None where nobody can tell, and which analysed sweeps hold runs."""
+    from foundry.composing.planning import plan as plan_runs
+    from foundry.storing.preregistration import holders_of
+
+    planned = plan_runs(sweep, infos, existing_answers(composed), {})
+    counts = [one.cached for one in planned]
+    answers = None if None in counts else sum(filter(None, counts))
+    own = Path(composed.settings["output"]["dir"] or "")
+    return answers, holders_of({run.id for run in sweep.runs}, own, places)
+
+
+def _unseen(composed: Composed, seeds: Sequence[int], places: Set[Path]) -> str:
+    """Return the next range of as many seeds of which neither cache nor analysed sweep holds anything."""
+    for start in itertools.count(max(seeds) + 1, len(seeds)):
+        fresh = range(start, start + len(seeds))
+        sweep = expand(composed.asked, [replace(one, seeds=tuple(fresh)) for one in composed.conditions])
+        if not any(_known(composed, sweep, known_models(sweep)[0], places)):
+            return f"{fresh[0]}-{fresh[-1]}"
+    raise AssertionError("a cache holds finitely many answers")
+
+
 def _tell_plan(plan: Preregistration, note: str, folder: Path, sha256: str) -> None:
-    from analysis.planned.declaring import out_of_reach
+    from analysis.planned.declaring import never_the_same, out_of_reach
     from foundry.storing.preregistration import PREREGISTRATION_FILE
 
     tests = " and ".join(f"{count} ({factor})" for factor, count in plan.tests.items())
     looks = ", ".join(f"{one.seeds} (level {one.alpha:.2g})" for one in plan.looks)
     print(f"{sha256}  {folder / PREREGISTRATION_FILE}")
     print(f"{len(plan.seeds)} seeds, {tests} tests; looks at {looks}")
-    for line in [*out_of_reach(plan), *filter(None, [note])]:
+    for line in [*out_of_reach(plan), *never_the_same(plan), *filter(None, [note])]:
         print(line)
 
 

@@ -49,6 +49,10 @@ if TYPE_CHECKING:
     from foundry.storing.store import SweepFolder
 
 
+MOST_NAMES = 4
+"""Rows of a table that a line names."""
+
+
 def run_overrides(argv: Sequence[str]) -> int:
     """Compose what the overrides ask for and run it; returns the exit code."""
     composed = composed_here(argv)
@@ -60,7 +64,7 @@ def run_overrides(argv: Sequence[str]) -> int:
 def _run_until_answered(composed: Composed) -> int:
     """Run a declared sweep look after look, to the first at which its question is answered."""
     from analysis import analyze
-    from analysis.planned.holding import answered
+    from analysis.planned.holding import answered, open_rows
     from foundry.composing.looks import stages
     from foundry.composing.preparing import checked
     from foundry.storing.standing import failures
@@ -79,9 +83,17 @@ def _run_until_answered(composed: Composed) -> int:
             failed = len(failures(ends))
             missing = f"; as planned, without the pairs of {counted(failed, 'failed run')}" if failed else ""
             say(f"{'answered' if stands else 'not answered'} at {found.planned.look}{missing}")
+            if not stands:
+                say(f"still open: {_first_of(open_rows(found.contrasts))}")
         if stands:
             break
     return _analyze_at_end(path, stage.sweep, composed.settings["analyze"], code)
+
+
+def _first_of(names: Sequence[str]) -> str:
+    """Return the first names and how many more there are."""
+    more = len(names) - MOST_NAMES
+    return ", ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
 
 
 def _ends(path: Path, sweep: Sweep) -> list[RunSummary | None]:

@@ -11,6 +11,7 @@ from foundry.composing.settings import UNTIL
 from foundry.errors import InputError
 from foundry.expansion import expand
 from foundry.storing.preregistration import PREREGISTRATION_FILE, Preregistration, preregistration_of
+from foundry.storing.store import SweepFolder, is_sweep
 
 
 def stages(composed: Composed) -> list[Composed]:
@@ -39,6 +40,11 @@ def _plan(composed: Composed) -> Preregistration:
         where = f"'{folder}' has none" if folder else "no output.dir is named"
         raise InputError(
             f"{UNTIL}=answered stops at a look of {PREREGISTRATION_FILE}, and {where}: foundry preregister makes it."
+        )
+    if is_sweep(Path(folder)) and SweepFolder.open(folder).plan != found[1]:
+        raise InputError(
+            f"The sweep in '{folder}' did not begin with the plan that is there, so no look of it counts: preregister "
+            "and run it in another output.dir."
         )
     return found[0]
 

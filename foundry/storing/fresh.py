@@ -10,10 +10,10 @@ from pathlib import Path
 
 from foundry.errors import InputError
 from foundry.storing.plain_files import is_there
-from foundry.storing.preregistration import PREREGISTRATION_FILE
 
 SWEEP_FILE = "sweep.yaml"
 MULTIRUN_FILE = "multirun.yaml"
+PREREGISTRATION_FILE = "preregistration.yaml"
 _PROBE = ".probe."
 """What the names of files begin with that only try whether a folder can be written to."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +14,14 @@ from foundry.errors import InputError, RecordError
 from foundry.expansion import Sweep, identity
 from foundry.storing.plain_files import is_there
 from foundry.storing.plain_yaml import load_plain
-from foundry.storing.run_files import ENDED_RUNS, write_atomically
+from foundry.storing.fresh import PREREGISTRATION_FILE as PREREGISTRATION_FILE
+from foundry.storing.fresh import is_sweep
+from foundry.storing.run_files import write_atomically
 from foundry.storing.sweep_file import to_yaml
+from foundry.texts import counted
 
-PREREGISTRATION_FILE = "preregistration.yaml"
+ANALYSIS = "analysis"
+"""Folder of a sweep that was analysed."""
 
 
 class Part(msgspec.Struct, frozen=True, kw_only=True):
@@ -70,6 +74,8 @@ class Preregistration(msgspec.Struct, frozen=True, kw_only=True):
         alpha: error in all of each factor.
         looks: in their order.
         left_out: what is left out, and why.
+        answers_known: answers of its runs that the cache held when it was made; None where nobody could tell.
+        runs_known: analysed sweeps that held any of its runs when it was made.
     """
 
     made: str
@@ -85,6 +91,19 @@ class Preregistration(msgspec.Struct, frozen=True, kw_only=True):
     alpha: float
     looks: list[PlannedLook]
     left_out: list[str]
+    answers_known: int | None = None
+    runs_known: list[str] = []
+
+    @property
+    def known(self) -> str:
+        """What was known of the runs when it was made, in words; "" where nothing was."""
+        if self.answers_known is None:
+            answers = "nobody could tell how many answers"
+        else:
+            answers = counted(self.answers_known, "answer") if self.answers_known else ""
+        parts = [answers, *(f"runs in {one}" for one in self.runs_known)]
+        known = ", ".join(filter(None, parts))
+        return f"known before the plan: {known}" if known else ""
 
     @property
     def runs(self) -> dict[str, int]:
@@ -115,18 +134,36 @@ def _sha256(content: bytes) -> str:
 
 
 def check_before_runs(folder: Path) -> None:
-    """Refuse to declare anything in a folder that has a plan, or runs that have ended.
+    """Refuse to declare anything in a folder that has a plan, or in which a sweep has begun.
 
     Raises:
         InputError: it has.
     """
     if is_there(folder / PREREGISTRATION_FILE):
         raise InputError(f"'{folder}' has a plan already, which stays as it is: name another output.dir.")
-    number = len(list(folder.glob(ENDED_RUNS)))
-    if number:
+    if is_sweep(folder):
         raise InputError(
-            f"{number} runs in '{folder}' have ended, and a plan is made before the runs: name another output.dir."
+            f"A sweep has begun in '{folder}', and a plan is made before the runs: name another output.dir."
         )
+
+
+def plan_sha256(folder: Path) -> str | None:
+    """Return the SHA-256 of the plan in a sweep's folder; None where there is none."""
+    file = folder / PREREGISTRATION_FILE
+    return _sha256(file.read_bytes()) if is_there(file) else None
+
+
+def holders_of(runs: Collection[str], folder: Path, sweeps: Iterable[Path]) -> list[str]:
+    """Return the names of the analysed sweeps that hold any of these runs.
+
+    Args:
+        runs: ids of runs.
+        folder: the sweep's own folder, which is not looked at.
+        sweeps: folders that may be sweeps.
+    """
+    others = (one for one in sorted(sweeps) if is_sweep(one) and one.resolve() != folder.resolve())
+    analysed = (one for one in others if (one / ANALYSIS).is_dir())
+    return [one.name for one in analysed if any((one / "runs" / run / "run.json").exists() for run in runs)]
 
 
 def write_preregistration(folder: Path, plan: Preregistration) -> str:

@@ -58,6 +58,7 @@ from foundry.storing.run_files import lines_of as lines_of
 from foundry.storing.run_files import read_calls as read_calls
 from foundry.storing.run_files import storing as storing
 from foundry.storing.run_files import write_atomically as write_atomically
+from foundry.storing.preregistration import plan_sha256
 from foundry.storing.sweep_file import sweep_content, sweep_from, sweep_text
 from foundry.storing.sweep_file import to_yaml as to_yaml
 from foundry.texts import holds_secret, without_secrets
@@ -87,13 +88,22 @@ class SweepFolder:
         sweep: the sweep as asked and as expanded.
         settings: where and how it was run first (cache, runner, record, output).
         models: name, digest and server version of each model when the sweep began.
+        plan: SHA-256 of what was declared before the sweep began (`preregistration.yaml`); None where nothing was.
     """
 
-    def __init__(self, path: Path, sweep: Sweep, settings: dict[str, Any], models: Sequence[dict[str, Any]]) -> None:
+    def __init__(
+        self,
+        path: Path,
+        sweep: Sweep,
+        settings: dict[str, Any],
+        models: Sequence[dict[str, Any]],
+        plan: str | None = None,
+    ) -> None:
         self.path = path
         self.sweep = sweep
         self.settings = settings
         self.models = list(models)
+        self.plan = plan
 
     @classmethod
     def open(cls, path: Path | str) -> SweepFolder:
@@ -110,7 +120,7 @@ class SweepFolder:
         check_folder(path, shallow="runs", apart="baselines")  # the files of a run are checked as they are read
         try:
             content = sweep_content(file.read_text(encoding="utf-8"), file)
-            return cls(path, sweep_from(content), content["settings"], content["models"])
+            return cls(path, sweep_from(content), content["settings"], content["models"], content.get("plan"))
         except (OSError, ValueError) as error:
             raise RecordError(f"{file} cannot be read: it does not describe a sweep ({error}).") from error
 
@@ -127,7 +137,8 @@ class SweepFolder:
         Raises:
             InputError: the folder holds a sweep that contradicts this one, or foreign files, or cannot be written to.
         """
-        folder = cls(path, replace(sweep, history=(Asked(sweep.asked, _now(), len(sweep.runs)),)), settings, models)
+        begun = replace(sweep, history=(Asked(sweep.asked, _now(), len(sweep.runs)),))
+        folder = cls(path, begun, settings, models, plan_sha256(path))
         content = None if is_sweep(path) else folder._text()
         if content is not None:
             ensure_writable(path)
@@ -161,7 +172,7 @@ class SweepFolder:
         Raises:
             InputError: it would hold a password.
         """
-        content = sweep_text(self.sweep, self.settings, self.models)
+        content = sweep_text(self.sweep, self.settings, self.models, self.plan)
         _check_no_secret(content)
         return content.encode()
 
@@ -262,7 +273,7 @@ class SweepFolder:
         It is named in full: such a process may have begun in another working directory.
         """
         sweep = replace(self.sweep, runs=tuple(run.run for run in runs))
-        return SweepFolder(self.path.absolute(), sweep, self.settings, self.models)
+        return SweepFolder(self.path.absolute(), sweep, self.settings, self.models, self.plan)
 
     def scenes(self) -> dict[str, str]:
         """Return the files of the scenes that came with the sweep in a bundle, by the names that it knows them by.

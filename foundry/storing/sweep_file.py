@@ -28,12 +28,15 @@ def to_yaml(value: Any) -> str:
     return str(yaml.dump(value, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=110))
 
 
-def sweep_text(sweep: Sweep, settings: Mapping[str, Any], models: Sequence[Mapping[str, Any]]) -> str:
-    """Return the content of `sweep.yaml`."""
+def sweep_text(
+    sweep: Sweep, settings: Mapping[str, Any], models: Sequence[Mapping[str, Any]], plan: str | None
+) -> str:
+    """Return the content of `sweep.yaml`; `plan` is the SHA-256 of what was declared before it began."""
     head = {
         "asked": list(sweep.asked),
         "history": [{"asked": list(one.overrides), "when": one.when, "runs": one.runs} for one in sweep.history],
         "definition": sweep.definition,
+        **({} if plan is None else {"plan": plan}),
         "models": [dict(model) for model in models],
         "settings": dict(settings),
         "conditions": [

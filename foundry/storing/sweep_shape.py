@@ -92,6 +92,7 @@ class _Content(msgspec.Struct):
     conditions: list[_Condition]
     runs: list[_Run]
     history: list[_Asked] | msgspec.UnsetType = msgspec.UNSET
+    plan: str | msgspec.UnsetType = msgspec.UNSET
 
 
 class _Server(msgspec.Struct):

@@ -127,7 +127,7 @@ def _entries(folder: SweepFolder, scrubber: Scrubber, prefix: str, *, notes: boo
     sweep, named = _scrubbed(folder.sweep, scenes, scrubber)
     settings = scrubber.config({**folder.settings, **NEUTRAL})
     models = [scrubber.value(model) for model in folder.models]
-    yield _text(f"{prefix}sweep.yaml", partial(sweep_text, sweep, settings, models), scrubber)
+    yield _text(f"{prefix}sweep.yaml", partial(sweep_text, sweep, settings, models, folder.plan), scrubber)
     for run in folder.runs():
         yield from _run_entries(run, sweep, scrubber, f"{prefix}runs/{run.id}/")
     for file in sorted((folder.path / "origins").glob("*.jsonl.zst")):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+import re
+import shutil
 import tarfile
 from pathlib import Path
 
@@ -10,8 +12,10 @@ import pytest
 import zstandard
 
 from analysis import Analysis, analyze
+from analysis.paper.summary import EXPLORES
 from analysis.tables.texts import claim_of
 from commands import foundry
+from ollama_server import OllamaServer
 
 MODELS = "model=scripted/random,scripted/avoid"
 SWEEP = ("-m", MODELS, "seed=0-7", "world.agents=3", "world.steps=3", "analyze=false", "output.dir=out")
@@ -41,7 +45,8 @@ def test_the_hash_is_that_of_the_file_and_the_next_command_is_said(declared):
     content = (declared / "out" / "preregistration.yaml").read_bytes()
     assert said[0] == f"{hashlib.sha256(content).hexdigest()}  out/preregistration.yaml"
     assert said[1] == "8 seeds, 2 (model) tests; looks at 6 (level 0.037), 8 (level 0.029)"
-    assert said[-1].endswith(f"then: foundry {' '.join(SWEEP)}")
+    assert said[-1].endswith(f"then: foundry {' '.join(SWEEP)} until=answered")
+    assert "Only a difference answers clustering.nni and idle_rate.chosen: without one all 8 seeds" in "".join(said)
 
 
 def test_every_row_says_what_it_can_claim(analysed):
@@ -96,9 +101,49 @@ def test_what_cannot_be_declared_is_one_line_and_leaves_no_folder(tmp_path, word
     assert not (tmp_path / "out").exists()
 
 
-def test_nothing_is_declared_once_runs_have_ended(tmp_path):
-    (tmp_path / "out" / "runs" / "one").mkdir(parents=True)
-    (tmp_path / "out" / "runs" / "one" / "run.json").write_text("{}")
+def test_nothing_is_declared_once_a_sweep_has_begun(tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "sweep.yaml").write_text("{}")
     done = foundry("preregister", *SWEEP, *DECLARED, cwd=tmp_path)
     assert done.returncode == 2
     assert "a plan is made before the runs" in done.stderr
+
+
+def test_a_plan_that_is_put_beside_a_finished_sweep_declares_nothing(declared, tmp_path):
+    assert foundry(*SWEEP, cwd=tmp_path).returncode == 0
+    shutil.copy(declared / "out" / "preregistration.yaml", tmp_path / "out")
+    found = analyze(tmp_path / "out", plots=False)
+    assert "counts as no plan, so all of this explores: the sweep began without a plan" in found.notes[0]
+    assert set(found.contrasts["claim"]) == {"exploratory"} and found.summary[0] == EXPLORES
+    done = foundry(*SWEEP, "until=answered", cwd=tmp_path)
+    assert done.returncode == 2 and "did not begin with the plan" in done.stderr
+
+
+def test_another_plan_or_one_of_a_later_date_declares_nothing(declared, tmp_path):
+    sweep = Path(shutil.copytree(declared / "out", tmp_path / "out"))
+    plan = sweep / "preregistration.yaml"
+    first = plan.read_text()
+    plan.write_text(first.replace("nni", "largest_group"))
+    assert "the sweep began with another one (SHA-256" in analyze(sweep, plots=False).notes[0]
+    later = re.sub(r"made: .*", "made: '2999-01-01T00:00:00+00:00'", first)
+    plan.write_text(later)
+    text = (sweep / "sweep.yaml").read_text()
+    (sweep / "sweep.yaml").write_text(re.sub(r"plan: .*", f"plan: {hashlib.sha256(later.encode()).hexdigest()}", text))
+    found = analyze(sweep, plots=False)
+    assert "it was made at 2999-01-01T00:00:00+00:00, after the first run of " in found.notes[0]
+    assert set(found.contrasts["claim"]) == {"exploratory"}
+
+
+def test_every_declared_row_says_what_was_known_and_unseen_seeds_are_proposed(tmp_path):
+    served = [word.replace(MODELS, "model=qwen3:4b,llama3.2") for word in SWEEP if word != "analyze=false"]
+    again = [word.replace("=out", "=again") for word in served]
+    with OllamaServer() as server:
+        assert foundry(*served, cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
+        said = foundry("preregister", *again, *DECLARED, cwd=tmp_path, OLLAMA_HOST=server.url)
+        assert said.returncode == 0, said.stderr
+        known = "known before the plan: 288 answers, runs in out"
+        assert f"{known}; ask for seeds that nobody has seen: seed=8-15" in said.stdout
+        assert foundry(*again, cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
+    rows = analyze(tmp_path / "again", plots=False).contrasts
+    declared = rows[rows["claim"] == "declared"]
+    assert len(declared) and declared["note"].str.contains(known).all()

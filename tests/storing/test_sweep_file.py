@@ -31,7 +31,7 @@ def condition(number: int, task: str, seeds: tuple[int, ...]) -> Condition:
 )
 def test_it_is_read_as_yaml_reads_it(asked: list[str], tasks: list[str], seeds: list[int]) -> None:
     sweep = expand(asked, [condition(number, task, tuple(seeds)) for number, task in enumerate(tasks)])
-    text = sweep_text(sweep, {}, [])
+    text = sweep_text(sweep, {}, [], None)
     assert sweep_content(text, "sweep.yaml") == yaml.safe_load(text)
     assert sweep_from(sweep_content(text, "sweep.yaml")).runs == sweep.runs
 

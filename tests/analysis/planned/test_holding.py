@@ -9,13 +9,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.planned.holding import Held, answered, held, plans_of
+from analysis.planned.holding import Held, answered, held, open_rows, plans_of
 from analysis.stats.contrasts import contrasts
 from analysis.tables.signature_table import SignatureTable
 from foundry import __version__
 from foundry.errors import InputError, RecordError
 from foundry.expansion import Sweep
-from foundry.storing.preregistration import preregistration_of, write_preregistration
+from foundry.storing.preregistration import plan_sha256, preregistration_of, write_preregistration
 from foundry.storing.store import SweepFolder
 from planning import LOOKS, MEASURES, plan
 from signature_tables import table
@@ -119,6 +119,8 @@ def test_a_question_is_answered_when_every_declared_row_stands():
     assert answered(frame)
     assert not answered(frame.assign(equivalent=False))
     assert not answered(frame[2:])
+    named = frame.assign(measure="idle", level="a", reference="b", equivalent=False)
+    assert open_rows(named) == ["idle (a against b)"]
 
 
 def test_families_are_declared_by_the_plan_alone(tmp_path):
@@ -134,7 +136,9 @@ def test_of_several_sweeps_the_first_plan_is_held_and_further_ones_are_named(tmp
     for name in names[1:]:
         (tmp_path / name).mkdir()
         write_preregistration(tmp_path / name, plan(foundry=__version__))
-    sweeps = [SweepFolder(tmp_path / name, Sweep((), (), ()), {}, ()) for name in names]
+    sweeps = [
+        SweepFolder(tmp_path / name, Sweep((), (), ()), {}, (), plan_sha256(tmp_path / name)) for name in names
+    ]
     found, others = plans_of(sweeps, made, made.frame[["model"]])
     assert found is not None and found.plan.reached == 3
     assert others == [f"{tmp_path / 'second' / 'preregistration.yaml'} is not held here: analyse its sweep by itself"]
