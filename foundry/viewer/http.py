@@ -8,7 +8,7 @@ import os
 import sys
 import threading
 import webbrowser
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -17,11 +17,12 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from foundry.errors import InputError
+from foundry.errors import InputError, RecordError
 from foundry.viewer.files import MEDIA_TYPES, POLICY
 from foundry.viewer.run_view import JSON, Resource
 
 LOOPBACK = "127.0.0.1"
+MOST_DIGITS = 18
 _COMPRESS_FROM = 1 << 10
 _COMPRESSIBLE = ("text/", "application/json", "application/octet-stream", "image/svg+xml")
 _HEADERS = {
@@ -116,11 +117,40 @@ class PageHandler(BaseHTTPRequestHandler):
         Raises:
             InputError: it has more bytes, or does not say how many.
         """
-        length = self.headers.get("Content-Length", "")
-        if not length.isdecimal() or int(length) > longest:
+        length = whole_number(self.headers.get("Content-Length", ""))
+        if length is None or length > longest:
             self.close_connection = True
             raise InputError(f"What is sent has at most {longest:,} bytes, and says how many.")
-        return self.rfile.read(int(length))
+        return self.rfile.read(length)
+
+    def answering(self, answer: Callable[[], None], status_of_input: HTTPStatus) -> None:
+        """Answer, whatever happens: an error is one line of the answer, and no traceback in the terminal.
+
+        Args:
+            answer: sends the answer.
+            status_of_input: of an answer to what cannot be asked.
+        """
+        try:
+            answer()
+        except ConnectionError:
+            raise
+        except InputError as error:
+            self._end_with(status_of_input, str(error))
+        except RecordError as error:
+            self._end_with(HTTPStatus.CONFLICT, str(error))
+        except Exception as error:  # the boundary: a page must get an answer
+            told = f"This cannot be answered ({type(error).__name__}: {error})."
+            self._end_with(HTTPStatus.INTERNAL_SERVER_ERROR, " ".join(told.split()))
+
+    def _end_with(self, status: HTTPStatus, message: str) -> None:
+        """Send why there is no answer and close the connection, in which the rest of a request may stand."""
+        self.close_connection = True
+        self.send_problem(status, message)
+
+    @property
+    def is_own_page(self) -> bool:
+        """Whether a page of this server asks, and no foreign one."""
+        return self.headers.get("Origin", "") == f"http://{self.headers['Host']}"
 
     def send_file(self, file: Path | None, asked: str, policy: str) -> None:
         """Send a file.
@@ -152,6 +182,11 @@ class PageHandler(BaseHTTPRequestHandler):
         self.end_headers()
         if self.command != "HEAD":
             self.wfile.write(content)
+
+
+def whole_number(text: str) -> int | None:
+    """Return the number that a text is; None where it is none, or one of more than 18 digits."""
+    return int(text) if text.isdecimal() and len(text) <= MOST_DIGITS else None
 
 
 def is_loopback(host: str) -> bool:

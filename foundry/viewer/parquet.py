@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import binascii
 from collections.abc import Sequence
 from typing import Any
 
@@ -57,7 +56,7 @@ def _noted(sweep: CatalogedSweep, runs: Sequence[str]) -> dict[str, list[str]]:
 def _places(mask: str, runs: int) -> list[int]:
     try:
         bits = np.unpackbits(np.frombuffer(base64.b64decode(mask, altchars=b"-_", validate=True), dtype=np.uint8))
-    except binascii.Error as error:
+    except ValueError as error:
         raise InputError(f"'{mask[:40]}' does not say which rows are meant: {error}.") from error
     if len(bits) != -(-runs // 8) * 8:
         raise InputError(f"The rows that are meant are those of {len(bits)} runs, and this sweep has {runs}.")

@@ -226,7 +226,7 @@ def _spaced(text: str) -> str:
 
 def _query(words: str) -> str:
     """Return words as FTS5 asks for them: all of them, each a phrase of its own, so that no sign has a meaning."""
-    parts = re.findall(r'"([^"]*)"|([^\s"]+)', words)
+    parts = re.findall(r'"([^"]*)"|([^\s"]+)', words.replace("\0", " "))
     asked = [(phrase or word.rstrip("*"), word.endswith("*")) for phrase, word in parts]
     return " ".join(f'"{_spaced(text)}"{"*" if start else ""}' for text, start in asked if re.search(r"\w", text))
 

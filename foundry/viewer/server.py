@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from http import HTTPStatus
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
-from foundry.errors import InputError, RecordError
 from foundry.viewer.files import MEDIA_TYPES, PALETTE, POLICY, REPORT_POLICY, inside, palette_script, static_file
 from foundry.viewer.forms import OUTSIDE, outside_script
 from foundry.viewer.http import LOOPBACK, PageHandler, PageServer, is_loopback, running
@@ -74,13 +73,13 @@ class _Handler(PageHandler):
         if not address.startswith("sweep/") or not address.endswith("/notes"):
             self._refuse()
         elif self._may_write():
-            self._answering(lambda: self._take_note(address))
+            self.answering(lambda: self._take_note(address), HTTPStatus.NOT_FOUND)
 
     def _may_write(self) -> bool:
         """Return whether it is this machine's own page that writes; else that is refused."""
         if not self.is_known():
             return False
-        own = is_loopback(self.server.host) and self.headers.get("Origin", "") == f"http://{self.headers['Host']}"
+        own = is_loopback(self.server.host) and self.is_own_page
         if not own:
             self.close_connection = True
             self.send_problem(HTTPStatus.FORBIDDEN, "Notes are written by the page itself, on this machine alone.")
@@ -98,15 +97,7 @@ class _Handler(PageHandler):
             return
         self.server.last_asked = time.monotonic()
         path = unquote(urlsplit(self.path).path)
-        self._answering(lambda: self._answer_path(path.removeprefix("/")))
-
-    def _answering(self, answer: Callable[[], None]) -> None:
-        try:
-            answer()
-        except InputError as error:
-            self.send_problem(HTTPStatus.NOT_FOUND, str(error))
-        except RecordError as error:
-            self.send_problem(HTTPStatus.CONFLICT, str(error))
+        self.answering(lambda: self._answer_path(path.removeprefix("/")), HTTPStatus.NOT_FOUND)
 
     def _answer_path(self, path: str) -> None:
         if path.startswith("data/"):

@@ -101,6 +101,15 @@ def test_an_answer_too_long_to_be_one_is_refused(person: Person):
     address = f"{urlsplit(person.url).path}answer"
     assert status(person.url, address, "POST", **{"Content-Length": str((1 << 20) + 1)}) == 409
     assert status(person.url, address, "POST", **{"Content-Length": "-1"}) == 409
+    assert status(person.url, address, "POST", **{"Content-Length": "9" * 5_000}) == 409
+
+
+def test_what_a_foreign_page_sends_is_refused(desk: Desk, person: Person):
+    token = urlsplit(person.url).path
+    for origin in ("http://evil.example", "null"):
+        assert status(person.url, f"{token}agree", "POST", Origin=origin, **{"Content-Length": "0"}) == 409
+    assert not desk.standing().agreed
+    assert status(person.url, f"{token}now?after={'9' * 5_000}") == 200
 
 
 def test_who_leaves_leaves_all_questions_open_and_is_asked_none_again(desk: Desk, person: Person):

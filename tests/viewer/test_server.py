@@ -143,6 +143,30 @@ def test_a_new_sweep_is_seen_without_a_restart(tmp_path: Path):
         assert {one["name"] for one in answered(server, "/data/sweeps")["sweeps"]} == {"one", "two"}
 
 
+@pytest.mark.parametrize("path", ["search/every/a%00b", "search/every/%00", "parquet/seed/%C3%A9", "parquet/seed/a"])
+def test_an_address_that_nobody_can_read_is_answered_in_one_line(
+    path: str, made_up: SweepFolder, server: ViewServer, capfd: pytest.CaptureFixture[str]
+):
+    response, content = ask(server, f"/data/sweep/made-up/{path}")
+    assert response.status in (200, 404), content
+    assert b"\n" not in content and capfd.readouterr().err == ""
+
+
+def test_an_error_of_its_own_is_an_answer_and_no_traceback(
+    server: ViewServer, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(server, "resources", None)
+    response, content = ask(server, "/data/sweeps")
+    assert response.status == 500 and b"cannot be answered (AttributeError: " in content
+    assert capfd.readouterr().err == ""
+
+
+def test_a_length_that_is_no_number_of_bytes_is_refused(server: ViewServer):
+    own = {"Origin": f"http://127.0.0.1:{server.server_port}", "Content_Length": "9" * 5_000}
+    response, content = ask(server, "/data/sweep/made-up/notes", "POST", **own)
+    assert response.status == 404 and b"says how many" in content
+
+
 def test_a_port_that_is_taken_is_said_in_one_line(made_up: SweepFolder):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))

@@ -15,7 +15,7 @@ import msgspec
 
 from foundry.errors import InputError
 from foundry.viewer.files import POLICY, inside, static_file
-from foundry.viewer.http import LOOPBACK, PageHandler, PageServer
+from foundry.viewer.http import LOOPBACK, PageHandler, PageServer, whole_number
 from foundry.viewer.run_view import JSON, Resource
 
 PAGE = Path(__file__).resolve().parent / "page"
@@ -128,16 +128,12 @@ class _Handler(PageHandler):
             self.close_connection = True
             self.send_problem(HTTPStatus.NOT_FOUND, "There is nothing here: the address is in the terminal.")
             return
-        try:
-            answer(path)
-        except InputError as error:
-            self.close_connection = True
-            self.send_problem(HTTPStatus.CONFLICT, str(error))
+        self.answering(lambda: answer(path), HTTPStatus.CONFLICT)
 
     def _get(self, path: str) -> None:
         if path == "now":
             after = parse_qs(urlsplit(self.path).query).get("after", ["0"])[0]
-            standing = self.server.standing(int(after) if after.isdecimal() else 0)
+            standing = self.server.standing(whole_number(after) or 0)
             self._send_json(standing)
             if standing["over"]:
                 self.server.end_told()
@@ -146,6 +142,8 @@ class _Handler(PageHandler):
             self.send_file(file, path, POLICY + "; frame-ancestors 'none'")
 
     def _post(self, path: str) -> None:
+        if "Origin" in self.headers and not self.is_own_page:
+            raise InputError("Answers are sent by the page itself: open the address that is in the terminal.")
         body = self.body(LONGEST)
         if path == "agree":
             self.server.desk.agree()
