@@ -39,6 +39,7 @@ from foundry.commands.sweeps import run_overrides
 from foundry.errors import FoundryError, InputError, RecordError, not_found
 from foundry.own_code import folders_last
 from foundry.running.cores import leave_all_to_the_system
+from foundry.texts import WithoutSecrets
 
 COMPLETE = "_FOUNDRY_COMPLETE"
 """The variable by which a shell asks for completions."""
@@ -60,6 +61,12 @@ def main() -> None:
 
 def run(argv: Sequence[str]) -> int:
     """Run a command line and return the exit code: 0 complete, 2 bad input, 3 runs failed, 130 interrupted."""
+    streams: tuple[Any, Any] = (WithoutSecrets(sys.stdout), WithoutSecrets(sys.stderr))
+    with contextlib.redirect_stdout(streams[0]), contextlib.redirect_stderr(streams[1]):
+        return _run(argv)
+
+
+def _run(argv: Sequence[str]) -> int:
     try:
         with as_loud_as_asked(argv) as asked:
             return _run_asked(folders_last(asked))

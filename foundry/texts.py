@@ -4,11 +4,25 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from typing import Any, TextIO
 
 _ASIDE = frozenset("\n\t")
+_MASK = "***"
 _USER = re.compile(r"(?<=://)[^\s'\"]*@")
-_PASSWORD = re.compile(r"(?<=password=)[^\s'\"&]+", re.IGNORECASE)
-_SECRET = re.compile(r"\w+://[^\s/@'\"]*:[^\s/@'\"]+@|\w+://[^\s'\"]*[?&](?:ssl)?password=[^\s'\"&*]", re.IGNORECASE)
+_USER_ALONE = re.compile(
+    r"(?<![\w./@%+-])[^\s'\"/@,:=]+:[^\s'\"/@,]+@(?=localhost\b|\[|\d+(?:\.\d+){3}|[a-z][\w-]*(?:\.[\w-]+)+|[a-z][\w.-]*:\d)",
+    re.IGNORECASE,
+)
+"""A user and a password before a host where no scheme stands before them; `qwen3:4b@50%` of a population is none."""
+_KEYS = r"[\w.-]*(?:password|passwd|pwd|token|key|secret|signature|sig|credential)"
+_IN_QUERY = re.compile(rf"(?<=[?&])({_KEYS}=)[^\s'\"&#]+", re.IGNORECASE)
+_PASSWORD = re.compile(r"\b((?:ssl)?password\s*=\s*)(?:'[^']*'|[^\s'\"&]+)", re.IGNORECASE)
+_SECRET = re.compile(
+    rf"\w+://[^\s/@'\"]*:[^\s/@'\"]+@|\w+://[^\s'\"]*[?&]{_KEYS}=[^\s'\"&*]"
+    r"|\b(?:host|hostaddr|dbname|user|port|service)\s*=.*\b(?:ssl)?password\s*=\s*(?:'[^'*]|[^\s'*])"
+    r"|\b(?:ssl)?password\s*=\s*(?:'[^'*]|[^\s'*]).*\b(?:host|hostaddr|dbname|user|port|service)\s*=",
+    re.IGNORECASE,
+)
 
 
 def without_surrogates(text: str) -> str:
@@ -19,8 +33,27 @@ def without_surrogates(text: str) -> str:
 
 
 def without_secrets(text: str) -> str:
-    """Return the text with users and passwords in its addresses (`http://user:pw@host`) as `***`."""
-    return _PASSWORD.sub("***", _USER.sub("***@", text)) if "://" in text else text
+    """Return the text with `***` for users, passwords and keys in addresses, such as `http://user:pw@host/?token=x`.
+
+    Addresses without a scheme (`user:pw@host:11434`) and those of databases (`host=x password=y`) are among them.
+    """
+    if "@" in text:
+        text = _USER_ALONE.sub(f"{_MASK}@", _USER.sub(f"{_MASK}@", text))
+    return _PASSWORD.sub(rf"\1{_MASK}", _IN_QUERY.sub(rf"\1{_MASK}", text)) if "=" in text else text
+
+
+class WithoutSecrets:
+    """A stream of text that shows no user, password or key of an address."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        """Write a text without its secrets."""
+        return self._stream.write(without_secrets(text))
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
 
 
 def holds_secret(text: str) -> bool:

@@ -14,7 +14,7 @@ import typer
 
 from foundry import __version__
 from foundry.errors import InputError
-from foundry.texts import visible, without_secrets
+from foundry.texts import visible
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -201,8 +201,8 @@ def print_json(value: Any) -> None:
 
 
 def fail(error: object, code: int) -> int:
-    """Print an error in one line, without the passwords of addresses, and return its exit code."""
-    print(f"foundry: {visible(without_secrets(str(error)))}", file=sys.stderr)
+    """Print an error in one line and return its exit code."""
+    print(f"foundry: {visible(str(error))}", file=sys.stderr)
     return code
 
 

@@ -21,12 +21,11 @@ def fetch(
     foundry fetch s3://bucket/prefix outputs/mine
     """
     from foundry.running.remote import fetch as fetch_runs
-    from foundry.texts import without_secrets
 
     fetched = fetch_runs(url, folder)
     runs = fetched.folder.runs()
     ended = sum(run.ended for run in runs)
     print(f"{len(fetched.runs)} runs fetched; {ended} of {len(runs)} ended in {fetched.folder.path}")
     if fetched.damaged:
-        print(f"  not whole at {without_secrets(url)}, and left out: {', '.join(fetched.damaged)}")
+        print(f"  not whole at {url}, and left out: {', '.join(fetched.damaged)}")
         raise typer.Exit(EXIT_FAILED)

@@ -30,6 +30,8 @@ VARIABLES = {
 }
 """Variables of the environment that are heeded, and what for."""
 _SECRET = re.compile(r"(?:^|[._])(?:api_?key|token|password|secret)$", re.IGNORECASE)
+_ADDRESS = re.compile(r"(?:^|[._])(?:host|hosts|base_url)$", re.IGNORECASE)
+_USER = re.compile(r"[^\s,/]*@")
 _FROM_VARIABLE = re.compile(r"\$\{oc\.env:(\w+)")
 MASKED = "***"
 
@@ -112,5 +114,5 @@ def _masked(key: str, value: Any) -> Any:
     if value and _SECRET.search(key):
         return MASKED
     if isinstance(value, str):
-        return without_secrets(value)
-    return [_masked("", one) for one in value] if isinstance(value, list | tuple) else value
+        return _USER.sub(f"{MASKED}@", value) if _ADDRESS.search(key) else without_secrets(value)
+    return [_masked(key, one) for one in value] if isinstance(value, list | tuple) else value

@@ -59,8 +59,9 @@ class RemoteSweep:
             raise InputError(f"'{without_secrets(url)}' needs a package that is not installed: {_INSTALL}") from error
         try:
             filesystem, root = url_to_fs(url)
-        except (ImportError, ValueError) as error:
-            raise InputError(f"'{without_secrets(url)}' cannot be opened: {without_secrets(str(error))}") from error
+        except Exception as error:  # the boundary: every driver has errors of its own
+            cause = " ".join(str(error).split()) or type(error).__name__
+            raise InputError(f"'{without_secrets(url)}' cannot be opened: {without_secrets(cause)}") from error
         return cls(url, filesystem, root)
 
     def ended(self) -> set[str]:

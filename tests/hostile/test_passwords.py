@@ -68,6 +68,38 @@ def test_a_password_is_written_into_no_sweep(workspace: Path):
     assert SECRET not in done.stdout + done.stderr and SECRET.encode() not in everything(workspace)
 
 
+@pytest.mark.parametrize(
+    "setting",
+    [
+        f"cache.path='host=h user=me password={SECRET}'",
+        f"cache.path='postgresql://h/d?token={SECRET}'",
+        f"runner.remote=s3://me:{SECRET}@bucket/x",
+    ],
+)
+def test_an_address_with_a_secret_is_refused_by_a_sweep_and_shown_by_no_command(setting: str, workspace: Path):
+    runner = ("runner=dask", "runner.address=tcp://h:1") if setting.startswith("runner") else ()
+    done = foundry("model=scripted/stay", *SMALL, *runner, setting, cwd=workspace)
+    assert done.returncode == 2 and "holds a password" in done.stderr, done.stderr
+    shown = foundry("config", *runner, setting, cwd=workspace)
+    assert shown.returncode == 0 and "***" in shown.stdout
+    assert SECRET not in done.stdout + done.stderr + shown.stdout + shown.stderr
+    assert SECRET.encode() not in everything(workspace)
+
+
+def test_a_setting_that_holds_an_address_is_shown_without_its_user(workspace: Path):
+    for host in HOSTS[1:3]:
+        for words in (("config",), ("config", "--json"), ("config", f"model.server.hosts=[{host!r}]")):
+            done = foundry(*words, "model=llama3.2", cwd=workspace, OLLAMA_HOST=host)
+            assert done.returncode == 0 and SECRET not in done.stdout + done.stderr, done.stdout
+
+
+@pytest.mark.parametrize("scheme", ["s3", "ftp", "nosuch", "postgresql"])
+def test_what_cannot_be_fetched_is_one_line_without_its_password(scheme: str, workspace: Path):
+    done = foundry("fetch", f"{scheme}://me:{SECRET}@127.0.0.1:9/x", "there", cwd=workspace)
+    assert done.returncode in (2, 3) and len(done.stderr.splitlines()) == 1, done.stderr
+    assert SECRET not in done.stdout + done.stderr
+
+
 def test_errors_of_a_remote_store_name_it_without_its_password(tmp_path: Path):
     url = f"nosuch://me:{SECRET}@bucket/x"
     with pytest.raises(InputError) as caught:
@@ -100,6 +132,11 @@ def test_the_cause_of_a_failed_run_is_recorded_without_passwords(workspace: Path
         ("at http://u:p@h/x now", "at http://***@h/x now"),
         ("at s3://key@b, ftp://a:b@c", "at s3://***@b, ftp://***@c"),
         ("postgresql://h/d?sslpassword=x&a=b", "postgresql://h/d?sslpassword=***&a=b"),
+        ("no key:hunter2@host:11434, me:x@127.0.0.1", "no ***@host:11434, ***@127.0.0.1"),
+        ("s3://b/k?X-Amz-Signature=ab&token=cd#e", "s3://b/k?X-Amz-Signature=***&token=***#e"),
+        ("host=h password=hunter2 user=u", "host=h password=*** user=u"),
+        ("host=h password = 'hunter 2'", "host=h password = ***"),
+        ("mix/qwen3:4b@0-4+llama3.2@mood:calm, a max_tokens=5", "mix/qwen3:4b@0-4+llama3.2@mood:calm, a max_tokens=5"),
         ("model mix/qwen3:4b@50%+llama3.2@50% at http://h", "model mix/qwen3:4b@50%+llama3.2@50% at http://h"),
         ("http://h and me@example.org", "http://h and me@example.org"),
     ],

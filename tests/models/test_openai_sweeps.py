@@ -113,7 +113,9 @@ def test_a_secret_shows_itself_nowhere_and_a_placeholder_leaves_replies_alone(mo
     monkeypatch.setenv("MY_API_KEY", "EMPTY")
     placeholder = Secret.from_environment("MY_API_KEY")
     assert placeholder.removed_from_reply(b"EMPTY room") == b"EMPTY room"
-    assert placeholder.removed(b"bad key EMPTY") == b"bad key [key]"
+    assert placeholder.removed(b"the body is EMPTY") == b"the body is EMPTY"
+    written_out = "".join(f"\\u{ord(sign):04X}" for sign in KEY).encode()
+    assert secret.removed(b'{"error": "' + written_out + b'"}') == b'{"error": "[key]"}'
     assert Secret.from_environment("OTHER_API_KEY").headers == Secret.from_environment(None).headers == {}
     monkeypatch.setenv("MY_API_KEY", "two words")
     with pytest.raises(InputError, match="What MY_API_KEY holds is no key") as caught:

@@ -11,8 +11,10 @@ from foundry.errors import InputError
 VARIABLE = re.compile(r"(?:[A-Z][A-Z0-9_]*_)?API_KEY")
 """Names that are accepted: no service's keys look like that, and a sweep's settings, which may come from someone
 else, can name no other secret of the environment."""
+SHORTEST = 8
+"""Shorter keys are placeholders such as `EMPTY`, which stand in errors as words."""
 SHORTEST_IN_REPLIES = 12
-"""Shorter keys are placeholders such as `EMPTY`, words that a model may well say."""
+"""Shorter ones are words that a model may well say."""
 REDACTED = b"[key]"
 
 
@@ -51,13 +53,11 @@ class Secret:
         return {"authorization": f"Bearer {self.key}"} if self.key else {}
 
     def removed(self, content: bytes) -> bytes:
-        """Return a refusal without the key, which some servers repeat."""
-        if not self.key:
+        """Return a refusal without the key, which some servers repeat, also in the escapes of JSON."""
+        if len(self.key) < SHORTEST:
             return content
-        escaped = self.key.replace("\\", "\\\\").replace('"', '\\"')
-        for form in (self.key, escaped, escaped.replace("/", "\\/")):
-            content = content.replace(form.encode(), REDACTED)
-        return content
+        signs = (rf"(?:\\?{re.escape(sign)}|(?i:\\u{ord(sign):04x}))" for sign in self.key)
+        return re.sub("".join(signs).encode(), REDACTED, content)
 
     def removed_from_reply(self, content: bytes) -> bytes:
         """Return a reply without the key, unless it is a placeholder."""
