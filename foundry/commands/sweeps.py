@@ -277,7 +277,7 @@ def plan(
     from foundry.composing.planning import plan as plan_runs
     from foundry.composing.planning import repeats
     from foundry.composing.preflight import notes_of
-    from foundry.storing.determinism import SETTING
+    from foundry.storing.determinism import SETTING, repeats_of
     from foundry.storing.growing import growth
     from foundry.storing.store import SweepFolder
 
@@ -292,7 +292,7 @@ def plan(
         infos, note = known_models(sweep)
     folders = {} if there is None else {run.id: run for run in there.runs()}
     planned = plan_runs(sweep, infos, existing_answers(composed), folders)
-    twice = repeats(sweep, planned, composed.settings[SETTING])
+    twice = repeats(sweep, planned, composed.settings[SETTING], () if there is None else repeats_of(there))
     notes = [*growing, *notes_of(sweep), *filter(None, [note])]
     if json:
         _print_plan(planned, twice, notes)
@@ -318,10 +318,7 @@ def _show_plan(planned: Sequence[PlannedRun], twice: PlannedRepeats, notes: Sequ
     complete = sum(one.complete for one in planned)
     print(f"{len(planned)} runs, {complete} complete; at most {to_send:,} calls would be sent")
     if twice.again:
-        say(
-            f"determinism: {twice.again:,} of them would be made once more at the end, half of these beside as many "
-            f"others as are then in flight, at most {twice.beside:,}"
-        )
+        say(f"determinism: at most {twice.again + twice.beside:,} recorded calls would be made again at the end")
     for line in notes:
         say(line)
 

@@ -11,7 +11,7 @@ from typing import Any
 from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.episode import play
 from foundry.errors import InputError, Interrupted
-from foundry.expansion import Run, Sweep, settings_key
+from foundry.expansion import Run, Sweep, sent_key, settings_key
 from foundry.models.answers.base import Answers
 from foundry.models.base import Model, ModelInfo, Reply, Request
 from foundry.models.serving import serving_of
@@ -19,7 +19,8 @@ from foundry.models.wrappers.base import Wrapper
 from foundry.prompts.prompt import Prompt
 from foundry.records import Call, Record
 from foundry.running.asking import asker_of, in_run
-from foundry.running.build import build, members_of
+from foundry.running.build import build, served_by_others
+from foundry.storing.determinism import Budget, Repeats, answered_calls, is_measured
 from foundry.storing.store import RunFolder
 from foundry.worlds.base import Scenario
 
@@ -37,6 +38,7 @@ class PlannedRun:
         served: those of them that a server answers.
         cached: calls whose answers are there, as far as the episode can be followed; None where unknown.
         complete: whether the run is complete in the sweep's folder.
+        answered: calls that a server answered in it, where it is complete.
         new: whether the sweep in the folder does not have it yet.
     """
 
@@ -48,6 +50,7 @@ class PlannedRun:
     served: int
     cached: int | None
     complete: bool
+    answered: int
     new: bool
 
     @property
@@ -118,25 +121,29 @@ class PlannedRepeats:
     beside: int
 
 
-def repeats(sweep: Sweep, planned: Sequence[PlannedRun], count: int) -> PlannedRepeats:
-    """Return what would be sent once more.
+def repeats(
+    sweep: Sweep, planned: Sequence[PlannedRun], setting: int | str, measured: Sequence[Repeats]
+) -> PlannedRepeats:
+    """Return what would be sent once more, at most.
 
     Args:
         sweep: the sweep.
         planned: what its runs would do.
-        count: calls of each served model that are made again.
+        setting: how many calls of each served model are made again, as `Budget.of` reads it.
+        measured: what the sweep's folder holds already.
     """
     models = [condition.config["model"] for condition in sweep.conditions]
-    to_send = dict.fromkeys(map(settings_key, models), 0)
+    calls = dict.fromkeys(map(sent_key, models), 0)
     for one in planned:
-        to_send[settings_key(models[one.run.condition])] += one.to_send
+        calls[sent_key(models[one.run.condition])] += one.to_send + one.answered
     again = beside = 0
-    for key, model in {settings_key(model): model for model in models if count}.items():
-        for member in members_of(build(model)):
-            if member.costs and not member.in_process:
-                drawn = min(count, to_send[key])
-                again += 2 * drawn
-                beside += min(serving_of(member).in_flight.max, to_send[key] - drawn)
+    for key, model in {sent_key(model): model for model in models if setting}.items():
+        served = served_by_others(build(model))
+        for member in served:
+            if not is_measured(measured, str(model["name"]), member.name, member.parameters()):
+                budget = Budget.of(setting, calls[key] // len(served), serving_of(member).in_flight.max)
+                again += 2 * budget.again
+                beside += budget.beside
     return PlannedRepeats(again, beside)
 
 
@@ -165,6 +172,7 @@ def _planned(
     summary = folder.summary() if folder else None
     complete = summary is not None and summary.status == "complete"
     model = parts.model
+    served = {member.name for member in served_by_others(model)}
     cached: int | None = 0
     if model.costs and not complete and answers is not None:
         info = infos.get(settings_key(config["model"]))
@@ -178,6 +186,7 @@ def _planned(
         served=_served(config, parts),
         cached=cached,
         complete=complete,
+        answered=answered_calls(summary, served) if summary is not None and complete and served else 0,
         new=bool(folders) and folder is None,
     )
 

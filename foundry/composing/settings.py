@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from foundry.errors import InputError
-from foundry.storing.determinism import SETTING
+from foundry.storing.determinism import AUTO, SETTING
 
 BASELINES = "baselines"
 """What `analyze` is where the scripted baselines are run first."""
@@ -77,10 +77,10 @@ def _path(key: str, value: object) -> str:
     raise InputError(f"{key}={value} names no file: give a path.")
 
 
-def _repeated(value: object) -> int:
-    if isinstance(value, int) and not isinstance(value, bool) and value >= 0:
+def _repeated(value: object) -> int | str:
+    if value == AUTO or (isinstance(value, int) and not isinstance(value, bool) and value >= 0):
         return value
-    raise InputError(f"{SETTING}={value} is no number of calls: give a whole number; 0 makes none again.")
+    raise InputError(f"{SETTING}={value} is no number of calls: give {AUTO} or a whole number; 0 makes none again.")
 
 
 def _frames(value: object) -> bool | int:

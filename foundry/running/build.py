@@ -80,6 +80,11 @@ def members_of(model: Model) -> list[Model]:
     return found
 
 
+def served_by_others(model: Model) -> list[Model]:
+    """Return those of the models that another process answers for."""
+    return [member for member in members_of(model) if member.costs and not member.in_process]
+
+
 def _each(info: ModelInfo) -> Iterator[ModelInfo]:
     """Yield what is known of a model, or of its members in their order, in which they are wrapped."""
     if not info.members:

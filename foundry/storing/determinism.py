@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any
 
 import msgspec
 
-from foundry.expansion import is_served
+from foundry.expansion import is_served, settings_key
+from foundry.records import RunSummary
 from foundry.storing.run_files import claimed, json_file, storing, write_atomically
 from foundry.storing.store import RunFolder, SweepFolder
 from foundry.texts import visible
@@ -18,6 +19,40 @@ from foundry.texts import visible
 DETERMINISM_FILE = "determinism.json"
 SETTING = "determinism"
 """Recorded calls of each served model that are made again; 0 for none."""
+AUTO = "auto"
+"""Value of SETTING that bounds the further calls by the calls of the sweep."""
+_CALLS_PER_REPEAT = 50
+_LEAST, _MOST = 2, 10
+"""Recorded calls of a model that AUTO makes again, at least and at most."""
+
+
+@dataclass(frozen=True)
+class Budget:
+    """How many calls score the determinism of one model.
+
+    Attributes:
+        again: recorded calls that are made again, once alone and once under load.
+        beside: other recorded calls that are made at the same time as these, for the load.
+    """
+
+    again: int
+    beside: int
+
+    @classmethod
+    def of(cls, setting: int | str, calls: int, in_flight: int) -> Budget:
+        """Return the budget of a model; AUTO spends 2 % of its calls, at least 4.
+
+        Args:
+            setting: the value of SETTING.
+            calls: calls of the model that its server answered.
+            in_flight: calls that are allowed at once.
+        """
+        if isinstance(setting, int):
+            again = min(setting, calls)
+            return cls(again, min(in_flight, calls - again))
+        further = max(2 * _LEAST, calls // _CALLS_PER_REPEAT)
+        again = min(calls, _MOST, max(_LEAST, further // 3))
+        return cls(again, min(in_flight, calls - again, further - 2 * again))
 
 
 class Again(msgspec.Struct, frozen=True, kw_only=True):
@@ -122,6 +157,25 @@ def inexact(repeats: Iterable[Repeats]) -> dict[str, str]:
 
 class _File(msgspec.Struct):
     models: tuple[Repeats, ...]
+
+
+def is_measured(repeats: Iterable[Repeats], of: str, model: str, parameters: Mapping[str, Any]) -> bool:
+    """Return whether a model of this name in tables was measured with these parameters."""
+    key = settings_key(parameters)
+    return any((one.of, one.model, settings_key(one.parameters)) == (of, model, key) for one in repeats)
+
+
+def answered_calls(summary: RunSummary, served: Collection[str]) -> int:
+    """Return how many calls of a run these models' servers answered; of a population, where all agents are asked alike.
+
+    Args:
+        summary: of the run.
+        served: names of the models that servers answer for.
+    """
+    agents = sum(len(member.agents) for member in summary.members)
+    asked = sum(len(member.agents) for member in summary.members if member.model in served)
+    calls = summary.counts.calls * asked // agents if agents else summary.counts.calls
+    return max(0, calls - summary.counts.cached)
 
 
 def repeats_of(folder: SweepFolder) -> tuple[Repeats, ...]:

@@ -15,9 +15,20 @@ from foundry.expansion import sent_key, settings_key
 from foundry.models.base import Model, Reply
 from foundry.models.serving import serving_of
 from foundry.models.wrappers.retried import RetriedModel
-from foundry.running.build import build, members_of
+from foundry.records import RunSummary
+from foundry.running.build import build, served_by_others
 from foundry.running.load import at_once, one_by_one
-from foundry.storing.determinism import Again, Repeat, Repeats, claim_repeats, repeats_of, write_repeats
+from foundry.storing.determinism import (
+    Again,
+    Budget,
+    Repeat,
+    Repeats,
+    answered_calls,
+    claim_repeats,
+    is_measured,
+    repeats_of,
+    write_repeats,
+)
 from foundry.storing.store import RunFolder, SweepFolder
 from foundry.texts import visible, without_secrets
 from foundry.trust.repeated_calls import Repeatable, decides_alike, decision_of, draw
@@ -29,7 +40,7 @@ T = TypeVar("T")
 
 
 def repeat_calls(
-    folder: SweepFolder, count: int, model: Mapping[str, Any], in_flight: int, stopping: Callable[[], bool]
+    folder: SweepFolder, setting: int | str, model: Mapping[str, Any], in_flight: int, stopping: Callable[[], bool]
 ) -> None:
     """Make calls of a served model again and keep what came of them, unless that was done or a run of it is missing.
 
@@ -37,39 +48,40 @@ def repeat_calls(
 
     Args:
         folder: the sweep.
-        count: calls of each model.
+        setting: how many calls of each model, as `Budget.of` reads it.
         model: its configuration; of a population each member is measured that a server answers for.
         in_flight: calls that were allowed in flight at once when it was asked; 0 where that is not known.
         stopping: says whether the sweep is to stop.
     """
     of = str(model["name"])
-    served = [one for one in members_of(build(model)) if one.costs and not one.in_process]
+    served = served_by_others(build(model))
     left = [member for member in served if not _is_known(folder, of, member)]
-    live = _live_runs(folder, sent_key(model)) if left else []
+    live = _live_runs(folder, sent_key(model)) if left else {}
+    calls = sum(answered_calls(summary, {member.name for member in served}) for summary in live.values())
     for member in left if live else ():
+        bounds = serving_of(member).in_flight
+        budget = Budget.of(setting, calls // len(served), min(in_flight or bounds.initial, bounds.max))
         try:
             with claim_repeats(folder) as mine:
                 if mine and not _is_known(folder, of, member):
-                    _repeat_of_member(folder, live, member, of, count=count, in_flight=in_flight, stopping=stopping)
+                    _repeat_of_member(folder, list(live), member, of, budget=budget, stopping=stopping)
         except Exception as error:  # noqa: BLE001 - the boundary: a backend or world of one's own may raise anything
             cause = without_secrets(" ".join(str(error).split())) or type(error).__name__
             _log("%s: determinism not measured: %s", visible(member.name), visible(cause))
 
 
 def _is_known(folder: SweepFolder, of: str, member: Model) -> bool:
-    parameters = settings_key(member.parameters())
-    return any(
-        (one.of, one.model, settings_key(one.parameters)) == (of, member.name, parameters) for one in repeats_of(folder)
-    )
+    return is_measured(repeats_of(folder), of, member.name, member.parameters())
 
 
-def _live_runs(folder: SweepFolder, key: str) -> list[RunFolder]:
+def _live_runs(folder: SweepFolder, key: str) -> dict[RunFolder, RunSummary]:
     """Return the runs of a model in which its server answered; none where not all of its runs are complete."""
     asked = {number for number, one in enumerate(folder.sweep.conditions) if sent_key(one.config["model"]) == key}
     runs = [(run, run.summary()) for run in folder.runs() if run.run.condition in asked]
     if not all(summary is not None and summary.status == "complete" for _, summary in runs):
-        return []
-    return [run for run, summary in runs if summary is not None and summary.counts.calls > summary.counts.cached]
+        return {}
+    summaries = {run: summary for run, summary in runs if summary is not None}
+    return {run: one for run, one in summaries.items() if one.counts.calls > one.counts.cached}
 
 
 def _repeat_of_member(
@@ -78,14 +90,12 @@ def _repeat_of_member(
     member: Model,
     of: str,
     *,
-    count: int,
-    in_flight: int,
+    budget: Budget,
     stopping: Callable[[], bool],
 ) -> None:
-    bounds = serving_of(member).in_flight
-    beside = min(in_flight or bounds.initial, bounds.max)
-    drawn = draw(runs, member, count + beside, most_runs=count)
-    calls, others = drawn[:count], drawn[count : count + beside]
+    together = budget.again + budget.beside
+    drawn = draw(runs, member, together, most_runs=budget.again)
+    calls, others = drawn[: budget.again], drawn[budget.again : together]
     if not calls:
         return
     said = "%s: making %d recorded calls again, alone, then with %d others at once (determinism=0 leaves it out)"

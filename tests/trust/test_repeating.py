@@ -11,7 +11,7 @@ import pytest
 
 from commands import cached_answers, calls, foundry, records, sessions
 from foundry.composing import preparing
-from foundry.storing.determinism import Repeats, repeats_of
+from foundry.storing.determinism import AUTO, Budget, Repeats, repeats_of
 from foundry.storing.store import SweepFolder
 from ollama_cases import Body, ChatCase, body_key, grid_answer, held, refused
 from ollama_server import OllamaServer
@@ -80,8 +80,29 @@ def test_a_plan_counts_the_calls_that_would_be_made_again(tmp_path: Path):
     with OllamaServer() as server:
         planned = foundry("plan", *SWEEP, FOUR, cwd=tmp_path, OLLAMA_HOST=server.url).stdout
         off = foundry("plan", *SWEEP, "determinism=0", cwd=tmp_path, OLLAMA_HOST=server.url).stdout
-    assert f"at most {CALLS} calls would be sent\ndeterminism: 8 of them would be made once more at the end" in planned
-    assert f"at most {CALLS - 4}\n" in planned and "determinism" not in off
+    assert (
+        f"at most {CALLS} calls would be sent\ndeterminism: at most {CALLS + 4} recorded calls would be made" in planned
+    )
+    assert "determinism" not in off
+
+
+def test_a_sweep_makes_at_most_two_percent_of_its_calls_again_and_its_plan_says_so(tmp_path: Path):
+    longer = ("determinism=auto", "world.agents=5", "world.steps=12")
+    calls_of_sweep = 3 * 5 * 12 * 2
+    further = calls_of_sweep // 50
+    with OllamaServer() as server:
+        planned = foundry("plan", *SWEEP, *longer, cwd=tmp_path, OLLAMA_HOST=server.url).stdout
+        swept(server, tmp_path, *longer)
+        there = foundry("plan", *SWEEP, *longer, cwd=tmp_path, OLLAMA_HOST=server.url).stdout
+    assert f"determinism: at most {further} recorded calls would be made again at the end" in planned
+    assert server.counts.chats == calls_of_sweep + further
+    assert "determinism" not in there
+
+
+@pytest.mark.parametrize(("calls", "further"), [(54, 4), (960, 19), (9600, 10 + 138), (3, 4), (1, 2)])
+def test_the_calls_that_are_made_again_follow_from_the_calls_of_the_model(calls: int, further: int):
+    budget = Budget.of(AUTO, calls, in_flight=128)
+    assert 2 * budget.again + budget.beside == further
 
 
 def test_what_was_measured_is_not_measured_again_by_resume(tmp_path: Path):
@@ -162,7 +183,7 @@ def test_answers_of_the_cache_are_not_held_against_the_server(tmp_path: Path):
 def test_as_many_are_put_beside_as_were_allowed_in_flight(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     told: list[int] = []
     monkeypatch.setattr(
-        preparing, "repeat_calls", lambda folder, count, model, in_flight, stopping: told.append(in_flight)
+        preparing, "repeat_calls", lambda folder, setting, model, in_flight, stopping: told.append(in_flight)
     )
     with OllamaServer() as server:
         swept(server, tmp_path, FOUR, "model.server.in_flight={min: 3, initial: 3, max: 3}", "runner.workers=1")
