@@ -65,8 +65,9 @@ class Decisions:
     """What was decided in one kind of call of a run.
 
     Attributes:
-        choice: index of the choice, by step and agent, (T, N).
-        readable: whether it could be read, (T, N).
+        choice: index of the choice, by step and agent, (T, N); by how often it was asked before in the step, too, where
+            that may be more than once, (T, N, R).
+        readable: whether it could be read, of the same shape.
     """
 
     choice: IntArray

@@ -24,6 +24,7 @@ from analysis.any.general import choices, general_run
 from analysis.arrays import IntArray
 from analysis.form import Decisions
 from analysis.load import Folders, folders_of, further_factors, identity, measurable
+from foundry.storing.matching import numbered, place_of
 from foundry.storing.store import RunFolder, SweepFolder, without_servers
 
 
@@ -69,7 +70,8 @@ def _rows(group: Sequence[RunFolder]) -> Iterator[dict[str, Any]]:
     """Yield the rows of runs that differ in `sampling_seed` alone, one per kind of call."""
     if len({folder.config()["sampling_seed"] for folder in group}) < 2:
         return
-    found = ((folder, _decisions(folder)) for folder in group)
+    codes: dict[str, int] = {}
+    found = ((folder, _decisions(folder, codes)) for folder in group)
     complete = {_sampling(folder): (folder, decided) for folder, decided in found if decided is not None}
     if len(complete) < 2:
         return
@@ -91,26 +93,31 @@ def _sampling(folder: RunFolder) -> int:
     return int(config["seed"] if config["sampling_seed"] is None else config["sampling_seed"])
 
 
-def _decisions(folder: RunFolder) -> Mapping[str, Decisions] | None:
-    """Return what was decided in a complete run, by kind of call; None of any other."""
+def _decisions(folder: RunFolder, codes: dict[str, int]) -> Mapping[str, Decisions] | None:
+    """Return what was decided in a complete run, by kind of call; None of any other.
+
+    Args:
+        folder: the run.
+        codes: index of each choice by its text, as `choices` shares it between runs.
+    """
     whole = measurable(folder, folder.summary())
     if whole is None:
         return None
     form = whole.form
-    return form.decided(whole.run) if form.decided else choices(general_run(folder, whole.records))
+    return form.decided(whole.run) if form.decided else choices(general_run(folder, whole.records), codes)
 
 
-State = tuple[int, int, bytes]
-"""A step, an agent, and the hash of what it was asked."""
+State = tuple[int, int, int, bytes]
+"""A step, an agent, how often it was asked before in the step, and the hash of what it was asked."""
 
 
 def _states(folders: Sequence[RunFolder]) -> dict[str, dict[State, list[int]]]:
     """Return in which runs (indices) each state occurred, by kind of call; those of two runs or more alone."""
     found: dict[str, dict[State, list[int]]] = defaultdict(lambda: defaultdict(list))
     for index, folder in enumerate(folders):
-        for call in folder.calls():
+        for ((step, agent, kind), again), call in numbered(folder.calls(), place_of):
             prompt = hashlib.blake2b(msgspec.json.encode(call.messages), digest_size=16).digest()
-            found[call.kind][call.step, call.agent, prompt].append(index)
+            found[kind][step, agent, again, prompt].append(index)
     return {kind: {state: runs for state, runs in states.items() if len(runs) > 1} for kind, states in found.items()}
 
 
@@ -127,10 +134,10 @@ def counted(states: Mapping[State, Sequence[int]], made: Sequence[Decisions], *,
     """
     unread = 1 + max((int(one.choice.max(initial=0)) for one in made), default=0)
     counts = np.zeros((len(states), unread + 1), dtype=np.int64)
-    for row, ((step, agent, _), runs) in enumerate(states.items()):
+    for row, ((step, agent, again, _), runs) in enumerate(states.items()):
         for one in (made[index] for index in runs):
-            readable = one.readable[step - 1, agent]
-            counts[row, one.choice[step - 1, agent] if readable else unread] += 1
+            place = (step - 1, agent, again)[: one.choice.ndim]
+            counts[row, one.choice[place] if one.readable[place] else unread] += 1
     if readable_only:
         counts[:, unread] = 0
     return np.asarray(counts[counts.sum(axis=1) > 1])

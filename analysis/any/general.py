@@ -7,6 +7,7 @@ import numpy as np
 from analysis.any.arrays import any_run
 from analysis.any.run import AnyRun
 from analysis.form import Decisions, Records
+from foundry.storing.matching import numbered
 from foundry.storing.store import RunFolder
 
 
@@ -19,15 +20,22 @@ def general_run(folder: RunFolder, records: Records) -> AnyRun:
     return any_run(folder, folder.declared, records.decisions(), records.messages)
 
 
-def choices(run: AnyRun) -> dict[str, Decisions]:
-    """Return the actions of a run by kind of question; what an agent was not asked at a step is not readable."""
-    chosen = np.unique([str(one) for one in _actions(run)], return_inverse=True)[1]
+def choices(run: AnyRun, codes: dict[str, int]) -> dict[str, Decisions]:
+    """Return the actions of a run by kind of question; what an agent was not asked at a step is not readable.
+
+    Args:
+        run: the run.
+        codes: index of each choice by its text; choices that are not in it are added, so that runs can be compared.
+    """
+    chosen = np.array([codes.setdefault(str(action), len(codes)) for action in _actions(run)], dtype=np.int64)
+    places = zip(run.step.tolist(), run.agent.tolist(), run.kind.tolist(), strict=True)
+    asked_before = np.array([again for (_, again), _ in numbered(places, lambda place: place)], dtype=np.int64)
     found: dict[str, Decisions] = {}
     for kind in dict.fromkeys(run.kind.tolist()):
         own = run.kind == kind
-        shape = (int(run.step.max(initial=0)), run.agents)
+        at = (run.step[own] - 1, run.agent[own], asked_before[own])
+        shape = (int(run.step.max(initial=0)), run.agents, int(at[-1].max(initial=0)) + 1)
         choice, readable = np.zeros(shape, dtype=np.int64), np.zeros(shape, dtype=np.bool_)
-        at = (run.step[own] - 1, run.agent[own])
         choice[at], readable[at] = chosen[own], run.readable[own]
         found[kind] = Decisions(choice, readable)
     return found

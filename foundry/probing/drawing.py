@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from numpy.random import Generator
 from foundry import seeding
 from foundry.errors import InputError, RecordError, not_found
 from foundry.records import NOT_JSON, Call
+from foundry.storing.matching import numbered, place_of
 from foundry.storing.store import RunFolder
 from foundry.worlds.base import Scenario
 from foundry.worlds.probe.moments import Moment, Moments, Said, Source, Strata, asked_in, by_run, digest_of
@@ -54,11 +54,8 @@ class Past:
 
     def moments(self, run: str) -> Iterator[Moment]:
         """Yield every question as a moment."""
-        asked = Counter[tuple[int, int, str]]()
-        for call in self.calls:
-            place = call.step, call.agent, call.kind
-            yield Moment(run, *place, asked[place])
-            asked[place] += 1
+        for (place, again), _ in numbered(self.calls, place_of):
+            yield Moment(run, *place, again)
 
 
 def _bare(call: Call) -> Call:

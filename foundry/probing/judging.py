@@ -16,8 +16,8 @@ from foundry.labelling import KIND, SAMPLING_SEED, texts_of
 from foundry.labels import NONE, REPLIES, WARNINGS, Judged, JudgedBy
 from foundry.models.base import ChatMessage, Model, Reply, Request, RequestKeys
 from foundry.models.human.desk import Schema
-from foundry.probing.matching import with_calls
 from foundry.records import Call, Outcome
+from foundry.storing.matching import with_calls
 from foundry.storing.store import RunFolder, SweepFolder, lines_of
 from foundry.trust.forms import Line, compared_of
 

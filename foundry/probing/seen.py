@@ -13,8 +13,8 @@ import msgspec
 from foundry.composing.preflight import scenario_of
 from foundry.errors import FoundryError, InputError, RecordError, not_found
 from foundry.naming import NO_FORMAT, Subject, format_of, names_of
-from foundry.probing.matching import with_calls
 from foundry.records import NOT_JSON, Call, choice_of
+from foundry.storing.matching import with_calls
 from foundry.storing.store import RunFolder, SweepFolder, lines_of
 from foundry.trust.summaries import COMPLETE
 from foundry.trust.targets import check_targets

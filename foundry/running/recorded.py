@@ -18,6 +18,7 @@ from foundry.records import Call
 from foundry.running.build import build
 from foundry.running.difference import CALLS, Difference, first_difference
 from foundry.running.replayed import reply_of
+from foundry.storing.matching import place_of
 from foundry.worlds.base import Asked, Question
 
 
@@ -156,8 +157,3 @@ class RecordedAsker:
 
     def _call(self, request: Request) -> Call:
         return self._asked_for[(request.step, request.agent, request.kind), request.key]
-
-
-def place_of(call: Call) -> Asked:
-    """Return which question a call put."""
-    return call.step, call.agent, call.kind

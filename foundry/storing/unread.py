@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from itertools import islice
 from typing import Any
-
-import msgspec
 
 from foundry.errors import RecordError
 from foundry.records import NOT_JSON, Call, Outcome, RunSummary
-from foundry.storing.store import RunFolder
-from foundry.texts import visible
+from foundry.storing.matching import with_calls
+from foundry.storing.store import RunFolder, lines_of
+from foundry.texts import visible, without_secrets
+from foundry.worlds.base import Asked
 
 LEAST_SHARE = 0.02
 """From this share on a model's unread replies are worth a word."""
 
-_UNREAD = {Outcome.UNREADABLE: "without a decision in them", Outcome.TRUNCATED: "cut by the length limit before it"}
+_UNREAD = {
+    Outcome.UNREADABLE: "without a decision in them",
+    Outcome.EMPTY: "empty",
+    Outcome.TRUNCATED: "cut by the length limit before it",
+    Outcome.FAILED: "given up by the server",
+}
+_SCHEMA_HELPS = (Outcome.UNREADABLE, Outcome.EMPTY)
 _EXAMPLES = 3
 _SHOWN = 160
 """Characters of an example."""
@@ -94,36 +100,41 @@ def _outcomes(summary: RunSummary) -> Counter[str]:
 
 def _illustrate(one: Unread, runs: Iterable[RunFolder]) -> None:
     """Add examples with different texts, and whether a schema would help with what they were asked."""
-    asked = ((run, call) for run in runs for call in _unread_calls(run))
-    texts: dict[str, tuple[RunFolder, Call]] = {}
-    for run, call in asked:
-        texts.setdefault(call.text, (run, call))
+    texts: set[str] = set()
+    for run, outcome, call in itertools.chain.from_iterable(map(_unread_calls, runs)):
+        text = _text_of(call)
+        if text in texts:
+            continue
+        texts.add(text)
+        one.examples.append(f"{run.id}, step {call.step}, agent {call.agent}, {call.kind}: {_shortened(text)}")
+        one.schema = one.schema or (outcome in _SCHEMA_HELPS and _takes_schema(run.config()["model"], call.kind))
         if len(texts) == _EXAMPLES:
-            break
-    for run, call in texts.values():
-        place = f"{run.id}, step {call.step}, agent {call.agent}, {call.kind}"
-        one.examples.append(f"{place}: {_shortened(call.text)}")
-        one.schema = one.schema or _takes_schema(run.config()["model"], call.kind)
+            return
 
 
-def _unread_calls(run: RunFolder) -> Iterator[Call]:
-    """Yield the calls of a run whose replies could not be read; none from where its files are damaged."""
+def _text_of(call: Call) -> str:
+    """Return what came of a call: its text, else the error of its last try."""
+    if call.text.strip():
+        return call.text
+    return without_secrets(call.attempts[-1].error) if call.attempts else "(no text)"
+
+
+def _unread_calls(run: RunFolder) -> Iterator[tuple[RunFolder, str, Call]]:
+    """Yield run, outcome and call of replies that could not be read; none where the run's files are damaged."""
     with contextlib.suppress(RecordError, *NOT_JSON):
-        places = set(islice(_unread_places(run), _EXAMPLES * 20))
-        for call in run.calls() if places else ():
-            if {(call.step, call.agent, call.kind), (call.step, call.agent, "")} & places:
-                yield call
+        for outcome, call in with_calls(_outcomes_in(run), run.calls()):
+            if outcome in _UNREAD and call is not None:
+                yield run, outcome, call
 
 
-def _unread_places(run: RunFolder) -> Iterator[tuple[int, int, str]]:
-    """Yield step, agent and kind of question; the kind is "" where a step has but one outcome."""
-    for line in run.steps_bytes().splitlines():
-        step = msgspec.json.decode(line, type=dict[str, Any])
-        names = [name for name in step if name.endswith(_OUTCOME)]
-        for name in names:
-            if str(step[name]) in _UNREAD:
-                kind = name.removesuffix(_OUTCOME).rstrip("_") or ("action" if len(names) > 1 else "")
-                yield step.get("step", 0), step.get("agent", 0), kind
+def _outcomes_in(run: RunFolder) -> Iterator[tuple[Asked, str]]:
+    """Yield every outcome of a run behind the question that it is about."""
+    deciding = next(iter(run.declared.actions), "")
+    for line in lines_of(run.steps_bytes(), dict[str, Any], run.stream_path("steps")):
+        for name in line:
+            if name.endswith(_OUTCOME):
+                kind = name.removesuffix(_OUTCOME).rstrip("_") or line.get("kind", deciding)
+                yield (line["step"], line["agent"], kind), str(line[name])
 
 
 def _takes_schema(config: Mapping[str, Any], kind: str) -> bool:

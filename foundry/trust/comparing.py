@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -13,14 +12,12 @@ import msgspec
 from foundry.errors import InputError, RecordError
 from foundry.records import NOT_JSON, Call
 from foundry.running.difference import CALLS, NOTHING, Difference, first_difference
-from foundry.running.recorded import place_of
+from foundry.storing.matching import Numbered, numbered, place_of
 from foundry.storing.store import RunFolder
 from foundry.trust.forms import Compared, Line, compared_of
 from foundry.worlds.base import Asked
 
 STEPS = "steps.jsonl"
-Numbered = tuple[Asked, int]
-"""A question or its record, and which of those with the same step, agent and kind it is, from 1."""
 T = TypeVar("T")
 
 
@@ -120,12 +117,8 @@ def _calls(run: RunFolder) -> dict[Numbered, tuple[int, Call]]:
 
 def _numbered(lines: Iterable[T], place: Callable[[T], Asked]) -> dict[Numbered, tuple[int, T]]:
     """Return lines and their numbers by what they are of."""
-    seen: Counter[Asked] = Counter()
-    found = {}
-    for number, line in enumerate(lines, start=1):
-        seen[place(line)] += 1
-        found[place(line), seen[place(line)]] = (number, line)
-    return found
+    by_call = numbered(lines, place)
+    return {asked: (number, line) for number, (asked, line) in enumerate(by_call, start=1)}
 
 
 def _asked(call: Call) -> Any:

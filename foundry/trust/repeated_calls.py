@@ -14,8 +14,8 @@ from foundry import seeding
 from foundry.episode import answer_of
 from foundry.models.base import ChatMessage, Model, Reply, Request, RequestKeys
 from foundry.records import Call, Record
-from foundry.running.recorded import place_of
 from foundry.running.replayed import reply_of
+from foundry.storing.matching import place_of
 from foundry.storing.store import IMAGES, RunFolder, kept_file, lines_of
 from foundry.trust.forms import Line, compared_of
 from foundry.worlds.base import Scenario
@@ -116,8 +116,6 @@ def decision_of(one: Repeatable) -> Decided | None:
         return None
     lines = lines_of(one.run.steps_bytes(), dict[str, Any], one.run.path)
     found = [line for line in lines if _is_of(line, one.call)]
-    if len(found) == 1:
-        return Decided(found[0], 0)
     asked = [number for number, call in enumerate(one.run.calls()) if place_of(call) == place_of(one.call)]
     place = asked.index(one.number)
     return Decided(found[place], place) if len(found) == len(asked) else None

@@ -14,6 +14,7 @@ from foundry.expansion import identity
 from foundry.records import Call, Counts, RunSummary
 from foundry.running.difference import NOTHING, Difference, first_difference
 from foundry.running.recorded import Departed
+from foundry.storing.matching import place_of
 from foundry.storing.plain_yaml import load_plain
 from foundry.storing.store import SWEEP_FILE, RunFolder
 
@@ -109,7 +110,7 @@ def _replayed(counts: Counts) -> dict[str, Any]:
 
 def _check_answerer(summary: RunSummary, call: Call) -> None:
     """Check who answered a call of the last step; a replayed model's calls name another model than the run."""
-    place = (call.step, call.agent, call.kind)
+    place = place_of(call)
     digests = {member.model: member.digest for member in summary.members} or {summary.model: summary.model_digest}
     if call.model not in digests:
         return

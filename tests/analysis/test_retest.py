@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
+from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -92,6 +93,32 @@ def test_a_run_that_failed_is_not_compared(make_sweep, make_condition, rewrite_r
     assert len(retest([sweep.path])) == 0
 
 
+def test_agents_that_are_asked_twice_in_a_step_are_compared_by_the_same_question(tmp_path: Path):
+    done = foundry(
+        "-m", "model=scripted/random", "world=naming", "world.agents=4", "world.names=[ama,bodo,ceri]", "seed=0",
+        "world.steps=2",
+        "sampling_seed=0-5", "analyze=false", "output.dir=sweep", cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    sweep = SweepFolder.open(tmp_path / "sweep")
+    states: dict[tuple, Counter] = defaultdict(Counter)
+    for run in sweep.runs():
+        rows = [msgspec.json.decode(line) for line in run.steps_bytes().splitlines()]
+        decided: dict[tuple, list[str]] = defaultdict(list)
+        for row in rows:
+            decided[row["step"], row["agent"]].append(row["action"])
+        for call in run.calls():
+            place = call.step, call.agent
+            again = len(states[run.id, *place])
+            states[run.id, *place][again] += 1
+            states["", *place, again, str(call.messages)][decided[place][again]] += 1
+    choices = [one for place, one in states.items() if place[0] == "" and one.total() > 1]
+    pairs = [sum(n * (n - 1) for n in one.values()) / (one.total() * (one.total() - 1)) for one in choices]
+    (row,) = retest([sweep.path]).to_dict("records")
+    assert row["prompts"] == len(choices) > 1
+    assert row["agreement"] == pytest.approx(np.mean(pairs))
+
+
 def test_without_a_log_of_calls_no_prompt_is_known_to_be_the_same(make_sweep, make_condition):
     conditions = [make_condition("a", [0], factors=("sampling_seed",), sampling_seed=seed) for seed in (1, 2)]
     found = retest([make_sweep(conditions).path])
@@ -102,7 +129,7 @@ def test_without_a_log_of_calls_no_prompt_is_known_to_be_the_same(make_sweep, ma
 def test_what_could_not_be_read_is_a_choice_of_its_own_or_left_out():
     unread = Decisions(np.array([[0]]), np.array([[False]]))
     stay, up = (Decisions(np.array([[choice]]), np.array([[True]])) for choice in (0, 1))
-    states = {(1, 0, b""): [0, 1, 2]}
+    states = {(1, 0, 0, b""): [0, 1, 2]}
     assert counted(states, [unread, stay, up], readable_only=False).tolist() == [[1, 1, 1]]
     assert counted(states, [unread, stay, up], readable_only=True).tolist() == [[1, 1, 0]]
     assert counted(states, [unread, unread, up], readable_only=True).tolist() == []

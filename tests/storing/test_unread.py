@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from commands import foundry
 from foundry.storing.store import SweepFolder
 from foundry.storing.unread import unread
-from ollama_cases import Body
+from ollama_cases import ABORTED, Body, ChatCase
 from ollama_server import OllamaServer
 
 SWEEP = ("model=qwen3:4b", "world.agents=4", "world.steps=3", "runner.workers=1", "output.dir=out")
@@ -67,6 +68,32 @@ def test_a_schema_is_not_advised_where_there_is_one(tmp_path: Path):
 def test_few_such_replies_are_not_worth_a_word(agents: int, said: bool, tmp_path: Path):
     shown = played(tmp_path, hardly, "analyze=false", f"world.agents={agents}")
     assert (" could not be read" in shown) == said, shown
+
+
+def test_a_reply_that_was_read_is_no_example_where_an_agent_is_asked_twice_in_a_step(tmp_path: Path):
+    def half(body: Body) -> str:
+        return "no idea" if body["options"]["seed"] % 2 else '{"action": "bafu", "reasoning": "r"}'
+
+    naming = ("world=naming", "world.agents=4", "world.steps=8", "analyze=false", "runner.workers=1", "output.dir=out")
+    with OllamaServer(half) as server:
+        done = foundry("-m", "model=qwen3:4b", "seed=0-2", *naming, cwd=tmp_path, OLLAMA_HOST=server.url)
+    (lost,) = unread(SweepFolder.open(tmp_path / "out").runs())
+    assert [example.partition("say: ")[2] for example in lost.examples] == ["no idea"], done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    ("reply", "said"),
+    [
+        (replace(ABORTED, output_tokens=4), "24 given up by the server"),
+        (ChatCase(text="", done_reason="length"), "24 cut by the length limit before it"),
+        (ChatCase(text=" "), "24 empty"),
+    ],
+)
+def test_replies_that_never_came_are_said_as_well(reply: ChatCase, said: str, tmp_path: Path):
+    retry = "model.server.retry={attempts: 2, unusable_attempts: 1, wait_initial_s: 0.001, wait_max_s: 0.001}"
+    shown = played(tmp_path, lambda body: reply, "analyze=false", retry)
+    assert f"qwen3:4b: 100.0% of 24 replies could not be read ({said}), such as" in shown
+    assert HINT not in shown or "empty" in said
 
 
 @pytest.mark.exhaustive

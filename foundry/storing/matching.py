@@ -1,0 +1,52 @@
+"""Which record of a run belongs to which call: by step, agent, kind of question, and how often it was put before."""
+
+from __future__ import annotations
+
+import itertools
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from typing import TypeAlias, TypeVar
+
+from foundry.records import Call
+from foundry.worlds.base import Asked
+
+T = TypeVar("T")
+Numbered: TypeAlias = tuple[Asked, int]
+"""What was asked, and how often it was asked before."""
+
+
+def place_of(call: Call) -> Asked:
+    """Return which question a call put."""
+    return call.step, call.agent, call.kind
+
+
+def numbered(items: Iterable[T], place: Callable[[T], Asked]) -> Iterator[tuple[Numbered, T]]:
+    """Yield items of one run in their order, each behind what it belongs to."""
+    asked = Counter[Asked]()
+    for item in items:
+        here = place(item)
+        yield (here, asked[here]), item
+        asked[here] += 1
+
+
+def with_calls(lines: Iterable[tuple[Asked, T]], calls: Iterable[Call]) -> Iterator[tuple[T, Call | None]]:
+    """Yield lines of decisions with their calls, in the order of the calls, lines without any behind.
+
+    Where a place has not as many lines as calls, nobody knows which is which, and its lines have none.
+
+    Args:
+        lines: each behind its place.
+        calls: of the same run.
+    """
+    decided = _by_place(lines)
+    called = _by_place((place_of(call), call) for call in calls)
+    for place in dict.fromkeys((*called, *decided)):
+        mine, asked = decided.get(place, []), called.get(place, [])
+        yield from zip(mine, asked if len(asked) == len(mine) else itertools.repeat(None), strict=False)
+
+
+def _by_place(found: Iterable[tuple[Asked, T]]) -> dict[Asked, list[T]]:
+    places: dict[Asked, list[T]] = {}
+    for place, one in found:
+        places.setdefault(place, []).append(one)
+    return places
