@@ -55,11 +55,12 @@ class ProgressDisplay:
         """
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-        from foundry.running.progress import Speed, SweepProgress
+        from foundry.running.progress import Speed, SweepProgress, TimeLeft
 
         self._untold = [(run, run.summary()) for run in folder.runs() if each_run]
         self._progress = SweepProgress(folder)
         self._speeds = {name: Speed() for name in self._progress.before}
+        self._time_left = TimeLeft(self._progress.phases)
         self._console = console
         self._clock = clock
         self._stop = threading.Event()
@@ -75,12 +76,16 @@ class ProgressDisplay:
             auto_refresh=False,
         )
         self._tasks: dict[str, TaskID] = {}
+        self._whole: TaskID | None = None
 
     def __enter__(self) -> ProgressDisplay:
         for name, totals in self._progress.before.items():
             self._tasks[name] = self._bars.add_task(
                 visible(name), total=totals.most, completed=totals.done, runs=_runs(totals), info="", start=False
             )
+        if len(self._tasks) > 1:
+            most = sum(totals.most for totals in self._progress.before.values())
+            self._whole = self._bars.add_task("whole sweep", total=most, runs="", info="")
         if self._console.is_terminal:
             self._bars.start()
         self._thread.start()
@@ -99,14 +104,20 @@ class ProgressDisplay:
         """Read the reports of the workers, for the speed too; returns the totals by model."""
         totals, now = self._progress.by_model(), self._clock()
         for name, speed in self._speeds.items():
-            speed.note(totals[name], now)
+            speed.note(totals[name].calls, totals[name].cached, now)
+        self._time_left.note(totals, now)
         return totals
 
     def line(self, totals: Mapping[str, Totals]) -> str:
         """Return one line for a log: of each model that has begun and has not ended, else of all."""
         shown = {name: one for name, one in totals.items() if one.calls and one.ended < one.runs} or totals
         parts = [f"{visible(name)} {', '.join([_runs(one), *self.told(name, one)])}" for name, one in shown.items()]
-        return f"[{_duration(self._clock() - self._started)}] " + "; ".join(parts)
+        return f"[{_duration(self._clock() - self._started)}] " + "; ".join([*self.left(totals), *parts])
+
+    def left(self, totals: Mapping[str, Totals]) -> list[str]:
+        """Return the time that is left of the whole sweep; nothing where it is too early to say."""
+        left_s = self._time_left.seconds(totals)
+        return [] if left_s is None else [f"{_duration(left_s)} left"]
 
     def told(self, name: str, totals: Totals) -> list[str]:
         """Return what is told of a model beside its runs."""
@@ -116,13 +127,11 @@ class ProgressDisplay:
         return parts + ([f"{totals.failed} failed"] if totals.failed else [])
 
     def _going(self, name: str, totals: Totals) -> list[str]:
-        """Return the speed of a model that is not done, and the time that is left."""
+        """Return the speed of a model that is not done."""
         if totals.begun and not totals.calls:
             return ["no reply yet"]
-        speed = self._speeds[name]
-        per_s, left_s = speed.calls_per_s, speed.left_s(totals)
-        parts = [] if left_s is None else [f"{_duration(left_s)} left"]
-        return parts + ([] if per_s is None else [_rate(per_s)])
+        per_s = self._speeds[name].calls_per_s
+        return [] if per_s is None else [_rate(per_s)]
 
     def _watch(self) -> None:
         shown = self._clock()
@@ -150,10 +159,14 @@ class ProgressDisplay:
             one = totals[name]
             if one.begun:
                 self._bars.start_task(task)
-            info = ", ".join(self.told(name, one))
+            left = self.left(totals) if self._whole is None else []
+            info = ", ".join([*left, *self.told(name, one)])
             self._bars.update(task, completed=one.done, runs=_runs(one), info=info)
             if one.ended == one.runs:
                 self._bars.stop_task(task)
+        if self._whole is not None:
+            done = sum(one.done for one in totals.values())
+            self._bars.update(self._whole, completed=done, info=", ".join(self.left(totals)))
         self._bars.refresh()
 
 

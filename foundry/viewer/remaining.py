@@ -72,6 +72,11 @@ class ModelRuns:
         """Whether any says how long they take."""
         return bool(self.ended or any(one.calls for one in self.open))
 
+    def as_ended(self) -> list[Begun]:
+        """Return the runs that have begun as they are when they end: open ones go on as fast as so far."""
+        going = [one for one in self.open if one.calls and one.most]
+        return [*self.ended, *(Begun(one.seconds * one.most / one.calls, one.most) for one in going)]
+
 
 @dataclass(frozen=True)
 class Remaining:
@@ -104,7 +109,7 @@ def remaining(phases: Sequence[Sequence[ModelRuns]], places: int) -> Remaining:
 
     Args:
         phases: models whose runs are played one after the other, and in each those that are played together; of each
-            it is known how long its runs take.
+            some run has begun or is given as ended.
         places: runs that are played at once.
     """
     rng = stream(0, "end of a sweep")

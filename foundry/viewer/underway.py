@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from foundry.records import RunSummary
@@ -122,16 +122,20 @@ def _calls_left(sweep: CatalogedSweep, undone: Mapping[str, int], found: _Report
 
 
 def _end(sweep: CatalogedSweep, undone: Mapping[str, int], found: _Reported) -> dict[str, Any] | None:
-    """Return in how many seconds all runs have ended, and the models without which; None where nothing is known."""
+    """Return in how many seconds all runs have ended; None where nothing is known.
+
+    Models of which nothing is known are judged by the others, and named.
+    """
     runs = _runs_by_model(sweep, undone, found)
-    known = [model for model, one in runs.items() if one.left and one.known]
-    without = [model for model, one in runs.items() if one.left and not one.known]
-    if without and not known:
+    judged = [model for model, one in runs.items() if one.left and not one.known]
+    begun = [run for one in runs.values() for run in one.as_ended()]
+    if judged and not begun:
         return None
-    together = [runs[model] for model in known if not runs[model].served]
-    apart = [[runs[model]] for model in known if runs[model].served]
-    left = remaining([together, *apart], max(sweep.most_open, found.workers))
-    return {**asdict(left), "share": SHARE, "without": without}
+    left = [replace(one, ended=begun) if model in judged else one for model, one in runs.items() if one.left]
+    together = [one for one in left if not one.served]
+    apart = [[one] for one in left if one.served]
+    seconds = remaining([together, *apart], max(sweep.most_open, found.workers))
+    return {**asdict(seconds), "share": SHARE, "judged_by_others": judged}
 
 
 def _runs_by_model(sweep: CatalogedSweep, undone: Mapping[str, int], found: _Reported) -> dict[str, ModelRuns]:

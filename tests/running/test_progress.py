@@ -33,6 +33,8 @@ from ollama_server import OllamaServer
 AGENTS, STEPS = 5, 10
 MOST = 2 * AGENTS * STEPS
 """Calls of a run, at most."""
+LATER = 10 * MOST
+"""Calls of the model that waits."""
 LOOKS = 100
 
 
@@ -56,14 +58,13 @@ class Watched:
         self.display = ProgressDisplay(self.folder, self.console, clock=lambda: self.now)
 
     def after(self, seconds: float, **tallies: Tally) -> list[str]:
-        """Let time pass, then report and look; returns what is told of the model that was reported."""
+        """Let time pass, report, and look; returns the time left and what is told of the reported model."""
         self.now += seconds
-        self.tallies |= {f"scripted/{name}": tally for name, tally in tallies.items()}
+        self.tallies |= tallies
         report = {"pid": 1, "open": [], "counts": {}, "models": {k: vars(v) for k, v in self.tallies.items()}}
         write_atomically(self.folder.progress_file("0-0"), msgspec.json.encode(report))
-        totals = self.display.look()
-        name = f"scripted/{next(iter(tallies))}"
-        return self.display.told(name, totals[name])
+        totals, name = self.display.look(), next(iter(tallies))
+        return [*self.display.left(totals), *self.display.told(name, totals[name])]
 
     def play(self, model: str, calls_per_s: float, seconds: float, so_far: Tally) -> list[str]:
         """Have a model answer at a steady speed, whole calls only; returns what is told at the end."""
@@ -74,13 +75,17 @@ class Watched:
         return told
 
 
-@pytest.fixture(scope="module")
-def sweep() -> Sweep:
-    """Ten runs of each of two scripted models."""
-    asked = ("-m", "model=scripted/stay,scripted/random", "seed=0-9")
-    composed = compose([*asked, f"world.agents={AGENTS}", f"world.steps={STEPS}"])
+def sweep_of(models: str) -> Sweep:
+    """Return ten runs of each model."""
+    composed = compose(["-m", f"model={models}", "seed=0-9", f"world.agents={AGENTS}", f"world.steps={STEPS}"])
     assert composed is not None
     return expand(composed.asked, composed.conditions)
+
+
+@pytest.fixture(scope="module")
+def sweep() -> Sweep:
+    """Ten runs of each of two served models, which are asked one after the other."""
+    return sweep_of("stay,random")
 
 
 @pytest.fixture
@@ -97,7 +102,7 @@ def seconds_left(told: list[str]) -> int:
 
 def test_the_time_left_is_right_within_the_first_run(watch):
     told = watch().play("stay", calls_per_s=2.0, seconds=40, so_far=Tally())
-    assert seconds_left(told) == pytest.approx((10 * MOST - 80) / 2.0, rel=0.03)
+    assert seconds_left(told) == pytest.approx((10 * MOST - 80 + LATER) / 2.0, rel=0.03)
     assert "2.0 calls/s" in told
 
 
@@ -105,24 +110,37 @@ def test_the_time_left_of_a_later_model_counts_from_its_own_first_call(watch):
     watched = watch()
     watched.play("stay", calls_per_s=100.0, seconds=10, so_far=Tally())
     watched.after(0.25, stay=Tally(complete=10, calls=10 * MOST))
-    assert watched.after(2000, random=Tally()) == ["no reply yet"]
+    assert watched.after(2000, random=Tally())[1:] == ["no reply yet"]
     told = watched.play("random", calls_per_s=1.0, seconds=20, so_far=Tally())
     assert seconds_left(told) == pytest.approx(980, rel=0.06)
-    assert watched.display.told("scripted/stay", watched.display.look()["scripted/stay"]) == ["1,000 calls"]
+    assert watched.display.told("stay", watched.display.look()["stay"]) == ["1,000 calls"]
+
+
+def test_the_time_left_of_a_sweep_of_several_models_covers_those_that_wait(tmp_path: Path):
+    watched = Watched(SweepFolder.create(tmp_path / "three", sweep_of("stay,random,third"), {}, []))
+    watched.play("stay", calls_per_s=100.0, seconds=9.9, so_far=Tally())
+    told = watched.after(0.1, stay=Tally(complete=9, calls=999))
+    assert seconds_left(told) == pytest.approx(20, abs=2)
+    watched.after(0.1, stay=Tally(complete=10, calls=1000))
+    watched.after(1, random=Tally(calls=1))
+    told = watched.play("random", calls_per_s=10.0, seconds=50, so_far=Tally(calls=1))
+    assert seconds_left(told) == pytest.approx(500 / 10 + 1000 * (1 / 10 + 1 / 100) / 2, rel=0.1)
+    watched.after(1, random=Tally(complete=10, calls=1000), third=Tally(complete=10, calls=1000))
+    assert watched.display.left(watched.display.look()) == []
 
 
 def test_a_model_that_gets_slower_is_soon_told_so(watch):
     watched, so_far = watch(), Tally()
     watched.play("stay", calls_per_s=4.0, seconds=60, so_far=so_far)
     told = watched.play("stay", calls_per_s=0.5, seconds=240, so_far=so_far)
-    assert seconds_left(told) == pytest.approx((10 * MOST - so_far.calls) / 0.5, rel=0.35)
+    assert seconds_left(told) == pytest.approx((10 * MOST - so_far.calls + LATER) / 0.5, rel=0.35)
 
 
 @pytest.mark.parametrize("calls_per_s", [0.01, 0.2, 30.0])
 def test_slow_and_fast_models_are_told_alike(calls_per_s: float, watch):
     watched, so_far = watch(), Tally()
     told = watched.play("stay", calls_per_s, seconds=200 / calls_per_s, so_far=so_far)
-    assert seconds_left(told) == pytest.approx((10 * MOST - so_far.calls) / calls_per_s, rel=0.1)
+    assert seconds_left(told) == pytest.approx((10 * MOST - so_far.calls + LATER) / calls_per_s, rel=0.1)
 
 
 def test_runs_that_end_early_shorten_the_time_left(watch):
@@ -130,8 +148,8 @@ def test_runs_that_end_early_shorten_the_time_left(watch):
     calls = MOST // 4
     for ended in range(1, 5):
         told = watched.after(100, stay=Tally(complete=ended, calls=ended * calls, spared=ended * (MOST - calls)))
-    assert seconds_left(told) == pytest.approx(6 * 100, rel=0.05)
-    assert watched.display.look()["scripted/stay"].done == 4 * MOST
+    assert seconds_left(told) == pytest.approx((6 + 10) * 100, rel=0.05)
+    assert watched.display.look()["stay"].done == 4 * MOST
 
 
 def test_answers_of_the_cache_say_nothing_of_the_speed_of_the_others(watch):
@@ -140,7 +158,7 @@ def test_answers_of_the_cache_say_nothing_of_the_speed_of_the_others(watch):
     watched.after(1, stay=Tally(calls=500, cached=500))
     for second in range(1, 31):
         told = watched.after(1, stay=Tally(calls=500 + second, cached=500))
-    assert seconds_left(told) == pytest.approx(470, rel=0.05)
+    assert seconds_left(told) == pytest.approx(470 + LATER, rel=0.05)
     assert "500 cached" in told
 
 
@@ -148,7 +166,7 @@ def test_a_sweep_that_is_all_cached_has_a_speed(watch):
     watched = watch()
     for second in range(1, 6):
         told = watched.after(1, stay=Tally(calls=100 * second, cached=100 * second))
-    assert told == ["0:00:05 left", "100 calls/s", "500 cached"]
+    assert told == ["0:00:15 left", "100 calls/s", "500 cached"]
 
 
 def test_nothing_is_said_of_speed_before_there_is_any(watch):
@@ -163,9 +181,7 @@ def test_a_line_of_a_log_tells_of_the_models_at_work(watch):
     watched.after(5, stay=Tally(complete=10, calls=1000))
     watched.after(5, random=Tally(complete=1, calls=150))
     watched.after(5, random=Tally(complete=2, calls=200))
-    assert watched.display.line(watched.display.look()) == (
-        "[0:00:15] scripted/random 2/10 runs, 0:01:20 left, 10 calls/s"
-    )
+    assert watched.display.line(watched.display.look()) == ("[0:00:15] 0:01:20 left; random 2/10 runs, 10 calls/s")
 
 
 def test_what_ended_before_this_session_is_done_and_not_counted_as_speed(workspace: Path):
@@ -179,7 +195,7 @@ def test_what_ended_before_this_session_is_done_and_not_counted_as_speed(workspa
     (folder.runs()[0].path / "run.json").unlink()
     watched = Watched(folder)
     assert watched.display.look()["scripted/stay"].done == 3 * MOST
-    told = watched.play("stay", calls_per_s=1.0, seconds=10, so_far=Tally())
+    told = watched.play("scripted/stay", calls_per_s=1.0, seconds=10, so_far=Tally())
     assert seconds_left(told) == pytest.approx(90, rel=0.05)
 
 

@@ -26,9 +26,9 @@
     return seconds < 5400 ? `${Math.round(seconds / 60)} min` : `${number(seconds / 3600, 2)} h`;
   }
 
-  /** Return the models of which nothing is known yet. */
+  /** Return the models that are judged by the others, since nothing is known of them yet. */
   function unbegun(found) {
-    const names = found.end?.without || [];
+    const names = found.end?.judged_by_others || [];
     return names.slice(0, 3).join(", ") + (names.length > 3 ? ` and ${names.length - 3} more` : "");
   }
 
@@ -36,7 +36,7 @@
   function end(found, looked) {
     if (!found.end) return looked < found.runs ? "not known before all runs were looked at" : "not known before a call of a run has come back";
     const {low_s: soon, middle_s: middle, high_s: late, share} = found.end;
-    const later = unbegun(found) && `; then ${unbegun(found)}, of which nothing is known yet`;
+    const later = unbegun(found) && `; ${unbegun(found)}, of which nothing is known yet, as the other models`;
     const day = middle > 18 * 3600 ? {weekday: "short", day: "numeric", month: "short"} : {};
     const clock = new Date((found.at + middle) * 1000).toLocaleString("en-GB", {...day, hour: "2-digit", minute: "2-digit"});
     return `in ${span(middle)} (${clock}); ${number(100 * share)} %: ${span(soon)} to ${span(late)}, if runs go on as before${later}`;

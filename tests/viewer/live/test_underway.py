@@ -69,14 +69,19 @@ def test_the_end_is_judged_by_the_runs_that_have_begun(tmp_path: Path):
     assert underway(shown(made))["end"] is None, "nobody plays"
 
 
-def test_a_model_of_which_nothing_is_known_is_named_beside_the_end_of_the_others(tmp_path: Path):
+def test_a_model_of_which_nothing_is_known_is_judged_by_the_others_and_named(tmp_path: Path):
     made = sweep(tmp_path / "later", models=("first", "second"), seeds=(0, 1))
     whole_run(made.runs()[0])
     made.start_progress()
     report(made, models={"first": {"complete": 1, "calls": 48}})
     found = underway(shown(made))
-    assert found["end"]["without"] == ["second"] and found["end"]["high_s"] > 0
+    assert found["end"]["judged_by_others"] == ["second"]
     assert found["left"] == 48
+    for run in made.runs()[1:2]:
+        whole_run(run)
+    report(made, models={"first": {"complete": 2, "calls": 96}})
+    later = underway(shown(made))["end"]
+    assert later["judged_by_others"] == ["second"] and 0 < later["middle_s"] < found["end"]["middle_s"]
 
 
 def test_a_run_that_begins_fails_and_is_played_again_is_seen_so_at_the_next_look(
