@@ -221,10 +221,24 @@ def status_table(found: Sequence[Standing]) -> Table:
 
 
 def failure_lines(failed: Sequence[Failure], most: int | None = 10) -> list[str]:
-    """Return one line per failed run, with its cause; of very many the first alone, unless there is no limit."""
-    shown = failed[:most]
-    lines = [f"{one.run}: {_one_line(one.error)}" for one in shown]
-    return lines + ([f"and {len(failed) - len(shown)} more"] if len(failed) > len(shown) else [])
+    """Return one line per cause, with the runs that it failed.
+
+    Args:
+        failed: the runs.
+        most: how many causes are shown, and of each how many runs are named; None for all.
+    """
+    by_cause: dict[str, list[str]] = {}
+    for one in failed:
+        by_cause.setdefault(_one_line(one.error), []).append(one.run)
+    shown = list(by_cause.items())[:most]
+    hidden = len(failed) - sum(len(runs) for _, runs in shown)
+    lines = [f"{_named(runs, most)}: {cause}" for cause, runs in shown]
+    return lines + ([f"and {hidden} more"] if hidden else [])
+
+
+def _named(runs: Sequence[str], most: int | None) -> str:
+    more = 0 if most is None else len(runs[most:])
+    return ", ".join(runs[:most]) + (f" and {more} more" if more else "")
 
 
 def _one_line(text: str | None) -> str:

@@ -9,7 +9,10 @@ from hypothesis import strategies as st
 
 import ollama_cases as cases
 from foundry.errors import RequestError, ServerError, TransientError
+from foundry.models.base import UnusableReply
 from foundry.models.http.pausing import seconds_to_wait
+
+OTHER_FORMAT = "The model produced output that does not match the expected peg-native format"
 
 
 @pytest.mark.parametrize(
@@ -19,6 +22,9 @@ from foundry.models.http.pausing import seconds_to_wait
         (cases.refused(413, "too large"), RequestError, "413 too large"),
         (cases.refused(401, "unauthorized"), ServerError, "wants a key"),
         (cases.refused(403, "forbidden"), ServerError, "OLLAMA_HOST"),
+        (cases.refused(403, "remote model is unavailable: ollama cloud is disabled"), ServerError, "cloud: name one"),
+        (cases.refused(500, OTHER_FORMAT), UnusableReply, "expected peg-native format"),
+        (cases.refused(500, "prediction aborted, token repeat limit reached"), UnusableReply, "token repeat limit"),
         (cases.refused(404, "model 'x' not found"), ServerError, "ollama pull qwen3:4b-instruct"),
         (cases.refused(302, ""), ServerError, "no answer of an Ollama API"),
         (cases.busy(), TransientError, "server busy, please try again. maximum pending"),

@@ -11,6 +11,7 @@ from openai_server import ChatCase, OpenAIServer, refused
 
 PNG = b"\x89PNG\r\n\x1a\n1"
 JPEG = b"\xff\xd8\xff\xe01"
+OTHER_FORMAT = "The model produced output that does not match the expected peg-native format"
 OVERFLOW = "This model's maximum context length is 8192 tokens."
 
 
@@ -149,6 +150,7 @@ def test_what_is_no_reply_is_worth_another_try(raw, ask_openai):
         (refused(529, "overloaded"), TransientError, "529 overloaded"),
         (refused(408, "slow"), TransientError, "408 slow"),
         (refused(500, "it broke"), TransientError, "500 it broke"),
+        (refused(500, OTHER_FORMAT, type="server_error", code=500), UnusableReply, "expected peg-native format"),
         (refused(302), ServerError, "no answer of an OpenAI API"),
         (ChatCase(status=400, raw=b'{"object":"error","message":"bad","code":40001}'), RequestError, "400 bad"),
         (ChatCase(status=500, raw=b"<html>"), TransientError, "500 <html>"),

@@ -14,11 +14,13 @@ import aiohttp
 import msgspec
 
 from foundry.errors import TransientError
-from foundry.models.base import Reply
+from foundry.models.base import Reply, UnusableReply
 from foundry.models.serving import HttpServing
 from foundry.texts import without_surrogates
 from foundry.worlds.base import ABORTED
 
+MODEL_FAILED = ("token repeat limit", "does not match the expected")
+"""Texts of refusals with status 500 that the model's own output caused: Ollama's first, then llama.cpp's."""
 LONGEST_TEXT = 300
 LONGEST_NAME = 300
 """Characters that are kept of what a server calls itself."""
@@ -258,6 +260,17 @@ def length_in(value: Any) -> int | None:
 def aborted_reply(origin: Origin) -> Reply:
     """Return the reply that stands for a model that gave up."""
     return Reply(text="", ending=ABORTED, host=origin.host, server_version=origin.version)
+
+
+def model_failure(origin: Origin, line: str) -> UnusableReply | None:
+    """Return the error where a server refuses since its model failed; None for any other refusal.
+
+    Args:
+        origin: who answered.
+        line: what the refusal says.
+    """
+    failed = any(part in line for part in MODEL_FAILED)
+    return UnusableReply(line, aborted_reply(origin)) if failed else None
 
 
 def error_text(content: bytes) -> str:

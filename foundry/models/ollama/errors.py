@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from foundry.errors import BackendError, RequestError, ServerError, TransientError
-from foundry.models.base import UnusableReply
-from foundry.models.http.transport import Origin, aborted_reply, error_text
+from foundry.models.http.transport import Origin, error_text, model_failure
 
 WAYS_ON = (
     "Start Ollama (ollama serve, https://ollama.com/download), set OLLAMA_HOST, "
@@ -23,7 +22,7 @@ HOPELESS: Mapping[int, str] = {
 """Statuses that every call would meet, with the way out."""
 BAD_SETTINGS = ('option "', "invalid format")
 """How the text of a 500 begins that settings cause, and not the runner."""
-TOKEN_REPEAT = "token repeat limit"
+CLOUD_DISABLED = "cloud is disabled"
 
 
 def refusal(origin: Origin, status: int, content: bytes, wait_s: float | None = None) -> BackendError:
@@ -37,6 +36,8 @@ def refusal(origin: Origin, status: int, content: bytes, wait_s: float | None = 
     """
     text = error_text(content)
     line = f"{origin}: {status} {text}".rstrip(".") + "."
+    if CLOUD_DISABLED in text:
+        return ServerError(f"{line} The model runs in Ollama's cloud: name one that is installed on the host.")
     if status in HOPELESS:
         return ServerError(f"{line} {HOPELESS[status].format(model=origin.model)}")
     if status in BUSY:
@@ -44,16 +45,14 @@ def refusal(origin: Origin, status: int, content: bytes, wait_s: float | None = 
     if status in TRANSIENT:
         return TransientError(line)
     if status >= 500:
-        return _server_failure(origin, line, text)
+        return model_failure(origin, line) or _server_failure(line, text)
     if status >= 400:
         advice = "It would be refused again: check num_ctx, think, format and images against the model."
         return RequestError(f"{line} {advice}")
     return ServerError(f"{line} This is no answer of an Ollama API; check the host.")
 
 
-def _server_failure(origin: Origin, line: str, text: str) -> BackendError:
-    if TOKEN_REPEAT in text:
-        return UnusableReply(line, aborted_reply(origin))
+def _server_failure(line: str, text: str) -> BackendError:
     if text.startswith(BAD_SETTINGS):
         return ServerError(f"{line} Correct it in the model's settings.")
     return TransientError(line)

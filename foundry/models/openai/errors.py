@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from foundry.errors import BackendError, RequestError, ServerError, TransientError
-from foundry.models.http.transport import Origin, decoded, error_text
+from foundry.models.http.transport import Origin, decoded, error_text, model_failure
 
 BUSY = frozenset({429, 502, 503, 529})
 TRANSIENT = frozenset({408, 409, 425, 499, 504})
@@ -57,6 +57,8 @@ def refusal(
         return RequestError(f"{line} The prompt does not fit: give the server a longer context, or shorten it.")
     if any(part in text for part in BLIND):
         return RequestError(f"{line} The model sees no images: set model.vision=false.")
+    if status >= 500 and (failure := model_failure(origin, line)) is not None:
+        return failure
     return _by_status(line, status, wait_s)
 
 
