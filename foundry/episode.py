@@ -120,6 +120,7 @@ class Asker:
             server_version=reply.server_version,
             served_model=reply.served_model,
             cached_tokens=reply.cached_tokens,
+            remote=reply.remote,
         )
 
     def _source(self, request: Request) -> Source:

@@ -390,6 +390,7 @@ class Call(msgspec.Struct, frozen=True, kw_only=True):
         server_version: version of that server, or its fingerprint where it has none, or null.
         served_model: name of the model as that server told it, or null.
         cached_tokens: tokens of the prompt that the server took from its prompt cache, or null where it does not say.
+        remote: model and address that the server passed the call on to, or null.
     """
 
     step: int
@@ -413,6 +414,7 @@ class Call(msgspec.Struct, frozen=True, kw_only=True):
     server_version: str | None = None
     served_model: str | None = None
     cached_tokens: int | None = None
+    remote: str | None = None
 
 
 class Member(msgspec.Struct, frozen=True, kw_only=True):

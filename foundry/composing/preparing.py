@@ -120,6 +120,7 @@ def model_lines(infos: Mapping[str, ModelInfo]) -> list[dict[str, Any]]:
     """Return what a sweep remembers of its models, the members of populations among them."""
     return [
         {"name": one.name, "digest": one.digest, "server_version": one.server_version}
+        | ({} if one.remote is None else {"remote": one.remote})
         for info in infos.values()
         for one in (info, *info.members)
     ]

@@ -93,6 +93,10 @@ def _identity(info: ModelInfo, began: str | None) -> Finding:
     digest = f"digest {info.digest[:12]}" if info.digest else "no digest: the server tells none"
     server = f", server {info.server_version}" if info.server_version else ""
     able = f", {', '.join(info.capabilities)}" if info.capabilities else ""
+    if info.remote is not None:
+        passed = f"{digest}{server}{able}; the server passes calls on to {info.remote}"
+        advice = "The digest does not cover its weights: report the model as a remote one."
+        return Finding("model", info.name, Status.WARNING, passed, advice)
     status = Status.OK if info.digest else Status.WARNING
     advice = "" if info.digest else "Whether its weights change meanwhile cannot be seen: pin its version."
     return Finding("model", info.name, status, digest + server + able, advice)

@@ -82,6 +82,7 @@ class Reply(msgspec.Struct, frozen=True, kw_only=True):
         server_version: version of the server, or its fingerprint where it has none, or None.
         served_model: name of the model as the server told it with this reply, or None.
         cached_tokens: tokens of the prompt from the prompt cache of the server, or None where it does not say.
+        remote: model and address that the server passed the call on to, or None.
         cached: whether this came from the cache of answers.
         source: which model gave it; None for the one that was asked.
     """
@@ -97,6 +98,7 @@ class Reply(msgspec.Struct, frozen=True, kw_only=True):
     server_version: str | None = None
     served_model: str | None = None
     cached_tokens: int | None = None
+    remote: str | None = None
     cached: bool = False
     source: Source | None = None
 
@@ -124,6 +126,7 @@ class ModelInfo:
         capabilities: such as `completion`, `vision`, `thinking`.
         undeclared: capabilities that its server cannot be asked about; settings of their names say so instead.
         context_length: longest context in tokens, or None where unknown.
+        remote: model and address that its server passes calls on to, or None.
         members: the models that it routes to.
         states: what else changes when its weights are replaced, by base URL of each server: it may be put back, so
             that the digest alone does not tell.
@@ -135,6 +138,7 @@ class ModelInfo:
     capabilities: tuple[str, ...] = ()
     undeclared: tuple[str, ...] = ()
     context_length: int | None = None
+    remote: str | None = None
     members: tuple[ModelInfo, ...] = ()
     states: Mapping[str, str] = field(default_factory=dict)
 

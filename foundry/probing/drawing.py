@@ -59,7 +59,9 @@ class Past:
 
 
 def _bare(call: Call) -> Call:
-    return msgspec.structs.replace(call, messages=[], host=None, attempts=(), served_model=None, server_version=None)
+    return msgspec.structs.replace(
+        call, messages=[], host=None, attempts=(), served_model=None, server_version=None, remote=None
+    )
 
 
 def strata_of(scenario: Scenario, recorded: Mapping[str, Past]) -> dict[Moment, Strata]:

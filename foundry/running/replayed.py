@@ -33,6 +33,7 @@ def reply_of(call: Call) -> Reply:
         host=call.host,
         server_version=call.server_version,
         served_model=call.served_model,
+        remote=call.remote,
         cached=True,
         source=Source(model=call.model, digest=call.digest, parameters=call.parameters, key=call.key),
     )

@@ -65,7 +65,8 @@ class Scrubber:
             for one in call.attempts
         )
         served = None if call.served_model is None else self.text(call.served_model)
-        return msgspec.structs.replace(call, host=None, attempts=attempts, served_model=served)
+        remote = None if call.remote is None else self.text(call.remote)
+        return msgspec.structs.replace(call, host=None, attempts=attempts, served_model=served, remote=remote)
 
     def asked(self, overrides: tuple[str, ...]) -> tuple[str, ...]:
         """Return a command line without what says only where it was run."""

@@ -127,8 +127,8 @@ def test_unloading_frees_the_model_on_every_host(make_model, run):
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
-        ({"name": "gpt-oss:120b-cloud"}, "runs in Ollama's cloud"),
-        ({"name": "glm-5:cloud"}, "runs in Ollama's cloud"),
+        ({"name": "gpt-oss:120b-cloud"}, "calls go to Ollama's cloud"),
+        ({"name": "glm-5:cloud"}, "model.server.remote=true"),
         ({"name": " "}, "foundry models"),
         ({"think": "hard"}, "model.think 'hard' not found"),
         ({"format": "json"}, "model.format 'json' not found"),

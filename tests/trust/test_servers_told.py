@@ -10,10 +10,12 @@ import zstandard
 
 from commands import foundry, statuses
 from foundry.storing.store import SweepFolder
+from ollama_cases import ChatCase, FakeModel
 from ollama_server import OllamaServer
 
 SWEEP = ("model=qwen3:4b", "world.agents=3", "world.steps=2", "analyze=false", "runner.workers=1")
-NEW = ("server_version", "served_model")
+NEW = ("server_version", "served_model", "remote")
+REMOTE = {"remote_model": "gpt-oss:120b", "remote_host": "https://ollama.com:443"}
 
 
 @pytest.fixture
@@ -57,3 +59,38 @@ def test_records_from_before_they_were_kept_are_read_verified_replayed_and_forke
     forked = ("fork", str(run.path), "--at", "2", "model=scripted/stay", "output.dir=forked")
     assert foundry(*forked, "runner.workers=1", "analyze=false", cwd=played).returncode == 0
     assert statuses(played / "replayed") == statuses(played / "forked") == ["complete"]
+
+
+def test_a_model_that_runs_elsewhere_is_refused_unless_that_is_allowed_and_then_recorded(tmp_path: Path):
+    body = {
+        "message": {"role": "assistant", "content": '{"action": "stay"}'},
+        "done": True,
+        "done_reason": "stop",
+        **REMOTE,
+    }
+    reply = ChatCase(raw=msgspec.json.encode(body))
+    with OllamaServer(lambda _: reply, models=[FakeModel("qwen3:4b", remote=REMOTE)]) as server:
+        refused = foundry(*SWEEP, "output.dir=refused", cwd=tmp_path, OLLAMA_HOST=server.url)
+        allowed = foundry(*SWEEP, "model.server.remote=true", "output.dir=out", cwd=tmp_path, OLLAMA_HOST=server.url)
+        doctor = foundry("doctor", "--json", *SWEEP, "model.server.remote=true", cwd=tmp_path, OLLAMA_HOST=server.url)
+    assert refused.returncode == 2 and not (tmp_path / "refused").exists()
+    (line,) = refused.stderr.splitlines()
+    assert "calls go to gpt-oss:120b at https://ollama.com:443" in line and "model.server.remote=true" in line
+    assert allowed.returncode == 0, allowed.stderr
+    sweep = SweepFolder.open(tmp_path / "out")
+    assert {call.remote for run in sweep.runs() for call in run.calls()} == {"gpt-oss:120b at https://ollama.com:443"}
+    assert [model["remote"] for model in sweep.models] == ["gpt-oss:120b at https://ollama.com:443"]
+    assert "passes calls on to gpt-oss:120b" in doctor.stdout
+
+
+def test_a_reply_from_elsewhere_ends_the_sweep_and_the_setting_is_in_no_identity(tmp_path: Path):
+    body = {"message": {"role": "assistant", "content": "hello"}, "done": True, **REMOTE}
+    with OllamaServer(lambda _: ChatCase(raw=msgspec.json.encode(body))) as server:
+        done = foundry(*SWEEP, "output.dir=out", cwd=tmp_path, OLLAMA_HOST=server.url)
+        planned = [
+            foundry("plan", *SWEEP, f"model.server.remote={remote}", "--json", cwd=tmp_path, OLLAMA_HOST=server.url)
+            for remote in ("true", "false")
+        ]
+    assert done.returncode == 3 and "calls go to gpt-oss:120b" in done.stdout + done.stderr
+    first, second = (msgspec.json.decode(plan.stdout)["runs"] for plan in planned)
+    assert first == second

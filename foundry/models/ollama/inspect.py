@@ -51,7 +51,14 @@ def described(name: str, row: Mapping[str, Any], shown: Mapping[str, Any], versi
         states={host: name_in(row.get("modified_at")) or ""},
         capabilities=names_in(shown.get("capabilities")),
         context_length=context_length(shown.get("model_info")),
+        remote=remote_in({**shown, **row}),
     )
+
+
+def remote_in(said: Mapping[str, Any]) -> str | None:
+    """Return the model and the address that a server passes calls on to, as it says in a row or a reply."""
+    model, host = name_in(said.get("remote_model")), name_in(said.get("remote_host"))
+    return f"{model or 'a model'} at {host or 'an unknown address'}" if model or host else None
 
 
 def context_length(info: Any) -> int | None:

@@ -9,7 +9,7 @@ from typing import Any
 
 import msgspec
 
-from foundry.errors import BackendError, InputError, not_found
+from foundry.errors import BackendError, InputError, ServerError, not_found
 from foundry.models.base import ModelInfo, Reply, Request
 from foundry.models.http.hosts import agreed
 from foundry.models.http.model import HttpModel, check_format, schemas_of
@@ -41,11 +41,13 @@ class OllamaServing(HttpServing, frozen=True, kw_only=True):
         hosts: one server, several separated by commas, or a list.
         warm_up_timeout_s: limit for loading the model, seconds.
         keep_alive: how long the model stays in memory after a call: `30m`, or seconds; negative for ever.
+        remote: whether a server may pass calls on to another one, such as Ollama's cloud.
     """
 
     hosts: str | list[str]
     warm_up_timeout_s: Seconds
     keep_alive: str | float
+    remote: bool = False
 
 
 class OllamaModel(HttpModel):
@@ -75,6 +77,8 @@ class OllamaModel(HttpModel):
         self._schemas = schemas_of(format, schemas)
         self.name = name
         self.server: OllamaServing = read_settings(server, OllamaServing)
+        if name.casefold().endswith((":cloud", "-cloud")) and not self.server.remote:
+            raise InputError(_remote_line(name, "Ollama's cloud"))
         self.settings = ChatSettings(
             model=name,
             think=think,
@@ -113,7 +117,11 @@ class OllamaModel(HttpModel):
             started = time.perf_counter()
             content = await self._chat(origin, body, self.server.read_timeout_s)
             latency_s = time.perf_counter() - started
-            return ollama_wire.read_reply(content, request, self.settings, self._origin(host), latency_s=latency_s)
+            origin = self._origin(host)
+            reply = ollama_wire.read_reply(content, request, self.settings, origin, latency_s=latency_s)
+            if reply.remote is not None and not self.server.remote:
+                raise ServerError(_remote_line(self.name, reply.remote))
+            return reply
 
     async def inspect(self) -> ModelInfo:
         """Ask every server about the model.
@@ -145,7 +153,10 @@ class OllamaModel(HttpModel):
             version = await self._version(host)
         except BackendError as error:
             raise InputError(str(error)) from error
-        return described(self.name, row, shown, version, host)
+        info = described(self.name, row, shown, version, host)
+        if info.remote is not None and not self.server.remote:
+            raise InputError(_remote_line(self.name, info.remote))
+        return info
 
     async def _load(self, host: str) -> None:
         body = ollama_wire.load_body(self.settings, self.server.keep_alive)
@@ -182,8 +193,6 @@ class OllamaModel(HttpModel):
 def _check_settings(name: str, think: bool | str, format: str | None, options: Mapping[str, Any]) -> None:
     if not name.strip():
         raise InputError("model.name is empty. List the installed models with: foundry models")
-    if name.casefold().endswith((":cloud", "-cloud")):
-        raise InputError(f"Model '{name}' runs in Ollama's cloud, not on the host. Name a local model.")
     if think not in THINK_LEVELS:
         raise not_found("model.think", str(think), [str(level).lower() for level in THINK_LEVELS])
     check_format(format)
@@ -195,6 +204,13 @@ def _check_settings(name: str, think: bool | str, format: str | None, options: M
     num_ctx = options.get("num_ctx")
     if not isinstance(num_ctx, int) or num_ctx < 1:
         raise InputError(f"model.options.num_ctx must be a number of tokens, got {num_ctx}.")
+
+
+def _remote_line(name: str, remote: str) -> str:
+    return (
+        f"Model '{name}' does not run on the host: calls go to {remote}. "
+        "Name a local model, or allow it with model.server.remote=true."
+    )
 
 
 def _check_abilities(settings: ChatSettings, info: ModelInfo) -> None:

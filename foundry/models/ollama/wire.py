@@ -11,6 +11,7 @@ from foundry.errors import RequestError, TransientError
 from foundry.models.base import Reply, Request, UnusableReply
 from foundry.models.http.transport import Origin, aborted_reply, count_in, json_object, seconds_in
 from foundry.models.ollama.errors import refusal
+from foundry.models.ollama.inspect import remote_in
 from foundry.texts import without_surrogates
 from foundry.worlds.base import LENGTH, STOPPED
 
@@ -131,6 +132,7 @@ def read_reply(content: bytes, request: Request, settings: ChatSettings, origin:
         host=origin.host,
         server_version=origin.version,
         served_model=_text(body, "model") or None,
+        remote=remote_in(body),
     )
     _check_context(reply, request, settings.num_ctx, origin)
     if reply.ending == STOPPED and not text.strip() and not thinking:
