@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -107,20 +107,27 @@ def job_of(folder: SweepFolder, settings: Mapping[str, Any], infos: Mapping[str,
     """
     check_reachable(settings["cache"]["path"])
     repeated = settings.get(SETTING, 0)
+    recorded = {line["name"]: line for line in folder.models}
     return SweepJob(
         folder=folder,
-        infos=infos,
+        infos={key: _as_begun(info, recorded) for key, info in infos.items()},
         cache=settings["cache"]["path"],
         frame_every=settings["record"]["frames"],
         after_model=partial(repeat_calls, folder, repeated) if repeated else None,
     )
 
 
+def _as_begun(info: ModelInfo, recorded: Mapping[str, Mapping[str, Any]]) -> ModelInfo:
+    """Return what is known of a model with the digest that its sweep began with, so that keys of answers stay."""
+    digest = recorded.get(info.name, {}).get("digest") or info.digest
+    return replace(info, digest=digest, members=tuple(_as_begun(one, recorded) for one in info.members))
+
+
 def model_lines(infos: Mapping[str, ModelInfo]) -> list[dict[str, Any]]:
     """Return what a sweep remembers of its models, the members of populations among them."""
     return [
         {"name": one.name, "digest": one.digest, "server_version": one.server_version}
-        | ({} if one.remote is None else {"remote": one.remote})
+        | {name: told for name in ("weights", "remote") if (told := getattr(one, name)) is not None}
         for info in infos.values()
         for one in (info, *info.members)
     ]

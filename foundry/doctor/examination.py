@@ -33,7 +33,7 @@ def examine(sweep: Sweep, settings: Mapping[str, Any], *, calls: bool = True) ->
     yield from check_drawing(scenarios.values())
     yield _disk(sweep, settings, scenarios)
     with asyncio.Runner() as runner:
-        began = _digests(settings)
+        began = _begun(settings)
         for use in _uses(sweep, scenarios):
             findings = examine_model(use, began.get(use.model.name), calls=calls)
             while (finding := runner.run(_next(findings))) is not None:
@@ -41,11 +41,11 @@ def examine(sweep: Sweep, settings: Mapping[str, Any], *, calls: bool = True) ->
             runner.run(use.model.close())
 
 
-def _digests(settings: Mapping[str, Any]) -> dict[str, str | None]:
-    """Return the models' digests that the sweep in `output.dir` began with, where there is one."""
+def _begun(settings: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
+    """Return the models that the sweep in `output.dir` began with, where there is one."""
     folder = settings["output"]["dir"]
     models = SweepFolder.open(Path(folder)).models if folder and Path(folder).exists() else []
-    return {model["name"]: model["digest"] for model in models}
+    return {model["name"]: model for model in models}
 
 
 async def _next(findings: AsyncIterator[Finding]) -> Finding | None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Iterator, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from foundry.composing.preflight import check_sight, first_questions
 from foundry.doctor.finding import Finding, Status
@@ -16,6 +17,7 @@ from foundry.models.human.model import HumanModel
 from foundry.models.serving import serving_of
 from foundry.models.wrappers.retried import RetriedModel
 from foundry.prompts.prompt import Prompt
+from foundry.storing.growing import same_weights
 from foundry.worlds.base import Question, Scenario
 
 UNLIMITED_REPLY = 1024
@@ -45,12 +47,12 @@ class Use:
     seed: int
 
 
-async def examine_model(use: Use, began: str | None, *, calls: bool) -> AsyncIterator[Finding]:
+async def examine_model(use: Use, began: Mapping[str, Any] | None, *, calls: bool) -> AsyncIterator[Finding]:
     """Yield what is found of one model.
 
     Args:
         use: the model and what it is used for.
-        began: its digest when the sweep began that would go on; None where none would.
+        began: its name, digest and weights when the sweep began that would go on; None where none would.
         calls: whether about twenty are sent, none of whose answers is kept.
     """
     name = use.model.name
@@ -84,11 +86,13 @@ def _said(error: Exception) -> str:
     return kind + " ".join(str(error).split())
 
 
-def _identity(info: ModelInfo, began: str | None) -> Finding:
-    if began is not None and info.digest != began:
-        now = f"digest {(info.digest or 'none')[:12]}, and the sweep in output.dir began with {began[:12]}"
+def _identity(info: ModelInfo, began: Mapping[str, Any] | None) -> Finding:
+    now = {"digest": info.digest, "weights": info.weights}
+    then = began and began["digest"]
+    if began and then and (info.digest is None or not same_weights(began, now)):
+        found = f"digest {(info.digest or 'none')[:12]}, and the sweep in output.dir began with {then[:12]}"
         return Finding(
-            "model", info.name, Status.PROBLEM, now, "Put the first weights back, or take another output.dir."
+            "model", info.name, Status.PROBLEM, found, "Put the first weights back, or take another output.dir."
         )
     digest = f"digest {info.digest[:12]}" if info.digest else "no digest: the server tells none"
     server = f", server {info.server_version}" if info.server_version else ""

@@ -121,7 +121,8 @@ class ModelInfo:
 
     Attributes:
         name: name of the model.
-        digest: hash of its weights, template and parameters; None for scripted models.
+        digest: hash of its weights, template and parameters, part of the keys of answers; None for scripted models.
+        weights: the same without flags of its server; None where `digest` holds no flags.
         server_version: version of the server, or None.
         capabilities: such as `completion`, `vision`, `thinking`.
         undeclared: capabilities that its server cannot be asked about; settings of their names say so instead.
@@ -134,6 +135,7 @@ class ModelInfo:
 
     name: str
     digest: str | None = None
+    weights: str | None = None
     server_version: str | None = None
     capabilities: tuple[str, ...] = ()
     undeclared: tuple[str, ...] = ()
@@ -141,6 +143,11 @@ class ModelInfo:
     remote: str | None = None
     members: tuple[ModelInfo, ...] = ()
     states: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def identity(self) -> str | None:
+        """What must stay the same while a sweep runs; None where nothing tells."""
+        return self.weights or self.digest
 
 
 @dataclass(frozen=True, slots=True)

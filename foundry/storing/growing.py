@@ -107,21 +107,27 @@ def check_digests(there: Iterable[Mapping[str, Any]], models: Iterable[Mapping[s
     """Refuse to continue a sweep with other weights under the same name.
 
     Args:
-        there: name and digest of each model that the sweep was run with.
+        there: name, digest and weights, where they are told apart, of each model that the sweep was run with.
         models: the same of those that it is to be run with now.
 
     Raises:
         InputError: a model's digest is not the one the sweep began with.
     """
-    before = {model["name"]: model["digest"] for model in there}
+    before = {model["name"]: model for model in there}
     for model in models:
-        known = before.get(model["name"])
-        if known is not None and model["digest"] is not None and known != model["digest"]:
+        begun = before.get(model["name"])
+        if begun is not None and not same_weights(begun, model):
             raise InputError(
-                f"Model '{model['name']}' changed since this sweep began (digest {known[:12]} then, "
+                f"Model '{model['name']}' changed since this sweep began (digest {begun['digest'][:12]} then, "
                 f"{model['digest'][:12]} now): put the first one back and say it again, or start a new sweep in "
                 "another output.dir."
             )
+
+
+def same_weights(then: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
+    """Return whether two lines about a model may be of the same weights; flags of its server do not count."""
+    identities = [line.get("weights") or line["digest"] for line in (then, now)]
+    return None in identities or identities[0] == identities[1] or then["digest"] == now["digest"]
 
 
 def _key(condition: Condition) -> str:

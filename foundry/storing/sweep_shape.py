@@ -77,6 +77,7 @@ class _Model(msgspec.Struct):
     name: str
     digest: str | None
     server_version: str | None = None
+    weights: str | None = None
     remote: str | None = None
 
 

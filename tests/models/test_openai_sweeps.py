@@ -62,6 +62,27 @@ def test_a_sweep_over_models_is_complete_comes_from_the_cache_next_time_and_hold
     assert KEY.encode() not in kept and KEY.replace("/", "\\/").encode() not in kept
 
 
+def test_a_sweep_goes_on_with_other_flags_of_its_server_and_not_with_other_weights(openai, workspace: Path):
+    def served(n_ctx: int, size: int) -> dict[str, object]:
+        return {"a": {"meta": {"n_ctx": n_ctx, "n_embd": 64, "size": size}, "max_model_len": n_ctx}}
+
+    sweep = ("-m", "model=openai/a", "runner.workers=1", "output.dir=out", *SMALL)
+    with OpenAIServer(models=served(4096, 7)) as server:
+        assert openai(server, *sweep, "seed=0").returncode == 0
+        (folder,) = SweepFolder.open(workspace / "out").runs()
+        (folder.path / "run.json").unlink()
+        asked = len(server.bodies)
+        server.models = served(8192, 7)
+        resumed = openai(server, "resume", "out")
+        assert resumed.returncode == 0 and len(server.bodies) == asked, resumed.stderr
+        assert openai(server, *sweep, "seed=0-1").returncode == 0
+        server.models = served(8192, 8)
+        refused = openai(server, *sweep, "seed=0-2")
+    assert refused.returncode == 2 and "Model 'openai/a' changed since this sweep began" in refused.stderr
+    digests = {call.digest for run in SweepFolder.open(workspace / "out").runs() for call in run.calls()}
+    assert len(digests) == 1
+
+
 def test_a_run_counts_the_tokens_that_the_server_took_from_its_prompt_cache(openai, workspace: Path):
     usage = {"prompt_tokens": 90, "completion_tokens": 3, "prompt_tokens_details": {"cached_tokens": 64}}
     with OpenAIServer(lambda body: ChatCase("I stay.", usage=usage)) as server:

@@ -23,10 +23,10 @@ def marks_of(info: ModelInfo) -> dict[str | None, str]:
 
     Equal marks are equal weights under the same name on the same server, not written anew in between.
     """
-    if info.digest is None:
+    if info.identity is None:
         return {}
     states: dict[str | None, str] = dict(info.states.items()) or {None: ""}
-    return {host: " ".join((info.name, info.digest, host or "", state)) for host, state in states.items()}
+    return {host: " ".join((info.name, info.identity, host or "", state)) for host, state in states.items()}
 
 
 @dataclass(frozen=True)

@@ -73,8 +73,8 @@ def agreed(infos: Mapping[str, ModelInfo], advice: str) -> ModelInfo:
         HostsDifferError: they have different models under the same name; it ends with the advice.
     """
     first = next(iter(infos.values()))
-    if len({info.digest for info in infos.values()}) > 1:
-        digests = ", ".join(f"{host} has {(info.digest or 'none')[:12]}" for host, info in infos.items())
+    if len({info.identity for info in infos.values()}) > 1:
+        digests = ", ".join(f"{host} has {(info.identity or 'none')[:12]}" for host, info in infos.items())
         raise HostsDifferError(f"Model '{first.name}' is not the same on all hosts: {digests}. {advice}")
     states = {host: state for info in infos.values() for host, state in info.states.items()}
     return replace(first, states=states)

@@ -13,6 +13,8 @@ from foundry.models.http.transport import Origin, decoded, length_in
 
 LASTING = ("id", "owned_by", "root", "parent", "max_model_len", "quantization", "meta", "hugging_face_id", "version")
 """Fields of a row that say what the model is; others change with the time, the price or the server's start."""
+FLAGS = ("max_model_len", "n_ctx")
+"""Fields of a row, or of its `meta`, that flags of the server decide."""
 LENGTHS = ("max_model_len", "context_length", "context_window", "max_context_length")
 
 
@@ -35,16 +37,26 @@ def listed_info(served: str, name: str, listing: bytes | None, origin: Origin, *
     unlisted: Mapping[str, Any] = {"id": served, "base_url": origin.host}
     row = unlisted if listing is None else _row(listing, served, origin)
     kept = {key: row[key] for key in (*LASTING, "base_url") if row.get(key) is not None}
-    digest = hashlib.sha256(json.dumps(kept, sort_keys=True).encode()).hexdigest()
+    digest, weights = _hash(kept), _hash(_without_flags(kept))
     sees = _sees(row) if vision is None else vision
     return ModelInfo(
         name=name,
-        digest=f"listed-{digest[:32]}",
+        digest=digest,
+        weights=None if weights == digest else weights,
         capabilities=("completion", *(("vision",) if sees else ())),
         undeclared=("vision",) if sees is None else (),
         states={origin.host: ""},
         context_length=next(filter(None, (length_in(row.get(key)) for key in LENGTHS)), None),
     )
+
+
+def _hash(kept: Mapping[str, Any]) -> str:
+    return f"listed-{hashlib.sha256(json.dumps(kept, sort_keys=True).encode()).hexdigest()[:32]}"
+
+
+def _without_flags(row: Mapping[str, Any]) -> dict[str, Any]:
+    kept = {key: value for key, value in row.items() if key not in FLAGS}
+    return {key: _without_flags(value) if isinstance(value, Mapping) else value for key, value in kept.items()}
 
 
 def _row(listing: bytes, served: str, origin: Origin) -> Mapping[str, Any]:
