@@ -22,7 +22,7 @@ class LoadResult:
     """What was measured.
 
     Attributes:
-        slots: calls that the server worked on at once.
+        slots: calls that the server worked on at once; None where this machine was too slow to tell.
         alone_equal: whether the same call gave the same answer twice, one at a time.
         equal_under_load: share of the same calls in a burst that gave that answer, too.
         alone_s: seconds of one call by itself.
@@ -32,7 +32,7 @@ class LoadResult:
         undecided: those that the model left without anything to read, or gave up.
     """
 
-    slots: int
+    slots: int | None
     alone_equal: bool
     equal_under_load: float
     alone_s: float
@@ -50,14 +50,14 @@ async def measure_load(model: Model, request: Request) -> LoadResult:
     """
     first, second = await one_by_one(model, [request, request])
     requests = [request if index % 2 else structs.replace(request, seed=request.seed + index) for index in range(BURST)]
-    started = time.perf_counter()
+    started, worked = time.perf_counter(), time.process_time()
     burst = await at_once(model, requests)
-    elapsed = time.perf_counter() - started
+    elapsed, worked = time.perf_counter() - started, time.process_time() - worked
     same = [one.reply.text == first.reply.text for one, asked in zip(burst, requests, strict=True) if asked is request]
     alone = second.ended - second.began
     replies = [one.reply for one in (first, second, *burst)]
     return LoadResult(
-        slots=_slots(burst, alone, elapsed),
+        slots=None if worked > elapsed / 2 or _is_late(burst) else _slots(burst, alone, elapsed),
         alone_equal=first.reply.text == second.reply.text,
         equal_under_load=sum(same) / len(same),
         alone_s=alone,
@@ -66,6 +66,12 @@ async def measure_load(model: Model, request: Request) -> LoadResult:
         repeated=sum(bool(reply.attempts) for reply in replies),
         undecided=sum(unanswered(Answer(reply.text, reply.ending)) is not None for reply in replies),
     )
+
+
+def _is_late(burst: Sequence[Timed]) -> bool:
+    """Return whether replies took longer on their way to us than their server took for them, its queue included."""
+    told = [one.reply.timings for one in burst if {"latency", "total"} <= one.reply.timings.keys()]
+    return bool(told) and statistics.median(one["latency"] - 2 * one["total"] for one in told) > 0
 
 
 def _slots(burst: Sequence[Timed], alone_s: float, elapsed_s: float) -> int:

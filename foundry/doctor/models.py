@@ -11,8 +11,8 @@ from foundry.doctor.finding import Finding, Status
 from foundry.doctor.load import LoadResult, measure_load
 from foundry.doctor.longest import LongestPrompt, longest_prompt
 from foundry.episode import Asker
-from foundry.errors import FoundryError, InputError, RequestError
-from foundry.models.base import Model, ModelInfo, Request
+from foundry.errors import BackendError, FoundryError, InputError, RequestError
+from foundry.models.base import Loaded, Model, ModelInfo, Request
 from foundry.models.human.model import HumanModel
 from foundry.models.serving import serving_of
 from foundry.models.wrappers.retried import RetriedModel
@@ -73,8 +73,15 @@ async def examine_model(use: Use, began: Mapping[str, Any] | None, *, calls: boo
     asked = replace(use, model=RetriedModel.as_set(serving_of(use.model).retry, use.model)) if use.model.costs else use
     try:
         await asked.model.warm_up()
-        yield await _context(asked, info)
-        for finding in _under_load(name, await measure_load(asked.model, _short_request(asked))):
+        loaded = Loaded()
+        try:
+            loaded = await use.model.loaded()
+        except BackendError as error:
+            yield Finding("memory", name, Status.SKIPPED, f"the server does not say how it runs the model: {error}")
+        for finding in _memory(name, loaded):
+            yield finding
+        yield await _context(asked, info, loaded)
+        for finding in _under_load(name, await measure_load(asked.model, _short_request(asked)), loaded):
             yield finding
     except Exception as error:  # noqa: BLE001 - the boundary: a backend of one's own may raise anything
         yield Finding("calls", name, Status.PROBLEM, _said(error), "A sweep would meet the same.")
@@ -114,7 +121,15 @@ def _sight(info: ModelInfo, world: str) -> Finding:
     return Finding("vision", info.name, Status.OK, f"sees the images of world '{world}'")
 
 
-async def _context(use: Use, info: ModelInfo) -> Finding:
+def _memory(name: str, loaded: Loaded) -> Iterator[Finding]:
+    """Tell of a model that is not whole in the memory of the GPU."""
+    if loaded.on_cpu:
+        found = f"{loaded.on_cpu:.0%} of the model is outside the GPU's memory and runs on the CPU"
+        advice = "Calls are slow: take a smaller model, a smaller context or a stronger quantization."
+        yield Finding("memory", name, Status.WARNING, found, advice)
+
+
+async def _context(use: Use, info: ModelInfo, loaded: Loaded) -> Finding:
     """Have the server count the longest prompt, and compare it with the context."""
     limit = use.model.longest_reply or UNLIMITED_REPLY
     longest = longest_prompt(use.scenario, use.prompt, seed=use.seed, reply_tokens=limit)
@@ -122,7 +137,8 @@ async def _context(use: Use, info: ModelInfo) -> Finding:
         reply = await use.model.ask(_request(use, longest.question))
     except RequestError as error:
         return await _refused(use, longest, limit, error)
-    return _fit(use, info, longest, reply.prompt_tokens, limit)
+    room = loaded.context_length or use.model.context_length or info.context_length
+    return _fit(use.model.name, info, longest, reply.prompt_tokens, limit=limit, room=room)
 
 
 async def _refused(use: Use, longest: LongestPrompt, limit: int, error: RequestError) -> Finding:
@@ -137,9 +153,10 @@ async def _refused(use: Use, longest: LongestPrompt, limit: int, error: RequestE
     return Finding("context", name, Status.WARNING, found, "A run of very long replies would fail: raise the context.")
 
 
-def _fit(use: Use, info: ModelInfo, longest: LongestPrompt, tokens: int | None, limit: int) -> Finding:
+def _fit(
+    name: str, info: ModelInfo, longest: LongestPrompt, tokens: int | None, *, limit: int, room: int | None
+) -> Finding:
     """Compare the tokens of the longest prompt with the context."""
-    name, room = use.model.name, use.model.context_length or info.context_length
     if tokens is None or room is None:
         return Finding("context", name, Status.SKIPPED, "the server tells no token counts or no context length")
     found = f"longest prompt {tokens:,} tokens ({longest.characters:,} characters) of {room:,}"
@@ -154,11 +171,19 @@ def _fit(use: Use, info: ModelInfo, longest: LongestPrompt, tokens: int | None, 
     return Finding("context", name, Status.OK, found)
 
 
-def _under_load(name: str, measured: LoadResult) -> list[Finding]:
-    slots = (
-        f"{measured.slots} at once; a call {measured.alone_s:.2g} s alone, {measured.per_call_s:.2g} s each in a burst"
-    )
-    advice = "Calls only queue: raise OLLAMA_NUM_PARALLEL (or the server's like)." if measured.slots == 1 else ""
+def _slots(name: str, measured: LoadResult, loaded: Loaded) -> Finding:
+    """Tell of the server's slots: as it says itself, else as they were measured."""
+    times = f"a call {measured.alone_s:.2g} s alone, {measured.per_call_s:.2g} s each in a burst"
+    if loaded.slots is None and measured.slots is None:
+        found = f"not counted: this machine was too slow to tell them from its own delays; {times}"
+        return Finding("parallel slots", name, Status.SKIPPED, found, "Look again when this machine has less to do.")
+    slots = f"{measured.slots} at once" if loaded.slots is None else f"{loaded.slots} at once, as the server says"
+    queues = (loaded.slots or measured.slots) == 1
+    advice = "Calls only queue: raise OLLAMA_NUM_PARALLEL (or the server's like)." if queues else ""
+    return Finding("parallel slots", name, Status.OK, f"{slots}; {times}", advice)
+
+
+def _under_load(name: str, measured: LoadResult, loaded: Loaded) -> list[Finding]:
     share = f"{measured.equal_under_load:.0%} equal under load"
     if not measured.alone_equal:
         seeds = Finding(
@@ -169,7 +194,7 @@ def _under_load(name: str, measured: LoadResult) -> list[Finding]:
         seeds = Finding("seeds", name, Status.WARNING, f"equal alone; {share}", advice_seeds)
     else:
         seeds = Finding("seeds", name, Status.OK, f"equal alone; {share}")
-    return [Finding("parallel slots", name, Status.OK, slots, advice), seeds, *_unsteady(name, measured)]
+    return [_slots(name, measured, loaded), seeds, *_unsteady(name, measured)]
 
 
 def _unsteady(name: str, measured: LoadResult) -> Iterator[Finding]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import hashlib
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -151,6 +151,31 @@ class ModelInfo:
 
 
 @dataclass(frozen=True, slots=True)
+class Loaded:
+    """How a server runs a model that it has loaded, as it says itself; None where it does not say.
+
+    Attributes:
+        slots: calls that it works on at once.
+        context_length: tokens that one call may take.
+        on_cpu: share of the model that is outside the memory of the GPU, 0 to 1.
+    """
+
+    slots: int | None = None
+    context_length: int | None = None
+    on_cpu: float | None = None
+
+    @classmethod
+    def of_all(cls, servers: Iterable[Loaded]) -> Loaded:
+        """Return what holds of several servers together: all slots, the shortest context, the largest share."""
+        servers = list(servers)
+        slots = [one.slots for one in servers]
+        lengths = [one.context_length for one in servers if one.context_length is not None]
+        shares = [one.on_cpu for one in servers if one.on_cpu is not None]
+        total = None if None in slots else sum(filter(None, slots))
+        return cls(total, min(lengths, default=None), max(shares, default=None))
+
+
+@dataclass(frozen=True, slots=True)
 class RunContext:
     """What a model may know of the run that it is asked in.
 
@@ -264,6 +289,14 @@ class Model(ABC):
             InputError: the server cannot be reached or does not have the model.
         """
         return ModelInfo(name=self.name)
+
+    async def loaded(self) -> Loaded:
+        """Ask the server how it runs the model, which it has loaded.
+
+        Raises:
+            BackendError: the server does not answer.
+        """
+        return Loaded()
 
     def next_served(self) -> Callable[[str | None], bool]:
         """Return what says of a run whether the server with the most room is the one that its calls should go to."""

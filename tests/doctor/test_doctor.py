@@ -28,10 +28,12 @@ from ollama_cases import (
     RUNNER_DIED,
     Body,
     ChatCase,
+    FakeModel,
     busy,
     grid_answer,
 )
 from ollama_server import OllamaServer
+from openai_server import OpenAIServer
 
 FEW = ("world.agents=3", "world.steps=4", "world.history={memory: 2, messages: 3}")
 
@@ -46,7 +48,7 @@ def test_a_sweep_that_would_run_has_no_problems(tmp_path: Path):
     with OllamaServer() as server:
         code, found = findings(server, tmp_path, "model=llama3.2")
     assert code == 0
-    assert {row["status"] for row in found.values()} == {"ok"}
+    assert {row["status"] for check, row in found.items() if check != "parallel slots"} == {"ok"}
     assert set(found) == {"versions", "disk", "model", "context", "parallel slots", "seeds"}
     assert list(tmp_path.iterdir()) == []
 
@@ -88,10 +90,51 @@ def test_the_slots_that_the_server_really_has_are_counted(
 
     monkeypatch.setattr(OllamaModel, "ask", timed)
     for module in ("foundry.running.load", "foundry.doctor.load"):
-        monkeypatch.setattr(f"{module}.time", SimpleNamespace(perf_counter=lambda: now))
+        clocks = SimpleNamespace(perf_counter=lambda: now, process_time=lambda: 0.0)
+        monkeypatch.setattr(f"{module}.time", clocks)
     with OllamaServer() as server:
         _, found = findings(server, tmp_path, "model=llama3.2")
     assert found["parallel slots"]["found"].startswith(f"{slots} at once")
+
+
+@pytest.mark.parametrize(("timings", "worked_s"), [({"latency": 3.0, "total": 1.0}, 0.0), ({}, 0.9)])
+def test_a_machine_that_is_too_slow_to_tell_claims_no_slots(
+    timings: dict[str, float], worked_s: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    now, ask = 0.0, OllamaModel.ask
+
+    async def timed(model: OllamaModel, request: Request) -> Reply:
+        nonlocal now
+        reply = await ask(model, request)
+        now += 1
+        return structs.replace(reply, timings=timings)
+
+    monkeypatch.setattr(OllamaModel, "ask", timed)
+    clocks = SimpleNamespace(perf_counter=lambda: now, process_time=lambda: now * worked_s)
+    for module in ("foundry.running.load", "foundry.doctor.load"):
+        monkeypatch.setattr(f"{module}.time", clocks)
+    with OllamaServer() as server:
+        code, found = findings(server, tmp_path, "model=llama3.2")
+    assert code == 0 and found["parallel slots"]["status"] == "skipped"
+    assert "too slow to tell" in found["parallel slots"]["found"]
+
+
+def test_a_model_that_is_not_whole_on_the_gpu_is_a_warning(tmp_path: Path):
+    loaded = FakeModel("llama3.2:latest", size=4_000_000_000, more={"size_vram": 3_000_000_000})
+    with OllamaServer(models=[loaded]) as server:
+        code, found = findings(server, tmp_path, "model=llama3.2")
+    assert code == 0 and found["memory"]["status"] == "warning"
+    assert "25% of the model is outside the GPU's memory and runs on the CPU" in found["memory"]["found"]
+
+
+def test_slots_and_context_are_those_that_llama_cpp_tells(tmp_path: Path):
+    props = {"total_slots": 4, "default_generation_settings": {"n_ctx": 512}}
+    with OpenAIServer(models={"a": {"meta": {"n_ctx": 2048}}}, props=props) as server:
+        asked = ("doctor", "--json", "model=openai/a", *FEW)
+        done = foundry(*asked, cwd=tmp_path, OPENAI_BASE_URL=server.base_url)
+    found = {row["check"]: row for row in json.loads(done.stdout)["findings"]}
+    assert found["parallel slots"]["found"].startswith("4 at once, as the server says")
+    assert " of 512" in found["context"]["found"]
 
 
 def test_a_context_too_short_for_the_longest_prompt_is_a_problem(tmp_path: Path):

@@ -54,7 +54,7 @@ class ChatCase:
 
 @dataclass
 class FakeModel:
-    """One installed model; `remote` is what its row and its replies say of another server that answers for it."""
+    """One installed model; `more` is what its rows say besides."""
 
     name: str
     digest: str = "a1" * 32
@@ -64,7 +64,7 @@ class FakeModel:
     parameter_size: str = "4.0B"
     quantization: str = "Q4_K_M"
     modified_at: str = "2026-09-01T12:00:00Z"
-    remote: Mapping[str, str] = field(default_factory=dict)
+    more: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def details(self) -> dict[str, Any]:
@@ -82,7 +82,7 @@ class FakeModel:
         names = {"name": self.name, "model": self.name, "modified_at": self.modified_at}
         capabilities = list(self.capabilities)
         size = {"size": self.size, "digest": self.digest}
-        return {**names, **size, "details": self.details, "capabilities": capabilities, **self.remote}
+        return {**names, **size, "details": self.details, "capabilities": capabilities, **self.more}
 
     @property
     def shown(self) -> dict[str, Any]:

@@ -80,6 +80,8 @@ class OpenAIServer(LocalServer):
         answer: gives the reply's text, or a `ChatCase`, to a chat body.
         models: rows of `GET /v1/models` by id; None has no such path.
         key: the key that every call must carry; None asks for none.
+        lists: whether it lists its models.
+        props: what llama.cpp's `/props` says; None has no such path.
     """
 
     def __init__(
@@ -89,12 +91,14 @@ class OpenAIServer(LocalServer):
         models: Mapping[str, Mapping[str, Any]] | None = None,
         key: str | None = None,
         lists: bool = True,
+        props: Mapping[str, Any] | None = None,
     ) -> None:
         super().__init__()
         self.answer = answer
         self.models = dict(models or {"a": {}, "b": {}, "meta-llama/Llama-3.1-8B": {}})
         self.key = key
         self.lists = lists
+        self.props = props
         self._lock = threading.Lock()
         self._bodies: list[Body] = []
         self._headers: list[dict[str, str]] = []
@@ -126,6 +130,8 @@ class OpenAIServer(LocalServer):
         if (request.method, request.path) == ("GET", "/v1/models") and self.lists:
             rows = [{"id": name, "object": "model", "owned_by": "tests", **row} for name, row in self.models.items()]
             return _json({"object": "list", "data": rows})
+        if (request.method, request.path) == ("GET", "/props") and self.props is not None:
+            return _json(dict(self.props))
         if (request.method, request.path) == ("POST", "/v1/chat/completions"):
             return await self._chat(msgspec.json.decode(await request.read()))
         return web.Response(status=404, text="404 page not found")

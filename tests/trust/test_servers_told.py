@@ -69,7 +69,7 @@ def test_a_model_that_runs_elsewhere_is_refused_unless_that_is_allowed_and_then_
         **REMOTE,
     }
     reply = ChatCase(raw=msgspec.json.encode(body))
-    with OllamaServer(lambda _: reply, models=[FakeModel("qwen3:4b", remote=REMOTE)]) as server:
+    with OllamaServer(lambda _: reply, models=[FakeModel("qwen3:4b", more=REMOTE)]) as server:
         refused = foundry(*SWEEP, "output.dir=refused", cwd=tmp_path, OLLAMA_HOST=server.url)
         allowed = foundry(*SWEEP, "model.server.remote=true", "output.dir=out", cwd=tmp_path, OLLAMA_HOST=server.url)
         doctor = foundry("doctor", "--json", *SWEEP, "model.server.remote=true", cwd=tmp_path, OLLAMA_HOST=server.url)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from foundry.errors import InputError, not_found
-from foundry.models.base import ModelInfo
+from foundry.models.base import Loaded, ModelInfo
 from foundry.models.http.transport import length_in, name_in, names_in
 from foundry.models.ollama.errors import WAYS_ON
 
@@ -59,6 +59,13 @@ def remote_in(said: Mapping[str, Any]) -> str | None:
     """Return the model and the address that a server passes calls on to, as it says in a row or a reply."""
     model, host = name_in(said.get("remote_model")), name_in(said.get("remote_host"))
     return f"{model or 'a model'} at {host or 'an unknown address'}" if model or host else None
+
+
+def loaded_in(row: Mapping[str, Any]) -> Loaded:
+    """Return how a server runs a model, by its row in the object that `GET /api/ps` gave."""
+    size, on_gpu = length_in(row.get("size")), row.get("size_vram")
+    known = size is not None and isinstance(on_gpu, int) and 0 <= on_gpu <= size
+    return Loaded(context_length=length_in(row.get("context_length")), on_cpu=1 - on_gpu / size if known else None)
 
 
 def context_length(info: Any) -> int | None:

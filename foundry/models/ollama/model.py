@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 
 from foundry.errors import BackendError, InputError, ServerError, not_found
-from foundry.models.base import ModelInfo, Reply, Request
+from foundry.models.base import Loaded, ModelInfo, Reply, Request
 from foundry.models.http.hosts import agreed
 from foundry.models.http.model import HttpModel, check_format, schemas_of
 from foundry.models.http.pausing import wait_asked
@@ -18,7 +18,7 @@ from foundry.models.http.transport import OK, Origin, name_in
 from foundry.models.ollama import wire as ollama_wire
 from foundry.models.ollama.errors import WAYS_ON, refusal
 from foundry.models.ollama.hosts import parse_hosts
-from foundry.models.ollama.inspect import described, installed_row
+from foundry.models.ollama.inspect import described, full_tag, installed_row, loaded_in
 from foundry.models.ollama.wire import ChatSettings
 from foundry.models.serving import HttpServing, Seconds, read_settings
 
@@ -139,6 +139,16 @@ class OllamaModel(HttpModel):
     async def warm_up(self) -> None:
         """Load the model on every server; a load outlasts any call, and ends if its caller gives up."""
         await asyncio.gather(*map(self._load, self.hosts))
+
+    async def loaded(self) -> Loaded:
+        """Ask every server how it runs the model."""
+        return Loaded.of_all([self._loaded_in(await self._object(host, "GET", "/api/ps")) for host in self.hosts])
+
+    def _loaded_in(self, running: Mapping[str, Any]) -> Loaded:
+        models = running.get("models")
+        rows = [row for row in models if isinstance(row, dict)] if isinstance(models, list) else []
+        tag = full_tag(self.name).casefold()
+        return next((loaded_in(row) for row in rows if str(row.get("name")).casefold() == tag), Loaded())
 
     async def unload(self) -> None:
         """Let every server free the model's memory."""

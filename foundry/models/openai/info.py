@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from foundry.errors import InputError, not_found
-from foundry.models.base import ModelInfo
+from foundry.models.base import Loaded, ModelInfo
 from foundry.models.http.transport import Origin, decoded, length_in
 
 LASTING = ("id", "owned_by", "root", "parent", "max_model_len", "quantization", "meta", "hugging_face_id", "version")
@@ -48,6 +48,24 @@ def listed_info(served: str, name: str, listing: bytes | None, origin: Origin, *
         states={origin.host: ""},
         context_length=next(filter(None, (length_in(row.get(key)) for key in LENGTHS)), None),
     )
+
+
+def is_llama_server(listing: bytes, served: str) -> bool:
+    """Return whether a list of models is llama.cpp's, whose rows tell of the weights under `meta`."""
+    body = decoded(listing)
+    rows = body.get("data") if isinstance(body, dict) else None
+    return isinstance(rows, list) and any(
+        isinstance(row, dict) and row.get("id") == served and isinstance(row.get("meta"), dict) for row in rows
+    )
+
+
+def loaded_in(props: bytes) -> Loaded:
+    """Return how llama.cpp runs its model, by the body of `GET /props`."""
+    body = decoded(props)
+    said = body if isinstance(body, dict) else {}
+    settings = said.get("default_generation_settings")
+    n_ctx = settings.get("n_ctx") if isinstance(settings, dict) else None
+    return Loaded(slots=length_in(said.get("total_slots")), context_length=length_in(n_ctx))
 
 
 def _hash(kept: Mapping[str, Any]) -> str:

@@ -9,14 +9,14 @@ from typing import Any
 import msgspec
 
 from foundry.errors import BackendError, InputError, RequestError, not_found
-from foundry.models.base import ModelInfo, Reply, Request
+from foundry.models.base import Loaded, ModelInfo, Reply, Request
 from foundry.models.http.hosts import agreed, parse_url
 from foundry.models.http.model import HttpModel, check_format, schemas_of
 from foundry.models.http.pausing import wait_asked
 from foundry.models.http.transport import OK, Origin
 from foundry.models.openai import wire as openai_wire
 from foundry.models.openai.errors import refusal
-from foundry.models.openai.info import listed_info
+from foundry.models.openai.info import is_llama_server, listed_info, loaded_in
 from foundry.models.openai.secret import Secret
 from foundry.models.openai.wire import ChatSettings
 from foundry.models.serving import HttpServing, read_settings
@@ -149,6 +149,21 @@ class OpenAIModel(HttpModel):
         """
         infos = {host: await self._inspect_on(host) for host in self.hosts}
         return agreed(infos, "Name one server, or servers that are the same.")
+
+    async def loaded(self) -> Loaded:
+        """Ask every llama.cpp server for its slots and their context; other servers tell neither."""
+        return Loaded.of_all([await self._loaded_on(host) for host in self.hosts])
+
+    async def _loaded_on(self, host: str) -> Loaded:
+        if not self.server.lists_models:
+            return Loaded()
+        listing = await self._send(self._origin(host), "GET", "/models")
+        if not is_llama_server(listing, self.settings.model):
+            return Loaded()
+        root = self._origin(host.removesuffix("/v1"))
+        read_timeout_s = self.server.read_timeout_s
+        response = await self._transport.send(root, "GET", "/props", read_timeout_s=read_timeout_s)
+        return loaded_in(response.content if response.status == OK else b"{}")
 
     async def _inspect_on(self, host: str) -> ModelInfo:
         listing = None
