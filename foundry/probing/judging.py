@@ -84,7 +84,7 @@ def _replies_in(run: RunFolder) -> Iterator[Item]:
     declared = {kind: one.labels for kind, one in run.declared.actions.items() if one.labels}
     if not declared:
         return
-    only = next(iter(declared)) if len(declared) == 1 else None
+    only = next(iter(declared)) if len(declared) == 1 else ""
     lines = lines_of(run.steps_bytes(), dict[str, Any], run.stream_path("steps"))
     placed = (((line["step"], line["agent"], line.get("kind", only)), line) for line in lines)
     for line, call in with_calls(placed, (call for call in run.calls() if call.kind in declared)):

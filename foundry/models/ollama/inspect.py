@@ -63,9 +63,10 @@ def remote_in(said: Mapping[str, Any]) -> str | None:
 
 def loaded_in(row: Mapping[str, Any]) -> Loaded:
     """Return how a server runs a model, by its row in the object that `GET /api/ps` gave."""
-    size, on_gpu = length_in(row.get("size")), row.get("size_vram")
-    known = size is not None and isinstance(on_gpu, int) and 0 <= on_gpu <= size
-    return Loaded(context_length=length_in(row.get("context_length")), on_cpu=1 - on_gpu / size if known else None)
+    size, on_gpu, on_cpu = length_in(row.get("size")), row.get("size_vram"), None
+    if size is not None and isinstance(on_gpu, int) and 0 <= on_gpu <= size:
+        on_cpu = 1 - on_gpu / size
+    return Loaded(context_length=length_in(row.get("context_length")), on_cpu=on_cpu)
 
 
 def context_length(info: Any) -> int | None:
