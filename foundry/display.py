@@ -228,8 +228,8 @@ def failure_lines(failed: Sequence[Failure], most: int | None = 10) -> list[str]
         most: how many causes are shown, and of each how many runs are named; None for all.
     """
     by_cause: dict[str, list[str]] = {}
-    for one in failed:
-        by_cause.setdefault(_one_line(one.error), []).append(one.run)
+    for failure in failed:
+        by_cause.setdefault(_one_line(failure.error), []).append(failure.run)
     shown = list(by_cause.items())[:most]
     hidden = len(failed) - sum(len(runs) for _, runs in shown)
     lines = [f"{_named(runs, most)}: {cause}" for cause, runs in shown]

@@ -134,8 +134,8 @@ def repeats(
     """
     models = [condition.config["model"] for condition in sweep.conditions]
     calls = dict.fromkeys(map(sent_key, models), 0)
-    for one in planned:
-        calls[sent_key(models[one.run.condition])] += one.to_send + one.answered
+    for planned_run in planned:
+        calls[sent_key(models[planned_run.run.condition])] += planned_run.to_send + planned_run.answered
     again = beside = 0
     for key, model in {sent_key(model): model for model in models if setting}.items():
         served = served_by_others(build(model))

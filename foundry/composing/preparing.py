@@ -120,16 +120,16 @@ def job_of(folder: SweepFolder, settings: Mapping[str, Any], infos: Mapping[str,
 def _as_begun(info: ModelInfo, recorded: Mapping[str, Mapping[str, Any]]) -> ModelInfo:
     """Return what is known of a model with the digest that its sweep began with, so that keys of answers stay."""
     digest = recorded.get(info.name, {}).get("digest") or info.digest
-    return replace(info, digest=digest, members=tuple(_as_begun(one, recorded) for one in info.members))
+    return replace(info, digest=digest, members=tuple(_as_begun(member, recorded) for member in info.members))
 
 
 def model_lines(infos: Mapping[str, ModelInfo]) -> list[dict[str, Any]]:
     """Return what a sweep remembers of its models, the members of populations among them."""
     return [
-        {"name": one.name, "digest": one.digest, "server_version": one.server_version}
-        | {name: told for name in ("weights", "remote") if (told := getattr(one, name)) is not None}
+        {"name": model.name, "digest": model.digest, "server_version": model.server_version}
+        | {name: value for name in ("weights", "remote") if (value := getattr(model, name)) is not None}
         for info in infos.values()
-        for one in (info, *info.members)
+        for model in (info, *info.members)
     ]
 
 

@@ -70,8 +70,8 @@ async def measure_load(model: Model, request: Request) -> LoadResult:
 
 def _is_late(burst: Sequence[Timed]) -> bool:
     """Return whether replies took longer on their way to us than their server took for them, its queue included."""
-    told = [one.reply.timings for one in burst if {"latency", "total"} <= one.reply.timings.keys()]
-    return bool(told) and statistics.median(one["latency"] - 2 * one["total"] for one in told) > 0
+    timings = [timed.reply.timings for timed in burst if {"latency", "total"} <= timed.reply.timings.keys()]
+    return bool(timings) and statistics.median(seconds["latency"] - 2 * seconds["total"] for seconds in timings) > 0
 
 
 def _slots(burst: Sequence[Timed], alone_s: float, elapsed_s: float) -> int:

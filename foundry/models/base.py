@@ -146,7 +146,7 @@ class ModelInfo:
 
     @property
     def identity(self) -> str | None:
-        """What must stay the same while a sweep runs; None where nothing tells."""
+        """Hash that must stay the same while a sweep runs; None where nothing tells."""
         return self.weights or self.digest
 
 
@@ -168,9 +168,9 @@ class Loaded:
     def of_all(cls, servers: Iterable[Loaded]) -> Loaded:
         """Return what holds of several servers together: all slots, the shortest context, the largest share."""
         servers = list(servers)
-        slots = [one.slots for one in servers]
-        lengths = [one.context_length for one in servers if one.context_length is not None]
-        shares = [one.on_cpu for one in servers if one.on_cpu is not None]
+        slots = [server.slots for server in servers]
+        lengths = [server.context_length for server in servers if server.context_length is not None]
+        shares = [server.on_cpu for server in servers if server.on_cpu is not None]
         total = None if None in slots else sum(filter(None, slots))
         return cls(total, min(lengths, default=None), max(shares, default=None))
 

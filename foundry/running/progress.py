@@ -68,8 +68,8 @@ class Totals(Tally):
 def _made_share(models: Iterable[Totals]) -> float:
     """Return the share of their possible calls that runs of these models made so far."""
     models = list(models)
-    calls = sum(one.calls for one in models)
-    return calls / (calls + sum(one.spared for one in models)) if calls else 1.0
+    calls = sum(totals.calls for totals in models)
+    return calls / (calls + sum(totals.spared for totals in models)) if calls else 1.0
 
 
 @dataclass
@@ -178,7 +178,7 @@ class TimeLeft:
     def note(self, totals: Mapping[str, Totals], now: float) -> None:
         """Take up how far the models are at a time, seconds; the speed of a phase that is over stays."""
         for phase, models in self._unfinished(totals).items():
-            calls, cached = sum(one.calls for one in models), sum(one.cached for one in models)
+            calls, cached = sum(model.calls for model in models), sum(model.cached for model in models)
             self._speeds[phase].note(calls, cached, now)
 
     def seconds(self, totals: Mapping[str, Totals]) -> float | None:
@@ -192,14 +192,14 @@ class TimeLeft:
             return None
         usual, share = sum(per_call.values()) / len(per_call), _made_share(totals.values())
         return sum(
-            per_call.get(phase, usual) * one.left * (1.0 if one.calls else share)
+            per_call.get(phase, usual) * model.left * (1.0 if model.calls else share)
             for phase, models in unfinished.items()
-            for one in models
+            for model in models
         )
 
     def _unfinished(self, totals: Mapping[str, Totals]) -> dict[str, list[Totals]]:
         """Return the models of each phase that has not ended."""
         phases: dict[str, list[Totals]] = {}
-        for name, one in totals.items():
-            phases.setdefault(self._phases[name], []).append(one)
-        return {phase: models for phase, models in phases.items() if any(one.ended < one.runs for one in models)}
+        for name, model in totals.items():
+            phases.setdefault(self._phases[name], []).append(model)
+        return {phase: models for phase, models in phases.items() if any(model.ended < model.runs for model in models)}

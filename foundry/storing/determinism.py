@@ -162,7 +162,9 @@ class _File(msgspec.Struct):
 def is_measured(repeats: Iterable[Repeats], of: str, model: str, parameters: Mapping[str, Any]) -> bool:
     """Return whether a model of this name in tables was measured with these parameters."""
     key = settings_key(parameters)
-    return any((one.of, one.model, settings_key(one.parameters)) == (of, model, key) for one in repeats)
+    return any(
+        (measured.of, measured.model, settings_key(measured.parameters)) == (of, model, key) for measured in repeats
+    )
 
 
 def answered_calls(summary: RunSummary, served: Collection[str]) -> int:

@@ -12,7 +12,7 @@ from foundry.worlds.base import Asked
 
 T = TypeVar("T")
 Numbered: TypeAlias = tuple[Asked, int]
-"""What was asked, and how often it was asked before."""
+"""A question, and how often it was put before."""
 
 
 def place_of(call: Call) -> Asked:
@@ -45,8 +45,8 @@ def with_calls(lines: Iterable[tuple[Asked, T]], calls: Iterable[Call]) -> Itera
         yield from zip(mine, asked if len(asked) == len(mine) else itertools.repeat(None), strict=False)
 
 
-def _by_place(found: Iterable[tuple[Asked, T]]) -> dict[Asked, list[T]]:
+def _by_place(items: Iterable[tuple[Asked, T]]) -> dict[Asked, list[T]]:
     places: dict[Asked, list[T]] = {}
-    for place, one in found:
-        places.setdefault(place, []).append(one)
+    for place, item in items:
+        places.setdefault(place, []).append(item)
     return places

@@ -98,7 +98,7 @@ def _outcomes(summary: RunSummary) -> Counter[str]:
     return Counter(summary.counts.outcomes) + Counter(summary.counts.message_outcomes)
 
 
-def _illustrate(one: Unread, runs: Iterable[RunFolder]) -> None:
+def _illustrate(unread_replies: Unread, runs: Iterable[RunFolder]) -> None:
     """Add examples with different texts, and whether a schema would help with what they were asked."""
     texts: set[str] = set()
     for run, outcome, call in itertools.chain.from_iterable(map(_unread_calls, runs)):
@@ -106,8 +106,12 @@ def _illustrate(one: Unread, runs: Iterable[RunFolder]) -> None:
         if text in texts:
             continue
         texts.add(text)
-        one.examples.append(f"{run.id}, step {call.step}, agent {call.agent}, {call.kind}: {_shortened(text)}")
-        one.schema = one.schema or (outcome in _SCHEMA_HELPS and _takes_schema(run.config()["model"], call.kind))
+        unread_replies.examples.append(
+            f"{run.id}, step {call.step}, agent {call.agent}, {call.kind}: {_shortened(text)}"
+        )
+        unread_replies.schema = unread_replies.schema or (
+            outcome in _SCHEMA_HELPS and _takes_schema(run.config()["model"], call.kind)
+        )
         if len(texts) == _EXAMPLES:
             return
 

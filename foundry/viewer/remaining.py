@@ -74,8 +74,8 @@ class ModelRuns:
 
     def as_ended(self) -> list[Begun]:
         """Return the runs that have begun as they are when they end: open ones go on as fast as so far."""
-        going = [one for one in self.open if one.calls and one.most]
-        return [*self.ended, *(Begun(one.seconds * one.most / one.calls, one.most) for one in going)]
+        going = [run for run in self.open if run.calls and run.most]
+        return [*self.ended, *(Begun(run.seconds * run.most / run.calls, run.most) for run in going)]
 
 
 @dataclass(frozen=True)

@@ -127,13 +127,13 @@ def _end(sweep: CatalogedSweep, undone: Mapping[str, int], found: _Reported) -> 
     Models of which nothing is known are judged by the others, and named.
     """
     runs = _runs_by_model(sweep, undone, found)
-    judged = [model for model, one in runs.items() if one.left and not one.known]
-    begun = [run for one in runs.values() for run in one.as_ended()]
+    judged = [model for model, own in runs.items() if own.left and not own.known]
+    begun = [run for own in runs.values() for run in own.as_ended()]
     if judged and not begun:
         return None
-    left = [replace(one, ended=begun) if model in judged else one for model, one in runs.items() if one.left]
-    together = [one for one in left if not one.served]
-    apart = [[one] for one in left if one.served]
+    left = [replace(own, ended=begun) if model in judged else own for model, own in runs.items() if own.left]
+    together = [own for own in left if not own.served]
+    apart = [[own] for own in left if own.served]
     seconds = remaining([together, *apart], max(sweep.most_open, found.workers))
     return {**asdict(seconds), "share": SHARE, "judged_by_others": judged}
 

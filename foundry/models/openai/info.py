@@ -68,13 +68,13 @@ def loaded_in(props: bytes) -> Loaded:
     return Loaded(slots=length_in(said.get("total_slots")), context_length=length_in(n_ctx))
 
 
-def _hash(kept: Mapping[str, Any]) -> str:
-    return f"listed-{hashlib.sha256(json.dumps(kept, sort_keys=True).encode()).hexdigest()[:32]}"
+def _hash(fields: Mapping[str, Any]) -> str:
+    return f"listed-{hashlib.sha256(json.dumps(fields, sort_keys=True).encode()).hexdigest()[:32]}"
 
 
 def _without_flags(row: Mapping[str, Any]) -> dict[str, Any]:
-    kept = {key: value for key, value in row.items() if key not in FLAGS}
-    return {key: _without_flags(value) if isinstance(value, Mapping) else value for key, value in kept.items()}
+    fields = {key: value for key, value in row.items() if key not in FLAGS}
+    return {key: _without_flags(value) if isinstance(value, Mapping) else value for key, value in fields.items()}
 
 
 def _row(listing: bytes, served: str, origin: Origin) -> Mapping[str, Any]:
