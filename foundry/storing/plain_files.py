@@ -78,18 +78,31 @@ def check_folder(folder: Path, *, shallow: str = "", apart: str = "") -> None:
     while waiting:
         place, deep = waiting.pop()
         is_top = place == os.fspath(folder)
-        for entry in _entries(place):
-            if entry.is_file(follow_symlinks=False):
-                continue
-            is_folder = entry.is_dir(follow_symlinks=False)
-            if not is_folder or os.name == "nt":  # there, a junction looks like a folder
-                with contextlib.suppress(FileNotFoundError):  # what others write and remove meanwhile
-                    _check(entry.path, entry.stat(follow_symlinks=False))
-            if is_folder and deep and not (is_top and entry.name == apart):
+        for entry in check_entries(place):
+            if deep and not (is_top and entry.name == apart):
                 waiting.append((entry.path, not (is_top and entry.name == shallow)))
 
 
-def _entries(folder: str) -> list[os.DirEntry[str]]:
+def check_entries(folder: Path | str) -> list[os.DirEntry[str]]:
+    """Check what is in a folder, but not what is in folders of it; returns these folders.
+
+    Raises:
+        RecordError: there is something else than files and folders, or it cannot be looked at.
+    """
+    folders = []
+    for entry in _entries(folder):
+        if entry.is_file(follow_symlinks=False):
+            continue
+        is_folder = entry.is_dir(follow_symlinks=False)
+        if not is_folder or os.name == "nt":  # there, a junction looks like a folder
+            with contextlib.suppress(FileNotFoundError):  # what others write and remove meanwhile
+                _check(entry.path, entry.stat(follow_symlinks=False))
+        if is_folder:
+            folders.append(entry)
+    return folders
+
+
+def _entries(folder: Path | str) -> list[os.DirEntry[str]]:
     try:
         with os.scandir(folder) as entries:
             return list(entries)

@@ -19,7 +19,7 @@ from foundry.errors import RecordError, StorageError, UndeclaredError
 from foundry.expansion import Run, Sweep, calls_seed
 from foundry.records import NOT_JSON, Call, RunSummary
 from foundry.storing.declaration import declared_before
-from foundry.storing.plain_files import check_folder, is_there, plain, stamp_of
+from foundry.storing.plain_files import check_entries, check_folder, is_there, plain, stamp_of
 
 RECORD_STREAMS = ("steps", "messages", "episode", "agents")
 ALWAYS_THERE = ("steps", "messages")
@@ -195,9 +195,12 @@ class RunFolder:
         """Return how the run ended, or None when it has not.
 
         Raises:
-            RecordError: `run.json` cannot be read.
+            RecordError: `run.json` cannot be read, or its folder holds something else than files and folders.
         """
-        return json_file(self._end_file, RunSummary)
+        summary = json_file(self._end_file, RunSummary)
+        if summary is not None:  # a run that is begun anew replaces whatever is there
+            check_entries(self.path)
+        return summary
 
     def stream_path(self, name: str) -> Path:
         """Return the file of a stream, whether it is there or not; `calls` is the compressed log.

@@ -66,6 +66,7 @@ def commands(sweep: Path) -> dict[str, tuple[str, ...]]:
         "label": ("label", "out", "--model", "scripted/stay"),
         "plan": ("plan", "model=scripted/herd", "output.dir=out"),
         "power": ("power", "out"),
+        "probe": ("probe", "out", "moments=1", "repeats=1", "model=scripted/stay", "output.dir=again"),
         "replayed": ("model=replay/out", *SMALL, "output.dir=again"),
     }
 
@@ -81,9 +82,11 @@ def check_refused(command: tuple[str, ...], sweep: Path) -> None:
     assert not any((sweep.parent / made).exists() for made in ("out.tar.zst", "forked", "again"))
 
 
-COMMANDS = ["status", "verify", "diff", "fork", "bundle", "analyze", "report", "view", "replay", "resume", "label"]
-READERS = [one for one in COMMANDS if one not in ("status", "resume")]
-"""Commands that read the steps; `status` reads how runs ended, `resume` begins anew the runs that have not."""
+COMMANDS = [
+    "status", "verify", "diff", "fork", "bundle", "analyze", "report", "view", "replay", "resume", "label", "probe"
+]  # fmt: skip
+READERS = [one for one in COMMANDS if one != "resume"]
+"""Commands that read what was recorded; `resume` begins anew the runs that have not ended."""
 
 
 @pytest.mark.parametrize("command", [*COMMANDS, "plan", "power", "replayed"])
@@ -116,9 +119,11 @@ FILES = (
 )
 
 
-@pytest.mark.parametrize("name", [*FILES, "frames"])
-@pytest.mark.parametrize("command", ["verify", "bundle"])
+@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("command", ["verify", "bundle", "status", "probe", "view"])
 def test_no_file_of_a_run_may_be_a_link(name: str, command: str, sweep: Path):
+    if "/" in name and command in ("status", "probe", "view"):
+        pytest.skip("it reads no picture")
     put(run_folder(sweep) / name, lambda place: place.symlink_to(sweep.parent / "elsewhere" / "secret"))
     check_refused(commands(sweep)[command], sweep)
 
