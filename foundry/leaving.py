@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 FAR = 1 << 40
@@ -24,21 +24,34 @@ class _Doorway:
         self._distances = distances
         self.departures: dict[int, Departure] = {}
 
-    def fill(self, place: Departure, tried: set[int]) -> bool:
-        """Give a place to an agent; one that has another place may give that up to who can take it instead."""
-        able = [agent for agent, own in enumerate(self._distances) if own[place.exit] <= place.step]
-        for agent in able:
-            if agent not in self.departures:
-                self.departures[agent] = place
-                return True
-        for agent in able:
-            if agent not in tried:
-                tried.add(agent)
-                given_up = self.departures[agent]
-                if given_up.exit != place.exit and self.fill(given_up, tried):
-                    self.departures[agent] = place
+    def fill(self, place: Departure) -> bool:
+        """Give a place to an agent; an agent that has another place may give that up to another agent.
+
+        The search is breadth-first. A later step of an exit is open to every agent to whom an earlier one is open.
+        """
+        offers: list[tuple[Departure, int | None]] = [(place, None)]
+        moves: dict[int, tuple[Departure, int | None]] = {}
+        searched = [-1] * len(self._distances[0])
+        for offer in offers:
+            way, step = offer[0].exit, offer[0].step
+            if step <= searched[way]:
+                continue
+            searched[way] = step
+            for agent, own in enumerate(self._distances):
+                if agent in moves or own[way] > step:
+                    continue
+                moves[agent] = offer
+                if agent not in self.departures:
+                    self._shift(agent, moves)
                     return True
+                offers.append((self.departures[agent], agent))
         return False
+
+    def _shift(self, agent: int, moves: Mapping[int, tuple[Departure, int | None]]) -> None:
+        """Move each agent of a chain; `moves` has the place that an agent takes and the agent that gives it up."""
+        mover: int | None = agent
+        while mover is not None:
+            self.departures[mover], mover = moves[mover]
 
 
 def soonest_departures(distances: Sequence[Sequence[int]], capacities: Sequence[int | None]) -> list[Departure | None]:
@@ -61,6 +74,6 @@ def soonest_departures(distances: Sequence[Sequence[int]], capacities: Sequence[
         step += 1
         for index, capacity in enumerate(capacities):
             for _ in range(able if capacity is None else capacity):
-                if not doorway.fill(Departure(index, step), set()):
+                if not doorway.fill(Departure(index, step)):
                     break
     return [doorway.departures.get(agent) for agent in range(len(distances))]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import math
+import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -86,7 +87,7 @@ def _played(world: str, forms: Sequence[ClosedForm], folder: Path, mine: Sequenc
     ran = calling.sweep(*asked, *where, config_dir=mine[0] if mine else None)
     if ran.failed:
         raise FoundryError(f"'{one.name}' of world '{world}' cannot be played: {ran.failed[0]}")
-    command = f"foundry -m {' '.join(asked)}" + (f" --config-dir {mine[0]}" if mine else "")
+    command = f"foundry -m {shlex.join(asked)}" + (f" --config-dir {mine[0]}" if mine else "")
     found = values_of(ran.path, [form.column for form in forms])
     for form in forms:
         result, error = _mean(found[form.column])
