@@ -58,6 +58,14 @@ MOVES = [
     ("move forward until 1 m in front of the wall", FORWARD, 1),
     ("move forward 1 m past the rack", FORWARD, 1),
     ("move forward 12 m", FORWARD, 12),
+    ("a step forward, approximately 1.5 meters", FORWARD, 1.5),
+    ("take a 1.5 m step forward", FORWARD, 1.5),
+    ("take two steps forward, 1.5 m", FORWARD, 1.4),
+    ("Direction: forward\nDistance: 2 m", FORWARD, 2),
+    ("- Direction: left\n- Distance: 2 m", LEFT, 2),
+    ("1. Move forward 2 m.\n2. Turn left 90 degrees.\n\nNext movement: Move forward 2 m.", FORWARD, 2),
+    ("Plan: turn left 20 degrees.\n\n**Action:**\nMove forward 2 m.", FORWARD, 2),
+    ("Move forward 2 m. Then the task is completed.", FORWARD, 2),
     ("move forward 0 m", FORWARD, 0),
     ("move 2 m at a bearing of 30 degrees to the left", 30, 2),
     ("move 2 m at 30 degrees to the right", -30, 2),
@@ -180,6 +188,8 @@ MOVES = [
     ('{"move": "forward", "meters": 2}', FORWARD, 2),
 ]
 TURNS = [
+    ("Turn: left\nAngle: 45", 45),
+    ("A quarter turn to the left", 90),
     ("Turn right by 30°", -30),
     ("rotate 90 degrees clockwise", -90),
     ("Do not move forward; instead turn left.", 30),
@@ -338,6 +348,10 @@ GAZES = [
     ("抬头20度", 20),
 ]
 STAYS = [
+    "No further movement is needed.",
+    "Task completed",
+    "I have reached the goal.",
+    "Since I have already reached the target, no further action is required.",
     "stay here",
     "動かない",
     "I see no reason to turn. stay",

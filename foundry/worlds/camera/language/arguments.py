@@ -34,6 +34,8 @@ _PATHS = frozenset(
 )
 _ATTRIBUTED = frozenset(("side", "hand side", "hand"))
 _OF = frozenset(("of", "de", "du", "von"))
+_MEASURED = frozenset(("step", "move"))
+"""Verbs of motion that are nouns behind an amount: "a 2 m step forward"."""
 
 
 def words_after(tokens: Sequence[Token], start: int, verb: Token | None) -> Arguments:
@@ -104,7 +106,7 @@ def collect(tokens: Sequence[Token], low: int, verb_at: int) -> Arguments:
     if verb.word.side is Side.BOTH:
         return words_around(tokens, low, verb_at)
     said = words_after(tokens, verb_at + 1, verb)
-    if verb.word.act is Act.TURN and _is_noun(tokens, low, verb_at):
+    if (verb.word.act is Act.TURN or verb.text in _MEASURED) and _is_noun(tokens, low, verb_at):
         before = words_before(tokens, low, verb_at)
         if before.ways or before.amount or before.small:
             said.start = before.start

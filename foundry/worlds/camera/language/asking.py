@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from foundry.worlds.camera.language.amounts import Amount
 from foundry.worlds.camera.language.arguments import ARGUMENTS, HARMLESS, collect, words_after
 from foundry.worlds.camera.language.mentions import Arguments, Category, Mention, bare_mention, made, mention
 from foundry.worlds.camera.language.scopes import Bar, Scopes
@@ -47,7 +48,19 @@ class _Reader:
             self._index = index
             if not self._segment(segment):
                 break
+        if self._is_order() and any(found.wanted for found in self._found):
+            self._found.insert(0, Mention(Category.ORDER, wanted=False))
         return self._found + self._told_of
+
+    def _is_order(self) -> bool:
+        """Tell whether the sentence begins with a label of the answer: "Next movement: ..."."""
+        if len(self._sentence.segments) < 2:
+            return False
+        label, answer = self._sentence.segments[:2]
+        named = label.tokens[-1].text.split()[-1] in _ANSWERS and all(
+            token.kind in (Kind.FILLER, Kind.NOW) for token in label.tokens
+        )
+        return named and label.joint is None and answer.joint is not None and answer.joint.text == ":"
 
     def _segment(self, segment: Segment) -> bool:
         """Read one segment; return whether the next ones are worth reading."""
@@ -64,6 +77,10 @@ class _Reader:
                 low = self._verb(segment, bars, low, at)
             elif token.kind in (Kind.STAY, Kind.PAUSE):
                 self._stay(segment, bars, at)
+            elif token.kind is Kind.DONE and bars[at] is None and self._is_done(tokens, at):
+                self._later = True
+                self._add(Mention(Category.STAY, text=token.text))
+                self._later = False
             elif token.kind in (Kind.FIRST, Kind.RETRACT) or token.text in _INSTEAD:
                 self._take_back(token)
             self._strange = self._strange or _is_strange(token)
@@ -170,6 +187,14 @@ class _Reader:
         if stays:
             self._add(Mention(Category.STAY, text=_joined(tokens[at:])))
 
+    def _is_done(self, tokens: Sequence[Token], at: int) -> bool:
+        """Tell whether "task completed" is said outright: not "if I am there, ...", not "task completed: no"."""
+        segments = self._sentence.segments
+        following = segments[self._index + 1].joint if self._index + 1 < len(segments) else None
+        conditions = (token.text for segment in segments for token in segment.tokens if token.kind is Kind.CONDITION)
+        plain = all(token.kind in HARMLESS - {Kind.OF} for token in (*tokens[:at], *tokens[at + 1 :]))
+        return plain and _REASONS.issuperset(conditions) and (following is None or following.text != ":")
+
     def _plain_before(self, segment: Segment, at: int) -> bool:
         return all(token.kind in HARMLESS for token in segment.tokens[:at])
 
@@ -191,7 +216,7 @@ class _Reader:
             return
         if said.ways:
             self._bare_way(segment, tokens, said)
-        elif self._found and self._found[-1].wanted and self._found[-1].amount is None:
+        elif self._found and self._found[-1].wanted and _is_open(self._found[-1].amount, said.amount):
             self._complete(said)
 
     def _bare_way(self, segment: Segment, tokens: Sequence[Token], said: Arguments) -> None:
@@ -210,7 +235,7 @@ class _Reader:
         """Tell whether words without a verb are a command: by themselves, or behind another command."""
         if any(token.text in _POSITIONAL for token in tokens) and not self._known:
             return False
-        if self._known or any(found.wanted for found in self._found) or self._corrects():
+        if self._known or any(found.wanted and not found.later for found in self._found) or self._corrects():
             return True
         along = read.category is not Category.TRANSLATE or bool({Way.FORWARD, Way.BACK} & {*said.ways})
         return self._act is not None and said.amount is not None and along
@@ -275,6 +300,8 @@ class _Reader:
 
 _ANGLES = (None, Dimension.ANGLE)
 _ACTS = {Category.TRANSLATE: Act.MOVE, Category.TURN: Act.TURN, Category.GAZE: Act.LOOK}
+_ANSWERS = frozenset(("movement", "action", "move", "decision", "command", "answer"))
+_REASONS = frozenset(("since", "because"))
 _INSTEAD = frozenset(("instead", "stattdessen", "plutôt", "代わりに", "かわりに", "en su lugar"))
 
 
@@ -291,6 +318,14 @@ def _makes(tokens: Sequence[Token], at: int, said: Arguments) -> bool:
         return True
     article = at + 1 < len(tokens) and tokens[at + 1].kind is Kind.ARTICLE
     return article and bool(said.ways) and {*said.ways} <= {Way.LEFT, Way.RIGHT}
+
+
+def _is_open(amount: Amount | None, further: Amount | None) -> bool:
+    """Tell whether a further amount may say how far: "turn right (30 degrees)", "a step forward, about 1.5 m"."""
+    if amount is None:
+        return True
+    one_step = amount.dimension is Dimension.STEP and amount.number == 1
+    return one_step and further is not None and further.dimension is Dimension.LENGTH
 
 
 def _joined(tokens: Sequence[Token]) -> str:

@@ -19,6 +19,7 @@ class Category(Enum):
     GAZE = "gaze"
     STAY = "stay"
     RETRACT = "retract"  # no motion: what follows replaces what was said before
+    ORDER = "order"  # no motion: what follows is the answer, and replaces a plan before it
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,6 +26,7 @@ class _Latest:
     refused: int = 0
     told: int = 0
     retracting: bool = False
+    ordered: bool = False
 
     def take(self, mentions: Iterable[Mention]) -> None:
         """Take the motions of one sentence into account."""
@@ -46,8 +47,10 @@ class _Latest:
                 self.mentions.pop(Category.STAY, None)
 
     def _is_retraction(self, mention: Mention) -> bool:
-        self.retracting = self.retracting or mention.category is Category.RETRACT
-        return mention.category is Category.RETRACT
+        first_order = mention.category is Category.ORDER and not self.ordered
+        self.ordered = self.ordered or first_order
+        self.retracting = self.retracting or first_order or mention.category is Category.RETRACT
+        return mention.category in (Category.RETRACT, Category.ORDER)
 
     def _retract(self) -> None:
         """Take back what was said before, now that something takes its place."""

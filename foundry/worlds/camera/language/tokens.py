@@ -33,7 +33,7 @@ LEXICON: Table = {
 
 _CJK = "\u3005\u3007\u3040-\u30ff\u3400-\u9fff"
 _LETTER = rf"[^\W\d_{_CJK}]"
-_COMMANDING = (Kind.VERB, Kind.WAY, Kind.STAY, Kind.PAUSE, Kind.RETRACT)
+_COMMANDING = (Kind.VERB, Kind.WAY, Kind.STAY, Kind.DONE, Kind.PAUSE, Kind.RETRACT)
 
 _FULL_WIDTH = {0xFEE0 + code: code for code in range(0x21, 0x7F)}
 _FRACTIONS = {"½": " 1/2", "⅓": " 1/3", "⅔": " 2/3", "¼": " 1/4", "¾": " 3/4", "⅛": " 1/8"}
@@ -58,6 +58,18 @@ _SPACED_RANGE = re.compile(r" -(?<=\d..) ?(?=\d)")
 _RANGE = re.compile(r"-(?<=\d.) (?=\d)")
 _HYPHEN = re.compile(rf"-(?<=\w.)(?={_LETTER})")
 _WRAPPED = re.compile(r"\n(?:(?<=,\n)|(?<=[^\n]{60}[a-z]\n)(?=[a-z]))")
+_ABOUT = r"(?:by|for|about|around|approximately|roughly)"
+_AMOUNT_LINE = re.compile(
+    rf"[ \n]{{0,4}}\n *(?=(?:{_ABOUT} ){{1,3}}(?:\d[\d.,/]*|[a-z]{{3,9}})[ °]?[a-z]{{0,12}} *(?:[.,;!\n]|\Z))",
+    re.IGNORECASE,
+)
+_AMOUNT_KEY = re.compile(
+    rf"[,;\n][ \n-]{{0,8}}(?:distance|angle|degrees|amount|magnitude|value) ?[:=] ?(?=(?:{_ABOUT} )?[-+.]?\d)",
+    re.IGNORECASE,
+)
+_NUMBER_WORDS = "|".join(name for name, word in ENGLISH.items() if word.kind is Kind.NUMBER)
+_AROUND = re.compile(rf"\b(right|go|move) around (?=\d|(?:{_NUMBER_WORDS})\b)", re.IGNORECASE)
+_LABEL_LINE = re.compile(r"\b((?:movement|move|action|decision|command|answer) ?:)[ \n]{0,4}\n *", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +107,9 @@ def cleaned(text: str) -> str:
     text = text.translate(_MARKS)
     while "  " in text:
         text = text.replace("  ", " ")
-    return _WRAPPED.sub(" ", text.replace(" \n", "\n")).lower()
+    if "\n" in text or ":" in text:
+        text = _LABEL_LINE.sub(r"\1 ", _AMOUNT_KEY.sub(" ", _AMOUNT_LINE.sub(" ", text)))
+    return _WRAPPED.sub(" ", _AROUND.sub(r"\1 about ", text).replace(" \n", "\n")).lower()
 
 
 def _alternatives(names: Iterable[str]) -> str:

@@ -19,8 +19,8 @@ from typing import Any
 from foundry.worlds.camera.language.command import Command
 from foundry.worlds.camera.language.interpreter import interpret
 
-HALVES = ("dev", "held")
-"""`held` was never looked at while the interpreter was written."""
+HALVES = ("dev", "held", "vlm")
+"""`held` was never looked at while the interpreter was written; `vlm` was written before it was changed."""
 
 _TOLERANCE_M, _TOLERANCE_DEG = 0.01, 0.5
 

@@ -1,6 +1,7 @@
 """Labelled replies: how many are read as labelled, and in how many a motion is read that nobody asked for.
 
-`dev` and `held` were written and labelled apart from the rule; `told` was written with it, to hold what it does.
+`dev`, `held` and `vlm` were written and labelled before the rule was read; `told` was written with it, to hold what it
+does. `vlm` has 80 replies in the styles of five families of models; some are meant to be unreadable.
 """
 
 from __future__ import annotations
@@ -13,16 +14,16 @@ from foundry.worlds.camera.language.command import Command
 from foundry.worlds.camera.language.interpreter import interpret
 from worlds.camera.language.reply_shares import by, counted, labelled, verdict
 
-SHARES = {"dev": (1.0, 0), "held": (154 / 161, 5)}
-"""The measured share that is read exactly, and the number of replies with a motion that nobody asked for."""
+MEASURED = {"dev": (161, 161, 0), "held": (161, 154, 5), "vlm": (80, 79, 0)}
+"""The replies, those of them that are read exactly, and those with a motion that nobody asked for."""
 
 
-@pytest.mark.parametrize("half", SHARES)
+@pytest.mark.parametrize("half", MEASURED)
 def test_labelled_replies_are_read_at_least_as_well_as_measured(half):
-    share, invented = SHARES[half]
+    replies, exactly, invented = MEASURED[half]
     shares = counted(labelled(half))
-    assert shares.replies == 161
-    assert shares.share >= share
+    assert shares.replies == replies
+    assert shares.exactly >= exactly
     assert shares.invented <= invented
 
 

@@ -109,6 +109,11 @@ NOTHING = [
     "目の前に壁があります。左にドアがあります。",
     "不要向前走",
     "N'avance pas",
+    "If I have reached the goal, no further movement is needed.",
+    "When I get there, the task is completed.",
+    "I doubt that the task is complete.",
+    "Task complete: false",
+    "Previous action:\nTurn left 30 degrees",
 ]
 """Replies that hold no movement."""
 READINGS = [

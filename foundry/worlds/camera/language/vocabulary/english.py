@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 from foundry.worlds.camera.language.vocabulary.words import (
     Act,
     Dimension,
@@ -203,6 +205,31 @@ _SMALL_AND_STILL: Table = {
     ),
 }
 
+_TASKS = ("task", "mission", "goal", "objective")
+_GOALS = ("goal", "target", "destination", "goal location", "target location", "goal position", "target position")
+_HAVE = ("i have ", "i have now ", "i have already ", "i have successfully ", "i've ", "i've now ", "i've already ")
+_DONE: Table = dict.fromkeys(
+    map(
+        "".join,
+        (
+            *product(
+                _TASKS,
+                (" ", " is ", " is now ", " has been "),
+                ("complete", "completed", "accomplished", "achieved", "reached", "finished"),
+            ),
+            *product(_HAVE, ("reached ",), ("the ", "my "), _GOALS),
+            *product(_HAVE, ("completed ", "finished ", "accomplished "), ("the ", "my "), _TASKS),
+            *product(
+                ("no further ", "no more ", "no additional "),
+                ("movement ", "movements ", "motion ", "action ", "actions ", "move ", "moves "),
+                ("", "is ", "are "),
+                ("needed", "required", "necessary"),
+            ),
+        ),
+    ),
+    Word(Kind.DONE),
+)
+
 _TELLING: Table = {
     **phrases(
         Word(Kind.EARLIER),
@@ -390,7 +417,7 @@ _FILLERS: Table = {
         "by | for | approximately | approx | ca | about | roughly | around | by about | of about | between | "
         "at least | at most | no more than | not more than",
     ),
-    **phrases(Word(Kind.TO), "to | up by | to about"),
+    **phrases(Word(Kind.TO), "to | to about"),
     **phrases(Word(Kind.OF), "of"),
     **phrases(Word(Kind.AT), "at | at an angle of | at a bearing of"),
     **phrases(
@@ -419,4 +446,5 @@ ENGLISH: Table = {
     **_SMALL_AND_STILL,
     **_VERBS,
     **_SCOPES,
+    **_DONE,
 }

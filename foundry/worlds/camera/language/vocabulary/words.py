@@ -22,6 +22,7 @@ class Kind(Enum):
     BY = auto()  # introduces an amount
     SMALL = auto()  # "a bit"
     STAY = auto()
+    DONE = auto()  # "task completed": asks to stay where the reply asks for no motion
     PAUSE = auto()  # asks to stay only when nothing follows: "wait", "stop"
     PLACE = auto()  # says where to stay: "here"
     NOT = auto()
