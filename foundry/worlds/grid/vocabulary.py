@@ -185,3 +185,6 @@ PLACEHOLDERS = (
     "insert message here",
 )
 """What stands in the place of a message in the prompts, and what models put there when they copy them."""
+
+BLANKS = frozenset(("message", "text", "string", "content", "your", "insert", "optional", "brief", "short"))
+"""Words that make a placeholder of a message in angle brackets: "<your message>"; "<fire near cafe>" is a message."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 
 from foundry.worlds.grid.vocabulary import (
+    BLANKS,
     DOUBTS,
     DOWN,
     FILLERS,
@@ -124,7 +125,7 @@ def is_placeholder(message: str) -> bool:
     """Tell whether a message is what the prompt has in its place, or the beginning of that."""
     said = _SPACES.sub(" ", message[:_LONGEST].lower()).strip()
     bracketed = message.strip().startswith("<") and message.strip().endswith(">")
-    return bracketed or said in _COPIED
+    return said in _COPIED or (bracketed and (not said or not BLANKS.isdisjoint(said.split())))
 
 
 _PLACEHOLDERS = tuple(_SPACES.sub(" ", known.lower()).strip() for known in PLACEHOLDERS)
