@@ -75,6 +75,13 @@ def test_an_attack_takes_what_there_is_and_costs_the_attacker():
     assert [(line.energy_next, line.lost) for line in lines] == [(9, None), (0, "attack")]
 
 
+def test_an_agent_that_was_robbed_of_all_pays_for_its_attack_with_what_it_takes():
+    world = scenario((0, 0), (0, 1), energy={"start": 6, "loss": 1}, attack={"takes": 9, "cost": 2}).start(0)
+    lines = step(world, {"action": "attack", "target": 1}, {"action": "attack", "target": 0})
+    # The first is left with 6 - 2 + 6 = 10 and then robbed of 9; the second has 0 - 2 + 9 = 7; each loses one.
+    assert sorted(line.energy_next for line in lines) == [0, 6]
+
+
 def test_a_newborn_gets_its_energy_from_its_parent_and_is_asked_from_the_next_step_on():
     births = {"needs": 8, "gives": 5, "most": 2}
     world = scenario((0, 0), energy=ENERGY, reproduction=births, personas={"kind": {"a": 1}}).start(0)

@@ -127,7 +127,8 @@ class Living:
         taken = min(self._settings.attack.takes, attacked.energy)
         attacked.energy -= taken
         attacked.robbed = True
-        attacker.energy = max(0, attacker.energy - self._settings.attack.cost)
+        paid = min(self._settings.attack.cost, attacker.energy + taken)
+        attacker.energy -= paid
         attacker.energy += min(taken, self._room(attacker))
         return Done(taken)
 
