@@ -57,7 +57,7 @@ class Threshold:
     Attributes:
         at: the middle of the bracket.
         low: the greatest value of the bisection at which it does not prevail.
-        high: the least one at which it does.
+        high: the least one at which it does; the same as `low` where the share of runs is the level itself.
         surely_low: the greatest value played whose share of runs is below the level with its whole interval.
         surely_high: the least one whose share is above it with its whole interval.
     """
@@ -79,13 +79,18 @@ def next_value(search: Search, points: Points) -> float | None:
 
 
 def bracket(search: Search, points: Points) -> tuple[float, float]:
-    """Return the values between which the outcome begins to prevail, as far as the bisection has come."""
+    """Return the values between which the outcome begins to prevail, as far as the bisection has come.
+
+    Both are the same value where the share of runs is the level itself, as half of an even number of seeds can be.
+    """
     low, high = search.ends
     if prevails(points[low], search.level):
         return math.nan, low
     if not prevails(points[high], search.level):
         return high, math.nan
     while (middle := search.between(low, high)) is not None and middle in points:
+        if math.isclose(float(points[middle].mean()), search.level):
+            return middle, middle
         low, high = (low, middle) if prevails(points[middle], search.level) else (middle, high)
     return low, high
 

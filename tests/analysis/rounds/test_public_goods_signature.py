@@ -41,15 +41,22 @@ def test_what_could_not_be_read_gives_nothing_or_is_left_out():
 
 
 def test_who_gives_the_half_of_what_the_others_gave_has_that_slope():
-    rounds = [(16, 4), (2, 8), (4, 1), (0, 2)]
-    others = np.array(rounds)[:-1, ::-1] * 1.0
-    assert (np.array(rounds)[1:] == others // 2).all()
+    rng, rounds = np.random.default_rng(0), [(0, 20)]
+    while len(rounds) < 60:
+        given = np.array(rounds[-1])[::-1] / 2 + rng.integers(0, 11, size=2)
+        rounds.append(tuple(given.astype(int).tolist()))
     assert measured(*rounds)["conditional"] == pytest.approx(0.5, abs=0.12)
+
+
+def test_fewer_than_ten_rounds_have_no_slope():
+    rng = np.random.default_rng(0)
+    rounds = [tuple(row) for row in rng.integers(0, 21, size=(10, 4)).tolist()]
+    assert math.isnan(measured(*rounds[:9])["conditional"]) and not math.isnan(measured(*rounds)["conditional"])
 
 
 def test_who_gives_less_every_round_by_itself_follows_nobody():
     assert measured(*((18 - 2 * step, 9 - step) for step in range(8)))["trend"] < 0
-    values = [measured(*zip(*((np.random.default_rng(9 * seed + one).integers(0, 20 - 2 * np.arange(9))).tolist()
+    values = [measured(*zip(*((np.random.default_rng(9 * seed + one).integers(0, 20 - 2 * np.arange(10))).tolist()
               for one in range(4)), strict=True))["conditional"] for seed in range(30)]  # fmt: skip
     assert abs(np.mean(values)) < 3 * np.std(values) / math.sqrt(30)
 

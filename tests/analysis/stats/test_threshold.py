@@ -50,6 +50,14 @@ def test_a_threshold_beyond_the_ends_is_none_and_costs_two_values(turning: float
     np.testing.assert_array_equal((found.low, found.high), (low, high))
 
 
+def test_a_value_at_which_half_of_an_even_number_of_runs_prevail_is_the_threshold():
+    points = {0.0: np.zeros(10), 1.0: np.ones(10), 0.5: np.array([1.0, 0.0] * 5)}
+    search = Search(low=0, high=1, until=0.01, level=0.5)
+    assert next_value(search, points) is None
+    found = threshold(search, points)
+    assert (found.low, found.at, found.high) == (0.5, 0.5, 0.5)
+
+
 def test_a_value_that_chance_may_have_put_on_its_side_is_not_sure():
     points = {0.0: np.zeros(10), 1.0: np.ones(10), 0.5: np.array([1.0] * 6 + [0.0] * 4)}
     found = threshold(Search(low=0, high=1, until=0.5, level=0.5), points)
