@@ -6,8 +6,12 @@ import base64
 import io
 import json
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
+from PIL import Image
+from pxr import UsdGeom
 
 from commands import foundry, records, statuses
 from foundry import paths
@@ -15,6 +19,9 @@ from foundry.cli import run
 from foundry.storing.store import SweepFolder
 from ollama_cases import Body
 from ollama_server import OllamaServer
+from worlds.camera.usd_files import write_stage
+
+CAPTION_PX = 40
 
 SHORT = ("world.steps=2", "analyze=false", "runner.workers=1", "output.dir=out")
 
@@ -116,6 +123,24 @@ def test_interpret_reads_a_json_string_a_line(workspace: Path, monkeypatch: pyte
     monkeypatch.setattr("sys.stdin", io.StringIO("stay\n"))
     assert run(["interpret", "-"]) == 2
     assert "Line 1 is not a JSON string" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("places", [[(0, 0, 0)], [(0, 0, 0), (10, 0, 0), (0, 3, 40)]])
+def test_a_picture_from_outside_frames_the_whole_scene(workspace: Path, places: list[tuple[int, int, int]]):
+    def build(stage: Any) -> None:
+        for number, place in enumerate(places):
+            cube = UsdGeom.Cube.Define(stage, f"/Cube{number}")
+            cube.CreateSizeAttr(0.1 * len(places) ** 2)
+            UsdGeom.XformCommonAPI(cube).SetTranslate(place)
+
+    write_stage(Path("cubes.usda"), build)
+    assert run(["scene", "shot", "cubes.usda", "--out", "cubes.png"]) == 0
+    picture = np.asarray(Image.open("cubes.png"), np.int64)[CAPTION_PX:]
+    paper = picture[0, 0]
+    edges = (picture[0], picture[-1], picture[:, 0], picture[:, -1])
+    assert all((edge == paper).all() for edge in edges) and (picture != paper).any()
+    grey = (np.ptp(picture, axis=2) < 8) & (picture != paper).any(axis=2)
+    assert grey.any(), "the body hides no cube"
 
 
 @pytest.mark.slow

@@ -133,7 +133,11 @@ def _check(settings: CameraSettings) -> None:
             raise InputError(f"world.{key}={value} is not one of: {', '.join(known)}.")
     start = settings.start
     if (start.x is None) != (start.y is None):
-        raise InputError("world.start gives only one of x and y: give both, or a region.")
+        given, missing = ("x", "y") if start.y is None else ("y", "x")
+        raise InputError(
+            f"world.start.{given} is {getattr(start, given):g}, but world.start.{missing} is null. Set both to "
+            "metres, or both to null: then the start is drawn from world.start.region."
+        )
     if start.x is not None and start.region is not None:
         raise InputError("world.start gives a place and a region: set one of them to null.")
     refuse_repeated_names((target.name for target in settings.targets), "world.targets")

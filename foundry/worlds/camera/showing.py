@@ -12,12 +12,15 @@ import numpy as np
 from foundry.errors import InputError
 from foundry.worlds.camera.eye.overview import OverviewFrame
 from foundry.worlds.camera.eye.rendering import png, renderer_for
-from foundry.worlds.camera.loading.scene import Scene
+from foundry.worlds.camera.loading.scene import FloatArray, Scene
 from foundry.worlds.camera.loading.scene_files import find_asset
 from foundry.worlds.camera.loading.stage import load_scene
 
 WIDTH, HEIGHT, FOV_DEG = 960, 720, 70.0
 MOST_LABELS = 40
+BODY_M = (0.8, 0.8, 1.75)
+MARGIN = 1.15
+"""How much more than the scene and the body a picture from outside holds, so that its caption hides nothing."""
 
 
 def describe_scene(path: Path, exclude: Sequence[str], root: Path | None = None) -> Iterator[str]:
@@ -61,12 +64,30 @@ def shoot_scene(path: Path, exclude: Sequence[str], pose: str | None, root: Path
     scene = load_scene(find_asset(str(path)), exclude=tuple(exclude), root=root)
     renderer = renderer_for(scene, width=WIDTH, height=HEIGHT, fov_deg=FOV_DEG)
     if pose is None:
-        centre = scene.bounds.mean(axis=0)
-        foot = np.array([centre[0], centre[1], scene.bounds[0, 2]])
-        return png(renderer.overview(OverviewFrame(foot=foot, yaw_deg=0.0, caption=f"{scene.name}, body of 1.75 m")))
+        foot = _foot(scene.bounds)
+        caption = f"{scene.name}, body of {BODY_M[2]:g} m"
+        bounds = _framed(scene.bounds, foot)
+        return png(renderer.overview(OverviewFrame(foot=foot, yaw_deg=0.0, caption=caption, bounds=bounds)))
     numbers = re.split(r"[,\s]+", pose.strip())
     try:
         x, y, z, yaw, pitch = map(float, numbers)
     except ValueError:
         raise InputError(f"--pose {pose} is not five numbers: x,y,z,yaw,pitch, such as 4,20.1,1.4,180,0.") from None
     return png(renderer.view(np.array([x, y, z]), yaw, pitch))
+
+
+def _foot(bounds: FloatArray) -> FloatArray:
+    """Return where a body (3,) gives the scale: in the middle, or beside a scene that it would hide, metres."""
+    low, high = bounds
+    is_small = (high - low).max() < BODY_M[2]
+    middle = (low + high) / 2
+    return np.array([high[0] + BODY_M[0] / 2 if is_small else middle[0], middle[1], low[2]])
+
+
+def _framed(bounds: FloatArray, foot: FloatArray) -> FloatArray:
+    """Return the box (2, 3) that holds a scene and a body at `foot`, metres, with a margin."""
+    aside = np.array([BODY_M[0] / 2, BODY_M[1] / 2, 0.0])
+    low = np.minimum(bounds[0], foot - aside)
+    high = np.maximum(bounds[1], foot + aside + [0.0, 0.0, BODY_M[2]])
+    centre = (low + high) / 2
+    return np.array([centre + (low - centre) * MARGIN, centre + (high - centre) * MARGIN])

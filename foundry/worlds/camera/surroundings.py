@@ -186,7 +186,12 @@ class Surroundings:
 
     def _stand(self, x: float, y: float) -> FloatArray:
         """Return where a foot at (x, y) comes to stand."""
-        start = self.settings.start
+        start, (low, high) = self.settings.start, self.collider.bounds[:, :2]
+        if not (low[0] <= x <= high[0] and low[1] <= y <= high[1]):
+            raise InputError(
+                f"The start x={x:g}, y={y:g} lies outside the scene, which has x from {low[0]:.2f} to {high[0]:.2f} "
+                f"and y from {low[1]:.2f} to {high[1]:.2f} m. Set world.start.x and world.start.y within it."
+            )
         top = float(self.collider.bounds[1, 2]) if start.z is None else start.z
         height = self.collider.floor_below(np.array([x, y, top]), self.body)
         if height is None:

@@ -183,8 +183,9 @@ def test_a_scene_of_ones_own_needs_nothing_but_its_path_and_a_task():
         (["scene=kibbo.usdz"], "Did you mean 'kibo.usdz'"),
         (["world.camera.fovv=3"], "camera"),
         (["world.boundary=bounce"], "stop, slide"),
-        (["world.start={x: 1.0, y: null}"], "only one of x and y"),
-        (["world.start={region: null, x: 90.0, y: 20.0}"], "no floor below"),
+        (["world.start={region: null, x: 90.0, y: 20.0}"], "x=90, y=20 lies outside the scene, which has x from"),
+        (["world.start={region: null, x: 4.0, y: null}"], "world.start.x is 4, but world.start.y is null"),
+        (["world.start={region: null, y: 20.0}"], "world.start.y is 20, but world.start.x is null"),
         (["world.targets=[{name: n, prims: [/World/Emblen], radius: 1}]"], "/World/Emblem"),
         (["world.limits.max_speed=3"], "max_speed"),
         pytest.param(

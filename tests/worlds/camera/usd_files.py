@@ -53,7 +53,7 @@ def mesh(
     made.CreatePointsAttr([Gf.Vec3f(*point) for point in points])
     made.CreateFaceVertexCountsAttr([len(face) for face in faces])
     made.CreateFaceVertexIndicesAttr([corner for face in faces for corner in face])
-    for name, value in attributes.items():
+    for name, value in ({"subdivisionScheme": "none"} | attributes).items():
         made.GetPrim().GetAttribute(name).Set(value)
     return made
 

@@ -15,6 +15,7 @@ from foundry.worlds.camera.loading.values import Values
 
 _TEXTURES = ("diffuse_texture", "base_color_texture", "albedo_texture", "BaseColorTexture")
 _COLOURS = ("diffuse_color_constant", "base_color_factor", "diffuse_reflection_color", "glass_color", "base_color")
+_NORMAL_MAPS = ("normalmap_texture", "detail_normalmap_texture", "normal_map_texture")
 _OMNI_GREY = (0.2, 0.2, 0.2)
 """OmniPBR's colour where none is authored, linear."""
 
@@ -22,6 +23,8 @@ _OMNI_GREY = (0.2, 0.2, 0.2)
 def mdl_look(shader: Any, textures: Textures, findings: Findings, values: Values) -> Look:
     """Read the base colour, texture, opacity and emission of an MDL shader by OmniPBR's names."""
     tint = np.array(values.vector(held(shader, "diffuse_tint"), 3) or (1.0, 1.0, 1.0))
+    if any(values.asset(held(shader, name)).path for name in _NORMAL_MAPS):
+        findings.add("Normal maps are not drawn", _where(shader))
     opacity, emissive = _opacity(shader, findings, values), _emissive(shader, values)
     picture = _picture(shader, textures, values)
     if picture is None:

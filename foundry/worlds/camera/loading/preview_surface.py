@@ -21,6 +21,10 @@ _CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
 """Outputs of a texture that are one channel of it."""
 
 
+_NOT_DRAWN = {"normal": "Normal maps are not drawn", "displacement": "Displacement is not drawn"}
+"""Inputs that a texture can give and that no picture shows."""
+
+
 def preview_look(shader: Any, textures: Textures, findings: Findings, values: Values) -> Look:
     """Read a UsdPreviewSurface shader."""
     return _Reader(textures, findings, values).look(shader)
@@ -36,6 +40,9 @@ class _Reader:
         giver = node(diffuse)
         opacity = self._values.number(held(shader, "opacity"), 1.0)
         emissive = self._emissive(shader)
+        for name, kind in _NOT_DRAWN.items():
+            if node(source(shader, name)) is not None:
+                self._findings.add(kind, str(shader.GetPath()))
         if giver is None:
             value = self._values.vector(held(shader, "diffuseColor"), 3) or (0.18, 0.18, 0.18)
             return Look(colour=srgb(value), opacity=opacity, emissive=emissive)

@@ -84,6 +84,8 @@ class GprimReader:
         if not _is_consistent(points, counts, indices):
             self._findings.add("Mesh whose points and faces do not fit together", str(mesh.GetPath()))
             return None
+        if self._values.text(mesh.GetSubdivisionSchemeAttr(), UsdGeom.Tokens.none) != UsdGeom.Tokens.none:
+            self._findings.add("Subdivision surfaces are drawn without their subdivision", str(mesh.GetPath()))
         topology = triangulated(points, counts, indices, holes)
         left_handed = self._values.text(mesh.GetOrientationAttr(), "") == UsdGeom.Tokens.leftHanded
         return topology.flipped() if left_handed else topology

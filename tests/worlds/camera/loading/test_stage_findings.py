@@ -169,6 +169,20 @@ def test_lights_skins_draw_modes_and_unknown_types_are_named(tmp_path: Path) -> 
     )
 
 
+def test_subdivision_normal_maps_and_displacement_are_named(tmp_path: Path) -> None:
+    def build(stage: Any) -> None:
+        bumps = shader(stage, "/Bumps", "UsdUVTexture", file=(NAMES.Asset, "bumps.png"))
+        bumpy = {"normal": (NAMES.Normal3f, bumps, "rgb"), "displacement": (NAMES.Float, bumps, "r")}
+        made = square(stage, material(stage, "/Plaster", **bumpy))
+        made.GetSubdivisionSchemeAttr().Set("catmullClark")
+
+    assert load(tmp_path, build).warnings == (
+        "Subdivision surfaces are drawn without their subdivision: /Square",
+        "Normal maps are not drawn: /Plaster/Surface",
+        "Displacement is not drawn: /Plaster/Surface",
+    )
+
+
 def test_copies_beyond_the_limit_are_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(walking, "LARGEST_INSTANCER", 6)
 

@@ -207,6 +207,11 @@ def mdl(stage: Any, **inputs: Any) -> Any:
     return made
 
 
+def test_a_normal_map_of_omnipbr_is_named(tmp_path: Path) -> None:
+    scene = load(tmp_path, lambda stage: painted(stage, mdl(stage, normalmap_texture=(NAMES.Asset, "bumps.png"))))
+    assert scene.warnings == ("Normal maps are not drawn: /Paint/Shader",)
+
+
 def test_omnipbr_gives_its_colour(tmp_path: Path) -> None:
     inputs = {"diffuse_color_constant": Gf.Vec3f(0.2140, 0, 1), "diffuse_tint": Gf.Vec3f(1, 1, 0)}
     colours = {name: (NAMES.Color3f, value) for name, value in inputs.items()}
