@@ -8,9 +8,11 @@ from typing import Any, TextIO
 
 _ASIDE = frozenset("\n\t")
 _MASK = "***"
+_FORMULA = re.compile(r"'*[=+\-@\t\r](?s:.)")
 _USER = re.compile(r"(?<=://)[^\s'\"]*@")
 _USER_ALONE = re.compile(
-    r"(?<![\w./@%+-])[^\s'\"/@,:=]+:[^\s'\"/@,]+@(?=localhost\b|\[|\d+(?:\.\d+){3}|[a-z][\w-]*(?:\.[\w-]+)+|[a-z][\w.-]*:\d)",
+    r"(?<![\w./@%+-])[^\s'\"/@,:=]+:[^\s'\"/@,]+@"
+    r"(?=localhost\b|\[|\d+(?:\.\d+){3}|[a-z][\w-]*(?:\.[\w-]+)+|[a-z][\w.-]*:\d)",
     re.IGNORECASE,
 )
 """A user and a password before a host where no scheme stands before them; `qwen3:4b@50%` of a population is none."""
@@ -66,9 +68,30 @@ def visible(text: str) -> str:
     return "".join(_written_out(one) if _commands(one) else one for one in text)
 
 
+def as_cell(text: str) -> str:
+    """Return a text for a cell of a CSV file, with an apostrophe where a spreadsheet would run it as a formula.
+
+    Numbers and lone signs stay as they are; `from_cell` gives every text back.
+    """
+    return f"'{text}" if _FORMULA.match(text) and not _is_number(text) else text
+
+
+def from_cell(text: str) -> str:
+    """Return the text that `as_cell` put into a cell."""
+    return text[1:] if text.startswith("'") and _FORMULA.match(text) else text
+
+
 def counted(number: int, name: str) -> str:
     """Return a number of things with their name, in the plural unless it is one."""
     return f"{number:,} {name}" if number == 1 else f"{number:,} {name}s"
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _commands(character: str) -> bool:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
@@ -21,6 +19,7 @@ from analysis.stats.plan import DECLARED, EXPLORATORY
 from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
 from analysis.tables.signature_table import ANY_PROMPT
+from foundry.texts import as_cell
 
 _LATEX = {
     "\\": r"\textbackslash{}",
@@ -257,13 +256,6 @@ def to_text(table: Table) -> str:
     return "".join(line.rstrip() + "\n" for line in lines)
 
 
-def to_csv(table: Table) -> str:
-    """Return the texts of the table as CSV."""
-    written = io.StringIO()
-    csv.writer(written, lineterminator="\n").writerows([table.columns, *table.rows])
-    return written.getvalue()
-
-
 def to_markdown(table: Table) -> str:
     """Return the table as Markdown, its caption below it."""
     rule = ["---" if index < table.labels else "---:" for index in range(len(table.columns))]
@@ -335,9 +327,17 @@ def write_numbers(stem: Path, frame: pd.DataFrame, filtered: str = "") -> list[P
     """Write the numbers of a table as CSV and Parquet, with a column `filter` where not of all runs."""
     frame = frame.assign(filter=filtered) if filtered else frame
     files = [stem.with_suffix(suffix) for suffix in NUMBERS]
-    frame.to_csv(files[0], index=False, lineterminator="\n")
+    spreadsheet_frame(frame).to_csv(files[0], index=False, lineterminator="\n")
     write_parquet(frame, files[1])
     return files
+
+
+def spreadsheet_frame(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return a table whose texts no spreadsheet runs as formulas; see `foundry.texts.as_cell`."""
+    safe = frame.rename(columns=as_cell)
+    for name in safe.select_dtypes(exclude="number"):
+        safe[name] = safe[name].map(lambda value: as_cell(value) if isinstance(value, str) else value)
+    return safe
 
 
 def _latex(text: str) -> str:

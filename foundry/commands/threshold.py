@@ -197,6 +197,7 @@ def _tell(conditions: Sequence[Condition], asked: Asked, points: Sequence[Points
 
     from analysis.stats.threshold import share_of
     from analysis.stats.threshold import threshold as found_by
+    from analysis.tables.texts import spreadsheet_frame
     from foundry.display import frame_table
 
     rows, played = [], []
@@ -214,8 +215,8 @@ def _tell(conditions: Sequence[Condition], asked: Asked, points: Sequence[Points
         for value, outcomes in sorted(one.items()):
             share, low, high = share_of(outcomes)
             played.append({**names, asked.setting: value, "n": len(outcomes), "share": share, "low": low, "high": high})
-    pd.DataFrame(rows).to_csv(folder / FILE, index=False)
-    pd.DataFrame(played).to_csv(folder / POINTS_FILE, index=False)
+    spreadsheet_frame(pd.DataFrame(rows)).to_csv(folder / FILE, index=False)
+    spreadsheet_frame(pd.DataFrame(played)).to_csv(folder / POINTS_FILE, index=False)
     columns = tuple(rows[0])
     shown = [tuple(f"{one:.3g}" if isinstance(one, float) else str(one) for one in row.values()) for row in rows]
     console().print(frame_table(shown, columns))

@@ -9,6 +9,8 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
+from foundry.texts import from_cell
+
 
 class SignatureTable:
     """One row per run that was measured; read anew once the analysis has written another.
@@ -38,7 +40,7 @@ class SignatureTable:
         """Return the names of its columns; none where there is no table."""
         try:
             with self.file.open(encoding="utf-8", newline="") as file:
-                return next(csv.reader(file), [])
+                return [from_cell(name) for name in next(csv.reader(file), [])]
         except FileNotFoundError:
             return []
 
@@ -81,7 +83,7 @@ class SignatureTable:
         mark = self.mark
         if self._whole[0] != mark:
             with self.file.open(encoding="utf-8", newline="") as file:
-                head, *rows = csv.reader(file)
+                head, *rows = ([from_cell(text) for text in row] for row in csv.reader(file))
             self._whole = mark, dict(zip(head, map(list, zip_longest(*rows, fillvalue="")), strict=False))
         return self._whole[1]
 

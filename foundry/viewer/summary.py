@@ -10,6 +10,7 @@ import msgspec
 
 from foundry.storing.preregistration import preregistration_of
 from foundry.storing.store import SweepFolder
+from foundry.texts import from_cell
 from foundry.viewer.signature_table import SignatureTable
 
 NO_BEHAVIOUR = ("failure", "cost")
@@ -100,7 +101,9 @@ def _rows(path: Path) -> list[dict[str, str]]:
     """Return the rows of a table of the analysis; none where it was not written."""
     try:
         with path.open(encoding="utf-8", newline="") as file:
-            return list(csv.DictReader(file))
+            reader = csv.DictReader(file, restval="")
+            names = reader.fieldnames or ()
+            return [{from_cell(name): from_cell(row[name]) for name in names} for row in reader]
     except FileNotFoundError:
         return []
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import io
 import math
 import re
 from collections.abc import Callable
@@ -27,14 +26,15 @@ from analysis.tables.texts import (
     contrast_table,
     number,
     p_value,
-    to_csv,
     to_latex,
     to_markdown,
     to_text,
     with_interval,
+    write_numbers,
     write_tables,
 )
 from foundry.storing.store import SweepFolder
+from foundry.texts import from_cell
 
 HARD = "50 % of a_b & {c} $x^2$ #1 \\ ~ <|>"
 TABLE = Table("small", "What it is: 95 %", ("measure", "a_1"), (("x.y_z", "1 [0, 2]"), (HARD, "-")))
@@ -85,8 +85,20 @@ def test_markdown_escapes_what_would_be_a_column_or_a_style():
     assert re.findall(r"(?<!\\)\|", lines[3]) == ["|"] * 3
 
 
-def test_csv_reads_back_as_it_was():
-    assert list(csv.reader(io.StringIO(to_csv(TABLE)))) == [list(row) for row in (TABLE.columns, *TABLE.rows)]
+def test_no_text_of_a_csv_file_is_a_formula_and_all_are_read_back(tmp_path: Path):
+    texts = ["=1+1", "+cmd", "@sum(a1)", "-1 [-2, 1]", "'=1", "\t=1"]
+    frame = pd.DataFrame(
+        {"model": texts, "-x": [-1.5, math.nan, 2, 3, 4, 5], "as text": ["-1.5", "-", "", "'a", "b-c", "+2"]}
+    )
+    csv_file, parquet_file = write_numbers(tmp_path / "t", frame)
+    with csv_file.open(encoding="utf-8", newline="") as file:
+        head, *rows = csv.reader(file)
+    assert head == ["model", "'-x", "as text"]
+    assert [row[0] for row in rows] == [f"'{text}" for text in texts]
+    assert [row[1] for row in rows] == ["-1.5", "", "2.0", "3.0", "4.0", "5.0"]
+    assert [row[2] for row in rows] == frame["as text"].tolist()
+    assert [from_cell(row[0]) for row in rows] == texts
+    pd.testing.assert_frame_equal(pd.read_parquet(parquet_file), frame)
 
 
 def test_a_terminal_shows_columns_below_one_another_whatever_the_script():

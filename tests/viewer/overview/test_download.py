@@ -12,10 +12,13 @@ import pytest
 
 from foundry.errors import InputError
 from foundry.storing.store import SweepFolder
+from foundry.texts import as_cell
 from foundry.viewer.export import export
 from foundry.viewer.resources import Resources
 from foundry.viewer.server import ViewServer
 from viewer_pages import go, saved
+
+CELLS = ["=1+1", "-1.5", "-1.5 [-2, 1]", "+cmd", "@sum(a1)", "'=1", "-", "'quoted'", "1e-7", "\t=1"]
 
 
 def table(made: SweepFolder, address: str) -> Any:
@@ -66,4 +69,6 @@ def test_an_export_saves_texts_of_all_kinds_as_csv(page: Any, made_up: SweepFold
     assert len(saved(page, "csv").splitlines()) == 5
     told = page.evaluate("() => Foundry.download.textOf([{key: 'a', value: (row) => row}], ['x, \"y\"\\n', null, 0.1])")
     assert list(csv.reader(io.StringIO(told, newline=""))) == [["a"], ['x, "y"\n'], [], ["0.1"]]
+    told = page.evaluate("(cells) => Foundry.download.textOf([{key: 'a', value: (row) => row}], cells)", [*CELLS, -1.5])
+    assert [row[0] for row in csv.reader(io.StringIO(told, newline=""))] == ["a", *map(as_cell, CELLS), "-1.5"]
     page.goto("about:blank")

@@ -34,20 +34,20 @@ def test_groups_have_the_numbers_of_the_analysis_and_their_runs(tmp_path: Path):
         tmp_path,
         comparison="measure,model,baseline,runs,n,mean,sd,low,high,interval,note\n"
         "path.success,first,False,2,2,0.5,0.1,0.25,0.75,t,\n"
-        "path.success,second,False,2,2,0.0,0.0,,,,no variation\n"
+        "path.success,'=second,False,2,2,0.0,0.0,,,,no variation\n"
         "path.length,first,False,2,2,9,1,8,10,t,\n"
         "path.success,random,True,2,2,0.1,0.1,0,0.2,t,\n",
     )
     runs = made.runs()
     made.signatures_path.write_text(
-        "run,model,path.success\n" + f"{runs[0].id},first,0.5\n{runs[2].id},second,0\n{runs[3].id},second,0\n",
+        "run,model,path.success\n" + f"{runs[0].id},first,0.5\n{runs[2].id},'=second,0\n{runs[3].id},'=second,0\n",
         encoding="utf-8",
     )
     found = summary_of(made, ["path.success"], SignatureTable(made.signatures_path))
     assert found.columns == ["model"] and found.part == ""
     assert [(one.values, one.baseline) for one in found.groups] == [
         (["first"], False),
-        (["second"], False),
+        (["=second"], False),
         (["random"], True),
     ]
     assert found.groups[0].measures == {"path.success": (0.5, 0.25, 0.75, 2)}

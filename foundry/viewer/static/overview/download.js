@@ -3,8 +3,11 @@
 (function (foundry) {
   const {h} = foundry.dom;
 
+  /** Return a text with an apostrophe where a spreadsheet would run it as a formula; numbers stay as they are. */
+  function cell(text) { return /^'*[=+\-@\t\r][^]/.test(text) && Number.isNaN(Number(text)) ? `'${text}` : text; }
+
   function quoted(value) {
-    const text = value === null || value === undefined ? "" : String(value);
+    const text = cell(value === null || value === undefined ? "" : String(value));
     return /[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
   }
 
