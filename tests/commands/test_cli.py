@@ -392,6 +392,15 @@ def test_the_records_of_a_run_are_what_the_contract_says(workspace: Path):
             "'world.personas.state' not found. Did you mean 'world.personas.gender'?",
         ),
         (["plan", "outputs/pilot"], "'outputs/pilot' is a folder: name it as output.dir=outputs/pilot"),
+        (
+            ["-m", "seed=0,1", "hydra/sweeper=optuna"],
+            "'hydra/sweeper' is a setting of Hydra that foundry does not use. It uses:",
+        ),
+        (
+            ["plan", "-m", "seed=0,1", "hydra.sweep.dir=mine"],
+            "Write a sweep as -m key=a,b and its folder as output.dir=DIR.",
+        ),
+        (["++hydra.launchers=1"], "'hydra.launchers' is a setting of Hydra that"),
     ],
 )
 def test_what_is_no_override_or_no_setting_is_one_clear_line(
