@@ -63,6 +63,8 @@ MOVES = [
     ("take two steps forward, 1.5 m", FORWARD, 1.4),
     ("Direction: forward\nDistance: 2 m", FORWARD, 2),
     ("- Direction: left\n- Distance: 2 m", LEFT, 2),
+    ("Distance: 2 m\nDirection: right", RIGHT, 2),
+    ("step right\n0.5 m", RIGHT, 0.5),
     ("1. Move forward 2 m.\n2. Turn left 90 degrees.\n\nNext movement: Move forward 2 m.", FORWARD, 2),
     ("Plan: turn left 20 degrees.\n\n**Action:**\nMove forward 2 m.", FORWARD, 2),
     ("Move forward 2 m. Then the task is completed.", FORWARD, 2),

@@ -59,15 +59,20 @@ _RANGE = re.compile(r"-(?<=\d.) (?=\d)")
 _HYPHEN = re.compile(rf"-(?<=\w.)(?={_LETTER})")
 _WRAPPED = re.compile(r"\n(?:(?<=,\n)|(?<=[^\n]{60}[a-z]\n)(?=[a-z]))")
 _ABOUT = r"(?:by|for|about|around|approximately|roughly)"
+_NUMBER_WORDS = "|".join(name for name, word in ENGLISH.items() if word.kind is Kind.NUMBER)
+_UNIT = r"(?:m|meters?|metres?|cm|steps?|°|deg|degrees?)"
 _AMOUNT_LINE = re.compile(
-    rf"[ \n]{{0,4}}\n *(?=(?:{_ABOUT} ){{1,3}}(?:\d[\d.,/]*|[a-z]{{3,9}})[ °]?[a-z]{{0,12}} *(?:[.,;!\n]|\Z))",
+    rf"(?<=\S)[ \n]{{0,4}}\n *(?=(?:(?:{_ABOUT} ){{1,3}}(?:\d[\d.,/]*|[a-z]{{3,9}})[ °]?[a-z]{{0,12}}"
+    rf"|(?:\d[\d.,/]*|{_NUMBER_WORDS}) ?{_UNIT}) *(?:[.,;!\n]|\Z))",
     re.IGNORECASE,
+)
+_DIRECTION_KEY = re.compile(
+    rf"((?:distance|angle) ?[:=] ?\d[\d.]* ?{_UNIT})[,;\n][ \n-]{{0,8}}direction ?[:=] ?", re.IGNORECASE
 )
 _AMOUNT_KEY = re.compile(
     rf"[,;\n][ \n-]{{0,8}}(?:distance|angle|degrees|amount|magnitude|value) ?[:=] ?(?=(?:{_ABOUT} )?[-+.]?\d)",
     re.IGNORECASE,
 )
-_NUMBER_WORDS = "|".join(name for name, word in ENGLISH.items() if word.kind is Kind.NUMBER)
 _AROUND = re.compile(rf"\b(right|go|move) around (?=\d|(?:{_NUMBER_WORDS})\b)", re.IGNORECASE)
 _LABEL_LINE = re.compile(r"\b((?:movement|move|action|decision|command|answer) ?:)[ \n]{0,4}\n *", re.IGNORECASE)
 
@@ -108,7 +113,8 @@ def cleaned(text: str) -> str:
     while "  " in text:
         text = text.replace("  ", " ")
     if "\n" in text or ":" in text:
-        text = _LABEL_LINE.sub(r"\1 ", _AMOUNT_KEY.sub(" ", _AMOUNT_LINE.sub(" ", text)))
+        text = _DIRECTION_KEY.sub(r"\1 ", _AMOUNT_KEY.sub(" ", _AMOUNT_LINE.sub(" ", text)))
+        text = _LABEL_LINE.sub(r"\1 ", text)
     return _WRAPPED.sub(" ", _AROUND.sub(r"\1 about ", text).replace(" \n", "\n")).lower()
 
 

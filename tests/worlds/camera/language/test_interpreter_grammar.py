@@ -24,8 +24,8 @@ ORDERS = (
     "I will {verb} {way} {about}{amount}.",
     "Next movement: {verb} {way} {about}{amount}.",
     "{verb} {way} ({about}{amount})",
+    "{verb} {way}\n{about}{amount}",
 )
-BROKEN = "{verb} {way}\n{about}{amount}"
 NOUNS = ("a {noun} {way} of {amount}", "take a {noun} of {amount} {way}", "Make a {amount} {noun} {way}.")
 
 Motion = tuple[Translation | None, float | None, float | None, bool]
@@ -54,7 +54,7 @@ def gazed(degrees: float) -> Motion:
 def worded(verbs: set[str], ways: dict[str, Motion], amounts: tuple[str, ...]) -> Iterator[tuple[str, Motion]]:
     """Yield each sentence with the motion it asks for."""
     for verb, way, about, amount in product(sorted(verbs), ways, ABOUT, amounts):
-        for order in (*ORDERS, BROKEN) if about else ORDERS:
+        for order in ORDERS:
             yield order.format(verb=verb, way=way, about=about, amount=amount), ways[way]
 
 
