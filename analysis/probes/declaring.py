@@ -71,7 +71,10 @@ class Family:
             return []
         rows = counted(int(agreement["p_holm"].notna().sum() + edits["p_holm"].notna().sum()), "row")
         names = ", ".join([*sorted(self.models), *sorted(self.edits)])
-        return [f"family named with the analysis: {names}: p is corrected over {rows} of both tables, all others are exploratory"]
+        return [
+            f"family named with the analysis: {names}: p is corrected over {rows} of both tables, all others are "
+            "exploratory"
+        ]
 
     def pairs(self, answers: Answers) -> list[tuple[Subject, Subject]]:
         """Return the declared pairs: those of a declared model, of two where several are; none with edits alone."""

@@ -38,6 +38,7 @@ from foundry.storing.fresh import fresh_folder as fresh_folder
 from foundry.storing.fresh import is_sweep as is_sweep
 from foundry.storing.growing import check_declared, check_digests, growth
 from foundry.storing.plain_files import check_folder, is_there
+from foundry.storing.preregistration import plan_sha256
 from foundry.storing.run_files import ALWAYS_THERE as ALWAYS_THERE
 from foundry.storing.run_files import ENDED_RUNS as ENDED_RUNS
 from foundry.storing.run_files import IMAGES as IMAGES
@@ -58,7 +59,6 @@ from foundry.storing.run_files import lines_of as lines_of
 from foundry.storing.run_files import read_calls as read_calls
 from foundry.storing.run_files import storing as storing
 from foundry.storing.run_files import write_atomically as write_atomically
-from foundry.storing.preregistration import plan_sha256
 from foundry.storing.sweep_file import sweep_content, sweep_from, sweep_text
 from foundry.storing.sweep_file import to_yaml as to_yaml
 from foundry.texts import holds_secret, without_secrets

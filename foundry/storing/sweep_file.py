@@ -28,9 +28,7 @@ def to_yaml(value: Any) -> str:
     return str(yaml.dump(value, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=110))
 
 
-def sweep_text(
-    sweep: Sweep, settings: Mapping[str, Any], models: Sequence[Mapping[str, Any]], plan: str | None
-) -> str:
+def sweep_text(sweep: Sweep, settings: Mapping[str, Any], models: Sequence[Mapping[str, Any]], plan: str | None) -> str:
     """Return the content of `sweep.yaml`; `plan` is the SHA-256 of what was declared before it began."""
     head = {
         "asked": list(sweep.asked),

@@ -138,7 +138,7 @@ class PageHandler(BaseHTTPRequestHandler):
             self._end_with(status_of_input, str(error))
         except RecordError as error:
             self._end_with(HTTPStatus.CONFLICT, str(error))
-        except Exception as error:  # the boundary: a page must get an answer
+        except Exception as error:  # noqa: BLE001 - the boundary: a page must get an answer
             told = f"This cannot be answered ({type(error).__name__}: {error})."
             self._end_with(HTTPStatus.INTERNAL_SERVER_ERROR, " ".join(told.split()))
 

@@ -207,7 +207,8 @@ def test_texts_of_a_record_are_composed_to_the_letter(command: str, copied: Path
         "probe": (str(copied), "moments=1", "repeats=1", "output.dir=made"),
         "grow": (str(copied),),
     }[command]
-    done = foundry(command, *asked, "model=scripted/stay", "analyze=false", "runner.workers=1", cwd=tmp_path, LEAK="417")
+    asked += ("model=scripted/stay", "analyze=false", "runner.workers=1")
+    done = foundry(command, *asked, cwd=tmp_path, LEAK="417")
     assert done.returncode == 0, done.stderr
     made = copied if command == "grow" else tmp_path / "made"
     assert "417" not in (made / "sweep.yaml").read_text()

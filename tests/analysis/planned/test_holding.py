@@ -136,9 +136,7 @@ def test_of_several_sweeps_the_first_plan_is_held_and_further_ones_are_named(tmp
     for name in names[1:]:
         (tmp_path / name).mkdir()
         write_preregistration(tmp_path / name, plan(foundry=__version__))
-    sweeps = [
-        SweepFolder(tmp_path / name, Sweep((), (), ()), {}, (), plan_sha256(tmp_path / name)) for name in names
-    ]
+    sweeps = [SweepFolder(tmp_path / name, Sweep((), (), ()), {}, (), plan_sha256(tmp_path / name)) for name in names]
     found, others = plans_of(sweeps, made, made.frame[["model"]])
     assert found is not None and found.plan.reached == 3
     assert others == [f"{tmp_path / 'second' / 'preregistration.yaml'} is not held here: analyse its sweep by itself"]
