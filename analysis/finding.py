@@ -17,7 +17,7 @@ from analysis.any.run import AnyRun
 from analysis.form import analysis_in, shipped
 from analysis.measure import Measure
 from foundry.errors import InputError
-from foundry.own_code import OwnModule, own_modules
+from foundry.own_code import OwnModule, own_modules, refuse_shipped_name
 
 SHIPPED = "foundry"
 """The origin of the package's own modules."""
@@ -82,10 +82,13 @@ def parts() -> list[Part]:
     """Return all modules, the user's own last.
 
     Raises:
-        InputError: a module of the user's own cannot be used, or two measure the same runs under one name.
+        InputError: a module of the user's own cannot be used, has a shipped name, or measures the same runs as another
+            one under one name.
     """
     found = [_part(module, SHIPPED, _hash(module)) for module in _shipped()]
-    found += [_own_part(one) for one in own_modules("signatures")]
+    for one in own_modules("signatures"):
+        found.append(_own_part(one))
+        check_name(found[-1].name, one.origin)
     taken: dict[tuple[str, type], Part] = {}
     known = _known_runs(found)
     for part in found:
@@ -95,9 +98,21 @@ def parts() -> list[Part]:
             )
         other = taken.setdefault((part.name, part.run), part)
         if other is not part:
-            whose = other.module if other.origin == SHIPPED else other.origin
-            raise InputError(f"{part.origin} is named '{part.name}' as {whose} is: give it another NAME.")
+            raise InputError(f"{part.origin} is named '{part.name}' as {other.origin} is: give it another NAME.")
     return found
+
+
+def check_name(name: str, origin: str) -> None:
+    """Refuse the name of a user's own signature that a shipped signature has.
+
+    Args:
+        name: its `NAME`.
+        origin: where it comes from, for people.
+
+    Raises:
+        InputError: a shipped signature has the name.
+    """
+    refuse_shipped_name(origin, name, {module.NAME: module.__file__ for module in _shipped()})
 
 
 def _known_runs(found: Sequence[Part]) -> set[type]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from analysis.arrays import BoolArray, IntArray
 from foundry.declared import Declared
 from foundry.errors import InputError, RecordError
-from foundry.own_code import OwnModule, own_folders, own_modules
+from foundry.own_code import OwnModule, own_folders, own_modules, refuse_shipped_name
 from foundry.records import Message, RunSummary
 from foundry.rooms import in_room
 from foundry.storing.store import RunFolder
@@ -158,7 +158,7 @@ def form_of(name: str) -> FormAnalysis:
     """Return what is known of a form: the shipped one, the user's own, else that of any form.
 
     Raises:
-        InputError: the user's own cannot be used; names its file.
+        InputError: the user's own cannot be used, or has the name of a shipped one; names its file.
     """
     return _form_of(name, own_folders())
 
@@ -170,7 +170,7 @@ def forms_of(folders: Iterable[RunFolder]) -> list[FormAnalysis]:
 
 @cache
 def _form_of(name: str, _folders: tuple[Path, ...]) -> FormAnalysis:
-    return shipped(name) or _own(name) or replace(_any(), name=name)
+    return _own(name) or shipped(name) or replace(_any(), name=name)
 
 
 def shipped(name: str) -> FormAnalysis | None:
@@ -186,7 +186,11 @@ def _any() -> FormAnalysis:
 
 
 def _own(name: str) -> FormAnalysis | None:
-    return next((analysis_in(one) for one in own_modules("forms") if one.name == name), None)
+    module = next((module for module in own_modules("forms") if module.name == name), None)
+    found = analysis_in(module) if module else None
+    if module and found and shipped(name):
+        refuse_shipped_name(f"ANALYSIS in {module.origin}", name, {name: Path(__file__).with_name(name)})
+    return found
 
 
 def analysis_in(module: OwnModule) -> FormAnalysis | None:

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
+import itertools
 import os
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -141,6 +142,27 @@ def own_modules(group: str) -> Iterator[OwnModule]:
             if not file.name.startswith("_"):
                 yield OwnModule(file.stem, f"{folder.name}/{group}/{file.name}", file)
     yield from _installed(group, tuple(sys.path))
+
+
+def refuse_shipped_name(part: str, name: str, shipped: Mapping[str, object], taken: Collection[str] = ()) -> None:
+    """Refuse a part of a user's own that bears the name of a shipped part.
+
+    Args:
+        part: where the part comes from, for people.
+        name: its name.
+        shipped: where each shipped part of its kind is, by name.
+        taken: names that other parts of the user's own bear.
+
+    Raises:
+        InputError: the name is shipped.
+    """
+    if name not in shipped:
+        return
+    numbered = (f"{name}_{number}" for number in itertools.count(2))
+    free = next(other for other in numbered if other not in shipped and other not in taken)
+    raise InputError(
+        f"{part} has the name '{name}' of a shipped part, {shipped[name]}. Rename yours, for example to '{free}'."
+    )
 
 
 @cache

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from foundry import paths
+from foundry.composing.own_names import check_own_name
 from foundry.errors import InputError, StorageError, not_found
 
 _NAME, _CLASS = "part_name", "PartName"
@@ -35,7 +36,8 @@ def begin(kind: str, name: str, into: Path) -> Begun:
         into: the folder of the user's own parts, which need not be there.
 
     Raises:
-        InputError: the kind or the name cannot be, or a file is there already; then nothing is written.
+        InputError: the kind or the name cannot be, a shipped part has the name, or a file is there already; then
+            nothing is written.
         StorageError: the system does not let us.
     """
     patterns = paths.shipped_parts()
@@ -45,6 +47,7 @@ def begin(kind: str, name: str, into: Path) -> Begun:
     new = dict(_written(patterns / kind, name, into))
     _check_name(name, [file for file in new if file.parent == into])
     for file in new:
+        check_own_name(file, into)
         if file.exists() or file.is_symlink():
             raise InputError(f"'{file}' is there already and stays as it is: choose another name, or --into=<folder>.")
     try:

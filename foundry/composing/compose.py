@@ -16,6 +16,7 @@ from typing import Any
 from foundry import own_code, paths
 from foundry.composing.collecting import Collector, Launch
 from foundry.composing.defaults import Defaults, deciding
+from foundry.composing.own_names import check_own_names
 from foundry.composing.public_names import with_public_names
 from foundry.composing.settings import check_parts, checked_settings
 from foundry.errors import FoundryError, InputError, not_found
@@ -92,6 +93,7 @@ def compose(argv: Sequence[str], defaults: Defaults | None = None) -> Composed |
     _check_flags(argv)
     _check_settings_of_hydra(argv)
     own_code.use(own_code.config_dirs(argv))
+    check_own_names(own_code.own_folders())
     from hydra.errors import HydraException
     from omegaconf.errors import OmegaConfBaseException
 

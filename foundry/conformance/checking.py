@@ -19,7 +19,7 @@ from foundry.conformance.policies import policy_for
 from foundry.errors import InputError
 from foundry.expansion import settings_key
 from foundry.running.build import build
-from foundry.worlds.probe.editing import Edit, find_edit, parts_of
+from foundry.worlds.probe.editing import Edit, check_own_edits, find_edit, parts_of
 
 WORLD_CHECKS = (*worlds.CHECKS, *records.CHECKS, *replies.CHECKS)
 PARTS = ("world", "prompt", "model")
@@ -106,6 +106,7 @@ def _checked(
 
 def with_parts(name: str, case: WorldCase) -> list[Edit]:
     """Return an edit, and those of its parts in a world."""
+    check_own_edits(case.scenario.form)
     parts = () if "." in name else parts_of(name, case.scenario)
     return [find_edit(one, case.scenario) for one in (name, *(f"{name}.{part}" for part in parts))]
 

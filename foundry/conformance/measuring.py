@@ -52,13 +52,15 @@ def signature_module(name: str, form: str) -> ModuleType:
     """Return a signature's module: a file, one of the user's own, or a shipped one for this form or for any.
 
     Raises:
-        InputError: there is none, or it cannot be imported.
+        InputError: there is none, it cannot be imported, or one of the user's own has a shipped name.
     """
-    if name.endswith(".py") and Path(name).is_file():
-        return OwnModule(Path(name).stem, name, Path(name).absolute()).load()
     own = {one.name: one for one in own_modules("signatures")}
+    if name.endswith(".py") and Path(name).is_file():
+        own[name] = OwnModule(Path(name).stem, name, Path(name).absolute())
     if name in own:
-        return own[name].load()
+        module = own[name].load()
+        ours("analysis.finding").check_name(getattr(module, "NAME", ""), own[name].origin)
+        return module
     shipped = dict(shipped_signatures(form))
     if name not in shipped:
         raise not_found("Signature", name, [*own, *shipped], "Name one, or its file, as in mine/signatures/greed.py.")

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from foundry.errors import InputError
-from foundry.own_code import own_modules
+from foundry.own_code import own_modules, refuse_shipped_name
 from foundry.rooms import in_room
 from foundry.viewer.files import STATIC
 from foundry.viewer.run_view import RunView
@@ -59,7 +59,11 @@ def view_of(form: str) -> FormView:
     Raises:
         InputError: the user's own module of this name is not fit for it.
     """
-    return _shipped(form) or _own(form, "VIEWER", FormView) or _generic()
+    return (
+        _own(form, "VIEWER", FormView, Path(__file__).with_name(form) if _shipped(form) else None)
+        or _shipped(form)
+        or _generic()
+    )
 
 
 def scripts_of(form: str) -> list[Script]:
@@ -68,9 +72,9 @@ def scripts_of(form: str) -> list[Script]:
     Raises:
         InputError: the user's own module of this name is not fit for it.
     """
+    own = outside_script(form)
     if _script(form).file.is_file():
         return [_script(form)]
-    own = outside_script(form)
     return [_script(GENERIC), *([own] if own else [])]
 
 
@@ -80,7 +84,8 @@ def outside_script(form: str) -> Script | None:
     Raises:
         InputError: the user's own module of this name is not fit for it, or its script is not there.
     """
-    file = _own(form, "PAGE", Path)
+    shipped = _script(form).file
+    file = _own(form, "PAGE", Path, shipped if shipped.is_file() else None)
     if file is not None and not file.is_file():
         raise InputError(f"The page of form '{form}' cannot be shown: its PAGE, '{file}', is not there.")
     return None if file is None else Script(form, f"{OUTSIDE}/{form}/page.js", file)
@@ -101,13 +106,21 @@ def _shipped(form: str) -> FormView | None:
     return found if isinstance(found, FormView) else None
 
 
-def _own(form: str, what: str, kind: type[T]) -> T | None:
-    """Return what the user's own module of a form says under a name, or None where it says nothing."""
+def _own(form: str, what: str, kind: type[T], shipped: Path | None) -> T | None:
+    """Return what the user's own module of a form says under a name, or None where it says nothing.
+
+    Raises:
+        InputError: it says something else, or there is a shipped part for that.
+    """
     for own in own_modules("forms"):
         if own.name != form:
             continue
         found: Any = getattr(own.load(), what, None)
-        if found is None or isinstance(found, kind):
+        if found is None:
+            return None
+        if shipped is not None:
+            refuse_shipped_name(f"{what} in {own.origin}", form, {form: shipped})
+        if isinstance(found, kind):
             return found
         raise InputError(f"{own.origin}: {what} is no {kind.__name__} but {found!r}.")
     return None

@@ -14,6 +14,8 @@ from analysis.form import FormAnalysis, form_of
 from analysis.grid.run import GridRun
 from analysis.measuring.steps_file import joined
 from any_records import BAR, any_folder, line
+from foundry.errors import InputError
+from foundry.own_code import VARIABLE
 
 
 @pytest.mark.parametrize(("name", "run"), [("grid", GridRun), ("camera", CameraRun), ("any", AnyRun)])
@@ -27,6 +29,14 @@ def test_a_form_of_which_nothing_is_known_is_read_by_what_all_have(name):
     assert (found.name, found.run, found.figures) == (name, AnyRun, None) and found.schema(BAR) == form_of(
         "any"
     ).schema(BAR)
+
+
+def test_a_form_of_ones_own_with_the_name_of_a_shipped_one_is_refused(tmp_path, monkeypatch):
+    (tmp_path / "mine" / "forms").mkdir(parents=True)
+    (tmp_path / "mine" / "forms" / "grid.py").write_text("from analysis.camera import ANALYSIS")
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "mine"))
+    with pytest.raises(InputError, match=r"ANALYSIS in mine/forms/grid.py has the name 'grid'.* to 'grid_2'"):
+        form_of("grid")
 
 
 def test_a_form_that_says_no_more_than_how_it_is_read_has_the_columns_and_words_of_all():

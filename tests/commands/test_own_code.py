@@ -136,3 +136,29 @@ def test_who_uses_a_bad_file_is_told_its_name_in_one_line(
     (mine / "model" / "bad.yaml").write_text(asked)
     done = foundry("--config-dir", "mine", "model=bad", *SMALL, cwd=tmp_path)
     assert done.returncode == 2 and named in done.stderr and done.stderr.count("\n") == 1, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("file", "shipped"),
+    [
+        ("world/bar.yaml", "conf/world/bar.yaml"),
+        ("prompt/json.yaml", "conf/prompt/json.yaml"),
+        ("model/scripted/stay.yaml", "conf/model/scripted/stay.yaml"),
+        ("schema/grid.yaml", "conf/schema/grid.yaml"),
+        ("format/spread.yaml", "conf/format/spread.yaml"),
+        ("sweep/smoke.yaml", "sweeps/smoke.yaml"),
+        ("signatures/hazard.py", "analysis/grid/signatures/hazard.py"),
+        ("edits/mirror.py", "edits/grid/mirror.py"),
+    ],
+)
+def test_an_own_part_with_a_shipped_name_is_refused_with_both_files_and_a_free_name(
+    file: str, shipped: str, mine: Path, tmp_path: Path
+):
+    own = mine / file
+    own.parent.mkdir(parents=True, exist_ok=True)
+    own.write_text("name: own\n")
+    own.with_stem(f"{own.stem}_2").write_text("name: own\n")
+    for command in ("plan", "check"):
+        done = foundry(command, "model=quiet", "--config-dir", "mine", cwd=tmp_path)
+        assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
+        assert str(own) in done.stderr and shipped in done.stderr and f"{own.stem}_3'" in done.stderr

@@ -68,6 +68,10 @@ def test_its_own_tests_pass(begun: Path):
         ("world", "my-bar", "'my-bar' is no name of a module"),
         ("world", "class", "'class' is no name of a module"),
         ("policy", "yaml", "another module has that name"),
+        ("world", "bar", "conf/prompt/bar.yaml. Rename yours, for example to 'bar_2'"),
+        ("prompt", "json", "conf/prompt/json.yaml. Rename yours, for example to 'json_2'"),
+        ("policy", "human", "conf/model/human.yaml. Rename yours, for example to 'human_2'"),
+        ("signature", "hazard", "signatures/hazard.py. Rename yours, for example to 'hazard_2'"),
     ],
 )
 def test_what_cannot_be_is_told_in_one_line_and_nothing_is_written(kind: str, name: str, told: str, workspace: Path):
@@ -77,10 +81,10 @@ def test_what_cannot_be_is_told_in_one_line_and_nothing_is_written(kind: str, na
 
 
 def test_nothing_is_written_over(tmp_path: Path):
-    kept = tmp_path / "mine" / "prompt" / "bar.yaml"
+    kept = tmp_path / "mine" / "prompt" / "pub.yaml"
     kept.parent.mkdir(parents=True)
     kept.write_text("mine")
-    done = foundry("new", "world", "bar", cwd=tmp_path)
+    done = foundry("new", "world", "pub", cwd=tmp_path)
     assert done.returncode == 2 and "is there already and stays as it is" in done.stderr
     assert kept.read_text() == "mine" and list((tmp_path / "mine").rglob("*.*")) == [kept]
 

@@ -77,6 +77,15 @@ def test_several_of_a_kind_are_checked_each_once(tmp_path: Path):
 
 
 @pytest.mark.parametrize("name", ["greed", "mine/signatures/greed.py"])
+def test_a_signature_with_the_name_of_a_shipped_one_is_refused(name: str, mine: Path):
+    file = mine / "mine" / "signatures" / "greed.py"
+    file.write_text(file.read_text().replace('NAME = "greed"', 'NAME = "hazard"'))
+    done = foundry("check", name, *SMALL, "--config-dir", "mine", cwd=mine)
+    assert done.returncode == 2 and "greed.py has the name 'hazard'" in done.stderr
+    assert "hazard.py. Rename yours, for example to 'hazard_2'" in done.stderr
+
+
+@pytest.mark.parametrize("name", ["greed", "mine/signatures/greed.py"])
 def test_a_signature_is_named_by_its_name_or_its_file(name: str, mine: Path):
     done = foundry("check", name, "model=scripted/random", *SMALL, "--config-dir", "mine", cwd=mine)
     assert "signature greed" in done.stdout and "measures the same twice" in done.stdout, done.stdout + done.stderr

@@ -98,6 +98,17 @@ def test_a_form_is_shown_by_what_has_its_name_else_by_what_all_share(form: str, 
     assert [one.address for one in scripts_of(form)] == [script]
 
 
+def test_a_form_of_ones_own_adds_only_what_no_shipped_form_of_its_name_has(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    (tmp_path / "mine" / "forms").mkdir(parents=True)
+    (tmp_path / "mine" / "forms" / "grid.py").write_text("VIEWER = PAGE = ANALYSIS = 7")
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "mine"))
+    for lookup, part in ((view_of, "VIEWER"), (scripts_of, "PAGE")):
+        with pytest.raises(InputError, match=rf"{part} in mine/forms/grid.py has the name 'grid'.*to 'grid_2'"):
+            lookup("grid")
+
+
 def circle_sweep(folder: Path) -> SweepFolder:
     made = rounds.sweep(folder / "circle", models=("first",), scenario=Circle(name="bar", agents=5, steps=12))
     rounds.whole_run(made.runs()[0])

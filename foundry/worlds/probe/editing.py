@@ -23,13 +23,15 @@ from types import ModuleType
 from typing import Any
 
 from foundry.errors import InputError, not_found
-from foundry.own_code import own_modules
+from foundry.own_code import own_modules, refuse_shipped_name
 from foundry.seeding import stream
 from foundry.worlds.base import Question, Scenario
 from foundry.worlds.probe.moving import moved, split
 
 NONE = "none"
 """The edit that changes nothing."""
+SHIPPED = "foundry"
+"""The origin of the package's own edits."""
 LEAVES = ("invariance", "equivariance", "cause")
 _ROOM = f"{__package__}.edits"
 _ANY = "any"
@@ -55,7 +57,7 @@ class Edit:
     leaves: str
     change: Callable[..., Question | None]
     expected: Callable[..., Any] = lambda action: action
-    origin: str = "foundry"
+    origin: str = SHIPPED
     moves: tuple[str, float] | None = None
 
     @property
@@ -104,8 +106,9 @@ def find_edits(name: str, scenario: Scenario) -> list[Edit]:
     """Return the edit of a name, or those of all its parts for `<edit>.each`.
 
     Raises:
-        InputError: there is none of this name, or a module of the user's own is no edit.
+        InputError: there is none of this name, or a module of the user's own is no edit or has a shipped name.
     """
+    check_own_edits(scenario.form)
     whole, _, part = name.partition(".")
     if part != EACH:
         return [find_edit(name, scenario)]
@@ -159,8 +162,21 @@ def _found(name: str, scenario: Scenario) -> tuple[ModuleType, Edit]:
     return found[name]
 
 
+def check_own_edits(form: str) -> None:
+    """Refuse edits of the user's own that have the name of a shipped one; recorded probes still find them.
+
+    Raises:
+        InputError: there is one.
+    """
+    modules = list(_modules(form))
+    shipped = {module.NAME: module.__file__ for module, edit in modules if edit.origin == SHIPPED}
+    for _, edit in modules:
+        if edit.origin != SHIPPED:
+            refuse_shipped_name(edit.origin, edit.name, shipped)
+
+
 def edits_for(form: str) -> Iterator[Edit]:
-    """Yield the edits for worlds of a form; a later one stands before an earlier one of its name."""
+    """Yield the edits for worlds of a form; an edit of the form stands before one of any form."""
     return (edit for _, edit in _modules(form))
 
 
@@ -169,7 +185,7 @@ def _modules(form: str) -> Iterator[tuple[ModuleType, Edit]]:
         folder = Path(__file__).parent / "edits" / room
         for found in pkgutil.iter_modules([str(folder)]):
             module = importlib.import_module(f"{_ROOM}.{room}.{found.name}")
-            yield module, _edit(module, "foundry")
+            yield module, _edit(module, SHIPPED)
     for own in own_modules("edits"):
         module = own.load()
         if getattr(module, "FORM", form) == form:
