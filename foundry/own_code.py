@@ -11,6 +11,7 @@ import hashlib
 import importlib.util
 import itertools
 import os
+import pkgutil
 import sys
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -142,6 +143,34 @@ def own_modules(group: str) -> Iterator[OwnModule]:
             if not file.name.startswith("_"):
                 yield OwnModule(file.stem, f"{folder.name}/{group}/{file.name}", file)
     yield from _installed(group, tuple(sys.path))
+
+
+def own_class(target: str) -> type | None:
+    """Return the class that a target names, if a module in one of the user's own folders defines it; else None.
+
+    Nothing outside these folders is imported.
+
+    Raises:
+        InputError: the module cannot be imported.
+    """
+    if not _is_in_own_folder(target):
+        return None
+    try:
+        found = pkgutil.resolve_name(target)
+    except Exception as error:  # the boundary: whatever a user's file raises, it is told by its name
+        raise InputError(f"'{target}' cannot be imported: {type(error).__name__}: {error}") from error
+    return found if isinstance(found, type) and _is_in_own_folder(found.__module__) else None
+
+
+def _is_in_own_folder(name: str) -> bool:
+    """Return whether the top package or module of a name lies in one of the user's own folders."""
+    try:
+        spec = importlib.util.find_spec(name.partition(".")[0])
+    except (ImportError, ValueError):
+        return False
+    places = [] if spec is None else (spec.submodule_search_locations or [spec.origin or os.devnull])
+    folders = [folder for folder in own_folders() if folder != _ROOT]
+    return bool(places) and all(Path(place).parent in folders for place in places)
 
 
 def refuse_shipped_name(part: str, name: str, shipped: Mapping[str, object], taken: Collection[str] = ()) -> None:

@@ -1,4 +1,8 @@
-"""Which classes a recorded configuration may build: it may come from anyone, unlike a command line."""
+"""Which classes a recorded configuration may build: it may come from anyone, unlike a command line.
+
+It may build foundry's own parts, classes in the folders that the user names with `--config-dir`, and packages that the
+user trusts.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +17,7 @@ from foundry.expansion import Sweep
 from foundry.models.base import Model
 from foundry.models.wrappers.base import Wrapper
 from foundry.naming import present
+from foundry.own_code import own_class
 from foundry.prompts.prompt import Prompt
 from foundry.running.local import Runner
 from foundry.worlds.base import Scenario
@@ -36,7 +41,7 @@ HYDRAS_OWN = ("_partial_", "_args_", "_recursive_", "_convert_")
 
 
 def check_sweep_targets(sweep: Sweep, settings: Mapping[str, Any], trusted: Sequence[str] = ()) -> None:
-    """Refuse a recorded sweep that would build anything but foundry's own parts.
+    """Refuse a recorded sweep that would build anything but foundry's own parts and those in the user's own folders.
 
     Args:
         sweep: as recorded.
@@ -52,7 +57,9 @@ def check_sweep_targets(sweep: Sweep, settings: Mapping[str, Any], trusted: Sequ
 
 
 def check_targets(config: Mapping[str, Any], trusted: Sequence[str], where: str) -> None:
-    """Refuse a recorded configuration that would build anything but foundry's own parts.
+    """Refuse a recorded configuration that would build anything but foundry's own parts and the user's own.
+
+    The user's own folders are those that the user names. No record can name one.
 
     Raises:
         InputError: it would.
@@ -90,12 +97,12 @@ def _entries(value: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...
 def _check_role(target: Any, kind: type, trusted: Sequence[str], where: str) -> None:
     if _is_trusted(target, trusted):
         return
-    if not issubclass(_own_class(target, where), kind):
+    if not issubclass(_users_class(target) or _own_class(target, where), kind):
         raise _refusal(target, where, f"it is no {kind.__name__}")
 
 
 def _check_target(target: Any, packages: Sequence[str], trusted: Sequence[str], where: str) -> None:
-    if _is_trusted(target, trusted):
+    if _is_trusted(target, trusted) or _users_class(target):
         return
     found = _own_class(target, where)
     if not _is_within(found.__module__, packages):
@@ -109,6 +116,10 @@ def _check_target(target: Any, packages: Sequence[str], trusted: Sequence[str], 
 
 def _is_trusted(target: Any, trusted: Iterable[str]) -> bool:
     return isinstance(target, str) and any(target.startswith(f"{package}.") for package in trusted)
+
+
+def _users_class(target: Any) -> type | None:
+    return own_class(target) if isinstance(target, str) else None
 
 
 def _own_class(target: Any, where: str) -> type:
@@ -133,6 +144,6 @@ def _is_within(name: str, packages: Iterable[str]) -> bool:
 def _refusal(target: Any, where: str, why: str) -> InputError:
     package = str(target).rpartition(".")[0] or target
     return InputError(
-        f"{where}: the recorded target '{target}' is refused: {why}. If you trust where the record comes from, "
-        f"allow it with --trust-targets {package}."
+        f"{where}: the recorded target '{target}' is refused: {why}. If it is code of your own, name its folder with "
+        f"--config-dir. If you trust where the record comes from, allow it with --trust-targets {package}."
     )

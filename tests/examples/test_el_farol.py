@@ -33,7 +33,7 @@ from foundry.storing.store import SweepFolder
 ROOT = paths.PACKAGE.parent
 EXAMPLE = ROOT / "examples" / "el_farol"
 MINE = "examples/el_farol/mine"
-TRUSTED = ("--trust-targets", "el_farol", "--config-dir", MINE)
+TRUSTED = ("--config-dir", MINE)
 TUTORIAL = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
 COMMANDS = re.findall(r"^    foundry (.+)$", TUTORIAL.replace(" \\\n        ", " "), re.MULTILINE)
 
@@ -124,8 +124,9 @@ def test_a_fork_shares_what_was_before_and_is_verified(led: Led):
 
 @pytest.mark.slow
 def test_where_its_code_is_not_named_or_not_trusted_one_line_says_so(led: Led):
-    refused = foundry("verify", "bar", "--config-dir", MINE, cwd=led.place)
+    refused = foundry("verify", "bar", cwd=led.place)
     assert refused.returncode == 2 and "allow it with --trust-targets el_farol" in refused.stderr
+    assert "name its folder with --config-dir" in refused.stderr
     command = [sys.executable, "-m", "foundry", "resume", "bar", "--trust-targets", "el_farol"]
     absent = subprocess.run(command, cwd=led.place, capture_output=True, text=True, check=False)
     assert absent.returncode == 2 and "name its folder with --config-dir" in absent.stderr

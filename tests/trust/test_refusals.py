@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 import shutil
 from pathlib import Path
@@ -14,6 +15,7 @@ from hypothesis import strategies as st
 from commands import foundry
 from foundry.errors import InputError, RecordError
 from foundry.expansion import Condition, expand
+from foundry.own_code import use
 from foundry.paths import conf_dir
 from foundry.running.build import build
 from foundry.storing.plain_yaml import load_plain
@@ -76,6 +78,33 @@ def test_every_command_that_builds_refuses_and_a_trusted_package_passes(copied: 
         assert done.stderr.count("\n") == 1
     trusting = foundry("verify", str(copied), "--workers", "1", "--trust-targets", "antigravitx", cwd=tmp_path)
     assert "is refused" in trusting.stderr
+
+
+@pytest.mark.parametrize(
+    ("target", "refused"),
+    [
+        ("my_rooms.Room", ""),
+        ("my_rooms.Thing", "it is no Scenario"),
+        ("my_rooms.subprocess.Popen", "it is not one of foundry's own"),
+        ("my_rooms.make", "it is not one of foundry's own"),
+        ("other_rooms.Room", "it is not one of foundry's own"),
+    ],
+)
+def test_a_record_may_build_the_classes_of_the_folder_that_the_user_names_and_nothing_else(
+    target: str, refused: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    code = (
+        "import subprocess\nfrom foundry.worlds.grid.world import GridScenario\n"
+        "class Room(GridScenario):\n    pass\nclass Thing:\n    pass\ndef make():\n    pass\n"
+    )
+    for folder, name in (("mine", "my_rooms"), ("record", "other_rooms")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / f"{name}.py").write_text(code)
+        monkeypatch.syspath_prepend(tmp_path / folder)
+    use([tmp_path / "mine"])
+    config = {"world": {"_target_": target}}
+    with pytest.raises(InputError, match=refused) if refused else contextlib.nullcontext():
+        check_targets(config, (), "here")
 
 
 BUILDING = ("verify", "resume", "grow", "fork", "replay", "analyze")
