@@ -96,6 +96,21 @@ class Facts(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     published: tuple[Published, ...] = ()
     differs: str = ""
 
+    @property
+    def policies(self) -> tuple[str, ...]:
+        """The policies that the score is held against: the one that looks at nothing and the best one."""
+        return tuple(filter(None, (self.random, self.best)))
+
+
+def policies_of(world: str) -> tuple[str, ...]:
+    """Return the policies that a world's score is held against; empty where nothing is known of the world.
+
+    Raises:
+        InputError: the world's file cannot be read.
+    """
+    facts = facts_of(world)
+    return () if facts is None else facts.policies
+
 
 def facts_of(world: str) -> Facts | None:
     """Return what is known of a world; None where nothing is.

@@ -201,6 +201,7 @@ def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
     Raises:
         typer.Exit: the user interrupted them.
     """
+    from analysis.validation.facts import policies_of
     from foundry.composing.baselines import baselines_of
     from foundry.composing.preflight import check
     from foundry.composing.preparing import local_runner, runner_of
@@ -211,7 +212,7 @@ def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
     if opened.moments_file.exists():
         raise InputError(f"'{path}' is a probe, which has no baselines: name them among its models.")
     check_sweep_targets(opened.sweep, {}, trusted)
-    sweep = baselines_of(opened.sweep)
+    sweep = baselines_of(opened.sweep, policies_of)
     if not sweep.runs:
         say(f"{opened.path} compares every baseline itself")
         return EXIT_OK

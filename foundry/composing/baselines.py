@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -25,12 +25,17 @@ BOUNDS = ("scripted/stay", "scripted/oracle")
 _NAME = re.compile(r"[\w-]+(?:/[\w-]+)*")
 
 
-def baselines_of(sweep: Sweep) -> Sweep:
+def baselines_of(sweep: Sweep, known_policies: Callable[[str], Sequence[str]]) -> Sweep:
     """Return the sweep of baselines: every world of the given one, with all the seeds it was run with.
 
     Scripted policies read no prompt, so each world is run with the first prompt it was run with. A policy that the
-    sweep itself compares is left out: its runs are there. Which they are a world may say (`baselines`); where it does
-    not, they are one of `NULLS` and those of `BOUNDS` that can act in it.
+    sweep itself compares is left out: its runs are there. A world may name its policies (`baselines`). Otherwise they
+    are one of `NULLS` and those of `BOUNDS` that can act in it. The policies that a world's score is held against are
+    always among them.
+
+    Args:
+        sweep: the sweep.
+        known_policies: returns the names of the policies that the score of a world is held against.
 
     Raises:
         InputError: a world cannot be built, or a policy that it names is none, or cannot act in it.
@@ -39,7 +44,7 @@ def baselines_of(sweep: Sweep) -> Sweep:
     for condition in sweep.conditions:
         worlds.setdefault(settings_key(condition.config["world"]), []).append(condition)
     compared = {condition.config["model"]["name"] for condition in sweep.conditions}
-    conditions = [one for conditions in worlds.values() for one in _conditions(conditions, compared)]
+    conditions = [one for conditions in worlds.values() for one in _conditions(conditions, compared, known_policies)]
     return expand(("baselines of", *sweep.asked), conditions)
 
 
@@ -78,14 +83,19 @@ class Stage:
         return True
 
 
-def _conditions(conditions: list[Condition], compared: set[str]) -> Iterator[Condition]:
+def _conditions(
+    conditions: list[Condition], compared: set[str], known_policies: Callable[[str], Sequence[str]]
+) -> Iterator[Condition]:
     """Yield one world's condition for each policy that is a baseline of it."""
     first = conditions[0]
     seeds = tuple(sorted({seed for condition in conditions for seed in condition.seeds}))
     stage = Stage(scenario_of(first.config), seeds[0])
     factors = {key: value for key, value in first.factors.items() if _is_of_world(key)}
     chosen = first.config.get("baselines")
-    for model in _suited(stage) if chosen is None else _declared(chosen, stage):
+    models = _suited(stage) if chosen is None else _declared(chosen, stage)
+    names = {model["name"] for model in models}
+    models += _declared([name for name in known_policies(stage.scenario.name) if name not in names], stage)
+    for model in models:
         if model["name"] not in compared:
             own = {key: value for key, value in first.config.items() if key != "fork"}  # from the first step on
             config = {**own, "model": model, "sampling_seed": None}
@@ -99,7 +109,7 @@ def _suited(stage: Stage) -> list[dict[str, Any]]:
 
 
 def _declared(names: Sequence[str], stage: Stage) -> list[dict[str, Any]]:
-    """Return the baselines that a world names; each must be able to act in it."""
+    """Return the baselines of these names; each must be able to act in the world."""
     models = [_model(name) for name in names]
     for model in models:
         stage.check(build(model))

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from analysis import analyze
+from analysis.validation.facts import all_facts, policies_of
 from commands import statuses
 from foundry.cli import run
 from foundry.commands.sweeps import run_baselines
@@ -33,30 +34,39 @@ def models(found: Sweep) -> list[str]:
 
 
 def test_each_world_is_run_once_whatever_the_prompts_and_models():
-    found = baselines_of(sweep("model=scripted/avoid,scripted/herd", "prompt=paper,japanese", "seed=0-2"))
-    assert models(found) == ["scripted/random", "scripted/stay", "scripted/oracle"]
-    assert [condition.seeds for condition in found.conditions] == [(0, 1, 2)] * 3
+    found = baselines_of(sweep("model=scripted/first,scripted/herd", "prompt=paper,japanese", "seed=0-2"), policies_of)
+    assert models(found) == ["scripted/random", "scripted/stay", "scripted/oracle", "scripted/avoid"]
+    assert [condition.seeds for condition in found.conditions] == [(0, 1, 2)] * 4
 
 
 def test_a_swept_setting_of_the_world_is_one_of_the_baselines_too():
-    found = baselines_of(sweep("model=scripted/avoid", "world.steps=5,8", "seed=0"))
+    found = baselines_of(sweep("model=scripted/avoid", "world.steps=5,8", "seed=0"), policies_of)
     assert [dict(condition.factors)["world.steps"] for condition in found.conditions] == [5] * 3 + [8] * 3
 
 
 def test_who_walks_about_is_the_null_in_3d_where_who_draws_could_act_too():
     composed = compose(["-m", "world=kibo", "model=scripted/spin", "seed=0"])
     assert composed is not None
-    found = baselines_of(expand(composed.asked, composed.conditions))
+    found = baselines_of(expand(composed.asked, composed.conditions), policies_of)
     assert models(found) == ["scripted/wander", "scripted/stay", "scripted/oracle"]
 
 
 def test_a_game_is_held_against_policies_of_its_own():
-    found = models(baselines_of(sweep("world=public_goods_punishment", "model=scripted/random", "seed=0")))
+    found = models(baselines_of(sweep("world=public_goods_punishment", "model=scripted/random", "seed=0"), policies_of))
     assert found == ["scripted/free_rider", "scripted/conditional"]
 
 
 def test_a_policy_that_the_sweep_compares_itself_is_left_out():
-    assert models(baselines_of(sweep("model=scripted/random,scripted/oracle", "seed=0"))) == ["scripted/stay"]
+    compared = sweep("model=scripted/random,scripted/oracle,scripted/avoid", "seed=0")
+    assert models(baselines_of(compared, policies_of)) == ["scripted/stay"]
+
+
+@pytest.mark.parametrize("facts", list(all_facts()), ids=lambda facts: facts.world)
+def test_the_null_and_the_best_policy_of_every_known_world_are_among_its_baselines(facts):
+    composed = compose([f"world={facts.world}", "model=scripted/first"])
+    assert composed is not None
+    found = models(baselines_of(expand(composed.asked, composed.conditions), policies_of))
+    assert {facts.random, facts.best} - {None} <= set(found) and len(found) == len(set(found))
 
 
 @pytest.mark.parametrize(
@@ -80,7 +90,9 @@ def test_they_are_run_beside_the_sweep_and_stand_in_its_tables(workspace: Path):
     beside = SweepFolder.open(SweepFolder.open("s").baselines_dir)
     assert beside.settings["runner"]["workers"] == 1, "as FOUNDRY_WORKERS said to the sweep"
     assert statuses(beside.path) == ["complete"] * 6
-    assert analyze([Path("s")], plots=False).runs["baseline"].tolist() == [False] * 4 + [True] * 6
+    found = analyze([Path("s")], plots=False)
+    assert found.runs["baseline"].tolist() == [False] * 4 + [True] * 6
+    assert found.validation[["random", "best"]].notna().all(axis=None)
 
 
 @pytest.mark.exhaustive

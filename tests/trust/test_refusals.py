@@ -135,7 +135,7 @@ def test_what_a_refusal_advises_is_an_option_of_the_command_that_refuses(
     with OllamaServer() as server:
         done = foundry(command, *asked, *advice[0].split(), cwd=tmp_path, OLLAMA_HOST=server.url)
     if command == "analyze":
-        assert "'nothing'" in done.stderr and "6 of 6 runs complete in" in done.stdout, done.stdout + done.stderr
+        assert "'nothing'" in done.stderr and "8 of 8 runs complete in" in done.stdout, done.stdout + done.stderr
     else:
         assert done.returncode == 0, done.stdout + done.stderr
 
