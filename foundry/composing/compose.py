@@ -147,13 +147,18 @@ def _check_groups(argv: Sequence[str]) -> None:
         swept = override.sweep_iterator(Transformer.identity) if override.is_sweep_override() else [value]
         return [name for chosen in swept for name in (chosen if isinstance(chosen, list) else [chosen])]
 
-    groups = {folder.name for folder in paths.conf_dir().iterdir() if folder.is_dir()}
+    groups = _groups()
     chosen = [arg for arg in argv if "=" in arg and arg.lstrip("+").partition("=")[0] in groups]
     for override in OverridesParser.create().parse_overrides(chosen):
         if not all(isinstance(name, str | QuotedString) for name in names(override)):
             group = str(override.key_or_group)
             options = (file.stem for file in (paths.conf_dir() / group).glob("*.yaml"))
             raise not_found(group.capitalize(), override.get_value_string(), options)
+
+
+def _groups() -> set[str]:
+    """Return the names of the groups of configurations."""
+    return {folder.name for folder in paths.conf_dir().iterdir() if folder.is_dir()}
 
 
 def _run_hydra(argv: Sequence[str], defaults: Defaults) -> Collector:
@@ -214,13 +219,24 @@ def _composed_once(argv: Sequence[str]) -> Iterator[None]:
     """Spare Hydra what it composes or copies only to find nothing in it, or for a task that is called.
 
     `hydra.mode` can be set by nothing but `-m`, a named sweep, a user's own files or overrides of Hydra's settings; a
-    map of all choices is for defaults that refer to others.
+    map of all choices is for defaults that refer to others. Before a sweep, Hydra composes its own settings with the
+    default world. The world of a condition need not have the same settings, so only the conditions take the others.
     """
     from hydra._internal import defaults_list
+    from hydra._internal.config_loader_impl import ConfigLoaderImpl
     from hydra._internal.hydra import Hydra
     from hydra.types import RunMode
 
     choices = defaults_list._create_interpolation_map
+    apply, load = ConfigLoaderImpl._apply_overrides_to_config, ConfigLoaderImpl.load_configuration
+
+    def apply_to_hydra(overrides: Any, config: Any) -> None:
+        apply([override for override in overrides if override.is_hydra_override()], config)
+
+    def loaded(self: Any, *args: Any, run_mode: RunMode, **options: Any) -> Any:
+        used = apply_to_hydra if run_mode is RunMode.MULTIRUN else apply
+        with _instead(ConfigLoaderImpl, "_apply_overrides_to_config", used):
+            return load(self, *args, run_mode=run_mode, **options)
 
     def hand_over(self: Any, config_name: str, task_function: Collector, overrides: list[str]) -> None:
         task_function(self.compose_config(config_name, overrides, RunMode.RUN, with_log_configuration=True))
@@ -233,6 +249,7 @@ def _composed_once(argv: Sequence[str]) -> Iterator[None]:
     with (
         _instead(Hydra, "get_mode", mode),
         _instead(Hydra, "run", hand_over),
+        _instead(ConfigLoaderImpl, "load_configuration", loaded),
         _instead(defaults_list, "_create_interpolation_map", choices_referred_to),
     ):
         yield
@@ -409,6 +426,8 @@ def _explained(error: Exception, argv: Sequence[str]) -> InputError:
     causes = " ".join(str(cause) for cause in (error, error.__cause__) if cause is not None)
     if isinstance(error, MissingMandatoryValue):
         return _open_setting(str(error.full_key))
+    if there := re.search(r"An item is already at '([^']*)'", causes):
+        return InputError(f"Setting '{there[1]}' exists already: leave out the + before it.")
     key = re.search(r"full_key: (\S+)", causes)
     if key and ("not in struct" in causes or "Could not override" in causes):
         return _unknown_key(key[1], argv)
@@ -436,17 +455,39 @@ def _unknown_config(file: str, options: Sequence[str]) -> InputError:
 
 
 def _unknown_key(key: str, argv: Sequence[str]) -> InputError:
-    """Return the error for a setting that does not exist, with those that do beside it."""
-    rest = [arg for arg in argv if not f"{key}.".startswith(f"{arg.lstrip('+').partition('=')[0]}.")]
+    """Return the error for a setting that no condition has, or not each, with those that do exist beside it."""
+    groups = _groups()
+    asked = {arg: arg.lstrip("+").partition("=")[0] for arg in argv}
+    rest = [
+        arg
+        for arg in argv
+        if asked[arg] in groups
+        or not (f"{asked[arg]}.".startswith(f"{key}.") or f"{key}.".startswith(f"{asked[arg]}."))
+    ]
     siblings: list[str] = []
     with contextlib.suppress(FoundryError):
         composed = compose(rest) if len(rest) < len(argv) else None
         if composed is not None:
-            siblings = _siblings({**composed.settings, **composed.conditions[0].config, "seed": 0}, key)
+            configs = [{**composed.settings, **one.config, "seed": 0} for one in composed.conditions]
+            lacking = [config for config in configs if key not in _siblings(config, key)]
+            if 0 < len(lacking) < len(configs):
+                return _lacking(key, configs, lacking[0])
+            siblings = _siblings(configs[0], key)
     return not_found("Setting", key, siblings, "To add a key of your own, write +key=value.")
 
 
+def _lacking(key: str, configs: Sequence[Mapping[str, Any]], config: Mapping[str, Any]) -> InputError:
+    """Return the error for a setting that some conditions have and this one lacks."""
+    role = key.partition(".")[0]
+    having = next(one for one in configs if key in _siblings(one, key))
+    return InputError(
+        f"{role.capitalize()} '{config[role]['name']}' has no setting '{key}', which {role} '{having[role]['name']}' "
+        f"has. Run them in two commands, or leave the setting out."
+    )
+
+
 def _siblings(config: Mapping[str, Any], key: str) -> list[str]:
+    """Return the settings that stand beside a place where one was looked for."""
     parents = key.split(".")[:-1]
     value: Any = config
     for part in parents:

@@ -23,3 +23,33 @@ def test_another_program_that_chooses_the_launcher_is_told_that_it_serves_foundr
     launcher.setup(hydra_context=None, task_function=print, config=None)
     with pytest.raises(InputError, match="serve the command foundry alone"):
         launcher.launch([["seed=0"]], 0)
+
+
+@pytest.mark.parametrize("asked", ["world=kibo,office", "+sweep=validation_3d world=kibo_paper,follow"])
+def test_a_setting_is_held_against_the_worlds_of_the_sweep_and_not_against_the_default_one(asked: str):
+    composed = compose(["-m", *asked.split(), "world.camera.width=96", "model=scripted/stay"])
+    assert composed is not None
+    assert [one.config["world"]["camera"]["width"] for one in composed.conditions] == [96] * 2
+    assert "world.camera.width=96" in composed.asked
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [
+        (
+            "world=kibo,bar world.camera.width=96",
+            "World 'bar' has no setting 'world.camera', which world 'kibo' has.",
+        ),
+        (
+            "model=scripted/random,llama3.2 model.options.temperature=0",
+            "Model 'scripted/random' has no setting 'model.options', which model 'llama3.2' has.",
+        ),
+        ("world=bar,fishery world.agent=3", "Setting 'world.agent' not found. Did you mean 'world.agents'?"),
+        ("world=bar world.capacit=1", "Setting 'world.capacit' not found. Did you mean 'world.capacity'?"),
+        ("world=bar +world.capacity=1", "Setting 'world.capacity' exists already: leave out the +"),
+    ],
+)
+def test_a_setting_that_a_condition_lacks_is_told_with_what_lacks_it(asked: str, told: str):
+    with pytest.raises(InputError) as caught:
+        compose(["-m", *asked.split(), "seed=0"])
+    assert str(caught.value).startswith(told)
