@@ -27,7 +27,7 @@ class Ran:
         path: its folder, which `foundry.load` and `foundry.analyze` take.
         complete: how many runs are complete.
         failed: the runs that are not, and why, one line each.
-        notes: what is to be known of its worlds, one line each.
+        notes: what is to be known of its worlds, and of those that are left out, one line each.
     """
 
     path: Path
@@ -92,7 +92,7 @@ class _Call:
         found = checked(composed)
         self._job = job_of(found.create(), found.settings, found.infos)
         found.runner.run(self._job)
-        return _ran(self._job.folder, found.notes)
+        return _ran(self._job.folder, [*filter(None, [composed.left_out]), *found.notes])
 
 
 def _ran(folder: SweepFolder, notes: Sequence[str]) -> Ran:

@@ -2,6 +2,7 @@
 
 FoundryError
 ├── InputError            what the user asked for cannot be done; one clear line, exit code 2
+│   ├── NotInstalledError     a package is missing that installs with one command
 │   └── HostsDifferError      servers that should be equal have different models under the same name
 ├── RecordError           a recorded file is missing, damaged or of another version
 ├── StorageError          a file of a sweep or the answer cache cannot be written or read; ends the sweep
@@ -29,6 +30,18 @@ class InputError(FoundryError):
 
 class HostsDifferError(InputError):
     """Servers that should be equal have different models under the same name."""
+
+
+class NotInstalledError(InputError):
+    """A package is missing.
+
+    Attributes:
+        install: how to install it.
+    """
+
+    def __init__(self, message: str, install: str) -> None:
+        super().__init__(f"{message} {install}")
+        self.install = install
 
 
 class RecordError(FoundryError):

@@ -110,13 +110,15 @@ def _run_to_look(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo]
 
 
 def composed_here(argv: Sequence[str]) -> Composed | None:
-    """Compose a command line with the user's own defaults; says which of them decide what is run."""
+    """Compose a command line with the user's own defaults; says which of them decide, and which worlds are left out."""
     from foundry.composing.compose import compose
     from foundry.composing.defaults import read_defaults
 
     composed = compose(argv, read_defaults(argv))
     if composed is not None:
         say_defaults(composed)
+        if composed.left_out:
+            print(composed.left_out, file=sys.stderr)
     return composed
 
 

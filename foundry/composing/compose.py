@@ -20,7 +20,7 @@ from foundry.composing.own_names import check_own_names
 from foundry.composing.public_names import with_public_names
 from foundry.composing.settings import check_parts, checked_settings
 from foundry.errors import FoundryError, InputError, not_found
-from foundry.expansion import FORMAT, Condition, Sweep, expand, has_range, named_formats
+from foundry.expansion import FORMAT, Condition, Sweep, expand, has_range, named_formats, overridden
 from foundry.naming import format_of
 from foundry.storing.plain_yaml import check_config
 
@@ -48,6 +48,7 @@ class Composed:
             none was asked for.
         defaults: by dotted key what of it comes from the user's own defaults; what decides a run is asked for, too.
         choices: by group its option in the first condition.
+        left_out: one line on worlds of a named sweep that need a missing package and are left out; else empty.
     """
 
     asked: tuple[str, ...]
@@ -57,6 +58,7 @@ class Composed:
     launch: Launch | None = None
     defaults: Mapping[str, Any] = field(default_factory=dict)
     choices: Mapping[str, str] = field(default_factory=dict)
+    left_out: str = ""
 
     @property
     def sweep(self) -> Sweep:
@@ -306,25 +308,38 @@ def _on_libyaml(loader: Any) -> Any:
 
 
 def _composed(argv: Sequence[str], collector: Collector, defaults: Defaults) -> Composed:
-    plain = [_plain(one.config) for one in collector.conditions]
-    keys = _swept_keys([one.overrides for one in collector.conditions])
+    composed = [(one, _plain(one.config)) for one in collector.conditions]
+    names, left_out = _worlds_left_out(argv, [config for _, config in composed])
+    composed = [(one, config) for one, config in composed if not names or config["world"]["name"] not in names]
+    collected, plain = zip(*composed, strict=True)
+    keys = _swept_keys([one.overrides for one in collected])
     conditions = [
-        condition
-        for one, config in zip(collector.conditions, plain, strict=True)
-        for condition in _conditions(one.config, config, keys, one.seeds)
+        condition for one, config in composed for condition in _conditions(one.config, config, keys, one.seeds)
     ]
     settings = {key: value for key, value in plain[0].items() if key not in (*CONDITION_KEYS, *_TAKEN_UP)}
     settings["record"] = plain[0]["record"]
-    used = defaults.in_effect(collector.said(argv), plain, [one.choices for one in collector.conditions])
+    used = defaults.in_effect(collector.said(argv), plain, [one.choices for one in collected])
     return Composed(
         asked=(*deciding(used), *argv),
         conditions=tuple(conditions),
         settings=checked_settings(settings),
-        first=collector.conditions[0].config,
+        first=collected[0].config,
         launch=collector.launch,
         defaults=used,
-        choices=collector.conditions[0].choices,
+        choices=collected[0].choices,
+        left_out=left_out,
     )
+
+
+def _worlds_left_out(argv: Sequence[str], configs: Sequence[Mapping[str, Any]]) -> tuple[frozenset[str], str]:
+    """Return the worlds that a named sweep chose and that need a missing package, and one line on them."""
+    if not any(arg.startswith("+sweep=") for arg in argv) or "world" in overridden(argv):
+        return frozenset(), ""
+    from foundry.composing.preflight import worlds_left_out
+
+    for config in configs:
+        check_parts(config)
+    return worlds_left_out(configs)
 
 
 def _plain(config: Any, seed: Any = None, needed: Sequence[str] = ()) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import Any
 
 from foundry.composing.schemas import check_schemas
 from foundry.declared import Declared
-from foundry.errors import InputError
+from foundry.errors import InputError, NotInstalledError
 from foundry.expansion import Condition, Sweep, settings_key
 from foundry.models.base import Model, ModelInfo
 from foundry.prompts.prompt import Prompt
@@ -103,6 +103,25 @@ def prompt_of(config: Mapping[str, Any]) -> Prompt:
     """Return the prompt variant of a run's configuration."""
     prompt: Prompt = build(config["prompt"])
     return prompt
+
+
+def worlds_left_out(configs: Sequence[Mapping[str, Any]]) -> tuple[frozenset[str], str]:
+    """Return the worlds that need a package which is not installed, and one line on them; empty where none does.
+
+    Raises:
+        NotInstalledError: all of them do.
+    """
+    missing: dict[str, NotInstalledError] = {}
+    for config in {settings_key(config["world"]): config for config in configs}.values():
+        try:
+            scenario_of(config)
+        except NotInstalledError as error:
+            missing[config["world"]["name"]] = error
+    if missing and missing.keys() == {config["world"]["name"] for config in configs}:
+        raise next(iter(missing.values()))
+    hints = dict.fromkeys(error.install for error in missing.values())
+    line = f"Left out, since a package is missing: {', '.join(missing)}. {' '.join(hints)}" if missing else ""
+    return frozenset(missing), line
 
 
 def notes_of(sweep: Sweep) -> list[str]:

@@ -158,6 +158,36 @@ def test_every_shipped_sweep_composes(name: str, workspace: Path):
     assert sum(len(condition.seeds) for condition in composed.conditions) >= 9
 
 
+@pytest.fixture
+def without_gym(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("gymnasium", "pettingzoo", "minigrid"):
+        monkeypatch.setitem(sys.modules, name, None)
+
+
+@pytest.mark.usefixtures("without_gym")
+def test_a_named_sweep_plays_the_worlds_whose_packages_are_installed_and_names_the_others(
+    workspace: Path, capsys: pytest.CaptureFixture[str]
+):
+    small = ("model=scripted/random", "seed=0", "world.steps=1", "analyze=false", "output.dir=out")
+    assert run(["+sweep=validation", *small]) == 0
+    assert len(SweepFolder.open("out").runs()) == 7
+    told = capsys.readouterr().err
+    assert told == (
+        "Left out, since a package is missing: frozen_lake, cliff_walking, tictactoe. The shipped worlds need the "
+        "extra `gym`. From a clone: pip install -e '.[gym]'\n"
+    )
+
+
+@pytest.mark.usefixtures("without_gym")
+def test_a_world_that_is_named_itself_is_refused_where_its_package_is_missing(
+    workspace: Path, capsys: pytest.CaptureFixture[str]
+):
+    for world in ("frozen_lake,bar", "minigrid", "tictactoe"):
+        assert run(["+sweep=validation", f"world={world}", "model=scripted/random", "seed=0"]) == 2
+        told = capsys.readouterr().err
+        assert told.endswith("pip install -e '.[gym]'\n") and told.count("\n") == 1
+
+
 @pytest.mark.slow
 def test_a_named_sweep_runs_and_its_ranges_can_be_overridden(workspace: Path):
     assert run(["+sweep=smoke", "seed=3-4", "output.dir=out", "world.steps=2", "analyze=false"]) == 0

@@ -14,7 +14,7 @@ import msgspec
 import numpy as np
 
 from foundry.declared import Actions
-from foundry.errors import InputError, not_found
+from foundry.errors import InputError, NotInstalledError, not_found
 from foundry.records import Agent, Message, Record, RoundStep
 from foundry.worlds.adapt.pictures import as_png
 from foundry.worlds.adapt.planning import Plan, plan_of
@@ -28,6 +28,7 @@ TURN = "turn"
 """The one kind of question."""
 PIXELS = "rgb_array"
 """What environments call drawing to an array."""
+_INSTALL = "The shipped worlds need the extra `gym`. From a clone: pip install -e '.[gym]'"
 
 
 class Turn(RoundStep, frozen=True, kw_only=True):
@@ -343,7 +344,7 @@ class PettingZooWorld(Adapted):
         try:
             return library.make(self.registry, self.env, **settings)
         except ImportError as error:
-            raise InputError(f"Environment '{self.env}' cannot be imported: {error}") from error
+            raise NotInstalledError(f"Environment '{self.env}' cannot be imported: {error}.", _INSTALL) from error
 
     def look(self, made: Any) -> tuple[int, Any]:
         """Return the number of agents, and the space of actions that they share.
@@ -381,21 +382,25 @@ def _import_installed(package: str) -> None:
     """Import a package that is installed; nothing else, since a record of unknown origin may name it.
 
     Raises:
-        InputError: it is not installed.
+        NotInstalledError: it is not installed, or a package that it needs is not.
     """
     if package not in packages_distributions():
-        raise InputError(f"world.package={package} is no installed package: pip install the one that brings it.")
-    importlib.import_module(package)
+        message = f"world.package={package} is no installed package: install the one that brings it."
+        raise NotInstalledError(message, _INSTALL)
+    try:
+        importlib.import_module(package)
+    except ImportError as error:
+        raise NotInstalledError(f"world.package={package} cannot be imported: {error}.", _INSTALL) from error
 
 
 def _library(name: str) -> Any:
     """Import a library of the extra.
 
     Raises:
-        InputError: it is not installed.
+        NotInstalledError: it is not installed.
     """
     os.environ.setdefault("SDL_VIDEODRIVER", "dummy")  # environments draw to arrays here, and need no screen
     try:
         return importlib.import_module(name)
     except ImportError as error:
-        raise InputError(f"{name} is not installed: pip install 'foundry-worlds[gym]'") from error
+        raise NotInstalledError(f"{name} is not installed.", _INSTALL) from error
