@@ -28,6 +28,7 @@ from analysis.paper.basis import Basis
 from analysis.paper.methods import methods
 from analysis.paper.references import bibtex
 from analysis.paper.summary import summary
+from analysis.planned.declaring import check_measures
 from analysis.planned.holding import Held, plans_of
 from analysis.planned.looking import counted, settings_by_side
 from analysis.prose import group_label
@@ -175,6 +176,7 @@ def analyze(
     paths = folders_of(dirs)
     sweeps = opened(paths)
     folder = sweeps[0].analysis_dir
+    check_declared(sweeps, family, margins)
     sources = sources_of(sweeps, _sweep_names(paths), labelled_by_model)
     chosen = Filter.of(only, without)
     chosen.check([one for source in sources for one in SweepFolder.open(source.path).sweep.conditions])
@@ -277,6 +279,18 @@ def opened(paths: Sequence[Path]) -> list[SweepFolder]:
     if len(sweeps) > 1:
         _check_runs_once(sweeps)
     return sweeps
+
+
+def check_declared(
+    sweeps: Sequence[SweepFolder], family: Sequence[str] | None, margins: Mapping[str, float] | None
+) -> None:
+    """Refuse declared measures that no signature of the sweeps' worlds has, before anything is measured.
+
+    Raises:
+        InputError: there is one; names the closest.
+    """
+    if names := [*(family or ()), *(margins or {})]:
+        check_measures(names, [form.name for form in forms_of(run for sweep in sweeps for run in sweep.runs())])
 
 
 def _check_runs_once(sweeps: Sequence[SweepFolder]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,10 +13,10 @@ import pandas as pd
 from analysis.finding import Part
 from analysis.form import form_of
 from analysis.prose import joined
-from analysis.signatures import Signature, discover
+from analysis.signatures import FAILURE_RATE, Signature, discover
 from analysis.stats.contrasts import ALPHA
 from analysis.stats.factors import pairs
-from analysis.stats.family import unknown_measure
+from analysis.stats.family import is_denominator, unknown_measure
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS
 from analysis.stats.sequential import levels
 from analysis.stats.sign_flip import least_p
@@ -123,6 +123,19 @@ def never_the_same(plan: Preregistration) -> list[str]:
         f"Only a difference answers {joined(names)}: without one all {len(plan.seeds)} seeds are played. Add --margin "
         f"{names[0]}=SIZE, below which a difference counts as none."
     ]
+
+
+def check_measures(names: Iterable[str], forms: Sequence[str]) -> None:
+    """Refuse names of measures that no signature of these forms declares, before any run is measured.
+
+    Counts are not declared, and neither is the rate of failures: they are known when the runs are measured.
+
+    Raises:
+        InputError: there is one; names the closest.
+    """
+    for name in names:
+        if name != FAILURE_RATE and not is_denominator(name):
+            code_of(name, forms)
 
 
 def code_of(measure: str, forms: Sequence[str]) -> dict[str, str]:

@@ -23,7 +23,7 @@ from foundry.commands.application import (
     given,
     only_json,
 )
-from foundry.commands.showing import analyze_and_print, analyze_and_show
+from foundry.commands.showing import analyze_and_print, analyze_and_show, probe_in
 from foundry.commands.sweeps import composed_here, existing_answers, known_models, run_baselines
 from foundry.composing.settings import UNTIL
 from foundry.errors import InputError
@@ -85,11 +85,23 @@ def analyze(
 ) -> None:
     """Compute the signatures of every run, compare the models, draw the plots."""
     margins = margins_of(margin or [])
+    if baselines:
+        _check_before_baselines(folders, family, margins)
     with only_json(json):
         codes = [run_baselines(folder, trust_targets or ()) for folder in folders] if baselines else []
     by_model, show = labeller is Labeller.MODEL, analyze_and_print if json else analyze_and_show
     show(folders, labelled_by_model=by_model, family=family, margins=margins, only=only or (), without=without or ())
     raise typer.Exit(max(codes, default=EXIT_OK))
+
+
+def _check_before_baselines(
+    folders: Sequence[Path], family: Sequence[str] | None, margins: Mapping[str, float]
+) -> None:
+    """Refuse measures that do not exist before the baselines are run."""
+    from analysis.pipeline import check_declared, opened
+
+    if probe_in(folders, {}) is None:
+        check_declared(opened(folders), family, margins)
 
 
 @app.command(context_settings=OVERRIDES)

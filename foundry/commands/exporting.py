@@ -63,6 +63,7 @@ def scores_of(sweep: SweepFolder, family: Sequence[str] | None) -> Scores:
     import pandas as pd
 
     from analysis.measuring.runs import Source, measure_run
+    from analysis.pipeline import check_declared
     from analysis.probes import is_probe
     from analysis.stats.family import declared_measures
     from analysis.tables.comparison import compare
@@ -74,6 +75,7 @@ def scores_of(sweep: SweepFolder, family: Sequence[str] | None) -> Scores:
         if family:
             raise InputError(f"'{sweep.path}' is a probe, which is compared by moment: leave --family out.")
         return Scores((), {}, {})
+    check_declared([sweep], family, None)
     runs, source = sweep.runs(), Source(sweep.path, sweep.path.name)
     table = build_table([measure_run(run, source).without_steps() for run in runs])
     compared = compare(table, pd.DataFrame({"condition": [run.run.condition for run in runs]}))

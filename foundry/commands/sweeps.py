@@ -145,7 +145,10 @@ def run_folder(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], 
     from foundry.running.local import SweepInterrupted, SweepStopped
 
     job = job_of(folder, settings, infos)
-    say(f"{len(folder.runs())} runs in {folder.path}")
+    runs = folder.runs()
+    say(f"{len(runs)} runs in {folder.path}")
+    if all(_is_complete(run.summary()) for run in runs):
+        say("Nothing to play: all of them are complete.")
     try:
         with watched(folder, settings.get("view")), ProgressDisplay(folder, bars(), each_run=is_verbose()):
             runner.run(job)
@@ -234,12 +237,16 @@ def _going_on(folder: SweepFolder) -> str:
     return f"foundry {'play' if people_in(folder.sweep) else 'resume'} {folder.path}"
 
 
+def _is_complete(summary: RunSummary | None) -> bool:
+    return summary is not None and summary.status == "complete"
+
+
 def _report_end(folder: SweepFolder) -> int:
     from foundry.display import failure_lines
     from foundry.storing.standing import failures
 
     summaries = [run.summary() for run in folder.runs()]
-    complete = sum(one is not None and one.status == "complete" for one in summaries)
+    complete = sum(map(_is_complete, summaries))
     lines = failure_lines(failures(summaries))
     print(f"{complete} of {len(summaries)} runs complete in {folder.path}")
     for line in lines:

@@ -121,6 +121,31 @@ def test_messages_beside_json_go_to_the_standard_error(swept: Path):
     assert "complete in out/baselines" in done.stderr and objects(done)["runs"]
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("analyze", "--baselines", "--family=hazard"),
+        ("analyze", "--margin=hazard.exposur=0.1"),
+        ("report", "--family=hazard.exposur"),
+        ("export", "eee", "--family=hazard.exposur"),
+    ],
+)
+def test_a_measure_that_does_not_exist_is_refused_before_anything_is_played_or_measured(
+    command: tuple[str, ...], swept: Path
+):
+    name, *options = command
+    before = sorted((swept / "out").rglob("*"))
+    done = foundry(name, *options[:1], "out", *options[1:], cwd=swept)
+    assert done.returncode == 2 and "Did you mean 'hazard." in done.stderr and done.stderr.count("\n") == 1, done.stderr
+    assert sorted((swept / "out").rglob("*")) == before
+
+
+def test_a_sweep_in_which_nothing_is_left_to_play_says_so(swept: Path):
+    for command in (("resume", "out"), ("grow", "out", "seed=0"), ("foundry", *ASKED, "output.dir=out")):
+        done = foundry(*command[command[0] == "foundry" :], cwd=swept)
+        assert done.returncode == 0 and "Nothing to play: all of them are complete." in done.stdout, done.stderr
+
+
 @pytest.mark.parametrize("command", ["status", "verify", "analyze"])
 def test_bad_input_leaves_the_output_empty_where_json_is_asked(command: str, tmp_path: Path):
     done = foundry(command, "nowhere", "--json", cwd=tmp_path)

@@ -127,7 +127,7 @@ def test_what_a_refusal_advises_is_an_option_of_the_command_that_refuses(
         "grow": (str(sweep), "seed=9", "analyze=false"),
         "fork": (run, "--at", "2", "model=scripted/stay", "analyze=false"),
         "replay": (run, "--steps", "1"),
-        "analyze": (str(sweep), "--baselines", "--family", "nothing"),  # refused before plots are drawn
+        "analyze": (str(sweep), "--baselines", "--only", "seed=77"),  # refused before plots are drawn
     }[command]
     refused = foundry(command, *asked, cwd=tmp_path)
     advice = re.search(r"--trust-targets my_worlds", refused.stderr)
@@ -135,7 +135,7 @@ def test_what_a_refusal_advises_is_an_option_of_the_command_that_refuses(
     with OllamaServer() as server:
         done = foundry(command, *asked, *advice[0].split(), cwd=tmp_path, OLLAMA_HOST=server.url)
     if command == "analyze":
-        assert "'nothing'" in done.stderr and "8 of 8 runs complete in" in done.stdout, done.stdout + done.stderr
+        assert "'77'" in done.stderr and "8 of 8 runs complete in" in done.stdout, done.stdout + done.stderr
     else:
         assert done.returncode == 0, done.stdout + done.stderr
 

@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 from analysis import analyze
+from analysis.pipeline import check_declared
 from analysis.report import write_report
 from commands import statuses
 from foundry.cli import run
@@ -40,6 +41,7 @@ def test_every_world_without_a_scene_is_played_verified_measured_shown_and_drawn
     assert run(["verify", "s", "--workers", "1"]) == 0
     assert f"{len(names)} identical" in capsys.readouterr().out
     found = analyze([sweep.path], plots=False)
+    check_declared([sweep], found.table.measures, None)  # every column can be declared
     assert found.runs["world"].tolist() == names and (found.runs["outcome.readable"] == 1).all()
     assert found.runs.loc[found.runs["world"].isin(DRAWN), "returns.mean"].notna().all()
     shown = export(sweep.path, workspace / "page")
