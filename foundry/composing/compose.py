@@ -235,10 +235,10 @@ def _composed_once(argv: Sequence[str]) -> Iterator[None]:
     def apply_to_hydra(overrides: Any, config: Any) -> None:
         apply([override for override in overrides if override.is_hydra_override()], config)
 
-    def loaded(self: Any, *args: Any, run_mode: RunMode, **options: Any) -> Any:
+    def loaded(self: Any, config_name: str, overrides: list[str], run_mode: RunMode, **options: Any) -> Any:
         used = apply_to_hydra if run_mode is RunMode.MULTIRUN else apply
         with _instead(ConfigLoaderImpl, "_apply_overrides_to_config", used):
-            return load(self, *args, run_mode=run_mode, **options)
+            return load(self, config_name, overrides, run_mode, **options)
 
     def hand_over(self: Any, config_name: str, task_function: Collector, overrides: list[str]) -> None:
         task_function(self.compose_config(config_name, overrides, RunMode.RUN, with_log_configuration=True))
