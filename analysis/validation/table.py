@@ -172,7 +172,7 @@ def _short(value: Any) -> str:
 
 def _settings_of(world: str) -> dict[str, Any]:
     """Return what the file of a world sets itself; nothing where there is none."""
-    places = [folder / "world" / f"{world}.yaml" for folder in (*own_folders(), conf_dir())]
+    places = [folder / "world" / f"{world}.yaml" for folder in (conf_dir(), *own_folders())]
     file = next((place for place in places if place.is_file()), None)
     found: Mapping[str, Any] = read_yaml(file) if file else {}
     own: Mapping[str, Any] = found.get("world", found)

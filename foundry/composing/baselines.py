@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Any
 
 from foundry import own_code, paths
+from foundry.composing.own_names import check_own_names
 from foundry.composing.preflight import first_questions, scenario_of
 from foundry.composing.public_names import with_public_names
 from foundry.errors import InputError, not_found
@@ -38,8 +39,10 @@ def baselines_of(sweep: Sweep, known_policies: Callable[[str], Sequence[str]]) -
         known_policies: returns the names of the policies that the score of a world is held against.
 
     Raises:
-        InputError: a world cannot be built, or a policy that it names is none, or cannot act in it.
+        InputError: a world cannot be built, a policy that it names is none or cannot act in it, or a part of the user's
+            own has a shipped name.
     """
+    check_own_names(own_code.own_folders())
     worlds: dict[str, list[Condition]] = {}
     for condition in sweep.conditions:
         worlds.setdefault(settings_key(condition.config["world"]), []).append(condition)

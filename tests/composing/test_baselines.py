@@ -14,7 +14,9 @@ from foundry.commands.sweeps import run_baselines
 from foundry.composing.baselines import baselines_of
 from foundry.composing.compose import compose
 from foundry.composing.preparing import local_runner
+from foundry.errors import InputError
 from foundry.expansion import Sweep, expand
+from foundry.own_code import VARIABLE
 from foundry.running.build import build
 from foundry.storing.store import SweepFolder
 
@@ -59,6 +61,16 @@ def test_a_game_is_held_against_policies_of_its_own():
 def test_a_policy_that_the_sweep_compares_itself_is_left_out():
     compared = sweep("model=scripted/random,scripted/oracle,scripted/avoid", "seed=0")
     assert models(baselines_of(compared, policies_of)) == ["scripted/stay"]
+
+
+def test_an_own_policy_with_a_shipped_name_is_no_baseline(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    asked = sweep("model=scripted/first", "seed=0")
+    own = tmp_path / "model" / "scripted" / "random.yaml"
+    own.parent.mkdir(parents=True)
+    own.write_text("_target_: foundry.models.scripted.stay.Stay\nname: scripted/random\n")
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    with pytest.raises(InputError, match="has the name 'scripted/random' of a shipped part"):
+        baselines_of(asked, policies_of)
 
 
 @pytest.mark.parametrize("facts", list(all_facts()), ids=lambda facts: facts.world)
