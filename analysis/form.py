@@ -187,10 +187,10 @@ def _any() -> FormAnalysis:
 
 def _own(name: str) -> FormAnalysis | None:
     module = next((module for module in own_modules("forms") if module.name == name), None)
-    found = analysis_in(module) if module else None
-    if module and found and shipped(name):
+    analysis = analysis_in(module) if module else None
+    if module and analysis and shipped(name):
         refuse_shipped_name(f"ANALYSIS in {module.origin}", name, {name: Path(__file__).with_name(name)})
-    return found
+    return analysis
 
 
 def analysis_in(module: OwnModule) -> FormAnalysis | None:

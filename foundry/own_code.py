@@ -156,10 +156,10 @@ def own_class(target: str) -> type | None:
     if not _is_in_own_folder(target):
         return None
     try:
-        found = pkgutil.resolve_name(target)
+        value = pkgutil.resolve_name(target)
     except Exception as error:  # the boundary: whatever a user's file raises, it is told by its name
         raise InputError(f"'{target}' cannot be imported: {type(error).__name__}: {error}") from error
-    return found if isinstance(found, type) and _is_in_own_folder(found.__module__) else None
+    return value if isinstance(value, type) and _is_in_own_folder(value.__module__) else None
 
 
 def _is_in_own_folder(name: str) -> bool:

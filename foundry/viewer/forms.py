@@ -59,11 +59,9 @@ def view_of(form: str) -> FormView:
     Raises:
         InputError: the user's own module of this name is not fit for it.
     """
-    return (
-        _own(form, "VIEWER", FormView, Path(__file__).with_name(form) if _shipped(form) else None)
-        or _shipped(form)
-        or _generic()
-    )
+    shipped = _shipped(form)
+    room = Path(__file__).with_name(form) if shipped else None
+    return _own(form, "VIEWER", FormView, room) or shipped or _generic()
 
 
 def scripts_of(form: str) -> list[Script]:
