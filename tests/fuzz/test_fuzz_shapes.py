@@ -19,7 +19,7 @@ import yaml
 from commands import foundry
 from foundry.storing.store import SweepFolder, to_yaml
 
-FEW, MANY = 20, 6_000
+FEW, MANY = 20, 1_500
 SMALL = ("world.agents=2", "world.steps=3", "record.frames=2", "analyze=false")
 MIXES = "mix/scripted/herd@50%+scripted/stay@50%"
 ODD: tuple[Any, ...] = (
