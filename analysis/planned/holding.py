@@ -17,7 +17,6 @@ from analysis.tables.groups import group_keys
 from analysis.tables.signature_table import SignatureTable
 from foundry import __version__
 from foundry.errors import InputError
-from foundry.storing.plain_files import is_there
 from foundry.storing.preregistration import PREREGISTRATION_FILE, Preregistration, preregistration_of
 from foundry.storing.store import SweepFolder
 
@@ -89,7 +88,7 @@ def plans_of(
         late = made_late(one)
         if late:
             notes.append(f"{file} counts as no plan, so all of this explores: {late}")
-        elif first is not None and is_there(file):
+        elif first is not None and preregistration_of(one.path):
             notes.append(f"{file} is not held here: analyse its sweep by itself")
         elif first is None:
             first = held(one, table, groups, asked=asked)

@@ -18,7 +18,7 @@ from foundry.composing.collecting import Collector, Launch
 from foundry.composing.defaults import Defaults, deciding
 from foundry.composing.own_names import check_own_names
 from foundry.composing.public_names import with_public_names
-from foundry.composing.settings import check_parts, checked_settings
+from foundry.composing.settings import check_parts, check_settings_of_hydra, checked_settings
 from foundry.errors import FoundryError, InputError, not_found
 from foundry.expansion import FORMAT, Condition, Sweep, expand, has_range, named_formats, overridden
 from foundry.naming import format_of
@@ -32,7 +32,6 @@ _TAKEN_UP = ("seed", "schema")
 _SWEPT_ONLY = ("world", "model", "prompt", "format", "layout", "scene", "task", "sampling_seed")
 _MULTIRUN = ("-m", "--multirun")
 _SHOWING = ("--cfg", "--info")
-_USED_OF_HYDRA = ("hydra/launcher", "hydra.launcher", "hydra.mode", "hydra.searchpath", "hydra.sweeper.params")
 
 
 @dataclass(frozen=True)
@@ -93,7 +92,7 @@ def compose(argv: Sequence[str], defaults: Defaults | None = None) -> Composed |
     """
     argv = [named_formats(arg) for arg in own_code.folders_last(argv)]
     _check_flags(argv)
-    _check_settings_of_hydra(argv)
+    check_settings_of_hydra(argv)
     own_code.use(own_code.config_dirs(argv))
     check_own_names(own_code.own_folders())
     from hydra.errors import HydraException
@@ -124,19 +123,6 @@ def _check_flags(argv: Sequence[str]) -> None:
     ranges = [arg for arg in argv if has_range(arg)]
     if ranges and not is_sweep:
         raise InputError(f"'{ranges[0]}' asks for several runs: add -m, as in foundry -m {' '.join(argv)}")
-
-
-def _check_settings_of_hydra(argv: Sequence[str]) -> None:
-    """Refuse settings of Hydra that would change nothing, since Hydra only composes."""
-    for arg in argv:
-        key = arg.lstrip("+~").partition("=")[0]
-        if key.startswith(("hydra.", "hydra/")) and not f"{key}.".startswith(
-            tuple(f"{one}." for one in _USED_OF_HYDRA)
-        ):
-            raise InputError(
-                f"'{key}' is a setting of Hydra that foundry does not use. It uses: {', '.join(_USED_OF_HYDRA)}. "
-                "Write a sweep as -m key=a,b and its folder as output.dir=DIR."
-            )
 
 
 def _check_groups(argv: Sequence[str]) -> None:

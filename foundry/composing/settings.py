@@ -8,6 +8,8 @@ from typing import Any
 from foundry.errors import InputError
 from foundry.storing.determinism import AUTO, SETTING
 
+USED_OF_HYDRA = ("hydra/launcher", "hydra.launcher", "hydra.mode", "hydra.searchpath", "hydra.sweeper.params")
+"""Settings of Hydra that may be given."""
 BASELINES = "baselines"
 """What `analyze` is where the scripted baselines are run first."""
 UNTIL = "until"
@@ -87,3 +89,14 @@ def _frames(value: object) -> bool | int:
     if isinstance(value, int) and value >= 0:
         return value
     raise InputError(f"record.frames={value} is neither true, false nor a number of steps.")
+
+
+def check_settings_of_hydra(argv: Sequence[str]) -> None:
+    """Refuse settings of Hydra that would change nothing, since Hydra only composes."""
+    for arg in argv:
+        key = arg.lstrip("+~").partition("=")[0]
+        if key.startswith(("hydra.", "hydra/")) and not f"{key}.".startswith(tuple(f"{one}." for one in USED_OF_HYDRA)):
+            raise InputError(
+                f"'{key}' is a setting of Hydra that foundry does not use. It uses: {', '.join(USED_OF_HYDRA)}. "
+                "Write a sweep as -m key=a,b and its folder as output.dir=DIR."
+            )

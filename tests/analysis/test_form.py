@@ -56,12 +56,13 @@ def test_the_module_of_a_form_measures_its_runs_where_one_of_every_form_has_its_
 def test_what_was_decided_is_there_by_kind_step_and_agent(tmp_path):
     lines = [line(1, 0), line(1, 1, action="stay"), line(1, 1, kind="bid", action=3), line(2, 1, outcome="empty")]
     folder = any_folder(tmp_path / "sweep", lines)
-    found = choices(general_run(folder, read_records(folder, folder.summary())))
+    found = choices(general_run(folder, read_records(folder, folder.summary())), {})
     assert list(found) == ["choice", "bid"]
     choice = found["choice"]
-    assert choice.readable.tolist() == [[True, True], [False, False]] and choice.choice[0, 0] != choice.choice[0, 1]
-    assert found["bid"].readable.tolist() == [[False, True], [False, False]]
-    assert found["bid"].choice[0, 1] not in choice.choice[0]
+    readable, chosen = choice.readable[..., 0], choice.choice[0, :, 0]
+    assert readable.tolist() == [[True, True], [False, False]] and chosen[0] != chosen[1]
+    assert found["bid"].readable[..., 0].tolist() == [[False, True], [False, False]]
+    assert found["bid"].choice[0, 1, 0] not in chosen
 
 
 def test_a_column_that_two_forms_hold_in_ways_that_do_not_go_together_is_text():
