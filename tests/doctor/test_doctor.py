@@ -14,6 +14,8 @@ import pytest
 from msgspec import structs
 
 from commands import foundry
+from foundry import paths
+from foundry.composing.compose import compose
 from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.doctor.longest import longest_prompt
 from foundry.models.base import Reply, Request
@@ -146,7 +148,7 @@ def test_a_context_too_short_for_the_longest_prompt_is_a_problem(tmp_path: Path)
 
 def test_a_context_that_only_very_long_replies_would_fill_is_a_warning(tmp_path: Path):
     with OllamaServer() as server:
-        code, found = findings(server, tmp_path, "model=llama3.2", "model.options.num_ctx=2000")
+        code, found = findings(server, tmp_path, "model=llama3.2", "model.options.num_ctx=1500")
     assert code == 0
     assert (
         found["context"]["status"] == "warning"
@@ -260,3 +262,13 @@ def test_the_longest_prompt_holds_a_full_history_of_the_longest_replies(grid_con
     short = longest_prompt(scenario, prompt, seed=0, reply_tokens=30)
     long = longest_prompt(scenario, prompt, seed=0, reply_tokens=300)
     assert long.characters > short.characters + 5 * 270 * 4
+
+
+@pytest.mark.parametrize("reply_tokens", [128, 512])
+def test_the_documents_say_how_long_the_prompts_of_the_default_world_get(reply_tokens: int):
+    composed = compose(["model=llama3.2"])
+    assert composed is not None
+    config = composed.conditions[0].config
+    longest = longest_prompt(scenario_of(config), prompt_of(config), seed=0, reply_tokens=reply_tokens)
+    table = (paths.PACKAGE.parent / "docs" / "models.md").read_text(encoding="utf-8")
+    assert f"| {reply_tokens} tokens" in table and f"| {longest.characters:,} characters" in table
