@@ -125,6 +125,10 @@ def _as_it_is(run: Any, _: Labelling) -> Any:
     return run
 
 
+def _no_fixtures(_: RunFolder) -> dict[str, pd.DataFrame]:
+    return {}
+
+
 def _schema_of_any(declared: Declared) -> pa.Schema:
     return _any().schema(declared)
 
@@ -138,6 +142,7 @@ class FormAnalysis:
         run: the class of its runs as arrays; what a function takes says whether it measures them.
         read: reads the lines of a run, the torn last one of a run that has not ended left out.
         schema: the columns of `steps.parquet` behind `run`; by default those of any form.
+        fixtures: returns a table of each kind of thing in the world of a run, such as `fires`; none by default.
         labelled: returns a run with its messages labelled; as it is by default.
         decided: what was decided in a run, by kind of call, for test-retest consistency; by default the actions.
         figures: gathers what is shown of runs; is told the seed whose runs are shown one by one. None by default.
@@ -148,6 +153,7 @@ class FormAnalysis:
     run: type
     read: Callable[[RunFolder, RunSummary | None], Records]
     schema: Callable[[Declared], pa.Schema] = _schema_of_any
+    fixtures: Callable[[RunFolder], Mapping[str, pd.DataFrame]] = _no_fixtures
     labelled: Callable[[Any, Labelling], Any] = _as_it_is
     decided: Callable[[Any], Mapping[str, Decisions]] | None = None
     figures: Callable[[int], Figures] | None = None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -14,11 +15,19 @@ import pyarrow as pa  # type: ignore[import-untyped]
 from analysis.arrow import arrow_table
 from analysis.form import FormAnalysis, NoDecisionsError, Records, form_of
 from analysis.lines import COMPLETE, NOT_STARTED, UNFINISHED, read_agents, read_further
-from foundry.records import CameraEpisode, Message, RunSummary
+from foundry.records import Call, CameraEpisode, Message, RunSummary
 from foundry.storing.store import RunFolder, SweepFolder
 
 _TABLES = ("steps", "messages", "agents")
 """The record files that have a table of their own."""
+
+_IDENTITY = ("run", "world", "model", "prompt", "seed")
+"""The columns that tell in every table which run a row is of."""
+
+_CALL_COLUMNS = (
+    "step", "agent", "kind", "asked_model", "sampling_seed", "prompt_text", "reply", "thinking", "ending",
+    "prompt_tokens", "output_tokens", "latency_s", "failed_tries", "cached",
+)  # fmt: skip
 
 Folders: TypeAlias = Path | str | Sequence[Path | str]
 """The folder of a sweep, or those of several."""
@@ -28,7 +37,11 @@ Folders: TypeAlias = Path | str | Sequence[Path | str]
 class Loaded:
     """A sweep as tidy tables.
 
+    All but `runs` begin with the columns `run`, `world`, `model`, `prompt` and `seed`, so that one `groupby` compares
+    models. A record's own key of one of these names is the column `record.<key>`.
+
     Attributes:
+        path: the sweep's folder.
         runs: one row a run: run, world, model, prompt, seed, status, then the further swept settings.
         steps: one row per run, step and agent, or decision; the keys of the records of the world's form, such as
             `foundry.records.GridStep`; those of `CameraStep` with pose and command spread over columns as in
@@ -37,24 +50,45 @@ class Loaded:
         messages: one row per run and delivery; the keys of `foundry.records.Message`.
         streams: one row per run and line of every further record file that a world declares, by its name, such as
             `episode` of 3D worlds with the keys of `foundry.records.CameraEpisode`.
+        fixtures: one row per run and thing that stands in its world, by kind: `fires` and `places` of 2D worlds, with
+            their cells. A fire that spreads begins there. Runs without records have no rows.
     """
 
+    path: Path
     runs: pd.DataFrame
     steps: pd.DataFrame
     agents: pd.DataFrame
     messages: pd.DataFrame
     streams: Mapping[str, pd.DataFrame]
+    fixtures: Mapping[str, pd.DataFrame]
 
     def to_arrow(self) -> dict[str, pa.Table]:
-        """Return all tables by their names as `pyarrow.Table`, those of `streams` by theirs."""
+        """Return all tables but `calls` by their names as `pyarrow.Table`, those of mappings by their keys."""
         names = ("runs", "steps", "agents", "messages")
-        frames = {**{name: getattr(self, name) for name in names}, **self.streams}
+        frames = {**{name: getattr(self, name) for name in names}, **self.fixtures, **self.streams}
         return {name: arrow_table(frame) for name, frame in frames.items()}
 
     @property
     def episodes(self) -> pd.DataFrame:
         """One row per run of a 3D world: the stream `episode`."""
-        return self.streams.get(CameraEpisode.stream, _frame("", [], CameraEpisode.__struct_fields__))
+        return self.streams.get(CameraEpisode.stream, _columns([], (*_IDENTITY, *CameraEpisode.__struct_fields__)))
+
+    @cached_property
+    def calls(self) -> pd.DataFrame:
+        """One row per run and call of a model, read when it is first used, since prompts are long.
+
+        Columns: `step`, `agent`, `kind`, `asked_model` (differs from `model` in mixed populations), `sampling_seed`,
+        `prompt_text`, `reply`, `thinking`, `ending`, `prompt_tokens`, `output_tokens`, `latency_s` (of a cached answer:
+        when it was made), `failed_tries`, `cached`. Unknown values are missing.
+
+        Raises:
+            RecordError: a log of calls is damaged.
+        """
+        frames = [
+            _frame(folder, [_call_row(call) for call in folder.calls()], _CALL_COLUMNS)
+            for folder in SweepFolder.open(self.path).runs()
+        ]
+        return _joined(frames).astype(dict.fromkeys(("prompt_tokens", "output_tokens", "latency_s"), float))
 
 
 def runs_by_id(sweeps: Sequence[Path]) -> Mapping[str, RunFolder]:
@@ -76,13 +110,48 @@ def load(path: Path | str) -> Loaded:
     """
     folders = SweepFolder.open(Path(path)).runs()
     read = [(folder, read_records(folder, folder.summary())) for folder in folders]
+    steps = [(folder, records.rows()) for folder, records in read]
     return Loaded(
+        path=Path(path),
         runs=pd.DataFrame([{**identity(folder), **further_factors(folder)} for folder in folders]),
-        steps=_joined([_frame(folder.id, records.rows(), _keys(folder, "steps")) for folder, records in read]),
+        steps=_joined([_frame(folder, rows, _keys(folder, "steps")) for folder, rows in steps]),
         agents=_joined([_personas(folder) for folder in folders]),
-        messages=_joined([_frame(folder.id, _rows(one.messages), Message.__struct_fields__) for folder, one in read]),
+        messages=_joined(
+            [_frame(folder, _rows(records.messages), Message.__struct_fields__) for folder, records in read]
+        ),
         streams=_further_streams(folders),
+        fixtures=_fixtures([folder for folder, rows in steps if rows]),
     )
+
+
+def _fixtures(folders: Sequence[RunFolder]) -> dict[str, pd.DataFrame]:
+    """Return what stands in the worlds of these runs, by kind."""
+    frames: dict[str, list[pd.DataFrame]] = {}
+    for folder in folders:
+        for kind, frame in form_of(folder.declared.form).fixtures(folder).items():
+            frames.setdefault(kind, []).append(_of_run(folder, frame))
+    return {kind: _joined(found) for kind, found in frames.items()}
+
+
+def _call_row(call: Call) -> dict[str, Any]:
+    texts = [message["content"] for message in call.messages]
+    values = (
+        call.step,
+        call.agent,
+        call.kind,
+        call.model,
+        call.seed,
+        "\n\n".join(texts),
+        call.text,
+        call.thinking,
+        call.ending,
+        call.prompt_tokens,
+        call.output_tokens,
+        call.timings.get("latency"),
+        len(call.attempts),
+        call.cached,
+    )
+    return dict(zip(_CALL_COLUMNS, values, strict=True))
 
 
 def _keys(folder: RunFolder, stream: str) -> tuple[str, ...]:
@@ -96,15 +165,15 @@ def _further_streams(folders: Sequence[RunFolder]) -> dict[str, pd.DataFrame]:
         for name in folder.streams:
             if name in folder.declared.streams and name not in _TABLES:
                 lines = read_further(folder, name, folder.summary())
-                found.setdefault(name, []).append(_frame(folder.id, lines, _keys(folder, name)))
+                found.setdefault(name, []).append(_frame(folder, lines, _keys(folder, name)))
     return {name: _joined(frames) for name, frames in found.items()}
 
 
 def _personas(folder: RunFolder) -> pd.DataFrame:
     lines = read_agents(folder, folder.summary())
     personas = ({f"persona.{name}": value for name, value in line.persona.items()} for line in lines)
-    rows = [{"run": folder.id, "agent": line.agent, **persona} for line, persona in zip(lines, personas, strict=True)]
-    return pd.DataFrame(rows, columns=None if rows else ["run", "agent"])
+    rows = [{"agent": line.agent, **persona} for line, persona in zip(lines, personas, strict=True)]
+    return _of_run(folder, pd.DataFrame(rows, columns=None if rows else ["agent"]))
 
 
 def identity(folder: RunFolder) -> dict[str, Any]:
@@ -182,11 +251,21 @@ def _rows(lines: Sequence[msgspec.Struct]) -> list[dict[str, Any]]:
     return [msgspec.structs.asdict(line) for line in lines]
 
 
-def _frame(run: str, rows: Sequence[dict[str, Any]], keys: Sequence[str]) -> pd.DataFrame:
-    """Return rows as a table; an empty one has the columns of these keys."""
+def _frame(folder: RunFolder, rows: Sequence[dict[str, Any]], keys: Sequence[str]) -> pd.DataFrame:
+    """Return rows of a run as a table; an empty one has the columns of these keys."""
+    return _of_run(folder, _columns(rows, keys))
+
+
+def _columns(rows: Sequence[dict[str, Any]], keys: Sequence[str]) -> pd.DataFrame:
     names = list(rows[0]) if rows else keys
-    columns = {name: [row[name] for row in rows] for name in names}
-    return pd.DataFrame({"run": [run] * len(rows), **columns})
+    return pd.DataFrame({name: [row[name] for row in rows] for name in names})
+
+
+def _of_run(folder: RunFolder, frame: pd.DataFrame) -> pd.DataFrame:
+    """Return a table with the columns before it that say which run it is of."""
+    of_run = identity(folder)
+    own = frame.rename(columns={name: f"record.{name}" for name in frame.columns if name in _IDENTITY})
+    return pd.concat([pd.DataFrame({name: [of_run[name]] * len(own) for name in _IDENTITY}), own], axis=1)
 
 
 def _joined(frames: Sequence[pd.DataFrame]) -> pd.DataFrame:

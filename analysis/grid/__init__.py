@@ -6,7 +6,7 @@ import numpy as np
 
 from analysis.form import Decisions, Figures, FormAnalysis
 from analysis.grid.columns import schema
-from analysis.grid.records import labelled, read_records
+from analysis.grid.records import fixtures, labelled, read_records
 from analysis.grid.run import GridRun
 from analysis.grid.words import WORDS
 
@@ -30,6 +30,7 @@ ANALYSIS = FormAnalysis(
     run=GridRun,
     read=read_records,
     schema=schema,
+    fixtures=fixtures,
     labelled=labelled,
     decided=_decided,
     figures=_figures,

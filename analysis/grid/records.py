@@ -9,6 +9,7 @@ from typing import Any
 
 import msgspec
 import numpy as np
+import pandas as pd
 
 from analysis.arrays import OUTCOMES, BoolArray, IntArray
 from analysis.costs import RunCost, cost_of
@@ -115,6 +116,24 @@ def settings(folder: RunFolder) -> GridSettings:
         raise InputError(
             f"World '{world.get('name', '?')}' of run {folder.id} cannot be analysed: it is not a 2D world ({error})."
         ) from error
+
+
+def fixtures(folder: RunFolder) -> dict[str, pd.DataFrame]:
+    """Return the fires and places of the run's world, positions in cells.
+
+    Raises:
+        InputError: it is not a 2D world.
+    """
+    world = settings(folder)
+    fires = [(fire.name, *fire.position, fire.start, fire.radius) for fire in world.fires]
+    places = [
+        (place.name, *place.center, place.low[0], place.high[0], place.low[1], place.high[1], place.capacity)
+        for place in world.places
+    ]
+    return {
+        "fires": pd.DataFrame(fires, columns=["name", "x", "y", "start", "radius"]),
+        "places": pd.DataFrame(places, columns=["name", "x", "y", "x_min", "x_max", "y_min", "y_max", "capacity"]),
+    }
 
 
 def _grid_run(

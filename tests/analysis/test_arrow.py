@@ -41,7 +41,7 @@ def played(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_what_load_gives_goes_through_arrow(played: Path):
     loaded = foundry.load(played)
     tables = loaded.to_arrow()
-    assert list(tables) == ["runs", "steps", "agents", "messages", *loaded.streams]
+    assert list(tables) == ["runs", "steps", "agents", "messages", "fires", "places", *loaded.streams]
     assert tables["runs"].column("seed").to_pylist() == [0, 1, 0, 1]
     assert tables["steps"].num_rows == len(loaded.steps) == 4 * 3 * 2
     assert pa.types.is_list(tables["steps"].schema.field("neighbours").type)

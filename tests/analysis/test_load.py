@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import pandas as pd
 import pytest
 
 import analysis
-from analysis.load import read_records, read_run
+from analysis.load import _of_run, read_records, read_run
 from commands import foundry
 from foundry.composing.preflight import scenario_of
 from foundry.errors import InputError, RecordError
@@ -25,12 +26,44 @@ def test_a_sweep_loads_as_tidy_tables(make_sweep, make_condition):
     assert set(loaded.messages["run"]) <= set(loaded.runs["run"])
 
 
+def test_every_table_tells_the_model_world_prompt_and_seed_of_its_rows(make_sweep, make_condition):
+    loaded = analysis.load(make_sweep([make_condition("a", [0, 1]), make_condition("b", [0, 1])]).path)
+    of_run = loaded.runs.set_index("run")[["world", "model", "prompt", "seed"]]
+    for table in (loaded.steps, loaded.messages, loaded.agents, loaded.calls, *loaded.fixtures.values()):
+        assert table.columns[:5].tolist() == ["run", *of_run.columns]
+        expected = of_run.loc[table["run"]].reset_index()
+        assert table[["run", *of_run.columns]].to_numpy().tolist() == expected.to_numpy().tolist()
+    assert loaded.steps.groupby("model").size().to_dict() == {"a": 300, "b": 300}
+
+
+def test_a_records_own_key_is_not_taken_for_the_seed_of_its_run(make_sweep, make_condition):
+    folder = make_sweep([make_condition("a", [7])]).runs()[0]
+    frame = _of_run(folder, pd.DataFrame({"step": [1], "seed": [3]}))
+    assert (frame["seed"].tolist(), frame["record.seed"].tolist()) == ([7], [3])
+
+
+def test_fires_places_and_calls_are_tables(tmp_path):
+    asked = ("model=scripted/stay", "world.agents=2", "world.steps=1", "analyze=false", "output.dir=out")
+    assert foundry(*asked, cwd=tmp_path).returncode == 0
+    loaded = analysis.load(tmp_path / "out")
+    assert loaded.fixtures["fires"].iloc[:, 5:].to_numpy().tolist() == [
+        ["fire1", 15, 10, 3, 15.0],
+        ["fire2", -15, -10, 5, 8.0],
+    ]
+    assert loaded.fixtures["places"].iloc[0, 5:].tolist() == ["cafe", -15, 0, -20, -10, -5, 5, 12]
+    (run,) = SweepFolder.open(tmp_path / "out").runs()
+    for row, call in zip(loaded.calls.itertuples(), run.calls(), strict=True):
+        assert (row.step, row.agent, row.kind, row.reply) == (call.step, call.agent, call.kind, call.text)
+        assert row.prompt_text == call.messages[0]["content"] and (row.asked_model, row.seed) == ("scripted/stay", 0)
+    assert loaded.calls["latency_s"].dtype == loaded.calls["prompt_tokens"].dtype == float
+
+
 def test_the_personas_of_a_run_are_loaded_as_they_were_drawn(tmp_path):
     asked = ("model=scripted/stay", "seed=0-1", "world.agents=8", "world.steps=1", "analyze=false", "output.dir=out")
     assert foundry("-m", *asked, cwd=tmp_path).returncode == 0
     folder = SweepFolder.open(tmp_path / "out")
     agents = analysis.load(folder.path).agents
-    assert list(agents.columns) == ["run", "agent", "persona.gender"]
+    assert list(agents.columns[5:]) == ["agent", "persona.gender"]
     for run in folder.runs():
         drawn = [persona["gender"] for persona in scenario_of(run.config()).personas(run.run.seed)]
         assert list(agents[agents["run"] == run.id]["persona.gender"]) == drawn and {"female", "male"} == set(drawn)

@@ -66,7 +66,8 @@ def test_it_runs_and_says_what_it_is(outside: Outside):
 def test_it_is_loaded_as_tidy_tables_its_own_record_file_among_them(outside: Outside):
     loaded = analysis.load(outside.sweep)
     assert list(loaded.steps.columns) == [
-        "run", "step", "agent", "kind", "action", "outcome", "utility", "message", "place", "place_next",
+        "run", "world", "model", "prompt", "seed",
+        "step", "agent", "kind", "action", "outcome", "utility", "message", "place", "place_next",
     ]  # fmt: skip
     assert len(loaded.steps) == 4 * 6 * 4 and len(loaded.agents) == 4 * 4
     ends = loaded.steps[(loaded.steps["place_next"] == 0) & (loaded.steps["place"] != 0)]
