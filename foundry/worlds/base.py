@@ -176,6 +176,11 @@ class Recorded:
 class Redrawing(ABC):
     """The pictures of an episode, made again from its records."""
 
+    @property
+    def shows_lanes(self) -> bool:
+        """Whether the pictures show only agents over time, which the viewer's page draws itself."""
+        return False
+
     @abstractmethod
     def draw(self, step: int) -> bytes:
         """Return the state after `step` (0: the initial one) as the PNG that `World.draw` made then."""

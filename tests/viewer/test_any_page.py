@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+import foundry
 import made_up_rounds as rounds
 import viewer_pages
 from foundry.storing.store import RunFolder, SweepFolder
@@ -138,6 +139,19 @@ def test_pictures_are_drawn_when_they_are_asked_for(page: Any, served: ViewServe
     assert page.get_attribute(".picture img", "alt") == "The world after step 8"
     page.check(".picture input")
     page.wait_for_selector(".picture img[alt='The world after step 7']")
+
+
+def test_a_game_without_a_picture_of_its_own_shows_its_lanes_once(page: Any, workspace: Path):
+    ran = foundry.run("world=public_goods", "model=scripted/random", "world.steps=3", "output.dir=game")
+    (run,) = SweepFolder.open(ran.path).runs()
+    exported = export(ran.path, Path("page").absolute())
+    with serving(ran.path) as server:
+        for address in (server.url, exported.page.as_uri()):
+            viewer_pages.go(page, address, f"run/game/{run.id}?step=3")
+            page.wait_for_function(LOADED, arg=3)
+            page.wait_for_function("() => Foundry.page.picture.there")
+            assert page.locator("canvas.lanes:visible").count() == 1 and page.is_hidden(".picture")
+        page.goto("about:blank")
 
 
 def test_a_world_that_is_not_trusted_is_not_built_and_the_page_says_so(page: Any, bar: SweepFolder):

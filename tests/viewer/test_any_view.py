@@ -211,7 +211,7 @@ def test_a_line_without_its_step_and_agent_is_a_record_error(bar: SweepFolder, t
 
 
 def test_pictures_are_drawn_by_a_world_that_is_trusted_and_by_no_other(bar: SweepFolder, trusted: tuple[str, ...]):
-    assert ask(bar, "pictures", trusted) == {"kept": [], "why": ""}
+    assert ask(bar, "pictures", trusted) == {"kept": [], "why": "", "lanes": False}
     assert ask(bar, "picture/12", trusted).startswith(b"\x89PNG")
     assert "allow it with --trust-targets made_up_rounds" in ask(bar, "pictures")["why"]
     with pytest.raises(InputError, match="no whole step 13 to draw: the last is 12"):

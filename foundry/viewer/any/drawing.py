@@ -47,6 +47,14 @@ class Drawing:
             return str(error)
         return ""
 
+    def shows_lanes(self) -> bool:
+        """Return whether the pictures show only lanes, as the page does; not where nobody may ask the world."""
+        try:
+            with _ONE_AT_A_TIME:
+                return self._redrawing()[1].shows_lanes
+        except FoundryError:
+            return False  # `why_not` says why
+
     def picture(self, step: int) -> bytes:
         """Return the state after a step as a PNG.
 

@@ -143,8 +143,8 @@ class AnyView(RunView):
         return {"first": first, "last": last, "rows": rows}
 
     def pictures(self) -> dict[str, Any]:
-        """Return which pictures were kept, and why no others can be drawn, or an empty text."""
-        return {"kept": self.drawing.kept(), "why": self.drawing.why_not()}
+        """Return which pictures were kept, why no others can be drawn, or an empty text, and whether they are lanes."""
+        return {"kept": self.drawing.kept(), "why": self.drawing.why_not(), "lanes": self.drawing.shows_lanes()}
 
     def picture(self, step: int) -> Resource:
         """Return the state after a step; 0 is the initial one.
@@ -164,8 +164,9 @@ class AnyView(RunView):
             chunks = parts_of(self.done, self.steps_per_chunk) if stream.by_step else 1
             for chunk in range(chunks):
                 yield f"stream/{number}/{chunk}", Resource(_ENCODE(self.stream(number, chunk)))
-        steps, why = self.drawing.cheap(self.done)
-        yield "pictures", Resource(_ENCODE({"kept": steps, "why": why}))
+        lanes = self.drawing.shows_lanes()
+        steps, why = ([], "") if lanes else self.drawing.cheap(self.done)
+        yield "pictures", Resource(_ENCODE({"kept": steps, "why": why, "lanes": lanes}))
         yield from ((f"picture/{step}", self.picture(step)) for step in steps)
 
     def _spans(self) -> Iterator[tuple[int, int]]:

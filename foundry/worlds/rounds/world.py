@@ -129,6 +129,11 @@ class RoundsRedrawing(Redrawing):
         self._scenario = scenario
         self._lines = lines
 
+    @property
+    def shows_lanes(self) -> bool:
+        """Whether the game has no picture of its own."""
+        return type(self._scenario).picture is RoundsScenario.picture
+
     def draw(self, step: int) -> bytes:
         """Return the state after a step as a PNG."""
         return self._scenario.picture([line for line in self._lines if line.step <= step], step)

@@ -189,6 +189,7 @@ def test_both_runs_are_on_one_map_with_trails_and_heat_of_the_chosen_steps(compa
     assert compared.locator(".overlay .waits").count() == 0, "what is there is not pale"
     first, second = compared.evaluate("() => [3, 7].map((at) => Foundry.page.overlay.spots[at])")
     assert second[0] == first[0], "at step 4 agent 3 stands where it stands in the other run"
+    assert compared.input_value("[aria-label='To step']") == "6", "the last step that there is"
     compared.select_option("[aria-label='Steps drawn as']", "-1")
     compared.fill("[aria-label='To step']", "2")
     compared.press("[aria-label='To step']", "Enter")

@@ -20,6 +20,7 @@
     async look() {
       if (this.there && this.there.why === "") return;
       this.there = await foundry.source.json(`${this.data.address}/pictures`);
+      this.element.hidden = this.there.lanes;
       this.show(this.step);
     }
 
@@ -28,7 +29,7 @@
     /** Show the picture of a step; while one is on its way, the latest wish alone is kept. */
     async show(step) {
       this.step = step;
-      if (!step || !this.there || this.busy) return;
+      if (!step || !this.there || this.there.lanes || this.busy) return;
       const wanted = this.before.checked ? step - 1 : step;
       if (!this.has(wanted)) { this.say(`There is no picture after step ${wanted}: ${this.there.why}`); return; }
       this.busy = true;

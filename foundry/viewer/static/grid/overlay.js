@@ -14,12 +14,15 @@
         ["neither trails nor heat", "trails", "heat map of all", ...names.map((name) => `heat map of ${name}`)].map((text, index) => h("option", {value: String(index - 3)}, text)));
       const end = (label, value) => h("input", {type: "number", min: "1", value, "aria-label": label, onchange: () => this.look()});
       this.from = end("From step", "1");
-      this.to = end("To step", "50");
+      this.to = end("To step", String(Math.max(1, Math.min(MOST_STEPS, this.last()))));
       this.said = h("span", {class: "note", role: "status"});
       this.box = h("section", {class: "overlay", "aria-label": "All on one map"}, h("h2", {}, "All on one map"),
         h("div", {class: "choices"}, h("label", {}, this.joined, " join the same agent"), this.what, h("label", {}, "from step ", this.from), h("label", {}, "to ", this.to), this.said),
         h("p", {class: "legend"}, names.map((name, index) => h("span", {}, this.sample(index), ` ${name}`))), this.element);
     }
+
+    /** Return the last step that any of the runs has. */
+    last() { return Math.max(...this.runs.map((run) => run.done)); }
 
     sample(index) {
       const canvas = h("canvas", {width: "14", height: "14", class: "sample", "aria-hidden": "true"}), pen = canvas.getContext("2d");
@@ -36,7 +39,7 @@
 
     /** Load the chosen range of steps and show it. */
     async look() {
-      const last = Math.max(...this.runs.map((run) => run.done)), within = (value) => Math.max(1, Math.min(Math.floor(Number(value)) || 1, last));
+      const last = this.last(), within = (value) => Math.max(1, Math.min(Math.floor(Number(value)) || 1, last));
       const from = within(this.from.value), to = Math.min(Math.max(from, within(this.to.value)), from + MOST_STEPS - 1), wanted = `${from} ${to}`;
       [this.from.value, this.to.value] = [from, to];
       this.said.textContent = to - from + 1 === MOST_STEPS ? `${MOST_STEPS} steps are drawn at most` : "";
