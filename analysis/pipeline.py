@@ -45,10 +45,11 @@ from analysis.tables import terminal
 from analysis.tables.comparison import Comparison, compare
 from analysis.tables.equal_chances import equal_chances, equal_chances_table
 from analysis.tables.groups import group_columns, group_keys
+from analysis.tables.latex import split_by
 from analysis.tables.signature_table import SignatureTable, build_table
+from analysis.tables.table import Table
 from analysis.tables.texts import (
     NUMBERS,
-    Table,
     escaped,
     remove_table,
     write_numbers,
@@ -391,7 +392,7 @@ def _write_validation(found: Analysis) -> list[Path]:
     """Write what is known of the worlds beside what was found; where nothing is, no such table is left."""
     table = validation_table(found.validation)
     if len(found.validation):
-        return write_table(found.path, table, found.validation, found.filtered)
+        return write_table(found.path, table, found.validation, found.filtered, parts=split_by(table, "world"))
     remove_table(found.path / table.name)
     return []
 

@@ -15,7 +15,8 @@ from analysis.agreement import cohen_kappa
 from analysis.arrays import IntArray
 from analysis.labelling.warning_rule import RULE_VERSION, is_warning
 from analysis.stats.intervals import student_quantile
-from analysis.tables.texts import Table, number, remove_table, with_interval, write_table
+from analysis.tables.table import Table
+from analysis.tables.texts import number, remove_table, with_interval, write_table
 from foundry.labels import REPLIES, WARNINGS, Judged
 from foundry.storing.store import SweepFolder
 

@@ -14,7 +14,8 @@ from analysis.stats.intervals import estimate
 from analysis.stats.multiplicity import holm
 from analysis.stats.sign_flip import sign_flip_p
 from analysis.stats.testing import p_of_row
-from analysis.tables.texts import Table, p_value, told_rows
+from analysis.tables.table import Table
+from analysis.tables.texts import p_value, told_rows
 
 COLUMNS = (
     "model", "edit", "leaves", "kind", "choice", "moments", "seeds", "before", "after", "change", "low", "high", "p",

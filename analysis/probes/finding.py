@@ -22,7 +22,8 @@ from analysis.probes.pictures import pictures_of
 from analysis.probes.strata import with_strata
 from analysis.probes.summary import summary_of
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS
-from analysis.tables.texts import Table, alike, p_value, told_rows, write_summary, write_table
+from analysis.tables.table import Table
+from analysis.tables.texts import alike, p_value, told_rows, write_summary, write_table
 from foundry.storing.store import SweepFolder, ensure_writable
 
 FORM = "probe"

@@ -23,7 +23,8 @@ from analysis.stats.intervals import estimate, estimates
 from analysis.stats.multiplicity import holm
 from analysis.stats.sign_flip import upper_sign_flip_p
 from analysis.stats.testing import p_of_row
-from analysis.tables.texts import Table, p_value, told_rows
+from analysis.tables.table import Table
+from analysis.tables.texts import p_value, told_rows
 from foundry.seeding import stream
 
 DEALT = 199

@@ -20,7 +20,8 @@ from analysis.arrays import FloatArray
 from analysis.probes.choices import Answers, Chosen, MomentKey
 from analysis.probes.comparing import ALL
 from analysis.stats.intervals import estimate
-from analysis.tables.texts import Table, told_rows
+from analysis.tables.table import Table
+from analysis.tables.texts import told_rows
 
 COLUMNS = ("first", "second", "moments", "seeds", "agreement", "chance", "kappa", "low", "high")
 

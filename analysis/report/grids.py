@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from analysis.tables.texts import Table
+from analysis.tables.table import Table
 
 
 @dataclass(frozen=True)

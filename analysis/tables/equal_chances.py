@@ -13,7 +13,8 @@ from analysis.arrays import FloatArray
 from analysis.signatures import discover
 from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
-from analysis.tables.texts import Table, p_value, told_rows
+from analysis.tables.table import Table
+from analysis.tables.texts import p_value, told_rows
 from foundry import seeding
 
 DRAWS = 20_000

@@ -11,7 +11,8 @@ import pandas as pd
 
 from analysis.stats.factors import MODEL
 from analysis.tables.comparison import Comparison
-from analysis.tables.texts import Table, claim_of, comparison_table, p_value, shown_measures, text_width, with_interval
+from analysis.tables.table import Table
+from analysis.tables.texts import claim_of, comparison_table, p_value, shown_measures, text_width, with_interval
 
 MOST_BLOCKS, MOST_BLOCKS_BRIEF = 4, 2
 """Blocks of columns below one another; what would be in a further one is left to the files."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,30 +18,14 @@ from analysis.stats.intervals import Estimate
 from analysis.stats.plan import DECLARED, EXPLORATORY
 from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
+from analysis.tables.latex import split_by, to_latex
 from analysis.tables.signature_table import ANY_PROMPT
+from analysis.tables.table import Table
 from foundry.texts import as_cell
 
-_LATEX = {
-    "\\": r"\textbackslash{}",
-    "{": r"\{",
-    "}": r"\}",
-    "$": r"\$",
-    "&": r"\&",
-    "#": r"\#",
-    "%": r"\%",
-    "_": r"\_",
-    "~": r"\textasciitilde{}",
-    "^": r"\textasciicircum{}",
-    "<": r"\textless{}",
-    ">": r"\textgreater{}",
-    "|": r"\textbar{}",
-    "\N{MINUS SIGN}": "--",
-}
 _ROUNDING = 1e-12
 _WHOLE = 1_000
 """From where on numbers are written to the last whole digit."""
-_MOST_ON_A_PAGE = 40
-"""Rows of a table in LaTeX that stand on one page."""
 _MARKDOWN = "\\`*_{}[]<>|#~"
 
 
@@ -58,26 +42,23 @@ SUFFIXES = (*NUMBERS, ".tex", ".md")
 """Of the files of a table."""
 
 
-@dataclass(frozen=True)
-class Table:
-    """A table of texts; the first `labels` columns are names, the others numbers."""
-
-    name: str
-    caption: str
-    columns: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    labels: int = 1
-
-
 def shown_measures(comparison: Comparison) -> list[str]:
     """Return the headline measures that any group has, cost among them."""
     present = list(dict.fromkeys(measure for measure, _ in comparison.estimates))
     return [column for signature in discover() for column in signature.headline_columns(present)]
 
 
-def comparison_table(comparison: Comparison, measures: Sequence[str] | None = None) -> Table:
-    """Return measures by group: mean and 95 % interval, and n where seeds have no value; by default the headlines."""
-    groups = comparison.groups
+def comparison_table(
+    comparison: Comparison, measures: Sequence[str] | None = None, groups: Sequence[Group] | None = None
+) -> Table:
+    """Return measures by group: mean and 95 % interval, and n where seeds have no value.
+
+    Args:
+        comparison: the groups.
+        measures: those to show; by default the headlines.
+        groups: those to show; by default all.
+    """
+    groups = comparison.groups if groups is None else groups
     measures = shown_measures(comparison) if measures is None else measures
     seeds = {group: len(values) for group, values in comparison.values.items()}
     rows = [
@@ -87,6 +68,31 @@ def comparison_table(comparison: Comparison, measures: Sequence[str] | None = No
     names = (_baseline_label(group) if group in comparison.baselines else group_label(group) for group in groups)
     caption = "Mean over seeds with its 95 % interval; n where not every seed has a value."
     return Table("comparison", caption, ("measure", *names), tuple(rows))
+
+
+def _comparison_by_world(comparison: Comparison) -> list[Table]:
+    """Return a table for each world, whose columns are named by what differs between them."""
+    factors = comparison.group_columns
+    at = factors.index("world") if "world" in factors else None
+    worlds: dict[str, list[Group]] = {}
+    for group in comparison.groups:
+        worlds.setdefault("" if at is None else group[at], []).append(group)
+    return [_comparison_of(comparison, groups) for groups in worlds.values()]
+
+
+def _comparison_of(comparison: Comparison, groups: Sequence[Group]) -> Table:
+    table = comparison_table(comparison, groups=groups)
+    factors = comparison.group_columns
+    same = [index for index in range(1, len(factors)) if len({group[index] for group in groups}) == 1]
+    names = [tuple(name for index, name in enumerate(group) if index not in same) for group in groups]
+    marks = [" (baseline)" if group in comparison.baselines else "" for group in groups]
+    told = ", ".join(f"{factors[index]}={groups[0][index]}" for index in same)
+    return replace(
+        table,
+        caption=f"{table.caption} In every column: {told}." if told else table.caption,
+        columns=("measure", *(group_label(name) + mark for name, mark in zip(names, marks, strict=True))),
+        rows=tuple(row for row in table.rows if any(row[1:])),
+    )
 
 
 def _baseline_label(group: Group) -> str:
@@ -264,49 +270,17 @@ def to_markdown(table: Table) -> str:
     return "\n".join([*lines, "", escaped(table.caption), ""])
 
 
-def to_latex(table: Table) -> str:
-    r"""Return a `table`, or a `longtable` of more rows than a page holds; the first line says the packages it needs."""
-    align = "l" * table.labels + "r" * (len(table.columns) - table.labels)
-    head, *rows = [" & ".join(map(_latex, row)) + r" \\" for row in (table.columns, *table.rows)]
-    caption = rf"\caption{{{_latex(table.caption)}}}\label{{tab:{table.name}}}"
-    headed = [r"\toprule", head, r"\midrule"]
-    if len(rows) > _MOST_ON_A_PAGE:
-        lines = [
-            r"% needs \usepackage{booktabs,longtable}",
-            rf"\begin{{longtable}}{{{align}}}",
-            rf"{caption} \\",
-            *headed,
-            r"\endfirsthead",
-            *headed,
-            r"\endhead",
-            r"\bottomrule",
-            r"\endfoot",
-            *rows,
-            r"\end{longtable}",
-        ]
-    else:
-        lines = [
-            r"% needs \usepackage{booktabs}",
-            r"\begin{table}",
-            r"\centering",
-            caption,
-            rf"\begin{{tabular}}{{{align}}}",
-            *headed,
-            *rows,
-            r"\bottomrule",
-            r"\end{tabular}",
-            r"\end{table}",
-        ]
-    return "\n".join([*lines, ""])
-
-
 def write_tables(folder: Path, comparison: Comparison, contrasts: pd.DataFrame, filtered: str = "") -> list[Path]:
     """Write every number as CSV and Parquet, the short tables as LaTeX and Markdown; returns the files."""
-    compared = write_table(folder, comparison_table(comparison), comparison.frame, filtered)
-    return [*compared, *write_table(folder, contrast_table(contrasts), contrasts, filtered)]
+    by_world = _comparison_by_world(comparison)
+    compared = write_table(folder, comparison_table(comparison), comparison.frame, filtered, parts=by_world)
+    table = contrast_table(contrasts)
+    return [*compared, *write_table(folder, table, contrasts, filtered, parts=split_by(table, "context"))]
 
 
-def write_table(folder: Path, table: Table, frame: pd.DataFrame, filtered: str = "") -> list[Path]:
+def write_table(
+    folder: Path, table: Table, frame: pd.DataFrame, filtered: str = "", parts: Sequence[Table] = ()
+) -> list[Path]:
     """Write the numbers of a table as CSV and Parquet, its texts as LaTeX and Markdown; returns the files.
 
     Args:
@@ -314,11 +288,15 @@ def write_table(folder: Path, table: Table, frame: pd.DataFrame, filtered: str =
         table: the texts.
         frame: the numbers.
         filtered: which runs it is of, where not of all; stands in a column and in the caption.
+        parts: the same texts in parts, for LaTeX; see `analysis.tables.latex.to_latex`.
     """
     stem = folder / table.name
     write_numbers(stem, frame, filtered)
-    table = replace(table, caption=f"{table.caption} Of a part of the runs: {filtered}.") if filtered else table
-    stem.with_suffix(".tex").write_text(to_latex(table), encoding="utf-8", newline="\n")
+    if filtered:
+        table, *parts = [
+            replace(part, caption=f"{part.caption} Of a part of the runs: {filtered}.") for part in (table, *parts)
+        ]
+    stem.with_suffix(".tex").write_text(to_latex(table, parts), encoding="utf-8", newline="\n")
     stem.with_suffix(".md").write_text(to_markdown(table), encoding="utf-8", newline="\n")
     return [stem.with_suffix(suffix) for suffix in SUFFIXES]
 
@@ -338,12 +316,6 @@ def spreadsheet_frame(frame: pd.DataFrame) -> pd.DataFrame:
     for name in safe.select_dtypes(exclude="number"):
         safe[name] = safe[name].map(lambda value: as_cell(value) if isinstance(value, str) else value)
     return safe
-
-
-def _latex(text: str) -> str:
-    # A bracket that begins a row would be read as the option of the line break before it.
-    escaped = "".join(_LATEX.get(letter, letter) for letter in text)
-    return f"{{{escaped}}}" if escaped.startswith("[") else escaped
 
 
 def escaped(text: str) -> str:

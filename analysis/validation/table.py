@@ -17,7 +17,8 @@ from analysis.stats.factors import MODEL, Factor, context_of, find_factors
 from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
 from analysis.tables.groups import group_keys
-from analysis.tables.texts import Table, number, told_by_measure, without_empty
+from analysis.tables.table import Table
+from analysis.tables.texts import number, told_by_measure, without_empty
 from analysis.validation.facts import ClosedForm, Facts, Published, facts_of, read_yaml
 from foundry.own_code import own_folders
 from foundry.paths import conf_dir

@@ -12,7 +12,8 @@ from analysis.pipeline import opened
 from analysis.probes import is_probe
 from analysis.report import rendered
 from analysis.report.grids import grid_of
-from analysis.tables.texts import Table, escaped, to_markdown
+from analysis.tables.table import Table
+from analysis.tables.texts import escaped, to_markdown
 from foundry.errors import not_found
 
 READING = (

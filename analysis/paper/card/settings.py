@@ -11,7 +11,8 @@ from analysis.stats.factors import MODEL
 from analysis.stats.family import NO_BEHAVIOUR
 from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
-from analysis.tables.texts import Table, mean_cell, number, shown_measures
+from analysis.tables.table import Table
+from analysis.tables.texts import mean_cell, number, shown_measures
 from analysis.validation.facts import facts_of
 
 _UNKNOWN = "-"

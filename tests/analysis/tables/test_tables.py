@@ -18,15 +18,15 @@ from hypothesis import strategies as st
 from analysis.measuring.runs import Source, measure_run
 from analysis.stats.contrasts import contrasts
 from analysis.tables.comparison import compare
+from analysis.tables.latex import to_latex
 from analysis.tables.signature_table import build_table
+from analysis.tables.table import Table
 from analysis.tables.texts import (
-    Table,
     alike,
     comparison_table,
     contrast_table,
     number,
     p_value,
-    to_latex,
     to_markdown,
     to_text,
     with_interval,

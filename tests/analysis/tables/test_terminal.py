@@ -9,7 +9,8 @@ import pytest
 from analysis.stats.contrasts import contrasts
 from analysis.tables import terminal
 from analysis.tables.comparison import compare
-from analysis.tables.texts import Table, text_width
+from analysis.tables.table import Table
+from analysis.tables.texts import text_width
 from signature_tables import runs, table
 
 FIRST, SECOND = [0.1, 0.5, 0.3, 0.2, 0.9, 0.4], [0.2, 0.7, 0.35, 0.6, 0.95, 0.8]
