@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import re
+import shlex
 from pathlib import Path
 
 import pytest
+from typer.main import get_command
 
+from commands import foundry
 from foundry import paths
+from foundry.cli import app
+from foundry.composing.compose import compose
 
 ROOT = paths.PACKAGE.parent
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "tests" / "README.md"])
@@ -16,6 +21,12 @@ NAMED = re.compile(rf"`((?:{ROOMS})/[\w./-]*)`")
 PATTERN = re.compile(rf"`((?:{ROOMS})/[\w./<>*-]*[<*][\w./<>*-]*)`")
 WRITTEN = re.compile(r"analysis/[\w-]+\.(?:csv|json|sqlite|parquet|tex|md)|analysis/(?:plots|replay)/?")
 """Files that the analysis writes into a sweep's folder."""
+COMMAND = re.compile(r"(?m)^    foundry (.+?)(?:  +[a-z].*)?$")
+"""A command on a line of its own, without what is said of it behind two spaces."""
+FILE = re.compile(r"(?ms)^```yaml\n# mine/((?:world|prompt|model)/\w+\.yaml)\n(.*?)^```")
+"""A file for `--config-dir mine`."""
+SCENES = {"kibo_real": ("scene=kibo.usdz",)}
+"""Of the worlds of the documents whose scenes are not shipped: others that are."""
 
 
 @pytest.mark.parametrize("document", [one for one in DOCUMENTS if one.name != "CHANGELOG.md"], ids=lambda one: one.name)
@@ -35,3 +46,46 @@ def test_the_architecture_names_every_room_and_every_file_at_the_top():
     files = [one.name for one in house.glob("*.py") if not one.name.startswith("__")]
     missing = [one for one in (*rooms, *files) if one not in text]
     assert missing == []
+
+
+def commands_of(document: Path) -> list[list[str]]:
+    text = re.sub(r" \\\n +", " ", document.read_text(encoding="utf-8"))
+    commands = (shlex.split(line, comments=True) for line in COMMAND.findall(text))
+    return [[part for part in command if part != "..."] for command in commands]
+
+
+def files_of(document: Path) -> dict[str, str]:
+    return dict(FILE.findall(document.read_text(encoding="utf-8")))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("document", [one for one in DOCUMENTS if commands_of(one)], ids=lambda one: one.name)
+def test_every_command_of_a_document_is_one_that_foundry_takes(document: Path, workspace: Path):
+    (workspace / "mine").mkdir()
+    (workspace / "examples").symlink_to(ROOT / "examples")
+    subcommands = get_command(app).commands  # type: ignore[attr-defined]
+    for name, *rest in commands_of(document):
+        if any(part.startswith("hydra/launcher=") for part in rest):
+            continue  # of a package that is not installed
+        if name not in subcommands:
+            compose([name, *rest])
+            continue
+        command = subcommands[name]
+        while rest and rest[0] in getattr(command, "commands", {}):
+            command = command.commands[rest.pop(0)]
+        command.make_context(name, rest)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("document", [one for one in DOCUMENTS if files_of(one)], ids=lambda one: one.name)
+def test_the_files_of_a_document_run_as_they_stand(document: Path, workspace: Path):
+    for name, text in files_of(document).items():
+        file = workspace / "mine" / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+    for file in (workspace / "mine").glob("world/*.yaml"):
+        small = (*SCENES.get(file.stem, ()), "world.steps=2", "analyze=false", "runner.workers=1")
+        done = foundry("--config-dir", "mine", f"world={file.stem}", "model=scripted/random", *small, cwd=workspace)
+        assert done.returncode == 0, done.stdout + done.stderr
+    for file in (workspace / "mine").glob("model/*.yaml"):
+        assert compose(["--config-dir", str(workspace / "mine"), f"model={file.stem}"]) is not None
