@@ -142,22 +142,22 @@ class FormAnalysis:
         run: the class of its runs as arrays; what a function takes says whether it measures them.
         read: reads the lines of a run, the torn last one of a run that has not ended left out.
         schema: the columns of `steps.parquet` behind `run`; by default those of any form.
-        fixtures: returns a table of each kind of thing in the world of a run, such as `fires`; none by default.
         labelled: returns a run with its messages labelled; as it is by default.
         decided: what was decided in a run, by kind of call, for test-retest consistency; by default the actions.
         figures: gathers what is shown of runs; is told the seed whose runs are shown one by one. None by default.
         words: what is said of them.
+        fixtures: returns a table of each kind of thing in the world of a run, such as `fires`; none by default.
     """
 
     name: str
     run: type
     read: Callable[[RunFolder, RunSummary | None], Records]
     schema: Callable[[Declared], pa.Schema] = _schema_of_any
-    fixtures: Callable[[RunFolder], Mapping[str, pd.DataFrame]] = _no_fixtures
     labelled: Callable[[Any, Labelling], Any] = _as_it_is
     decided: Callable[[Any], Mapping[str, Decisions]] | None = None
     figures: Callable[[int], Figures] | None = None
     words: Words = field(default_factory=Words)
+    fixtures: Callable[[RunFolder], Mapping[str, pd.DataFrame]] = _no_fixtures
 
 
 def form_of(name: str) -> FormAnalysis:

@@ -71,7 +71,9 @@ class Loaded:
     @property
     def episodes(self) -> pd.DataFrame:
         """One row per run of a 3D world: the stream `episode`."""
-        return self.streams.get(CameraEpisode.stream, _columns([], (*_IDENTITY, *CameraEpisode.__struct_fields__)))
+        return self.streams.get(
+            CameraEpisode.stream, pd.DataFrame(columns=[*_IDENTITY, *CameraEpisode.__struct_fields__])
+        )
 
     @cached_property
     def calls(self) -> pd.DataFrame:
@@ -129,7 +131,7 @@ def _fixtures(folders: Sequence[RunFolder]) -> dict[str, pd.DataFrame]:
     frames: dict[str, list[pd.DataFrame]] = {}
     for folder in folders:
         for kind, frame in form_of(folder.declared.form).fixtures(folder).items():
-            frames.setdefault(kind, []).append(_of_run(folder, frame))
+            frames.setdefault(kind, []).append(_of_run(folder, frame.to_dict("list")))
     return {kind: _joined(found) for kind, found in frames.items()}
 
 
@@ -173,20 +175,18 @@ def _personas(folder: RunFolder) -> pd.DataFrame:
     lines = read_agents(folder, folder.summary())
     personas = ({f"persona.{name}": value for name, value in line.persona.items()} for line in lines)
     rows = [{"agent": line.agent, **persona} for line, persona in zip(lines, personas, strict=True)]
-    return _of_run(folder, pd.DataFrame(rows, columns=None if rows else ["agent"]))
+    return _of_run(folder, pd.DataFrame(rows, columns=None if rows else ["agent"]).to_dict("list"))
 
 
 def identity(folder: RunFolder) -> dict[str, Any]:
     """Return the columns that say which run it is and how it stands."""
+    return {**_which(folder), "status": status(folder, folder.summary())}
+
+
+def _which(folder: RunFolder) -> dict[str, Any]:
     config = folder.config()
-    return {
-        "run": folder.id,
-        "world": config["world"]["name"],
-        "model": config["model"]["name"],
-        "prompt": config["prompt"]["name"],
-        "seed": config["seed"],
-        "status": status(folder, folder.summary()),
-    }
+    values = (folder.id, *(config[part]["name"] for part in ("world", "model", "prompt")), config["seed"])
+    return dict(zip(_IDENTITY, values, strict=True))
 
 
 def status(folder: RunFolder, summary: RunSummary | None) -> str:
@@ -256,16 +256,15 @@ def _frame(folder: RunFolder, rows: Sequence[dict[str, Any]], keys: Sequence[str
     return _of_run(folder, _columns(rows, keys))
 
 
-def _columns(rows: Sequence[dict[str, Any]], keys: Sequence[str]) -> pd.DataFrame:
-    names = list(rows[0]) if rows else keys
-    return pd.DataFrame({name: [row[name] for row in rows] for name in names})
+def _columns(rows: Sequence[dict[str, Any]], keys: Sequence[str]) -> dict[str, list[Any]]:
+    return {name: [row[name] for row in rows] for name in (list(rows[0]) if rows else keys)}
 
 
-def _of_run(folder: RunFolder, frame: pd.DataFrame) -> pd.DataFrame:
-    """Return a table with the columns before it that say which run it is of."""
-    of_run = identity(folder)
-    own = frame.rename(columns={name: f"record.{name}" for name in frame.columns if name in _IDENTITY})
-    return pd.concat([pd.DataFrame({name: [of_run[name]] * len(own) for name in _IDENTITY}), own], axis=1)
+def _of_run(folder: RunFolder, columns: Mapping[Any, list[Any]]) -> pd.DataFrame:
+    """Return columns as a table, behind those that say which run it is of."""
+    length = len(next(iter(columns.values()), ()))
+    own = {f"record.{name}" if name in _IDENTITY else name: values for name, values in columns.items()}
+    return pd.DataFrame({**{name: [value] * length for name, value in _which(folder).items()}, **own})
 
 
 def _joined(frames: Sequence[pd.DataFrame]) -> pd.DataFrame:

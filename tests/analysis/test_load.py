@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pandas as pd
 import pytest
 
 import analysis
@@ -38,7 +37,7 @@ def test_every_table_tells_the_model_world_prompt_and_seed_of_its_rows(make_swee
 
 def test_a_records_own_key_is_not_taken_for_the_seed_of_its_run(make_sweep, make_condition):
     folder = make_sweep([make_condition("a", [7])]).runs()[0]
-    frame = _of_run(folder, pd.DataFrame({"step": [1], "seed": [3]}))
+    frame = _of_run(folder, {"step": [1], "seed": [3]})
     assert (frame["seed"].tolist(), frame["record.seed"].tolist()) == ([7], [3])
 
 
