@@ -11,10 +11,11 @@ from typing import Any
 
 import msgspec
 
-from foundry.errors import InputError, RecordError
+from foundry.errors import FoundryError, InputError, RecordError
 from foundry.labels import Labelled, Labels
 from foundry.models.base import ChatMessage, Model, Request, RequestKeys
 from foundry.storing.store import RunFolder, SweepFolder, lines_of
+from foundry.texts import counted
 from foundry.worlds.replies import without_thinking
 
 KIND = "label"
@@ -22,6 +23,9 @@ KIND = "label"
 
 SAMPLING_SEED = 0
 """Seed of every call: one and the same question has one answer."""
+
+_EXCERPT = 60
+"""Characters of an unreadable answer that its error shows."""
 
 _ANSWER = re.compile(r"[\s\"'*_`#([{]*(yes|no)[\s\"'*_`.!)\]}]*", re.IGNORECASE)
 
@@ -88,6 +92,7 @@ async def label(model: Model, question: str, texts: Sequence[Text], hand_labelle
     Raises:
         InputError: the model cannot be asked this, or is not there.
         BackendError: it gave no answer.
+        FoundryError: none of its answers can be read.
     """
     if model.kinds is not None and KIND not in model.kinds:
         raise InputError(
@@ -102,6 +107,8 @@ async def label(model: Model, question: str, texts: Sequence[Text], hand_labelle
         Labelled(text=one.text, fires=one.fires, warning=read_answer(reply.text), reply=reply.text)
         for one, reply in zip(asked, replies, strict=True)
     )
+    for answered in (labelled[: len(texts)], labelled[len(texts) :]):
+        _check_readable(model.name, answered)
     return Labels(
         labeller=model.name,
         digest=info.digest,
@@ -110,6 +117,16 @@ async def label(model: Model, question: str, texts: Sequence[Text], hand_labelle
         labels=labelled[: len(texts)],
         hand_labelled=labelled[len(texts) :],
     )
+
+
+def _check_readable(model: str, labelled: Sequence[Labelled]) -> None:
+    """Refuse answers none of which says yes or no: no number could come of them."""
+    if labelled and all(one.warning is None for one in labelled):
+        raise FoundryError(
+            f"Model '{model}' said neither yes nor no to any of {counted(len(labelled), 'text')}; its first answer "
+            f"begins {labelled[0].reply[:_EXCERPT]!r}. No label was written, and earlier labels stay. "
+            "Name another model with --model."
+        )
 
 
 def _request(text: Text, question: str, keys: RequestKeys) -> Request:

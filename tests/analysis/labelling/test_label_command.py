@@ -82,6 +82,21 @@ def test_a_model_that_cannot_label_is_refused_in_one_line(make_sweep, make_condi
     assert sweep.labels() is None
 
 
+def test_a_model_none_of_whose_answers_says_yes_or_no_fails_and_earlier_labels_stay(
+    write_sweep, make_condition, tmp_path
+):
+    sweep = write_sweep(tmp_path / "sweep", [make_condition("a", [0])])
+    command = ("label", str(sweep.path), "--model")
+    with OllamaServer(answer) as server:
+        assert foundry(*command, "qwen3:4b", cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
+    earlier = sweep.labels()
+    with OllamaServer(lambda body: "It depends.") as server:
+        done = foundry(*command, "llama3.2", cwd=tmp_path, OLLAMA_HOST=server.url)
+    assert (done.returncode, done.stdout) == (3, "")
+    assert "said neither yes nor no to any of 5 texts; its first answer begins 'It depends.'" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1 and sweep.labels() == earlier
+
+
 def test_a_sweep_in_which_nothing_was_said_has_nothing_to_label(make_sweep, make_condition, make_habits, tmp_path):
     sweep = make_sweep([make_condition("a", [0])], {"a": make_habits(speak=0)})
     done = foundry("label", str(sweep.path), "--model", "qwen3:4b", cwd=tmp_path)
