@@ -29,6 +29,7 @@ COLUMNS = (
 )  # fmt: skip
 _ALIKE = 0.6
 """Least likeness of two names, of 1, at which one stands for the other."""
+_SIZE = re.compile(r"(?<![a-z0-9.])(?:\d+x)?\d+(?:\.\d+)?[bm](?![a-z0-9])")
 _MOST_TOLD = 3
 """Changed settings beyond which their number stands for them."""
 _LONGEST = 30
@@ -41,7 +42,7 @@ def validation_frame(results: Sequence[RunResult], groups: pd.DataFrame, compare
 
     `random` and `best` are means of the policies that look at nothing and that are best, where they were run on the
     same world, as `foundry analyze --baselines` does; NaN where they were not. `settings` is what else
-    than the model was swept in the world. `published` is the figure of the model whose name is nearest, if any is near.
+    than the model was swept in the world. `published` is the figure that `nearest` finds.
 
     Args:
         results: the runs.
@@ -114,15 +115,29 @@ def _swept(world: str, first: Mapping[Group, RunResult], compared: Comparison) -
 
 
 def nearest(model: str, published: Sequence[Published]) -> Published | None:
-    """Return the figure of the model whose name is most like this one; None where none is like it."""
-    by_name = {_plain(one.model): one for one in published}
-    found = difflib.get_close_matches(_plain(model), by_name, n=1, cutoff=_ALIKE)
-    return by_name[found[0]] if found else None
+    """Return the figure of the model of the same size whose name is most like this one; None where none is like it.
+
+    Where a name tells no size, the figure must be the only one of the same name.
+    """
+    size, name = _size(model), _plain(model)
+    of_this_size = {_plain(row.model): row for row in published if size and _size(row.model) == size}
+    close = difflib.get_close_matches(name, of_this_size, n=1, cutoff=_ALIKE)
+    if close:
+        return of_this_size[close[0]]
+    of_this_name = [row for row in published if _plain(row.model) == name and "" in (size, _size(row.model))]
+    return of_this_name[0] if len(of_this_name) == 1 else None
+
+
+def _size(model: str) -> str:
+    """Return the number of parameters in a model's name, such as `72b` or `8x7b`; "" where it tells none."""
+    size = _SIZE.search(model.casefold())
+    return size[0] if size else ""
 
 
 def _plain(name: str) -> str:
-    """Return a model's name without what says where it is served and how it is quantised."""
-    return re.sub(r"[^a-z0-9]", "", re.sub(r"-(?:instruct|it|q\d).*", "", name.rpartition("/")[2].casefold()))
+    """Return a model's name without its server, its size and its quantisation."""
+    own = _SIZE.sub("", name.rpartition("/")[2].casefold())
+    return re.sub(r"[^a-z0-9]", "", re.sub(r"-(?:instruct|it|q\d).*", "", own).removesuffix(":latest"))
 
 
 def changed(settings: Mapping[str, Any], world: str) -> str:
@@ -190,7 +205,7 @@ def validation_table(frame: pd.DataFrame) -> Table:
         "Each world's score beside what is known of it: mean over seeds with its 95 % interval; means of the policy "
         "that looks at nothing and of the best scripted one on the same world; closed forms, with their settings where "
         "those are others; the published figure of "
-        "the model with the nearest name, which was asked in other words: an order, never an equality."
+        "the model of the same size with the nearest name, which was asked in other words: an order, never an equality."
     )
     told = told_by_measure(frame, ("random", "best"), {"mean": ("low", "high")})
     return without_empty(Table("validation", caption, columns, tuple(map(_told, told)), labels=4))

@@ -21,10 +21,13 @@ closed_forms:
   - {name: idlers, policy: scripted/stay, column: idle_rate.chosen, value: 1, why: it stays}
   - {name: pairs, policy: scripted/stay, column: outcome.n_decisions, value: 8, why: counted}
 published:
-  - {model: "rand:8b", value: 0.25, source: A table, certain: known}
+  - {model: "random:8b", value: 0.25, source: A table, certain: known}
 differs: small
 """
-PUBLISHED = [Published(model=name, value=1.0, source="s") for name in ("llama3.1:8b", "llama3.1:70b", "qwen2:72b")]
+PUBLISHED = [
+    Published(model=name, value=1.0, source="s")
+    for name in ("llama3.1:8b", "llama3.1:70b", "qwen2:72b", "gpt-4o", "mixtral:8x7b")
+]
 
 
 @pytest.mark.parametrize(
@@ -33,10 +36,19 @@ PUBLISHED = [Published(model=name, value=1.0, source="s") for name in ("llama3.1
         ("llama3.1:8b", "llama3.1:8b"),
         ("llama3.1:70b-instruct-q4_K_M", "llama3.1:70b"),
         ("openai/some-lab/Qwen2-72B", "qwen2:72b"),
+        ("qwen2.5:72b", "qwen2:72b"),
+        ("qwen3:4b", None),
+        ("qwen2:7b", None),
+        ("gemma2:70b", None),
+        ("gpt-4o", "gpt-4o"),
+        ("gpt-4o-mini", None),
+        ("mixtral:latest", "mixtral:8x7b"),
+        ("mixtral:8x22b", None),
+        ("llama3.1", None),
         ("scripted/stay", None),
     ],
 )
-def test_the_published_figure_is_of_the_model_whose_name_is_nearest(model: str, found: str | None):
+def test_the_published_figure_is_of_the_model_of_the_same_size_whose_name_is_nearest(model: str, found: str | None):
     near = nearest(model, PUBLISHED)
     assert (near.model if near else None) == found
 
@@ -87,7 +99,7 @@ def test_each_group_has_its_null_its_best_policy_and_what_was_published(
         and rows.loc["scripted/random", "published_certain"] == "known"
     )
     assert {file.name for file in found.written} >= {"validation.csv", "validation.md", "validation.tex"}
-    assert "0.25 (rand:8b, A table)" in (found.path / "validation.md").read_text().replace("\\", "")
+    assert "0.25 (random:8b, A table)" in (found.path / "validation.md").read_text().replace("\\", "")
     (tmp_path / "mine" / "validation" / "cafe_library.yaml").write_text("world: cafe_library\nscore: of.nothing\n")
     assert not len(analyze(tmp_path / "s", plots=False).validation) and not (found.path / "validation.md").exists()
 
