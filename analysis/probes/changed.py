@@ -10,8 +10,8 @@ import pandas as pd
 from analysis.arrays import FloatArray
 from analysis.probes.choices import Answers, Chosen, MomentKey
 from analysis.probes.comparing import by_seed
+from analysis.probes.declaring import EVERYTHING, Family
 from analysis.stats.intervals import estimate
-from analysis.stats.multiplicity import holm
 from analysis.stats.sign_flip import sign_flip_p
 from analysis.stats.testing import p_of_row
 from analysis.tables.table import Table
@@ -22,17 +22,18 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def changes_of(answers: Answers) -> pd.DataFrame:
+def changes_of(answers: Answers, declared: Family = EVERYTHING) -> pd.DataFrame:
     """Return how each edit changes the share of each choice, over the moments in which it changes something.
 
-    Of an equivariance `before` is what should have been chosen in the edited moment.
+    Of an equivariance `before` is what should have been chosen in the edited moment. p is corrected over the declared
+    rows; the others have no `p_holm`.
     """
     rows = []
     for subject, change in answers.edited():
         about = {"model": answers.names[subject], "edit": change.name, "leaves": change.leaves}
         rows += [about | row for row in _rows(answers.expected(subject, change), answers.of(subject, change.name))]
     frame = pd.DataFrame(rows, columns=list(COLUMNS))
-    return frame.assign(p_holm=holm(frame["p"].to_numpy(dtype=np.float64)))
+    return frame.assign(p_holm=declared.corrected(frame))
 
 
 def changes_table(frame: pd.DataFrame) -> Table:

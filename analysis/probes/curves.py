@@ -19,8 +19,8 @@ import pandas as pd
 
 from analysis.arrays import FloatArray
 from analysis.probes.choices import Answers, Change, Chosen, MomentKey
+from analysis.probes.declaring import EVERYTHING, Family
 from analysis.stats.intervals import estimate
-from analysis.stats.multiplicity import holm
 from analysis.stats.sign_flip import sign_flip_p
 from analysis.stats.testing import p_of_row
 from analysis.tables.table import Table
@@ -43,16 +43,16 @@ class _Curve:
     shares: Mapping[MomentKey, Mapping[float, float]]
 
 
-def curve_tables(answers: Answers) -> tuple[pd.DataFrame, pd.DataFrame]:
+def curve_tables(answers: Answers, declared: Family = EVERYTHING) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return the share of each choice at each value of a quantity, mean over seeds, and how steep that is.
 
-    Steep is by how much the share rises with one more of the quantity, within moments.
+    Steep is by how much the share rises with one more of the quantity, within moments. p is corrected over the rows of
+    declared models; the others have no `p_holm`.
     """
     curves = list(_curves(answers))
     points = [curve.about | row for curve in curves for row in _points(curve)]
     slopes = pd.DataFrame([curve.about | row for curve in curves if (row := _slope(curve))], columns=list(STEEPNESS))
-    p_holm = holm(slopes["p"].to_numpy(dtype=np.float64))
-    return pd.DataFrame(points, columns=list(CURVES)), slopes.assign(p_holm=p_holm)
+    return pd.DataFrame(points, columns=list(CURVES)), slopes.assign(p_holm=declared.corrected(slopes))
 
 
 def curves_table(frame: pd.DataFrame) -> Table:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from analysis.arrays import BoolArray
+from analysis.arrays import BoolArray, FloatArray
 from analysis.probes.choices import Answers, Change, Subject
 from analysis.probes.comparing import ALL
 from analysis.stats.multiplicity import holm
@@ -26,8 +26,8 @@ class Family:
         edits: their names.
     """
 
-    models: frozenset[str]
-    edits: frozenset[str]
+    models: frozenset[str] = frozenset()
+    edits: frozenset[str] = frozenset()
 
     @property
     def is_given(self) -> bool:
@@ -65,6 +65,18 @@ class Family:
         found = np.split(holm(np.concatenate(p)), [len(p[0])]) if self.is_given else [holm(p[0]), holm(p[1])]
         agreement.loc[pairs, "p_holm"], edits.loc[edited, "p_holm"] = found
 
+    def choices(self, frame: pd.DataFrame) -> BoolArray:
+        """Return which rows of a table of choices are declared (rows,): by model and edit, without edits by model."""
+        if "edit" in frame:
+            declared = [self._holds_edit(*row) for row in zip(frame["model"], frame["edit"], strict=True)]
+        else:
+            declared = [not self.models or model in self.models for model in frame["model"]]
+        return np.array(declared, dtype=np.bool_)
+
+    def corrected(self, frame: pd.DataFrame) -> FloatArray:
+        """Return p after Holm's correction over the declared rows of a table of choices (rows,); NaN elsewhere."""
+        return holm(np.where(self.choices(frame), frame["p"].to_numpy(dtype=np.float64), np.nan))
+
     def note(self, agreement: pd.DataFrame, edits: pd.DataFrame) -> list[str]:
         """Return the line that says what is declared; none where nothing is."""
         if not self.is_given:
@@ -73,7 +85,7 @@ class Family:
         names = ", ".join([*sorted(self.models), *sorted(self.edits)])
         return [
             f"family named with the analysis: {names}: p is corrected over {rows} of both tables, all others are "
-            "exploratory"
+            "exploratory; in tables of choices p is corrected over the rows of this family"
         ]
 
     def pairs(self, answers: Answers) -> list[tuple[Subject, Subject]]:
@@ -96,3 +108,7 @@ class Family:
 
     def _holds_edit(self, model: str, edit: str) -> bool:
         return (not self.models or model in self.models) and (not self.edits or edit in self.edits)
+
+
+EVERYTHING = Family()
+"""Nothing is declared, so that p is corrected over all rows."""

@@ -78,9 +78,9 @@ def analyze_probe(folder: SweepFolder, family: Sequence[str] = (), *, plots: boo
     agreement, edits = _agreement(pairs), _edits(answers)
     moments = with_strata(_moments(answers), folder.moments_file)
     declared.correct(agreement, edits)
-    matrix, changes = matrix_of(answers), changes_of(answers)
-    spread, orders = format_tables(answers)
-    curves, steepness = curve_tables(answers)
+    matrix, changes = matrix_of(answers), changes_of(answers, declared)
+    spread, orders = format_tables(answers, declared)
+    curves, steepness = curve_tables(answers, declared)
     furthest = _furthest(pairs)
     found = (
         (_moments_table(answers, furthest), moments),

@@ -19,8 +19,8 @@ from numpy.random import Generator
 
 from analysis.arrays import FloatArray, IntArray
 from analysis.probes.choices import Answers, Subject
+from analysis.probes.declaring import EVERYTHING, Family
 from analysis.stats.intervals import estimate, estimates
-from analysis.stats.multiplicity import holm
 from analysis.stats.sign_flip import upper_sign_flip_p
 from analysis.stats.testing import p_of_row
 from analysis.tables.table import Table
@@ -69,8 +69,11 @@ class Formatted:
         return np.stack([values[self.seeds == seed].mean(axis=0) for seed in np.unique(self.seeds)])
 
 
-def format_tables(answers: Answers) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return how each subject's choices spread over formats, and how often the order of two subjects turns round."""
+def format_tables(answers: Answers, declared: Family = EVERYTHING) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return how each subject's choices spread over formats, and how often the order of two subjects turns round.
+
+    p is corrected over the rows of declared models; the others have no `p_holm`.
+    """
     if len(answers.formats) < 2:
         return pd.DataFrame(columns=list(SPREAD)), pd.DataFrame(columns=list(ORDERS))
     kinds = sorted({key.kind for chosen in answers.chosen.values() for key in chosen})
@@ -93,7 +96,7 @@ def format_tables(answers: Answers) -> tuple[pd.DataFrame, pd.DataFrame]:
         for row in _order_rows(found[first, kind], found[second, kind])
     ]
     frame = pd.DataFrame(spread, columns=list(SPREAD))
-    frame.insert(list(SPREAD).index("p") + 1, "p_holm", holm(frame["p"].to_numpy(dtype=np.float64)))
+    frame.insert(list(SPREAD).index("p") + 1, "p_holm", declared.corrected(frame))
     return frame, pd.DataFrame(orders, columns=list(ORDERS))
 
 

@@ -99,6 +99,14 @@ def test_a_change_has_a_sign_and_that_of_an_equivariance_is_from_what_should_be(
     )
 
 
+def test_p_of_changes_is_corrected_over_the_declared_rows_alone():
+    policies = {("a", "none"): always, ("a", "no_fire"): by_step, ("a", "mirror"): always, ("b", "none"): always}
+    probe = answers(policies | {("b", "no_fire"): by_step})
+    asked = changes_of(probe, Family(frozenset("a"), frozenset({"no_fire"}))).set_index(["model", "edit"])["p_holm"]
+    assert asked["a", "no_fire"].tolist() == pytest.approx([2 * 2 / 2**SEEDS] * 2)
+    assert asked["a", "mirror"].isna().all() and asked["b", "no_fire"].isna().all()
+
+
 def test_a_change_that_no_seed_shows_is_no_test():
     frame = changes_of(answers({("a", "none"): always, ("a", "no_fire"): always}))
     assert frame["change"].tolist() == [0] and frame["p"].isna().all()
