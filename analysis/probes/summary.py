@@ -9,14 +9,18 @@ import pandas as pd
 
 from analysis.paper.sentence import DIFFERENT, LEVEL, NOTHING, SILENT, equals_p
 from analysis.paper.summary import EXPLORES, MOST, fitted, nothing_said
+from analysis.probes.choices import NONE
 from analysis.probes.declaring import Family
-from analysis.prose import joined, percent
+from analysis.prose import percent
 from analysis.stats.contrasts import ALPHA
 from analysis.stats.intervals import ENOUGH_FOR_CLAIMS, FEWEST_FOR_CLAIMS
 from analysis.tables.texts import number, with_interval
 from foundry.records import UNREAD
+from foundry.texts import counted
 
 Row = Mapping[Any, Any]
+_UNREAD_TOLD = 2
+"""Formats whose unread answers the summary tells, those with the most."""
 _DIFFERENT = {
     "invariance": "{edit} changes what {model} chooses, which it should not",
     "cause": "{edit} changes what {model} chooses, as what is taken away may be a cause of it",
@@ -37,30 +41,37 @@ def summary_of(frames: Mapping[str, pd.DataFrame], declared: Family) -> tuple[st
         declared: the models and edits that were declared; all other rows are not said.
     """
     rows = [row for name in ("agreement", "edits") for row in _declared(frames[name], declared)]
+    unread = unread_shares(frames["moments"])
+    formats = _of_formats(frames["formats"], declared, unread)
     if not rows:
-        return (_alone(frames),)
+        return (EXPLORES, *formats) if formats else (_alone(frames),)
     asked_once = bool(_answers(frames["moments"]) == 1)
     family = {name: int(frames[name]["p_holm"].notna().sum()) for name in ("agreement", "edits")}
     rows = [{**row, "family": sum(family.values()) if declared.is_given else family[_table(row)]} for row in rows]
     found = [{**row, "why": _why_silent(row, asked_once)} for row in rows]
     found.sort(key=lambda row: ((DIFFERENT, NOTHING, SILENT).index(_kind(row)), row["p_holm"]))
-    sums = unread_of(frames["moments"])
-    unread = dict(zip(sums.index, sums["unread"] / sums["answers"], strict=True))
     told = fitted(
         found,
         _kind,
         lambda row: _sentence(row, unread),
         _silent([row for row in found if row["why"]]),
-        most=MOST - 1,
+        most=MOST - 1 - len(formats),
         where="agreement.md and edits.md",
     )
-    return (EXPLORES, *told)
+    return (EXPLORES, *told, *formats)
 
 
 def unread_of(moments: pd.DataFrame) -> pd.DataFrame:
-    """Return how many `answers` each model gave, and how many `unread` ones, in which no decision could be read."""
+    """Return how many `answers` each model gave by edit and format, and in how many no decision could be read."""
     unread = moments["count"].where(moments["choice"] == UNREAD, 0)
-    return pd.DataFrame({"answers": moments["count"], "unread": unread}).groupby(moments["model"], sort=False).sum()
+    by = [moments[name] for name in ("model", "edit", "format")]
+    return pd.DataFrame({"answers": moments["count"], "unread": unread}).groupby(by, sort=False).sum()
+
+
+def unread_shares(moments: pd.DataFrame) -> dict[tuple[str, str, str], float]:
+    """Return the share of answers in which no decision could be read, by model, edit and format."""
+    sums = unread_of(moments)
+    return dict(zip(sums.index, sums["unread"] / sums["answers"], strict=True))
 
 
 def _declared(frame: pd.DataFrame, declared: Family) -> Sequence[Row]:
@@ -68,10 +79,42 @@ def _declared(frame: pd.DataFrame, declared: Family) -> Sequence[Row]:
 
 
 def _alone(frames: Mapping[str, pd.DataFrame]) -> str:
-    others = [name for name in ("formats", "steepness") if len(frames[name])]
-    if others:
-        return f"Neither models nor edits are compared: what was found is in {joined(f'{name}.md' for name in others)}."
+    if len(frames["steepness"]):
+        return "Neither models nor edits are compared: what was found is in steepness.md."
     return "Nothing is compared: one model was asked, and nothing was edited."
+
+
+def _of_formats(frame: pd.DataFrame, declared: Family, unread: Mapping[tuple[str, str, str], float]) -> list[str]:
+    """Return the one sentence on formats; none where the prompt was written in one format alone."""
+    if frame.empty:
+        return []
+    rows = frame[declared.choices(frame) & (frame["choice"] != UNREAD)].sort_values("p_holm", kind="stable")
+    tested = int(frame["p_holm"].notna().sum())
+    different = rows[rows["p_holm"] <= ALPHA].to_dict("records")
+    if different:
+        said = _spread(different[0], tested)
+        others = [f"{counted(len(different) - 1, 'further choice')} in formats.md"] if len(different) > 1 else []
+    elif tested:
+        said, others = f"No choice depends on the format of the prompt beyond chance in {counted(tested, 'test')}", []
+    else:
+        said, others = "Nothing can be said of formats, since no share of a choice could be tested (formats.md)", []
+    models = set(rows["model"])
+    lost = {key: share for key, share in unread.items() if share and key[0] in models and key[1] == NONE}
+    worst = sorted(lost, key=lambda key: -lost[key])
+    told = [f"{percent(lost[key])} of the answers of {key[0]} in format {key[2]} could not be read" for key in worst]
+    more = [f"some answers in {counted(len(told) - _UNREAD_TOLD, 'further format')} neither"]
+    return ["; ".join([said, *others, *told[:_UNREAD_TOLD], *(more if len(told) > _UNREAD_TOLD else [])]) + "."]
+
+
+def _spread(row: Row, tested: int) -> str:
+    """Return how far the share of one choice spreads over formats."""
+    family = f"after correction in {tested}" if tested > 1 else "in the only test"
+    return (
+        f"The format of the prompt changes how often {row['model']} chooses {row['choice']} ({row['kind']}): "
+        f"{number(row['least'])} in format {row['least_format']}, {number(row['greatest'])} in "
+        f"{row['greatest_format']}, excess {with_interval(row['excess'], row['excess_low'], row['excess_high'])}, "
+        f"{row['moments']} moments of {row['seeds']} seeds, p{equals_p(row['p_holm'])} {family} (level {LEVEL})"
+    )
 
 
 def _answers(moments: pd.DataFrame) -> float:
@@ -103,19 +146,29 @@ def _why_silent(row: Row, asked_once: bool) -> str:
     return ""
 
 
-def _sentence(row: Row, unread: Mapping[str, float]) -> str:
+def _sentence(row: Row, unread: Mapping[tuple[str, str, str], float]) -> str:
     figures = (
         f"total variation {number(row['distance'])}, by chance {number(row['floor'])}, excess "
         f"{with_interval(row['excess'], row['excess_low'], row['excess_high'])}, {row['moments']} moments of "
         f"{row['seeds']} seeds, p{equals_p(row['p_holm'])} "
         f"{'after correction in ' + str(row['family']) if row['family'] > 1 else 'in the only test'} (level {LEVEL})"
     )
-    models = [row["model"]] if "model" in row else [row["first"], row["second"]]
     weak = ["its interval holds 0"] if _kind(row) == DIFFERENT and row["excess_low"] <= 0 else []
     few = _kind(row) == NOTHING and row["seeds"] < ENOUGH_FOR_CLAIMS
     weak += [f"fewer than {ENOUGH_FOR_CLAIMS} seeds find large differences alone"] if few else []
-    weak += [f"{percent(unread[one])} of the answers of {one} could not be read" for one in models if unread.get(one)]
+    weak += [
+        f"{percent(share)} of the answers of {model}{'' if edit == NONE else f' under {edit}'} could not be read"
+        for model, edit in _asked(row)
+        if (share := unread.get((model, edit, NONE)))
+    ]
     return "; ".join([f"{_said(row)}: {figures}", *weak]) + "."
+
+
+def _asked(row: Row) -> list[tuple[str, str]]:
+    """Return the models and edits whose answers a row compares, with the prompt as it is written."""
+    if "edit" in row:
+        return [(row["model"], NONE), (row["model"], row["edit"])]
+    return [(row["first"], NONE), (row["second"], NONE)]
 
 
 def _said(row: Row) -> str:

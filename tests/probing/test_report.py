@@ -73,20 +73,25 @@ def test_an_edit_that_changes_every_moment_leaves_none_out():
 
 
 def test_unread_answers_are_counted_for_each_model_and_counts_of_one_are_not_told():
-    rows = [("a", "left", 3), ("a", "unreadable", 1), ("b", "left", 4)]
-    moments = pd.DataFrame(rows, columns=["model", "choice", "count"])
-    moments = moments.assign(run="r", step=1, agent=0, kind="action", again=0, seed=0, edit="none", format="none")
+    rows = [("a", "none", "left", 3), ("a", "none", "unreadable", 1), ("b", "none", "left", 4)]
+    moments = pd.DataFrame(rows, columns=["model", "format", "choice", "count"])
+    moments = moments.assign(run="r", step=1, agent=0, kind="action", again=0, seed=0, edit="none")
     assert [[cell.text for cell in row] for row in unread_grid(moments).rows] == [
-        ["a", "4", "1", "25 %"],
-        ["b", "4", "0", "0 %"],
+        ["a", "none", "none", "4", "1", "25 %"],
+        ["b", "none", "none", "4", "0", "0 %"],
     ]
+    in_brackets = moments[moments["model"] == "b"].assign(format="spread/0", choice="unreadable")
+    told = [[cell.text for cell in row] for row in unread_grid(pd.concat([moments, in_brackets])).rows]
+    assert told[1:] == [["b", "none", "none", "4", "0", "0 %"], ["b", "none", "spread/0", "4", "4", "100 %"]]
     assert asked_text(moments) == "1 moments of 1 runs and 1 seeds, 2 models and 8 answers"
 
 
 def test_replies_stay_text_on_the_page():
     page = rendered("probe.html", {
         "title": "<b>", "period": "", "summary": ["<script>1</script>"], "shapes": (), "moments": [], "limits": [],
-        "unread": unread_grid(pd.DataFrame({"model": ["<i>"], "choice": ["left"], "count": [1]})),
+        "unread": unread_grid(pd.DataFrame(
+            {"model": ["<i>"], "edit": ["none"], "format": ["none"], "choice": ["left"], "count": [1]}
+        )),
         "determinism": None, "tables": [], "asked": [],
     })  # fmt: skip
     assert "<script>1" not in page

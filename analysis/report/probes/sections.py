@@ -70,9 +70,10 @@ def limits(frames: Mapping[str, pd.DataFrame]) -> Iterator[str]:
 
 
 def unread_grid(moments: pd.DataFrame) -> Grid:
-    """Return how much of what each model answered could not be read, over all edits and formats."""
+    """Return how much of what each model answered could not be read, by edit and format."""
     rows = [
-        (model, f"{one['answers']:,}", f"{one['unread']:,}", percent(one["unread"] / one["answers"]))
-        for model, one in unread_of(moments).iterrows()
+        (*asked, f"{sums['answers']:,}", f"{sums['unread']:,}", percent(sums["unread"] / sums["answers"]))
+        for asked, sums in unread_of(moments).iterrows()
     ]
-    return grid("Answers, and those in which no decision could be read.", ("model", "answers", "unread", "share"), rows)
+    columns = ("model", "edit", "format", "answers", "unread", "share")
+    return grid("Answers, and those in which no decision could be read.", columns, rows)
