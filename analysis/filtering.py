@@ -56,7 +56,7 @@ class Filter:
             InputError: there is such a key or value; names the closest.
         """
         for key, asked in (*self.only.items(), *self.without.items()):
-            values = {_text(value) for one in conditions for value in _values(one, key)}
+            values = {value_text(value) for one in conditions for value in _values(one, key)}
             if not any(one.factors.get(key, "") is None for one in conditions):
                 values.discard("null")  # what stands there for a setting that a world does not have
             if not values and key != "sampling_seed":
@@ -82,15 +82,15 @@ class Filter:
         ours: Callable[[str], bool] = (lambda key: key not in _NOT_OF_BASELINES) if run.baseline else (lambda key: True)
         only = {key: asked for key, asked in self.only.items() if ours(key) and not (run.baseline and key == "model")}
         without = {key: asked for key, asked in self.without.items() if ours(key)}
-        return all(_text(factor_value(run, key)) in asked for key, asked in only.items()) and not any(
-            _text(factor_value(run, key)) in asked for key, asked in without.items()
+        return all(value_text(factor_value(run, key)) in asked for key, asked in only.items()) and not any(
+            value_text(factor_value(run, key)) in asked for key, asked in without.items()
         )
 
-    def write(self, folder: Path, taken: int, of: int) -> None:
-        """Say beside the tables which runs are in them; without a filter nothing is said."""
+    def write(self, folder: Path, taken: int, of: int, things: str = "runs") -> None:
+        """Say beside the tables how many of which things are in them; without a filter nothing is said."""
         file = folder / FILTER_FILE
         if self:
-            content = {"only": self.only, "without": self.without, "runs": taken, "of": of}
+            content = {"only": self.only, "without": self.without, things: taken, "of": of}
             write_atomically(file, msgspec.json.format(msgspec.json.encode(content), indent=1) + b"\n")
         else:
             file.unlink(missing_ok=True)
@@ -110,5 +110,6 @@ def _values(condition: Condition, key: str) -> Sequence[Any]:
     return condition.seeds if key == "seed" else (setting(condition.factors, condition.config, key),)
 
 
-def _text(value: object) -> str:
+def value_text(value: object) -> str:
+    """Return a setting as a filter names it."""
     return value if isinstance(value, str) else msgspec.json.encode(value).decode()

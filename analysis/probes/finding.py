@@ -10,6 +10,7 @@ from typing import Any
 
 import pandas as pd
 
+from analysis.filtering import Filter
 from analysis.plots import draw, write
 from analysis.probes.changed import changes_of, changes_table
 from analysis.probes.choices import Answers, MomentKey, Subject, read_answers
@@ -18,8 +19,9 @@ from analysis.probes.curves import curve_tables, curves_table, steepness_table
 from analysis.probes.declaring import Family
 from analysis.probes.formats import format_tables, formats_table, orders_table
 from analysis.probes.matrix import matrix_of, matrix_table
+from analysis.probes.narrowing import counted_answers, narrowed
 from analysis.probes.pictures import pictures_of
-from analysis.probes.strata import with_strata
+from analysis.probes.strata import strata_of, with_strata
 from analysis.probes.summary import summary_of
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS
 from analysis.tables.table import Table
@@ -60,23 +62,35 @@ def is_probe(folder: SweepFolder) -> bool:
     return {run.declared.form for run in folder.runs()} == {FORM}
 
 
-def analyze_probe(folder: SweepFolder, family: Sequence[str] = (), *, plots: bool = True) -> ProbeAnalysis:
+def analyze_probe(
+    folder: SweepFolder,
+    family: Sequence[str] = (),
+    *,
+    only: Sequence[str] = (),
+    without: Sequence[str] = (),
+    plots: bool = True,
+) -> ProbeAnalysis:
     """Compare who was asked in the moments of a probe, and write the tables into its folder.
 
     Args:
         folder: the probe.
         family: the models and edits that were declared beforehand; nothing: all.
+        only: answers that are taken, as KEY=VALUE[,VALUE...], such as `edit=no_fire`; see `narrowing.narrowed`.
+        without: answers that are left out, in the same way.
         plots: whether to draw the plots.
 
     Raises:
-        InputError: what is declared is no model or edit of the probe.
+        InputError: what is declared or filtered is not in the probe, or no answer is left.
         RecordError: a recorded file is damaged.
     """
-    answers = read_answers(folder.runs())
+    every, strata, chosen = read_answers(folder.runs()), strata_of(folder.moments_file), Filter.of(only, without)
+    answers = narrowed(every, strata, chosen)
+    taken, of = counted_answers(answers), counted_answers(every)
+    filtered = f"{chosen}: {taken:,} of {of:,} answers" if chosen else ""
     declared = Family.of(family, answers)
     pairs = _pairs(answers)
     agreement, edits = _agreement(pairs), _edits(answers)
-    moments = with_strata(_moments(answers), folder.moments_file)
+    moments = with_strata(_moments(answers), strata)
     declared.correct(agreement, edits)
     matrix, changes = matrix_of(answers), changes_of(answers, declared)
     spread, orders = format_tables(answers, declared)
@@ -94,13 +108,15 @@ def analyze_probe(folder: SweepFolder, family: Sequence[str] = (), *, plots: boo
         (steepness_table(steepness), steepness),
     )
     ensure_writable(folder.analysis_dir)
-    written = tuple(file for table, frame in found for file in write_table(folder.analysis_dir, table, frame))
+    chosen.write(folder.analysis_dir, taken, of, "answers")
+    written = tuple(file for table, frame in found for file in write_table(folder.analysis_dir, table, frame, filtered))
     frames = {table.name: frame for table, frame in found}
     pictures = pictures_of(frames) if plots else ()
     drawn = tuple(file for picture in pictures for file in write(draw(picture), folder.analysis_dir / "plots"))
     shown = tuple(table for table, _ in found if table.rows and table.name not in ("moments", "curves"))
-    notes = (*_notes(answers), *declared.note(agreement, edits))
-    summary = summary_of(frames, declared)
+    part = [f"a part of the answers alone, {filtered}"] if filtered else []
+    notes = (*part, *_notes(answers), *declared.note(agreement, edits))
+    summary = summary_of(frames, declared, filtered)
     written = (*written, *drawn, write_summary(folder.analysis_dir, summary))
     return ProbeAnalysis(folder.analysis_dir, frames, shown, summary, notes, furthest, written)
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TypeAlias
 
 import msgspec
 import pandas as pd
@@ -21,26 +23,37 @@ class _Moments(msgspec.Struct):
     strata: list[dict[str, str | bool]] = []
 
 
-def with_strata(moments: pd.DataFrame, file: Path) -> pd.DataFrame:
-    """Return a table of moments with a column for each thing that they were drawn evenly over, behind the moment.
+Strata: TypeAlias = Mapping[tuple[str, int, int, str, int], Mapping[str, str | bool]]
+"""The strata of each moment, by run, step, agent, kind and again."""
+
+
+def strata_of(file: Path) -> Strata:
+    """Return the strata of the moments of a probe.
 
     Args:
-        moments: with the columns of `MomentKey`.
         file: the moments as they were drawn.
 
     Raises:
         RecordError: the file cannot be read.
     """
     try:
-        found = msgspec.json.decode(file.read_bytes(), type=_Moments)
+        drawn = msgspec.json.decode(file.read_bytes(), type=_Moments)
     except (OSError, *NOT_JSON) as error:
         raise RecordError(f"{file} cannot be read: {error}") from error
-    told = [
-        dict(zip(_KEY, key, strict=True)) | strata for key, strata in zip(found.moments, found.strata, strict=False)
-    ]
-    names = list(dict.fromkeys(name for strata in found.strata for name in strata))
+    return dict(zip(drawn.moments, drawn.strata, strict=False))
+
+
+def with_strata(moments: pd.DataFrame, strata: Strata) -> pd.DataFrame:
+    """Return a table of moments with a column for each thing that they were drawn evenly over, behind the moment.
+
+    Args:
+        moments: with the columns of `MomentKey`.
+        strata: of each moment.
+    """
+    names = list(dict.fromkeys(name for values in strata.values() for name in values))
     if not names:
         return moments
-    joined = moments.merge(pd.DataFrame(told), on=_KEY, how="left", validate="many_to_one")
+    columns = pd.DataFrame([dict(zip(_KEY, key, strict=True)) | values for key, values in strata.items()])
+    joined = moments.merge(columns, on=_KEY, how="left", validate="many_to_one")
     first = [*MomentKey._fields, *names]
     return joined[[*first, *(name for name in moments.columns if name not in first)]]

@@ -61,7 +61,10 @@ Margins = Annotated[
 
 Only = Annotated[
     list[str] | None,
-    typer.Option(help="KEY=VALUE,...: these runs alone, such as model=a,b or seed=0-9; may be given several times."),
+    typer.Option(
+        help="KEY=VALUE,...: these runs alone, such as model=a,b or seed=0-9, or of a probe edit=no_fire; may be "
+        "given several times."
+    ),
 ]
 Without = Annotated[
     list[str] | None, typer.Option(help="KEY=VALUE,...: leave these runs out, such as prompt=japanese.")

@@ -41,7 +41,9 @@ def report(
         from analysis.report.probes import write_probe_report
         from foundry.probing.seen import SeenProbe
 
-        written = write_probe_report(probe, SeenProbe(probe, trust_targets or ()), out, family or ())
+        written = write_probe_report(
+            probe, SeenProbe(probe, trust_targets or ()), out, family or (), only=only or (), without=without or ()
+        )
     else:
         written = write_report(folders, out, family=family, **options)
     print(f"report of {written.runs} runs in {written.path}; its pictures in {written.pictures}")

@@ -69,7 +69,10 @@ def _probe(folders: Sequence[Path], options: Mapping[str, Any]) -> ProbeAnalysis
     from analysis.probes import analyze_probe
 
     probe = probe_in(folders, options)
-    return None if probe is None else analyze_probe(probe, options.get("family") or ())
+    if probe is None:
+        return None
+    filters = {name: options.get(name, ()) for name in ("only", "without")}
+    return analyze_probe(probe, options.get("family") or (), **filters)
 
 
 def probe_in(folders: Sequence[Path], options: Mapping[str, Any]) -> SweepFolder | None:
@@ -86,10 +89,8 @@ def probe_in(folders: Sequence[Path], options: Mapping[str, Any]) -> SweepFolder
         return None
     if len(opened) > 1:
         raise InputError(f"'{folders[0]}' and others hold a probe: analyse a probe by itself, foundry analyze FOLDER.")
-    if any(value for name, value in options.items() if name != "family"):
-        raise InputError(
-            f"'{folders[0]}' is a probe, whose tables know no margins, labels and filters: leave them out."
-        )
+    if any(value for name, value in options.items() if name not in ("family", "only", "without")):
+        raise InputError(f"'{folders[0]}' is a probe, whose tables know no margins and labels: leave them out.")
     return opened[0]
 
 

@@ -219,10 +219,28 @@ def test_what_a_probe_has_not_is_refused(probed: Path):
         ("--baselines", "name them among its models"),
         ("--margin=x=1", "know no margins"),
         ("--family=no_fires", "Did you mean 'no_fire'"),
+        ("--only=edit=no_fires", "Did you mean 'no_fire'"),
+        ("--without=edits=mirror", "Did you mean 'edit'"),
+        ("--without=seed=0-2", "leaves none of 3,"),
     )
     for option, said in refused:
         found = foundry("analyze", str(probed), option, cwd=probed.parent)
         assert found.returncode == 2 and said in found.stderr and found.stderr.count("\n") == 1
+
+
+def test_a_part_of_a_probe_is_analysed_and_every_table_says_so(probed: Path, tmp_path: Path):
+    shutil.copytree(probed, tmp_path / "part")
+    filters = ("--only", "edit=no_fire", "--only", "fire=true", "--without", "model=left")
+    told = done("analyze", "part", *filters, cwd=tmp_path)
+    whole, part = table(probed, "moments"), table(tmp_path / "part", "moments")
+    taken = whole[(whole["edit"] != "mirror") & whole["fire"] & (whole["model"] != "left")]
+    assert len(part) == len(taken) > 0 and part["count"].sum() == taken["count"].sum()
+    said = f"only edit=no_fire; only fire=true; without model=left: {taken['count'].sum():,} of "
+    assert told.startswith(f"This is of a part of the answers: {said}")
+    assert set(table(tmp_path / "part", "edits")["edit"]) == {"no_fire"}
+    assert table(tmp_path / "part", "agreement")["filter"].str.startswith(said).all()
+    done("analyze", "part", cwd=tmp_path)
+    assert "filter" not in table(tmp_path / "part", "edits")
 
 
 @pytest.mark.slow
