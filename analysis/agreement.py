@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
 
 from analysis.arrays import IntArray
 from analysis.formulas import mean, ratio
+
+
+@dataclass(frozen=True)
+class Interval:
+    """The ends of a 95 % interval; NaN where there is none."""
+
+    low: float
+    high: float
 
 
 def joint_counts(first: IntArray, second: IntArray) -> IntArray:
@@ -24,6 +35,23 @@ def cohen_kappa(first: IntArray, second: IntArray) -> float:
     agreed = pairs * int(np.trace(joint))
     chance = int((joint.sum(axis=0) * joint.sum(axis=1)).sum())
     return ratio(agreed - chance, pairs * pairs - chance)
+
+
+def kappa_interval(first: IntArray, second: IntArray) -> Interval:
+    """Return the 95 % interval of Cohen's kappa of two rows of independent choices (n,), by the jackknife (Tukey 1958).
+
+    It is NaN where kappa is undefined with all choices or without one of them.
+    """
+    from scipy.special import stdtrit
+
+    count = len(first)
+    if count < 2:
+        return Interval(math.nan, math.nan)
+    kept = ~np.eye(count, dtype=np.bool_)
+    left_out = np.array([cohen_kappa(first[others], second[others]) for others in kept])
+    error = math.sqrt((count - 1) * float(left_out.var()))
+    kappa, half = cohen_kappa(first, second), float(stdtrit(count - 1, 0.975)) * error
+    return Interval(kappa - half, kappa + half)
 
 
 def pairwise_agreement(counts: IntArray) -> float:

@@ -102,6 +102,10 @@ def _nothing(*_: Any) -> tuple[str, ...]:
     return ()
 
 
+def _no_doubts(_: Sequence[Labelling]) -> Mapping[str, str]:
+    return {}
+
+
 @dataclass(frozen=True)
 class Words:
     """What is said of runs of a form.
@@ -112,6 +116,7 @@ class Words:
         notes: what a reader of the tables must know, from the table of runs and who labelled the messages.
         methods: sentences for the paragraph on methods, from who labelled the messages.
         limits: what a reader must know before any number, from who labelled the messages.
+        doubts: by signature why none of its measures can be trusted, from who labelled the messages.
     """
 
     unread: str = "decide nothing"
@@ -119,6 +124,7 @@ class Words:
     notes: Callable[[pd.DataFrame, Sequence[Labelling]], Sequence[str]] = _nothing
     methods: Callable[[Sequence[Labelling]], Sequence[str]] = _nothing
     limits: Callable[[Sequence[Labelling]], Sequence[str]] = _nothing
+    doubts: Callable[[Sequence[Labelling]], Mapping[str, str]] = _no_doubts
 
 
 def _as_it_is(run: Any, _: Labelling) -> Any:

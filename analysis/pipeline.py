@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import msgspec
@@ -91,6 +91,7 @@ class Analysis:
         planned: what was declared before the runs, held against them; None where nothing was.
         filtered: which runs it is of, where it is not of all.
         served: the models that a server answers for.
+        doubts: by signature why none of its measures can be trusted.
     """
 
     path: Path
@@ -112,6 +113,7 @@ class Analysis:
     planned: Held | None = None
     filtered: str = ""
     served: frozenset[str] = frozenset()
+    doubts: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def runs(self) -> pd.DataFrame:
@@ -126,7 +128,8 @@ class Analysis:
     @property
     def summary(self) -> tuple[str, ...]:
         """What was found, in at most six sentences."""
-        return summary(self.contrasts, self.compared, planned=self.planned is not None, filtered=self.filtered)
+        planned = self.planned is not None
+        return summary(self.contrasts, self.compared, planned=planned, filtered=self.filtered, doubts=self.doubts)
 
     def headlines(self, width: int, *, brief: bool = False) -> list[Table]:
         """Return the short tables for a terminal: means of groups, then the declared differences.
@@ -229,11 +232,16 @@ def _found(
         settings_by_side(results, groups),
     )
     forms = [form_of(name) for name in dict.fromkeys(result.form for result in results)]
+    labellings = [source.labelling for source in sources]
+    doubts = {name: why for form in forms for name, why in form.words.doubts(labellings).items()}
+    differences = _doubted(differences, doubts)
+    compared = replace(compared, frame=_doubted(compared.frame, doubts))
     shown = tuple(shown_groups(compared))
     return Analysis(
         path=folder,
         compared=compared,
         notes=(
+            *(f"no measure of {signature} can be trusted: {why}" for signature, why in doubts.items()),
             *([f"a part of the runs alone, {filtered}"] if filtered else ()),
             *(planned.notes() if planned else ()),
             *others,
@@ -261,7 +269,17 @@ def _found(
         planned=planned,
         filtered=filtered,
         served=frozenset(result.keys["model"] for result in results if is_served(result.config["model"])),
+        doubts=doubts,
     )
+
+
+def _doubted(frame: pd.DataFrame, doubts: Mapping[str, str]) -> pd.DataFrame:
+    """Return a table of measures whose `note` begins with why a measure cannot be trusted."""
+    if not doubts:
+        return frame
+    whys = [doubts.get(name.partition(".")[0], "") for name in frame["measure"]]
+    notes = ["; ".join(filter(None, both)) for both in zip(whys, frame["note"].astype(str), strict=True)]
+    return frame.assign(note=notes)
 
 
 def opened(paths: Sequence[Path]) -> list[SweepFolder]:

@@ -10,7 +10,8 @@ from analysis.form import Words
 from analysis.labelling import Labelling
 from analysis.prose import joined
 
-_UNLABELLED, _MESSAGES = "warning.n_unlabelled", "warning.n_messages"
+_SIGNATURE = "warning"
+_UNLABELLED, _MESSAGES = f"{_SIGNATURE}.n_unlabelled", f"{_SIGNATURE}.n_messages"
 
 
 def _notes(runs: pd.DataFrame, labellings: Sequence[Labelling]) -> list[str]:
@@ -37,10 +38,16 @@ def _limits(labellings: Sequence[Labelling]) -> list[str]:
     return [f"The warnings of these runs were labelled by no reader. {notes}"]
 
 
+def _doubts(labellings: Sequence[Labelling]) -> dict[str, str]:
+    doubts = list(dict.fromkeys(filter(None, (labelling.doubt() for labelling in labellings))))
+    return {_SIGNATURE: joined(doubts)} if doubts else {}
+
+
 WORDS = Words(
     unread="count as staying, which shows in idle rate, stability, clustering and exploration",
     unread_decision="and left the agent where it was",
     notes=_notes,
     methods=_methods,
     limits=_limits,
+    doubts=_doubts,
 )

@@ -18,7 +18,7 @@ from typing import Literal
 import msgspec
 import numpy as np
 
-from analysis.agreement import cohen_kappa
+from analysis.agreement import Interval, cohen_kappa, kappa_interval
 from analysis.formulas import ratio
 from analysis.labelling.language import IDENTIFIED_BY
 from analysis.labelling.warning_rule import RULE_VERSION, is_warning
@@ -64,6 +64,7 @@ class Agreement:
         false_warnings: others that it calls warnings.
         missed: warnings that it does not call warnings.
         kappa: Cohen's, -1..1.
+        interval: that of kappa over the texts.
     """
 
     texts: int
@@ -72,6 +73,12 @@ class Agreement:
     false_warnings: int
     missed: int
     kappa: float
+    interval: Interval
+
+    @property
+    def is_better_than_chance(self) -> bool:
+        """Whether the interval of kappa lies above 0."""
+        return self.interval.low > 0
 
     @property
     def precision(self) -> float:
@@ -119,7 +126,16 @@ class Labelling:
         """Return one line for the readers of tables."""
         found = self.agreement
         missing = f", {found.unlabelled} of them without a label ({self.unlabelled})" if found.unlabelled else ""
-        return f"warnings by {self.labeller}: {found} on {found.texts} held-out texts{missing}; {TEXTS_BY}"
+        said = f"warnings by {self.labeller}: {found} on {found.texts} held-out texts{missing}; {TEXTS_BY}"
+        return "; ".join(filter(None, [self.doubt(), said]))
+
+    def doubt(self) -> str:
+        """Return why no measure of warnings can be trusted; "" where the labeller agrees better than chance does."""
+        found = self.agreement
+        if found.is_better_than_chance:
+            return ""
+        interval = f"{found.kappa:.2f} [{found.interval.low:.2f}, {found.interval.high:.2f}]"
+        return f"labels of {self.labeller} are not shown to be better than chance (Cohen's kappa {interval})"
 
 
 @lru_cache(maxsize=4)
@@ -181,6 +197,7 @@ def agreement(labels: Sequence[bool | None]) -> Agreement:
         false_warnings=int((given > truth).sum()),
         missed=int((given < truth).sum()),
         kappa=cohen_kappa(given, truth),
+        interval=kappa_interval(given, truth),
     )
 
 

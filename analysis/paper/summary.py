@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import pandas as pd
 
@@ -19,7 +19,12 @@ _HELD_NOT = "No row holds to what was declared before the runs, so all of this e
 
 
 def summary(
-    contrasts: pd.DataFrame, compared: Comparison, *, planned: bool = False, filtered: str = ""
+    contrasts: pd.DataFrame,
+    compared: Comparison,
+    *,
+    planned: bool = False,
+    filtered: str = "",
+    doubts: Mapping[str, str] | None = None,
 ) -> tuple[str, ...]:
     """Return what was found, a sentence each.
 
@@ -28,8 +33,10 @@ def summary(
         compared: the groups.
         planned: whether anything was declared before the runs.
         filtered: which runs it is of, where it is not of all.
+        doubts: by signature why none of its measures can be trusted.
     """
-    lead = [f"This is of a part of the runs: {filtered}."] if filtered else []
+    lead = [f"No measure of {signature} can be trusted: {why}." for signature, why in (doubts or {}).items()]
+    lead += [f"This is of a part of the runs: {filtered}."] if filtered else []
     rows = contrasts[contrasts["headline"].astype(bool)]
     if rows.empty:
         return (*lead, _alone(compared))

@@ -7,6 +7,7 @@ import math
 import pytest
 
 import analysis
+from analysis.agreement import Interval
 from analysis.labelling import FIRES, Agreement, agreement, hand_labelled, model_labelling, question, rule_labelling
 from analysis.labelling.warning_rule import is_warning
 from foundry.commands.analyzing import analyze_and_show
@@ -92,9 +93,9 @@ def test_the_agreement_of_the_rule_is_that_on_texts_held_out_and_written_apart()
 def test_agreement_is_over_what_has_a_label():
     right: list[bool | None] = list(truth().values())
     warnings = sum(one is True for one in right)
-    assert agreement(right) == Agreement(len(right), 0, warnings, 0, 0, 1.0)
+    assert agreement(right) == Agreement(len(right), 0, warnings, 0, 0, 1.0, Interval(1.0, 1.0))
     left = sum(one is True for one in right[2:])
-    assert agreement([None, None, *right[2:]]) == Agreement(len(right), 2, left, 0, 0, 1.0)
+    assert agreement([None, None, *right[2:]]) == Agreement(len(right), 2, left, 0, 0, 1.0, Interval(1.0, 1.0))
     wrong = agreement([not label for label in right])
     assert (wrong.accuracy, wrong.precision, wrong.recall, wrong.kappa < 0) == (0, 0, 0, True)
 
@@ -102,6 +103,32 @@ def test_agreement_is_over_what_has_a_label():
 def test_a_labeller_without_a_single_label_agrees_with_nobody():
     found = agreement([None] * len(hand_labelled()))
     assert math.isnan(found.precision) and math.isnan(found.recall) and math.isnan(found.kappa)
+
+
+def test_the_interval_of_kappa_is_that_of_large_samples():
+    # Fleiss, Cohen and Everitt 1969: of 118 texts 53 + 52 right and 7 + 6 wrong, a standard error of 0.058.
+    found = rule_labelling().agreement
+    half = 1.98 * 0.058
+    assert found.interval.low == pytest.approx(found.kappa - half, abs=0.01)
+    assert found.interval.high == pytest.approx(found.kappa + half, abs=0.01)
+    assert found.is_better_than_chance
+
+
+@pytest.mark.parametrize("label", [True, False, None])
+def test_labels_no_better_than_chance_are_said_first_and_on_every_row(make_sweep, make_condition, small_world, label):
+    sweep = make_sweep([make_condition("a", range(6)), make_condition("b", range(6))])
+    fires = tuple(fire["name"] for fire in small_world["fires"])
+    sweep.write_labels(labels({"there is smoke": True}, fires, dict.fromkeys(truth(), label)))
+    found = analysis.analyze([sweep.path], plots=False, labelled_by_model=True)
+    said = "labels of judge:1b (abababababab), question cdcdcdcd are not shown to be better than chance (Cohen's kappa "
+    assert found.summary[0].startswith(f"No measure of warning can be trusted: {said}") and len(found.summary) <= 6
+    assert found.notes[0].startswith("no measure of warning can be trusted")
+    for frame in (found.contrasts, found.comparison):
+        doubted = frame["note"].astype(str).str.startswith(said)
+        assert doubted.equals(frame["measure"].str.startswith("warning."))
+    sweep.write_labels(labels({"there is smoke": True}, fires, truth()))
+    trusted = analysis.analyze([sweep.path], plots=False, labelled_by_model=True)
+    assert not trusted.doubts and not any("trusted" in line for line in (*trusted.summary, *trusted.notes))
 
 
 def test_the_question_holds_the_message_and_the_fires():
