@@ -6,6 +6,7 @@ import json
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 from pathlib import Path
 
 import msgspec
@@ -31,7 +32,7 @@ from analysis.paper.summary import summary
 from analysis.planned.declaring import check_measures
 from analysis.planned.holding import Held, plans_of
 from analysis.planned.looking import counted, settings_by_side
-from analysis.prose import group_label
+from analysis.prose import group_label, joined
 from analysis.retest import retest
 from analysis.signatures import FAILURE_RATE
 from analysis.stats.contrasts import contrasts
@@ -92,6 +93,7 @@ class Analysis:
         filtered: which runs it is of, where it is not of all.
         served: the models that a server answers for.
         doubts: by signature why none of its measures can be trusted.
+        forms: the form of each group's worlds.
     """
 
     path: Path
@@ -114,6 +116,7 @@ class Analysis:
     filtered: str = ""
     served: frozenset[str] = frozenset()
     doubts: Mapping[str, str] = field(default_factory=dict)
+    forms: Mapping[Group, FormAnalysis] = field(default_factory=dict)
 
     @property
     def runs(self) -> pd.DataFrame:
@@ -129,7 +132,14 @@ class Analysis:
     def summary(self) -> tuple[str, ...]:
         """What was found, in at most six sentences."""
         planned = self.planned is not None
-        return summary(self.contrasts, self.compared, planned=planned, filtered=self.filtered, doubts=self.doubts)
+        return summary(
+            self.contrasts,
+            self.compared,
+            planned=planned,
+            filtered=self.filtered,
+            doubts=self.doubts,
+            forms=self.forms,
+        )
 
     def headlines(self, width: int, *, brief: bool = False) -> list[Table]:
         """Return the short tables for a terminal: means of groups, then the declared differences.
@@ -232,6 +242,7 @@ def _found(
         settings_by_side(results, groups),
     )
     forms = [form_of(name) for name in dict.fromkeys(result.form for result in results)]
+    forms_by_group = _forms_by_group(results, groups)
     labellings = [source.labelling for source in sources]
     doubts = {name: why for form in forms for name, why in form.words.doubts(labellings).items()}
     differences = _doubted(differences, doubts)
@@ -246,9 +257,10 @@ def _found(
             *(planned.notes() if planned else ()),
             *others,
             *_notes(table, compared),
-            *_unread(compared, _forms_by_group(results, groups)),
+            *_unread(compared, forms_by_group),
             *_reach(differences),
             *_looks(differences),
+            *_incomparable(table),
             *_of_forms(forms, table, sources),
             *_without_decisions(table),
             *(f"{said}: differences as small as that makes may be the server's own" for said in repeating.values()),
@@ -270,6 +282,7 @@ def _found(
         filtered=filtered,
         served=frozenset(result.keys["model"] for result in results if is_served(result.config["model"])),
         doubts=doubts,
+        forms=forms_by_group,
     )
 
 
@@ -430,6 +443,17 @@ def _notes(table: SignatureTable, compared: Comparison) -> list[str]:
     if any(len(values) < FEWEST_FOR_CLAIMS for values in compared.values.values()):
         notes.append(f"fewer than {FEWEST_FOR_CLAIMS} seeds: the numbers describe these runs, and prove nothing")
     return notes
+
+
+def _incomparable(table: SignatureTable) -> list[str]:
+    """Name the worlds that ask different questions, which measures of any form do not compare."""
+    pairs = combinations(dict.fromkeys(table.questions), 2)
+    apart = {name for one, other in pairs if not one.are_like(other) for name in (one.world, other.world)}
+    if not apart:
+        return []
+    return [
+        f"measures of any form are not compared between worlds that ask different questions: {joined(sorted(apart))}"
+    ]
 
 
 def _forms_by_group(results: Sequence[RunResult], groups: pd.DataFrame) -> dict[Group, FormAnalysis]:

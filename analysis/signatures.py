@@ -102,14 +102,21 @@ class Signature:
         """Return whether a measure, without the signature's name, is over the readable decisions alone."""
         return self.readable_too and measure.endswith(READABLE_SUFFIX)
 
-    def describe(self, measure: str) -> Measure:
-        """Return what a measure is; `measure` is without the signature's name."""
+    def describe(self, measure: str, run: type | None = None) -> Measure:
+        """Return what a measure is.
+
+        Args:
+            measure: without the signature's name.
+            run: the class of the runs that it is of, where one name means different things in several forms.
+        """
         if self.is_readable_only(measure):
-            found = self.describe(measure.removesuffix(READABLE_SUFFIX))
+            found = self.describe(measure.removesuffix(READABLE_SUFFIX), run)
             return replace(found, label=f"{found.label}, readable alone")
-        if measure in self.measures:
-            return self.measures[measure]
-        for pattern, described in self.measures.items():
+        part = None if run is None else self.part(run)
+        measures = {**self.measures, **(part.measures if part else {})}
+        if measure in measures:
+            return measures[measure]
+        for pattern, described in measures.items():
             start, star, end = pattern.partition("*")
             if star and measure.startswith(start) and measure.endswith(end):
                 return described.of(measure[len(start) : len(measure) - len(end)])
@@ -188,10 +195,16 @@ def is_readable_only(column: str) -> bool:
     return any(one.name == name and one.is_readable_only(measure) for one in discover())
 
 
-def describe(column: str) -> Measure:
-    """Return what the column `<signature>.<measure>` is."""
+def is_of_form(column: str, run: type) -> bool:
+    """Return whether the form with this class of runs has its own measure of this name, and not that of any form."""
+    part = next((one.part(run) for one in discover() if one.name == column.partition(".")[0]), None)
+    return part is not None and part.run is not AnyRun
+
+
+def describe(column: str, run: type | None = None) -> Measure:
+    """Return what the column `<signature>.<measure>` is, of runs of this class where one is given."""
     if column == FAILURE_RATE:
         return share("Failed runs (share)")
     name, _, measure = column.partition(".")
     by_name = {signature.name: signature for signature in discover()}
-    return by_name[name].describe(measure) if name in by_name else Measure(column)
+    return by_name[name].describe(measure, run) if name in by_name else Measure(column)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from analysis import signatures
 from analysis.any.general import general_run
 from analysis.any.run import AnyRun
+from analysis.form import form_of
 from analysis.labelling import Labelling, rule_labelling
 from analysis.lines import COMPLETE, FAILED
 from analysis.load import further_factors, identity, measurable, status
@@ -18,6 +19,7 @@ from analysis.measuring.compact import Values
 from analysis.measuring.memory import Measured, Memory, key_of
 from analysis.measuring.steps_file import steps_table
 from analysis.signatures import FAILURE_RATE
+from foundry.declared import Actions
 from foundry.own_code import own_folders, use
 from foundry.storing.store import RunFolder, SweepFolder
 
@@ -46,6 +48,25 @@ class Source:
 
 
 @dataclass(frozen=True)
+class Questions:
+    """Which decisions a world asks for.
+
+    Attributes:
+        world: its name.
+        run: the class of its runs, by which its form is known.
+        actions: each kind of question with its possible decisions.
+    """
+
+    world: str
+    run: type
+    actions: tuple[tuple[str, Actions], ...]
+
+    def are_like(self, other: Questions) -> bool:
+        """Return whether all measures can be compared: both are of one world, or ask for the same decisions."""
+        return self.world == other.world or self.actions == other.actions
+
+
+@dataclass(frozen=True)
 class RunResult:
     """What the analysis takes from one run.
 
@@ -53,6 +74,7 @@ class RunResult:
         sweep: name of its sweep.
         keys: the columns `analysis.tables.signature_table.KEYS`.
         form: the form of its world.
+        questions: which decisions its world asks for.
         factors: the further swept settings.
         config: its effective configuration.
         baseline: whether it is one of the scripted runs made for comparison.
@@ -63,6 +85,7 @@ class RunResult:
     sweep: str
     keys: dict[str, Any]
     form: str
+    questions: Questions
     factors: dict[str, Any]
     config: dict[str, Any]
     baseline: bool
@@ -147,10 +170,14 @@ def _measured(folder: RunFolder, source: Source) -> Measured:
 
 
 def _described(folder: RunFolder, source: Source, found: Measured) -> RunResult:
+    keys = identity(folder)
     return RunResult(
         sweep=source.name,
-        keys=identity(folder),
+        keys=keys,
         form=folder.declared.form,
+        questions=Questions(
+            keys["world"], form_of(folder.declared.form).run, tuple(sorted(folder.declared.actions.items()))
+        ),
         factors=further_factors(folder),
         config=folder.config(),
         baseline=source.baseline,

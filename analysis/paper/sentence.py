@@ -9,6 +9,7 @@ from typing import Any
 
 import pandas as pd
 
+from analysis.form import FormAnalysis
 from analysis.prose import percent
 from analysis.signatures import READABLE_SUFFIX, describe
 from analysis.stats.contrasts import ALPHA
@@ -16,6 +17,7 @@ from analysis.stats.factors import MODEL, find_factors, sides_of
 from analysis.stats.intervals import ENOUGH_FOR_CLAIMS, FEWEST_FOR_CLAIMS
 from analysis.stats.plan import DECLARED
 from analysis.stats.testing import NOT_TESTED
+from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
 from analysis.tables.texts import number, p_value, with_interval
 
@@ -47,14 +49,16 @@ class Sides:
         unread: share of decisions that could not be read, by factor, level and context.
         twins: the rows over readable decisions alone, by measure, factor, level, reference and context.
         models: the models that are no baselines.
+        runs: the class of the runs by factor, level and context; a form has its own words for a measure.
     """
 
     unread: Mapping[tuple[str, str, str], float]
     twins: Mapping[tuple[str, ...], Row]
     models: frozenset[str]
+    runs: Mapping[tuple[str, str, str], type]
 
     @classmethod
-    def of(cls, contrasts: pd.DataFrame, compared: Comparison) -> Sides:
+    def of(cls, contrasts: pd.DataFrame, compared: Comparison, forms: Mapping[Group, FormAnalysis]) -> Sides:
         """Return what is known of these groups."""
         own = [group for group in compared.groups if group not in compared.baselines]
         columns = compared.group_columns
@@ -66,7 +70,9 @@ class Sides:
         alone = contrasts[contrasts["readable_only"].astype(bool)].to_dict("records")
         twins = {_key(row, str(row["measure"]).removesuffix(READABLE_SUFFIX)): row for row in alone}
         at = columns.index(MODEL) if MODEL in columns else None
-        return cls(unread, twins, frozenset(group[at] for group in own) if at is not None else frozenset())
+        models = frozenset(group[at] for group in own) if at is not None else frozenset()
+        runs = {side: forms[group].run for group in own if group in forms for side in sides_of(columns, group, factors)}
+        return cls(unread, twins, models, runs)
 
     def twin(self, row: Row) -> Row | None:
         """Return the same row over readable decisions alone."""
@@ -101,7 +107,8 @@ def sentence(row: Row, sides: Sides) -> str:
 
 
 def _different(row: Row, sides: Sides) -> str:
-    doing = describe(str(row["measure"])).phrase(row["difference"] > 0)
+    run = sides.runs.get((row["factor"], row["level"], row["context"]))
+    doing = describe(str(row["measure"]), run).phrase(row["difference"] > 0)
     first, second = str(row["level"]), str(row["reference"])
     if row["factor"] == MODEL:
         said = f"{first} {doing} than {second}{_within(row)}"

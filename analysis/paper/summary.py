@@ -7,9 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 
 import pandas as pd
 
+from analysis.form import FormAnalysis
 from analysis.paper.sentence import DIFFERENT, NOTHING, SAME, SILENT, Row, Sides, kind_of, sentence, why_silent
 from analysis.prose import group_label, joined
 from analysis.stats.plan import DECLARED
+from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
 
 MOST = 6
@@ -25,6 +27,7 @@ def summary(
     planned: bool = False,
     filtered: str = "",
     doubts: Mapping[str, str] | None = None,
+    forms: Mapping[Group, FormAnalysis] | None = None,
 ) -> tuple[str, ...]:
     """Return what was found, a sentence each.
 
@@ -34,6 +37,7 @@ def summary(
         planned: whether anything was declared before the runs.
         filtered: which runs it is of, where it is not of all.
         doubts: by signature why none of its measures can be trusted.
+        forms: the form of each group's worlds, which has its own words.
     """
     lead = [f"No measure of {signature} can be trusted: {why}." for signature, why in (doubts or {}).items()]
     lead += [f"This is of a part of the runs: {filtered}."] if filtered else []
@@ -44,7 +48,7 @@ def summary(
     rows = rows[declared] if declared.any() else rows
     if not declared.any():
         lead.append(_HELD_NOT if planned else EXPLORES)
-    return (*lead, *_sentences(rows, Sides.of(contrasts, compared), MOST - len(lead)))
+    return (*lead, *_sentences(rows, Sides.of(contrasts, compared, forms or {}), MOST - len(lead)))
 
 
 def _alone(compared: Comparison) -> str:

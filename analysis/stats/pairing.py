@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from analysis.arrays import FloatArray
-from analysis.signatures import describe, is_readable_only
+from analysis.signatures import describe, is_of_form, is_readable_only
 from analysis.stats.factors import Pair, pairs
 from analysis.stats.intervals import Estimates, estimates
 from analysis.stats.paired import are_outcomes
@@ -69,11 +69,12 @@ class Paired:
 def pair_up(values: SeedValues) -> Iterator[Paired]:
     """Yield a row for every pair of groups and every measure that both have, in blocks of rows that fit into memory.
 
-    There is one block at least, if one without rows.
+    Worlds that ask different questions are paired by measures of their own form alone, since the others count all
+    questions together. There is one block at least, if one without rows.
     """
     found = pairs(values)
     sides = np.array([(one.level, one.reference) for one in found], dtype=np.intp).reshape(-1, 2).T
-    pair, measure = np.nonzero(values.present[sides[0]] & values.present[sides[1]])
+    pair, measure = np.nonzero(values.present[sides[0]] & values.present[sides[1]] & _comparable(values, found))
     described = [describe(name) for name in values.measures]
     low, high = (np.array([getattr(one, end) for one in described]) for end in ("low", "high"))
     outcome = are_outcomes(values.values[~values.baseline])
@@ -92,6 +93,17 @@ def pair_up(values: SeedValues) -> Iterator[Paired]:
             high=high[of],
             outcome=outcome[of],
         )
+
+
+def _comparable(values: SeedValues, found: Sequence[Pair]) -> BoolArray:
+    """Return which measures mean the same in both groups of each pair (P, M)."""
+    comparable = np.ones((len(found), len(values.measures)), dtype=np.bool_)
+    for row, pair in enumerate(found if values.questions else ()):
+        level, reference = values.questions[pair.level], values.questions[pair.reference]
+        if not level.are_like(reference):
+            own = level.run is reference.run
+            comparable[row] = [own and is_of_form(name, level.run) for name in values.measures]
+    return comparable
 
 
 def _sides(

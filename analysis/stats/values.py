@@ -12,6 +12,7 @@ import pandas as pd
 
 from analysis.arrays import FloatArray
 from analysis.lines import COMPLETE
+from analysis.measuring.runs import Questions
 from analysis.signatures import FAILURE_RATE
 from analysis.tables.groups import group_keys, swept_columns
 from analysis.tables.signature_table import SignatureTable
@@ -40,6 +41,7 @@ class SeedValues:
         present: whether the runs of a group have the measure, defined or not (G, M).
         baseline: which groups are baselines (G).
         runs: runs of whatever status (G).
+        questions: which decisions the world of each group asks for (G); empty where nobody knows.
     """
 
     columns: tuple[str, ...]
@@ -52,6 +54,7 @@ class SeedValues:
     present: BoolArray
     baseline: BoolArray
     runs: npt.NDArray[np.int64]
+    questions: tuple[Questions, ...] = ()
 
 
 def seed_values(table: SignatureTable, groups: pd.DataFrame | None = None) -> SeedValues:
@@ -79,6 +82,7 @@ def seed_values(table: SignatureTable, groups: pd.DataFrame | None = None) -> Se
         present=np.array([_present(table, group == index) for index in range(len(names))]),
         baseline=baseline,
         runs=np.bincount(group, minlength=len(names)),
+        questions=tuple(dict(zip(keys, table.questions, strict=False)).values()),
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.arrays import FloatArray
-from analysis.measuring.runs import RunResult
+from analysis.measuring.runs import Questions, RunResult
 
 KEYS = ("run", "world", "model", "prompt", "seed", "status")
 """The first columns of the table."""
@@ -29,12 +29,14 @@ class SignatureTable:
         factors: the columns that are further swept settings.
         measures: the columns that are measures.
         present: the measures that each row has, defined or not; a run of another kind of world has others.
+        questions: which decisions the world of each row asks for; empty where nobody knows.
     """
 
     frame: pd.DataFrame
     factors: tuple[str, ...]
     measures: tuple[str, ...]
     present: tuple[frozenset[str], ...]
+    questions: tuple[Questions, ...] = ()
 
 
 def build_table(results: Sequence[RunResult]) -> SignatureTable:
@@ -61,7 +63,8 @@ def build_table(results: Sequence[RunResult]) -> SignatureTable:
     known = pd.DataFrame(rows, columns=[*head, *factors])
     known = known.assign(**{key: _as_set(known[key], [row[key] for row in rows]) for key in factors})
     frame = pd.concat([known, values], axis=1)
-    return SignatureTable(frame, tuple(factors), tuple(measures), present)
+    questions = tuple(result.questions for result in results)
+    return SignatureTable(frame, tuple(factors), tuple(measures), present, questions)
 
 
 def _as_set(column: pd.Series[Any], settings: Sequence[Any]) -> pd.Series[Any]:

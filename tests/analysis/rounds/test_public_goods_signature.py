@@ -8,7 +8,9 @@ from itertools import chain
 import numpy as np
 import pytest
 
+from analysis import analyze
 from analysis.rounds.signatures.public_goods import applies, measure
+from commands import foundry
 from foundry.worlds.rounds.public_goods import PublicGoods, PunishedGoods
 from foundry.worlds.rounds.replies import deciding
 from scripted_rounds import answered_run, scripted_run
@@ -81,3 +83,16 @@ def test_punishment_is_counted_with_what_it_costs_and_whom_it_hits():
 def test_policies_come_to_what_is_known_of_them(model: str, column: str, value: float):
     values = [measure(scripted_run("world=public_goods", f"model={model}", seed=seed))[column] for seed in range(6)]
     assert abs(np.mean(values) - value) <= 4 * np.std(values) / math.sqrt(len(values)) + 1e-9
+
+
+def test_games_with_different_questions_are_compared_by_their_own_measures_in_their_own_words(tmp_path):
+    asked = ("-m", "world=public_goods,public_goods_punishment", "model=scripted/first,scripted/random", "seed=0-9")
+    rest = ("prompt=public_goods", "world.steps=3", "world.agents=4", "analyze=false", "output.dir=games")
+    assert foundry(*asked, *rest, cwd=tmp_path).returncode == 0
+    found = analyze(tmp_path / "games", plots=False, family=["idle_rate.chosen"])
+    measures = found.contrasts.groupby("factor")["signature"].unique()
+    assert {"public_goods", "idle_rate"} <= set(measures["model"])
+    assert "public_goods" in measures["world"] and "idle_rate" not in measures["world"]
+    assert any("ask different questions: public_goods and public_goods_punishment" in note for note in found.notes)
+    differing = [line for line in found.summary if "idle_rate.chosen" in line]
+    assert differing and all("does nothing" in line and "stays" not in line for line in differing)
