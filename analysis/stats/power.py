@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable, Mapping
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
@@ -14,6 +17,7 @@ from analysis.stats.pairing import Paired, pair_up, row_frame
 from analysis.stats.sign_flip import fewest_pairs
 from analysis.stats.values import SeedValues, seed_values
 from analysis.tables.signature_table import SignatureTable
+from analysis.tables.texts import Table, number
 from foundry.errors import InputError
 
 MOST_SEEDS = 100_000
@@ -30,9 +34,10 @@ NO_PAIRS, NO_SPREAD, NO_DIFFERENCE, TOO_MANY = (
 
 COLUMNS = (
     "measure", "factor", "level", "reference", "context", "n_pairs", "observed", "sd", "sd_high", "difference",
-    "n_alone", "family", "n_exact", "n_family", "n_cautious", "note",
+    "n_alone", "family", "n_exact", "n_family", "n_cautious", "note", "declared",
 )  # fmt: skip
 """The columns of the plan, in their order."""
+_PAIR = ("factor", "level", "reference", "context")
 
 
 def power(
@@ -50,7 +55,7 @@ def power(
     all; `n_family` the same at alpha / `family`, the strictest step of Holm's method among the declared contrasts
     that vary in the pilot, and at least `n_exact`, from which on an exact test can reach that level; `n_cautious`
     the same with `sd_high`, the upper 80 % bound of the pilot's standard deviation. NaN where there is no such n,
-    with the cause in `note`.
+    with the cause in `note`. Measures that claims rest on are `declared` and stand first.
 
     Args:
         table: the pilot's runs.
@@ -78,6 +83,49 @@ def power(
     for name, spread in (("n_family", sd), ("n_cautious", frame["sd_high"].to_numpy(dtype=np.float64))):
         frame[name] = np.maximum(pairs_needed(_effect(wanted, spread), level, target), frame["n_exact"])
     return frame.assign(note=_notes(frame))[list(COLUMNS)]
+
+
+def recommended(plan: pd.DataFrame) -> pd.DataFrame:
+    """Return how many seeds each pair needs, so that each measure that claims rest on is planned with caution.
+
+    One row a pair: `factor`, `level`, `reference`, `context`, `seeds`, the `measure` that needs the most, and
+    `without_n`, how many measures have no number. Where no row of the plan is declared, all rows count.
+    """
+    rows = plan[plan["declared"]] if plan["declared"].any() else plan
+    recommendations = []
+    for pair, measures in rows.groupby(list(_PAIR), sort=False):
+        most = measures["n_cautious"].max()
+        decisive = measures.loc[measures["n_cautious"] == most, "measure"]
+        recommendations.append(
+            dict(zip(_PAIR, pair, strict=True))
+            | {"seeds": most, "measure": next(iter(decisive), ""), "without_n": measures["n_cautious"].isna().sum()}
+        )
+    return pd.DataFrame(recommendations, columns=[*_PAIR, "seeds", "measure", "without_n"])
+
+
+def power_table(plan: pd.DataFrame) -> Table:
+    """Return the whole plan as texts."""
+    rows = [
+        (row["measure"], pair_name(row), str(row["n_pairs"]), number(row["sd"]), number(row["difference"]),
+         *(seeds_text(row[name]) for name in ("n_alone", "n_family", "n_cautious")), row["note"])
+        for row in plan.to_dict("records")
+    ]  # fmt: skip
+    caption = (
+        "Seeds for the power wanted: of one test alone, of one in the family (Holm), and with the upper 80 % bound of "
+        "the pilot's standard deviation."
+    )
+    columns = ("measure", "contrast", "pairs", "sd", "difference", "alone", "in the family", "cautious", "note")
+    return Table("power", caption, columns, tuple(rows), labels=2)
+
+
+def pair_name(row: Mapping[Hashable, Any]) -> str:
+    """Return which pair a row of the plan is about."""
+    return f"{row['level']} - {row['reference']}" + (f" ({row['context']})" if row["context"] else "")
+
+
+def seeds_text(seeds: float) -> str:
+    """Return a number of seeds, or `-` where there is none."""
+    return "-" if np.isnan(seeds) else f"{seeds:.0f}"
 
 
 def sd_bound(sd: FloatArray, n: FloatArray) -> FloatArray:
@@ -143,7 +191,8 @@ def _pilot(table: SignatureTable, groups: pd.DataFrame | None, measure: str | No
     tested = frame["headline"] & (frame["sd"] > 0)
     frame.insert(7, "family", tested.groupby(frame["factor"]).transform("sum").clip(lower=1))
     wanted = headline_measures(values.measures) if measure is None else (measure,)
-    return frame[frame["measure"].isin(wanted) & ~frame["baseline"]].reset_index(drop=True)
+    frame = frame[frame["measure"].isin(wanted) & ~frame["baseline"]].rename(columns={"headline": "declared"})
+    return frame.sort_values("declared", ascending=False, kind="stable", ignore_index=True)
 
 
 def _pilot_rows(values: SeedValues, paired: Paired) -> pd.DataFrame:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -69,9 +69,13 @@ def power(
     if wanted:
         _show_looks(plan, wanted, family)
         return
-    console().print(frame_table([_row(one) for one in plan.to_dict("records")], _COLUMNS))
+    shown = plan[plan["declared"]] if plan["declared"].any() else plan
+    console().print(frame_table([_row(one) for one in shown.to_dict("records")], _COLUMNS))
     say(f"seeds for {power:.0%} power at .05: alone, as one of {family} tests (Holm), and with the upper 80 % bound")
     say("of the pilot's sd; a pilot of few seeds knows its sd badly, so plan with the last")
+    _write_plan(opened, plan, str(chosen) if chosen else "")
+    for line in _recommendations(plan):
+        print(line)
 
 
 def _show_probe(folder: SweepFolder, difference: float | None, target: float, name: str | None) -> None:
@@ -110,6 +114,29 @@ def _plan(folder: Folder, difference: float | None, target: float, measure: str 
     return plan(table, group_columns(results, table), measure=measure, difference=difference, target=target)
 
 
+def _write_plan(folder: SweepFolder, plan: pd.DataFrame, filtered: str) -> None:
+    from analysis.stats.power import power_table
+    from analysis.tables.texts import write_table
+    from foundry.storing.store import ensure_writable
+
+    ensure_writable(folder.analysis_dir)
+    first, *_ = write_table(folder.analysis_dir, power_table(plan), plan, filtered)
+    say(f"all {len(plan)} rows in {first}")
+
+
+def _recommendations(plan: pd.DataFrame) -> Iterator[str]:
+    """Yield one line a pair: how many seeds to run, and the measure that needs them."""
+    from analysis.stats.power import pair_name, recommended, seeds_text
+    from foundry.texts import counted
+
+    for row in recommended(plan).to_dict("records"):
+        without = f"; {counted(int(row['without_n']), 'measure')} without a number" if row["without_n"] else ""
+        if row["measure"]:
+            yield f"{pair_name(row)}: run {seeds_text(row['seeds'])} seeds ({row['measure']} needs the most{without})"
+        else:
+            yield f"{pair_name(row)}: no number of seeds can be recommended{without}"
+
+
 def _show_looks(plan: pd.DataFrame, looks: Sequence[int], family: int) -> None:
     from analysis.stats.stopping import with_looks
     from foundry.display import frame_table
@@ -129,9 +156,10 @@ def _row(one: Mapping[Hashable, object]) -> tuple[str, ...]:
 
 
 def _first(one: Mapping[Hashable, object]) -> tuple[str, ...]:
-    contrast = f"{one['level']} - {one['reference']}" + (f" ({one['context']})" if one["context"] else "")
+    from analysis.stats.power import pair_name
+
     numbers = [_number(one[name], ".3g") for name in ("sd", "difference")]
-    return (str(one["measure"]), contrast, str(one["n_pairs"]), *numbers)
+    return (str(one["measure"]), pair_name(one), str(one["n_pairs"]), *numbers)
 
 
 def _number(value: object, form: str) -> str:

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from commands import foundry
@@ -39,12 +40,16 @@ def seeds_of(text: str) -> list[str]:
     return re.split(r"\s{2,}", line.strip())
 
 
-@pytest.mark.slow
-def test_a_pilot_says_how_many_seeds_the_headlines_need(power):
+def test_a_pilot_ends_with_one_recommendation_a_pair_and_keeps_the_whole_table(power, pilot):
     text = power()
-    assert "second - first" in text
-    assert "cautious" in text
-    assert len([line for line in text.splitlines() if "second - first" in line]) > 10
+    plan = pd.read_csv(pilot / "analysis" / "power.csv")
+    declared = plan[plan["declared"]]
+    assert plan["declared"].tolist() == sorted(plan["declared"], reverse=True) and 0 < len(declared) < len(plan)
+    most = declared.loc[declared["n_cautious"].idxmax()]
+    lines = text.splitlines()
+    assert lines[-1].startswith(f"second - first: run {most['n_cautious']:.0f} seeds ({most['measure']} needs the most")
+    shown = [line for line in lines if "second - first" in line]
+    assert len(shown) == len(declared) + 1 and f"all {len(plan)} rows in" in text
 
 
 def test_a_difference_twice_as_large_needs_fewer_seeds(power):
