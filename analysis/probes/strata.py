@@ -53,7 +53,7 @@ def with_strata(moments: pd.DataFrame, strata: Strata) -> pd.DataFrame:
     names = list(dict.fromkeys(name for values in strata.values() for name in values))
     if not names:
         return moments
-    columns = pd.DataFrame([dict(zip(_KEY, key, strict=True)) | values for key, values in strata.items()])
+    columns = pd.DataFrame([{**dict(zip(_KEY, key, strict=True)), **values} for key, values in strata.items()])
     joined = moments.merge(columns, on=_KEY, how="left", validate="many_to_one")
     first = [*MomentKey._fields, *names]
     return joined[[*first, *(name for name in moments.columns if name not in first)]]

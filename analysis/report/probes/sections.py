@@ -71,9 +71,11 @@ def limits(frames: Mapping[str, pd.DataFrame]) -> Iterator[str]:
 
 def unread_grid(moments: pd.DataFrame) -> Grid:
     """Return how much of what each model answered could not be read, by edit and format."""
+    asked = ("model", "edit", "format")
     rows = [
-        (*asked, f"{sums['answers']:,}", f"{sums['unread']:,}", percent(sums["unread"] / sums["answers"]))
-        for asked, sums in unread_of(moments).iterrows()
-    ]
-    columns = ("model", "edit", "format", "answers", "unread", "share")
+        (*(str(sums[name]) for name in asked), f"{sums['answers']:,}", f"{sums['unread']:,}",
+         percent(sums["unread"] / sums["answers"]))
+        for sums in unread_of(moments).reset_index().to_dict("records")
+    ]  # fmt: skip
+    columns = (*asked, "answers", "unread", "share")
     return grid("Answers, and those in which no decision could be read.", columns, rows)
