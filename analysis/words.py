@@ -45,8 +45,3 @@ def alternatives(pattern: str) -> list[str]:
             start = one.end()
         depth += {"(": 1, ")": -1}.get(one[0], 0)
     return [*found, pattern[start:]]
-
-
-def compiled(spaced: dict[str, str], unspaced: dict[str, str]) -> str:
-    """Return one pattern of tables by language: whole words, and words of scripts without blanks anywhere."""
-    return "|".join([*unspaced.values(), whole_words("|".join(spaced.values()))])

@@ -27,9 +27,10 @@ from functools import lru_cache
 from itertools import accumulate
 
 from analysis.camera import sight_words as words
-from analysis.words import LETTERS, compiled, plain, whole_words
+from analysis.labelling.language import is_read
+from analysis.words import LETTERS, plain, whole_words
 
-RULE_VERSION = 2
+RULE_VERSION = 3
 """Raised whenever a text could be read otherwise than before."""
 
 _NEAR_WORDS, _NEAR_CHARACTERS = 2, 20
@@ -40,25 +41,26 @@ _LEADING_WORDS = 3
 
 _THINKING = re.compile(r"<think>.*?(?:</think>|$)", re.DOTALL)
 _SENTENCES = re.compile(r"(?<=[!?。！？])|(?<=\.)(?=\s|$)|\n|;")
-_TOPIC = re.compile(r"(?<=[はがをも])、\s*|(?<=[은는이가])，\s*")
+_TOPIC = re.compile(r"(?<=[はがをも])、\s*")
 _RELATIVE = re.compile(r",\s*(?=(?:which|that|who)\b)")
-_CONJUNCTIONS = whole_words(
-    "and|but|so(?! that)|because|since|while|although|though|however|as|then|und|aber|doch|et|mais|car|y|pero|e|ma|mas"
-    "|и|но|а"
-)
-_CLAUSES = re.compile(
-    rf",|，|(?<=[ぁ-ん])、|(?<=[すんいるた])(?:が|けれども?|けど|ので|ため)|但是|但|所以|因此|而|지만|(?<=니다)\s|{_CONJUNCTIONS}"
-)
+_CONJUNCTIONS = whole_words("and|but|so(?! that)|because|since|while|although|though|however|as|then")
+_CLAUSES = re.compile(rf",|，|(?<=[ぁ-ん])、|(?<=[すんいるた])(?:が|けれども?|けど|ので|ため)|{_CONJUNCTIONS}")
+
+
+def _either_language(english: str, japanese: str) -> str:
+    return f"{japanese}|{whole_words(english)}"
+
+
 _CUES = re.compile(
     "|".join(
         f"(?P<{kind}>{pattern})"
         for kind, pattern in (
-            ("unsure", compiled(words.UNSURE, words.UNSURE_UNSPACED)),
-            ("denied", compiled(words.NOT, words.NOT_UNSPACED)),
+            ("unsure", _either_language(words.UNSURE, words.UNSURE_JAPANESE)),
+            ("denied", _either_language(words.NOT, words.NOT_JAPANESE)),
             ("placed", whole_words(words.PLACED)),
-            ("seen", compiled(words.SEEN, words.SEEN_UNSPACED)),
-            ("searched", compiled(words.SEARCHED, words.SEARCHED_UNSPACED)),
-            ("headed", compiled(words.HEADED_FOR, words.HEADED_FOR_UNSPACED)),
+            ("seen", _either_language(words.SEEN, words.SEEN_JAPANESE)),
+            ("searched", _either_language(words.SEARCHED, words.SEARCHED_JAPANESE)),
+            ("headed", _either_language(words.HEADED_FOR, words.HEADED_FOR_JAPANESE)),
         )
     )
 )
@@ -66,23 +68,31 @@ _NO = ("unsure", "denied")
 _YES = ("seen", "placed")
 _PREPOSITIONS = re.compile(r"\b(?:to|of|in|on|for|with|at|near|by|from)\b")
 _NUMBER_WORD = r"[\s#\-_]*(?:(?:number|no|nr|num|n°|№|番号)\.?[\s#]*)?"
-_UNIT = r"(?!\d|\.\d|\s*(?:m|cm|mm|km|met[a-z]+|deg[a-z]*|steps?|%|°|メートル|度|米|미터)(?![a-z]))"
+_UNIT = r"(?!\d|\.\d|\s*(?:m|cm|mm|km|met[a-z]+|deg[a-z]*|steps?|%|°|メートル|度)(?![a-z]))"
 _GAP = r"[^,;:.!?。、，\n]{0,14}?"
 
 
-def claims_to_see(reply: str, target: str) -> bool:
-    """Return whether a reply claims that the target is seen.
+@lru_cache(maxsize=4096)
+def is_readable(reply: str) -> bool:
+    """Return whether a reply is in a language that the rule reads; of no other reply it can say what is claimed."""
+    return is_read(_said(reply))
+
+
+def claims_to_see(reply: str, target: str) -> bool | None:
+    """Return whether a reply claims that the target is seen; None for one that is not `is_readable`.
 
     Args:
         reply: the text.
         target: name of what is to be found.
     """
+    if not is_readable(reply):
+        return None
     mention = _mention(plain(target))
     return any(_sentence_claims(sentence, mention) for sentence in _statements(reply))
 
 
 def things_claimed(reply: str, things: Iterable[str]) -> set[str]:
-    """Return those of some things that a reply claims are seen.
+    """Return those of some things that a reply claims are seen; only of one that `is_readable` does it say anything.
 
     Rule 4 holds for them wherever they stand in a clause without a cue: "I see a wall and a door on the left".
 
@@ -109,10 +119,14 @@ def thing_of(label: str) -> str:
     return next(iter([*known, *called, *ends[-1:], plain(label)]))
 
 
+def _said(reply: str) -> str:
+    """Return a reply without what was thought, in its plain form."""
+    return _THINKING.sub(" ", plain(reply)).replace("\u2019", "'")
+
+
 def _statements(reply: str) -> list[str]:
     """Return the sentences of a reply that are no questions, in their plain form."""
-    text = _THINKING.sub(" ", plain(reply)).replace("\u2019", "'")
-    text = _TOPIC.sub("", _RELATIVE.sub(" ", text))
+    text = _TOPIC.sub("", _RELATIVE.sub(" ", _said(reply)))
     return [one for one in _SENTENCES.split(text) if not one.rstrip(" \"'*").endswith(("?", "？"))]
 
 
@@ -196,13 +210,11 @@ def _mention(target: str) -> re.Pattern[str]:
     last = " ".join(parts[start:])
     noun = _either(words.THINGS.get(last, f"{re.escape(last)}s?"))
     if number:
-        return re.compile(
-            rf"{noun}{_NUMBER_WORD}0*{number}{_UNIT}|(?<!\d)0*{number}\s*[番号號번](?:目|째)?の?\s*{noun}"
-        )
+        return re.compile(rf"{noun}{_NUMBER_WORD}0*{number}{_UNIT}|(?<!\d)0*{number}\s*[番号](?:目)?の?\s*{noun}")
     if not start:
         return re.compile(f"{noun}|{_either(words.THE_TARGET)}")
     others = _GAP.join(_either(re.escape(part)) for part in parts[:start])
-    alone = rf"{whole_words(words.ARTICLES)}\s+{noun}|(?<![の{LETTERS}ァ-ヶー一-龥가-힣])(?=[ァ-ヶー一-龥가-힣]){noun}"
+    alone = rf"{whole_words(words.ARTICLES)}\s+{noun}|(?<![の{LETTERS}ァ-ヶー一-龥])(?=[ァ-ヶー一-龥]){noun}"
     return re.compile(f"{others}{_GAP}{noun}|{noun}{_GAP}{others}|{alone}|{_either(words.THE_TARGET)}")
 
 

@@ -4,8 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import pandas as pd
+
 from analysis.form import Words
 from analysis.labelling import Labelling
+
+_UNLABELLED, _LABELLED = "recognition.n_unlabelled", "recognition.n_replies"
+
+
+def _notes(runs: pd.DataFrame, _: Sequence[Labelling]) -> list[str]:
+    """Return how many replies are in a language in which nothing says what they claim to see."""
+    missing, labelled = (int(runs[name].sum()) if name in runs else 0 for name in (_UNLABELLED, _LABELLED))
+    if not missing:
+        return []
+    return [
+        f"{missing} of {missing + labelled} replies have no label (in neither English nor Japanese); "
+        "recognition leaves them out"
+    ]
 
 
 def _methods(_: Sequence[Labelling]) -> list[str]:
@@ -15,5 +30,6 @@ def _methods(_: Sequence[Labelling]) -> list[str]:
 WORDS = Words(
     unread="count as staying, which shows in idle rate, stability, clustering and exploration",
     unread_decision="and left the agent where it was",
+    notes=_notes,
     methods=_methods,
 )

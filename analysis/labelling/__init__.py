@@ -20,7 +20,6 @@ import numpy as np
 
 from analysis.agreement import Interval, cohen_kappa, kappa_interval
 from analysis.formulas import ratio
-from analysis.labelling.language import IDENTIFIED_BY
 from analysis.labelling.warning_rule import RULE_VERSION, is_warning
 from foundry.errors import InputError
 from foundry.labels import Labelled
@@ -159,8 +158,8 @@ def reading_question() -> str:
 def rule_labelling() -> Labelling:
     """Return the rule."""
     agreed = agreement([is_warning(one.text, FIRES) for one in hand_labelled()])
-    version = f"rule {RULE_VERSION}, {IDENTIFIED_BY}"
-    return Labelling(f"rule {RULE_VERSION}", version, agreed, unlabelled="in a language that the rule does not read")
+    version = f"rule {RULE_VERSION}"
+    return Labelling(version, version, agreed, unlabelled="in neither English nor Japanese")
 
 
 def model_labelling(sweep: SweepFolder) -> Labelling:

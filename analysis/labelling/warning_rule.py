@@ -1,6 +1,6 @@
 """When a message is a warning: a rule over its words, the same for every model.
 
-A text in a language that `language` does not read is neither a warning nor none: its label is missing.
+A text that `language` reads as neither English nor Japanese is neither a warning nor none: its label is missing.
 
 A text is a warning when a clause of it mentions a fire and nothing takes the mention back. A mention is the name of a
 configured fire, or a word for fire, flames, smoke, burning, evacuation or urgent flight, unless it is part of an
@@ -8,8 +8,8 @@ expression with another sense ("fire drill", "smoke-free"); also a word for dang
 where the text tells to get away. The text is cut into sentences and these, at commas and conjunctions, into clauses. A
 mention is taken back by, in its clause:
 
-1. a denial before it ("no sign of any fire"), or, in languages where it stands there, behind it ("火事はありません"),
-   but not a denial of harm or of a drill ("nobody was hurt by the fire");
+1. a denial before it ("no sign of any fire"), or, in Japanese, behind it ("火事はありません"), but not a denial of
+   harm or of a drill ("nobody was hurt by the fire");
 2. that it is over ("extinguished", "false alarm", "only steam"), also when said of it in the rest of the sentence or
    the next one, unless that says so of another fire than one that goes on ("fire1 is out, fire2 still burns");
 3. another time ("yesterday"), a supposition or a tale before it ("if you see a fire", "a book about fires");
@@ -19,9 +19,8 @@ mention is taken back by, in its clause:
 What is denied of going there or of its end takes nothing back ("do not go near the fire", "not out yet", "until it is
 out"). A clause of at most three words shares the fate of the denied mention before it ("no fire, smoke, or flames").
 
-Case, width (full-width letters) and Unicode composition make no difference. The words, in twelve languages, are those
-of `warning_words`, `warning_denials` and `warning_sentences`; those of alphabets with blanks
-between words match whole words, Chinese, Japanese and Korean ones anywhere (`fire1` is found in both kinds of text).
+Case, width (full-width letters) and Unicode composition make no difference. The words are those of `warning_words`;
+English ones match whole words, Japanese ones anywhere (`fire1` is found in both kinds of text).
 Time is linear in the text, of which the first 20,000 characters are read. The rule sees words, not meaning.
 """
 
@@ -32,13 +31,11 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from analysis.labelling import warning_denials as denials
-from analysis.labelling import warning_sentences as sentences
 from analysis.labelling import warning_words as words
 from analysis.labelling.language import is_read
 from analysis.words import LETTERS, indexed, plain, whole_words
 
-RULE_VERSION = 3
+RULE_VERSION = 4
 """Raised whenever a text could be labelled otherwise than before."""
 
 _CACHED_LENGTH = 4096
@@ -62,62 +59,63 @@ _NAME = "\ue000"
 _PLACE = "\ue001"
 """What stands in a text for a position, such as (3, 4): another one."""
 
-_DENYING_BEHIND = ("German", "Dutch", "Russian", "Polish")
-"""Languages whose denials may stand behind what they deny."""
+
+def _either(english: str, japanese: str) -> str:
+    return f"{whole_words(indexed(english))}|{_in_japanese(japanese)}"
 
 
-def _either(spaced: str, unspaced: str = "") -> str:
-    guarded = f"|(?=[\u2e80-\uffff])(?:{indexed(unspaced)})" if unspaced else ""
-    return whole_words(indexed(spaced)) + guarded
+def _in_japanese(pattern: str) -> str:
+    return f"(?=[\u2e80-\uffff])(?:{indexed(pattern)})"
 
 
-def _joined(table: dict[str, str]) -> str:
-    return indexed("|".join(table.values()))
-
-
-def _all(*tables: dict[str, str]) -> str:
-    """Return the pattern of tables by language: of whole words, the last one of words without blanks if it is."""
-    spaced = [one for table in tables for language, one in table.items() if language not in words.UNSPACED]
-    unspaced = [one for table in tables for language, one in table.items() if language in words.UNSPACED]
-    return _either("|".join(spaced), "|".join(unspaced))
-
-
-_SHUNNED = f"(?:{_all(words.SHUN)})[^.!?,]{{0,20}}{_PLACE}|{_PLACE} ?(?:付近|周辺|の近く)?に(?:は)?近(?:づ|寄)"
-_FIRE = f"{_NAME}|{_SHUNNED}|{_all(words.FIRE, words.FIRE_UNSPACED, words.FLEE, words.FLEE_UNSPACED)}|{words.PICTURED}"
-_HAZARD = _all(words.HAZARD, words.HAZARD_UNSPACED)
-_DENIED_BEHIND = "|".join(denials.NOT[language] for language in _DENYING_BEHIND)
+_SHUNNED = (
+    f"(?:{whole_words(indexed(words.SHUN))})[^.!?,]{{0,20}}{_PLACE}|{_PLACE} ?(?:付近|周辺|の近く)?に(?:は)?近(?:づ|寄)"
+)
+_FIRE = "|".join(
+    (
+        _NAME,
+        _SHUNNED,
+        _either(f"{words.FIRE}|{words.FLEE}", f"{words.FIRE_JAPANESE}|{words.FLEE_JAPANESE}"),
+        words.PICTURED,
+    )
+)
+_HAZARD = _either(words.HAZARD, words.HAZARD_JAPANESE)
 _KINDS = (
-    ("forbidden", _all(denials.FORBIDDEN, denials.FORBIDDEN_UNSPACED)),
-    ("mistaken", _all(denials.MISTAKEN, denials.MISTAKEN_UNSPACED)),
-    ("over", _all(denials.OVER, denials.OVER_UNSPACED)),
-    ("until", _all(denials.UNTIL, denials.UNTIL_UNSPACED)),
-    ("aside", _all(denials.PAST, denials.PAST_UNSPACED, denials.SUPPOSED_UNSPACED)),
-    ("supposed", _all(denials.SUPPOSED)),
+    ("forbidden", _in_japanese(words.FORBIDDEN_JAPANESE)),
+    ("mistaken", _either(words.MISTAKEN, words.MISTAKEN_JAPANESE)),
+    ("over", _either(words.OVER, words.OVER_JAPANESE)),
+    ("until", _either(words.UNTIL, words.UNTIL_JAPANESE)),
+    ("aside", _either(words.PAST, f"{words.PAST_JAPANESE}|{words.SUPPOSED_JAPANESE}")),
+    ("supposed", whole_words(indexed(words.SUPPOSED))),
     ("fire", _FIRE),
     ("hazard", _HAZARD),
-    ("doubt", _all(denials.DOUBT)),
-    ("denied", _either(_DENIED_BEHIND, "|".join(denials.NOT_UNSPACED.values()))),
-    ("not", _all(denials.NOT)),
-    ("go", _all(denials.GO)),
+    ("doubt", whole_words(indexed(words.DOUBT))),
+    ("denied", _in_japanese(words.NOT_JAPANESE)),
+    ("not", whole_words(indexed(words.NOT))),
+    ("go", whole_words(indexed(words.GO))),
 )
 _CUES = re.compile("|".join(f"(?P<{kind}>{pattern})" for kind, pattern in _KINDS))
 _MENTION = re.compile(f"{_FIRE}|{_HAZARD}")
-_ESCAPE = re.compile(_all(words.ESCAPE, words.ESCAPE_UNSPACED))
-_LASTING = re.compile(_all(denials.LASTING, denials.LASTING_UNSPACED))
-_PHRASES = re.compile(_all(denials.HARM, denials.HARM_UNSPACED, words.OTHER_SENSE, words.OTHER_SENSE_UNSPACED))
+_ESCAPE = re.compile(_either(words.ESCAPE, words.ESCAPE_JAPANESE))
+_LASTING = re.compile(_either(words.LASTING, words.LASTING_JAPANESE))
+_PHRASES = re.compile(
+    _either(f"{words.HARM}|{words.OTHER_SENSE}", f"{words.HARM_JAPANESE}|{words.OTHER_SENSE_JAPANESE}")
+)
 _FACTIVE = re.compile(
-    f"(?<![{LETTERS}])(?:{_joined(sentences.FACTIVE)})(?:(?<=[ ,'])|(?![{LETTERS}]))|{sentences.FACTIVE_UNSPACED}"
+    f"(?<![{LETTERS}])(?:{indexed(words.FACTIVE)})(?:(?<=[ ,'])|(?![{LETTERS}]))|{words.FACTIVE_JAPANESE}"
 )
 _COORDINATES = re.compile(
     r"\((?=\D{0,8}\d)[-+\d\s,.xy=:]{1,24}\)|(?<![\w.,])-?\d{1,3} ?, ?-?\d{1,3}(?![\w.,])"
     r"|\bx\W{0,3}\d{1,4}\W{1,3}y\W{0,3}\d{1,4}"
 )
 _TOPIC = re.compile("(?<=[はもを])、")
-_ASIDE = re.compile(f"({_all(denials.PAST, denials.PAST_UNSPACED, denials.SUPPOSED, denials.SUPPOSED_UNSPACED)})[,、]")
-_SENTENCES = re.compile(r"(?<=[!?。])|(?<=\.)(?=\s|$)|\n|;|¿|¡")
-_CLAUSES = re.compile(f"[,:、]|{whole_words(sentences.LINKS)}|{sentences.LINKS_UNSPACED}")
-_STATED = re.compile(f"{whole_words(sentences.STATED)}|[{_NAME}\u2e80-\ud7ff]")
-_ASKED = re.compile(sentences.ASKED_UNSPACED)
+_ASIDE = re.compile(
+    f"({_either(f'{words.PAST}|{words.SUPPOSED}', f'{words.PAST_JAPANESE}|{words.SUPPOSED_JAPANESE}')})[,、]"
+)
+_SENTENCES = re.compile(r"(?<=[!?。])|(?<=\.)(?=\s|$)|\n|;")
+_CLAUSES = re.compile(f"[,:、]|{whole_words(words.LINKS)}|{words.LINKS_JAPANESE}")
+_STATED = re.compile(f"{whole_words(words.STATED)}|[{_NAME}\u2e80-\ud7ff]")
+_ASKED = re.compile(words.ASKED_JAPANESE)
 _UNSPACED_CHARACTER = re.compile("[\u2e80-\uabff\uf900-\uffff]")
 
 
@@ -200,7 +198,7 @@ def _statements(sentence: str) -> Iterator[str]:
     """Yield the clauses of a sentence that are no questions, or questions that take for granted what they say."""
     stated = _FACTIVE.sub(" ", sentence)
     asks = stated == sentence
-    clauses = [one.strip(" \"'*.!。" if asks else " \"'*.!。?吗嗎") for one in _CLAUSES.split(stated)]
+    clauses = [one.strip(" \"'*.!。" if asks else " \"'*.!。?") for one in _CLAUSES.split(stated)]
     clauses = [one for one in clauses if one]
     if not asks or not sentence.rstrip(" \"'*").endswith("?"):
         yield from (one for one in clauses if not asks or not _ASKED.search(one))

@@ -9,7 +9,7 @@ import numpy as np
 
 from analysis.arrays import BoolArray
 from analysis.camera.run import CameraRun
-from analysis.camera.sight_rule import claims_to_see, thing_of, things_claimed
+from analysis.camera.sight_rule import claims_to_see, is_readable, thing_of, things_claimed
 from analysis.camera.sight_words import AMBIGUOUS, THINGS
 from analysis.formulas import mean, ratio
 from analysis.measure import HIGH, LOW, Measure, Null, share
@@ -57,7 +57,7 @@ def measure(run: CameraRun) -> dict[str, float]:
 
     A claim is a reply that says so by the rule of `sight_rule`. The truth is that VISIBLE_PX pixels or more
     of the image the model saw belong to the thing. Counted over the decisions that count and whose reply holds any
-    text.
+    text. Replies in neither English nor Japanese have no label: they are in no measure but false_stop.
 
     Of the target:
 
@@ -87,13 +87,14 @@ def measure(run: CameraRun) -> dict[str, float]:
     - object_miss_rate: 1 - object_recall. object_f1: 2 true mentions / (mentions + kinds in view).
 
     Those of the target are NaN without one, those of things where the scene labels none. What a scene shows and does
-    not label counts as not there. Denominators: n_claims, n_visible, n_replies, n_stays, n_decisions, n_mentions,
-    n_things (in view, over replies).
+    not label counts as not there. Denominators: n_claims, n_visible, n_replies (with a label), n_unlabelled (replies),
+    n_stays, n_decisions, n_mentions, n_things (in view, over replies).
     Source: Rohrbach et al. 2018 (CHAIR), Li et al. 2023 (yes/no probing: accuracy, f1, claim_rate).
     """
-    told = run.counted & np.array([bool(text.strip()) for text in run.replies.tolist()], dtype=np.bool_)
+    answered = run.counted & np.array([bool(text.strip()) for text in run.replies.tolist()], dtype=np.bool_)
+    told = answered & np.array([is_readable(text) for text in run.replies.tolist()], dtype=np.bool_)
     replies = run.replies[told].tolist()
-    claims = {text: run.has_target and claims_to_see(text, run.episode.target) for text in set(replies)}
+    claims = {text: run.has_target and claims_to_see(text, run.episode.target) is True for text in set(replies)}
     claimed = np.array([claims[text] for text in replies], dtype=np.bool_)
     visible: BoolArray = run.target_px >= VISIBLE_PX
     stays = run.stay & run.readable & run.counted
@@ -107,6 +108,7 @@ def measure(run: CameraRun) -> dict[str, float]:
         "n_claims": float(claimed.sum()),
         "n_visible": float(visible[told].sum()),
         "n_replies": float(told.sum()),
+        "n_unlabelled": float((answered & ~told).sum()),
         "n_stays": float(stays.sum()),
         "n_decisions": float(run.counted.sum()),
     }

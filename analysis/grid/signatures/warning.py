@@ -95,7 +95,7 @@ def measure(run: GridRun) -> dict[str, float]:
     All but the last two are NaN when no agent perceives a fire (so also without fires). Perceived but never
     passed on gives a reach, R and depth of 0.
 
-    Messages without a label, such as those in a language that the rule does not read, are in neither part of
+    Messages without a label, such as those that are in neither English nor Japanese, are in neither part of
     false_alarm_rate and warning_share. All else is measured twice, with them as warnings
     and with them as none, and is NaN where the two differ. With readable decisions alone, the other messages are
     as if they were not said.

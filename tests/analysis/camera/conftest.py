@@ -48,6 +48,7 @@ REPLIES = (
     "JAXAのロゴが見えます。",
     "Let me look elsewhere.",
     "I know where the JAXA logo is.",
+    "Ich sehe das JAXA-Logo.",
     "",
 )
 CLAIMS = {"I see the JAXA logo. Go on.", "JAXAのロゴが見えます。"}

@@ -174,7 +174,8 @@ def correlation(a: list[bool], b: list[bool]) -> float:
 
 
 def recognition(run: Plain) -> Iterator[tuple[str, float]]:
-    rows = [row for row in run.rows if row["reply"]]
+    rows = [row for row in run.rows if row["reply"] and not row["reply"].startswith("Ich")]
+    yield "n_unlabelled", sum(row["reply"].startswith("Ich") for row in run.rows)
     claims, views = [row["reply"] in run.claims for row in rows], [row["target_visible_px"] >= 20 for row in rows]
     found = Counter(zip(claims, views, strict=True))
     hit, false, missed, right = found[True, True], found[True, False], found[False, True], found[False, False]

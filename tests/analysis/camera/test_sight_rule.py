@@ -33,17 +33,6 @@ CLAIMS = {
         "ハッチは見えないが、JAXAのロゴは見える。",
         "JAXAのロゴ、ハッチ、ラックが見えます。",
         "ロゴが見えるので近づきます。",
-        "我看到JAXA标志在前方。向前走2米。",
-        "前方有JAXA标志。",
-        "JAXA 로고가 보입니다. 앞으로 이동합니다.",
-        "Ich sehe das JAXA-Logo an der Wand.",
-        "Das JAXA-Logo ist links zu sehen.",
-        "Je vois le logo JAXA sur le mur.",
-        "Veo el logo de JAXA a la izquierda.",
-        "El logo de la JAXA está a la derecha.",
-        "Vedo il logo JAXA.",
-        "Vejo o logo da JAXA.",
-        "Я вижу логотип JAXA.",
         "I am facing a wall with the JAXA logo.",
         "The JAXA logo is not far, I can see it: it is the JAXA logo.",
         "**I see the JAXA logo**",
@@ -120,22 +109,6 @@ NO_CLAIMS = {
         "JAXAのロゴに近づきます。",
         "JAXAのロゴがあるかもしれません。",
         "JAXAロゴが見えるように右に回ります",
-        "我没有看到JAXA标志。",
-        "看不到JAXA标志,向左转。",
-        "寻找JAXA标志。",
-        "JAXA 로고가 보이지 않습니다.",
-        "JAXA 로고를 찾을 수 없습니다.",
-        "Ich sehe kein JAXA-Logo.",
-        "Ich sehe das JAXA-Logo nicht.",
-        "Ich suche das JAXA-Logo.",
-        "Je ne vois pas le logo JAXA.",
-        "Je cherche le logo JAXA.",
-        "No veo el logo de JAXA.",
-        "Busco el logo de JAXA.",
-        "Non vedo il logo JAXA.",
-        "Não vejo o logo da JAXA.",
-        "Я не вижу логотип JAXA.",
-        "Логотип JAXA не видно.",
         "I look around. Turn left 45.00 degrees.",
         "Let me look elsewhere.",
         "If the JAXA logo is visible I will stop.",
@@ -165,6 +138,12 @@ NO_CLAIMS = {
     ],
 }
 
+OTHER_LANGUAGES = [
+    "Ich sehe das JAXA-Logo an der Wand.", "Je ne vois pas le logo JAXA.", "Veo el logo de JAXA a la izquierda.",
+    "Я вижу логотип JAXA.", "JAXA 로고가 보입니다.", "我看到JAXA标志在前方。向前走2米。",
+    "<think>I see the logo</think> Ich drehe mich nach links.",
+]  # fmt: skip
+
 
 def pairs(table: dict[str, list[str]]) -> list[tuple[str, str]]:
     return [(target, text) for target, texts in table.items() for text in texts]
@@ -180,17 +159,22 @@ def test_a_reply_that_denies_seeks_or_guesses_is_none(target: str, text: str):
     assert not claims_to_see(text, target)
 
 
+@pytest.mark.parametrize("text", OTHER_LANGUAGES)
+def test_a_reply_in_another_language_has_no_label(text: str):
+    assert claims_to_see(text, "JAXA logo") is None
+
+
 @given(st.text(), st.text())
 def test_any_reply_and_target_can_be_read(text: str, target: str):
-    assert claims_to_see(text, target) in (True, False)
+    assert claims_to_see(text, target) in (True, False, None)
 
 
 @given(st.text(alphabet="JAXA logo see not 見える。, "))
 def test_letters_in_any_order_can_be_read(text: str):
-    assert claims_to_see(text, "JAXA logo") in (True, False)
+    assert claims_to_see(text, "JAXA logo") in (True, False, None)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("part", ["I see the JAXA logo and ", "not ", " ", "a", "jaxa ", "see a, ", "ロゴが"])
 def test_half_a_million_characters_are_read_which_quadratic_time_would_not_allow(part: str):
-    assert claims_to_see((part * 500_000)[:500_000], "JAXA logo") in (True, False)
+    assert claims_to_see((part * 500_000)[:500_000], "JAXA logo") in (True, False, None)

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import analysis
 from analysis.camera.sight_rule import thing_of, things_claimed
 from analysis.camera.sight_words import AMBIGUOUS, THINGS
 from analysis.camera.signatures import recognition
@@ -65,3 +66,24 @@ def test_an_ambiguous_name_counts_where_the_scene_has_such_a_thing(camera):
     hall = recognition.measure(dataclasses.replace(run, replies=replies, visible_px=({"wall": 50},)))
     gallery = recognition.measure(dataclasses.replace(run, replies=replies, visible_px=({"picture 3": 50},)))
     assert (hall["n_mentions"], gallery["n_mentions"]) == (1, 2)
+
+
+def test_a_reply_in_another_language_counts_neither_as_a_claim_nor_as_none(camera):
+    run = camera(0, 3).run
+    replies = run.replies.copy()
+    replies[:] = ["I see a door and the JAXA logo.", "Je vois le logo JAXA et une porte.", "Turn left."]
+    pixels = ({"door": 400}, {"door": 400, "plant": 400}, {"door": 400})
+    found = recognition.measure(dataclasses.replace(run, replies=replies, visible_px=pixels))
+    assert (found["n_claims"], found["n_replies"], found["n_unlabelled"]) == (1, 2, 1)
+    assert (found["claim_rate"], found["n_things"], found["object_recall"]) == (0.5, 2, 0.5)
+
+
+def test_a_note_says_how_many_replies_have_no_label(camera_sweep):
+    found = analysis.analyze([camera_sweep().path], plots=False)
+    missing = int(found.runs["recognition.n_unlabelled"].sum())
+    said = missing + int(found.runs["recognition.n_replies"].sum())
+    assert 0 < missing < said
+    expected = (
+        f"{missing} of {said} replies have no label (in neither English nor Japanese); recognition leaves them out"
+    )
+    assert expected in found.notes

@@ -14,10 +14,10 @@ from foundry.commands.analyzing import analyze_and_show
 from foundry.errors import InputError, RecordError
 from foundry.labels import Labelled, Labels
 
-SUPPORTED = {"en", "ja", "de", "fr", "es", "zh", "it", "pt", "ko", "ru", "nl", "pl"}
+SUPPORTED = {"en", "ja"}
 BY_RULE = (
-    "warnings by rule 3: precision 0.88 (53 of 60), recall 0.90 (53 of 59), Cohen's kappa 0.78 on 131 held-out texts, "
-    "13 of them without a label (in a language that the rule does not read); an upper bound: one language model wrote "
+    "warnings by rule 4: precision 0.90 (38 of 42), recall 0.90 (38 of 42), Cohen's kappa 0.81 on 131 held-out texts, "
+    "47 of them without a label (in neither English nor Japanese); an upper bound: one language model wrote "
     "and labelled these texts, imitating many writers; how well it holds for the messages of this sweep is not known"
 )
 
@@ -76,18 +76,17 @@ def test_texts_in_other_languages_are_neither_warnings_nor_none_and_all_others_a
     texts = [*every("tuning"), *every("held_out")]
     unknown = [one for one in texts if is_warning(one.text, FIRES) is None]
     assert {one.language for one in unknown} & SUPPORTED == set()
-    assert len(unknown) == sum(one.language not in SUPPORTED for one in texts) == 26
+    assert len(unknown) == sum(one.language not in SUPPORTED for one in texts) == 225
 
 
 def test_the_agreement_of_the_rule_is_that_on_texts_held_out_and_written_apart():
     found = rule_labelling().agreement
     labels = [(is_warning(one.text, FIRES), one.warning) for one in hand_labelled()]
-    assert (found.texts, found.unlabelled, found.missed, found.false_warnings) == (131, 13, 6, 7)
-    assert found.true_warnings == labels.count((True, True)) == 53
-    assert (found.precision, found.recall, found.accuracy) == pytest.approx((53 / 60, 53 / 59, 105 / 118))
-    # By hand: of 118 texts 59 are warnings, and the rule calls 60 some.
-    chance = (59 * 60 + 59 * 58) / 118**2
-    assert found.kappa == pytest.approx((105 / 118 - chance) / (1 - chance))
+    assert (found.texts, found.unlabelled, found.missed, found.false_warnings) == (131, 47, 4, 4)
+    assert found.true_warnings == labels.count((True, True)) == 38
+    assert (found.precision, found.recall, found.accuracy) == pytest.approx((38 / 42, 38 / 42, 76 / 84))
+    # By hand: of 84 texts 42 are warnings, and the rule calls 42 some, so chance is a half.
+    assert found.kappa == pytest.approx((76 / 84 - 1 / 2) / (1 - 1 / 2))
 
 
 def test_agreement_is_over_what_has_a_label():
@@ -172,7 +171,7 @@ def test_what_a_terminal_shows_says_whose_texts_the_figures_are_of(make_sweep, m
 def test_messages_in_a_language_that_the_rule_does_not_read_are_counted_and_named(
     make_sweep, make_condition, make_habits
 ):
-    habits = make_habits(texts=("Φωτιά στο μπαρ! Φύγετε τώρα!", "fire1 near me"))
+    habits = make_habits(texts=("Kein Feuer, alles ruhig hier.", "fire1 near me"))
     sweep = make_sweep([make_condition("a", [0])], {"a": habits})
     found = analysis.analyze([sweep.path], plots=False)
     row = found.runs.iloc[0]
@@ -181,7 +180,7 @@ def test_messages_in_a_language_that_the_rule_does_not_read_are_counted_and_name
     assert row["warning.warning_share"] == 1
     expected = (
         f"{int(row['warning.n_unlabelled'])} of {int(row['warning.n_messages'])} messages have no label "
-        "(in a language that the rule does not read); what depends on them is missing"
+        "(in neither English nor Japanese); what depends on them is missing"
     )
     assert expected in found.notes
 

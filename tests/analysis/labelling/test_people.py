@@ -39,7 +39,7 @@ def test_a_person_who_says_what_the_rule_says_agrees_with_it(talk, tmp_path, mon
     assert "20 of 20 texts labelled by human/ana" in done.stdout
     assert {tuple(question["schema"]["enum"]) for question in person.seen} == {("yes", "no")}
     [row] = labellers(talk).to_dict("records")
-    assert (row["what"], row["first"], row["second"], row["texts"]) == (WARNINGS, "human/ana", "rule 3", 20)
+    assert (row["what"], row["first"], row["second"], row["texts"]) == (WARNINGS, "human/ana", "rule 4", 20)
     assert (row["same"], row["kappa"]) == (1.0, 1.0)
     assert math.isnan(row["low"]), "where all agree without any seed, nothing is known of the spread"
 
@@ -85,14 +85,14 @@ def test_people_and_a_model_are_held_against_each_other_on_what_both_labelled(ta
     talk.write_people(People(people=(said("human/ana", 8, 20), said("human/ben", 10, 16))))
     frame = labellers(talk).set_index(["first", "second"])
     assert list(frame.index) == [
-        ("human/ana", "human/ben"), ("human/ana", "m"), ("human/ana", "rule 3"), ("human/ben", "m"),
-        ("human/ben", "rule 3"),
+        ("human/ana", "human/ben"), ("human/ana", "m"), ("human/ana", "rule 4"), ("human/ben", "m"),
+        ("human/ben", "rule 4"),
     ]  # fmt: skip
     assert frame.loc[("human/ana", "m"), "kappa"] == 1.0
     pair = frame.loc[("human/ana", "human/ben")]
     assert (pair["texts"], pair["same"], pair["kappa"]) == (16, 14 / 16, 0.75)  # chance is a half
     assert pair["low"] < 0.75 < pair["high"]
-    assert frame.loc[("human/ana", "rule 3"), "kappa"] == pytest.approx(0.0), (
+    assert frame.loc[("human/ana", "rule 4"), "kappa"] == pytest.approx(0.0), (
         "who goes by the order is no better than chance"
     )
 

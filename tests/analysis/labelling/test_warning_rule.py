@@ -26,15 +26,6 @@ FIRES = ("fire1",)
         "炎が見える",
         "煙が出ている",
         "fire1を感知しました",
-        "着火了,快撤离",
-        "화재 발생, 대피하세요",
-        "Es brennt! Feuer!",
-        "Il y a un incendie, évacuez",
-        "¡Hay humo y fuego!",
-        "Há um incêndio",
-        "C'è un incendio? fiamme!",
-        "Здесь пожар",
-        "e\u0301vacuez",
     ],
 )
 def test_a_text_about_fire_is_a_warning(text: str):
@@ -47,12 +38,12 @@ def test_a_text_about_fire_is_a_warning(text: str):
         "",
         "Hello there",
         "The firefly sat by the fireplace, behind the firewall",
-        "He is burnout",
         "a new brand of coffee",
         "火曜日に会いましょう",
         "肺炎に気をつけて",
         "煙草を買う",
         "It is danger-free, umbrella",
+        "He has burnout",
         "campfires2",
     ],
 )
@@ -63,11 +54,6 @@ def test_a_text_about_other_things_is_none(text: str):
 LABELLED = {
     True: {
         "denied of going there or asked beside it": [
-            "Hier brennt es!",
-            "O café está em chamas.",
-            "El café está en llamas.",
-            "Hier is brand uitgebroken!",
-            "Le café est en feu.",
             "Danger! There is a fire at (3, 4), should we move away?",
             "Fire reported. Do not enter the cafe.",
             "I heard from Agent 9 that fire1 is at (2, 3), so I will not go to the cafe.",
@@ -82,16 +68,6 @@ LABELLED = {
             "まだ火は消えていないので注意して",
             "火事なので逃げましょう。",
             "fire1の半径に入らないでください。",
-            "咖啡馆着火了，我们去图书馆好吗？",
-            "불이 났어요, 같이 갈까요?",
-            "Es brennt im Café, kommst du mit?",
-            "Geht nicht in die Nähe des Feuers.",
-            "N'allez pas près du feu.",
-            "No os acerquéis al fuego.",
-            "Não se aproximem do fogo.",
-            "Non avvicinatevi al fuoco.",
-            "Не подходите к огню.",
-            "不要靠近火灾现场。",
             "火災現場には近づかないでください",
             "Avoid the fire in the north and do not get too close.",
             "I'm staying away from the fire.",
@@ -104,15 +80,7 @@ LABELLED = {
             "Can you believe the cafe caught fire?",
             "Why is everyone still sitting in the cafe while it is burning?",
             "Could everyone near the museum leave? It is full of smoke.",
-            "Wisst ihr, dass es in der Bibliothek brennt?",
-            "Tu as vu que le bar est en feu ?",
-            "¿Sabíais que el bar está ardiendo?",
-            "Avete visto che il bar è in fiamme?",
-            "Вы знаете, что библиотека горит?",
-            "Czy wiecie, że kawiarnia płonie?",
             "カフェが燃えているのを知っていますか?",
-            "你们知道图书馆着火了吗?",
-            "도서관이 불타고 있는 거 아세요?",
         ],
         "a denial of harm, or the end of another fire": [
             "Nobody was hurt by the fire at the bar.",
@@ -123,9 +91,7 @@ LABELLED = {
             "fire2 is getting bigger, fire1 is out though",
             "It smells smoky over here.",
             "The library has been on fire since this morning.",
-            "Niemand ist verletzt, aber das Café brennt noch.",
             "訓練ではありません。図書館が火事です。",
-            "没有人受伤,但是图书馆还在燃烧。",
         ],
         "a danger at a position, or to flee from": [
             "(12, 7) is deadly right now, go around it.",
@@ -135,15 +101,12 @@ LABELLED = {
             "I took damage at 7, 8",
             "Everyone must leave the library immediately.",
             "It's not safe in there, RUN!!",
-            "Gefahr bei (3, 4)!",
-            "¡Peligro en (12, 4)!",
             "(3, 4)は危険です。",
             "🔥 at the cafe",
         ],
     },
     False: {
         "denied, over, supposed or asked for": [
-            "Não há mais fogo.",
             "Nothing at all is burning.",
             "No fire, smoke, or flames here.",
             "I see no fire, no smoke and no danger.",
@@ -157,15 +120,6 @@ LABELLED = {
             "火事はどこですか",
             "火事はもう収まりました。",
             "煙は見えません。",
-            "没有发现火情。",
-            "화재는 없습니다.",
-            "Es gibt kein Feuer.",
-            "Feuer sehe ich hier nicht.",
-            "Il n'y a plus de feu.",
-            "Пожара здесь нет.",
-            "No hay humo ni fuego.",
-            "Nie ma pożaru.",
-            "Er is geen brand.",
             "fire1 is no longer active.",
             "It was a false alarm, there is no fire.",
         ],
@@ -173,12 +127,7 @@ LABELLED = {
             "Did anyone see a fire?",
             "Do you smell smoke?",
             "Has anybody noticed something burning?",
-            "Sieht jemand Rauch?",
-            "Quelqu'un a vu de la fumée ?",
-            "Кто-нибудь видит дым?",
             "誰か煙を見ましたか?",
-            "有人看到烟吗?",
-            "누가 연기를 봤나요?",
         ],
         "another sense of the words": [
             "The whole park is fire-free and smoke free.",
@@ -194,18 +143,32 @@ LABELLED = {
             "Stay away from the karaoke night.",
             "I have to leave the cafe now.",
             "That wasn't smoke, only steam.",
-            "La fiesta está que arde.",
-            "Ich bin Feuer und Flamme für die Idee!",
             "昔、この図書館は火事で焼けました。",
             "煙だと思ったら、ただの湯気でした。",
-            "这首歌太火了!",
         ],
-        "too short to tell its language": [
-            *("", "OK", "No", "hi", "brb", "(3, 4)", "12", "Anna Nowak, Mehmet, Ivo", "🙂", "move_up"),
+        "nothing to tell a language by": [
+            *("", "OK", "No", "hi", "brb", "(3, 4)", "12", "🙂", "move_up"),
         ],
     },
     None: {
-        "a language that is not read": [
+        "another language": [
+            "Anna Nowak, Mehmet, Ivo",
+            "Vuur!",
+            "Hier brennt es!",
+            "Bitte nicht rauchen.",
+            "Le café est en feu.",
+            "¡Hay humo y fuego!",
+            "No hay humo ni fuego.",
+            "Não há mais fogo.",
+            "C'è un incendio? fiamme!",
+            "Er is geen brand.",
+            "Nie ma pożaru.",
+            "Здесь пожар",
+            "화재 발생, 대피하세요",
+            "着火了,快撤离",
+            "没有发现火情。",
+            "有烟,快跑",
+            "后退1米。",
             "Φωτιά στο μπαρ! Φύγετε τώρα!",
             "สวัสดีค่ะ",
             "أنا بخير",
@@ -231,9 +194,7 @@ def test_a_text_has_the_label_that_a_person_gives_it(label: bool | None, kind: s
 
 
 def test_a_short_warning_is_read_whatever_its_letters_look_like():
-    assert all(
-        is_warning(text, FIRES) for text in ("fire1!", "FIRE", "omg fire fire fire", "fire2 @ 7,7 gtfo", "Vuur!")
-    )
+    assert all(is_warning(text, FIRES) for text in ("fire1!", "FIRE", "omg fire fire fire", "fire2 @ 7,7 gtfo"))
 
 
 def test_one_warning_among_other_sentences_is_enough():
@@ -245,7 +206,7 @@ def test_an_end_takes_back_what_was_said_right_before_it_only():
     assert is_warning("There is a fire at the cafe. I am leaving. The meeting has been cleared.")
 
 
-@pytest.mark.parametrize("part", ["no fire ", "fire is not ", ", no fire", "まだ火", "(1", "if ", "de a", "?"])
+@pytest.mark.parametrize("part", ["no fire ", "fire is not ", ", no fire", "まだ火", "(1", "if ", "the a ", "?"])
 def test_a_huge_text_is_labelled(part: str):
     assert is_warning("fire! " + part * (10_000_000 // len(part)))
 
