@@ -8,8 +8,8 @@ import sys
 import numpy as np
 from measuring import Stopwatch, print_table, print_title
 from scipy.special import stdtr
+from simulated_runs import CASES, coverage, false_positives, simulated_table
 
-from analysis.stats.calibration import CASES, coverage, false_positives, simulated_table
 from analysis.stats.contrasts import ALPHA, contrasts
 from analysis.stats.fingerprint import swap_p
 from analysis.stats.multiplicity import holm

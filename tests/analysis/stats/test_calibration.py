@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
+from simulated_runs import CASES, Errors, coverage, false_positives, simulated_table
 
-from analysis.stats.calibration import CASES, Errors, coverage, false_positives, simulated_table
 from analysis.stats.contrasts import contrasts
 from analysis.stats.fingerprint import swap_p
 from analysis.stats.variance import variance_split
