@@ -248,20 +248,6 @@ def p_value(p: float) -> str:
     return "-" if math.isnan(p) else "<.001" if p < 0.001 else f"{p:.3f}".lstrip("0")
 
 
-def to_text(table: Table) -> str:
-    """Return the table for a terminal: columns aligned, wide letters counted as two."""
-    every = [table.columns, *table.rows]
-    widths = [max(text_width(row[index]) for row in every) for index in range(len(table.columns))]
-    lines = (
-        "  ".join(
-            text + " " * (width - text_width(text)) if index < table.labels else " " * (width - text_width(text)) + text
-            for index, (text, width) in enumerate(zip(row, widths, strict=True))
-        )
-        for row in every
-    )
-    return "".join(line.rstrip() + "\n" for line in lines)
-
-
 def to_markdown(table: Table) -> str:
     """Return the table as Markdown, its caption below it."""
     rule = ["---" if index < table.labels else "---:" for index in range(len(table.columns))]

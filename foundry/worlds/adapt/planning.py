@@ -14,23 +14,17 @@ from foundry.errors import InputError
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What is best in each state, and what it comes to in the mean, with so many turns left.
+    """What is best in each state, with so many turns left.
 
     Attributes:
         choice: the best action, (turns, states); the row of the last turn is the first.
-        value: the expected sum of rewards to the end, (turns, states).
     """
 
     choice: NDArray[np.int64]
-    value: NDArray[np.float64]
 
     def best(self, state: int, step: int) -> int:
         """Return the best action in a state at this 1-based turn."""
         return int(self.choice[len(self.choice) - step, state])
-
-    def worth(self, state: int) -> float:
-        """Return what the best policy comes to from a state at the first turn on."""
-        return float(self.value[-1, state])
 
 
 def plan_of(env: Any, steps: int) -> Plan | None:
@@ -57,13 +51,12 @@ def plan_of(env: Any, steps: int) -> Plan | None:
     if np.isnan(getattr(env.unwrapped, "initial_state_distrib", 0.0)).any():
         raise InputError(f"{_as_set(env)} has nowhere to begin: give its map a start in world.settings.")
     value = np.zeros(len(rules))
-    choices, values = [], []
+    choices = []
     for _ in range(turns):
         expected = (chance * (reward + goes_on * value[follows])).sum(axis=2)
         choices.append(expected.round(12).argmax(axis=1))
         value = expected.max(axis=1)
-        values.append(value)
-    return Plan(np.array(choices), np.array(values))
+    return Plan(np.array(choices))
 
 
 def _as_set(env: Any) -> str:

@@ -154,7 +154,7 @@ def _parts(module: ModuleType, scenario: Scenario) -> Sequence[str]:
 
 
 def _found(name: str, scenario: Scenario) -> tuple[ModuleType, Edit]:
-    found = {module.NAME: (module, edit) for module, edit in _modules(scenario.form)}
+    found = {module.NAME: (module, edit) for module, edit in edit_modules(scenario.form)}
     if name not in found:
         raise not_found(
             f"Edit for worlds of form '{scenario.form}'", name, [NONE, *found], "Own ones are in mine/edits/."
@@ -168,19 +168,15 @@ def check_own_edits(form: str) -> None:
     Raises:
         InputError: there is one.
     """
-    modules = list(_modules(form))
+    modules = list(edit_modules(form))
     shipped = {module.NAME: module.__file__ for module, edit in modules if edit.origin == SHIPPED}
     for _, edit in modules:
         if edit.origin != SHIPPED:
             refuse_shipped_name(edit.origin, edit.name, shipped)
 
 
-def edits_for(form: str) -> Iterator[Edit]:
-    """Yield the edits for worlds of a form; an edit of the form stands before one of any form."""
-    return (edit for _, edit in _modules(form))
-
-
-def _modules(form: str) -> Iterator[tuple[ModuleType, Edit]]:
+def edit_modules(form: str) -> Iterator[tuple[ModuleType, Edit]]:
+    """Yield the edits for worlds of a form, each beside its module; one of any form stands before one of the form."""
     for room in (_ANY, form):
         folder = Path(__file__).parent / "edits" / room
         for found in pkgutil.iter_modules([str(folder)]):

@@ -28,7 +28,6 @@ from analysis.tables.texts import (
     number,
     p_value,
     to_markdown,
-    to_text,
     with_interval,
     write_numbers,
     write_tables,
@@ -99,11 +98,6 @@ def test_no_text_of_a_csv_file_is_a_formula_and_all_are_read_back(tmp_path: Path
     assert [row[2] for row in rows] == frame["as text"].tolist()
     assert [from_cell(row[0]) for row in rows] == texts
     pd.testing.assert_frame_equal(pd.read_parquet(parquet_file), frame)
-
-
-def test_a_terminal_shows_columns_below_one_another_whatever_the_script():
-    text = to_text(Table("t", "", ("model", "n"), (("日本語:7b", "1"), ("a", "20"))))
-    assert text == "model       n\n日本語:7b   1\na          20\n"
 
 
 @pytest.mark.parametrize(
