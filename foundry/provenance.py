@@ -16,7 +16,7 @@ MENDING = "json-repair"
 PACKAGES = ("numpy", "scipy", "jinja2", "msgspec", "matplotlib", MENDING)
 """Packages whose version can change a record or a frame."""
 
-READERS = 3
+READERS = 4
 """Version of what reads replies, in any world; raised when it reads a reply otherwise than before."""
 
 

@@ -45,7 +45,7 @@ _SHARED = _listed(
 
 _COMMON = _listed(
     """
-    about above across action actually after again against agents agreed ahead alive almost alone along already
+    about above across action actually advance after again against agents agreed ahead alive almost alone along already
     although always and another answer any anybody anyone anything anyway anywhere approach are aren't around arrive
     arrived asap ask asked avoid away back backward backwards bad be because been before began behind being believe
     below beside besides better between beware big blaze blazing book books both brb breakfast bridge bring broken

@@ -15,7 +15,6 @@ MOVES = [
     ("move forward one and a half metres", FORWARD, 1.5),
     ("take three steps forward", FORWARD, 2.1),
     ("前に2メートル進む", FORWARD, 2),
-    ("gehe 2 meter vorwärts", FORWARD, 2),
     (
         "The view shows a hatch straight ahead and several racks on the left and right. I want to "
         "get closer to the hatch, so I'll go forward. Move forward 3 m.",
@@ -110,7 +109,6 @@ MOVES = [
     ("前方に50センチ移動する", FORWARD, 0.5),
     ("我会向前走1.5米，靠近标志。", FORWARD, 1.5),
     ("向左走1米", LEFT, 1),
-    ("Muévete hacia adelante 1,5 metros", FORWARD, 1.5),
     (
         "Hmm, there is a wall on my left and a door on my right... I guess I'd rather step back half a metre.",
         BACK,
@@ -181,9 +179,6 @@ MOVES = [
     ("二歩前に進む", FORWARD, 1.4),
     ("向前走两米", FORWARD, 2),
     ("后退1米", BACK, 1),
-    ("Gehe einen halben Meter zurück", BACK, 0.5),
-    ("Avanza 2 metros", FORWARD, 2),
-    ("Recule d'un demi-mètre", BACK, 0.5),
     ("move closer to the logo by 1 m", FORWARD, 1),
     ("move along the corridor forward 2 m", FORWARD, 2),
     ("move 2 m toward the logo", FORWARD, 2),
@@ -197,8 +192,6 @@ TURNS = [
     ("Do not move forward; instead turn left.", 30),
     ("face the opposite direction", 180),
     ("左に30度回転", 30),
-    ("gira 30 grados a la derecha", -30),
-    ("tourne à droite de 30 degrés", -30),
     (
         "I see a white cylindrical module interior with many cables. I am currently facing the far "
         "end. The logo isn't visible. I'll rotate to scan the surroundings. Turn left 45 degrees.",
@@ -249,9 +242,6 @@ TURNS = [
     ("３０度右に回転", -30),
     ("後ろを向く", 180),
     ("我看到标志在右边。向右转30度。", -30),
-    ("Drehe dich um 180 Grad", 180),
-    ("Gire a la izquierda 45 grados", 45),
-    ("Je tourne à gauche de 45 degrés.", 45),
     ("**Decision:** rotate thirty degrees clockwise, please.", -30),
     ("I do not want to move forward. Let me turn around instead!", 180),
     ("The last movement was forward 2 m. Next, turn right 15 degrees.", -15),
@@ -312,8 +302,6 @@ TURNS = [
     ("少し右に回転する", -15),
     ("振り返る", 180),
     ("前に進むことができます。右に30度回転します", -30),
-    ("Ich werde mich um 30 Grad nach rechts drehen.", -30),
-    ("Gehe nicht vorwärts, sondern drehe dich nach links.", 30),
 ]
 GAZES = [
     ("look up slightly", 7.5),
@@ -334,9 +322,6 @@ GAZES = [
     ("上に30度視線を向ける", 30),
     ("下を見る", -15),
     ("低头10度", -10),
-    ("Schau nach oben", 15),
-    ("Mira hacia arriba 20 grados", 20),
-    ("Regarde vers le haut", 15),
     ("I want to see what is above. Look up.", 15),
     ("Look up 200 degrees", 200),
     ("stay and look up 30 degrees", 30),
@@ -370,8 +355,6 @@ STAYS = [
     "動きません",
     "ロゴに近づいたので、停止します。",
     "進まない",
-    "Bleib stehen.",
-    "Ne bouge pas",
     "Stay where you are.",
     "Should I stay or should I go? Stay.",
     "Not moving.",
@@ -383,7 +366,6 @@ STAYS = [
     "I have reached the logo, so I will stay.",
     "その場にとどまる",
     "原地不动",
-    "Quédate quieto",
 ]
 SEVERAL = [
     ("move 3 ft forward and turn left 45 degrees", (FORWARD, 0.9144), 45, None),

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from foundry.worlds.camera.language.tokens import Token
-from foundry.worlds.camera.language.vocabulary.words import Dimension, Kind, Word
+from foundry.worlds.camera.language.words import Dimension, Kind, Word
 
 LARGEST = 1e6
 """Metres or degrees; a larger amount is read as this one."""
@@ -17,7 +17,7 @@ _STEP = Word(Kind.UNIT, number=1.0, dimension=Dimension.STEP)
 _ADJECTIVES = frozenset(
     ("more", "further", "small", "short", "large", "big", "good", "whole", "full", "additional", "extra")
 )
-_HALVES = frozenset((("and", "a", "half"), ("y", "medio"), ("and", "half"), ("et", "demi"), ("半",)))
+_HALVES = frozenset((("and", "a", "half"), ("and", "half"), ("半",)))
 _ENDS = (Kind.BREAK, Kind.JOIN, Kind.OR, Kind.WAY)
 
 

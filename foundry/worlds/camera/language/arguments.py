@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from foundry.worlds.camera.language.amounts import Amount
 from foundry.worlds.camera.language.mentions import Arguments
 from foundry.worlds.camera.language.tokens import Token
-from foundry.worlds.camera.language.vocabulary.words import Act, Dimension, Kind, Side, Way
+from foundry.worlds.camera.language.words import Act, Dimension, Kind, Side, Way
 
 HARMLESS = frozenset(
     (
@@ -27,13 +27,10 @@ _ELSEWHERE = frozenset(
 _NAMES = (Kind.UNKNOWN, Kind.OTHER, Kind.GOAL)
 _HERE = frozenset(("here", "my", "your", "current", "this"))
 _PATHS = frozenset(
-    ("toward", "towards", "along", "through", "down the", "up the", "closer", "across", "into", "in richtung")
-    + ("richtung", "entlang", "auf die", "auf den", "auf das", "durch die", "durch den", "hacia la", "hacia el")
-    + ("por el", "por la", "a lo largo de", "vers la", "vers le", "le long de", "le long du", "dans le", "dans la")
+    ("toward", "towards", "along", "through", "down the", "up the", "closer", "across", "into")
     + ("に向かって", "へ向かって", "に沿って", "向かって", "の方へ", "に近づくために", "に近づくため")
 )
 _ATTRIBUTED = frozenset(("side", "hand side", "hand"))
-_OF = frozenset(("of", "de", "du", "von"))
 _MEASURED = frozenset(("step", "move"))
 """Verbs of motion that are nouns behind an amount: "a 2 m step forward"."""
 
@@ -199,7 +196,7 @@ def _is_a_place(tokens: Sequence[Token], at: int) -> bool:
     if behind >= len(tokens):
         return False
     follows = tokens[behind]
-    if follows.text in _OF:
+    if follows.text == "of":
         return behind + 1 >= len(tokens) or tokens[behind + 1].kind is not Kind.AMOUNT
     if follows.kind not in _NAMES:
         return False

@@ -12,10 +12,10 @@ from foundry.worlds.camera.language.scopes import Bar, Scopes
 from foundry.worlds.camera.language.sentences import Segment, Sentence
 from foundry.worlds.camera.language.telling import Telling
 from foundry.worlds.camera.language.tokens import Token
-from foundry.worlds.camera.language.vocabulary.words import Act, Dimension, Form, Kind, Way
+from foundry.worlds.camera.language.words import Act, Dimension, Form, Kind, Way
 
-_AND = frozenset(("and", "&", "und", "y", "et"))
-_BUT = frozenset(("but", "sondern", "sino", "sino que", "mais", "而是"))
+_AND = frozenset(("and", "&"))
+_BUT = frozenset(("but", "而是"))
 _ENABLING = ("allow", "enabl", "let", "help", "give")
 _THEN = frozenset(("then", "and then", "and"))
 _POSITIONAL = frozenset(("ahead", "straight ahead", "directly ahead", "dead ahead"))
@@ -302,7 +302,7 @@ _ANGLES = (None, Dimension.ANGLE)
 _ACTS = {Category.TRANSLATE: Act.MOVE, Category.TURN: Act.TURN, Category.GAZE: Act.LOOK}
 _ANSWERS = frozenset(("movement", "action", "move", "decision", "command", "answer"))
 _REASONS = frozenset(("since", "because"))
-_INSTEAD = frozenset(("instead", "stattdessen", "plutôt", "代わりに", "かわりに", "en su lugar"))
+_INSTEAD = frozenset(("instead", "代わりに", "かわりに"))
 
 
 def _stronger(bar: Bar | None, told: Bar | None) -> Bar | None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from foundry.errors import InputError
 from foundry.records import CameraStep, Outcome, command_kind
-from foundry.worlds.camera.language.vocabulary.words import Way
+from foundry.worlds.camera.language.words import Way
 
 BEARINGS = {
     frozenset((Way.FORWARD,)): 0.0,

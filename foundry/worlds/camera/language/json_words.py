@@ -14,17 +14,17 @@ from foundry.worlds.camera.language.resolving import resolve
 from foundry.worlds.camera.language.tokens import cleaned
 
 _ACTIONS = re.compile(
-    r"action|command|movement|motion|move|type|verb|turn|rotat|look|gaze|stay|bewegung|aktion|drehung|befehl|"
-    r"acci[oó]n|movimiento|comando|giro|mouvement|commande|行動|行动|動作|动作|移動|移动|指令|命令|コマンド|アクション"
+    r"action|command|movement|motion|move|type|verb|turn|rotat|look|gaze|stay|"
+    r"行動|行动|動作|动作|移動|移动|指令|命令|コマンド|アクション"
 )
-_DIRECTIONS = re.compile(r"direction|side|^dir$|richtung|direcci[oó]n|方向|向き")
-_DISTANCES = re.compile(r"distan|^m$|met(?:er|re)s?|^length|距離|距离|メートル|米|entfernung|strecke|metros")
-_ANGLES = re.compile(r"angle|degree|^deg$|winkel|grad|[aá]ngulo|grados|degr[eé]s|角度|度")
+_DIRECTIONS = re.compile(r"direction|side|^dir$|方向|向き")
+_DISTANCES = re.compile(r"distan|^m$|met(?:er|re)s?|^length|距離|距离|メートル|米")
+_ANGLES = re.compile(r"angle|degree|^deg$|角度|度")
 _AMOUNTS = re.compile(r"^(?:amount|value|magnitude|quantity|by|parameters?|params|args|arguments)$|量|値|值")
-_UNITS = re.compile(r"^units?$|単位|单位|einheit|unidad|unité")
+_UNITS = re.compile(r"^units?$|単位|单位")
 _ELSEWHERE = re.compile(
     r"prev|last|past|history|earlier|result|reason|thought|observ|explan|descri|analysis|goal|task|plan|later|after|"
-    r"letzt|vorig|anterior|précéd|grund|razón|raison|前回|履歴|理由|上一|原因"
+    r"前回|履歴|理由|上一|原因"
 )
 _BARE_WAYS = frozenset(("左", "右", "前", "後ろ", "上", "下"))
 _DEEPEST = 3

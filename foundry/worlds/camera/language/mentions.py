@@ -8,7 +8,7 @@ from enum import Enum
 
 from foundry.worlds.camera.language.amounts import Amount
 from foundry.worlds.camera.language.command import BEARINGS
-from foundry.worlds.camera.language.vocabulary.words import Act, Dimension, Kind, Way, Word
+from foundry.worlds.camera.language.words import Act, Dimension, Kind, Way, Word
 
 
 class Category(Enum):
@@ -96,7 +96,7 @@ _SIDES = {Way.LEFT: 1.0, Way.RIGHT: -1.0}
 _VERTICAL = {Way.UP: 1.0, Way.DOWN: -1.0}
 _HALF_TURN = 180.0
 _BARE = {act: Word(Kind.VERB, act=act, goes=True) for act in Act}
-_TURNS = frozenset(("half", "quarter", "quarters", "full", "halben", "halbe"))
+_TURNS = frozenset(("half", "quarter", "quarters", "full"))
 
 
 def mention(verb: Word, said: Arguments) -> Mention | str:

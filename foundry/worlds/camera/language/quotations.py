@@ -5,16 +5,10 @@ from __future__ import annotations
 import re
 
 _OPEN, _CLOSE = '"“„«「『', '"”“»」』'
-_SAID = (
-    r"said|replied|answered|wrote|responded|chose|was|were|did|executed|tried|attempted|had|to saying|"
-    r"sagte ich|antwortete ich|schrieb ich|war|lautete|geantwortet|gesagt|"
-    r"dije|respondí|contesté|escribí|elegí|fue|era|dicho|respondido|"
-    r"dit|répondu|écrit|choisi|était|fut"
-)
+_SAID = r"said|replied|answered|wrote|responded|chose|was|were|did|executed|tried|attempted|had|to saying"
 _SAID_CJK = r"(?:说了?|回答了?|回复了?|选择了|答|写了?|是说)"
 _FOLLOWING = (
-    r"(?:was|were|did|didn't|had|has|got|led|brought|caused|ended|resulted|failed|worked|moved|"
-    r"hat|wurde|war|fue|hizo|ha|había|a été|était|a|n'a)\b|->|=>|"
+    r"(?:was|were|did|didn't|had|has|got|led|brought|caused|ended|resulted|failed|worked|moved)\b|->|=>|"
     r"と(?:言|答|指示|返|回答|述|書|いう|して)|という|，?(?:被|但|没|失败|之后|后)"
 )
 _QUOTED = re.compile(rf"[{_OPEN}]([^{_OPEN}{_CLOSE}\n{{}}]{{1,200}})[{_CLOSE}]")
@@ -24,7 +18,7 @@ _REACH = 24
 """Characters before a quotation in which the word stands that makes it one."""
 
 _ECHO = re.compile(
-    r"(?:^|(?<=[.:\n]))[ *-]{0,4}(?:step|schritt|paso|étape|ステップ|第) ?\d{1,4}"
+    r"(?:^|(?<=[.:\n]))[ *-]{0,4}(?:step|ステップ|第) ?\d{1,4}"
     r"[^\n.]{0,200}?(?:\.(?=\d)[^\n.]{0,60}?)?"
     r"(?:->|=>|→)[^\n.]{0,200}",
     re.IGNORECASE | re.MULTILINE,
@@ -32,9 +26,8 @@ _ECHO = re.compile(
 _HEADING = re.compile(
     r"\b(?:options|possible (?:next )?(?:movements|actions|moves|steps|commands)|alternatives|choices|possibilities|"
     r"candidates|history|previous (?:steps|movements|actions|moves|commands)|(?:past|last|recent|earlier) "
-    r"(?:steps|movements|actions|moves|commands|decisions)|so far|möglichkeiten|optionen|mögliche \w{1,20}|verlauf|"
-    r"bisherige \w{1,20}|opciones|(?:posibles|pasos|movimientos) \w{1,20}|historial|historique|possibilités|"
-    r"mouvements \w{1,20})\b|选项|可选|可能的|历史|候选|選択肢|候補|履歴|これまで",
+    r"(?:steps|movements|actions|moves|commands|decisions)|so far)\b|"
+    r"选项|可选|可能的|历史|候选|選択肢|候補|履歴|これまで",
     re.IGNORECASE,
 )
 _ITEM = re.compile(r"\s*(?:[-*•+–]|\(?(?:\d{1,3}|[a-zA-Z])[.):]|[①-⑳])\s*\S")

@@ -12,7 +12,7 @@ from foundry.worlds.camera.language.asking import read_sentence
 from foundry.worlds.camera.language.command import Command, Limits, Translation, limited
 from foundry.worlds.camera.language.mentions import Category, Mention
 from foundry.worlds.camera.language.sentences import find_sentences
-from foundry.worlds.camera.language.vocabulary.words import Dimension
+from foundry.worlds.camera.language.words import Dimension
 
 _LONGEST_QUOTE = 80
 

@@ -7,7 +7,7 @@ from enum import Enum, auto
 
 from foundry.worlds.camera.language.sentences import Segment
 from foundry.worlds.camera.language.tokens import Token
-from foundry.worlds.camera.language.vocabulary.words import Kind
+from foundry.worlds.camera.language.words import Kind
 
 
 class Bar(Enum):
@@ -22,7 +22,7 @@ class Bar(Enum):
     NEXT = auto()  # put off if the reply says what comes before
 
 
-_CARRIED = frozenset(("and", "&", "und", "y", "et", "nor"))
+_CARRIED = frozenset(("and", "&", "nor"))
 _BINDING = frozenset(
     (
         *(Kind.VERB, Kind.STAY, Kind.PAUSE, Kind.WAY, Kind.AMOUNT, Kind.SMALL, Kind.POSSIBLE),
@@ -30,7 +30,7 @@ _BINDING = frozenset(
         *(Kind.EARLIER, Kind.NOW, Kind.LATER, Kind.NEXT),
     )
 )
-_RESETS = frozenset(("instead", "rather", "stattdessen"))
+_RESETS = frozenset(("instead", "rather"))
 
 
 class Scopes:
@@ -77,7 +77,7 @@ class Scopes:
 
 
 def _bar_backwards(tokens: Sequence[Token], bars: list[Bar | None]) -> None:
-    """Bar the verb before a word that follows it: "gehe nicht"."""
+    """Bar the verb before a word that follows it: "回転する必要はありません"."""
     for at, token in enumerate(tokens):
         if token.word.reach == "after":
             continue

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from foundry.worlds.camera.language.amounts import with_amounts
 from foundry.worlds.camera.language.tokens import Token, command_words, tokens
-from foundry.worlds.camera.language.vocabulary.words import Kind
+from foundry.worlds.camera.language.words import Kind
 
 MAX_WORDS = 1000
 """Words that may name a movement which are looked at, the last ones of the text."""

@@ -9,7 +9,7 @@ from itertools import pairwise
 from foundry.worlds.camera.language.scopes import Bar
 from foundry.worlds.camera.language.sentences import Segment
 from foundry.worlds.camera.language.tokens import Token
-from foundry.worlds.camera.language.vocabulary.words import Act, Form, Kind, Side
+from foundry.worlds.camera.language.words import Act, Form, Kind, Side
 
 _OPENING = {
     Kind.EARLIER: Bar.TOLD,
@@ -22,19 +22,16 @@ _MARKERS = frozenset((*_OPENING, Kind.PAST, Kind.GOAL, Kind.OTHER))
 _CLAUSES = (Kind.PURPOSE, Kind.AFTER, Kind.OTHER, Kind.VERB)
 _TIMES = (Kind.EARLIER, Kind.LATER, Kind.NEXT)
 _CARRYING = frozenset(
-    ("and", "&", "then", "and then", "or", "while", "und", "dann", "y", "luego", "y luego", "et", "puis", "et puis")
-    + ("ensuite", "然后", "然後", "并", "そして", "次に", "その後", "それから", "、")
+    ("and", "&", "then", "and then", "or", "while")
+    + ("然后", "然後", "并", "そして", "次に", "その後", "それから", "、")
 )
 _GOING_ON = (Form.ING, Form.PAST, Form.THIRD)
 _NOUNS = frozenset(("my", "the", "this", "that", "last", "previous", "first", "a"))
 _DETERMINED = (Kind.ARTICLE, Kind.OTHER)
 _BEFORE_NOUNS = frozenset(("the", "this", "that", "some", "second", "one", "two"))
 _WILL = frozenset(("will", "shall"))
-_BUT = frozenset(("but", "however", "aber", "doch", "pero", "mais", "但", "但是"))
-_WISHES = frozenset(
-    ("want", "like", "wish", "hope", "möchte", "gern", "gerne", "quiero", "quisiera", "gustaría", "veux", "voudrais")
-    + ("aimerais", "想", "je veux")
-)
+_BUT = frozenset(("but", "however", "但", "但是"))
+_WISHES = frozenset(("want", "like", "wish", "hope", "想"))
 _LABEL = ":"
 
 
@@ -132,7 +129,7 @@ class Telling:
         verb = next((token.word for token in segment.tokens if token.kind is Kind.VERB), None)
         if verb is None or verb.form in _GOING_ON:
             return True
-        told_on = verb.form is Form.EITHER or verb.side is not Side.AFTER or _WILL & {before, segment.tokens[0].text}
+        told_on = verb.side is not Side.AFTER or _WILL & {before, segment.tokens[0].text}
         return carries and scope.kind is Kind.OTHER and bool(told_on)
 
     def _pass(self, token: Token, index: int, at: int) -> None:
@@ -219,10 +216,8 @@ def _is_only_time(tokens: Sequence[Token]) -> bool:
 
 
 def _is_subject(tokens: Sequence[Token], at: int) -> bool:
-    """Tell whether a token starts a clause of its own: "in order to see it I move", "para verlo avanzo"."""
+    """Tell whether a token starts a clause of its own: "in order to see it I move"."""
     token, before = tokens[at], tokens[at - 1].kind if at else None
-    if token.word.form is Form.FIRST:
-        return True
     return token.kind is Kind.FRESH and token.text not in _WILL and before not in (Kind.PURPOSE, Kind.AFTER, None)
 
 
@@ -233,7 +228,7 @@ def _is_told_goal(tokens: Sequence[Token], at: int) -> bool:
     return to or not after or any(token.text in _IS_TO or token.kind is Kind.PURPOSE for token in after)
 
 
-_IS_TO = frozenset(("is to", "was to", "es", "est", "d", "de", "ist", "是", "zu"))
+_IS_TO = frozenset(("is to", "was to", "是"))
 
 
 def _is_of_another(tokens: Sequence[Token], at: int, seen: _Seen) -> bool:
@@ -244,8 +239,6 @@ def _is_of_another(tokens: Sequence[Token], at: int, seen: _Seen) -> bool:
     follows_other = seen.other is not None and (seen.motion is None or seen.motion < seen.other)
     if word.form is Form.ING:
         return follows_other or _is_progressive(tokens, at) or _is_reduced(tokens, at)
-    if word.form is Form.EITHER:
-        return before.kind in (Kind.UNKNOWN, Kind.OTHER) or before.text in ("qui", "que", "se")
     if follows_other and not seen.fresh and seen.other is not None:
         between = tokens[seen.other + 1 : at]
         plural = tokens[seen.other].word.scale and not between
@@ -284,8 +277,6 @@ def _has_only_forms(tokens: Sequence[Token]) -> bool:
 
 def _is_purpose(tokens: Sequence[Token], at: int, motion: int | None, *, alone: bool) -> bool:
     """Tell whether a verb says what for: "to move on, I need", "turn left to look at"."""
-    if tokens[0].text == "um" and any(token.text == "zu" for token in tokens):
-        return True
     start = at
     while start and tokens[start - 1].kind in (Kind.FILLER, Kind.NOT) and tokens[start - 1].text != "to":
         start -= 1

@@ -9,27 +9,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
+from foundry.worlds.camera.language.chinese import CHINESE
+from foundry.worlds.camera.language.english import ENGLISH
+from foundry.worlds.camera.language.japanese import JAPANESE
 from foundry.worlds.camera.language.quotations import without_quotations
-from foundry.worlds.camera.language.vocabulary.asian import CHINESE, JAPANESE
-from foundry.worlds.camera.language.vocabulary.english import ENGLISH
-from foundry.worlds.camera.language.vocabulary.european import FRENCH, GERMAN, SPANISH
-from foundry.worlds.camera.language.vocabulary.narrated import FRENCH_TOLD, GERMAN_TOLD, SPANISH_TOLD
-from foundry.worlds.camera.language.vocabulary.narrated_asian import CHINESE_TOLD, JAPANESE_TOLD
-from foundry.worlds.camera.language.vocabulary.words import Act, Dimension, Kind, Table, Word
+from foundry.worlds.camera.language.words import Act, Dimension, Kind, Table, Word
 
-LEXICON: Table = {
-    **FRENCH,
-    **FRENCH_TOLD,
-    **SPANISH,
-    **SPANISH_TOLD,
-    **GERMAN,
-    **GERMAN_TOLD,
-    **CHINESE_TOLD,
-    **CHINESE,
-    **JAPANESE_TOLD,
-    **JAPANESE,
-    **ENGLISH,
-}
+LEXICON: Table = {**CHINESE, **JAPANESE, **ENGLISH}
 
 _CJK = "\u3005\u3007\u3040-\u30ff\u3400-\u9fff"
 _LETTER = rf"[^\W\d_{_CJK}]"

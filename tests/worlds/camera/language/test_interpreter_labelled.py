@@ -14,7 +14,7 @@ from foundry.worlds.camera.language.command import Command
 from foundry.worlds.camera.language.interpreter import interpret
 from worlds.camera.language.reply_shares import by, counted, labelled, verdict
 
-MEASURED = {"dev": (161, 161, 0), "held": (161, 154, 5), "vlm": (80, 79, 0)}
+MEASURED = {"dev": (140, 140, 0), "held": (132, 125, 5), "vlm": (80, 79, 0)}
 """The replies, those of them that are read exactly, and those with a motion that nobody asked for."""
 
 
@@ -29,7 +29,7 @@ def test_labelled_replies_are_read_at_least_as_well_as_measured(half):
 
 def test_no_language_of_the_replies_that_were_worked_on_is_read_worse_than_another():
     assert {language: shares.share for language, shares in by(labelled("dev"), "language").items()} == dict.fromkeys(
-        ("de", "en", "es", "fr", "ja", "zh"), 1.0
+        ("en", "ja", "zh"), 1.0
     )
 
 
@@ -43,9 +43,6 @@ COMMANDS = [
     ("My next movement: look down 20 degrees.", (None, None, -20.0)),
     ("I will turn right 45 degrees.", (None, -45.0, None)),
     ("右に30度回転します。", (None, -30.0, None)),
-    ("Jetzt drehe ich mich um 30 Grad nach links.", (None, 30.0, None)),
-    ("Ahora giro a la derecha 45 grados.", (None, -45.0, None)),
-    ("Maintenant, je tourne à gauche de 30 degrés.", (None, 30.0, None)),
     ("现在向右转45度。", (None, -45.0, None)),
 ]
 MOTIONS = st.sampled_from(["moved forward 2 m", "turned right 60 degrees", "looked up 10 degrees", "walked back 1 m"])
@@ -59,9 +56,6 @@ RECAPS = st.sampled_from(
         "The robot {} and then {}.",
         "You first {}, then {}.",
         "前のステップで2メートル前進しましたが、ラックにぶつかりました。",
-        "Ich bin im letzten Schritt 2 m vorwärts gegangen.",
-        "En el paso anterior avancé 2 metros.",
-        "J'ai avancé de 2 m.",
         "上一步我向前走了2米。",
     ]
 )

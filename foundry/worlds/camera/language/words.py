@@ -72,8 +72,6 @@ class Form(Enum):
     ING = auto()
     PAST = auto()
     THIRD = auto()  # "turns": usually said of a thing
-    FIRST = auto()  # "avanzo": said of oneself
-    EITHER = auto()  # "avance": an order, or said of oneself or another
 
 
 class Side(Enum):
@@ -119,8 +117,8 @@ class Word:
         number: value of a number, factor of a unit; of a verb the degrees it implies, or 0.
         scale: the number multiplies the one before it: "hundred"; of somebody else: there are several.
         dimension: of a unit.
-        reach: of a negation or possibility: `after`, `before` (the verb before it) or `both`; of the past: `before`
-            (all of the sentence before it); of somebody else: `both` (over commas too).
+        reach: of a negation or possibility: `after` or `before` (the verb before it); of the past: `before` (all
+            of the sentence before it); of somebody else: `both` (over commas too).
         negated: of a verb: whether its form says "not".
         decides: of a negation: whether not moving is what it decides ("will not", unlike "cannot").
     """

@@ -1,21 +1,10 @@
-"""The basic words of Japanese and Chinese, which are written without blanks."""
+"""The Japanese words, which are written without blanks."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-from foundry.worlds.camera.language.vocabulary.words import (
-    Act,
-    Dimension,
-    Form,
-    Kind,
-    Side,
-    Table,
-    Way,
-    Word,
-    numbers,
-    phrases,
-)
+from foundry.worlds.camera.language.words import Act, Dimension, Form, Kind, Side, Table, Way, Word, numbers, phrases
 
 
 def _inflected(word: Word, stems: str, endings: str) -> dict[str, Word]:
@@ -95,7 +84,7 @@ def _verbs(word: Word, stems: str, endings: tuple[str, str, str]) -> dict[str, W
 
 _TURN_BACK = Word(Kind.VERB, act=Act.TURN, side=Side.BEFORE, ways=(Way.AROUND,), number=180.0)
 
-_JAPANESE_VERBS: Table = {
+_VERBS: Table = {
     **_verbs(_before(Act.MOVE), "進", _GODAN["む"]),
     **_verbs(_before(Act.MOVE), "下が 戻", _GODAN["る"]),
     **_verbs(_before(Act.MOVE), "歩 動", _GODAN["く"]),
@@ -122,7 +111,49 @@ _JAPANESE_VERBS: Table = {
     **_verbs(_before(Act.LOOK, Way.DOWN), "うつむ", _GODAN["く"]),
 }
 
+_OTHERS = (
+    "ロボット 人 人物 男性 女性 宇宙飛行士 飛行士 彼 彼女 エージェント 誰か 作業員 子供 犬 研究者 スタッフ 人々 男 女"
+)
+
+_TOLD: Table = {
+    **phrases(
+        Word(Kind.PAST, reach="before"),
+        "ました | ませんでした | でした | だった | たが | たので | たため | た結果 | た後 | たあと | "
+        "た際 | たところ | たとき | "
+        "た時 | たけど | たけれど | だ後 | んだが | んだので | んだ結果 | んだため | んだところ | ましたが | ました後",
+    ),
+    **phrases(
+        Word(Kind.EARLIER),
+        "前回 | 前回は | 前回の | 前のステップ | 前のステップで | 前のステップでは | 先ほど | 先ほどは | "
+        "さっき | 直前 | 直前の | "
+        "以前 | これまで | 前の動作 | 前の動作は | 前の行動 | 最後の動作 | 最後の動作は | 一つ前 | 履歴 | 直前に",
+    ),
+    **phrases(
+        Word(Kind.NOW),
+        "次は | 今回は | 今は | 今回 | 今 | ここでは | 今回の動作は | 次の動作は | 次の動作 | 次の行動は | "
+        "次の行動 | 今度は | "
+        "次の移動 | 次の移動は | 次の一手は | このステップでは",
+    ),
+    **phrases(
+        Word(Kind.LATER),
+        "次回 | 次回以降 | 後で | あとで | いずれ | 最終的に | "
+        "最終的には | 将来 | 後ほど | その後で | いつか | そのうち | やがて",
+    ),
+    **phrases(
+        Word(Kind.NEXT), "次のステップで | 次のステップでは | 次のターンで | つもり | 予定 | その次に | その次は"
+    ),
+    **phrases(Word(Kind.FIRST), "その前に | でもまず | ただしまず | しかしまず | が、まず | ですが、まず"),
+    **phrases(Word(Kind.RETRACT), "いや、 | いいえ、 | 訂正 | やはり | やっぱり | 間違えました | いえ、 | 待って"),
+    **{f"{name}{marker}": Word(Kind.OTHER, reach="both") for name in _OTHERS.split() for marker in "がは"},
+    **phrases(
+        Word(Kind.OTHER, reach="both"),
+        "目標は、 | 目的は | 任務は | 課題は | タスクは | 私の目標は | 私の任務は | 目標は",
+    ),
+}
+"""What is told instead of asked for: the past, others, purposes, what is put off."""
+
 JAPANESE: Table = {
+    **_TOLD,
     **_inflected(Word(Kind.WAY, ways=(Way.FORWARD,)), "前 まえ 正面 前方", "に へ 方向に 方に の方に 方向へ"),
     **phrases(Word(Kind.WAY, ways=(Way.FORWARD,)), "まっすぐ前に | まっすぐ | 真っ直ぐ | まっすぐに | 真っすぐ"),
     **_inflected(Word(Kind.WAY, ways=(Way.BACK,)), "後ろ うしろ 後方", "に へ 方向に の方に 方向へ"),
@@ -201,51 +232,5 @@ JAPANESE: Table = {
     **phrases(Word(Kind.UNIT, dimension=Dimension.OTHER), "秒 | 回 | 次"),
     **numbers("〇=0 一=1 二=2 三=3 四=4 五=5 六=6 七=7 八=8 九=9 两=2 半=0.5"),
     **numbers("十=10 百=100", scale=True),
-    **_JAPANESE_VERBS,
-}
-
-_BOTH = Side.BOTH
-_CHINESE_VERBS = (
-    (Word(Kind.VERB, act=Act.MOVE, side=_BOTH, goes=True), "走 移动 行走 移動 走动 平移"),
-    (Word(Kind.VERB, act=Act.MOVE, side=_BOTH, ways=(Way.FORWARD,)), "前进 前進 直走 直行 前移 前行"),
-    (Word(Kind.VERB, act=Act.MOVE, side=_BOTH, ways=(Way.BACK,)), "后退 後退 倒退 退后 后移 退"),
-    (Word(Kind.VERB, act=Act.MOVE, side=_BOTH, ways=(Way.LEFT,)), "左移"),
-    (Word(Kind.VERB, act=Act.MOVE, side=_BOTH, ways=(Way.RIGHT,)), "右移"),
-    (Word(Kind.VERB, act=Act.TURN, side=_BOTH), "转 旋转 转动 轉 旋轉 转向"),
-    (Word(Kind.VERB, act=Act.TURN, side=_BOTH, ways=(Way.LEFT,)), "左转 向左转 左轉 向左轉 左拐"),
-    (Word(Kind.VERB, act=Act.TURN, side=_BOTH, ways=(Way.RIGHT,)), "右转 向右转 右轉 向右轉 右拐"),
-    (Word(Kind.VERB, act=Act.TURN, side=_BOTH, ways=(Way.AROUND,), number=180.0), "转身 掉头 向后转 轉身"),
-    (Word(Kind.VERB, act=Act.LOOK, side=_BOTH), "看 倾斜"),
-    (Word(Kind.VERB, act=Act.LOOK, side=_BOTH, ways=(Way.UP,)), "抬头 抬头看 向上抬头 抬頭 仰视 抬高 上移 抬起"),
-    (Word(Kind.VERB, act=Act.LOOK, side=_BOTH, ways=(Way.DOWN,)), "低头 低头看 向下低头 低頭 俯视 降低 下移 压低 低下"),
-)
-
-CHINESE: Table = {
-    **{name: verb for verb, names in _CHINESE_VERBS for name in names.split()},
-    **{
-        f"{name}{ending}": replace(verb, form=Form.PAST)
-        for verb, names in _CHINESE_VERBS
-        for name in names.split()
-        for ending in ("了", "过了", "过")
-    },
-    **phrases(Word(Kind.WAY, ways=(Way.FORWARD,)), "向前 | 往前 | 向前方 | 朝前 | 向正前方 | 径直向前"),
-    **phrases(Word(Kind.WAY, ways=(Way.BACK,)), "向后 | 往后 | 向後 | 朝后"),
-    **phrases(Word(Kind.WAY, ways=(Way.LEFT,)), "向左 | 往左 | 朝左 | 逆时针 | 向左侧 | 左向"),
-    **phrases(Word(Kind.WAY, ways=(Way.RIGHT,)), "向右 | 往右 | 朝右 | 顺时针 | 向右侧 | 右向"),
-    **phrases(Word(Kind.WAY, ways=(Way.UP,)), "向上 | 往上 | 朝上"),
-    **phrases(Word(Kind.WAY, ways=(Way.DOWN,)), "向下 | 往下 | 朝下"),
-    **phrases(
-        Word(Kind.STAY),
-        "原地不动 | 保持不动 | 停留 | 停留在原地 | 不动 | 留在原地 | 待在原地 | 停在原地 | 不移动 | 保持静止 | "
-        "静止不动 | 留在这里 | 停下 | 停止 | 原地等待 | 保持原位 | 待在这里",
-    ),
-    **phrases(Word(Kind.NOT), "不要 | 不 | 别 | 勿 | 不能 | 无需 | 不需要 | 无法 | 没有 | 不必"),
-    **phrases(Word(Kind.POSSIBLE), "可以 | 可能 | 能否 | 能够"),
-    **phrases(Word(Kind.CONDITION), "如果 | 因为 | 当 | 是否 | 由于"),
-    **phrases(Word(Kind.JOIN), "然后 | 然後 | 并 | 并且 | 再 | 而是 | 因此 | 所以 | 于是 | 但 | 但是 | 接着 | 而"),
-    **phrases(Word(Kind.OR), "或 | 或者"),
-    **phrases(Word(Kind.SMALL), "一点 | 一下 | 稍微 | 一點"),
-    **phrases(Word(Kind.FRESH), "我 | 我会 | 我将 | 我要 | 我应该 | 我需要 | 我选择 | 应该"),
-    **phrases(Word(Kind.GAZE), "视线 | 目光 | 镜头 | 摄像头 | 相机"),
-    **phrases(Word(Kind.FILLER), "将 | 把 | 请 | 约 | 大约 | 大概 | 头 | 身体 | 的 | 继续 | 先 | 直接 | 慢慢"),
+    **_VERBS,
 }
