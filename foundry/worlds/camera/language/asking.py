@@ -1,17 +1,32 @@
-"""Reads the motions that one sentence asks for, and leaves alone what it only talks about."""
+"""Reads the motions that each sentence asks for, and the one command that they come down to.
+
+It leaves alone what a sentence only talks about.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections import Counter
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, field, replace
 
-from foundry.worlds.camera.language.amounts import Amount
-from foundry.worlds.camera.language.arguments import ARGUMENTS, HARMLESS, collect, words_after
-from foundry.worlds.camera.language.mentions import Arguments, Category, Mention, bare_mention, made, mention
-from foundry.worlds.camera.language.scopes import Bar, Scopes
-from foundry.worlds.camera.language.sentences import Segment, Sentence
-from foundry.worlds.camera.language.telling import Telling
-from foundry.worlds.camera.language.tokens import Token
+from foundry.records import Outcome
+from foundry.texts import without_surrogates
+from foundry.worlds.camera.language.arguments import (
+    ARGUMENTS,
+    HARMLESS,
+    Arguments,
+    Category,
+    Mention,
+    bare_mention,
+    collect,
+    made,
+    mention,
+    words_after,
+)
+from foundry.worlds.camera.language.command import Command, Limits, Translation, limited
+from foundry.worlds.camera.language.sentences import Segment, Sentence, find_sentences
+from foundry.worlds.camera.language.telling import Bar, Scopes, Telling
+from foundry.worlds.camera.language.tokens import Amount, Token
 from foundry.worlds.camera.language.words import Act, Dimension, Form, Kind, Way
 
 _AND = frozenset(("and", "&"))
@@ -338,3 +353,129 @@ def _is_plain(segment: Segment) -> bool:
 
 def _is_strange(token: Token) -> bool:
     return token.kind not in HARMLESS and token.kind not in ARGUMENTS and token.kind not in (Kind.VERB, Kind.NOT)
+
+
+_LONGEST_QUOTE = 80
+
+
+@dataclass(slots=True)
+class _Latest:
+    """What is left of the motions read so far."""
+
+    mentions: dict[Category, Mention] = field(default_factory=dict)
+    overridden: Counter[Category] = field(default_factory=Counter)
+    refused: int = 0
+    told: int = 0
+    retracting: bool = False
+    ordered: bool = False
+
+    def take(self, mentions: Iterable[Mention]) -> None:
+        """Take the motions of one sentence into account."""
+        mentions = [motion for motion in mentions if not self._is_retraction(motion)]
+        stays = [motion for motion in mentions if motion.category is Category.STAY]
+        if stays:
+            self._retract()
+            self.mentions = {Category.STAY: stays[-1]}
+        for motion in mentions:
+            if motion.told:
+                self.told += 1
+            elif not motion.wanted:
+                self._refuse(motion)
+            elif motion.category is not Category.STAY:
+                self._retract()
+                self.overridden[motion.category] += motion.category in self.mentions
+                self.mentions[motion.category] = motion
+                self.mentions.pop(Category.STAY, None)
+
+    def _is_retraction(self, motion: Mention) -> bool:
+        first_order = motion.category is Category.ORDER and not self.ordered
+        self.ordered = self.ordered or first_order
+        self.retracting = self.retracting or first_order or motion.category is Category.RETRACT
+        return motion.category in (Category.RETRACT, Category.ORDER)
+
+    def _retract(self) -> None:
+        """Take back what was said before, now that something takes its place."""
+        if self.retracting:
+            self.mentions.clear()
+            self.retracting = False
+
+    def _refuse(self, motion: Mention) -> None:
+        self.refused += 1
+        earlier = self.mentions.get(motion.category)
+        if earlier is not None and motion.direction in (earlier.direction, _ANY[motion.category]):
+            del self.mentions[motion.category]
+
+
+_ANY = {Category.TRANSLATE: None, Category.TURN: 0.0, Category.GAZE: 0.0}
+"""The direction of a motion that is refused whatever its direction."""
+
+
+def resolve(text: str, limits: Limits) -> Command:
+    """Return the command in a cleaned text."""
+    latest = _Latest()
+    sentences = [read_sentence(sentence) for sentence in find_sentences(text)]
+    at_once = any(motion.wanted and not motion.later for mentions in sentences for motion in mentions)
+    for mentions in sentences:
+        latest.take(motion for motion in mentions if not (at_once and motion.later))
+    found, notes = latest.mentions, list[str]()
+    for motion in found.values():
+        notes.extend(_origin(motion, latest.overridden[motion.category]))
+    command = Command(
+        translate=_translation(found.get(Category.TRANSLATE), limits, notes),
+        turn=_angle(found.get(Category.TURN), limits.default_turn_deg, limits.max_turn_deg, limits, notes),
+        gaze=_angle(found.get(Category.GAZE), limits.default_gaze_deg, limits.max_gaze_deg, limits, notes),
+        stay=Category.STAY in found,
+        outcome=_outcome(found.values()),
+    )
+    if latest.refused:
+        notes.append(f"named as not to be done: {latest.refused}")
+    if latest.told:
+        notes.append(f"told and not asked for: {latest.told}")
+    return replace(command, notes=tuple(notes or ["no movement found"]))
+
+
+def _outcome(found: Collection[Mention]) -> Outcome:
+    if not found:
+        return Outcome.UNREADABLE
+    return Outcome.REPAIRED if any(motion.inferred for motion in found) else Outcome.CHOSEN
+
+
+def _origin(motion: Mention, overridden: int) -> Iterable[str]:
+    """Yield what a motion was read from, and how."""
+    name = motion.category.value
+    text = without_surrogates(motion.text)
+    yield f"{name}: '{text if len(text) <= _LONGEST_QUOTE else text[: _LONGEST_QUOTE - 3] + '...'}'"
+    yield from (f"{name}: {remark}" for remark in motion.remarks)
+    if overridden:
+        yield f"{name}: the latest of {overridden + 1}"
+
+
+def _translation(motion: Mention | None, limits: Limits, notes: list[str]) -> Translation | None:
+    if motion is None:
+        return None
+    asked = _asked(motion, limits.default_distance_m, "m", limits, notes)
+    return Translation(motion.direction, limited("translate", asked, limits.max_distance_m, "m", notes))
+
+
+def _angle(
+    motion: Mention | None, default: float, largest: float | None, limits: Limits, notes: list[str]
+) -> float | None:
+    if motion is None:
+        return None
+    asked = motion.direction * abs(_asked(motion, motion.degrees or default, "degrees", limits, notes))
+    return limited(motion.category.value, asked, largest, "degrees", notes) + 0.0  # no negative zero
+
+
+def _asked(motion: Mention, default: float, unit: str, limits: Limits, notes: list[str]) -> float:
+    """Return the amount that is asked for, metres or degrees."""
+    if motion.amount is not None:
+        steps = motion.amount.dimension is Dimension.STEP
+        return round(motion.amount.number * limits.step_length_m, 9) if steps else motion.amount.number
+    if motion.degrees:
+        return motion.degrees
+    name = motion.category.value
+    if motion.small:
+        notes.append(f"{name}: a small amount, {limits.small_factor:g} of the default of {default:g} {unit}")
+        return default * limits.small_factor
+    notes.append(f"{name}: no amount named, {default:g} {unit} by default")
+    return default

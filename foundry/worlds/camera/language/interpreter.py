@@ -4,9 +4,14 @@ Translation, turn of the body and turn of the gaze are read apart, each from its
 "stay" takes back what was said in earlier sentences. A direction counts only as the word of a verb of motion, behind
 another command, or in a sentence that says nothing else. What is negated, merely possible, conditional, asked or
 given as an example is no command; nor is what is told of earlier steps or of others, as a purpose or for later
-(`language.telling`), nor quotations of earlier steps and lists to choose from (`language.quotations`). An amount that
+(`language.telling`), nor quotations of earlier steps and lists to choose from (`language.tokens`). An amount that
 is not named is the configured default; one that exceeds a limit is clamped; the notes say so. A reply that is a JSON
-object is read as that: with the keys that are asked for (`json_commands`), or with words of its own (`json_words`).
+object is read as that.
+
+The keys that are asked for are `direction` (one of the words below or null), `distance` (metres), `turn` (degrees to
+the left) and `gaze` (degrees upwards). Missing, null and 0 mean none, and a command without any motion is "stay". Other
+keys are ignored, unless they name the action: an object in words of its own, such as {"action": "turn", "direction":
+"left", "angle": 45}, is put into a sentence and read as one.
 
 `chosen`: at least one command was found. `unreadable`: none was, and nothing moves. `repaired`: JSON that is not
 the whole reply or, where JSON is asked for, a command in plain language.
@@ -17,18 +22,198 @@ Time is linear in the length of the reply.
 from __future__ import annotations
 
 import json
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from typing import Any
 
 from foundry.errors import InputError
 from foundry.records import Outcome
-from foundry.worlds.camera.language.command import Command, Limits, command_record
-from foundry.worlds.camera.language.json_commands import embedded_command, whole_command
-from foundry.worlds.camera.language.resolving import resolve
+from foundry.worlds.camera.language.asking import resolve
+from foundry.worlds.camera.language.command import BEARINGS, Command, Limits, Translation, command_record, limited
 from foundry.worlds.camera.language.sentences import last_sentence
-from foundry.worlds.camera.language.tokens import cleaned
-from foundry.worlds.replies import without_thinking
+from foundry.worlds.camera.language.tokens import LARGEST, cleaned
+from foundry.worlds.replies import Conflicting, find_objects, whole_object, without_thinking
+
+_ACTIONS = re.compile(
+    r"action|command|movement|motion|move|type|verb|turn|rotat|look|gaze|stay|"
+    r"行動|行动|動作|动作|移動|移动|指令|命令|コマンド|アクション"
+)
+_DIRECTIONS = re.compile(r"direction|side|^dir$|方向|向き")
+_DISTANCES = re.compile(r"distan|^m$|met(?:er|re)s?|^length|距離|距离|メートル|米")
+_ANGLES = re.compile(r"angle|degree|^deg$|角度|度")
+_AMOUNTS = re.compile(r"^(?:amount|value|magnitude|quantity|by|parameters?|params|args|arguments)$|量|値|值")
+_UNITS = re.compile(r"^units?$|単位|单位")
+_ELSEWHERE = re.compile(
+    r"prev|last|past|history|earlier|result|reason|thought|observ|explan|descri|analysis|goal|task|plan|later|after|"
+    r"前回|履歴|理由|上一|原因"
+)
+_BARE_WAYS = frozenset(("左", "右", "前", "後ろ", "上", "下"))
+_DEEPEST = 3
+_ACTION, _DIRECTION, _AMOUNT = range(3)
+"""Places in the sentence that is made."""
+
+
+def worded_command(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
+    """Return the command of an object that names its action, put into a sentence; None when it does not."""
+    if not any(_names(key.lower()) for key in found):
+        return None
+    words = [*_words(found, 0)]
+    command = resolve(cleaned(" ".join(words)), limits)
+    if command.outcome is Outcome.UNREADABLE:  # Japanese says the action last
+        command = resolve(cleaned(" ".join(reversed(words))), limits)
+    if command.outcome is Outcome.UNREADABLE:
+        return None
+    worst = Outcome.REPAIRED if Outcome.REPAIRED in (command.outcome, outcome) else outcome
+    return replace(command, outcome=worst, notes=("read as JSON", *command.notes))
+
+
+def names_action(found: dict[str, Any]) -> bool:
+    """Tell whether an object says in a word which kind of action it is."""
+    return any(isinstance(found.get(key), str) for key in ("action", "command", "type"))
+
+
+def _names(key: str) -> bool:
+    return bool(_ACTIONS.search(key)) and not _ELSEWHERE.search(key)
+
+
+def _words(found: dict[str, Any], depth: int) -> Iterator[str]:
+    """Yield what an object says of a movement: the action, then its direction, then how far."""
+    unit = next((str(value) for key, value in found.items() if _UNITS.search(key.lower())), "")
+    said = [part for key, value in found.items() for part in _said(key.lower(), value, unit, depth)]
+    yield from (text for _, text in sorted(said, key=lambda part: part[0]) if text)
+
+
+def _said(key: str, value: Any, unit: str, depth: int) -> Iterator[tuple[int, str]]:
+    """Yield the words for one key, each with its place in the sentence."""
+    if _ELSEWHERE.search(key) or _UNITS.search(key):
+        return
+    if isinstance(value, dict | list):
+        yield from _nested(key, value, unit, depth)
+        return
+    number = _number(value)
+    measured = _measured(key, unit)
+    if measured is not None:
+        yield _AMOUNT, f"{number} {measured}" if number else value if isinstance(value, str) else ""
+    elif isinstance(value, str) and _DIRECTIONS.search(key):
+        yield _DIRECTION, f"{value}に" if value in _BARE_WAYS else value
+    elif isinstance(value, str) and _ACTIONS.search(key):
+        yield _ACTION, value.replace("_", " ")
+    elif number and _ACTIONS.search(key):
+        yield _ACTION, key
+        yield _AMOUNT, f"{number} {'m' if 'move' in key else 'degrees'}"
+
+
+def _nested(key: str, value: dict[str, Any] | list[Any], unit: str, depth: int) -> Iterator[tuple[int, str]]:
+    if depth >= _DEEPEST:
+        return
+    if isinstance(value, list):
+        for item in value:
+            yield from _said(key, item, unit, depth + 1)
+    else:
+        names = _ACTIONS.search(key) and not _AMOUNTS.search(key)
+        yield _ACTION, " ".join((key if names else "", *_words(value, depth + 1)))
+
+
+def _measured(key: str, unit: str) -> str | None:
+    """Return the unit in which the number of a key is given, None when the key names no amount."""
+    if _ANGLES.search(key):
+        return "degrees"
+    if _DISTANCES.search(key):
+        return "m"
+    return unit if _AMOUNTS.search(key) else None
+
+
+def _number(value: Any) -> str:
+    """Return the digits of a number that can be one, else ""."""
+    return f"{value:f}" if type(value) in (int, float) and value and abs(value) <= LARGEST else ""
+
+
+_KEYS = frozenset(("direction", "distance", "turn", "gaze"))
+_BEARINGS = {
+    "-".join(sorted((way.value for way in ways), reverse=reverse)): bearing
+    for ways, bearing in BEARINGS.items()
+    for reverse in (False, True)
+}
+_NONE = frozenset(("", "none", "stay", "null"))
+_FENCE = re.compile(r"\A\s*```\w*|```\s*\Z")
+
+
+def whole_command(reply: str, limits: Limits) -> Command | None:
+    """Return the command that the whole reply is, thinking and code fences aside; None when it is none."""
+    found = whole_object(reply)
+    if found is not None:
+        return _command(found, limits, Outcome.CHOSEN)
+    found = whole_object(_FENCE.sub("", without_thinking(reply)))
+    return None if found is None else _command(found, limits, Outcome.REPAIRED)
+
+
+def embedded_command(reply: str, limits: Limits) -> Command | None:
+    """Return the command of the last object in the reply that is one, None when there is none."""
+    objects = reversed(find_objects(without_thinking(reply)))
+    commands = (_command(found, limits, Outcome.REPAIRED) for found in objects)
+    return next((command for command in commands if command is not None), None)
+
+
+def _command(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
+    if isinstance(found, Conflicting):
+        return None
+    in_numbers = any(_is_number(found.get(key)) for key in ("turn", "gaze"))
+    if in_numbers or not (found.keys() - _KEYS or _is_nested(found)):
+        return _numbers(found, limits, outcome)
+    worded = worded_command(found, limits, outcome)
+    if worded is not None or (names_action(found) and "distance" not in found):
+        return worded
+    return _numbers(found, limits, outcome)
+
+
+def _is_nested(found: dict[str, Any]) -> bool:
+    return any(isinstance(value, dict) for value in found.values())
+
+
+def _is_number(value: Any) -> bool:
+    return type(value) in (int, float) and value != 0
+
+
+def _numbers(found: dict[str, Any], limits: Limits, outcome: Outcome) -> Command | None:
+    """Return the command of an object with the keys that the prompt asks for."""
+    if not found.keys() & _KEYS or not _is_sound(found):
+        return None
+    notes: list[str] = []
+    translate = None
+    bearing = _BEARINGS.get(_direction(found))
+    if bearing is not None and found.get("distance") != 0:
+        asked = found.get("distance")
+        if asked is None:
+            notes.append(f"translate: no amount named, {limits.default_distance_m:g} m by default")
+            asked = limits.default_distance_m
+        translate = Translation(bearing, limited("translate", asked, limits.max_distance_m, "m", notes))
+    turn = limited("turn", found.get("turn") or 0.0, limits.max_turn_deg, "degrees", notes) or None
+    gaze = limited("gaze", found.get("gaze") or 0.0, limits.max_gaze_deg, "degrees", notes) or None
+    stay = translate is None and turn is None and gaze is None
+    return Command(translate, turn, gaze, stay, outcome, ("read as JSON", *notes))
+
+
+def _is_sound(found: dict[str, Any]) -> bool:
+    """Tell whether all values have their types, and a distance its direction."""
+    numbers = [found.get(key) for key in ("distance", "turn", "gaze")]
+    if not all(value is None or (type(value) in (int, float) and abs(value) <= LARGEST) for value in numbers):
+        return False
+    direction = _direction(found)
+    if direction in _NONE:
+        return not found.get("distance")
+    return direction in _BEARINGS and (found.get("distance") or 0) >= 0
+
+
+def _direction(found: dict[str, Any]) -> str:
+    """Return the direction in one spelling; what is none is kept, to be refused."""
+    value = found.get("direction")
+    if value is None:
+        return ""
+    words = re.findall(r"[a-z]+", value.lower()) if isinstance(value, str) else ["?"]
+    return "-".join(words) if len(words) < 3 else "?"
+
 
 SHIPPED_LIMITS = Limits(max_distance_m=3.0, max_turn_deg=180.0, max_gaze_deg=60.0)
 """The limits of `conf/world/usd.yaml`."""

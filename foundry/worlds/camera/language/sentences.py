@@ -7,8 +7,7 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from foundry.worlds.camera.language.amounts import with_amounts
-from foundry.worlds.camera.language.tokens import Token, command_words, tokens
+from foundry.worlds.camera.language.tokens import Token, command_words, tokens, with_amounts
 from foundry.worlds.camera.language.words import Kind
 
 MAX_WORDS = 1000
