@@ -30,9 +30,6 @@ from analysis.camera import sight_words as words
 from analysis.labelling.language import is_read
 from analysis.words import LETTERS, plain, whole_words
 
-RULE_VERSION = 3
-"""Raised whenever a text could be read otherwise than before."""
-
 _NEAR_WORDS, _NEAR_CHARACTERS = 2, 20
 """How far before a cue of seeing another one takes it back."""
 

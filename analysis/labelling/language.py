@@ -45,50 +45,50 @@ _SHARED = _listed(
 
 _COMMON = _listed(
     """
-    about above across action actually advance after again against agents agreed ahead alive almost alone along already
-    although always and another answer any anybody anyone anything anyway anywhere approach are aren't around arrive
-    arrived asap ask asked avoid away back backward backwards bad be because been before began behind being believe
-    below beside besides better between beware big blaze blazing book books both brb breakfast bridge bring broken
-    brought building burn burned burning burns burnt busy but buy by bye call called calm came can't cannot care
-    careful catch caught cause cell chair chance chapter chat check chose city clear close closer cold come coming
-    command completed continue cool corner corridor could couldn't couple course cross crowd damage dangerous day
-    dead deadly decided deep degree degrees desk detected did didn't dinner does doesn't dog doing don't done dont
-    door down dream drill drink drinks drive during each early east easy eat eating either else emergency empty end
-    enjoy enough entrance escape evacuate evacuated evacuating evacuation even ever every everybody everybody's
-    everyone everything everywhere exit extinguished eye eyes face facing false family fantastic far fast feel feels
-    few fight fire fires first flame flames flee fog follow food for forest forget forward found free friend friends
-    from front full fun game garden gather get gets getting give glad go goes going gone gonna good got grab great
-    group grow growing gtfo guess guys hallway hands happen happened happening happy hard hasn't hatch hate have
-    haven't having hazard hazards he's head headed heading heads health hear heard heat heavy hello help her here
-    here's hers hidden him his hold home hope hot hotter hour hours house how hungry hurry hurt i'd i'll i'm i've if
-    inform injured inside instead interesting into invite isn't it it's its join joke jump just keep keeping kill
-    killed kitchen knew know known last late later laugh lead leading least leave leaving left leftward less let's
-    lights like likely line listen little live living lol long longer look looking looks lose lost lot lots love
-    lovely low lunch made make makes manage many map may maybe mean meaning meet meeting meters metres middle might
-    mind mine miss mist money month months more morning move moved movement moves moving much music my name near
-    nearby need needs neighbor neighbors neighbour neighbours neither never new news next nice night nine nobody
-    noise none noone nor north nothing notice noticed now number numbers observe off older omg once one only onto
-    opening orders other others our ourselves out outside outskirts own owner paper party pass passed peaceful
-    people perhaps phone picked picture places planning play playing please plenty poor pose pretty printer proceed
-    proceeding pull pushed quick quickly quiet quite rain rather reach reached read reading ready really reason
-    relax relocating remain remains remember reply report reported rest right rightward road roof room rooms rotate
-    run running sad safe safely safety said same sat save saw say saying says school seat second seconds see seeing
-    seek seem seems seen send sent seriously several shall shared sharing she she's shelf shop short should
-    shouldn't shut sick side sides signs since sitting six size sky sleep slow slowly small smell smelled smelling
-    smells smoke smoky some somebody someone something somewhere song soon sorry sorts sound sounds south space
-    speak spot spread spreading stand standing stars start started starting starts states stay stayed staying steam
-    step steps stick still stopped stops story straight street strong such suddenly suggest suit sun supposed sure
-    surely swear table take taken taking talk talking target task taste tea tell terrible than thank thanks that
-    that's the their them then there there's these they they're thing things think thinking third this those though
-    thought thoughts three through till time tired today together told tomorrow tonight too took top touch touching
-    toward towards tower town track tree tried trip trouble true trust truth try trying turn turned turning turns
-    twice two unable under understand understood unless unsafe unsure until up update upstairs ur use used using
-    usual value very view visible visit voice wait waiting wake walk walked walking wall walls want wants warned
-    warning wasn't watch watching water wave way ways we'll we're we've wear week weeks weird welcome well went were
-    weren't what what's when where where's wherever whether which while white whiteboard who who's whole why wide
-    wife will window wish with within without woman women won't wonder wonderful wood word words work working works
-    world worried worry worse would wouldn't write wrong yeah year years yes yesterday yet you you'd you'll you're
-    you've young your yours yourself zero
+    about above across action actually advance after again against agents agreed ahead alive almost alone along
+    already although always and another answer any anybody anyone anything anyway anywhere approach are aren't
+    around arrive arrived asap ask asked avoid away back backward backwards bad bakery be because been before began
+    behind being believe below beside besides better between beware big blaze blazing book books bookshop both brb
+    breakfast bridge bring broken brought building burn burned burning burns burnt busy but buy by bye call called
+    calm came can't cannot care careful catch caught cause cell chair chance chapter chat check chose city clear
+    close closer cold come coming command completed continue cool corner corridor could couldn't couple course cross
+    crossing crowd damage dangerous day dead deadly decided deep degree degrees desk detected did didn't dinner does
+    doesn't dog doing don't done dont door down dream drill drink drinks drive during each early east easy eat
+    eating either else emergency empty end enjoy enough entrance escape evacuate evacuated evacuating evacuation
+    even ever every everybody everybody's everyone everything everywhere exit extinguished eye eyes face facing
+    false family fantastic far fast feel feels few fight fire fires first flame flames flee fog follow food for
+    forest forget forward found fountain free friend friends from front full fun game garden gather get gets getting
+    give glad go goes going gone gonna good got grab great group grow growing gtfo guess guys hallway hands happen
+    happened happening happy hard hasn't hatch hate have haven't having hazard hazards he's head headed heading
+    heads health hear heard heat heavy hello help her here here's hers hidden him his hold home hope hot hotter hour
+    hours house how hungry hurry hurt i'd i'll i'm i've if inform injured inside instead interesting into invite
+    isn't it it's its join joke jump just keep keeping kill killed kitchen knew know known last late later laugh
+    lead leading least leave leaving left leftward less let's library lights like likely line listen little live
+    living lol long longer look looking looks lose lost lot lots love lovely low lunch made make makes manage many
+    map may maybe mean meaning meet meeting meters metres middle might mind mine miss mist money month months more
+    morning move moved movement moves moving much music my name near nearby need needs neighbor neighbors neighbour
+    neighbours neither never new news next nice night nine nobody noise none noone nor north nothing notice noticed
+    now number numbers observe off older omg once one only onto opening orders other others our ourselves out
+    outside outskirts own owner paper party pass passed peaceful people perhaps phone picked picture places planning
+    play playing please plenty poor pose pretty printer proceed proceeding pull pushed quick quickly quiet quite
+    rain rather reach reached read reading ready really reason relax relocating remain remains remember reply report
+    reported rest right rightward road roof room rooms rotate run running sad safe safely safety said same sat save
+    saw say saying says school seat second seconds see seeing seek seem seems seen send sent seriously several shall
+    shared sharing she she's shelf shop short should shouldn't shut sick side sides signs since sitting six size sky
+    sleep slow slowly small smell smelled smelling smells smoke smoky some somebody someone something somewhere song
+    soon sorry sorts sound sounds south space speak spot spread spreading stand standing stars start started
+    starting starts states station stay stayed staying steam step steps stick still stopped stops story straight
+    street strong such suddenly suggest suit sun supposed sure surely swear table take taken taking talk talking
+    target task taste tea tell terrible than thank thanks that that's the their them then there there's these they
+    they're thing things think thinking third this those though thought thoughts three through till time tired today
+    together told tomorrow tonight too took top touch touching toward towards tower town track tree tried trip
+    trouble true trust truth try trying turn turned turning turns twice two unable under understand understood
+    unless unsafe unsure until up update upstairs ur use used using usual value very view visible visit voice wait
+    waiting wake walk walked walking wall walls want wants warned warning wasn't watch watching water wave way ways
+    we'll we're we've wear week weeks weird welcome well went were weren't what what's when where where's wherever
+    whether which while white whiteboard who who's whole why wide wife will window wish with within without woman
+    women won't wonder wonderful wood word words work working works world worried worry worse would wouldn't write
+    wrong yeah year years yes yesterday yet you you'd you'll you're you've young your yours yourself zero
     """
 )
 """Common English words, and those of a message about a fire or of a walk."""
