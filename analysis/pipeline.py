@@ -133,12 +133,7 @@ class Analysis:
         """What was found, in at most six sentences."""
         planned = self.planned is not None
         return summary(
-            self.contrasts,
-            self.compared,
-            planned=planned,
-            filtered=self.filtered,
-            doubts=self.doubts,
-            forms=self.forms,
+            self.contrasts, self.compared, planned=planned, filtered=self.filtered, doubts=self.doubts, forms=self.forms
         )
 
     def headlines(self, width: int, *, brief: bool = False) -> list[Table]:
@@ -449,11 +444,8 @@ def _incomparable(table: SignatureTable) -> list[str]:
     """Name the worlds that ask different questions, which measures of any form do not compare."""
     pairs = combinations(dict.fromkeys(table.questions), 2)
     apart = {name for one, other in pairs if not one.are_like(other) for name in (one.world, other.world)}
-    if not apart:
-        return []
-    return [
-        f"measures of any form are not compared between worlds that ask different questions: {joined(sorted(apart))}"
-    ]
+    why = "measures of any form are not compared between worlds that ask different questions"
+    return [f"{why}: {joined(sorted(apart))}"] if apart else []
 
 
 def _forms_by_group(results: Sequence[RunResult], groups: pd.DataFrame) -> dict[Group, FormAnalysis]:

@@ -17,7 +17,8 @@ from analysis.stats.pairing import Paired, pair_up, row_frame
 from analysis.stats.sign_flip import fewest_pairs
 from analysis.stats.values import SeedValues, seed_values
 from analysis.tables.signature_table import SignatureTable
-from analysis.tables.texts import Table, number
+from analysis.tables.table import Table
+from analysis.tables.texts import number
 from foundry.errors import InputError
 
 MOST_SEEDS = 100_000
