@@ -478,7 +478,7 @@ def _reach(differences: pd.DataFrame) -> list[str]:
         return []
     which = "" if len(notes) == len(tested) else f"in {len(notes)} of {len(tested)} tests "
     declared = (tested["claim"] == DECLARED).any()
-    advice = "a later look may" if declared else "run more seeds, or declare fewer measures with --family"
+    advice = "a later look may" if declared else "run more seeds"
     return [f"{which}{notes.iloc[0]}: {advice}"]
 
 

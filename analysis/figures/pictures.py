@@ -29,7 +29,7 @@ _MEANS = (
 )
 _NULL = " A broken line: what chance alone gives."
 _PAIRS = (
-    "Mean difference paired by seed, with its 95 % interval. Filled and with a star: it stands after Holm's "
+    "Mean difference paired by seed, with its 95 % interval. Filled and with a star: it stands after the "
     "correction over the family of tests; with a tilde: the same within the declared margin; grey: outside the "
     "family. n is the number of pairs."
 )
@@ -38,7 +38,7 @@ _SLOPES = f"A line a seed, broken where a group has no value; black: means. Line
 FINDINGS = (
     "Marks are means over seeds, bars 95 % intervals, dots single seeds; n, where not all seeds have a value."
     f"{_NULL} A dotted one: what the best scripted policy reaches. Beside them, differences paired by seed: "
-    "filled and with a star, one that stands after Holm's correction; with a tilde, the same within the declared "
+    "filled and with a star, one that stands after the correction; with a tilde, the same within the declared "
     "margin."
 )
 """How the pictures of the findings are read."""
@@ -99,7 +99,7 @@ class Finding:
     def _pairs(self, most: int) -> tuple[pd.DataFrame, str]:
         """Return so many differences, those with the smallest p, and what is said of the others."""
         rows = self.contrasts
-        kept = rows.loc[rows["p_holm"].sort_values(kind="stable").index[:most].sort_values()]
+        kept = rows.loc[rows["p_adjusted"].sort_values(kind="stable").index[:most].sort_values()]
         return kept, f"{len(kept)} of {len(rows)} differences, the smallest p" if len(kept) < len(rows) else ""
 
     def _picture(self, draw: Callable[..., Figure], kept: pd.DataFrame, left_out: str) -> Picture:

@@ -117,8 +117,9 @@ def _statistics(found: Basis) -> str:
     if tests:
         sizes = [f"{size} for {factor}" for factor, size in rows.groupby("factor", sort=False)["family"].max().items()]
         text += (
-            f" Differences were paired by seed and tested by {joined(tests)}, two-sided, with Holm's correction over "
-            f"all pairs of levels and {rows['measure'].nunique()} measures ({joined(rows['measure'].unique())}; "
+            f" Differences were paired by seed and tested by {joined(tests)}, two-sided. They were corrected by "
+            f"step-down max-T over {rows['measure'].nunique()} measures inside each pair of levels, and by Holm's "
+            f"method over the pairs ({joined(rows['measure'].unique())}; "
             f"tests in the family: {joined(sizes)}; alpha {ALPHA:g})."
         )
     else:

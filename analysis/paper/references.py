@@ -57,7 +57,8 @@ def _used(found: Basis) -> Iterator[str]:
     yield from rows["test"].astype(str)
     yield from found.comparison["interval"].astype(str)
     yield from rows["interval"].astype(str)
-    if rows["p_holm"].notna().any():
+    if rows["p_adjusted"].notna().any():
+        yield "max-t"
         yield "holm"
     if (rows["claim"] == DECLARED).any() and rows["look"].max() > 0:
         yield "looks"

@@ -34,7 +34,7 @@ _ROUNDING = 1e-9
 _REASONS = {
     f"n < {FEWEST_FOR_CLAIMS}": f"fewer than {FEWEST_FOR_CLAIMS} seeds only describe these runs",
     "no pair": "no seed has a value in both",
-    "no variation": "the difference is the same in every seed",
+    "no difference in any seed": "both are equal in every seed",
     "before the first look": "not all runs of the first declared look are here",
 }
 
@@ -89,7 +89,7 @@ def kind_of(row: Row) -> str:
         return DIFFERENT
     if row["equivalent"]:
         return SAME
-    return SILENT if math.isnan(row["p_holm"]) or row["out_of_reach"] else NOTHING
+    return SILENT if math.isnan(row["p_adjusted"]) or row["out_of_reach"] else NOTHING
 
 
 def why_silent(row: Row) -> str:
@@ -161,7 +161,7 @@ def _means(row: Row) -> str:
 
 def _tested(row: Row) -> str:
     family = f"after correction in {row['family']}" if row["family"] > 1 else "in the only test"
-    return f"p{equals_p(row['p_holm'])} {family}{_looks(row)} (level {LEVEL})"
+    return f"p{equals_p(row['p_adjusted'])} {family}{_looks(row)} (level {LEVEL})"
 
 
 def _looks(row: Row) -> str:

@@ -62,7 +62,7 @@ def _sentences(rows: pd.DataFrame, sides: Sides, most: int) -> list[str]:
     """Return the sentences on the rows: differences first, then by p; of those for which there is no room, how many."""
     order = (DIFFERENT, SAME, NOTHING, SILENT)
     found = sorted(
-        rows.sort_values("p_holm", kind="stable").to_dict("records"), key=lambda row: order.index(kind_of(row))
+        rows.sort_values("p_adjusted", kind="stable").to_dict("records"), key=lambda row: order.index(kind_of(row))
     )
     silent = _silent([row for row in found if kind_of(row) == SILENT], sides)
     return fitted(found, kind_of, lambda row: sentence(row, sides), silent, most=most, where="contrasts.md")

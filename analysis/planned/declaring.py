@@ -28,14 +28,15 @@ from foundry.storing.preregistration import PlannedCondition, PlannedLook, Plann
 
 METHOD = (
     "Differences of the conditions are paired by seed. Two-sided exact sign-flip test of the mean (9,999 drawn signs "
-    "above 16 pairs), exact McNemar test of outcomes. Alpha is spent in proportion to the seeds. Holm's correction is "
-    "over all tests of a factor, each with the least error in all at which one of its looks so far is significant. "
+    "above 16 pairs), exact McNemar test of outcomes. Tests are corrected by step-down max-T over the measures of each "
+    "pair of conditions, and by Holm's method over the pairs of a factor. Alpha is spent in proportion to the seeds: "
+    "each test counts with the least error in all at which one of its looks so far is significant. "
     "Where a margin is given, two one-sided paired t tests, their alpha spent and corrected in the same way."
 )
 LEFT_OUT = (
     "A seed whose run failed, or is missing, in either condition: it has no value there. It is counted.",
     "A seed in which the measure is undefined in either condition, such as the length of messages of who said nothing.",
-    f"Tests of fewer than {FEWEST_FOR_CLAIMS} pairs, and of differences that do not vary.",
+    f"Tests of fewer than {FEWEST_FOR_CLAIMS} pairs, and of measures that differ in no seed.",
     "Scripted baselines, measures over readable decisions alone, and all measures not named here: they explore.",
 )
 
@@ -72,6 +73,7 @@ def declared(
     if not pairs:
         raise InputError("There are no two conditions to compare: name two models, worlds or prompts.")
     tests = Counter(factor for factor, both in pairs for own in code.values() if both <= own.keys())
+    compared = Counter(factor for factor, both in pairs if any(both <= own.keys() for own in code.values()))
     if not tests:
         raise InputError(f"No two conditions to compare have {joined(measures)}: name a measure of both, or others.")
     return Preregistration(
@@ -80,9 +82,10 @@ def declared(
         seeds=seeds,
         measures=[PlannedMeasure(name=one, margin=margins.get(one), code_sha256=own) for one, own in code.items()],
         tests=dict(tests),
+        pairs=dict(compared),
         method=METHOD,
         alpha=ALPHA,
-        looks=_planned_looks(wanted, max(tests.values())),
+        looks=_planned_looks(wanted, max(compared.values())),
         left_out=list(LEFT_OUT),
         **said,
     )
@@ -108,7 +111,8 @@ def checked_looks(looks: Sequence[int], seeds: int) -> tuple[int, ...]:
 def out_of_reach(plan: Preregistration) -> list[str]:
     """Return at which looks no test can be significant at the first step of Holm's correction, one line each."""
     return [
-        f"at {one.seeds} seeds no p can be as small as {one.alpha_in_family:.2g}: it takes more seeds or fewer tests"
+        f"at {one.seeds} seeds no p can be as small as {one.alpha_in_family:.2g}: it takes more seeds or fewer "
+        "conditions"
         for one in plan.looks
         if least_p(one.seeds) > one.alpha_in_family
     ]
@@ -188,8 +192,8 @@ def _check_margins(family: Sequence[str], margins: Mapping[str, float]) -> None:
             raise InputError(f"The margin of {name} is {margin:g}: give one above 0, in the unit of the measure.")
 
 
-def _planned_looks(looks: Sequence[int], tests: int) -> list[PlannedLook]:
-    found = levels(looks, np.array([ALPHA, ALPHA / tests])).tolist()
+def _planned_looks(looks: Sequence[int], pairs: int) -> list[PlannedLook]:
+    found = levels(looks, np.array([ALPHA, ALPHA / pairs])).tolist()
     return [
         PlannedLook(seeds=n, alpha=round(alone, 8), alpha_in_family=round(strict, 8))
         for n, (alone, strict) in zip(looks, found, strict=True)

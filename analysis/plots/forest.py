@@ -28,7 +28,7 @@ class Pair:
         low: lower end of its interval, or NaN.
         high: upper end.
         pairs: how many pairs.
-        significant: whether the difference stands after Holm's correction.
+        significant: whether the difference stands after the correction.
         equivalent: whether the two are the same within a margin declared beforehand.
         tested: whether the pair is in the family of tests.
     """
@@ -49,7 +49,7 @@ class Pair:
 
 
 def draw_forest(ax: Axes, pairs: Sequence[Pair], title: str) -> Axes:
-    """Draw the pairs below one another: filled with a star where Holm's test finds a difference, hollow elsewhere.
+    """Draw the pairs below one another, each with a filled star where its difference stands after the correction.
 
     Args:
         ax: where to.

@@ -12,15 +12,17 @@ import pandas as pd
 
 from analysis.stats.family import are_apart, declared_measures, is_denominator, known_measures
 from analysis.stats.intervals import Estimates, by_count
+from analysis.stats.max_t import over_pairs
 from analysis.stats.multiplicity import benjamini_hochberg, holm
 from analysis.stats.paired import hedges_g_z, superiority
-from analysis.stats.pairing import Paired, bounds, mean_where, pair_up, row_frame
+from analysis.stats.pairing import Paired, bounds, mean_where, pair_of, pair_up, row_frame
 from analysis.stats.plan import DECLARED, Plan, claims, equivalence
 from analysis.stats.sign_flip import least_p
 from analysis.stats.values import SeedValues, seed_values
 from analysis.tables.groups import group_keys, swept_columns
 from analysis.tables.signature_table import SignatureTable
 from foundry.errors import InputError
+from foundry.texts import counted
 
 ALPHA = 0.05
 
@@ -87,7 +89,7 @@ class _Asked:
 COLUMNS = (
     "measure", "signature", "headline", "readable_only", "baseline", "factor", "level", "reference", "context",
     "n_pairs", "n_missing", "n_undefined", "mean_level", "mean_reference", "difference", "low", "high", "interval",
-    "test", "p", "claim", "look", "alpha", "p_holm", "family", "significant", "p_bh", "g_z", "superiority",
+    "test", "p", "claim", "look", "alpha", "p_adjusted", "family", "pairs", "significant", "p_bh", "g_z", "superiority",
     "bound_low", "bound_high", "margin", "p_equivalence", "p_equivalence_holm", "equivalent", "out_of_reach", "note",
 )  # fmt: skip
 """The columns of the table of contrasts, in their order."""
@@ -141,21 +143,24 @@ def _sizes(paired: Paired, found: Estimates) -> dict[str, Any]:
 
 def _over_families(frame: pd.DataFrame, alpha: float) -> dict[str, Any]:
     """Return the columns that take all tests of one factor together."""
+    pair = pair_of(frame).to_numpy(dtype=np.int64)
     p, p_claim, p_equivalence = (frame[name].to_numpy(dtype=np.float64) for name in ("p", "p_claim", "p_equivalence"))
     explored = ~frame["readable_only"].to_numpy(dtype=bool)
     explored &= ~np.array([is_denominator(name) for name in frame["measure"]], dtype=bool)
     headline = frame["headline"].to_numpy(dtype=bool)
     apart = are_apart(frame["measure"].tolist())
     adjusted, rates, same = (np.full(len(p), np.nan) for _ in range(3))
-    size = np.zeros(len(p), dtype=np.int64)
+    size, pairs = np.zeros(len(p), dtype=np.int64), np.zeros(len(p), dtype=np.int64)
     for factor in frame["factor"].unique():
         own = (frame["factor"] == factor).to_numpy()
-        adjusted[own & headline] = np.where(np.isnan(p[own & headline]), np.nan, holm(p_claim[own & headline]))
+        family = own & headline
+        adjusted[family] = np.where(np.isnan(p[family]), np.nan, over_pairs(p_claim[family], pair[family]))
         same[own] = holm(p_equivalence[own])
         for some in (~apart, apart):
             rates[own & explored & some] = benjamini_hochberg(p[own & explored & some])
-        size[own & headline] = np.count_nonzero(~np.isnan(p_claim[own & headline]))
-    found = {"p_holm": adjusted, "family": size, "significant": adjusted <= alpha, "p_bh": rates}
+        is_test = ~np.isnan(p_claim[family])
+        size[family], pairs[family] = np.count_nonzero(is_test), len(np.unique(pair[family][is_test]))
+    found = {"p_adjusted": adjusted, "family": size, "pairs": pairs, "significant": adjusted <= alpha, "p_bh": rates}
     return {**found, "p_equivalence_holm": same, "equivalent": same <= alpha}
 
 
@@ -190,17 +195,19 @@ def _used(frame: pd.DataFrame, found: Estimates, plan: Plan | None) -> list[int]
 def _out_of_reach(frame: pd.DataFrame, used: Sequence[int], plan: Plan | None, alpha: float) -> list[str]:
     """Return why no result of each row could have been significant beside the others' results, or "" where one could.
 
-    By Holm's correction the least p of a row is held against as many tests as are not significant, itself included.
+    By Holm's correction the least p of a row counts as often as pairs have a test that is not significant.
     """
-    others = frame["significant"].groupby(frame["factor"]).transform("sum") - frame["significant"]
-    left = (frame["family"] - others).where(frame["family"] > 0, 0)
+    is_open = (frame["family"] > 0) & frame["p"].notna() & ~frame["significant"]
+    pair = pair_of(frame).where(is_open)
+    left = pair.groupby(frame["factor"]).transform("nunique").where(is_open, 0).astype(int)
     strictest = {one: alpha / one if plan is None else plan.level(alpha / one) for one in {*left} - {0}}
-    columns = (frame["family"], left, frame["p"], frame["look"])
+    columns = (frame["pairs"], left, frame["look"])
     return [
-        f"no p can reach {alpha:g} with {pairs} pairs among {family} tests" + (" at this look" if look else "")
-        if family and not math.isnan(p) and least_p(pairs) > strictest[tests]
+        f"no p can reach {alpha:g} with {seeds} seeds among {counted(pairs, 'pair')}"
+        + (" at this look" if look else "")
+        if open_pairs and least_p(seeds) > strictest[open_pairs]
         else ""
-        for pairs, family, tests, p, look in zip(used, *columns, strict=True)
+        for seeds, pairs, open_pairs, look in zip(used, *columns, strict=True)
     ]
 
 

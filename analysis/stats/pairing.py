@@ -70,7 +70,7 @@ def pair_up(values: SeedValues) -> Iterator[Paired]:
     """Yield a row for every pair of groups and every measure that both have, in blocks of rows that fit into memory.
 
     Worlds that ask different questions are paired by measures of their own form alone, since the others count all
-    questions together. There is one block at least, if one without rows.
+    questions together. The rows of a pair are in one block. There is one block at least, if one without rows.
     """
     found = pairs(values)
     sides = np.array([(one.level, one.reference) for one in found], dtype=np.intp).reshape(-1, 2).T
@@ -78,9 +78,10 @@ def pair_up(values: SeedValues) -> Iterator[Paired]:
     described = [describe(name) for name in values.measures]
     low, high = (np.array([getattr(one, end) for one in described]) for end in ("low", "high"))
     outcome = are_outcomes(values.values[~values.baseline])
-    size = max(1, _VALUES_AT_ONCE // len(values.seeds))
-    for start in range(0, max(len(pair), 1), size):
-        own, of = pair[start : start + size], measure[start : start + size]
+    together = max(1, _VALUES_AT_ONCE // (len(values.seeds) * max(1, len(values.measures))))
+    for first in range(0, max(len(found), 1), together):
+        start, end = np.searchsorted(pair, (first, first + together))
+        own, of = pair[start:end], measure[start:end]
         (level, reference), missing, undefined = _sides(values, sides[:, own], of)
         yield Paired(
             pair=tuple(found[index] for index in own),
@@ -136,6 +137,11 @@ def row_frame(values: SeedValues, paired: Paired, declared: Sequence[str]) -> pd
         "context": [pair.context for pair in paired.pair],
     }
     return pd.DataFrame(frame)
+
+
+def pair_of(frame: pd.DataFrame) -> pd.Series[int]:
+    """Return the number of the pair of groups of each row of a frame (R,)."""
+    return frame.groupby(["factor", "level", "reference", "context"], sort=False, dropna=False).ngroup()
 
 
 def mean_where(values: FloatArray, chosen: BoolArray) -> FloatArray:

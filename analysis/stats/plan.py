@@ -14,7 +14,7 @@ from analysis.stats.intervals import FEWEST_FOR_CLAIMS
 from analysis.stats.paired import equivalence_p
 from analysis.stats.pairing import Paired
 from analysis.stats.sequential import levels, sequential_p
-from analysis.stats.testing import NOT_TESTED, tested
+from analysis.stats.testing import NOT_TESTED, corrected_in_pairs, tested
 from analysis.stats.values import BoolArray, Group, SeedValues
 
 DECLARED, EXPLORATORY = "declared", "exploratory"
@@ -65,20 +65,26 @@ class Plan:
 def claims(plan: Plan | None, values: SeedValues, paired: Paired, frame: pd.DataFrame, alpha: float) -> dict[str, Any]:
     """Return the columns `test` and `p` of some rows, what each can claim, and `p_claim`, which corrections take.
 
-    That of a declared row is over all looks so far: the least error in all at which one of them was significant.
+    `p_claim` of a row of the family is corrected over the measures of its pair. That of a declared row is over all
+    looks so far: the least error in all at which one of them was significant. All rows of a pair are given together.
     """
     test, p = tested(paired)
     headline, baseline = (frame[name].to_numpy(dtype=bool) for name in ("headline", "baseline"))
     test[baseline], p[baseline] = _BASELINE, np.nan
-    p_claim = p.copy()
+    p_claim = np.full(len(p), np.nan)
+    rows = np.flatnonzero(headline)
+    own = paired.of_rows(rows)
     look = np.zeros(len(p), dtype=np.int64)
     level = np.where(headline, alpha, np.nan)
     declared = np.zeros_like(headline)
-    if plan is not None:
-        rows = np.flatnonzero(headline)
-        own = [tested(one) for one in plan.at_looks(values, paired.of_rows(rows))]
-        test[rows], p[rows] = own[-1] if own else (_TOO_EARLY, np.nan)
-        p_claim[rows] = sequential_p(plan.looks, np.array([each for _, each in own])) if own else np.nan
+    if plan is None:
+        p_claim[rows] = corrected_in_pairs(own, p[rows])
+    else:
+        looks = list(plan.at_looks(values, own))
+        results = [tested(one) for one in looks]
+        test[rows], p[rows] = results[-1] if results else (_TOO_EARLY, np.nan)
+        corrected = [corrected_in_pairs(one, alone) for one, (_, alone) in zip(looks, results, strict=True)]
+        p_claim[rows] = sequential_p(plan.looks, np.array(corrected)) if corrected else np.nan
         look[rows], level[rows] = plan.reached, plan.level(alpha)
         declared = headline & ~frame["measure"].isin(plan.changed).to_numpy()
     claim = np.where(declared, DECLARED, EXPLORATORY)

@@ -13,7 +13,7 @@ from analysis.arrays import FloatArray, IntArray
 from analysis.stats.contrasts import ALPHA
 from analysis.stats.family import headline_measures, primary_measures, unknown_measure
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS
-from analysis.stats.pairing import Paired, pair_up, row_frame
+from analysis.stats.pairing import Paired, pair_of, pair_up, row_frame
 from analysis.stats.sign_flip import fewest_pairs
 from analysis.stats.values import SeedValues, seed_values
 from analysis.tables.signature_table import SignatureTable
@@ -53,10 +53,10 @@ def power(
     """Return how many seeds each contrast needs, one row per headline measure, or of one measure, and pair.
 
     `n_alone` is the least n at which the paired t test of this contrast alone has the power, and that is tested at
-    all; `n_family` the same at alpha / `family`, the strictest step of Holm's method among the declared contrasts
-    that vary in the pilot, and at least `n_exact`, from which on an exact test can reach that level; `n_cautious`
-    the same with `sd_high`, the upper 80 % bound of the pilot's standard deviation. NaN where there is no such n,
-    with the cause in `note`. Measures that claims rest on are `declared` and stand first.
+    all; `n_family` the same at alpha / `family`, which is stricter than max-T where measures are correlated, and at
+    least `n_exact`, from which on an exact test can reach alpha / the pairs of the factor; `n_cautious` the same with
+    `sd_high`, the upper 80 % bound of the pilot's standard deviation. NaN where there is no such n, with the cause in
+    `note`. Measures that claims rest on are `declared` and stand first.
 
     Args:
         table: the pilot's runs.
@@ -76,8 +76,9 @@ def power(
     frame["sd_high"] = sd_bound(sd, n)
     frame["difference"] = frame["observed"].abs() if difference is None else difference
     level = alpha / frame["family"].to_numpy(dtype=np.float64)
-    fewest = {one: fewest_pairs(one) for one in set(level.tolist())}
-    frame["n_exact"] = np.array([fewest[one] or np.nan for one in level], dtype=np.float64)
+    by_pairs = (alpha / frame["pairs"]).tolist()
+    fewest = {one: fewest_pairs(one) for one in set(by_pairs)}
+    frame["n_exact"] = np.array([fewest[one] or np.nan for one in by_pairs], dtype=np.float64)
     wanted = frame["difference"].to_numpy(dtype=np.float64)
     alone = pairs_needed(_effect(wanted, sd), np.full(len(frame), alpha), target)
     frame["n_alone"] = np.maximum(alone, FEWEST_FOR_CLAIMS)
@@ -191,6 +192,8 @@ def _pilot(table: SignatureTable, groups: pd.DataFrame | None, measure: str | No
     frame = pd.concat([_pilot_rows(values, paired) for paired in pair_up(values)], ignore_index=True)
     tested = frame["headline"] & (frame["sd"] > 0)
     frame.insert(7, "family", tested.groupby(frame["factor"]).transform("sum").clip(lower=1))
+    pair = pair_of(frame)
+    frame["pairs"] = pair.where(tested).groupby(frame["factor"]).transform("nunique").clip(lower=1)
     wanted = headline_measures(values.measures) if measure is None else (measure,)
     frame = frame[frame["measure"].isin(wanted) & ~frame["baseline"]].rename(columns={"headline": "declared"})
     return frame.sort_values("declared", ascending=False, kind="stable", ignore_index=True)

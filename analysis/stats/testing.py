@@ -8,7 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from analysis.arrays import FloatArray
-from analysis.stats.intervals import FEWEST_FOR_CLAIMS, NO_VARIATION, by_count, varies
+from analysis.stats.factors import Pair
+from analysis.stats.intervals import FEWEST_FOR_CLAIMS, by_count
+from analysis.stats.max_t import step_down_p
 from analysis.stats.paired import mcnemar_p
 from analysis.stats.pairing import Paired
 from analysis.stats.sign_flip import sign_flip_p
@@ -17,7 +19,8 @@ SIGN_FLIP, MCNEMAR = "sign-flip", "mcnemar"
 NOT_TESTED = "not tested: "
 _NO_PAIR = NOT_TESTED + "no pair"
 _FEW_PAIRS = f"{NOT_TESTED}n < {FEWEST_FOR_CLAIMS}"
-_FLAT = NOT_TESTED + NO_VARIATION
+_EQUAL = NOT_TESTED + "no difference in any seed"
+_ROUNDING = 1e-12
 
 
 def tested(paired: Paired) -> tuple[npt.NDArray[np.object_], FloatArray]:
@@ -27,13 +30,26 @@ def tested(paired: Paired) -> tuple[npt.NDArray[np.object_], FloatArray]:
     for rows, kept in by_count(paired.difference):
         test[rows] = _FEW_PAIRS
         if _are_enough(kept.shape[1]):
-            # Success of one against failure of the other in every seed varies no more than equal outcomes do.
-            mcnemar = paired.outcome[rows] & kept.any(axis=1)
-            test[rows] = np.where(mcnemar, MCNEMAR, np.where(varies(kept), SIGN_FLIP, _FLAT))
+            size = np.fmax(np.abs(paired.level[rows]), np.abs(paired.reference[rows]))
+            differ = (np.abs(kept) > _ROUNDING * np.fmax(np.nanmax(size, axis=1), 1.0)[:, None]).any(axis=1)
+            test[rows] = np.where(differ, np.where(paired.outcome[rows], MCNEMAR, SIGN_FLIP), _EQUAL)
             for name, p_of in ((MCNEMAR, mcnemar_p), (SIGN_FLIP, sign_flip_p)):
                 own = test[rows] == name
                 p[rows[own]] = p_of(kept[own])
     return test, p
+
+
+def corrected_in_pairs(paired: Paired, p: FloatArray) -> FloatArray:
+    """Return p of rows that are corrected over all tested measures of their pair (R,); NaN where there is no p (R,)."""
+    found = np.full(len(p), np.nan)
+    rows_by_pair: dict[Pair, list[int]] = {}
+    for row in np.flatnonzero(~np.isnan(p)).tolist():
+        rows_by_pair.setdefault(paired.pair[row], []).append(row)
+    differences = paired.difference
+    for rows in rows_by_pair.values():
+        own = differences[rows]
+        found[rows] = step_down_p(own[:, ~np.isnan(own).all(axis=0)])
+    return found
 
 
 def p_of_row(p_of: Callable[[FloatArray], FloatArray], values: FloatArray) -> float:

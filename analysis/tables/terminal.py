@@ -13,6 +13,7 @@ from analysis.stats.factors import MODEL
 from analysis.tables.comparison import Comparison
 from analysis.tables.table import Table
 from analysis.tables.texts import claim_of, comparison_table, p_value, shown_measures, text_width, with_interval
+from foundry.texts import counted
 
 MOST_BLOCKS, MOST_BLOCKS_BRIEF = 4, 2
 """Blocks of columns below one another; what would be in a further one is left to the files."""
@@ -85,16 +86,26 @@ def differences(contrasts: pd.DataFrame, width: int, *, brief: bool, served: Col
     cells = tuple((measure, *(pair.get(measure, "") for pair in pairs.values())) for measure in measures)
     most = MOST_BLOCKS_BRIEF if brief else MOST_BLOCKS
     shown, cut = _fitting(Table("contrasts", "", ("measure", *pairs), cells), width, most, "pair", "contrasts.md")
-    sizes = {factor: size for factor, size in zip(rows["factor"], rows["family"], strict=True) if size}
-    tests = " and ".join(f"{size} ({factor})" if len(sizes) > 1 else f"{size}" for factor, size in sizes.items())
+    tests = _tests(rows)
     notes = [
         "differences paired by seed [95 % interval]",
         *dict.fromkeys(claim_of(row) for row in rows.to_dict("records") if not math.isnan(row["p"])),
-        *([f"p after Holm's correction in a family of {tests}, * where it stands"] if sizes else []),
+        *([f"p corrected over {tests}, * where it stands"] if tests else []),
         *cut,
         *(["those from baselines are in contrasts.md"] if contrasts["baseline"].astype(bool).any() else []),
     ]
     return _captioned(shown, notes)
+
+
+def _tests(rows: pd.DataFrame) -> str:
+    """Return over how many measures and pairs each factor's tests are corrected; "" where nothing was tested."""
+    tested = rows[rows["family"] > 0].drop_duplicates("factor")
+    said = [
+        f"{counted(row['family'], 'test')} of {counted(row['pairs'], 'pair')}"
+        + (f" ({row['factor']})" if len(tested) > 1 else "")
+        for row in tested.to_dict("records")
+    ]
+    return " and ".join(said)
 
 
 def _served_sides(row: dict[Any, Any], served: Collection[str]) -> int:
@@ -190,7 +201,7 @@ def _cell(row: dict[Any, Any], most: int) -> str:
     """Return the difference with its interval, n where it is less than elsewhere, and p with its mark."""
     number = with_interval(float(row["difference"]), float(row["low"]), float(row["high"]))
     few = f" n={row['n_pairs']}" if 0 < row["n_pairs"] < most else ""
-    p = p_value(float(row["p_holm"]))
+    p = p_value(float(row["p_adjusted"]))
     mark = ("*" if row["significant"] else "") + ("~" if row["equivalent"] else "")
     said = "" if p == "-" else f" p{p}" if p.startswith("<") else f" p={p}"
     return number + few + said + mark

@@ -30,7 +30,7 @@ _MARKDOWN = "\\`*_{}[]<>|#~"
 
 
 CONTRASTED = (
-    "Differences paired by seed: mean with its 95 % interval, p after Holm's correction over the family "
+    "Differences paired by seed: mean with its 95 % interval, p corrected over the family by step-down max-T and Holm "
     "(* significant, ~ the same within the declared margin), Hedges' g of the differences, and the share of "
     "seeds in which the first is greater."
 )
@@ -101,7 +101,7 @@ def _baseline_label(group: Group) -> str:
 
 
 def contrast_table(contrasts: pd.DataFrame) -> Table:
-    """Return the differences of the declared family, with p after Holm and a star where they stand.
+    """Return the differences of the declared family, with the corrected p and a star where they stand.
 
     Below them stand the same measures against the baselines, which are not tested.
     """
@@ -111,7 +111,7 @@ def contrast_table(contrasts: pd.DataFrame) -> Table:
     shown = pd.concat([contrasts[family], contrasts[others]])
     told = told_by_measure(shown, ("g_z", "superiority"), {"difference": ("low", "high")})
     rows = [_contrast_row(row) for row in told]
-    columns = ("pairs", "difference", "p (Holm)", "g", "P(first > second)")
+    columns = ("pairs", "difference", "p (adjusted)", "g", "P(first > second)")
     names = ("measure", "first", "second", "context", "claim")
     return without_empty(Table("contrasts", CONTRASTED, (*names, *columns), tuple(rows), labels=len(names)))
 
@@ -141,7 +141,7 @@ def _contrast_row(row: Mapping[Any, Any]) -> tuple[str, ...]:
         claim_of(row),
         str(row["n_pairs"]),
         row["difference"],
-        p_value(row["p_holm"]) + mark if not math.isnan(row["p_holm"]) else str(row["test"]),
+        p_value(row["p_adjusted"]) + mark if not math.isnan(row["p_adjusted"]) else str(row["test"]),
         row["g_z"],
         row["superiority"],
     )

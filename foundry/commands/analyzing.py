@@ -207,10 +207,10 @@ def _tell_plan(plan: Preregistration, note: str, folder: Path, sha256: str) -> N
     from analysis.planned.declaring import never_the_same, out_of_reach
     from foundry.storing.preregistration import PREREGISTRATION_FILE
 
-    tests = " and ".join(f"{count} ({factor})" for factor, count in plan.tests.items())
+    tests = " and ".join(f"{plan.pairs[factor]} ({factor}) with {count} tests" for factor, count in plan.tests.items())
     looks = ", ".join(f"{one.seeds} (level {one.alpha:.2g})" for one in plan.looks)
     print(f"{sha256}  {folder / PREREGISTRATION_FILE}")
-    print(f"{len(plan.seeds)} seeds, {tests} tests; looks at {looks}")
+    print(f"{len(plan.seeds)} seeds, pairs: {tests}; looks at {looks}")
     for line in [*out_of_reach(plan), *never_the_same(plan), *filter(None, [note])]:
         print(line)
 

@@ -71,7 +71,7 @@ def power(
         return
     shown = plan[plan["declared"]] if plan["declared"].any() else plan
     console().print(frame_table([_row(one) for one in shown.to_dict("records")], _COLUMNS))
-    say(f"seeds for {power:.0%} power at .05: alone, as one of {family} tests (Holm), and with the upper 80 % bound")
+    say(f"seeds for {power:.0%} power at .05: alone, as one of {family} tests, and with the upper 80 % bound")
     say("of the pilot's sd; a pilot of few seeds knows its sd badly, so plan with the last")
     _write_plan(opened, plan, str(chosen) if chosen else "")
     for line in _recommendations(plan):

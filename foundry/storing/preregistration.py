@@ -70,6 +70,7 @@ class Preregistration(msgspec.Struct, frozen=True, kw_only=True):
         seeds: all seeds in their order; a look is at the first of them.
         measures: those that are tested; all else explores.
         tests: how many tests each factor has: measures times pairs of its levels.
+        pairs: how many pairs of its levels are tested; empty in older plans.
         method: how is tested and corrected, in words.
         alpha: error in all of each factor.
         looks: in their order.
@@ -91,6 +92,7 @@ class Preregistration(msgspec.Struct, frozen=True, kw_only=True):
     alpha: float
     looks: list[PlannedLook]
     left_out: list[str]
+    pairs: dict[str, int] = {}
     answers_known: int | None = None
     runs_known: list[str] = []
 

@@ -44,7 +44,7 @@ def test_the_hash_is_that_of_the_file_and_the_next_command_is_said(declared):
     said = (declared / "said.txt").read_text().splitlines()
     content = (declared / "out" / "preregistration.yaml").read_bytes()
     assert said[0] == f"{hashlib.sha256(content).hexdigest()}  out/preregistration.yaml"
-    assert said[1] == "8 seeds, 2 (model) tests; looks at 6 (level 0.037), 8 (level 0.029)"
+    assert said[1] == "8 seeds, pairs: 1 (model) with 2 tests; looks at 6 (level 0.037), 8 (level 0.029)"
     assert said[-1].endswith(f"then: foundry {' '.join(SWEEP)} until=answered")
     assert "Only a difference answers clustering.nni and idle_rate.chosen: without one all 8 seeds" in "".join(said)
 

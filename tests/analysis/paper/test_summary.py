@@ -22,17 +22,17 @@ USUAL = {
     "measure": REACH, "signature": "warning", "headline": True, "readable_only": False, "baseline": False,
     "factor": "model", "level": "b", "reference": "a", "context": "", "n_pairs": 20, "n_missing": 0, "n_undefined": 0,
     "mean_level": 0.43, "mean_reference": 0.21, "difference": 0.22, "low": 0.1, "high": 0.34, "interval": "t",
-    "test": "sign-flip", "p": 0.0013, "claim": "declared", "look": 1, "alpha": 0.05, "p_holm": 0.004, "family": 3,
+    "test": "sign-flip", "p": 0.0013, "claim": "declared", "look": 1, "alpha": 0.05, "p_adjusted": 0.004, "family": 3,
     "significant": True, "p_bh": NAN, "g_z": 1.0, "superiority": 0.9, "bound_low": NAN, "bound_high": NAN,
     "margin": NAN, "p_equivalence": NAN, "p_equivalence_holm": NAN, "equivalent": False, "out_of_reach": "", "note": "",
 }  # fmt: skip
 """A row of the contrasts of which nothing is to be said but what was found."""
 FOUND = f"b warns its neighbours more than a: {REACH} 0.43 against 0.21, difference 0.22 [0.1, 0.34], 20 seeds, "
 TESTED = "p = .004 after correction in 3 (level .05)"
-NONE = {"mean_level": 0.23, "difference": 0.02, "low": -0.1, "high": 0.14, "p_holm": 0.8, "significant": False}
+NONE = {"mean_level": 0.23, "difference": 0.02, "low": -0.1, "high": 0.14, "p_adjusted": 0.8, "significant": False}
 NONE_FOUND = f"No difference was found between b and a in {REACH}: 0.23 against 0.21, difference 0.02 [-0.1, 0.14], "
 NONE_TESTED = "p = .800 after correction in 3 (level .05)"
-FLAT = {"p": NAN, "p_holm": NAN, "significant": False}
+FLAT = {"p": NAN, "p_adjusted": NAN, "significant": False}
 LEFT = {**NONE, **FLAT}
 GAP = "0.23 against 0.21, difference 0.02 [-0.1, 0.14]"
 BOTH = "b and a"
@@ -62,7 +62,7 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
     ("changes", "right"),
     [
         ({}, FOUND + TESTED),
-        ({"p_holm": 0.0004}, FOUND + "p < .001 after correction in 3 (level .05)"),
+        ({"p_adjusted": 0.0004}, FOUND + "p < .001 after correction in 3 (level .05)"),
         ({"family": 1}, FOUND + "p = .004 in the only test (level .05)"),
         ({"look": 3}, FOUND + "p = .004 after correction in 3 and 3 looks (level .05)"),
         ({"note": "missing in 2 of 22 seeds"}, f"{FOUND}{TESTED}; missing in 2 of 22 seeds"),
@@ -165,8 +165,8 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
         ),
         ({**LEFT, "n_pairs": 0, "test": "not tested: no pair"}, f"{SILENT}no seed has a value in both"),
         (
-            {**LEFT, "difference": 0.0, "low": NAN, "high": NAN, "test": "not tested: no variation"},
-            f"{SILENT}the difference is the same in every seed: 0.23 against 0.21, difference 0, 20 seeds",
+            {**LEFT, "difference": 0.0, "low": NAN, "high": NAN, "test": "not tested: no difference in any seed"},
+            f"{SILENT}both are equal in every seed: 0.23 against 0.21, difference 0, 20 seeds",
         ),
         (
             {**LEFT, "look": 0, "test": "not tested: before the first look"},
@@ -279,7 +279,7 @@ def test_a_filter_and_what_explores_take_sentences_of_the_six():
 
 
 def test_the_most_certain_differences_come_first():
-    found = said(row(p_holm=0.03), row(p_holm=0.001, level="c"))
+    found = said(row(p_adjusted=0.03), row(p_adjusted=0.001, level="c"))
     assert [one[0] for one in found] == ["c", "b"]
 
 
@@ -299,7 +299,7 @@ def test_sentences_hold_for_tables_that_are_made_from_runs():
         "[0.418, 0.482], 8 seeds, p = .008 in the only test (level .05); 50 % of the decisions of b could not be "
         "read."
     )
-    assert sentences[-1] == "Nothing can be said of 2 comparisons, since the difference is the same in every seed."
+    assert sentences[-1] == "Nothing can be said of 2 comparisons, since both are equal in every seed."
 
 
 def test_every_measure_that_claims_rest_on_is_said_in_words():

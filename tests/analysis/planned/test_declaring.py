@@ -16,9 +16,9 @@ from planning import LOOKS, MEASURES, condition, plan
 
 def test_a_plan_holds_looks_with_their_levels_alone_and_in_the_family():
     made = plan("abc")
-    assert made.tests == {"model": 6}
+    assert made.tests == {"model": 6} and made.pairs == {"model": 3}
     assert [one.seeds for one in made.looks] == list(LOOKS)
-    expected = levels(LOOKS, np.array([0.05, 0.05 / 6]))
+    expected = levels(LOOKS, np.array([0.05, 0.05 / 3]))
     assert [[one.alpha, one.alpha_in_family] for one in made.looks] == pytest.approx(expected, abs=1e-8)
 
 
@@ -33,7 +33,8 @@ def test_tests_are_counted_for_each_factor_and_repeats_make_none():
         conditions, ["grid"] * 12, family=MEASURES, margins={}, looks=(), foundry="0", commit=None, asked=[], models=[]
     )
     assert made.tests == {"model": 2 * 3 * 2, "world.steps": 2 * 3}
-    assert [(one.seeds, one.alpha_in_family) for one in made.looks] == [(12, round(0.05 / 12, 8))]
+    assert made.pairs == {"model": 3 * 2, "world.steps": 3}
+    assert [(one.seeds, one.alpha_in_family) for one in made.looks] == [(12, round(0.05 / 6, 8))]
 
 
 def test_a_measure_is_tested_in_no_pair_with_a_world_that_lacks_it():
@@ -65,8 +66,8 @@ def test_measures_of_configured_things_and_over_readable_decisions_can_be_declar
 
 def test_looks_that_no_p_can_pass_are_told():
     assert out_of_reach(plan("ab", looks=(8, 12))) == []
-    assert [line.split(" no p")[0] for line in out_of_reach(plan("abc", looks=(8, 12)))] == ["at 8 seeds"]
-    assert [line.split(":")[0] for line in out_of_reach(plan("ab"))] == ["at 6 seeds no p can be as small as 0.013"]
+    assert [line.split(" no p")[0] for line in out_of_reach(plan("abcd", looks=(8, 12)))] == ["at 8 seeds"]
+    assert [line.split(":")[0] for line in out_of_reach(plan("ab"))] == ["at 6 seeds no p can be as small as 0.025"]
 
 
 @pytest.mark.parametrize(

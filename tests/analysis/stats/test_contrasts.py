@@ -10,6 +10,7 @@ import pytest
 from scipy import stats
 
 from analysis.stats.contrasts import COLUMNS, contrasts
+from analysis.stats.max_t import over_pairs, step_down_p
 from foundry.errors import InputError
 from signature_tables import MEASURE, runs, table, table_of
 
@@ -85,8 +86,8 @@ def test_measures_without_bounds_have_none():
     ("first", "second", "why"),
     [
         ([0.1] * 5, [0.2, 0.3, 0.4, 0.5, 0.6], "n < 6"),
-        ([0.3] * 6, [0.3] * 6, "no variation"),
-        ([0.1, 0.2, 0.3, 0.4, 0.5, 0.6], [0.2, 0.3, 0.4, 0.5, 0.6, 0.7], "no variation"),
+        ([0.3] * 6, [0.3] * 6, "no difference in any seed"),
+        ([0.1 + 0.2] * 6, [0.3] * 6, "no difference in any seed"),
         ([math.nan] * 6, [0.5] * 6, "no pair"),
     ],
 )
@@ -113,7 +114,12 @@ def test_success_against_failure_in_every_seed_is_tested():
 def test_outcomes_that_are_equal_in_every_seed_are_not_tested():
     measure = "path_efficiency.success"
     found = only([*runs("a", [0, 1] * 3, measure), *runs("b", [0, 1] * 3, measure)])
-    assert found["test"] == "not tested: no variation"
+    assert found["test"] == "not tested: no difference in any seed"
+
+
+def test_a_difference_that_is_the_same_in_every_seed_is_tested():
+    found = only([*runs("a", [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]), *runs("b", [0.2, 0.3, 0.4, 0.5, 0.6, 0.7])])
+    assert (found["test"], found["p"], found["significant"]) == ("sign-flip", 2 / 2**6, True)
 
 
 def test_every_pair_of_levels_is_compared_within_the_same_context():
@@ -165,31 +171,55 @@ def test_the_family_is_the_headline_of_one_factor_over_all_decisions():
     assert frame[frame["headline"]]["measure"].unique().tolist() == ["idle_rate.chosen"]
     assert frame[frame["headline"]]["family"].tolist() == [3, 3, 3]
     assert frame[frame["readable_only"]]["measure"].unique().tolist() == ["idle_rate.chosen_readable"]
-    assert frame[~frame["headline"]]["p_holm"].isna().all()
+    assert frame[~frame["headline"]]["p_adjusted"].isna().all()
     assert frame[~frame["headline"]]["p"].notna().all()
     assert set(frame["measure"][frame["p_bh"].notna()]) == {"idle_rate.chosen", "failure.rate", "cost.calls"}
 
 
-def test_holm_corrects_over_measures_and_pairs_together():
+def test_tests_are_corrected_over_the_measures_of_a_pair_and_over_the_pairs():
     rng = np.random.default_rng(1)
     measures = ["x.one", "x.two"]
     values = rng.normal(size=(3, 20, 2)) + np.array([0, 0.5, 1])[:, None, None]
     frame = contrasts(table_of(values, measures), family=measures, margins=dict.fromkeys(measures, 1.2))
-    for p, corrected, claimed in (
-        ("p", "p_holm", "significant"),
-        ("p_equivalence", "p_equivalence_holm", "equivalent"),
-    ):
-        stepped = frame[p].sort_values() * np.arange(6, 0, -1)
-        assert frame[corrected].tolist() == pytest.approx(stepped.cummax().clip(upper=1).sort_index().tolist())
-        assert frame[claimed].equals(frame[corrected] <= 0.05) and 0 < frame[claimed].sum() < 6
-    assert (frame["family"] == 6).all()
+    differences = [values[second] - values[first] for first, second in ((0, 1), (0, 2), (1, 2))]
+    inside = np.concatenate([step_down_p(one.T) for one in differences])
+    assert frame["p_adjusted"].tolist() == pytest.approx(over_pairs(inside, np.repeat([0, 1, 2], 2)).tolist())
+    assert frame["significant"].equals(frame["p_adjusted"] <= 0.05) and 0 < frame["significant"].sum() < 6
+    assert (frame["family"] == 6).all() and (frame["pairs"] == 3).all()
+    stepped = frame["p_equivalence"].sort_values() * np.arange(6, 0, -1)
+    assert frame["p_equivalence_holm"].tolist() == pytest.approx(stepped.cummax().clip(upper=1).sort_index().tolist())
 
 
-def test_that_few_pairs_cannot_win_in_a_large_family_is_said():
+def test_any_number_of_measures_is_tested_with_the_seeds_that_one_needs():
     measures = [f"x.m{index}" for index in range(30)]
-    values = np.random.default_rng(2).normal(size=(2, 10, 30))
+    values = np.random.default_rng(2).normal(size=(2, 6, 30))
+    values[1, :, 0] += 100
     frame = contrasts(table_of(values, measures), family=measures)
-    assert frame["note"].unique().tolist() == ["no p can reach 0.05 with 10 pairs among 30 tests"]
+    assert frame["significant"].tolist() == [True] + [False] * 29
+    assert (frame["out_of_reach"] == "").all()
+
+
+def test_that_few_seeds_cannot_win_among_many_pairs_is_said():
+    values = np.random.default_rng(2).normal(size=(5, 8, 1))
+    frame = contrasts(table_of(values, ["x.one"]), family=["x.one"])
+    assert frame["note"].unique().tolist() == ["no p can reach 0.05 with 8 seeds among 10 pairs"]
+
+
+@pytest.mark.parametrize(("models", "seeds"), [(2, 6), (3, 7), (4, 8), (5, 9), (7, 10)])
+def test_so_many_models_need_so_many_seeds(models: int, seeds: int):
+    for n, is_enough in ((seeds, True), (seeds - 1, False)):
+        values = 100.0 * np.arange(models)[:, None, None] + np.random.default_rng(2).normal(size=(models, n, 3))
+        frame = contrasts(table_of(values, ["x.one", "x.two", "x.three"]), family=["x.one", "x.two"])
+        assert frame.loc[frame["headline"], "significant"].all() == is_enough
+
+
+def test_a_measure_that_is_missing_in_some_seeds_takes_part():
+    values = np.random.default_rng(3).normal(size=(2, 10, 2))
+    values[1, :, 0] += 100
+    values[0, 8:, 0] = math.nan
+    frame = contrasts(table_of(values, ["x.one", "x.two"]), family=["x.one", "x.two"]).set_index("measure")
+    assert frame.loc["x.one", ["n_pairs", "significant"]].tolist() == [8, True]
+    assert frame.loc["x.one", "p_adjusted"] >= 2 / 2**8
 
 
 @pytest.mark.parametrize(("alpha", "reached"), [(2 / 2**6, True), (1.9 / 2**6, False)])
@@ -205,7 +235,7 @@ def test_few_pairs_can_win_in_a_family_of_which_all_else_has_won():
     values[:, 8:, 8] = np.nan
     last = contrasts(table_of(values, measures), family=measures).set_index("measure").loc["x.m8"]
     assert (last["n_pairs"], last["significant"]) == (8, True)
-    assert last["p_holm"] == pytest.approx(9 * 2 / 2**10)  # that of the others, which is above its own 2 / 2**8
+    assert last["p_adjusted"] == pytest.approx(2 / 2**8)
     assert "no p can reach" not in last["note"] and last["out_of_reach"] == ""
 
 
@@ -263,6 +293,6 @@ def test_no_result_changes_by_the_general_measures_beside_it():
     values = rng.normal(size=(2, 12, 4))
     alone = contrasts(table_of(values[:, :, :2], measures[:2])).set_index("measure")
     beside = contrasts(table_of(values, measures)).set_index("measure")
-    for column in ("p", "p_bh", "p_holm", "family"):
+    for column in ("p", "p_bh", "p_adjusted", "family"):
         assert beside.loc[measures[:2], column].tolist() == alone[column].tolist()
     assert beside.loc[measures[2:], "p_bh"].notna().all() and not beside.loc[measures[2:], "headline"].any()

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from analysis.stats.contrasts import contrasts
-from analysis.stats.multiplicity import holm
+from analysis.stats.max_t import step_down_p
 from analysis.stats.paired import equivalence_p
 from analysis.stats.plan import Plan
 from analysis.stats.sequential import levels, sequential_p
@@ -41,15 +41,15 @@ def test_declared_rows_say_their_look_and_its_level():
 
 def test_the_family_is_corrected_over_measures_and_looks_together():
     seeds = [list(range(6)), list(range(9))]
-    by_hand = [sequential_p(LOOKS, p_by_hand(measure, seeds)).item() for measure in range(2)]
-    assert rows()["p_holm"].tolist()[:2] == pytest.approx(holm(np.array(by_hand)))
+    corrected = [step_down_p((VALUES[1, own, :2] - VALUES[0, own, :2]).T) for own in seeds]
+    assert rows()["p_adjusted"].tolist()[:2] == pytest.approx(sequential_p(LOOKS, np.array(corrected)).tolist())
     assert rows()["p"].tolist()[:2] == pytest.approx([p_by_hand(measure, seeds[1:]).item() for measure in range(2)])
 
 
 def test_seeds_after_a_look_change_no_claim():
     more = VALUES.copy()
     more[:, 9:] += 100 * np.random.default_rng(0).normal(size=more[:, 9:].shape)
-    columns = ["p", "p_holm", "significant"]
+    columns = ["p", "p_adjusted", "significant"]
     pd.testing.assert_frame_equal(rows()[columns].iloc[:2], rows(more)[columns].iloc[:2])
     assert rows(more)["note"].iloc[0].startswith("tested at the look at 9 seeds")
 
@@ -62,7 +62,7 @@ def test_looks_follow_the_order_of_the_plan():
 def test_nothing_is_claimed_before_the_first_look():
     found = rows(plan=replace(PLAN, reached=0)).iloc[0]
     assert (found["test"], found["look"], found["significant"]) == ("not tested: before the first look", 0, False)
-    assert math.isnan(found["p_holm"])
+    assert math.isnan(found["p_adjusted"])
 
 
 def test_a_group_that_was_not_declared_is_in_no_family():
@@ -73,14 +73,14 @@ def test_a_group_that_was_not_declared_is_in_no_family():
     assert declared["family"].tolist() == [2, 2]
 
 
-def test_a_measure_that_never_varies_stays_in_the_declared_family():
+def test_a_measure_that_never_differs_stays_in_the_declared_family():
     flat = VALUES.copy()
-    flat[1, :, 1] = flat[0, :, 1] + 1
+    flat[1, :, 1] = flat[0, :, 1]
     found = rows(flat)
     assert found["family"].tolist()[:2] == [2, 2]
-    assert math.isnan(found["p_holm"].iloc[1])
-    assert found["p_holm"].iloc[0] == pytest.approx(
-        min(1, 2 * sequential_p(LOOKS, p_by_hand(0, [list(range(6)), list(range(9))])).item())
+    assert math.isnan(found["p_adjusted"].iloc[1])
+    assert found["p_adjusted"].iloc[0] == pytest.approx(
+        sequential_p(LOOKS, p_by_hand(0, [list(range(6)), list(range(9))])).item()
     )
 
 
@@ -112,7 +112,7 @@ def test_a_difference_beyond_its_margin_is_surely_not_the_same():
     assert rows(far, replace(PLAN, margins={MEASURES[0]: 0.3}))["p_equivalence"].iloc[0] == 1
 
 
-def test_a_look_at_which_no_p_is_small_enough_says_so_with_its_own_pairs():
-    note = rows(plan=replace(PLAN, reached=1))["note"].iloc[0]
-    assert note.startswith("no p can reach 0.05 with 6 pairs among 2 tests at this look; tested at the look at 6 seeds")
+def test_a_look_at_which_no_p_is_small_enough_says_so_with_its_own_seeds():
+    found = rows(plan=replace(PLAN, reached=1))["note"].iloc[0]
+    assert found.startswith("no p can reach 0.05 with 6 seeds among 1 pair at this look; tested at the look at 6 seeds")
     assert "no p can" not in rows(plan=replace(PLAN, reached=3))["note"].iloc[0]

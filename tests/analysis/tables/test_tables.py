@@ -151,9 +151,9 @@ def test_the_short_tables_hold_the_headline_measures(compared: Any):
     assert len(short.rows) == int(found["headline"].sum())
 
 
-def test_a_star_marks_what_stands_after_holm(compared: Any):
-    found = compared[1].assign(significant=True, p_holm=0.01, equivalent=False)
-    column = contrast_table(found).columns.index("p (Holm)")
+def test_a_star_marks_what_stands_after_the_correction(compared: Any):
+    found = compared[1].assign(significant=True, p_adjusted=0.01, equivalent=False)
+    column = contrast_table(found).columns.index("p (adjusted)")
     assert {row[column] for row in contrast_table(found).rows} == {".010*"}
 
 

@@ -110,7 +110,7 @@ def test_a_difference_has_its_interval_and_p():
     (found,) = shown_differences([*runs("a", FIRST), *runs("b", SECOND)])
     assert found.columns == ("measure", "b\n- a")
     assert found.rows == ((CHOSEN, "0.2 [0.0276, 0.372] p=.031*"),)
-    assert "in a family of 1," in found.caption
+    assert "over 1 test of 1 pair," in found.caption
 
 
 def test_differences_from_baselines_are_left_to_the_files():
