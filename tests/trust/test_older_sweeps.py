@@ -103,9 +103,10 @@ def test_every_number_of_their_tables_is_what_it_was(older: Path):
 
 
 def kept_table(sweep: str, name: str) -> pd.DataFrame:
-    """Return a table of a sweep (`grid`, `camera`) as it was."""
+    """Return a table of a sweep (`grid`, `camera`) as it was; its p had another correction, which so few seeds lack."""
     with zipfile.ZipFile(DATA / "tables_0_1.zip") as archive:
-        return pd.read_csv(io.BytesIO(archive.read(f"{sweep}/{name}.csv")), keep_default_na=True)
+        kept = pd.read_csv(io.BytesIO(archive.read(f"{sweep}/{name}.csv")), keep_default_na=True)
+    return kept.rename(columns={"p_holm": "p_adjusted"}) if name == "contrasts" else kept
 
 
 def alike(found: pd.Series, kept: pd.Series) -> bool:
