@@ -6,7 +6,6 @@ import json
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import combinations
 from pathlib import Path
 
 import msgspec
@@ -20,35 +19,31 @@ from analysis.filtering import Filter
 from analysis.form import FormAnalysis, form_of, forms_of
 from analysis.labelling import Labelling, model_labelling, rule_labelling
 from analysis.labelling.people import write_labellers
-from analysis.lines import COMPLETE
 from analysis.load import Folders, folders_of, runs_by_id
 from analysis.measuring.memory import open_memory
 from analysis.measuring.runs import RunResult, Source, measure_runs
 from analysis.measuring.steps_file import open_steps_file
 from analysis.paper.basis import Basis
+from analysis.paper.ending import Told, ending
 from analysis.paper.methods import methods
 from analysis.paper.references import bibtex
+from analysis.paper.study import on_new_seeds, study
 from analysis.paper.summary import summary
 from analysis.planned.declaring import check_measures
 from analysis.planned.holding import Held, plans_of
 from analysis.planned.looking import counted, settings_by_side
-from analysis.prose import group_label, joined
 from analysis.retest import retest
-from analysis.signatures import FAILURE_RATE
-from analysis.stats.contrasts import contrasts
+from analysis.stats.contrasts import ALPHA, contrasts
 from analysis.stats.family import primary_measures
 from analysis.stats.fingerprint import Fingerprint, fingerprint
-from analysis.stats.intervals import FEWEST_FOR_CLAIMS
-from analysis.stats.plan import DECLARED, EXPLORATORY
 from analysis.stats.values import Group
 from analysis.stats.variance import variance_split
-from analysis.tables import terminal
 from analysis.tables.comparison import Comparison, compare
-from analysis.tables.equal_chances import equal_chances, equal_chances_table
+from analysis.tables.equal_chances import equal_chances
 from analysis.tables.groups import group_columns, group_keys
 from analysis.tables.latex import split_by
+from analysis.tables.notes import notes_of, out_of_reach
 from analysis.tables.signature_table import SignatureTable, build_table
-from analysis.tables.table import Table
 from analysis.tables.texts import (
     NUMBERS,
     escaped,
@@ -61,10 +56,7 @@ from analysis.tables.texts import (
 from analysis.validation.table import validation_frame, validation_table
 from foundry.errors import InputError
 from foundry.storing.determinism import inexact, repeats_of
-from foundry.storing.store import RunFolder, SweepFolder, ensure_writable, is_served
-
-_READABLE = "outcome.readable"
-_READABLE_ENOUGH = 0.95
+from foundry.storing.store import RunFolder, SweepFolder, ensure_writable
 
 
 @dataclass(frozen=True)
@@ -91,7 +83,6 @@ class Analysis:
         members: the runs with their groups, in the order of `table`.
         planned: what was declared before the runs, held against them; None where nothing was.
         filtered: which runs it is of, where it is not of all.
-        served: the models that a server answers for.
         doubts: by signature why none of its measures can be trusted.
         forms: the form of each group's worlds.
     """
@@ -114,7 +105,6 @@ class Analysis:
     members: tuple[Member, ...]
     planned: Held | None = None
     filtered: str = ""
-    served: frozenset[str] = frozenset()
     doubts: Mapping[str, str] = field(default_factory=dict)
     forms: Mapping[Group, FormAnalysis] = field(default_factory=dict)
 
@@ -136,17 +126,30 @@ class Analysis:
             self.contrasts, self.compared, planned=planned, filtered=self.filtered, doubts=self.doubts, forms=self.forms
         )
 
-    def headlines(self, width: int, *, brief: bool = False) -> list[Table]:
-        """Return the short tables for a terminal: means of groups, then the declared differences.
+    def ending(self, folders: Sequence[Path], width: int, printed: int = 0) -> list[str]:
+        """Return the lines with which an analysis ends on a terminal; with those above it no more than twenty.
 
         Args:
+            folders: the sweeps, as the user names them.
             width: columns of the terminal.
-            brief: whether to show the declared measures alone, and fewer columns.
+            printed: lines that stand above it.
         """
-        means = terminal.means(self.compared, self.declared, width, brief=brief, served=self.served)
-        known = terminal.in_blocks(validation_table(self.validation), width) if len(self.validation) else []
-        chances = terminal.in_blocks(equal_chances_table(self.equal_chances), width) if len(self.equal_chances) else []
-        return [*known, *means, *chances, *terminal.differences(self.contrasts, width, brief=brief, served=self.served)]
+        sweeps = [SweepFolder.open(folder).sweep for folder in folders]
+        worlds = [condition.config["world"] for sweep in sweeps for condition in sweep.conditions]
+        asked = [entry.overrides for entry in sweeps[0].history] or [sweeps[0].asked]
+        seeds = {run.seed for run in sweeps[0].runs}
+        told = Told(
+            contrasts=self.contrasts,
+            compared=self.compared,
+            declared=self.declared,
+            forms=self.forms,
+            notes=self.notes,
+            study=study(self.compared, worlds, self.contrasts["claim"].tolist()),
+            folders=" ".join(map(str, folders)),
+            tables=str(self.path),
+            again=lambda measures, pairs: on_new_seeds(asked, seeds, measures, pairs, ALPHA),
+        )
+        return ending(told, width, printed)
 
 
 def analyze(
@@ -202,7 +205,7 @@ def analyze(
     written = [
         folder / "steps.parquet",
         *_write_tables(found),
-        write_summary(found.path, found.summary),
+        write_summary(found.path, found.summary, found.notes),
         *_write_methods(found, sources),
         *write_labellers(sweeps[0]),
         *(_plot(folder, found.compared) if plots else ()),
@@ -251,14 +254,9 @@ def _found(
             *([f"a part of the runs alone, {filtered}"] if filtered else ()),
             *(planned.notes() if planned else ()),
             *others,
-            *_notes(table, compared),
-            *_unread(compared, forms_by_group),
-            *_reach(differences),
-            *_looks(differences),
-            *_incomparable(table),
-            *_of_forms(forms, table, sources),
-            *_without_decisions(table),
+            *notes_of(table, compared, differences, forms_by_group, labellings),
             *(f"{said}: differences as small as that makes may be the server's own" for said in repeating.values()),
+            *out_of_reach(differences),
         ),
         written=(),
         table=table,
@@ -275,7 +273,6 @@ def _found(
         members=tuple(members(table.frame, groups, shown, runs_by_id([one.path for one in sources]))),
         planned=planned,
         filtered=filtered,
-        served=frozenset(result.keys["model"] for result in results if is_served(result.config["model"])),
         doubts=doubts,
         forms=forms_by_group,
     )
@@ -429,69 +426,5 @@ def _plot(folder: Path, compared: Comparison) -> list[Path]:
     return plot_signatures(compared, folder / "plots")
 
 
-def _notes(table: SignatureTable, compared: Comparison) -> list[str]:
-    notes = []
-    by_status = Counter(table.frame["status"])
-    if by_status[COMPLETE] < len(table.frame):
-        others = ", ".join(f"{count} {status}" for status, count in by_status.items() if status != COMPLETE)
-        notes.append(f"{by_status[COMPLETE]} of {len(table.frame)} runs are complete; missing: {others}")
-    if any(len(values) < FEWEST_FOR_CLAIMS for values in compared.values.values()):
-        notes.append(f"fewer than {FEWEST_FOR_CLAIMS} seeds: the numbers describe these runs, and prove nothing")
-    return notes
-
-
-def _incomparable(table: SignatureTable) -> list[str]:
-    """Name the worlds that ask different questions, which measures of any form do not compare."""
-    pairs = combinations(dict.fromkeys(table.questions), 2)
-    apart = {name for one, other in pairs if not one.are_like(other) for name in (one.world, other.world)}
-    why = "measures of any form are not compared between worlds that ask different questions"
-    return [f"{why}: {joined(sorted(apart))}"] if apart else []
-
-
 def _forms_by_group(results: Sequence[RunResult], groups: pd.DataFrame) -> dict[Group, FormAnalysis]:
     return {key: form_of(result.form) for key, result in zip(group_keys(groups), results, strict=True)}
-
-
-def _unread(compared: Comparison, forms: Mapping[Group, FormAnalysis]) -> list[str]:
-    """Say of which groups many replies could not be read, and what became of those."""
-    notes = []
-    for group, values in compared.values.items():
-        readable = float(values[_READABLE].mean()) if _READABLE in values else 1.0
-        if readable < _READABLE_ENOUGH:
-            notes.append(
-                f"{group_label(group)}: only {readable:.0%} of the action replies could be read; the others "
-                f"{forms[group].words.unread}"
-            )
-    return notes
-
-
-def _of_forms(forms: Sequence[FormAnalysis], table: SignatureTable, sources: Sequence[Source]) -> list[str]:
-    labellings = [source.labelling for source in sources]
-    return [note for form in forms for note in form.words.notes(table.frame, labellings)]
-
-
-def _reach(differences: pd.DataFrame) -> list[str]:
-    """Say where there are too few seeds for so many tests."""
-    tested = differences[differences["headline"].astype(bool) & differences["p"].notna()]
-    notes = tested["out_of_reach"][tested["out_of_reach"] != ""]
-    if notes.empty:
-        return []
-    which = "" if len(notes) == len(tested) else f"in {len(notes)} of {len(tested)} tests "
-    declared = (tested["claim"] == DECLARED).any()
-    advice = "a later look may" if declared else "run more seeds"
-    return [f"{which}{notes.iloc[0]}: {advice}"]
-
-
-def _looks(differences: pd.DataFrame) -> list[str]:
-    """Say how often growing data were tested of which nothing was declared."""
-    rows = differences[differences["headline"].astype(bool) & (differences["claim"] == EXPLORATORY)]
-    said = rows.sort_values("look")["note"].astype(str).str.extract(r"((?:\w+ look|look \d+), none declared[^;]*)")
-    found = said[0].dropna()
-    return [f"{found.iloc[-1]}; foundry preregister declares looks before the runs"] if len(found) else []
-
-
-def _without_decisions(table: SignatureTable) -> list[str]:
-    """Return which worlds wrote lines that nobody can read as decisions."""
-    rows = zip(table.frame["world"], table.frame["status"], table.present, strict=True)
-    worlds = dict.fromkeys(world for world, status, names in rows if status == COMPLETE and names == {FAILURE_RATE})
-    return [f"world {world} recorded no decisions: its runs are listed, without signatures" for world in worlds]

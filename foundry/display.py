@@ -5,15 +5,18 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from datetime import datetime
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 from rich.text import Text
 
-from foundry.texts import visible
+from foundry.texts import counted, visible
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from rich.console import Console
     from rich.progress import TaskID
 
@@ -218,6 +221,33 @@ def status_table(found: Sequence[Standing]) -> Table:
         reused = ["" if share is None else f"{share:.0%}"] if told else []
         table.add_row(one.model, *(f"{getattr(one, name):,}" for name in _COUNTS), *reused)
     return table
+
+
+def ran_line(summaries: Sequence[RunSummary | None], path: Path) -> str:
+    """Return how many runs are complete, how long they took and what they asked, and where they are.
+
+    The time is left out where the runs stood still in between.
+    """
+    ended = [summary for summary in summaries if summary is not None]
+    complete = sum(summary.status == "complete" for summary in ended)
+    parts = [f"{complete} of {len(summaries)} runs complete in {path}"]
+    times = [datetime.fromisoformat(at) for summary in ended for at in (summary.started, summary.ended) if at]
+    span_s = (max(times) - min(times)).total_seconds() if times else 0.0
+    if times and span_s <= sum(summary.duration_s for summary in ended):
+        parts.append(in_words(span_s))
+    retries = sum(summary.counts.retries for summary in ended)
+    calls = counted(sum(summary.counts.calls for summary in ended), "call")
+    parts.append(f"{calls} ({retries:,} retried)" if retries else calls)
+    return ", ".join(parts)
+
+
+def in_words(seconds: float) -> str:
+    """Return a time in hours, minutes and seconds, the two largest that it has."""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    if hours:
+        return f"{hours} h {minutes} min"
+    return f"{minutes} min {rest} s" if minutes else f"{rest} s"
 
 
 def failure_lines(failed: Sequence[Failure], most: int | None = 10) -> list[str]:

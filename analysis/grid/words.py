@@ -21,7 +21,7 @@ def _notes(runs: pd.DataFrame, labellings: Sequence[Labelling]) -> list[str]:
     missing, said = (int(runs[name].sum()) for name in (_UNLABELLED, _MESSAGES))
     why = " or ".join(dict.fromkeys(one.unlabelled for one in labellings))
     notes = [f"{missing} of {said} messages have no label ({why}); what depends on them is missing"] if missing else []
-    return [*_held_against_readers(labellings), *notes]
+    return [*dict.fromkeys(labelling.brief() for labelling in labellings), *notes]
 
 
 def _held_against_readers(labellings: Iterable[Labelling]) -> list[str]:

@@ -128,6 +128,12 @@ class Labelling:
         said = f"warnings by {self.labeller}: {found} on {found.texts} held-out texts{missing}; {TEXTS_BY}"
         return "; ".join(filter(None, [self.doubt(), said]))
 
+    def brief(self) -> str:
+        """Return the same in short."""
+        found = self.agreement
+        said = f"precision at most {found.precision:.2f}, recall at most {found.recall:.2f}"
+        return "; ".join(filter(None, [self.doubt(), f"warnings by {self.labeller}: {said}"]))
+
     def doubt(self) -> str:
         """Return why no measure of warnings can be trusted; "" where the labeller agrees better than chance does."""
         found = self.agreement

@@ -103,19 +103,35 @@ def why_silent(row: Row) -> str:
 def sentence(row: Row, sides: Sides) -> str:
     """Return the sentence on a row, with what weakens it."""
     told = {DIFFERENT: _different, SAME: _same, NOTHING: _nothing, SILENT: _silent}[kind_of(row)](row, sides)
-    return "; ".join([told, *_weakened(row, sides)]) + "."
+    return "; ".join([told, *weaknesses(row, sides)]) + "."
 
 
 def _different(row: Row, sides: Sides) -> str:
-    run = sides.runs.get((row["factor"], row["level"], row["context"]))
-    doing = describe(str(row["measure"]), run).phrase(row["difference"] > 0)
-    first, second = str(row["level"]), str(row["reference"])
-    if row["factor"] == MODEL:
-        said = f"{first} {doing} than {second}{_within(row)}"
-    else:
-        who = f"With {row['factor']}={first} {_whose(row, sides)}"
-        said = f"{who} {doing} than with {row['factor']}={second}{_within(row)}"
+    reference = str(row["reference"]) if row["factor"] == MODEL else f"{row['factor']}={row['reference']}"
+    said = compared_words(row, str(row["level"]), reference, higher=row["difference"] > 0, sides=sides)
     return f"{said}: {row['measure']} {_means(row)}, {_tested(row)}"
+
+
+def compared_words(
+    row: Row, level: str, others: str, *, higher: bool, sides: Sides, contexts: Mapping[str, str] | None = None
+) -> str:
+    """Return that a level is higher or lower than others in the measure of a row, in the words of its form.
+
+    Args:
+        row: the row.
+        level: what the level is called.
+        others: what the others are called.
+        higher: whether it is higher.
+        sides: what is known of the groups.
+        contexts: what contexts are called; by default as they are.
+    """
+    context = (contexts or {}).get(str(row["context"]), str(row["context"]))
+    within = f" ({context})" if context else ""
+    run = sides.runs.get((row["factor"], row["level"], row["context"]))
+    doing = describe(str(row["measure"]), run).phrase(higher)
+    if row["factor"] == MODEL:
+        return f"{level} {doing} than {others}{within}"
+    return f"With {row['factor']}={level} {_whose(row, sides)} {doing} than with {others}{within}"
 
 
 def _same(row: Row, sides: Sides) -> str:
@@ -174,7 +190,8 @@ def equals_p(p: float) -> str:
     return f" {text[0]} {text[1:]}" if text.startswith("<") else f" = {text}"
 
 
-def _weakened(row: Row, sides: Sides) -> Iterator[str]:
+def weaknesses(row: Row, sides: Sides) -> Iterator[str]:
+    """Yield what weakens the sentence on a row."""
     kind = kind_of(row)
     if kind == DIFFERENT and row["equivalent"]:
         yield f"it is within the declared margin of {number(row['margin'])}, so too small to count"

@@ -1,20 +1,22 @@
-"""What was found, in at most six sentences that hold: of declared rows alone, each with what weakens it."""
+"""What was found, in at most twelve sentences that hold: of declared rows alone, each with what weakens it."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
 from analysis.form import FormAnalysis
+from analysis.paper.findings import findings
 from analysis.paper.sentence import DIFFERENT, NOTHING, SAME, SILENT, Row, Sides, kind_of, sentence, why_silent
 from analysis.prose import group_label, joined
 from analysis.stats.plan import DECLARED
 from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
+from foundry.texts import counted
 
-MOST = 6
+MOST = 12
 """Sentences."""
 EXPLORES = "Nothing was declared before the runs, so all of this explores."
 _HELD_NOT = "No row holds to what was declared before the runs, so all of this explores."
@@ -59,41 +61,24 @@ def _alone(compared: Comparison) -> str:
 
 
 def _sentences(rows: pd.DataFrame, sides: Sides, most: int) -> list[str]:
-    """Return the sentences on the rows: differences first, then by p; of those for which there is no room, how many."""
-    order = (DIFFERENT, SAME, NOTHING, SILENT)
-    found = sorted(
-        rows.sort_values("p_adjusted", kind="stable").to_dict("records"), key=lambda row: order.index(kind_of(row))
+    """Return the sentences: findings first, one a measure; of rows for which there is no room, how many."""
+    every = rows.sort_values("p_adjusted", kind="stable").to_dict("records")
+    by_kind = {kind: [row for row in every if kind_of(row) == kind] for kind in (DIFFERENT, SAME, NOTHING, SILENT)}
+    told = [finding.sentence(sides) for finding in findings(every)]
+    told += [sentence(row, sides) for kind in (SAME, NOTHING) for row in by_kind[kind]]
+    silent = _silent(by_kind[SILENT], sides)
+    if len(told) + len(silent) <= most:
+        return [*told, *silent]
+    standing = len(findings(every))
+    shown = told[: most - 1]
+    # A finding tells of its other pairs too.
+    left = {"finding": standing - len(shown)} if len(shown) < standing else {}
+    others = [*by_kind[SAME], *by_kind[NOTHING]][max(0, len(shown) - standing) :]
+    kinds = Counter(map(kind_of, [*others, *by_kind[SILENT]]))
+    counts = joined(
+        [*(counted(count, name) for name, count in left.items()), *(f"{count} {name}" for name, count in kinds.items())]
     )
-    silent = _silent([row for row in found if kind_of(row) == SILENT], sides)
-    return fitted(found, kind_of, lambda row: sentence(row, sides), silent, most=most, where="contrasts.md")
-
-
-def fitted(
-    rows: Sequence[Row],
-    kind: Callable[[Row], str],
-    told: Callable[[Row], str],
-    silent: Sequence[str],
-    *,
-    most: int,
-    where: str,
-) -> list[str]:
-    """Return as many sentences as there is room for; the last one counts what is left out.
-
-    Args:
-        rows: sorted by their kinds, those of which nothing can be said last.
-        kind: returns the kind of a row.
-        told: returns the sentence on a row.
-        silent: what is said of those of which nothing can be said.
-        most: how many sentences there may be.
-        where: the tables in which the others are.
-    """
-    tested = [row for row in rows if kind(row) != SILENT]
-    if len(tested) + len(silent) <= most:
-        return [*map(told, tested), *silent]
-    shown = tested[: most - 1]
-    kinds = Counter(map(kind, rows[len(shown) :]))
-    counts = joined(f"{count} {name}" for name, count in kinds.items())
-    return [*map(told, shown), f"{kinds.total()} further comparisons are in {where}: {counts}."]
+    return [*shown, f"Further comparisons are in contrasts.md: {counts}."]
 
 
 def _silent(rows: Sequence[Row], sides: Sides) -> list[str]:

@@ -117,7 +117,7 @@ def analyze_probe(
     part = [f"a part of the answers alone, {filtered}"] if filtered else []
     notes = (*part, *_notes(answers), *declared.note(agreement, edits))
     summary = summary_of(frames, declared, filtered)
-    written = (*written, *drawn, write_summary(folder.analysis_dir, summary))
+    written = (*written, *drawn, write_summary(folder.analysis_dir, summary, notes))
     return ProbeAnalysis(folder.analysis_dir, frames, shown, summary, notes, furthest, written)
 
 

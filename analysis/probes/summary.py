@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import pandas as pd
 
 from analysis.paper.sentence import DIFFERENT, LEVEL, NOTHING, SILENT, equals_p
-from analysis.paper.summary import EXPLORES, MOST, fitted, nothing_said
+from analysis.paper.summary import EXPLORES, nothing_said
 from analysis.probes.choices import NONE
 from analysis.probes.declaring import Family
-from analysis.prose import percent
+from analysis.prose import joined, percent
 from analysis.stats.contrasts import ALPHA
 from analysis.stats.intervals import ENOUGH_FOR_CLAIMS, FEWEST_FOR_CLAIMS
 from analysis.tables.texts import number, with_interval
@@ -19,6 +20,8 @@ from foundry.records import UNREAD
 from foundry.texts import counted
 
 Row = Mapping[Any, Any]
+MOST = 6
+"""Sentences."""
 _UNREAD_TOLD = 2
 """Formats whose unread answers the summary tells, those with the most."""
 _DIFFERENT = {
@@ -52,7 +55,7 @@ def summary_of(frames: Mapping[str, pd.DataFrame], declared: Family, filtered: s
     rows = [{**row, "family": sum(family.values()) if declared.is_given else family[_table(row)]} for row in rows]
     found = [{**row, "why": _why_silent(row, asked_once)} for row in rows]
     found.sort(key=lambda row: ((DIFFERENT, NOTHING, SILENT).index(_kind(row)), row["p_holm"]))
-    told = fitted(
+    told = _fitted(
         found,
         _kind,
         lambda row: _sentence(row, unread),
@@ -184,3 +187,31 @@ def _said(row: Row) -> str:
 def _silent(rows: list[Row]) -> list[str]:
     """Return the one sentence on what nothing can be said of; none where there is no such row."""
     return [nothing_said([row["why"] for row in rows])] if rows else []
+
+
+def _fitted(
+    rows: Sequence[Row],
+    kind: Callable[[Row], str],
+    told: Callable[[Row], str],
+    silent: Sequence[str],
+    *,
+    most: int,
+    where: str,
+) -> list[str]:
+    """Return as many sentences as there is room for; the last one counts what is left out.
+
+    Args:
+        rows: sorted by their kinds, those of which nothing can be said last.
+        kind: returns the kind of a row.
+        told: returns the sentence on a row.
+        silent: what is said of those of which nothing can be said.
+        most: how many sentences there may be.
+        where: the tables in which the others are.
+    """
+    tested = [row for row in rows if kind(row) != SILENT]
+    if len(tested) + len(silent) <= most:
+        return [*map(told, tested), *silent]
+    shown = tested[: most - 1]
+    kinds = Counter(map(kind, rows[len(shown) :]))
+    counts = joined(f"{count} {name}" for name, count in kinds.items())
+    return [*map(told, shown), f"{kinds.total()} further comparisons are in {where}: {counts}."]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -218,6 +218,18 @@ def alike(values: Sequence[float]) -> list[str]:
     return [text(value) for value in values]
 
 
+def rounded(values: Sequence[float]) -> list[str]:
+    """Return numbers that all have the decimals that show two digits of the greatest; a hyphen for undefined ones."""
+    finite = [abs(value) for value in values if abs(value) > _ROUNDING and math.isfinite(value)]
+    # A share of 1 has the decimals of those below it.
+    decimals = max(0, 1 - math.floor(math.log10(0.999 * max(finite, default=1.0))))
+    texts = [f"{value:.{decimals}f}" for value in values]
+    return [
+        "-" if math.isnan(value) else text.removeprefix("-") if float(text) == 0 else text
+        for value, text in zip(values, texts, strict=True)
+    ]
+
+
 def told_by_measure(
     frame: pd.DataFrame, numbers: Sequence[str], intervals: Mapping[str, tuple[str, str]]
 ) -> list[dict[Any, Any]]:
@@ -321,8 +333,10 @@ def remove_table(stem: Path, suffixes: Sequence[str] = SUFFIXES) -> None:
         stem.with_suffix(suffix).unlink(missing_ok=True)
 
 
-def write_summary(folder: Path, sentences: Iterable[str]) -> Path:
-    """Write what was found as a list in Markdown; returns the file."""
+def write_summary(folder: Path, sentences: Sequence[str], notes: Sequence[str]) -> Path:
+    """Write what was found and what a reader must know as two lists in Markdown; returns the file."""
     path = folder / "summary.md"
-    path.write_text("".join(f"- {escaped(one)}\n" for one in sentences), encoding="utf-8", newline="\n")
+    parts = [(head, lines) for head, lines in (("## Findings", sentences), ("## Notes", notes)) if lines]
+    texts = ["\n".join([head, "", *(f"- {escaped(line)}" for line in lines), ""]) for head, lines in parts]
+    path.write_text("\n".join(texts), encoding="utf-8", newline="\n")
     return path

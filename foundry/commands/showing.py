@@ -18,10 +18,9 @@ _TABLES = ("runs", "comparison", "contrasts", "variance", "retest", "equal_chanc
 """Tables of an analysis that JSON holds, each a list of rows."""
 
 
-def analyze_and_show(folders: Sequence[Path], *, brief: bool = False, **options: Any) -> None:
-    """Analyse sweeps with these options of `analysis.analyze` and print the short tables, or the shortest."""
+def analyze_and_show(folders: Sequence[Path], *, printed: int = 0, **options: Any) -> None:
+    """Analyse sweeps with these options of `analysis.analyze` and print what was found, below so many lines."""
     from analysis import analyze as analyze_folders
-    from foundry.display import frame_table
 
     probe = _probe(folders, options)
     if probe is not None:
@@ -29,16 +28,8 @@ def analyze_and_show(folders: Sequence[Path], *, brief: bool = False, **options:
         return
     with _watched() as watch:
         analysis = analyze_folders(folders, watch=watch, **options)
-    screen = console()
-    for line in analysis.summary:
-        screen.print(f"{line}\n", highlight=False, markup=False)
-    for table in analysis.headlines(screen.width, brief=brief and not is_verbose()):
-        screen.print(frame_table(table.rows, table.columns))
-        if table.caption:
-            screen.print(f"{table.caption}\n", style="dim", highlight=False, markup=False)
-    for note in analysis.notes:
-        print(note)
-    say(f"tables and plots in {analysis.path}")
+    for line in analysis.ending(folders, console().width, printed):
+        print(line)
     _say_files(analysis.written)
 
 

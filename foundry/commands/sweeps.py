@@ -87,7 +87,7 @@ def _run_until_answered(composed: Composed) -> int:
                 say(f"still open: {_first_of(open_rows(found.contrasts))}")
         if stands:
             break
-    return _analyze_at_end(path, stage.sweep, composed.settings["analyze"], code)
+    return _analyze_at_end(path, stage.sweep, composed.settings["analyze"], code, 0)
 
 
 def _first_of(names: Sequence[str]) -> str:
@@ -160,21 +160,23 @@ def run_folder(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], 
     except SweepStopped as error:
         _report_end(folder)
         return fail(f"the sweep was stopped: {error}", EXIT_FAILED)
-    return _analyze_at_end(folder.path, folder.sweep, settings["analyze"], _report_end(folder))
+    if settings["analyze"]:
+        return _analyze_at_end(folder.path, folder.sweep, settings["analyze"], *_report_runs(folder))
+    return _report_end(folder)
 
 
 def _interrupted(folder: SweepFolder) -> int:
     return fail(f"interrupted; go on with: {_going_on(folder)}", EXIT_INTERRUPTED)
 
 
-def _analyze_at_end(path: Path, sweep: Sweep, analyze: bool | str, code: int) -> int:
+def _analyze_at_end(path: Path, sweep: Sweep, analyze: bool | str, code: int, printed: int) -> int:
     """Analyse a folder whose sweep has ended, where asked once its baselines were run; return the worst exit code."""
     from foundry.trust.targets import own_packages
 
     if analyze == BASELINES:
         code = max(code, run_baselines(path, own_packages(sweep)))
     if analyze:
-        analyze_and_show([path], brief=True)
+        analyze_and_show([path], printed=printed)
     return code
 
 
@@ -242,20 +244,25 @@ def _is_complete(summary: RunSummary | None) -> bool:
 
 
 def _report_end(folder: SweepFolder) -> int:
-    from foundry.display import failure_lines
+    """Say how the runs of a sweep ended, and what there is to say of its replies and servers; return the exit code."""
+    code, _ = _report_runs(folder)
+    _print_unread(folder)
+    _print_determinism(folder)
+    return code
+
+
+def _report_runs(folder: SweepFolder) -> tuple[int, int]:
+    """Say how the runs of a sweep ended; return the exit code and how many lines were printed."""
+    from foundry.display import failure_lines, ran_line
     from foundry.storing.standing import failures
 
     summaries = [run.summary() for run in folder.runs()]
-    complete = sum(map(_is_complete, summaries))
-    lines = failure_lines(failures(summaries))
-    print(f"{complete} of {len(summaries)} runs complete in {folder.path}")
-    for line in lines:
-        print(f"  failed {line}")
-    if complete < len(summaries) and lines:
-        print(f"  try the failed runs again with: {_going_on(folder)}")
-    _print_unread(folder)
-    _print_determinism(folder)
-    return EXIT_OK if complete == len(summaries) else EXIT_FAILED
+    failed = failure_lines(failures(summaries))
+    lines = [ran_line(summaries, folder.path), *(f"  failed {line}" for line in failed)]
+    if failed:
+        lines.append(f"  try the failed runs again with: {_going_on(folder)}")
+    print("\n".join(lines))
+    return EXIT_OK if all(map(_is_complete, summaries)) else EXIT_FAILED, len(lines)
 
 
 def _print_unread(folder: SweepFolder) -> None:

@@ -160,7 +160,7 @@ def test_doctor_is_one_json_object(tmp_path: Path):
 
 def test_a_quiet_sweep_tells_its_result_alone(tmp_path: Path):
     done = foundry(*ASKED, "output.dir=out", "-q", cwd=tmp_path)
-    assert (done.stdout, done.stderr) == ("6 of 6 runs complete in out\n", "")
+    assert done.stdout.startswith("6 of 6 runs complete in out, ") and done.stdout.count("\n") == 1 and not done.stderr
 
 
 def test_a_verbose_sweep_tells_of_each_run_as_it_ends(tmp_path: Path):

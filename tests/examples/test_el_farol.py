@@ -142,7 +142,7 @@ def test_two_runs_are_compared_and_each_is_drawn_again(led: Led):
 
 @pytest.mark.slow
 def test_its_signature_is_measured_and_claims_rest_on_it_where_that_is_declared(led: Led):
-    assert "in a family of" in the(led, "analyze")
+    assert "world el_farol" in the(led, "analyze")
     table = pq.read_table(led.place / "bar" / "analysis" / "signatures.parquet").to_pandas()
     score = table.groupby("model")["attendance.score"].mean()
     assert score["scripted/stay"] == pytest.approx(0)

@@ -10,16 +10,11 @@ import analysis
 from analysis.agreement import Interval
 from analysis.labelling import FIRES, Agreement, agreement, hand_labelled, model_labelling, question, rule_labelling
 from analysis.labelling.warning_rule import is_warning
-from foundry.commands.analyzing import analyze_and_show
 from foundry.errors import InputError, RecordError
 from foundry.labels import Labelled, Labels
 
 SUPPORTED = {"en", "ja"}
-BY_RULE = (
-    "warnings by rule 4: precision 0.90 (38 of 42), recall 0.90 (38 of 42), Cohen's kappa 0.81 on 131 held-out texts, "
-    "47 of them without a label (in neither English nor Japanese); an upper bound: one language model wrote "
-    "and labelled these texts, imitating many writers; how well it holds for the messages of this sweep is not known"
-)
+BY_RULE = "warnings by rule 4: precision at most 0.90, recall at most 0.90"
 
 
 def labels(texts: dict[str, bool | None], fires: tuple[str, ...], hand: dict[str, bool | None]) -> Labels:
@@ -157,15 +152,8 @@ def test_an_analysis_takes_the_labels_of_the_model_and_says_whose_they_are(make_
     found = analysis.analyze([sweep.path], plots=False, labelled_by_model=True)
     assert found.runs["warning.n_warnings"].tolist() != by_rule.runs["warning.n_warnings"].tolist()
     assert found.runs["idle_rate.chosen"].tolist() == by_rule.runs["idle_rate.chosen"].tolist()
-    expected = "warnings by judge:1b (abababababab), question cdcdcdcd: precision 1.00 (65 of 65), recall 1.00"
-    assert any(note.startswith(expected) for note in found.notes)
-    assert BY_RULE in by_rule.notes
-
-
-def test_what_a_terminal_shows_says_whose_texts_the_figures_are_of(make_sweep, make_condition, capsys):
-    sweep = make_sweep([make_condition("a", range(2))])
-    analyze_and_show([sweep.path], brief=True, plots=False)
-    assert BY_RULE in capsys.readouterr().out.splitlines()
+    judged = "warnings by judge:1b (abababababab), question cdcdcdcd: precision at most 1.00, recall at most 1.00"
+    assert judged in found.notes and BY_RULE in by_rule.notes
 
 
 def test_messages_in_a_language_that_the_rule_does_not_read_are_counted_and_named(

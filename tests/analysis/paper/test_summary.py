@@ -47,6 +47,11 @@ def row(**changes: Any) -> dict[str, Any]:
     return {**USUAL, **changes}
 
 
+def differing(count: int, **changes: Any) -> list[dict[str, Any]]:
+    """Return rows of so many measures that differ."""
+    return [row(measure=f"own.x{number}", **changes) for number in range(count)]
+
+
 def groups(*read: float, **more: Any):
     """Return groups a, b, ... of which these shares of decisions could be read."""
     names = "abcdefgh"[: len(read)]
@@ -257,30 +262,47 @@ def test_what_is_no_claim_is_left_out_or_said_to_be_none(
 @pytest.mark.parametrize(
     ("rows", "last"),
     [
-        ([row()] * 8, "3 further comparisons are in contrasts.md: 3 different."),
+        (differing(14), "Further comparisons are in contrasts.md: 3 findings."),
         (
-            [row()] * 6 + [row(**NONE)] * 2 + [row(**LEFT)],
-            "4 further comparisons are in contrasts.md: 1 different, 2 without a difference found and 1 of which "
-            "nothing can be said.",
+            [*differing(12), *[row(**NONE)] * 2, row(**LEFT)],
+            "Further comparisons are in contrasts.md: 1 finding, 2 without a difference found and 1 of which nothing "
+            "can be said.",
         ),
-        ([row(**{**NONE, **MARGIN})] * 7, "2 further comparisons are in contrasts.md: 2 the same within a margin."),
-        ([row(**NONE)] * 6, f"{NONE_FOUND}20 seeds, {NONE_TESTED}."),
+        ([row(**{**NONE, **MARGIN})] * 13, "Further comparisons are in contrasts.md: 2 the same within a margin."),
+        ([row(**NONE)] * 12, f"{NONE_FOUND}20 seeds, {NONE_TESTED}."),
     ],
 )
-def test_there_are_at_most_six_sentences_and_the_last_counts_what_is_left_out(rows: list[dict[str, Any]], last: str):
+def test_there_are_at_most_twelve_sentences_and_the_last_counts_what_is_left_out(rows: list[dict[str, Any]], last: str):
     found = said(*rows)
     assert (len(found), found[-1]) == (MOST, last)
 
 
-def test_a_filter_and_what_explores_take_sentences_of_the_six():
-    found = said(*[row(**OPEN)] * 9, filtered="seed=0-9: 20 of 40 runs")
+def test_a_filter_and_what_explores_take_sentences_of_the_twelve():
+    found = said(*differing(15, **OPEN), filtered="seed=0-9: 20 of 40 runs")
     assert len(found) == MOST
-    assert found[-1] == "6 further comparisons are in contrasts.md: 6 different."
+    assert found[-1] == "Further comparisons are in contrasts.md: 6 findings."
 
 
-def test_the_most_certain_differences_come_first():
-    found = said(row(p_adjusted=0.03), row(p_adjusted=0.001, level="c"))
-    assert [one[0] for one in found] == ["c", "b"]
+def test_the_largest_standardised_differences_come_first():
+    first, second, third = (row(measure=f"own.{name}", g_z=g_z) for name, g_z in (("x", 1.2), ("y", NAN), ("z", -3.0)))
+    found = said({**first, "p_adjusted": 0.001}, second, third)
+    assert [sentence.split("own.")[1][0] for sentence in found] == ["y", "z", "x"], "y is the same in every seed"
+
+
+def test_several_pairs_of_a_measure_are_one_finding():
+    """Of a, b and c: c warns more than both, which differ too."""
+    rows = [
+        row(),
+        row(level="c", mean_level=0.9, difference=0.69, low=0.6, high=0.78, p_adjusted=0.02, note="its clock stood"),
+        row(level="c", reference="b", mean_level=0.9, mean_reference=0.43, difference=0.47, low=0.4, high=0.54),
+    ]
+    assert said(*rows) == (
+        f"c warns its neighbours more than each other model: {REACH} 0.9 against 0.21 to 0.43, smallest difference "
+        "0.47 [0.4, 0.54], 20 seeds, p at most .020 corrected over 3 tests; its clock stood; 1 further pair differs.",
+    )
+    apart = said(*rows[:2], row(level="c", reference="b", **NONE))
+    assert apart[0].startswith(f"a warns its neighbours less than each other model: {REACH} 0.21 against 0.43 to 0.9")
+    assert apart[1].startswith("No difference was found between c and b")
 
 
 def test_sentences_hold_for_tables_that_are_made_from_runs():

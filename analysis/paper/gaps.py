@@ -1,0 +1,158 @@
+"""The largest gaps between models: a short table of a terminal, a row a measure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from analysis.paper.sentence import Row
+from analysis.signatures import describe
+from analysis.tables.texts import rounded, text_width
+
+LONGEST_NAME = 16
+"""Letters of a name beyond which its middle is left out."""
+_SPACE = "  "
+
+
+@dataclass(frozen=True)
+class Gap:
+    """A measure with its mean by level, and the two levels that are furthest apart.
+
+    Attributes:
+        row: the row of the contrasts of these two.
+        means: mean over seeds by level.
+    """
+
+    row: Row
+    means: Mapping[str, float]
+
+    @property
+    def measure(self) -> str:
+        """The measure."""
+        return str(self.row["measure"])
+
+    @property
+    def effect(self) -> float:
+        """The standardised difference; infinite where it is the same in every seed, 0 where too few seeds have one."""
+        effect = abs(float(self.row["g_z"]))
+        if math.isnan(effect):
+            return math.inf if abs(self.row["difference"]) > 0 else 0.0
+        return 0.0 if math.isnan(self.row["low"]) else effect
+
+    @property
+    def highest(self) -> str:
+        """The level of the two that is higher."""
+        return str(self.row["level" if self.row["difference"] >= 0 else "reference"])
+
+    @property
+    def lowest(self) -> str:
+        """The level of the two that is lower."""
+        return str(self.row["reference" if self.row["difference"] >= 0 else "level"])
+
+    @property
+    def is_one_sided(self) -> bool:
+        """Whether its interval holds no 0."""
+        return bool(self.row["low"] > 0 or self.row["high"] < 0)
+
+
+def gaps(rows: Sequence[Row]) -> list[Gap]:
+    """Return the largest gap of each measure and context among rows of the contrasts, by standardised size."""
+    by_measure: dict[tuple[str, str], list[Row]] = {}
+    for row in rows:
+        if row["n_pairs"]:
+            by_measure.setdefault((str(row["measure"]), str(row["context"])), []).append(row)
+    return sorted((_gap(own) for own in by_measure.values()), key=lambda gap: -gap.effect)
+
+
+def _gap(rows: Sequence[Row]) -> Gap:
+    means: dict[str, float] = {}
+    for row in rows:
+        means.setdefault(str(row["level"]), float(row["mean_level"]))
+        means.setdefault(str(row["reference"]), float(row["mean_reference"]))
+    return Gap(max(rows, key=lambda row: abs(row["difference"])), means)
+
+
+def gap_lines(
+    found: Sequence[Gap], names: Mapping[str, str], contexts: Mapping[str, str], runs: Mapping[str, type], width: int
+) -> list[str]:
+    """Return the table as lines, its head first: all levels side by side where they fit, else the two that are apart.
+
+    Args:
+        found: the gaps.
+        names: what each level is called, in their order.
+        contexts: what each context is called.
+        runs: the class of the runs by context, whose words are those of the measure.
+        width: columns of the terminal.
+    """
+    levels = [level for level in names if any(level in gap.means for gap in found)]
+    labels = [_label(gap, contexts, runs, 7 * width // 20) for gap in found]
+    sizes = [upright(gap.row) for gap in found]
+    pairs = _padded([f"{names[gap.highest]} - {names[gap.lowest]}" for gap in found])
+    means = [rounded([gap.means.get(level, math.nan) for level in levels]) for gap in found]
+    cells = sizes if len(levels) == 2 else [f"{pair}{_SPACE}{size}" for pair, size in zip(pairs, sizes, strict=True)]
+    lines = _aligned(
+        [
+            ["", *(names[level] for level in levels), "largest gap [95 %]"],
+            *([label, *own, cell] for label, own, cell in zip(labels, means, cells, strict=True)),
+        ]
+    )
+    if max(map(text_width, lines)) <= width:
+        return lines
+    ends = [_ends(gap, names) for gap in found]
+    head = ["", "lowest", "highest"]
+    lines = _aligned(
+        [[*head, "gap [95 %]"], *([label, *end, size] for label, end, size in zip(labels, ends, sizes, strict=True))]
+    )
+    if max(map(text_width, lines)) <= width:
+        return lines
+    return _aligned([head, *([label, *end] for label, end in zip(labels, ends, strict=True))])
+
+
+def _ends(gap: Gap, names: Mapping[str, str]) -> list[str]:
+    """Return the lowest and the highest level with their means."""
+    levels = (gap.lowest, gap.highest)
+    means = rounded([gap.means[level] for level in levels])
+    return [f"{names[level]} {mean}" for level, mean in zip(levels, means, strict=True)]
+
+
+def upright(row: Row) -> str:
+    """Return how much higher the higher level of a row is, with the interval where there is one."""
+    difference, low, high = (float(row[name]) for name in ("difference", "low", "high"))
+    size, least, most = rounded((difference, low, high) if difference >= 0 else (-difference, -high, -low))
+    return size if math.isnan(low) else f"{size} [{least}, {most}]"
+
+
+def _label(gap: Gap, contexts: Mapping[str, str], runs: Mapping[str, type], most: int) -> str:
+    """Return the words for a measure without their unit, or its name where those are long."""
+    words = describe(gap.measure, runs.get(str(gap.row["context"]))).label.partition(" (")[0]
+    candidates = (words, gap.measure, words.partition(",")[0])
+    label = next((text for text in candidates if text_width(text) <= most), gap.measure)
+    context = contexts[str(gap.row["context"])]
+    return f"{label}, {context}" if context else label
+
+
+def short_names(levels: Iterable[str]) -> dict[str, str]:
+    """Return short names of levels: without the folder that all share, and without the middle of long ones."""
+    known = list(dict.fromkeys(levels))
+    folders = {level.rpartition("/")[0] for level in known}
+    plain = {level: level.rpartition("/")[2] if len(folders) == 1 else level for level in known}
+    return shortened(plain, LONGEST_NAME)
+
+
+def shortened(names: Mapping[str, str], most: int) -> dict[str, str]:
+    """Return names without their middle where they are longer than that, and longer where two would be alike."""
+    half = most // 2
+    short = {key: name if len(name) <= most else f"{name[:half]}…{name[1 - half :]}" for key, name in names.items()}
+    return short if len(set(short.values())) == len(set(names.values())) else shortened(names, most + 4)
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return rows as lines with equal columns."""
+    columns = [_padded(column) for column in zip(*rows, strict=True)]
+    return [_SPACE.join(cells).rstrip() for cells in zip(*columns, strict=True)]
+
+
+def _padded(texts: Sequence[str]) -> list[str]:
+    widest = max(map(text_width, texts))
+    return [text + " " * (widest - text_width(text)) for text in texts]

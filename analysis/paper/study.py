@@ -1,0 +1,90 @@
+"""What a sweep was, in a line, and the command that tests measures of it on seeds that nobody has seen."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import Any
+
+from analysis.prose import joined
+from analysis.stats.plan import DECLARED, EXPLORATORY
+from analysis.stats.sign_flip import fewest_pairs
+from analysis.tables.comparison import Comparison
+from foundry.texts import counted
+
+_SIZES = ("agents", "steps", "rounds")
+"""Settings of a world that say how large it is."""
+_LEFT_OUT = ("seed", "output.dir", "until", "view")
+"""Settings that are others, or not the study's, when it is played on new seeds."""
+
+
+def study(compared: Comparison, worlds: Sequence[Mapping[str, Any]], claims: Sequence[str]) -> str:
+    """Return what was compared, in which world, and whether it was declared.
+
+    Args:
+        compared: the groups.
+        worlds: the configurations of the worlds.
+        claims: of the rows of the contrasts.
+    """
+    own = [group for group in compared.groups if group not in compared.baselines]
+    levels = {compared.group_columns[at]: len({group[at] for group in own}) for at in telling_apart(own)}
+    seeds = max((len(compared.values[group]) for group in own), default=0)
+    parts = [counted(count, column) for column, count in levels.items() if count > 1 or column == "model"]
+    lines = [" x ".join([*parts, counted(seeds, "seed")])]
+    names = list(dict.fromkeys(str(world["name"]) for world in worlds))
+    if len(names) == 1:
+        by_size = {key: {world.get(key) for world in worlds} for key in _SIZES}
+        sizes = [f"{values.pop()} {key}" for key, values in by_size.items() if len(values) == 1 and None not in values]
+        lines.append(f"world {names[0]}" + (f" ({', '.join(sizes)})" if sizes else ""))
+    else:
+        lines.append(f"worlds {joined(names)}")
+    if claims:
+        lines.append(DECLARED if DECLARED in claims else EXPLORATORY)
+    return ", ".join(lines)
+
+
+def on_new_seeds(
+    asked: Sequence[Sequence[str]], seeds: Collection[int], measures: Sequence[str], pairs: int, alpha: float
+) -> str:
+    """Return the command that declares measures of a sweep on as many seeds that it does not have.
+
+    There are at least as many as a test needs that is corrected over the pairs.
+
+    Args:
+        asked: the overrides of the sweep, and those by which it grew.
+        seeds: its seeds.
+        measures: those to test.
+        pairs: pairs of groups that are compared.
+        alpha: level of the tests.
+    """
+    values: dict[str, list[str]] = {}
+    for overrides in asked:
+        for override in overrides:
+            key, _, value = override.partition("=")
+            if key not in _LEFT_OUT and value not in values.setdefault(key, []):
+                values[key].append(value)
+    count = max(len(seeds), fewest_pairs(alpha / max(pairs, 1)) or 0)
+    first = max(seeds) + 1
+    values.pop("-m", None)
+    settings = [key if own == [""] else f"{key}={','.join(own)}" for key, own in values.items()]
+    families = [part for measure in measures for part in ("--family", measure)]
+    return shlex.join(["foundry", "preregister", "-m", *settings, f"seed={first}-{first + count - 1}", *families])
+
+
+def telling_apart(rows: Sequence[Sequence[str]]) -> list[int]:
+    """Return the columns that tell rows apart, the first among them; of two that are alike the later is left out."""
+    columns = list(range(len(rows[0]))) if rows else []
+    for column in columns[:0:-1]:
+        others = [at for at in columns if at != column]
+        if len({tuple(row[at] for at in others) for row in rows}) == len(set(map(tuple, rows))):
+            columns = others
+    return columns
+
+
+def short_contexts(contexts: Iterable[str]) -> dict[str, str]:
+    """Return by context, such as `world=office, prompt=office`, what tells it from the others, such as `office`."""
+    parts = {context: tuple(context.split(", ")) for context in dict.fromkeys(contexts)}
+    if len(set(map(len, parts.values()))) > 1:
+        return {context: context for context in parts}
+    columns = telling_apart(list(parts.values()))
+    return {context: ", ".join(own[at].partition("=")[2] for at in columns) for context, own in parts.items()}

@@ -1,0 +1,109 @@
+"""What a reader of the tables must know before any number."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations
+
+import pandas as pd
+
+from analysis.form import FormAnalysis
+from analysis.labelling import Labelling
+from analysis.lines import COMPLETE
+from analysis.prose import group_label, joined
+from analysis.signatures import FAILURE_RATE
+from analysis.stats.intervals import FEWEST_FOR_CLAIMS
+from analysis.stats.plan import DECLARED, EXPLORATORY
+from analysis.stats.values import Group
+from analysis.tables.comparison import Comparison
+from analysis.tables.signature_table import SignatureTable
+
+_READABLE = "outcome.readable"
+_READABLE_ENOUGH = 0.95
+
+
+def notes_of(
+    table: SignatureTable,
+    compared: Comparison,
+    differences: pd.DataFrame,
+    forms: Mapping[Group, FormAnalysis],
+    labellings: Sequence[Labelling],
+) -> Iterator[str]:
+    """Yield the notes on runs, replies, looks and worlds, one line each.
+
+    Args:
+        table: the runs.
+        compared: the groups.
+        differences: the table of contrasts.
+        forms: the form of each group's worlds.
+        labellings: who labelled the messages of each sweep.
+    """
+    yield from _of_runs(table, compared, differences)
+    yield from _unread(compared, forms)
+    yield from _looks(differences)
+    yield from _incomparable(table)
+    by_name = {form.name: form for form in forms.values()}
+    for form in by_name.values():
+        yield from form.words.notes(table.frame, labellings)
+    yield from _without_decisions(table)
+
+
+def _of_runs(table: SignatureTable, compared: Comparison, differences: pd.DataFrame) -> list[str]:
+    notes = []
+    by_status = Counter(table.frame["status"])
+    if by_status[COMPLETE] < len(table.frame):
+        others = ", ".join(f"{count} {status}" for status, count in by_status.items() if status != COMPLETE)
+        notes.append(f"{by_status[COMPLETE]} of {len(table.frame)} runs are complete; missing: {others}")
+    is_compared = differences["headline"].any()
+    if not is_compared and any(len(values) < FEWEST_FOR_CLAIMS for values in compared.values.values()):
+        notes.append(f"fewer than {FEWEST_FOR_CLAIMS} seeds: the numbers describe these runs, and prove nothing")
+    return notes
+
+
+def _incomparable(table: SignatureTable) -> list[str]:
+    """Name the worlds that ask different questions, which measures of any form do not compare."""
+    pairs = combinations(dict.fromkeys(table.questions), 2)
+    apart = {name for one, other in pairs if not one.are_like(other) for name in (one.world, other.world)}
+    why = "measures of any form are not compared between worlds that ask different questions"
+    return [f"{why}: {joined(sorted(apart))}"] if apart else []
+
+
+def _unread(compared: Comparison, forms: Mapping[Group, FormAnalysis]) -> list[str]:
+    """Say of which groups many replies could not be read, and what became of those."""
+    notes = []
+    for group, values in compared.values.items():
+        readable = float(values[_READABLE].mean()) if _READABLE in values else 1.0
+        if readable < _READABLE_ENOUGH:
+            notes.append(
+                f"{group_label(group)}: only {readable:.0%} of the action replies could be read; the others "
+                f"{forms[group].words.unread}"
+            )
+    return notes
+
+
+def out_of_reach(differences: pd.DataFrame) -> list[str]:
+    """Say where there are too few seeds for so many tests."""
+    tested = differences[differences["headline"].astype(bool) & differences["p"].notna()]
+    notes = tested["out_of_reach"][tested["out_of_reach"] != ""]
+    if notes.empty:
+        return []
+    which = "" if len(notes) == len(tested) else f"in {len(notes)} of {len(tested)} tests "
+    declared = (tested["claim"] == DECLARED).any()
+    advice = "a later look may" if declared else "run more seeds"
+    return [f"{which}{notes.iloc[0]}: {advice}"]
+
+
+def _looks(differences: pd.DataFrame) -> list[str]:
+    """Say how often growing data were tested of which nothing was declared."""
+    rows = differences[differences["headline"].astype(bool) & (differences["claim"] == EXPLORATORY)]
+    said = rows.sort_values("look")["note"].astype(str).str.extract(r"((?:\w+ look|look \d+), none declared[^;]*)")
+    found = said[0].dropna()
+    return [f"{found.iloc[-1]}; foundry preregister declares looks before the runs"] if len(found) else []
+
+
+def _without_decisions(table: SignatureTable) -> list[str]:
+    """Return which worlds wrote lines that nobody can read as decisions."""
+    rows = zip(table.frame["world"], table.frame["status"], table.present, strict=True)
+    worlds = dict.fromkeys(world for world, status, names in rows if status == COMPLETE and names == {FAILURE_RATE})
+    return [f"world {world} recorded no decisions: its runs are listed, without signatures" for world in worlds]

@@ -1,0 +1,152 @@
+"""How an analysis ends on a terminal."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from analysis.paper.ending import MOST_LINES, WIDEST, Told, ending
+from analysis.paper.gaps import short_names
+from analysis.paper.study import on_new_seeds, short_contexts, study
+from analysis.stats.contrasts import contrasts
+from analysis.tables.comparison import compare
+from analysis.tables.groups import swept_columns
+from analysis.tables.texts import text_width
+from signature_tables import runs, table
+
+SAME = [0.31, 0.52, 0.33, 0.24, 0.45, 0.36, 0.27, 0.48]
+MEASURES = ("idle_rate.chosen", "communication.rate", "stability.persistence", "place_choice.share_cafe")
+NOTES = ("a note " * 30, "another note " * 30, "a last one")
+
+
+def end(values: dict[str, dict[str, list[float]]], width: int = 80, **told) -> list[str]:
+    """Return the ending of runs with these values by model and measure."""
+    made = table(
+        [
+            {"model": model, "seed": seed, **{name: own[seed] for name, own in by_measure.items()}}
+            for model, by_measure in values.items()
+            for seed in range(len(next(iter(by_measure.values()))))
+        ]
+    )
+    columns = swept_columns(made)
+    usual = {"notes": (), "study": "a study", "folders": "out", "tables": "out/analysis", "forms": {}}
+    family = list(next(iter(values.values())))
+    return ending(
+        Told(
+            contrasts=contrasts(made, columns, family=family),
+            compared=compare(made, columns),
+            declared=family,
+            again=lambda measures, pairs: f"foundry preregister {pairs} {' '.join(measures)}",
+            **{**usual, **told},
+        ),
+        width,
+        printed=1,
+    )
+
+
+def noisy(model: int, measure: int, shift: float = 0.0, seeds: int = 8) -> list[float]:
+    return (shift + np.random.default_rng([model, measure]).normal(0.4, 0.05, seeds)).tolist()
+
+
+def many(models: int, seeds: int = 8) -> dict[str, dict[str, list[float]]]:
+    """Return values of models that all differ in every measure."""
+    return {
+        f"served/{model}-a-long-name-of-a-model:70b": {
+            name: noisy(model, place, 0.5 * model * (place + 1), seeds) for place, name in enumerate(MEASURES)
+        }
+        for model in range(models)
+    }
+
+
+@pytest.mark.parametrize("width", [80, 120])
+@pytest.mark.parametrize("models", [1, 2, 3, 7])
+@pytest.mark.parametrize("seeds", [2, 8, 12])
+def test_an_ending_has_at_most_twenty_lines_and_fits_the_terminal(models: int, seeds: int, width: int):
+    lines = end(many(models, seeds), width, notes=NOTES[2:], study="served models x seeds, world cafe_library")
+    assert len(lines) + 1 <= MOST_LINES
+    texts = [line for line in lines if "out/analysis" not in line and "out   " not in line]
+    assert max(map(text_width, texts)) <= min(width, WIDEST)
+
+
+def test_one_model_that_stands_out_is_one_line():
+    values = {f"scripted/{name}": {MEASURES[0]: noisy(place, 0)} for place, name in enumerate(("a", "b", "c"))}
+    values["scripted/herd"] = {MEASURES[0]: noisy(7, 0, 0.4, 8)}
+    lines = end(values)
+    assert lines[2].startswith("Findings: 3 of 6 tests show a difference (p at most .0")
+    assert lines[3].startswith("  herd stays where it is more often than all others: 0.79 against")
+
+
+def test_two_models_are_told_with_the_difference_and_its_interval():
+    lines = end({"a": {MEASURES[0]: noisy(0, 0)}, "b": {MEASURES[0]: noisy(1, 0, 0.4)}})
+    said = " ".join(line.strip() for line in lines[3:5])
+    assert said.startswith("b stays where it is more often than a: 0.8") and said.endswith(
+        "difference 0.39 [0.35, 0.44]"
+    )
+
+
+def test_where_nothing_can_be_claimed_the_largest_gaps_and_the_command_for_new_seeds_stand():
+    values = {name: {MEASURES[0]: noisy(at, 0, 0.4 * at, 4), MEASURES[1]: SAME[:4]} for at, name in enumerate("abc")}
+    lines = end(values)
+    assert lines[2] == "No claim can be made: fewer than 6 seeds only describe these runs."
+    head, first, second = lines[4:7]
+    assert head.split() == ["a", "b", "c", "largest", "gap", "[95", "%]"]
+    assert first.split()[:3] == ["Chose", "to", "stay"] and "c - a" in first and "0.8" in first
+    assert second.startswith("  Messages per agent and step")
+    assert lines[7:9] == [
+        "Test the largest on new seeds, declared before they run:",
+        "  foundry preregister 3 idle_rate.chosen",
+    ]
+
+
+def test_no_difference_is_not_told_as_the_same():
+    rng = np.random.default_rng(3)
+    values = {name: {MEASURES[0]: rng.normal(0.4, 0.1, 8).tolist()} for name in "ab"}
+    assert end(values)[2].startswith("No difference was found in 1 test; that does not show that the models are the")
+
+
+def test_notes_without_room_are_counted_with_their_file():
+    lines = end({"a": {MEASURES[0]: SAME}}, notes=NOTES)
+    start = next(place for place, line in enumerate(lines) if line.startswith("Look out  a note a note"))
+    assert "          2 further notes: out/analysis/summary.md" in lines[start:]
+    assert lines[-3].startswith("Look at   foundry view out ")
+
+
+def test_a_single_model_is_shown_with_its_means():
+    lines = end({"a": {MEASURES[0]: SAME, MEASURES[1]: [math.nan] * 8}})
+    assert lines[2] == "Nothing is compared. Means over seeds [95 %]:"
+    assert lines[3].split()[:2] == ["idle_rate.chosen", "0.37"]
+
+
+def test_names_are_short_and_stay_apart():
+    assert short_names(["scripted/a", "scripted/b"]) == {"scripted/a": "a", "scripted/b": "b"}
+    assert short_names(["scripted/a", "qwen3:4b"]) == {"scripted/a": "scripted/a", "qwen3:4b": "qwen3:4b"}
+    long = {"x" * 20 + "1" + "y" * 20, "x" * 20 + "2" + "y" * 20}
+    assert len(set(short_names(long).values())) == 2
+    alike = ["world=office, prompt=office", "world=cafe, prompt=cafe"]
+    assert list(short_contexts(alike).values()) == ["office", "cafe"]
+    assert list(short_contexts(["world=a, prompt=p", "world=a, prompt=q"]).values()) == ["a, p", "a, q"]
+
+
+def test_a_study_is_told_by_what_was_compared():
+    rows = [
+        *runs("a", SAME, world="x"),
+        *runs("b", SAME, world="x"),
+        *runs("a", SAME, world="y"),
+        *runs("b", SAME, world="y"),
+    ]
+    made = table(rows)
+    compared = compare(made, swept_columns(made))
+    worlds = [{"name": "x", "agents": 6}, {"name": "y", "agents": 8}]
+    assert study(compared, worlds, ["exploratory"]) == "2 models x 2 worlds x 8 seeds, worlds x and y, exploratory"
+    assert study(compared, [worlds[0]] * 2, ["declared"]).endswith("seeds, world x (6 agents), declared")
+    assert study(compared, [worlds[0], {"name": "x", "agents": 9}], []).endswith("seeds, world x")
+
+
+def test_the_command_for_new_seeds_asks_for_the_same_study_and_for_as_many_seeds_as_a_test_needs():
+    first = ("-m", "model=a,b", "world.agents=6", "seed=0-3", "output.dir=out")
+    asked = [first, ("model=c", "seed=0-3")]
+    assert on_new_seeds(asked, range(4), ["x.y"], 3, 0.05) == (
+        "foundry preregister -m model=a,b,c world.agents=6 seed=4-10 --family x.y"
+    )
