@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 REFRESH_S = 0.25
 LINE_EVERY_S = 10.0
+SPEED_OVER_S = 3600.0
+"""The time left is worked out from the last hour: slow models answer a few calls in it."""
 _COUNTS = ("runs", "complete", "failed", "running", "waiting", "calls", "cached", "retries")
 REUSED = "prompt cache"
 _NUMERIC = frozenset([*_COUNTS, REUSED, "seed", "size", "context", "to send"])
@@ -36,8 +38,7 @@ _NUMERIC = frozenset([*_COUNTS, REUSED, "seed", "size", "context", "to send"])
 class ProgressDisplay:
     """Shows a sweep's progress while it runs: bars on a terminal, a line now and then elsewhere.
 
-    The time left is a text of ours: Rich's column takes no estimate, but works out its own from the bar's speed, to
-    which answers of the cache and calls that runs spared are as good as answered ones.
+    Bars count calls. The time left is that of Rich: the calls to come at the speed of those that are done.
     """
 
     def __init__(
@@ -56,14 +57,13 @@ class ProgressDisplay:
             each_run: whether each run is told as it ends, in a line of its own.
             clock: the time in seconds.
         """
-        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-        from foundry.running.progress import Speed, SweepProgress, TimeLeft
+        from foundry.running.progress import Speed, SweepProgress
 
         self._untold = [(run, run.summary()) for run in folder.runs() if each_run]
         self._progress = SweepProgress(folder)
         self._speeds = {name: Speed() for name in self._progress.before}
-        self._time_left = TimeLeft(self._progress.phases)
         self._console = console
         self._clock = clock
         self._stop = threading.Event()
@@ -75,20 +75,25 @@ class ProgressDisplay:
             TextColumn("{task.fields[runs]}", justify="right"),
             TextColumn("{task.fields[info]}"),
             TimeElapsedColumn(),
+            TimeRemainingColumn(),
             console=console,
             auto_refresh=False,
+            get_time=clock,
+            speed_estimate_period=SPEED_OVER_S,
         )
-        self._tasks: dict[str, TaskID] = {}
-        self._whole: TaskID | None = None
-
-    def __enter__(self) -> ProgressDisplay:
-        for name, totals in self._progress.before.items():
-            self._tasks[name] = self._bars.add_task(
+        self._tasks = {
+            name: self._bars.add_task(
                 visible(name), total=totals.most, completed=totals.done, runs=_runs(totals), info="", start=False
             )
+            for name, totals in self._progress.before.items()
+        }
+        self._whole: TaskID | None = None
         if len(self._tasks) > 1:
-            most = sum(totals.most for totals in self._progress.before.values())
-            self._whole = self._bars.add_task("whole sweep", total=most, runs="", info="")
+            before = self._progress.before.values()
+            most, done = sum(totals.most for totals in before), sum(totals.done for totals in before)
+            self._whole = self._bars.add_task("whole sweep", total=most, completed=done, runs="", info="")
+
+    def __enter__(self) -> ProgressDisplay:
         if self._console.is_terminal:
             self._bars.start()
         self._thread.start()
@@ -108,19 +113,19 @@ class ProgressDisplay:
         totals, now = self._progress.by_model(), self._clock()
         for name, speed in self._speeds.items():
             speed.note(totals[name].calls, totals[name].cached, now)
-        self._time_left.note(totals, now)
+        self._update(totals)
         return totals
 
     def line(self, totals: Mapping[str, Totals]) -> str:
         """Return one line for a log: of each model that has begun and has not ended, else of all."""
         shown = {name: one for name, one in totals.items() if one.calls and one.ended < one.runs} or totals
         parts = [f"{visible(name)} {', '.join([_runs(one), *self.told(name, one)])}" for name, one in shown.items()]
-        return f"[{_duration(self._clock() - self._started)}] " + "; ".join([*self.left(totals), *parts])
+        return f"[{_duration(self._clock() - self._started)}] " + "; ".join([*self.left(), *parts])
 
-    def left(self, totals: Mapping[str, Totals]) -> list[str]:
-        """Return the time that is left of the whole sweep; nothing where it is too early to say."""
-        left_s = self._time_left.seconds(totals)
-        return [] if left_s is None else [f"{_duration(left_s)} left"]
+    def left(self) -> list[str]:
+        """Return the time that is left of the whole sweep; nothing where it is too early to say or all is done."""
+        left_s = self._bars.tasks[-1].time_remaining  # the last bar is that of all models
+        return [f"{_duration(left_s)} left"] if left_s else []
 
     def told(self, name: str, totals: Totals) -> list[str]:
         """Return what is told of a model beside its runs."""
@@ -142,12 +147,13 @@ class ProgressDisplay:
             totals = self.look()
             self._tell_ended()
             if self._console.is_terminal:
-                self._draw(totals)
+                self._bars.refresh()
             elif self._clock() - shown >= LINE_EVERY_S:
                 shown = self._clock()
                 self._console.print(self.line(totals), highlight=False)
         if self._console.is_terminal:
-            self._draw(self._progress.at_end())
+            self._update(self._progress.at_end())
+            self._bars.refresh()
 
     def _tell_ended(self) -> None:
         """Tell of each run that has ended since the last look; one that had failed before ends anew."""
@@ -157,20 +163,16 @@ class ProgressDisplay:
             if now is not None and now != before:
                 self._console.print(_ended_line(now), highlight=False, markup=False)
 
-    def _draw(self, totals: Mapping[str, Totals]) -> None:
+    def _update(self, totals: Mapping[str, Totals]) -> None:
         for name, task in self._tasks.items():
             one = totals[name]
             if one.begun:
                 self._bars.start_task(task)
-            left = self.left(totals) if self._whole is None else []
-            info = ", ".join([*left, *self.told(name, one)])
-            self._bars.update(task, completed=one.done, runs=_runs(one), info=info)
+            self._bars.update(task, completed=one.done, runs=_runs(one), info=", ".join(self.told(name, one)))
             if one.ended == one.runs:
                 self._bars.stop_task(task)
         if self._whole is not None:
-            done = sum(one.done for one in totals.values())
-            self._bars.update(self._whole, completed=done, info=", ".join(self.left(totals)))
-        self._bars.refresh()
+            self._bars.update(self._whole, completed=sum(one.done for one in totals.values()))
 
 
 def _runs(totals: Totals) -> str:

@@ -1,4 +1,4 @@
-"""How far a sweep is, how fast it goes of late, and how long it will take; read from the reports of its workers."""
+"""How far a sweep is and how fast it goes of late; read from the reports of its workers."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from foundry.expansion import is_served, settings_key
+from foundry.expansion import settings_key
 from foundry.running.build import build
 from foundry.running.lane import Tally
 from foundry.storing.store import RunFolder, SweepFolder
@@ -53,23 +53,11 @@ class Totals(Tally):
         """Calls of `most` that were made, or will not be made since their run has ended."""
         return self.most if self.ended == self.runs else min(self.most, self.settled + self.calls + self.spared)
 
-    @property
-    def left(self) -> float:
-        """Calls that are left, where later runs end as early as those before them did."""
-        return (self.most - self.done) * _made_share([self])
-
     def merge(self, report: Mapping[str, int]) -> None:
         """Add a worker's report."""
         self.begun = True
         for name, value in report.items():
             setattr(self, name, getattr(self, name) + value)
-
-
-def _made_share(models: Iterable[Totals]) -> float:
-    """Return the share of their possible calls that runs of these models made so far."""
-    models = list(models)
-    calls = sum(totals.calls for totals in models)
-    return calls / (calls + sum(totals.spared for totals in models)) if calls else 1.0
 
 
 @dataclass
@@ -79,21 +67,16 @@ class SweepProgress:
     Attributes:
         folder: the sweep.
         before: what had ended before this session, by model.
-        phases: name of the phase that a model's runs are played in, by model: served models have phases of their own.
     """
 
     folder: SweepFolder
     before: dict[str, Totals] = field(default_factory=dict)
-    phases: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         runs = self.folder.runs()
         self._most = most_calls(runs)
         for run in runs:
-            model = run.config()["model"]
-            name = str(model["name"])
-            self.phases[name] = name if is_served(model) else ""
-            totals = self.before.setdefault(name, Totals())
+            totals = self.before.setdefault(str(run.config()["model"]["name"]), Totals())
             most, summary = self._most[run.run.condition], run.summary()
             totals.runs += 1
             totals.most += most
@@ -165,41 +148,3 @@ class Speed:
     def calls_per_s(self) -> float | None:
         """Calls a second; None when it is too early to say."""
         return (self._sent if self._sent.begun else self._all).per_s
-
-
-class TimeLeft:
-    """How long a sweep takes yet, whose phases are played one after the other."""
-
-    def __init__(self, phases: Mapping[str, str]) -> None:
-        """Take the phase of each model."""
-        self._phases = phases
-        self._speeds = {phase: Speed() for phase in phases.values()}
-
-    def note(self, totals: Mapping[str, Totals], now: float) -> None:
-        """Take up how far the models are at a time, seconds; the speed of a phase that is over stays."""
-        for phase, models in self._unfinished(totals).items():
-            calls, cached = sum(model.calls for model in models), sum(model.cached for model in models)
-            self._speeds[phase].note(calls, cached, now)
-
-    def seconds(self, totals: Mapping[str, Totals]) -> float | None:
-        """Return the seconds that are left, if what is left is not in the cache; None when nothing tells.
-
-        A model that has made no call yet is taken to be as the others are on average: as slow, and its runs as short.
-        """
-        per_call = {phase: 1 / speed.calls_per_s for phase, speed in self._speeds.items() if speed.calls_per_s}
-        unfinished = self._unfinished(totals)
-        if not per_call or not unfinished:
-            return None
-        usual, share = sum(per_call.values()) / len(per_call), _made_share(totals.values())
-        return sum(
-            per_call.get(phase, usual) * model.left * (1.0 if model.calls else share)
-            for phase, models in unfinished.items()
-            for model in models
-        )
-
-    def _unfinished(self, totals: Mapping[str, Totals]) -> dict[str, list[Totals]]:
-        """Return the models of each phase that has not ended."""
-        phases: dict[str, list[Totals]] = {}
-        for name, model in totals.items():
-            phases.setdefault(self._phases[name], []).append(model)
-        return {phase: models for phase, models in phases.items() if any(model.ended < model.runs for model in models)}

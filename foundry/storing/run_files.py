@@ -179,14 +179,6 @@ class RunFolder:
         return is_there(self._end_file)
 
     @property
-    def started_at(self) -> float:
-        """When it was started last, seconds since 1970; 0 before the first start."""
-        try:
-            return plain(self.path / "config.yaml").stat().st_mtime
-        except FileNotFoundError:
-            return 0.0
-
-    @property
     def ending(self) -> str:
         """A text that changes when the run ends anew; empty while it has not ended."""
         return stamp_of(self._end_file)

@@ -14,7 +14,7 @@ from typing import Any
 from foundry.errors import RecordError, not_found
 from foundry.records import RunSummary
 from foundry.storing.notes import stamp_of_notes
-from foundry.storing.store import RunFolder, SweepFolder, is_served, sweeps_in
+from foundry.storing.store import RunFolder, SweepFolder, sweeps_in
 from foundry.viewer.lines import StepLines
 from foundry.viewer.run_view import UNDECIDED
 from foundry.viewer.signature_table import SignatureTable
@@ -37,13 +37,11 @@ class CatalogedSweep:
         id: its name in addresses.
         name: its folder, seen from the folder that is shown.
         folder: the sweep.
-        most_open: runs that were seen open at once while workers play it.
     """
 
     id: str
     name: str
     folder: SweepFolder
-    most_open: int = 0
     _summaries: dict[str, tuple[str, RunSummary]] = field(default_factory=dict)
     _lengths: dict[str, StepLines] = field(default_factory=dict)
     _claimed: tuple[tuple[int, int], list[str]] = ((0, 0), [])
@@ -159,25 +157,10 @@ class CatalogedSweep:
         first = dict.fromkeys(run.condition for run in self.folder.sweep.runs)
         return list(dict.fromkeys(str(conditions[one].config["model"]["name"]) for one in first))
 
-    @cached_property
-    def served(self) -> frozenset[str]:
-        """The models that a server answers for, whose runs are played one model after the other."""
-        models = [one.config["model"] for one in self.folder.sweep.conditions]
-        return frozenset(str(one["name"]) for one in models if is_served(one))
-
     def waiting(self) -> list[str]:
         """Return the runs that have not ended, as far as they were looked at; those that nobody looked at, too."""
         ended = (COMPLETE, FAILED)
         return [name for name in self._places if self._standings.get(name) not in ended]
-
-    def latest(self, most: int) -> dict[str, list[RunSummary]]:
-        """Return how runs ended that have ended, by model: so many that began last, as far as they were looked at."""
-        found: dict[str, list[RunSummary]] = {}
-        for one in sorted((one for _, one in self._summaries.values()), key=lambda one: one.started, reverse=True):
-            mine = found.setdefault(one.model, [])
-            if len(mine) < most:
-                mine.append(one)
-        return found
 
     def failed(self) -> list[RunSummary]:
         """Return how the runs ended that failed, as far as they were looked at."""

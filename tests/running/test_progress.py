@@ -64,7 +64,7 @@ class Watched:
         report = {"pid": 1, "open": [], "counts": {}, "models": {k: vars(v) for k, v in self.tallies.items()}}
         write_atomically(self.folder.progress_file("0-0"), msgspec.json.encode(report))
         totals, name = self.display.look(), next(iter(tallies))
-        return [*self.display.left(totals), *self.display.told(name, totals[name])]
+        return [*self.display.left(), *self.display.told(name, totals[name])]
 
     def play(self, model: str, calls_per_s: float, seconds: float, so_far: Tally) -> list[str]:
         """Have a model answer at a steady speed, whole calls only; returns what is told at the end."""
@@ -106,38 +106,19 @@ def test_the_time_left_is_right_within_the_first_run(watch):
     assert "2.0 calls/s" in told
 
 
-def test_the_time_left_of_a_later_model_counts_from_its_own_first_call(watch):
+def test_the_time_left_covers_the_models_that_wait_and_ends_with_the_last_call(watch):
     watched = watch()
-    watched.play("stay", calls_per_s=100.0, seconds=10, so_far=Tally())
-    watched.after(0.25, stay=Tally(complete=10, calls=10 * MOST))
+    watched.play("stay", calls_per_s=10.0, seconds=100, so_far=Tally())
+    left = watched.after(1, stay=Tally(complete=10, calls=10 * MOST))
+    assert seconds_left(left) == pytest.approx(LATER / 10.0, rel=0.03)
+    assert left[1:] == ["1,000 calls"]
     assert watched.after(2000, random=Tally())[1:] == ["no reply yet"]
-    told = watched.play("random", calls_per_s=1.0, seconds=20, so_far=Tally())
-    assert seconds_left(told) == pytest.approx(980, rel=0.06)
-    assert watched.display.told("stay", watched.display.look()["stay"]) == ["1,000 calls"]
-
-
-def test_the_time_left_of_a_sweep_of_several_models_covers_those_that_wait(tmp_path: Path):
-    watched = Watched(SweepFolder.create(tmp_path / "three", sweep_of("stay,random,third"), {}, []))
-    watched.play("stay", calls_per_s=100.0, seconds=9.9, so_far=Tally())
-    told = watched.after(0.1, stay=Tally(complete=9, calls=999))
-    assert seconds_left(told) == pytest.approx(20, abs=2)
-    watched.after(0.1, stay=Tally(complete=10, calls=1000))
-    watched.after(1, random=Tally(calls=1))
-    told = watched.play("random", calls_per_s=10.0, seconds=50, so_far=Tally(calls=1))
-    assert seconds_left(told) == pytest.approx(500 / 10 + 1000 * (1 / 10 + 1 / 100) / 2, rel=0.1)
-    watched.after(1, random=Tally(complete=10, calls=1000), third=Tally(complete=10, calls=1000))
-    assert watched.display.left(watched.display.look()) == []
-
-
-def test_a_model_that_gets_slower_is_soon_told_so(watch):
-    watched, so_far = watch(), Tally()
-    watched.play("stay", calls_per_s=4.0, seconds=60, so_far=so_far)
-    told = watched.play("stay", calls_per_s=0.5, seconds=240, so_far=so_far)
-    assert seconds_left(told) == pytest.approx((10 * MOST - so_far.calls + LATER) / 0.5, rel=0.35)
+    watched.after(1, random=Tally(complete=10, calls=LATER))
+    assert watched.display.left() == []
 
 
 @pytest.mark.parametrize("calls_per_s", [0.01, 0.2, 30.0])
-def test_slow_and_fast_models_are_told_alike(calls_per_s: float, watch):
+def test_the_time_left_of_slow_and_fast_models_is_right_alike(calls_per_s: float, watch):
     watched, so_far = watch(), Tally()
     told = watched.play("stay", calls_per_s, seconds=200 / calls_per_s, so_far=so_far)
     assert seconds_left(told) == pytest.approx((10 * MOST - so_far.calls + LATER) / calls_per_s, rel=0.1)
@@ -158,8 +139,7 @@ def test_answers_of_the_cache_say_nothing_of_the_speed_of_the_others(watch):
     watched.after(1, stay=Tally(calls=500, cached=500))
     for second in range(1, 31):
         told = watched.after(1, stay=Tally(calls=500 + second, cached=500))
-    assert seconds_left(told) == pytest.approx(470 + LATER, rel=0.05)
-    assert "500 cached" in told
+    assert told[1:] == ["1.0 calls/s", "500 cached"]
 
 
 def test_a_sweep_that_is_all_cached_has_a_speed(watch):
@@ -173,7 +153,7 @@ def test_nothing_is_said_of_speed_before_there_is_any(watch):
     watched = watch()
     assert watched.after(1, stay=Tally()) == ["no reply yet"]
     assert watched.after(1, stay=Tally(calls=1)) == []
-    assert watched.after(1, stay=Tally(calls=2, retries=3, failed=1)) == ["3 retries", "1 failed"]
+    assert watched.after(1, stay=Tally(calls=2, retries=3, failed=1))[1:] == ["3 retries", "1 failed"]
 
 
 def test_a_line_of_a_log_tells_of_the_models_at_work(watch):
@@ -181,7 +161,7 @@ def test_a_line_of_a_log_tells_of_the_models_at_work(watch):
     watched.after(5, stay=Tally(complete=10, calls=1000))
     watched.after(5, random=Tally(complete=1, calls=150))
     watched.after(5, random=Tally(complete=2, calls=200))
-    assert watched.display.line(watched.display.look()) == ("[0:00:15] 0:01:20 left; random 2/10 runs, 10 calls/s")
+    assert watched.display.line(watched.display.look()) == ("[0:00:15] 0:00:40 left; random 2/10 runs, 10 calls/s")
 
 
 def test_what_ended_before_this_session_is_done_and_not_counted_as_speed(workspace: Path):

@@ -45,6 +45,6 @@
     waiting = {};
   });
 
-  foundry.address = {read, change, replace};
+  foundry.address = {read, change};
   foundry.remember = remember;
 })(window.Foundry);

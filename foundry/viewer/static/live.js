@@ -2,23 +2,14 @@
 /* What a sweep is doing just now: how fast, until when, each open run, what failed and how it is tried again. */
 (function (foundry) {
   const {h, fill, badge, number, announce} = foundry.dom;
-  const POLL_MS = 2000, LEAST_PARTS = 4, KEPT = 150;
-  /** Two-sided 95 % points of Student's t by degrees of freedom, from 3 on; later ones are near the last. */
-  const T95 = [3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.2, 2.18, 2.16, 2.14, 2.13, 2.12, 2.11, 2.1, 2.09];
-  const PARTS = 12;
+  const POLL_MS = 2000, LEAST_LOOKS = 5, KEPT = 150;
   const STANDINGS = ["complete", "failed", "running", "unfinished", "waiting"];
 
-  /** Return the growth a second of a count over the looks so far: mean, and half the width of its 95 % interval. */
+  /** Return the growth a second of a count over the looks so far; null where they are too few. */
   function pace(looks, count) {
-    if (looks.length <= LEAST_PARTS) return null;
-    const size = Math.max(1, Math.floor((looks.length - 1) / PARTS)), rates = [];
-    for (let at = looks.length - 1; at - size >= 0; at -= size) {
-      const [from, to] = [looks[at - size], looks[at]];
-      rates.push(Math.max(0, count(to) - count(from)) / (to.at - from.at));
-    }
-    const mean = rates.reduce((a, b) => a + b, 0) / rates.length;
-    const spread = Math.sqrt(rates.reduce((sum, one) => sum + (one - mean) ** 2, 0) / (rates.length - 1));
-    return {mean, half: T95[Math.min(rates.length - 4, T95.length - 1)] * spread / Math.sqrt(rates.length)};
+    if (looks.length < LEAST_LOOKS) return null;
+    const first = looks[0], last = looks[looks.length - 1];
+    return (count(last) - count(first)) / (last.at - first.at);
   }
 
   function span(seconds) {
@@ -26,20 +17,19 @@
     return seconds < 5400 ? `${Math.round(seconds / 60)} min` : `${number(seconds / 3600, 2)} h`;
   }
 
-  /** Return the models that are judged by the others, since nothing is known of them yet. */
-  function unbegun(found) {
-    const names = found.end?.judged_by_others || [];
-    return names.slice(0, 3).join(", ") + (names.length > 3 ? ` and ${names.length - 3} more` : "");
+  /** Return what names the models of which nothing tells how many calls they make. */
+  function besides({unknown}) {
+    const names = unknown.slice(0, 3).join(", ") + (unknown.length > 3 ? ` and ${unknown.length - 3} more` : "");
+    return names && `, besides those of ${names}`;
   }
 
-  /** Return when all runs have ended, with how uncertain that is. */
-  function end(found, looked) {
-    if (!found.end) return looked < found.runs ? "not known before all runs were looked at" : "not known before a call of a run has come back";
-    const {low_s: soon, middle_s: middle, high_s: late, share} = found.end;
-    const later = unbegun(found) && `; ${unbegun(found)}, of which nothing is known yet, as the other models`;
-    const day = middle > 18 * 3600 ? {weekday: "short", day: "numeric", month: "short"} : {};
-    const clock = new Date((found.at + middle) * 1000).toLocaleString("en-GB", {...day, hour: "2-digit", minute: "2-digit"});
-    return `in ${span(middle)} (${clock}); ${number(100 * share)} %: ${span(soon)} to ${span(late)}, if runs go on as before${later}`;
+  /** Return when the calls that are left are made, if they go on as fast as so far. */
+  function end(found, looked, sent) {
+    if (looked < found.runs) return "not known before all runs were looked at";
+    if (found.left === null || !sent) return "too early to say";
+    const seconds = found.left / sent, day = seconds > 18 * 3600 ? {weekday: "short", day: "numeric", month: "short"} : {};
+    const clock = new Date((found.at + seconds) * 1000).toLocaleString("en-GB", {...day, hour: "2-digit", minute: "2-digit"});
+    return `in ${span(seconds)} (${clock}), if calls go on as before${besides(found)}`;
   }
 
   class Live {
@@ -80,19 +70,19 @@
     draw(found) {
       const {counts} = found, looked = Object.values(counts).reduce((a, b) => a + b, 0), ended = (counts.complete || 0) + (counts.failed || 0);
       const sent = pace(this.looks, (one) => one.calls - one.cached), tokens = pace(this.looks, (one) => one.output_tokens);
-      const rate = (one, what) => (one ? `${number(one.mean)} ± ${number(one.half, 2)} ${what} a second` : "too early to say");
+      const rate = (perSecond, what) => (perSecond === null ? "too early to say" : `${number(perSecond)} ${what} a second`);
       const busy = found.workers > 0;
       fill(this.facts, h("div", {class: "progress"}, h("progress", {max: String(found.runs), value: String(ended), "aria-label": "Runs that have ended"}),
         h("span", {}, `${number(ended)} of ${number(found.runs)} runs ended`), looked < found.runs ? h("span", {}, `(${number(looked)} looked at so far)`) : null,
         STANDINGS.filter((word) => counts[word]).map((word) => h("span", {}, badge(word), ` ${number(counts[word])}`))),
       foundry.parts.facts([
         ["workers", busy ? number(found.workers) : "none: nobody plays this sweep now"],
-        ["calls", busy ? `${number(found.calls)} made in this session${found.left === null ? "" : `, about ${number(Math.round(found.left))} left${unbegun(found) && `, besides those of ${unbegun(found)}`}`}` : null],
+        ["calls", busy ? `${number(found.calls)} made in this session${found.left === null ? "" : `, about ${number(Math.round(found.left))} left${besides(found)}`}` : null],
         ["from the cache", found.calls ? `${number(100 * found.cached / found.calls)} % of the calls` : null],
         ["calls a second", busy ? rate(sent, "calls sent") : null], ["tokens a second", busy ? rate(tokens, "tokens answered") : null],
         ["tries beyond the first", busy ? number(found.retries) : null],
         ["queue", found.allowed ? `${number(found.wanted)} calls in flight or waiting; ${number(found.allowed)} may be in flight` : null],
-        ["end", busy ? end(found, looked) : null],
+        ["end", busy ? end(found, looked, sent) : null],
       ]), found.notes.map((line) => h("p", {class: "note"}, line)));
       this.drawRuns(found);
       this.drawFailures(found);
@@ -121,5 +111,4 @@
   }
 
   foundry.Live = Live;
-  foundry.pace = pace;
 })(window.Foundry);

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import json
-import subprocess
 from pathlib import Path
 from typing import Any
 
-import imageio_ffmpeg
-import numpy as np
 import pytest
 from PIL import Image
 
 from browser import browser_page
 from foundry.palette import look
 from foundry.storing.store import SweepFolder
-from foundry.viewer.export import export
 from foundry.viewer.server import ViewServer, serving
 from made_up_runs import Playing, otherwise, sweep, whole_run
 from viewer_pages import PLAYER_READY, go
@@ -283,33 +279,3 @@ def test_a_moment_is_taken_away_with_model_seed_and_step(compared: Any):
         assert picture.width > 1000
         of_second = picture.convert("RGB").crop((584, 12, 700, 34)).getcolors(4000)
         assert len(of_second or ()) > 3, "the second model's name"
-
-
-def test_some_steps_are_taken_away_as_a_film_from_an_exported_page_too(page: Any, made_up: SweepFolder, tmp_path: Path):
-    first, _, second, _ = made_up.runs()
-    exported = export(made_up.path, tmp_path / "page")
-    go(page, exported.page.as_uri(), f"compare/made-up/{first.id}/{second.id}")
-    page.click(".clip summary")
-    page.fill("[aria-label='Film from step']", "3")
-    page.fill("[aria-label='Film to step']", "4")
-    page.select_option("[aria-label='Steps per second of the film']", "4")
-    with page.expect_download() as taken:
-        page.click(".clip button")
-    assert taken.value.suggested_filename == "first-second-seed0-step3-4.webm"
-    command = [
-        imageio_ffmpeg.get_ffmpeg_exe(),
-        "-i",
-        str(taken.value.path()),
-        "-fps_mode",
-        "passthrough",
-        str(tmp_path / "%03d.png"),
-    ]
-    subprocess.run(command, capture_output=True, check=True)
-    frames = sorted(tmp_path.glob("*.png"))
-    early, late = (np.asarray(Image.open(file).convert("L"), int) for file in (frames[0], frames[-1]))
-    assert early.shape[1] > 1000 and len(frames) > 1
-    assert early[12:34, 12:200].min() < 80 and early[12:34, 584:700].min() < 80, "both models' names"
-    assert (abs(early[34:56, :400] - late[34:56, :400]) > 60).any(), "the step is written in, and goes on"
-    assert late[-100:-30].min() < 80 < early[-100:-30].min(), "what is said at step 4 stands below"
-    assert page.text_content(".where") == "step 4 of 6"
-    page.goto("about:blank")

@@ -156,8 +156,6 @@ def test_what_open_runs_do_and_what_failed_is_shown_while_a_sweep_is_played(page
         told = page.text_content(".live")
         assert page.text_content("tbody tr").startswith(f"{third.id}firstpaper22 of 616 of 48")
         assert "besides those of second" in told
-        assert "second, of which nothing is known yet, as the other models" in told
-        assert re.search(r"in .+ \(\d\d:\d\d\); 80 %: .+ to .+, if runs go on as before", told)
         assert "66 made in this session" in told and "50 % of the calls" in told
         assert "12 calls in flight or waiting; 8 may be in flight" in told
         assert "1 × BackendError: the server is gone <b>" in told
@@ -165,13 +163,21 @@ def test_what_open_runs_do_and_what_failed_is_shown_while_a_sweep_is_played(page
         page.goto("about:blank")
 
 
-def test_a_steady_pace_is_certain_and_an_unsteady_one_is_not(page: Any, tmp_path: Path):
-    with serving(sweep(tmp_path / "pace").path) as server:
-        go(page, server.url, "sweep/pace")
-        page.wait_for_selector("tbody tr")
-        looks = "counts => Foundry.pace(counts.map((calls, index) => ({at: 2 * index, calls})), (one) => one.calls)"
-        assert page.evaluate(looks, [0, 10, 20, 30, 40]) == {"mean": 5, "half": 0}
-        assert page.evaluate(looks, [0, 10, 20, 30]) is None
-        unsteady = page.evaluate(looks, [0, 0, 20, 20, 40])
-        assert (unsteady["mean"], round(unsteady["half"], 2)) == (5, 9.18)
+def test_the_end_is_told_by_the_calls_left_and_the_calls_a_second_so_far(page: Any, tmp_path: Path):
+    made = sweep(tmp_path / "pace")
+    with serving(made.path) as server:
+        go(page, server.url, "live/pace")
+        page.wait_for_selector(".live dl")
+        tell = """counts => {
+          const live = Foundry.page, runs = live.looks[0].runs;
+          const looked = {...live.looks[0], workers: 1, left: 600, unknown: ["second"], counts: {waiting: runs}};
+          live.disposed = true;
+          live.looks = [];
+          counts.forEach((calls, index) => live.take({...looked, at: 2 * index, calls, cached: 0}));
+          return live.element.textContent;
+        }"""
+        assert "too early to say" in page.evaluate(tell, [1, 10, 20, 30])
+        told = page.evaluate(tell, [0, 0, 20, 20, 40])
+        assert "5 calls sent a second" in told
+        assert re.search(r"in 2 min \(\d\d:\d\d\), if calls go on as before, besides those of second", told)
         page.goto("about:blank")

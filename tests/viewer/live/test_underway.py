@@ -37,7 +37,8 @@ def test_calls_left_are_those_of_open_runs_and_as_many_as_ended_ones_made_for_th
     found = underway(shown(made))
     assert found["left"] == (48 - 8) + 2 * 20
     report(made, **so_far)
-    assert underway(shown(made))["left"] is None, "nothing says how long a run is"
+    told = underway(shown(made))
+    assert (told["left"], told["unknown"]) == (None, ["first"]), "nothing says how long a run is"
 
 
 def test_nothing_is_said_of_what_is_left_before_all_runs_were_looked_at(
@@ -50,38 +51,16 @@ def test_nothing_is_said_of_what_is_left_before_all_runs_were_looked_at(
     report(made, models={"first": {"complete": 1, "calls": 48}})
     found = shown(made)
     told = [underway(found) for _ in range(2)]
-    assert [(one["left"], one["end"] is None) for one in told] == [(None, True), (48, False)]
+    assert [one["left"] for one in told] == [None, 48]
 
 
-def test_the_end_is_judged_by_the_runs_that_have_begun(tmp_path: Path):
-    made = sweep(tmp_path / "end", models=("first",), seeds=(0, 1, 2, 3))
-    made.start_progress()
-    report(made)
-    assert underway(shown(made))["end"] is None, "nothing says how long a run takes"
-    opened = made.runs()[1]
-    whole_run(made.runs()[0])
-    playing = Playing(opened)
-    report(made, opened, most={opened.id: 48}, counts={opened.id: {"calls": 24}})
-    end = underway(shown(made))["end"]
-    playing.writer.close()
-    assert end["share"] == 0.8 and 0 < end["low_s"] < end["middle_s"] < end["high_s"]
-    made.end_progress()
-    assert underway(shown(made))["end"] is None, "nobody plays"
-
-
-def test_a_model_of_which_nothing_is_known_is_judged_by_the_others_and_named(tmp_path: Path):
+def test_a_model_of_which_nothing_is_known_is_named_and_left_out_of_the_calls_left(tmp_path: Path):
     made = sweep(tmp_path / "later", models=("first", "second"), seeds=(0, 1))
     whole_run(made.runs()[0])
     made.start_progress()
     report(made, models={"first": {"complete": 1, "calls": 48}})
-    found = underway(shown(made))
-    assert found["end"]["judged_by_others"] == ["second"]
-    assert found["left"] == 48
-    for run in made.runs()[1:2]:
-        whole_run(run)
-    report(made, models={"first": {"complete": 2, "calls": 96}})
-    later = underway(shown(made))["end"]
-    assert later["judged_by_others"] == ["second"] and 0 < later["middle_s"] < found["end"]["middle_s"]
+    told = underway(shown(made))
+    assert (told["left"], told["unknown"]) == (48, ["second"])
 
 
 def test_a_run_that_begins_fails_and_is_played_again_is_seen_so_at_the_next_look(

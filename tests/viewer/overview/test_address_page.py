@@ -66,24 +66,6 @@ def test_a_copied_link_of_an_export_shows_the_same(page: Any, made_up: SweepFold
     page.goto("about:blank")
 
 
-def test_a_view_is_kept_by_name_and_shown_again(page: Any, server: ViewServer, made_up: SweepFolder):
-    go(page, server.url, "sweep/made-up?model=second&sort=-seed")
-    page.wait_for_function(SHOWN, arg="2 of 4 runs")
-    page.click("summary >> text=views")
-    page.fill("[aria-label='Name of this view']", "second <b>first</b>")
-    page.keyboard.press("Enter")
-    go(page, server.url, "sweep/made-up?status=failed")
-    page.wait_for_function(SHOWN, arg="1 of 4 runs")
-    page.click("summary >> text=views")
-    page.click("[data-view='second <b>first</b>']")
-    page.wait_for_function(SHOWN, arg="2 of 4 runs")
-    assert page.url.endswith("?model=second&sort=-seed")
-    page.go_back()
-    page.wait_for_function(SHOWN, arg="1 of 4 runs")
-    page.click("[aria-label^=Forget]")
-    assert page.locator("[data-view]").count() == 0
-
-
 def test_where_the_grid_is_looked_at_is_in_the_address(page: Any, server: ViewServer, made_up: SweepFolder):
     run = f"run/made-up/{made_up.runs()[0].id}"
     go(page, server.url, f"{run}?step=3&agent=1")

@@ -72,9 +72,6 @@ TURNED = {
 }
 SWEEP = {
     "/": [Try("/", f"{FOCUSED}.ariaLabel === 'Filter runs'")],
-    "← → ↑ ↓": [Try("ArrowRight", "location.hash.includes('box=')", within="canvas.scatter")],
-    "Shift and these": [Try("Shift+ArrowLeft", "location.hash !== BEFORE", within="canvas.scatter")],
-    "Esc": [Try("Escape", "!location.hash.includes('box=')", within="canvas.scatter")],
     "N": [Try("n", "document.querySelector('dialog.noted[open]')", within="tbody [type=checkbox]")],
 }
 MOMENTS = {

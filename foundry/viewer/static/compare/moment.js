@@ -1,5 +1,5 @@
 "use strict";
-/* Takes a moment of runs away: a picture, a film of some steps, the decisions as JSON, a link; model, seed and step are written in. */
+/* Takes a moment of runs away: a picture, the decisions as JSON, a link; model, seed and step are written in. */
 (function (foundry) {
   const {h, color, announce} = foundry.dom;
   const WIDTH = 560, HEAD = 46, FOOT = 26, GAP = 12, ACROSS = 3, LINES = 3, LINE = 18;
@@ -25,29 +25,24 @@
     return `${text.slice(0, fits)}…`;
   }
 
-  /** Return what was said in a run from one step to another, lines by step. */
-  async function spoken(run, from, to) {
-    const found = new Map(), size = run.about.steps_per_chunk, last = Math.min(to, run.done);
-    for (let chunk = Math.floor((from - 1) / size); chunk * size < last; chunk += 1) {
-      for (const [step, agent, text] of (await run.texts(chunk)).texts) {
-        if (step >= from && step <= last) found.set(step, [...(found.get(step) || []), run.about.agents > 1 ? `agent ${agent}: ${text}` : text]);
-      }
-    }
-    return found;
+  /** Return the lines that were said in a run at a step. */
+  async function spoken(run, step) {
+    if (step < 1 || step > run.done) return [];
+    const {texts} = await run.texts(Math.floor((step - 1) / run.about.steps_per_chunk));
+    return texts.filter(([at]) => at === step).map(([, agent, text]) => (run.about.agents > 1 ? `agent ${agent}: ${text}` : text));
   }
 
   class Moment {
     /**
-     * @param clock what is played for a film
+     * @param clock says which step is shown
      * @param what returns {panels: [{run, element}], agent, decisions()} of this moment
      */
     constructor(clock, what) {
       Object.assign(this, {clock, what});
-      this.clip = new foundry.Clip(this, clock);
       this.state = h("span", {class: "note", role: "status"});
       this.element = h("div", {class: "choices moment"}, "This moment: ",
         h("button", {type: "button", onclick: () => this.savePicture()}, "picture (PNG)"), h("button", {type: "button", onclick: () => this.saveJson()}, "decisions (JSON)"),
-        h("button", {type: "button", onclick: () => this.copyLink()}, "copy link"), this.clip.element, this.state);
+        h("button", {type: "button", onclick: () => this.copyLink()}, "copy link"), this.state);
     }
 
     get link() {
@@ -55,9 +50,9 @@
       return `${location.href.split("#")[0]}${location.hash.split("?")[0]}?step=${this.clock.step}${agent === null ? "" : `&agent=${agent}`}`;
     }
 
-    name(ending, step = this.clock.step) {
+    name(ending) {
       const {panels} = this.what();
-      return `${[...new Set(panels.map(({run}) => run.about.model))].join("-").replace(/[^\w.-]+/g, "_").slice(0, 80)}-seed${panels[0].run.about.seed}-step${step}.${ending}`;
+      return `${[...new Set(panels.map(({run}) => run.about.model))].join("-").replace(/[^\w.-]+/g, "_").slice(0, 80)}-seed${panels[0].run.about.seed}-step${this.clock.step}.${ending}`;
     }
 
     async saveJson() {
@@ -66,19 +61,15 @@
       foundry.download.blob(new Blob([JSON.stringify({link: this.link, step, agent, runs}, null, 1)], {type: "application/json"}), this.name("json"));
     }
 
-    /** Return what was said in each run from one step to another. */
-    said(from, to) { return Promise.all(this.what().panels.map(({run}) => spoken(run, from, to))); }
-
     /**
      * Return one picture of all panels, each with its model, prompt, seed and step above and what was said below, and the link.
-     * @param said what `said` gave for steps with this one among them
-     * @param canvas an earlier picture to draw it on, as large as that is
+     * @param said the lines that were said in each run
      */
-    picture(said, canvas = null) {
+    picture(said) {
       const {panels} = this.what(), {step} = this.clock, seen = panels.map(({element}) => drawings(element));
       const heights = seen.map((all) => all.filter((one) => !isLaidOver(one)).reduce((sum, one) => sum + tallOf(one), 0)), most = Math.max(...heights);
-      const across = Math.min(ACROSS, panels.length), tall = most + HEAD + (said.some((one) => one.size) ? LINES * LINE + GAP : 0), rows = Math.ceil(panels.length / across);
-      const sheet = canvas || h("canvas", {width: String(across * (WIDTH + GAP) + GAP), height: String(Math.round(rows * (tall + GAP) + FOOT + GAP))}), pen = sheet.getContext("2d");
+      const across = Math.min(ACROSS, panels.length), tall = most + HEAD + (said.some((lines) => lines.length) ? LINES * LINE + GAP : 0), rows = Math.ceil(panels.length / across);
+      const sheet = h("canvas", {width: String(across * (WIDTH + GAP) + GAP), height: String(Math.round(rows * (tall + GAP) + FOOT + GAP))}), pen = sheet.getContext("2d");
       pen.fillStyle = color("paper");
       pen.fillRect(0, 0, sheet.width, sheet.height);
       panels.forEach(({run}, index) => {
@@ -92,7 +83,7 @@
           pen.drawImage(one, left, top, WIDTH, height);
           top += height;
         }
-        this.writeSaid(pen, said[index].get(step) || [], left, from + HEAD + most + LINE);
+        this.writeSaid(pen, said[index], left, from + HEAD + most + LINE);
       });
       this.write(pen, this.link, GAP, sheet.height - GAP, "12px system-ui, sans-serif", sheet.width - 2 * GAP);
       return sheet;
@@ -111,8 +102,8 @@
 
     async savePicture() {
       try {
-        const {step} = this.clock;
-        this.picture(await this.said(step, step)).toBlob((blob) => foundry.download.blob(blob, this.name("png")), "image/png");
+        const said = await Promise.all(this.what().panels.map(({run}) => spoken(run, this.clock.step)));
+        this.picture(said).toBlob((blob) => foundry.download.blob(blob, this.name("png")), "image/png");
       } catch (error) {
         this.state.textContent = `No picture can be taken here: ${error.message}`;
       }

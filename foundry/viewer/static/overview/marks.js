@@ -1,15 +1,8 @@
 "use strict";
-/* One shape a world, and small pictures of values on one scale. */
+/* Small pictures of values on one scale. */
 (function (foundry) {
   const {s} = foundry.dom;
-  const SHAPES = [
-    "M-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0z", "M-4-4h8v8h-8z", "M0-5l5 9h-10z", "M0-5l5 5l-5 5l-5-5z", "M0 5l5-9h-10z",
-    "M-5-2h3v-3h4v3h3v4h-3v3h-4v-3h-3z",
-  ];
   const WIDTH = 130, HEIGHT = 26, EDGE = 6;
-
-  /** Return the shape of each world in turn: those in excess begin anew. */
-  function shapes(worlds) { return new Map(worlds.map((name, index) => [name, SHAPES[index % SHAPES.length]])); }
 
   /** Return what turns a value into a place from 0 to width, and its ends; all values alike stand in the middle. */
   function scale(values, width) {
@@ -28,10 +21,5 @@
       mean === null ? null : s("circle", {cx: place(mean), cy: 8, r: 4.5, fill: colour}));
   }
 
-  /** Draw the sign of a model or a world, for a legend. */
-  function sign(shape, colour) {
-    return s("svg", {viewBox: "-7 -7 14 14", width: 14, height: 14, "aria-hidden": "true"}, s("path", {d: shape, fill: colour}));
-  }
-
-  foundry.marks = {WIDTH, scale, strip, sign, shapes};
+  foundry.marks = {WIDTH, scale, strip};
 })(window.Foundry);

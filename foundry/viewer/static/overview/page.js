@@ -6,11 +6,8 @@
   const IDLE_MS = 5000;
   const FILTERS = ["status", "model", "prompt", "world"];
   const MOST_SHOWN = 6;
-  /** Columns of numbers that are no measures. */
-  const NUMBERS = ["seed", "undecided", "calls", "seconds"];
   const OPEN = ["running", "unfinished", "waiting"];
-  const KEYS = [["/", "filter the runs"], ["← → ↑ ↓", "where Tab is in two measures or the bars of a column, move what is chosen"], ["Shift and these", "its size"], ["Esc", "nothing chosen there"],
-    ...foundry.source.live ? [["N", "the notes of the run in whose row the keyboard is"]] : []];
+  const KEYS = [["/", "filter the runs"], ...foundry.source.live ? [["N", "the notes of the run in whose row the keyboard is"]] : []];
 
   /** Return how many runs stand how as a text, whatever order they were counted in. */
   function inOrder(counts) { return JSON.stringify(Object.entries(counts).sort()); }
@@ -30,13 +27,10 @@
       this.values = new Map();
       this.seen = new Map();
       this.matching = [];
-      this.scatter = new foundry.Scatter((changes, push) => this.change(changes, push), (run) => this.tick(run));
       this.find = new foundry.Find(sweep.id, (changes) => this.change(changes));
       this.noted = new foundry.Noted(sweep.id, {onChange: () => this.loadNotes(), onTag: (tag) => this.change({q: `tag:${tag}`, page: null})});
       this.summary = new foundry.Summary((group) => this.change({group, page: null}), (measure) => this.sortBy(measure));
-      this.histograms = new foundry.Histograms((changes, push) => this.change(changes, push));
       this.table = new foundry.RunTable(sweep.id, {
-        histogram: (column, rows, shown) => this.histograms.element(column, rows, shown, this.ranges.get(column.key)),
         onTick: (run) => this.tick(run), onChange: (changes) => this.change(changes), onDraw: (rows) => { this.matching = rows; }});
       this.state = h("div", {class: "progress"});
       this.failures = h("div");
@@ -44,13 +38,12 @@
       this.compare = h("a", {class: "button", hidden: true}, "Compare");
       this.search = h("input", {type: "search", placeholder: "Filter runs", "aria-label": "Filter runs", oninput: () => this.change({q: this.search.value, page: null}, false)});
       this.choosing = h("div", {class: "choosing"});
-      this.views = new foundry.Views(sweep.id, (query) => this.showView(query));
-      this.controls = h("div", {class: "controls"}, this.search, this.choosing, this.views.element, foundry.dom.keys(KEYS));
+      this.controls = h("div", {class: "controls"}, this.search, this.choosing, foundry.dom.keys(KEYS));
       this.onKeyDown = (event) => this.key(event);
       document.addEventListener("keydown", this.onKeyDown);
       this.element = h("div", {class: "overview"}, this.heading(),
         unreadable.map((why) => h("p", {class: "warning"}, `Not shown: ${why}`)),
-        this.state, this.links, this.failures, this.noted.told, this.summary.element, this.scatter.element, foundry.source.live ? this.find.element : null, this.controls, this.table.element, this.table.pager, this.noted.element);
+        this.state, this.links, this.failures, this.noted.told, this.summary.element, foundry.source.live ? this.find.element : null, this.controls, this.table.element, this.table.pager, this.noted.element);
     }
 
     dispose() {
@@ -95,11 +88,6 @@
       this.change({...!shown.includes(measure) && {columns: [...shown, measure].join(",")}, sort: measure, page: null});
     }
 
-    showView(query) {
-      foundry.address.replace(query, {push: true});
-      this.restore(foundry.address.read());
-    }
-
     /** Show what the address asks for by now. */
     restore(query) {
       this.query = query;
@@ -128,38 +116,10 @@
       this.table.picked = new Set(picked);
       this.table.look({
         filters: {text: this.asked("q"), ...Object.fromEntries(FILTERS.map((key) => [key, this.asked(key)]))},
-        within: this.within(), sort: this.asked("sort"), page: Math.max(0, Math.floor(Number(this.asked("page"))) || 0),
+        within: this.summary.within(this.asked("group")), sort: this.asked("sort"), page: Math.max(0, Math.floor(Number(this.asked("page"))) || 0),
       });
       this.picked(picked);
       if (foundry.source.live) this.find.show(this.asked("find"), this.asked("in") || "every");
-    }
-
-    /** The ranges that are chosen of columns of numbers, by their keys. */
-    get ranges() {
-      const asked = foundry.Histograms.rangesOf(this.query);
-      return new Map([...asked].filter(([key]) => NUMBERS.includes(key) || this.head?.measures.includes(key)));
-    }
-
-    /** Return whether a row is of the chosen group, in the box of the scatter, and in the chosen ranges. */
-    within() {
-      const ofGroup = this.summary.within(this.asked("group")), box = foundry.Scatter.box(this.asked("box")), {x, y} = this.axes;
-      const ranges = [...box ? [[x, box.slice(0, 2)], [y, box.slice(2)]] : [], ...this.ranges];
-      const number = (row, key) => (NUMBERS.includes(key) ? row[key] : this.value(key, row));
-      const inside = (value, low, high) => typeof value === "number" && value >= low && value <= high;
-      return (row) => ofGroup(row) && ranges.every(([key, [low, high]]) => inside(number(row, key), low, high));
-    }
-
-    /** The measures of the scatter: those that were asked for, else the first two that claims rest on. */
-    get axes() {
-      const measures = this.head?.measures || [], [first, second] = [...this.head?.claimed || [], ...measures];
-      const known = (name, otherwise) => (measures.includes(name) ? name : otherwise);
-      return {x: known(this.asked("x"), first), y: known(this.asked("y"), second ?? first)};
-    }
-
-    drawScatter() {
-      this.scatter.show({...this.axes, measures: this.head.measures, value: (name, row) => this.value(name, row), rows: this.rows,
-        among: new Set(this.matching), picked: this.table.picked, models: this.head.models, worlds: this.choices("world"),
-        box: foundry.Scatter.box(this.asked("box"))});
     }
 
     /** Look again by and by: runs go on, and when all have ended, an analysis or a report may be written. */
@@ -233,7 +193,7 @@
     }
 
     async loadMeasures() {
-      for (const name of new Set([...this.chosen || [], ...this.head.claimed, ...Object.values(this.axes), ...this.ranges.keys()])) {
+      for (const name of new Set([...this.chosen || [], ...this.head.claimed])) {
         const index = this.head.measures.indexOf(name);
         if (index >= 0 && !this.values.has(name)) {
           this.values.set(name, (await foundry.source.json(`sweep/${this.sweep.id}/measure/${index}`)).values);
@@ -248,8 +208,6 @@
         this.table.setColumns(this.columns());
         this.drawControls();
       }
-      if (this.isNews("axes", [this.axes, [...this.ranges.keys()]])) this.lookAsAsked();
-      if (this.isNews("scatter", [this.axes, this.head.links, this.query.toString()])) this.drawScatter();
     }
 
     drawSummary() { this.summary.draw(this.head.claimed, this.values, this.head.models, {group: this.asked("group"), world: this.asked("world")}); }
@@ -301,7 +259,7 @@
       if (this.search.value !== this.asked("q")) this.search.value = this.asked("q");
       const group = this.asked("group");
       fill(this.choosing, group ? h("button", {type: "button", "aria-label": `Not only ${group}`, onclick: () => this.change({group: null, page: null})}, `${group} ✕`) : null,
-        this.histograms.buttons(this.ranges), FILTERS.map(select), this.measureChoice(), this.compare,
+        FILTERS.map(select), this.measureChoice(), this.compare,
         h("button", {type: "button", onclick: () => this.compareSeed()}, "Compare the models on a seed"), this.downloads());
     }
 

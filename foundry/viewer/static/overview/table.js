@@ -22,7 +22,6 @@
      * @param sweep the sweep's id
      * @param options.onTick called with a run that is to be compared, or not any more
      * @param options.onChange called with what the address is to say of order and page
-     * @param options.histogram returns how the values of a column are spread, for its head: of all rows and of those that match
      * @param options.onDraw called with the rows that match, whenever they are drawn
      */
     constructor(sweep, options) {
@@ -81,7 +80,7 @@
     draw() {
       const rows = this.matching(), pages = Math.max(1, Math.ceil(rows.length / ROWS));
       const page = this.at = Math.min(this.page, pages - 1);
-      fill(this.head, h("th", {scope: "col"}, h("span", {class: "unseen"}, "Compare")), this.columns.map((column) => this.header(column, rows)));
+      fill(this.head, h("th", {scope: "col"}, h("span", {class: "unseen"}, "Compare")), this.columns.map((column) => this.header(column)));
       fill(this.body, rows.slice(page * ROWS, (page + 1) * ROWS).map((row) => this.row(row)));
       fill(this.pager, h("span", {role: "status", class: "shown"}, `${rows.length} of ${this.rows.length} runs`),
         pages > 1 ? [this.pageButton("◀", "Previous page", -1, page > 0), ` page ${page + 1} of ${pages} `, this.pageButton("▶", "Next page", 1, page < pages - 1)] : null);
@@ -99,13 +98,12 @@
       return h("button", {type: "button", "aria-label": label, disabled: !possible, onclick: () => this.turn(by)}, sign);
     }
 
-    header(column, rows) {
+    header(column) {
       const sorted = this.sortBy === column.key ? (this.down ? "descending" : "ascending") : "none";
       const numbers = !column.cell && this.rows.some((row) => typeof column.value(row) === "number");
       return h("th", {scope: "col", "aria-sort": sorted, class: numbers ? "number" : null},
         h("button", {type: "button", "data-sort": column.key, onclick: () => this.sort(column.key)},
-        breakable(column.label), h("span", {"aria-hidden": "true"}, {ascending: " ▲", descending: " ▼", none: ""}[sorted])),
-        numbers ? this.options.histogram(column, this.rows, rows) : null);
+        breakable(column.label), h("span", {"aria-hidden": "true"}, {ascending: " ▲", descending: " ▼", none: ""}[sorted])));
     }
 
     row(row) {
