@@ -89,12 +89,6 @@ class Agreement:
         """Share of the warnings that it calls so, 0..1."""
         return ratio(self.true_warnings, self.true_warnings + self.missed)
 
-    @property
-    def accuracy(self) -> float:
-        """Share of equal labels, 0..1."""
-        labelled = self.texts - self.unlabelled
-        return ratio(labelled - self.false_warnings - self.missed, labelled)
-
     def __str__(self) -> str:
         called, are = self.true_warnings + self.false_warnings, self.true_warnings + self.missed
         return (

@@ -1,10 +1,19 @@
 """Labelled replies: how many are read as labelled, and in how many a motion is read that nobody asked for.
 
 `dev`, `held` and `vlm` were written and labelled before the rule was read; `told` was written with it, to hold what it
-does. `vlm` has 80 replies in the styles of five families of models; some are meant to be unreadable.
+does. `vlm` has 80 replies in the styles of five families of models; some are meant to be unreadable. `held` was never
+looked at while the interpreter was written.
+
+A reply is read `exactly` when translation, turn, gaze and staying are those of its label. Any other reading is
+`invented` when it moves in a way that the label does not ask for (another kind, direction or amount), else `missed`.
 """
 
 from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -12,25 +21,51 @@ from hypothesis import strategies as st
 
 from foundry.worlds.camera.language.command import Command
 from foundry.worlds.camera.language.interpreter import interpret
-from worlds.camera.language.reply_shares import by, counted, labelled, verdict
 
 MEASURED = {"dev": (140, 140, 0), "held": (132, 125, 5), "vlm": (80, 79, 0)}
 """The replies, those of them that are read exactly, and those with a motion that nobody asked for."""
+_TOLERANCE_M, _TOLERANCE_DEG = 0.01, 0.5
+
+
+def labelled(half: str) -> list[dict[str, Any]]:
+    """Return labelled replies: text, move, turn, gaze, stay; of a half also language and kind."""
+    lines = Path(__file__).with_name(f"replies_{half}.jsonl").read_text(encoding="utf-8").splitlines()
+    return [json.loads(line) for line in lines]
+
+
+def verdict(label: dict[str, Any], command: Command) -> str:
+    """Return `exactly`, `invented` or `missed`."""
+    move = None if command.translate is None else (command.translate.bearing, command.translate.distance)
+    pairs = [(move, label["move"]), (command.turn, label["turn"]), (command.gaze, label["gaze"])]
+    same = [_is_same(read, asked) for read, asked in pairs]
+    if all(same) and command.stay == label["stay"]:
+        return "exactly"
+    return (
+        "invented" if any(read is not None and not ok for (read, _), ok in zip(pairs, same, strict=True)) else "missed"
+    )
+
+
+def _is_same(read: Any, asked: Any) -> bool:
+    if read is None or asked is None:
+        return read is asked
+    if isinstance(read, tuple):
+        return _is_angle(read[0], asked[0]) and math.isclose(read[1], asked[1], abs_tol=_TOLERANCE_M)
+    return _is_angle(read, asked)
+
+
+def _is_angle(read: float, asked: float) -> bool:
+    if abs(abs(read) - 180) < _TOLERANCE_DEG:
+        read = math.copysign(read, asked)
+    return math.isclose(read, asked, abs_tol=_TOLERANCE_DEG)
 
 
 @pytest.mark.parametrize("half", MEASURED)
 def test_labelled_replies_are_read_at_least_as_well_as_measured(half):
     replies, exactly, invented = MEASURED[half]
-    shares = counted(labelled(half))
-    assert shares.replies == replies
-    assert shares.exactly >= exactly
-    assert shares.invented <= invented
-
-
-def test_no_language_of_the_replies_that_were_worked_on_is_read_worse_than_another():
-    assert {language: shares.share for language, shares in by(labelled("dev"), "language").items()} == dict.fromkeys(
-        ("en", "ja", "zh"), 1.0
-    )
+    verdicts = [verdict(reply, interpret(reply["text"])) for reply in labelled(half)]
+    assert len(verdicts) == replies
+    assert verdicts.count("exactly") >= exactly
+    assert verdicts.count("invented") <= invented
 
 
 def test_what_is_told_put_off_or_meant_for_others_is_no_command():
