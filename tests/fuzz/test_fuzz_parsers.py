@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from foundry.records import Outcome
 from foundry.worlds.base import ABORTED, LENGTH, STOPPED, Answer
-from foundry.worlds.camera.language.command import command_record
+from foundry.worlds.camera.language import command_record
 from foundry.worlds.camera.language.interpreter import (
     SHIPPED_LIMITS,
     JsonInterpreter,

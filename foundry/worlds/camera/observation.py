@@ -37,7 +37,7 @@ from foundry.records import Pose
 from foundry.worlds.camera.body.pose import foot_of
 from foundry.worlds.camera.eye.directions import angles
 from foundry.worlds.camera.eye.rendering import png
-from foundry.worlds.camera.language.command import Limits
+from foundry.worlds.camera.language import Limits
 from foundry.worlds.camera.loading.scene import UInt8Array
 from foundry.worlds.camera.surroundings import Surroundings, Target
 

@@ -15,7 +15,7 @@ from foundry.worlds.base import Recorded, Redrawing
 from foundry.worlds.camera.body.pose import feet_of
 from foundry.worlds.camera.eye.overview import OverviewFrame
 from foundry.worlds.camera.eye.rendering import png
-from foundry.worlds.camera.language.command import describe, recorded_command
+from foundry.worlds.camera.language import describe, recorded_command
 from foundry.worlds.camera.loading.scene import UInt8Array
 from foundry.worlds.camera.surroundings import Surroundings
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import msgspec
 
 from foundry.errors import InputError, not_found
-from foundry.worlds.camera.language.command import Limits
+from foundry.worlds.camera.language import Limits
 from foundry.worlds.validation import read_settings, refuse_repeated_names
 
 Positive = Annotated[float, msgspec.Meta(gt=0)]

@@ -17,7 +17,7 @@ from foundry.worlds.base import Answer, Question, Reading, Recorded, Scenario, W
 from foundry.worlds.camera.body.motion import Moved, moved
 from foundry.worlds.camera.body.pose import feet_of
 from foundry.worlds.camera.eye.rendering import png
-from foundry.worlds.camera.language.command import Command, command_record, describe, every_kind, render_command
+from foundry.worlds.camera.language import Command, command_record, describe, every_kind, render_command
 from foundry.worlds.camera.language.interpreter import Interpreter
 from foundry.worlds.camera.observation import Secret, Sight, look, observe
 from foundry.worlds.camera.redrawing import CameraRedrawing, overview_after

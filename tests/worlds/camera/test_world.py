@@ -17,7 +17,7 @@ from foundry.models.scripted.oracle import Oracle
 from foundry.records import COMMAND_KINDS, CameraEpisode, CameraStep, Outcome
 from foundry.worlds.base import Answer
 from foundry.worlds.camera.eye.rendering import png
-from foundry.worlds.camera.language.command import command_record
+from foundry.worlds.camera.language import command_record
 
 WORLDS = ("kibo", "office", "gallery")
 KIBO_FIRST = ("kibo", *(pytest.param(name, marks=pytest.mark.exhaustive) for name in WORLDS[1:]))

@@ -8,7 +8,7 @@ from foundry.records import Pose
 from foundry.worlds.camera.body.collision import Collider
 from foundry.worlds.camera.body.pose import POSE_DIGITS, foot_of, make_pose
 from foundry.worlds.camera.body.size import Body
-from foundry.worlds.camera.language.command import Command
+from foundry.worlds.camera.language import Command
 
 
 @dataclass(frozen=True)

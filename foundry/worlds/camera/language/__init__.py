@@ -1,1 +1,329 @@
-"""What the interpreter knows of natural language: words, numbers, sentences and what a sentence orders."""
+"""What a reply asks for, as data, in words and in records; and the kinds of word that matter to its reading.
+
+`interpreter` reads replies with the tables of each language, which are made of these kinds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from enum import Enum, auto
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from foundry.errors import InputError
+from foundry.records import CameraStep, Outcome, command_kind
+
+
+class Kind(Enum):
+    """What a word does in a sentence."""
+
+    VERB = auto()  # asks for a motion; see Act
+    WAY = auto()  # names a direction
+    DIGITS = auto()
+    NUMBER = auto()  # a number in words
+    ARTICLE = auto()  # "a": one, when a unit follows
+    POINT = auto()  # the decimal point in words
+    UNIT = auto()
+    AMOUNT = auto()  # a number with or without its unit; made of the four above
+    BY = auto()  # introduces an amount
+    SMALL = auto()  # "a bit"
+    STAY = auto()
+    DONE = auto()  # "task completed": asks to stay where the reply asks for no motion
+    PAUSE = auto()  # asks to stay only when nothing follows: "wait", "stop"
+    PLACE = auto()  # says where to stay: "here"
+    NOT = auto()
+    POSSIBLE = auto()  # "could": what follows is no decision
+    CONDITION = auto()  # "if": no decision either, up to the next comma
+    EXAMPLE = auto()  # no decision either, up to the end of the sentence
+    FRESH = auto()  # "I will": ends what an earlier "not" reaches
+    SEE = auto()  # what a "not" before it is about
+    IS = auto()  # joins a subject to what is said about it
+    JOIN = auto()  # "and", "then", "so"
+    OR = auto()
+    BREAK = auto()  # a comma or another mark inside a sentence
+    GAZE = auto()  # what is turned when one looks elsewhere: "gaze", "camera"
+    FILLER = auto()  # changes nothing
+    TO = auto()
+    OF = auto()
+    AT = auto()  # introduces the angle of a translation
+    CLOSE = auto()  # starts something else: what follows no longer belongs to the verb
+    EARLIER = auto()  # "in the last step": what is told of it is no command
+    PAST = auto()  # "tried to", "ました": puts what it reaches into the past
+    AFTER = auto()  # "after" and a motion
+    NOW = auto()  # ends what is told of earlier or later steps
+    LATER = auto()  # "later": what it is said of is put off
+    NEXT = auto()  # "in the next step": put off only where the reply says what comes before
+    FIRST = auto()  # "but first": what the sentence said before is put off
+    RETRACT = auto()  # "no, wait": what the reply said before is taken back
+    OTHER = auto()  # somebody else: "the robot"
+    GOAL = auto()  # "task", "goal": what it is, is no command
+    PURPOSE = auto()  # "in order to": no command, up to the next comma
+    OPTION = auto()  # "option A"
+    UNKNOWN = auto()
+
+
+class Act(Enum):
+    """What a verb asks for."""
+
+    MOVE = auto()
+    TURN = auto()
+    LOOK = auto()
+    MAKE = auto()  # "take", "make": what it asks for is said by the words after it
+
+
+class Form(Enum):
+    """The form of a verb, as far as it changes the reading."""
+
+    PLAIN = auto()
+    ING = auto()
+    PAST = auto()
+    THIRD = auto()  # "turns": usually said of a thing
+
+
+class Side(Enum):
+    """Where the words stand that belong to a verb."""
+
+    AFTER = auto()
+    BEFORE = auto()
+    BOTH = auto()  # direction before it, amount after it
+
+
+class Way(Enum):
+    """A direction."""
+
+    FORWARD = "forward"
+    BACK = "back"
+    LEFT = "left"
+    RIGHT = "right"
+    UP = "up"
+    DOWN = "down"
+    AROUND = "around"
+
+
+class Dimension(Enum):
+    """What a unit measures; the factors lead to metres and degrees."""
+
+    LENGTH = auto()
+    ANGLE = auto()
+    STEP = auto()  # a length that is configured
+    OTHER = auto()  # no amount of motion
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """What a word or phrase means.
+
+    Attributes:
+        kind: what it does in a sentence.
+        act: of a verb: what it asks for.
+        form: of a verb.
+        side: of a verb: where its direction and amount stand.
+        ways: the directions it names or, for a verb, implies; two make a diagonal.
+        goes: of a verb: whether a distance alone makes it go forward: "walk 2 m".
+        number: value of a number, factor of a unit; of a verb the degrees it implies, or 0.
+        scale: the number multiplies the one before it: "hundred"; of somebody else: there are several.
+        dimension: of a unit.
+        reach: of a negation or possibility: `after` or `before` (the verb before it); of the past: `before` (all
+            of the sentence before it); of somebody else: `both` (over commas too).
+        negated: of a verb: whether its form says "not".
+        decides: of a negation: whether not moving is what it decides ("will not", unlike "cannot").
+    """
+
+    kind: Kind
+    act: Act | None = None
+    form: Form = Form.PLAIN
+    side: Side = Side.AFTER
+    ways: tuple[Way, ...] = ()
+    goes: bool = False
+    number: float = 0.0
+    scale: bool = False
+    dimension: Dimension | None = None
+    reach: str = "after"
+    negated: bool = False
+    decides: bool = False
+
+
+Table: TypeAlias = Mapping[str, Word]
+"""Phrases, in lower case with single blanks, and what they mean."""
+
+
+def phrases(word: Word, text: str) -> dict[str, Word]:
+    """Return a table that gives each of the phrases, which `|` separates, the same meaning."""
+    return {phrase.strip(): word for phrase in text.split("|")}
+
+
+def numbers(text: str, *, scale: bool = False) -> dict[str, Word]:
+    """Return a table of number words from "one=1 two=2"."""
+    pairs = (pair.split("=") for pair in text.split())
+    return {name: Word(Kind.NUMBER, number=float(value), scale=scale) for name, value in pairs}
+
+
+BEARINGS = {
+    frozenset((Way.FORWARD,)): 0.0,
+    frozenset((Way.FORWARD, Way.LEFT)): 45.0,
+    frozenset((Way.LEFT,)): 90.0,
+    frozenset((Way.BACK, Way.LEFT)): 135.0,
+    frozenset((Way.BACK,)): 180.0,
+    frozenset((Way.BACK, Way.RIGHT)): -135.0,
+    frozenset((Way.RIGHT,)): -90.0,
+    frozenset((Way.FORWARD, Way.RIGHT)): -45.0,
+}
+"""Bearings by the directions that make them; degrees from the heading, counter-clockwise."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """What is read where the text names no amount, and how much one command may ask for.
+
+    Attributes:
+        max_distance_m: longest translation, None for any.
+        max_turn_deg: largest turn of the body to either side, None for any.
+        max_gaze_deg: largest turn of the gaze up or down, None for any.
+        default_distance_m: a translation without a distance.
+        default_turn_deg: a turn without an angle.
+        default_gaze_deg: a turn of the gaze without an angle.
+        small_factor: "a bit" is this part of the default.
+        step_length_m: length of a step.
+    """
+
+    max_distance_m: float | None = None
+    max_turn_deg: float | None = None
+    max_gaze_deg: float | None = None
+    default_distance_m: float = 1.0
+    default_turn_deg: float = 30.0
+    default_gaze_deg: float = 15.0
+    small_factor: float = 0.5
+    step_length_m: float = 0.7
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if value is not None and not 0 < value < float("inf"):
+                raise InputError(f"limits.{field.name} is {value}; give a number above 0.")
+
+
+@dataclass(frozen=True)
+class Translation:
+    """A translation of the body.
+
+    Attributes:
+        bearing: degrees from the heading, counter-clockwise: 0 forward, 90 left, 180 back, -90 right.
+        distance: metres.
+    """
+
+    bearing: float
+    distance: float
+
+
+@dataclass(frozen=True)
+class Command:
+    """What a reply asks for; None where it asks for nothing of the kind.
+
+    Attributes:
+        translate: translation of the body.
+        turn: turn of the body, degrees, left positive.
+        gaze: turn of the gaze, degrees, up positive.
+        stay: whether it asks to stay; then nothing moves.
+        outcome: `chosen`, `repaired` or `unreadable`.
+        notes: how the text was read, one line each.
+    """
+
+    translate: Translation | None = None
+    turn: float | None = None
+    gaze: float | None = None
+    stay: bool = False
+    outcome: Outcome = Outcome.UNREADABLE
+    notes: tuple[str, ...] = ()
+
+    @property
+    def idle(self) -> bool:
+        """Whether it moves nothing: "stay", nothing understood, or amounts of zero."""
+        return not (self.turn or self.gaze or (self.translate is not None and self.translate.distance))
+
+    @property
+    def is_read(self) -> bool:
+        """Whether a command was found."""
+        return self.outcome in (Outcome.CHOSEN, Outcome.REPAIRED)
+
+    @property
+    def kind(self) -> str:
+        """Which of `foundry.records.COMMAND_KINDS` it is."""
+        way = self.translate or Translation(0.0, 0.0)
+        return command_kind(way.bearing, way.distance, self.turn or 0.0, self.gaze or 0.0)
+
+
+def every_kind(limits: Limits) -> tuple[Command, ...]:
+    """Return a command of each kind that moves, by the amounts that are meant where none is named, within the limits.
+
+    They come in the order of `foundry.records.COMMAND_KINDS`, of which the first moves nothing.
+    """
+    metres = min(limits.default_distance_m, limits.max_distance_m or math.inf)
+    turn = min(limits.default_turn_deg, limits.max_turn_deg or math.inf)
+    gaze = min(limits.default_gaze_deg, limits.max_gaze_deg or math.inf)
+    ways = (Command(translate=Translation(bearing, metres)) for bearing in (0.0, 180.0, 90.0, -90.0))
+    return (*ways, Command(turn=turn), Command(turn=-turn), Command(gaze=gaze), Command(gaze=-gaze))
+
+
+def render_command(command: Command) -> str:
+    """Return a command in words that are read back as this command, as far as it moves or stays."""
+    parts = []
+    if command.translate is not None:
+        parts.append(_rendered_translation(command.translate))
+    if command.turn is not None:
+        parts.append(f"turn {'right' if command.turn < 0 else 'left'} {_number(command.turn)} degrees")
+    if command.gaze is not None:
+        parts.append(f"look {'down' if command.gaze < 0 else 'up'} {_number(command.gaze)} degrees")
+    return ", ".join(parts) or ("stay" if command.stay else "nothing understood")
+
+
+def _rendered_translation(translation: Translation) -> str:
+    distance = f"move {_number(translation.distance)} m"
+    for ways, bearing in BEARINGS.items():
+        if bearing == translation.bearing:
+            return f"{distance} {'-'.join(sorted(way.value for way in ways))}"
+    side = "right" if translation.bearing < 0 else "left"
+    return f"{distance} at an angle of {_number(translation.bearing)} degrees to the {side}"
+
+
+def _number(value: float) -> str:
+    """Return the shortest digits that give this number again, without sign and exponent."""
+    return np.format_float_positional(abs(value), trim="-")
+
+
+def limited(name: str, asked: float, largest: float | None, unit: str, notes: list[str]) -> float:
+    """Return an amount, clamped to its limit on either side; a note says so."""
+    if largest is None or abs(asked) <= largest:
+        return float(asked)
+    notes.append(f"{name}: {abs(asked):g} {unit} clamped to {largest:g} {unit}")
+    return math.copysign(largest, asked)
+
+
+def command_record(command: Command) -> dict[str, Any]:
+    """Return a command as plain data: `translate` (null or `{bearing, distance}`), `turn`, `gaze`, `stay`."""
+    translate = command.translate
+    return {
+        "translate": None
+        if translate is None
+        else {"bearing": round(translate.bearing, 9), "distance": round(translate.distance, 9)},
+        "turn": command.turn,
+        "gaze": command.gaze,
+        "stay": command.stay,
+    }
+
+
+def recorded_command(step: CameraStep) -> Command:
+    """Return the command of a recorded decision; the inverse of `command_record`."""
+    said = step.command
+    translate = None if said["translate"] is None else Translation(**said["translate"])
+    return Command(translate, said["turn"], said["gaze"], said["stay"], step.outcome, step.notes)
+
+
+def describe(command: Command, record: CameraStep) -> str:
+    """Return in a short phrase what was understood and what came of it."""
+    said = str(record.outcome)
+    if record.outcome in (Outcome.CHOSEN, Outcome.REPAIRED):
+        said = f"answers {record.command['answer']}" if "answer" in record.command else render_command(command)
+    return f"{said}; {record.boundary}" if record.boundary else said

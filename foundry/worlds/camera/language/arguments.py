@@ -6,9 +6,8 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
-from foundry.worlds.camera.language.command import BEARINGS
-from foundry.worlds.camera.language.tokens import Amount, Token
-from foundry.worlds.camera.language.words import Act, Dimension, Kind, Side, Way, Word
+from foundry.worlds.camera.language import BEARINGS, Act, Dimension, Kind, Side, Way, Word
+from foundry.worlds.camera.language.sentences import Amount, Token
 
 
 class Category(Enum):

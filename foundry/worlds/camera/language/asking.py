@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 
 from foundry.records import Outcome
 from foundry.texts import without_surrogates
+from foundry.worlds.camera.language import Act, Command, Dimension, Form, Kind, Limits, Translation, Way, limited
 from foundry.worlds.camera.language.arguments import (
     ARGUMENTS,
     HARMLESS,
@@ -23,11 +24,8 @@ from foundry.worlds.camera.language.arguments import (
     mention,
     words_after,
 )
-from foundry.worlds.camera.language.command import Command, Limits, Translation, limited
-from foundry.worlds.camera.language.sentences import Segment, Sentence, find_sentences
+from foundry.worlds.camera.language.sentences import Amount, Segment, Sentence, Token, find_sentences
 from foundry.worlds.camera.language.telling import Bar, Scopes, Telling
-from foundry.worlds.camera.language.tokens import Amount, Token
-from foundry.worlds.camera.language.words import Act, Dimension, Form, Kind, Way
 
 _AND = frozenset(("and", "&"))
 _BUT = frozenset(("but", "而是"))

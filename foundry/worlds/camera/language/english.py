@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import product
 
-from foundry.worlds.camera.language.words import (
+from foundry.worlds.camera.language import (
     Act,
     Dimension,
     Form,

@@ -4,7 +4,7 @@ Translation, turn of the body and turn of the gaze are read apart, each from its
 "stay" takes back what was said in earlier sentences. A direction counts only as the word of a verb of motion, behind
 another command, or in a sentence that says nothing else. What is negated, merely possible, conditional, asked or
 given as an example is no command; nor is what is told of earlier steps or of others, as a purpose or for later
-(`language.telling`), nor quotations of earlier steps and lists to choose from (`language.tokens`). An amount that
+(`language.telling`), nor quotations of earlier steps and lists to choose from. An amount that
 is not named is the configured default; one that exceeds a limit is clamped; the notes say so. A reply that is a JSON
 object is read as that.
 
@@ -30,11 +30,137 @@ from typing import Any
 
 from foundry.errors import InputError
 from foundry.records import Outcome
+from foundry.worlds.camera.language import BEARINGS, Command, Kind, Limits, Translation, command_record, limited
 from foundry.worlds.camera.language.asking import resolve
-from foundry.worlds.camera.language.command import BEARINGS, Command, Limits, Translation, command_record, limited
-from foundry.worlds.camera.language.sentences import last_sentence
-from foundry.worlds.camera.language.tokens import LARGEST, cleaned
+from foundry.worlds.camera.language.english import ENGLISH
+from foundry.worlds.camera.language.sentences import LARGEST, LETTER, last_sentence
 from foundry.worlds.replies import Conflicting, find_objects, whole_object, without_thinking
+
+_OPEN, _CLOSE = '"“„«「『', '"”“»」』'
+_SAID = r"said|replied|answered|wrote|responded|chose|was|were|did|executed|tried|attempted|had|to saying"
+_SAID_CJK = r"(?:说了?|回答了?|回复了?|选择了|答|写了?|是说)"
+_FOLLOWING = (
+    r"(?:was|were|did|didn't|had|has|got|led|brought|caused|ended|resulted|failed|worked|moved)\b|->|=>|"
+    r"と(?:言|答|指示|返|回答|述|書|いう|して)|という|，?(?:被|但|没|失败|之后|后)"
+)
+_QUOTED = re.compile(rf"[{_OPEN}]([^{_OPEN}{_CLOSE}\n{{}}]{{1,200}})[{_CLOSE}]")
+_BEFORE = re.compile(rf"(?:\b(?:{_SAID})|{_SAID_CJK})[ ,:，：]{{0,3}}\Z", re.IGNORECASE)
+_AFTER = re.compile(rf"\s{{0,2}}(?:{_FOLLOWING})", re.IGNORECASE)
+_REACH = 24
+"""Characters before a quotation in which the word stands that makes it one."""
+
+_ECHO = re.compile(
+    r"(?:^|(?<=[.:\n]))[ *-]{0,4}(?:step|ステップ|第) ?\d{1,4}"
+    r"[^\n.]{0,200}?(?:\.(?=\d)[^\n.]{0,60}?)?"
+    r"(?:->|=>|→)[^\n.]{0,200}",
+    re.IGNORECASE | re.MULTILINE,
+)
+_HEADING = re.compile(
+    r"\b(?:options|possible (?:next )?(?:movements|actions|moves|steps|commands)|alternatives|choices|possibilities|"
+    r"candidates|history|previous (?:steps|movements|actions|moves|commands)|(?:past|last|recent|earlier) "
+    r"(?:steps|movements|actions|moves|commands|decisions)|so far)\b|"
+    r"选项|可选|可能的|历史|候选|選択肢|候補|履歴|これまで",
+    re.IGNORECASE,
+)
+_ITEM = re.compile(r"\s*(?:[-*•+–]|\(?(?:\d{1,3}|[a-zA-Z])[.):]|[①-⑳])\s*\S")
+_LONGEST_HEADING = 120
+
+
+def without_quotations(text: str) -> str:
+    """Return the text without quotations of earlier steps and without lists of options; linear in its length."""
+    if any(mark in text for mark in _CLOSE):
+        text = _QUOTED.sub(_kept, text)
+    if "->" in text or "=>" in text or "→" in text:
+        text = _ECHO.sub(" ", text)
+    return _without_lists(text) if "\n" in text else text
+
+
+def _kept(quoted: re.Match[str]) -> str:
+    """Return what is left of a quotation: nothing of a line's start if it is the past."""
+    text, start, end = quoted.string, quoted.start(), quoted.end()
+    line_starts = not text[max(0, start - _REACH) : start].strip()
+    follows = _AFTER.match(text, end)
+    if _BEFORE.search(text, max(0, start - _REACH), start) or (follows and not (line_starts and ">" in follows[0])):
+        return " "
+    return quoted[0]
+
+
+def _without_lists(text: str) -> str:
+    """Drop the lines of lists below a heading such as "Options:"."""
+    kept: list[str] = []
+    listing = False
+    for line in text.split("\n"):
+        listing = (listing and (not line.strip() or bool(_ITEM.match(line)))) or _is_heading(line)
+        if not listing or not _ITEM.match(line):
+            kept.append(line)
+    return "\n".join(kept)
+
+
+def _is_heading(line: str) -> bool:
+    bare = line.strip(" *#_`")
+    return len(line) <= _LONGEST_HEADING and bare.endswith((":", "：")) and bool(_HEADING.search(bare))
+
+
+_FULL_WIDTH = {0xFEE0 + code: code for code in range(0x21, 0x7F)}
+_FRACTIONS = {"½": " 1/2", "⅓": " 1/3", "⅔": " 2/3", "¼": " 1/4", "¾": " 3/4", "⅛": " 1/8"}
+_PLAIN = str.maketrans(
+    {**{chr(wide): chr(code) for wide, code in _FULL_WIDTH.items()}, **_FRACTIONS}
+    | dict.fromkeys("’‘ʼ", "'")
+    | dict.fromkeys("–—−", "-")
+    | dict.fromkeys("º˚", "°")
+    | dict.fromkeys("\t\r\v\f\u00a0\u2009\u202f\u3000\u200b\ufeff", " ")
+    | {"～": "~", "〜": "~", "⁄": "/", "㍍": "メートル", "…": ".", "。": "。"}
+)
+_MARKS = str.maketrans(dict.fromkeys('*_`#>"“”„«»「」『』$\\~', " ") | {"|": ","})
+_LATEX = re.compile(r"\^?\{?\\(?:circ|degree)\}?")
+_LATEX_COMMAND = re.compile(r"\\[a-z]{1,20}")
+_TAG = re.compile(r"</?[a-zA-Z][^<>\n]{0,40}>")
+_CAMEL = re.compile(r"[A-Z](?<=[a-z].)(?=[a-z])")
+_ABBREVIATION = re.compile(
+    r"\.(?:(?:(?<=\bdeg.)|(?<=\bft.)|(?<=\bin.)|(?<=\byd.))(?= [a-z])|(?<=\bapprox.)|(?<=\bca.))", re.IGNORECASE
+)
+_TILDE_RANGE = re.compile(r"~(?:(?<=\d.)|(?<=\d .))")
+_SPACED_RANGE = re.compile(r" -(?<=\d..) ?(?=\d)")
+_RANGE = re.compile(r"-(?<=\d.) (?=\d)")
+_HYPHEN = re.compile(rf"-(?<=\w.)(?={LETTER})")
+_WRAPPED = re.compile(r"\n(?:(?<=,\n)|(?<=[^\n]{60}[a-z]\n)(?=[a-z]))")
+_ABOUT = r"(?:by|for|about|around|approximately|roughly)"
+_NUMBER_WORDS = "|".join(name for name, word in ENGLISH.items() if word.kind is Kind.NUMBER)
+_UNIT = r"(?:m|meters?|metres?|cm|steps?|°|deg|degrees?)"
+_AMOUNT_LINE = re.compile(
+    rf"(?<=\S)[ \n]{{0,4}}\n *(?=(?:(?:{_ABOUT} ){{1,3}}(?:\d[\d.,/]*|[a-z]{{3,9}})[ °]?[a-z]{{0,12}}"
+    rf"|(?:\d[\d.,/]*|{_NUMBER_WORDS}) ?{_UNIT}) *(?:[.,;!\n]|\Z))",
+    re.IGNORECASE,
+)
+_DIRECTION_KEY = re.compile(
+    rf"((?:distance|angle) ?[:=] ?\d[\d.]* ?{_UNIT})[,;\n][ \n-]{{0,8}}direction ?[:=] ?", re.IGNORECASE
+)
+_AMOUNT_KEY = re.compile(
+    rf"[,;\n][ \n-]{{0,8}}(?:distance|angle|degrees|amount|magnitude|value) ?[:=] ?(?=(?:{_ABOUT} )?[-+.]?\d)",
+    re.IGNORECASE,
+)
+_AROUND = re.compile(rf"\b(right|go|move) around (?=\d|(?:{_NUMBER_WORDS})\b)", re.IGNORECASE)
+_LABEL_LINE = re.compile(r"\b((?:movement|move|action|decision|command|answer) ?:)[ \n]{0,4}\n *", re.IGNORECASE)
+
+
+def cleaned(text: str) -> str:
+    """Return the text in lower case, its lines unwrapped, without markdown, tags and LaTeX."""
+    text = without_quotations(text.translate(_PLAIN))
+    if "\\" in text:
+        text = _LATEX_COMMAND.sub(" ", _LATEX.sub("°", text))
+    if "<" in text:
+        text = _TAG.sub("\n", text)
+    text = _CAMEL.sub(r" \g<0>", text)
+    text = _ABBREVIATION.sub(" ", text.replace("e.g.", "eg ").replace("E.g.", "eg ").replace("i.e.", ", "))
+    text = _HYPHEN.sub(" ", _RANGE.sub("-", _SPACED_RANGE.sub("-", _TILDE_RANGE.sub("-", text))))
+    text = text.translate(_MARKS)
+    while "  " in text:
+        text = text.replace("  ", " ")
+    if "\n" in text or ":" in text:
+        text = _DIRECTION_KEY.sub(r"\1 ", _AMOUNT_KEY.sub(" ", _AMOUNT_LINE.sub(" ", text)))
+        text = _LABEL_LINE.sub(r"\1 ", text)
+    return _WRAPPED.sub(" ", _AROUND.sub(r"\1 about ", text).replace(" \n", "\n")).lower()
+
 
 _ACTIONS = re.compile(
     r"action|command|movement|motion|move|type|verb|turn|rotat|look|gaze|stay|"

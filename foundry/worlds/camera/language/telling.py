@@ -10,9 +10,8 @@ from dataclasses import dataclass, field
 from enum import Enum, auto
 from itertools import pairwise
 
-from foundry.worlds.camera.language.sentences import Segment
-from foundry.worlds.camera.language.tokens import Token
-from foundry.worlds.camera.language.words import Act, Form, Kind, Side
+from foundry.worlds.camera.language import Act, Form, Kind, Side
+from foundry.worlds.camera.language.sentences import Segment, Token
 
 
 class Bar(Enum):

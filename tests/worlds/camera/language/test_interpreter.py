@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from foundry.errors import InputError
 from foundry.records import Outcome
-from foundry.worlds.camera.language.command import Command, Limits, Translation, render_command
+from foundry.worlds.camera.language import Command, Limits, Translation, render_command
 from foundry.worlds.camera.language.interpreter import (
     JsonInterpreter,
     LastSentenceInterpreter,

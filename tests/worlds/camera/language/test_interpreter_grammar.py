@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import product
 
-from foundry.worlds.camera.language.command import Command, Translation
+from foundry.worlds.camera.language import Command, Translation
 from foundry.worlds.camera.language.interpreter import interpret
 
 MOVES = {"move", "go", "step"}

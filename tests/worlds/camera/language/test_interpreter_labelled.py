@@ -19,7 +19,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from foundry.worlds.camera.language.command import Command
+from foundry.worlds.camera.language import Command
 from foundry.worlds.camera.language.interpreter import interpret
 
 MEASURED = {"dev": (140, 140, 0), "held": (132, 125, 5), "vlm": (80, 79, 0)}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from foundry.records import Outcome
-from foundry.worlds.camera.language.command import Translation
+from foundry.worlds.camera.language import Translation
 from foundry.worlds.camera.language.interpreter import interpret
 from reply_readings import GAZES, INFERRED, MOVES, SEVERAL, STAYS, TURNS
 
