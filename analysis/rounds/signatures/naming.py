@@ -47,6 +47,7 @@ def measure(run: RoundsRun) -> dict[str, float]:
     """Return what came of the meetings, those among committed agents included.
 
     A consensus is a round in which at least 95 % of the interactions succeed; what is not read names nothing.
+    A meeting is between two, so no measure is over the readable decisions alone.
 
     - success, success_last: share of all interactions that succeed, and of those of the last round.
     - converged: 1 with a consensus, else 0. rounds: the first round of one, NaN without.

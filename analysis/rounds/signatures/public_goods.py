@@ -51,7 +51,8 @@ def measure(run: RoundsRun) -> dict[str, float]:
       the agent's own over the rounds, pooled over agents (least squares). 0 for who gives along a straight line of its
       own; there is no null all the same: agents that all follow one curve over the rounds, without regard to one
       another, look as if they followed one another, and only the design of a study can tell these apart. NaN below
-      ten rounds, where who gives at random seems to follow: .5 at five rounds, .2 at eight, below .05 from ten on.
+      ten rounds, where who gives at random seems to follow: .5 at five rounds, .2 at eight, below .05 from ten on
+      (with a spread between runs of .3 at ten rounds, of .2 at twenty).
       Source: Fischbacher, Gächter and Fehr 2001.
     - free_riders: agents whose contributions are all 0 / agents. nothing: contributions of 0 / contributions.
     - efficiency: mean payoff less the tokens that one begins with, of what it is where all give all; 1 where they do, 0

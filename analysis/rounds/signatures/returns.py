@@ -26,8 +26,8 @@ def applies(run: RoundsRun) -> bool:
 def measure(run: RoundsRun) -> dict[str, float]:
     """Return the measures.
 
-    - mean: sum of an agent's rewards over the episode, undiscounted, mean over agents.
-    - first: that of agent 0.
+    - mean: sum of an agent's rewards over the episode, undiscounted, mean over agents. Source: Sutton and Barto 2018.
+    - first: that of agent 0, who begins where agents act in turn.
     - turns: decisions of an agent, mean over agents.
 
     Denominator: n_agents. Rewards count that an agent was told after its last decision.
