@@ -326,6 +326,6 @@ def _run_id(config: Mapping[str, Any], condition_digest: bytes, seed: int) -> st
     return f"{slug(str(config['model']['name']))}-s{seed}-{short}"
 
 
-def slug(name: str, length: int = 24) -> str:
+def slug(name: str) -> str:
     """Return a name that is safe on every file system: lower-case letters, digits and hyphens."""
-    return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[-length:].strip("-") or "model"
+    return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[-24:].strip("-") or "model"

@@ -50,13 +50,13 @@ def write(draw: ImageDraw.ImageDraw, area: Box, text: str, colour: Colour) -> No
     draw.text(corner, text, font=_font(size), fill=colour)
 
 
-def speckled(picture: Image.Image, strength: int, *, levels: int = 3) -> Image.Image:
+def speckled(picture: Image.Image, strength: int) -> Image.Image:
     """Return the picture with a fine grain; few levels keep the file small."""
     width, height = picture.size
     x, y = np.meshgrid(np.arange(width, dtype=np.uint32), np.arange(height, dtype=np.uint32))
     state = x * np.uint32(374761393) + y * np.uint32(668265263)
     state = (state ^ (state >> np.uint32(13))) * np.uint32(1274126177)
-    grain = ((state >> np.uint32(16)) % np.uint32(levels)).astype(np.int16) - levels // 2
+    grain = ((state >> np.uint32(16)) % np.uint32(3)).astype(np.int16) - 1
     pixels = np.asarray(picture, dtype=np.int16) + (grain * strength)[:, :, None]
     return Image.fromarray(np.clip(pixels, 0, 255).astype(np.uint8))
 

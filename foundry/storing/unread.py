@@ -65,12 +65,11 @@ class Unread:
         return [said, *(f"  {example}" for example in self.examples), *(f"  {line}" for line in hint)]
 
 
-def unread(runs: Iterable[RunFolder], least: float = LEAST_SHARE) -> list[Unread]:
-    """Return what could not be read of each model of which that is at least such a share.
+def unread(runs: Iterable[RunFolder]) -> list[Unread]:
+    """Return what could not be read of each model of which that is at least `LEAST_SHARE`.
 
     Args:
         runs: the runs of a sweep; those that have not ended do not count.
-        least: the share, 0 to 1.
 
     Raises:
         RecordError: the summary of a run cannot be read.
@@ -88,7 +87,7 @@ def unread(runs: Iterable[RunFolder], least: float = LEAST_SHARE) -> list[Unread
         one.outcomes += lost
         if lost:
             having.setdefault(summary.model, []).append(run)
-    told = [one for one in found.values() if one.outcomes and one.share >= least]
+    told = [one for one in found.values() if one.outcomes and one.share >= LEAST_SHARE]
     for one in told:
         _illustrate(one, having[one.model])
     return told

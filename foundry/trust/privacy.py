@@ -25,13 +25,14 @@ _MACHINE_KEYS = ("output", "cache", "hydra")
 class Scrubber:
     """Takes out of texts what belongs to this machine and its user."""
 
-    def __init__(self, environment: Mapping[str, str] | None = None) -> None:
-        found = os.environ if environment is None else environment
+    def __init__(self) -> None:
         homes = {str(Path.home()), str(Path.home().resolve())} - {"/", ""}
         self._homes = sorted(homes, key=len, reverse=True)
         self._here = f"{Path.cwd()}{os.sep}"
         self._secrets = {
-            name: value for name, value in found.items() if _SECRET_NAME.search(name) and len(value) >= _SHORTEST_SECRET
+            name: value
+            for name, value in os.environ.items()
+            if _SECRET_NAME.search(name) and len(value) >= _SHORTEST_SECRET
         }
 
     def text(self, text: str) -> str:

@@ -117,7 +117,7 @@ class _Handler(PageHandler):
 
 
 @contextmanager
-def serving(root: Path, *, host: str = LOOPBACK, port: int = 0, trusted: Sequence[str] = ()) -> Iterator[ViewServer]:
+def serving(root: Path, *, host: str = LOOPBACK, trusted: Sequence[str] = ()) -> Iterator[ViewServer]:
     """Serve from a thread as long as the block runs."""
-    with running(ViewServer(root, host=host, port=port, trusted=trusted)) as server:
+    with running(ViewServer(root, host=host, trusted=trusted)) as server:
         yield server
