@@ -76,6 +76,7 @@ class ProgressDisplay:
             TextColumn("{task.fields[info]}"),
             TimeElapsedColumn(),
             TimeRemainingColumn(),
+            TextColumn("left"),
             console=console,
             auto_refresh=False,
             get_time=clock,

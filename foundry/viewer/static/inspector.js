@@ -126,5 +126,5 @@
   }
 
   foundry.Inspector = Inspector;
-  foundry.parts = {facts, callView, calls, keepOpen, told};
+  foundry.parts = {facts, calls, keepOpen, told};
 })(window.Foundry);
