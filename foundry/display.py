@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 from rich.text import Text
 
-from foundry.texts import counted, visible
+from foundry.texts import counted, in_words, visible
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -242,15 +242,6 @@ def ran_line(summaries: Sequence[RunSummary | None], path: Path) -> str:
     calls = counted(sum(summary.counts.calls for summary in ended), "call")
     parts.append(f"{calls} ({retries:,} retried)" if retries else calls)
     return ", ".join(parts)
-
-
-def in_words(seconds: float) -> str:
-    """Return a time in hours, minutes and seconds, the two largest that it has."""
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    if hours:
-        return f"{hours} h {minutes} min"
-    return f"{minutes} min {rest} s" if minutes else f"{rest} s"
 
 
 def failure_lines(failed: Sequence[Failure], most: int | None = 10) -> list[str]:

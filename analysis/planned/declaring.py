@@ -69,7 +69,7 @@ def declared(
     _check_margins(family, margins)
     measures = _once(family)
     code = {one: code_of(one, list(dict.fromkeys(forms))) for one in measures}
-    pairs = _pairs(conditions, forms)
+    pairs = compared_pairs(conditions, forms)
     if not pairs:
         raise InputError("There are no two conditions to compare: name two models, worlds or prompts.")
     tests = Counter(factor for factor, both in pairs for own in code.values() if both <= own.keys())
@@ -200,7 +200,7 @@ def _planned_looks(looks: Sequence[int], pairs: int) -> list[PlannedLook]:
     ]
 
 
-def _pairs(conditions: Sequence[PlannedCondition], forms: Sequence[str]) -> list[tuple[str, frozenset[str]]]:
+def compared_pairs(conditions: Sequence[PlannedCondition], forms: Sequence[str]) -> list[tuple[str, frozenset[str]]]:
     """Return the factor of each pair of conditions that differ in one alone, with the forms of both one's worlds."""
     factors = dict.fromkeys(key for one in conditions for key in one.factors if key not in (*KEYS, "sampling_seed"))
     rows = [

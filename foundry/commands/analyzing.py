@@ -24,7 +24,7 @@ from foundry.commands.application import (
     only_json,
 )
 from foundry.commands.showing import analyze_and_print, analyze_and_show, probe_in
-from foundry.commands.sweeps import composed_here, existing_answers, known_models, run_baselines
+from foundry.commands.sweeps import composed_here, existing_answers, known_models, run_baselines, sweep_reach
 from foundry.composing.settings import UNTIL
 from foundry.errors import InputError
 from foundry.expansion import expand
@@ -135,6 +135,9 @@ def preregister(
     plan, note = _planned(composed, family or [], margins_of(margin or []), looks_of(looks), places)
     folder = Path(asked) if asked else fresh_folder(OUTPUTS)
     _tell_plan(plan, note, folder, write_preregistration(folder, plan))
+    reach = sweep_reach(composed.sweep, len(plan.measures))
+    if reach is not None:
+        print(reach.line())
     if plan.known:
         print(f"{plan.known}; ask for seeds that nobody has seen: seed={_unseen(composed, plan.seeds, places)}")
     more = "" if asked else f" output.dir={folder}"

@@ -28,7 +28,6 @@ from foundry.commands.application import (
     given,
     is_quiet,
     is_verbose,
-    only_json,
     print_json,
     say,
 )
@@ -38,8 +37,8 @@ from foundry.composing.settings import BASELINES, UNTIL
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
+    from analysis.planned.reach import Reach
     from foundry.composing.compose import Composed
-    from foundry.composing.planning import PlannedRepeats, PlannedRun
     from foundry.composing.preparing import Checked
     from foundry.expansion import Sweep
     from foundry.models.answers.base import Answers
@@ -191,8 +190,19 @@ def run_checked(
     for line in found.notes:
         say(line)
     folder = found.create()
+    if found.settings["analyze"]:
+        _say_seeds_lacking(found.sweep, folder.path)
     prepare(folder)
     return run(folder, found.settings, found.infos, found.runner)
+
+
+def _say_seeds_lacking(sweep: Sweep, path: Path) -> None:
+    """Say where a sweep has fewer seeds than its tests need, and how it gets them."""
+    reach = sweep_reach(sweep)
+    if reach is not None and not reach.is_enough:
+        first = max(run.seed for run in sweep.runs) + 1
+        last = first + reach.fewest - reach.seeds - 1
+        say(f"{reach.line()}; add seeds: foundry grow {path} seed={first}" + (f"-{last}" if last > first else ""))
 
 
 def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
@@ -281,63 +291,21 @@ def _print_determinism(folder: SweepFolder) -> None:
         print(one.line())
 
 
-@app.command(context_settings=OVERRIDES)
-def plan(
-    overrides: Overrides = None,
-    json: AsJson = False,
-    config_dir: Mine = None,
-) -> None:
-    """Show what a sweep would do, and what it would send, without doing it.
+def sweep_reach(sweep: Sweep, measures: int = 0) -> Reach | None:
+    """Return what the tests of a sweep can find; None where it compares nothing.
 
-    Takes what `foundry` takes: foundry plan -m model=llama3.2 seed=0-9; what is in output.dir=DIR is counted as done.
+    Args:
+        sweep: the sweep.
+        measures: how many are tested; by default one for each signature that claims rest on.
     """
-    from foundry.composing.planning import plan as plan_runs
-    from foundry.composing.planning import repeats
-    from foundry.composing.preflight import notes_of
-    from foundry.storing.determinism import SETTING, repeats_of
-    from foundry.storing.growing import growth
-    from foundry.storing.store import SweepFolder
+    from analysis.planned.reach import reach_of
+    from foundry.composing.preflight import declare
+    from foundry.storing.preregistration import conditions_of
 
-    composed = composed_here(given(overrides, config_dir))
-    if composed is None:
-        return
-    sweep = composed.sweep
-    asked = Path(composed.settings["output"]["dir"]) if composed.settings["output"]["dir"] else None
-    there = SweepFolder.open(asked) if asked and asked.exists() else None
-    growing = [] if there is None else growth(there.sweep, sweep).notes(asked)
-    with only_json(json):
-        infos, note = known_models(sweep)
-    folders = {} if there is None else {run.id: run for run in there.runs()}
-    planned = plan_runs(sweep, infos, existing_answers(composed), folders)
-    twice = repeats(sweep, planned, composed.settings[SETTING], () if there is None else repeats_of(there))
-    notes = [*growing, *notes_of(sweep), *filter(None, [note])]
-    if json:
-        _print_plan(planned, twice, notes)
-    else:
-        _show_plan(planned, twice, notes)
-
-
-def _print_plan(planned: Sequence[PlannedRun], twice: PlannedRepeats, notes: Sequence[str]) -> None:
-    runs = [
-        {"run": one.run.id, "model": one.model, "prompt": one.prompt, "world": one.world, "seed": one.run.seed,
-         "calls": one.calls, "served": one.served, "cached": one.cached, "to_send": one.to_send,
-         "complete": one.complete, "new": one.new}
-        for one in planned
-    ]  # fmt: skip
-    print_json({"runs": runs, "to_send": sum(one.to_send for one in planned), "determinism": twice, "notes": notes})
-
-
-def _show_plan(planned: Sequence[PlannedRun], twice: PlannedRepeats, notes: Sequence[str]) -> None:
-    from foundry.display import plan_table
-
-    console().print(plan_table(planned, None) if is_verbose() else plan_table(planned))
-    to_send = sum(one.to_send for one in planned)
-    complete = sum(one.complete for one in planned)
-    print(f"{len(planned)} runs, {complete} complete; at most {to_send:,} calls would be sent")
-    if twice.again:
-        say(f"determinism: at most {twice.again + twice.beside:,} recorded calls would be made again at the end")
-    for line in notes:
-        say(line)
+    if len(sweep.conditions) < 2:
+        return None
+    declared = [condition.declared for condition in declare(sweep).conditions]
+    return reach_of(conditions_of(sweep), [one.form for one in declared if one is not None], measures)
 
 
 def existing_answers(composed: Composed) -> Answers | None:

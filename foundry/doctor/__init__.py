@@ -1,4 +1,4 @@
-"""What would go wrong with a sweep, found before it starts; nothing is written and no answer is kept."""
+"""What would go wrong with a sweep, found before it starts; no answer is kept, but the speed."""
 
 from foundry.doctor.examination import examine
 from foundry.doctor.finding import Finding, Status

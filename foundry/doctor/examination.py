@@ -35,7 +35,7 @@ def examine(sweep: Sweep, settings: Mapping[str, Any], *, calls: bool = True) ->
     with asyncio.Runner() as runner:
         began = _begun(settings)
         for use in _uses(sweep, scenarios):
-            findings = examine_model(use, began.get(use.model.name), calls=calls)
+            findings = examine_model(use, began.get(use.model.name), settings["cache"]["path"], calls=calls)
             while (finding := runner.run(_next(findings))) is not None:
                 yield finding
             runner.run(use.model.close())

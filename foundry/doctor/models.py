@@ -10,6 +10,7 @@ from foundry.composing.preflight import check_sight, first_questions
 from foundry.doctor.finding import Finding, Status
 from foundry.doctor.load import LoadResult, measure_load
 from foundry.doctor.longest import LongestPrompt, longest_prompt
+from foundry.doctor.speeds import remember_speed
 from foundry.episode import Asker
 from foundry.errors import BackendError, FoundryError, InputError, RequestError
 from foundry.models.base import Loaded, Model, ModelInfo, Request
@@ -47,12 +48,15 @@ class Use:
     seed: int
 
 
-async def examine_model(use: Use, began: Mapping[str, Any] | None, *, calls: bool) -> AsyncIterator[Finding]:
+async def examine_model(
+    use: Use, began: Mapping[str, Any] | None, cache: str, *, calls: bool
+) -> AsyncIterator[Finding]:
     """Yield what is found of one model.
 
     Args:
         use: the model and what it is used for.
         began: its name, digest and weights when the sweep began that would go on; None where none would.
+        cache: where the answers are, beside which its speed is kept.
         calls: whether about twenty are sent, none of whose answers is kept.
     """
     name = use.model.name
@@ -81,7 +85,9 @@ async def examine_model(use: Use, began: Mapping[str, Any] | None, *, calls: boo
         for finding in _memory(name, loaded):
             yield finding
         yield await _context(asked, info, loaded)
-        for finding in _under_load(name, await measure_load(asked.model, _short_request(asked)), loaded):
+        measured = await measure_load(asked.model, _short_request(asked))
+        remember_speed(cache, name, measured.per_call_s)
+        for finding in _under_load(name, measured, loaded):
             yield finding
     except Exception as error:  # noqa: BLE001 - the boundary: a backend of one's own may raise anything
         yield Finding("calls", name, Status.PROBLEM, _said(error), "A sweep would meet the same.")

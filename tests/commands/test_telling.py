@@ -81,7 +81,7 @@ def test_status_names_failed_runs_in_json(tmp_path: Path):
 
 def test_plan_is_one_json_object_with_what_would_be_sent(swept: Path):
     found = objects(foundry("plan", *ASKED, "seed=0-3", "output.dir=out", "--json", cwd=swept))
-    assert set(found) == {"runs", "to_send", "determinism", "notes"}
+    assert set(found) == {"runs", "to_send", "prompt_tokens", "determinism", "reach", "notes"}
     assert [one["complete"] for one in found["runs"]].count(False) == 2
     assert found["to_send"] == 0
     assert set(found["runs"][0]) == {

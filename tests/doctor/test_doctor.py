@@ -18,6 +18,7 @@ from foundry import paths
 from foundry.composing.compose import compose
 from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.doctor.longest import longest_prompt
+from foundry.doctor.speeds import remember_speed, speeds
 from foundry.models.base import Reply, Request
 from foundry.models.ollama.model import OllamaModel
 from ollama_cases import (
@@ -52,7 +53,35 @@ def test_a_sweep_that_would_run_has_no_problems(tmp_path: Path):
     assert code == 0
     assert {row["status"] for check, row in found.items() if check != "parallel slots"} == {"ok"}
     assert set(found) == {"versions", "disk", "model", "context", "parallel slots", "seeds"}
-    assert list(tmp_path.iterdir()) == []
+    assert [file.name for file in tmp_path.rglob("*") if file.is_file()] == ["answers.speeds.json"]
+
+
+def test_a_plan_tells_the_time_at_the_measured_speed_and_else_at_two_usual_ones(tmp_path: Path):
+    asked = ("model=llama3.2", "seed=0-1", *FEW)
+    with OllamaServer() as server:
+        usual = foundry("plan", "-m", *asked, cwd=tmp_path, OLLAMA_HOST=server.url).stdout
+        assert findings(server, tmp_path, *asked[:1])[0] == 0
+        remember_speed(str(tmp_path / "outputs" / "answers.sqlite"), "llama3.2", 25.0)
+        measured = foundry("plan", "-m", *asked, cwd=tmp_path, OLLAMA_HOST=server.url).stdout
+    assert "at most 48 calls would be sent" in usual and "prompts: about " in usual
+    assert "time: 48 s at 1 call a second, 2 s at 20; foundry doctor measures yours" in usual
+    assert "time: about 20 min at the speed that foundry doctor measured" in measured
+
+
+@pytest.mark.parametrize("damaged", ["", "{", "[1]"])
+def test_a_damaged_file_of_speeds_counts_as_not_measured(damaged: str, tmp_path: Path):
+    (tmp_path / "answers.speeds.json").write_text(damaged, encoding="utf-8")
+    assert speeds(str(tmp_path / "answers.sqlite")) == {}
+
+
+def test_a_sweep_with_too_few_seeds_is_warned_of_with_the_seeds_that_it_needs(tmp_path: Path):
+    models = "model=scripted/random,scripted/avoid,scripted/herd"
+    rows = json.loads(foundry("doctor", "--json", "-m", models, "seed=0-5", *FEW, cwd=tmp_path).stdout)["findings"]
+    (told,) = (row for row in rows if row["check"] == "tests")
+    assert (told["status"], told["advice"]) == ("warning", "Ask for 7 seeds or more.")
+    asked = ("-m", models, "seed=0-4", *FEW, "output.dir=out")
+    ran = foundry(*asked, cwd=tmp_path)
+    assert "with 5 no difference can be claimed; add seeds: foundry grow out seed=5-6" in ran.stdout
 
 
 def test_the_table_says_the_same_for_people(tmp_path: Path):

@@ -95,7 +95,8 @@ def test_a_sweep_makes_at_most_two_percent_of_its_calls_again_and_its_plan_says_
         swept(server, tmp_path, *longer)
         there = foundry("plan", *SWEEP, *longer, cwd=tmp_path, OLLAMA_HOST=server.url).stdout
     assert f"determinism: at most {further} recorded calls would be made again at the end" in planned
-    assert server.counts.chats == calls_of_sweep + further
+    # How many stand beside the repeated calls depends on how many the limiter lets be in flight.
+    assert calls_of_sweep + 4 <= server.counts.chats <= calls_of_sweep + further
     assert "determinism" not in there
 
 

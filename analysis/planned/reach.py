@@ -1,0 +1,116 @@
+"""What a sweep can find, said before its first call: the seeds that its tests need, and the size of a sure find."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.arrays import FloatArray
+from analysis.form import form_of
+from analysis.planned.declaring import compared_pairs
+from analysis.signatures import discover
+from analysis.stats.contrasts import ALPHA
+from analysis.stats.intervals import FEWEST_FOR_CLAIMS
+from analysis.stats.sign_flip import assignments, fewest_pairs
+from foundry.seeding import stream
+from foundry.storing.preregistration import PlannedCondition
+from foundry.texts import counted
+
+CHANCE = 0.8
+"""Chance of a find that a plan speaks of."""
+SIMULATIONS = 400
+_MOST_EFFECT, _HALVINGS = 20.0, 8
+_ALL_SIGNS_UP_TO, _LEAST_SIGNS = 11, 999
+_TIES = 1e-10
+
+
+@dataclass(frozen=True)
+class Reach:
+    """What the tests of a sweep can find.
+
+    Attributes:
+        seeds: seeds of the sweep.
+        pairs: pairs of levels of the factor with the most of them.
+        factor: that factor.
+        fewest: seeds from which on a test can find anything.
+        effect: difference that is found with a chance of CHANCE, in standard deviations of the seeds' differences;
+            NaN where there are fewer seeds.
+    """
+
+    seeds: int
+    pairs: int
+    factor: str
+    fewest: int
+    effect: float
+
+    @property
+    def is_enough(self) -> bool:
+        """Whether any test can find anything."""
+        return self.seeds >= self.fewest
+
+    def line(self) -> str:
+        """Return it in a sentence or two."""
+        pairs = f"{counted(self.pairs, 'pair')} of {self.factor}s need" + "s" * (self.pairs == 1)
+        needed = f"{pairs} at least {self.fewest} seeds"
+        if not self.is_enough:
+            return f"{needed}: with {self.seeds} no difference can be claimed"
+        return (
+            f"{needed}; with {self.seeds} a difference of {self.effect:.1f} standard deviations is found with a chance "
+            f"of {CHANCE:.0%}"
+        )
+
+
+def reach_of(conditions: Sequence[PlannedCondition], forms: Sequence[str], measures: int = 0) -> Reach | None:
+    """Return what the tests of a sweep can find; None where it compares nothing.
+
+    Args:
+        conditions: what is compared.
+        forms: of the world of each.
+        measures: how many are tested; by default one for each signature that claims rest on.
+    """
+    factors = [factor for factor, _ in compared_pairs(conditions, forms)]
+    if not factors:
+        return None
+    factor = max(dict.fromkeys(factors), key=factors.count)
+    pairs = factors.count(factor)
+    seeds = len({seed for condition in conditions for seed in condition.runs.values()})
+    fewest = max(fewest_pairs(ALPHA / pairs) or 0, FEWEST_FOR_CLAIMS)
+    effect = sure_effect(seeds, pairs, measures or _headlines(forms)) if seeds >= fewest else math.nan
+    return Reach(seeds, pairs, factor, fewest, effect)
+
+
+def _headlines(forms: Sequence[str]) -> int:
+    """Return how many signatures claims rest on, in the form that has the most."""
+    runs = [form_of(form).run for form in dict.fromkeys(forms)]
+    parts = [[signature.part(run) for signature in discover()] for run in runs]
+    return max(sum(part is not None and part.primary for part in own) for own in parts)
+
+
+def sure_effect(seeds: int, pairs: int, measures: int) -> float:
+    """Return the least difference of one measure that is found with a chance of CHANCE, in standard deviations.
+
+    Found by simulating normal differences of independent measures, of which one is not null, and the max-T test of
+    their pair at the level of the first step of Holm's method.
+    """
+    draws = stream(seeds, "reach")
+    noise = draws.standard_normal((SIMULATIONS, measures, seeds))
+    if seeds <= _ALL_SIGNS_UP_TO:
+        signs: FloatArray = assignments(seeds).astype(np.float64)
+    else:
+        signs = 1.0 - 2 * draws.integers(0, 2, size=(max(_LEAST_SIGNS, round(4 * pairs / ALPHA)), seeds))
+    others = np.abs(_scaled(noise[:, 1:]) @ signs.T).max(axis=1, initial=0.0)
+    low, high = 0.0, _MOST_EFFECT
+    for _ in range(_HALVINGS):
+        effect = (low + high) / 2
+        scaled = _scaled(noise[:, 0] + effect)
+        p = (np.maximum(np.abs(scaled @ signs.T), others) >= np.abs(scaled.sum(axis=1))[:, None] - _TIES).mean(axis=1)
+        low, high = (low, effect) if (p * pairs <= ALPHA).mean() >= CHANCE else (effect, high)
+    return high
+
+
+def _scaled(differences: FloatArray) -> FloatArray:
+    """Return differences (..., n) over the root of their sum of squares."""
+    return np.asarray(differences / np.sqrt((differences**2).sum(axis=-1, keepdims=True)))
