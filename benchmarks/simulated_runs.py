@@ -70,8 +70,13 @@ def _efficiency_difference(rng: Generator, shape: Shape) -> FloatArray:
     return _path_efficiency(rng, shape, shared) - _path_efficiency(rng, shape, other)
 
 
-def _skewed_difference(rng: Generator, shape: Shape) -> FloatArray:
-    return np.asarray(rng.lognormal(size=shape) - math.exp(0.5) + rng.normal(0, 0.5, size=shape))
+def _half_zero(rng: Generator, shape: Shape) -> FloatArray:
+    return np.where(rng.random(shape) < 0.5, 0.0, rng.normal(1.0, size=shape))
+
+
+def _uneven(rng: Generator, shape: Shape) -> FloatArray:
+    """Return halves that tie, and spread more in some seeds than in others."""
+    return np.round(2 * rng.normal(size=shape) * rng.lognormal(size=shape)) / 2
 
 
 CASES = (
@@ -80,20 +85,29 @@ CASES = (
     Case("lognormal (skewness 6)", lambda rng, shape: rng.lognormal(size=shape), math.exp(0.5), 0.0),
     Case("Beta(9, 1), near the ceiling", lambda rng, shape: rng.beta(9, 1, size=shape), 0.9, 0.0, 1.0),
     Case("path efficiency, 30 % zeros", _efficiency, 0.7 * 0.8, 0.0, 1.0),
-    Case("paired difference of those", _efficiency_difference, 0.0, -1.0, 1.0),
-    Case("paired skewed difference", _skewed_difference, 0.0),
 )
-"""What the coverage of intervals is measured on."""
+"""Values of one condition on which the coverage of intervals is measured."""
+PAIRED_CASES = (
+    Case("normal", lambda rng, shape: rng.normal(size=shape), 0.0),
+    Case("lognormal (skewness 6)", lambda rng, shape: rng.lognormal(size=shape), math.exp(0.5)),
+    Case("half zero", _half_zero, 0.5),
+    Case("uneven spread, ties", _uneven, 0.0),
+    Case("path efficiency", _efficiency_difference, 0.0, -1.0, 1.0),
+)
+"""Paired differences on which it is measured."""
 
 
-def coverage(case: Case, n: int, data_sets: int, rng: Generator) -> dict[str, float]:
+def coverage(
+    case: Case, n: int, data_sets: int, rng: Generator, *, beside_sign_flips: bool = False
+) -> dict[str, float]:
     """Return in which share of data sets of n values the interval in use holds the true mean.
 
     Keys: `covered`; `bootstrap`, the share of data sets that got a bootstrap-t; `none`, that of data sets without
     any interval, which count as not covered.
     """
     values = case.draw(rng, (data_sets, n))
-    found = estimates(values, np.full(data_sets, case.low), np.full(data_sets, case.high))
+    ends = np.full(data_sets, case.low), np.full(data_sets, case.high)
+    found = estimates(values, *ends, beside_sign_flips=beside_sign_flips)
     return {
         "covered": float(((found.low <= case.mean) & (case.mean <= found.high)).mean()),
         "bootstrap": float((found.interval == "bootstrap-t").mean()),

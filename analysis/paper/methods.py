@@ -8,8 +8,7 @@ from analysis.figures.members import Member
 from analysis.paper.basis import Basis
 from analysis.prose import joined
 from analysis.stats.contrasts import ALPHA
-from analysis.stats.intervals import BOOTSTRAP_T, STUDENT, WILSON
-from analysis.stats.testing import MCNEMAR, SIGN_FLIP
+from analysis.stats.intervals import BOOTSTRAP_T, SIGN_FLIP, STUDENT, WILSON
 from foundry import __version__
 from foundry.storing.store import is_served, leaves
 
@@ -22,10 +21,7 @@ _INTERVALS = {
     STUDENT: "Student's t",
     BOOTSTRAP_T: "the bootstrap-t where the values are skewed",
     WILSON: "Wilson's for outcomes",
-}
-_TESTS = {
-    SIGN_FLIP: "sign-flip permutation tests of the mean difference",
-    MCNEMAR: "exact McNemar tests for outcomes",
+    SIGN_FLIP: "the shifts that the sign-flip test does not reject for paired differences",
 }
 
 
@@ -113,13 +109,12 @@ def _statistics(found: Basis) -> str:
     intervals = [text for kind, text in _INTERVALS.items() if kind in kinds]
     text = "Means are given with 95 % intervals"
     text += f" ({joined(intervals)})." if intervals else " where there are enough values."
-    tests = [text for kind, text in _TESTS.items() if kind in set(rows["test"])]
-    if tests:
+    if (rows["test"] == SIGN_FLIP).any():
         sizes = [f"{size} for {factor}" for factor, size in rows.groupby("factor", sort=False)["family"].max().items()]
         text += (
-            f" Differences were paired by seed and tested by {joined(tests)}, two-sided. They were corrected by "
-            f"step-down max-T over {rows['measure'].nunique()} measures inside each pair of levels, and by Holm's "
-            f"method over the pairs ({joined(rows['measure'].unique())}; "
+            " Differences were paired by seed and tested by sign-flip permutation tests of the mean difference, "
+            f"two-sided. They were corrected by step-down max-T over {rows['measure'].nunique()} measures inside each "
+            f"pair of levels, and by Holm's method over the pairs ({joined(rows['measure'].unique())}; "
             f"tests in the family: {joined(sizes)}; alpha {ALPHA:g})."
         )
     else:

@@ -195,8 +195,6 @@ def weaknesses(row: Row, sides: Sides) -> Iterator[str]:
     kind = kind_of(row)
     if kind == DIFFERENT and row["equivalent"]:
         yield f"it is within the declared margin of {number(row['margin'])}, so too small to count"
-    if kind == DIFFERENT and row["low"] <= 0 <= row["high"]:
-        yield "its interval holds 0"
     if row["equivalent"] and max(-row["low"], row["high"]) > row["margin"]:
         yield "its interval goes beyond the margin"
     if kind == NOTHING and not math.isnan(row["margin"]):

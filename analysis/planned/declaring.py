@@ -28,9 +28,9 @@ from foundry.storing.preregistration import PlannedCondition, PlannedLook, Plann
 
 METHOD = (
     "Differences of the conditions are paired by seed. Two-sided exact sign-flip test of the mean (9,999 drawn signs "
-    "above 16 pairs), exact McNemar test of outcomes. Tests are corrected by step-down max-T over the measures of each "
-    "pair of conditions, and by Holm's method over the pairs of a factor. Alpha is spent in proportion to the seeds: "
-    "each test counts with the least error in all at which one of its looks so far is significant. "
+    "above 16 pairs). Tests are corrected by step-down max-T over the measures of each pair of conditions, and by "
+    "Holm's method over the pairs of a factor. Alpha is spent in proportion to the seeds: each test counts with the "
+    "least error in all at which one of its looks so far is significant. "
     "Where a margin is given, two one-sided paired t tests, their alpha spent and corrected in the same way."
 )
 LEFT_OUT = (

@@ -61,7 +61,7 @@ def _rows(before: Chosen, after: Chosen) -> list[dict[str, Any]]:
 def _row(before: Chosen, after: Chosen, keys: list[MomentKey], kind: str, choice: str) -> dict[str, Any]:
     was, now = (_shares(chosen, keys, choice) for chosen in (before, after))
     change = now - was
-    found = estimate(change, -1.0, 1.0)
+    found = estimate(change, -1.0, 1.0, beside_sign_flips=True)
     p = p_of_row(sign_flip_p, change) if change.any() else np.nan
     return {"kind": kind, "choice": choice, "moments": len(keys), "seeds": found.n, "before": was.mean(),
             "after": now.mean(), "change": found.mean, "low": found.low, "high": found.high, "p": p}  # fmt: skip

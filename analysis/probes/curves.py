@@ -136,7 +136,7 @@ def _slope(curve: _Curve) -> dict[str, Any]:
         return {}
     sums = np.array([np.sum(mine, axis=0) for _, mine in sorted(products.items())])
     slopes = sums[:, 0] / sums[:, 1]
-    found = estimate(slopes)
+    found = estimate(slopes, beside_sign_flips=True)
     moments = sum(map(len, products.values()))
     return {"moments": moments, "seeds": found.n, "slope": found.mean, "low": found.low, "high": found.high,
             "p": p_of_row(sign_flip_p, slopes) if slopes.any() else np.nan}  # fmt: skip

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from analysis.arrays import FloatArray
+from analysis.stats.sign_flip import sign_flip_interval
 from analysis.stats.values import BoolArray
 from foundry.seeding import stream
 
@@ -24,7 +25,7 @@ FEWEST_FOR_BOOTSTRAP = 10
 SKEWED = 0.5
 """Absolute moment skewness from which Student's interval gives way to the bootstrap-t."""
 RESAMPLES = 1_999
-STUDENT, BOOTSTRAP_T, WILSON, NO_INTERVAL = "t", "bootstrap-t", "wilson", ""
+STUDENT, BOOTSTRAP_T, WILSON, SIGN_FLIP, NO_INTERVAL = "t", "bootstrap-t", "wilson", "sign-flip", ""
 NO_VALUE, ONE_VALUE, NO_VARIATION = "no value", "one value", "no variation"
 FEW = f"descriptive (n < {FEWEST_FOR_CLAIMS})"
 _ROWS_AT_ONCE = 256
@@ -43,7 +44,7 @@ class Estimate:
         sd: standard deviation, ddof 1; NaN with fewer than two values.
         low: lower end of the interval; NaN where there is none.
         high: upper end.
-        interval: STUDENT, BOOTSTRAP_T, WILSON or NO_INTERVAL.
+        interval: STUDENT, BOOTSTRAP_T, WILSON, SIGN_FLIP or NO_INTERVAL.
         note: what keeps the interval from being there, or from being more than a description; "" for nothing.
     """
 
@@ -78,12 +79,22 @@ class Estimates:
         return Estimate(*(getattr(self, field.name)[index : index + 1].tolist()[0] for field in fields(self)))
 
 
-def estimate(values: FloatArray, low: float = -math.inf, high: float = math.inf) -> Estimate:
+def estimate(
+    values: FloatArray, low: float = -math.inf, high: float = math.inf, *, beside_sign_flips: bool = False
+) -> Estimate:
     """Return the mean of values (n,) and its interval, as `estimates` does for many."""
-    return estimates(values[None, :], np.array([low]), np.array([high])).row(0)
+    ends = np.array([low]), np.array([high])
+    return estimates(values[None, :], *ends, beside_sign_flips=beside_sign_flips).row(0)
 
 
-def estimates(values: FloatArray, low: FloatArray, high: FloatArray, binary: BoolArray | None = None) -> Estimates:
+def estimates(
+    values: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    binary: BoolArray | None = None,
+    *,
+    beside_sign_flips: bool = False,
+) -> Estimates:
     """Return the mean of each row with its 95 % interval.
 
     Student's t, mean -+ t(n-1) sd / sqrt(n); from n = FEWEST_FOR_BOOTSTRAP, where the values are skewed, the
@@ -94,6 +105,8 @@ def estimates(values: FloatArray, low: FloatArray, high: FloatArray, binary: Boo
         low: least possible values (rows,), to which the intervals are clipped.
         high: greatest possible values.
         binary: which rows are outcomes (rows,); none by default.
+        beside_sign_flips: whether the sign-flip test tests these values. From FEWEST_FOR_CLAIMS values on the interval
+            then holds the shifts that this test does not reject, so that the two never contradict each other.
     """
     rows = len(values)
     mean, sd, lower, upper = (np.full(rows, np.nan) for _ in range(4))
@@ -104,7 +117,7 @@ def estimates(values: FloatArray, low: FloatArray, high: FloatArray, binary: Boo
         found.note[chosen] = ONE_VALUE
         if kept.shape[1] > 1:
             outcome = np.zeros(len(chosen), dtype=bool) if binary is None else binary[chosen]
-            _fill(found, chosen, kept, outcome)
+            _fill(found, chosen, kept, outcome, beside_sign_flips)
     np.copyto(found.low, np.maximum(found.low, low))
     np.copyto(found.high, np.minimum(found.high, high))
     return found
@@ -195,13 +208,18 @@ def _resamples(n: int) -> FloatArray:
     return counts
 
 
-def _fill(found: Estimates, rows: npt.NDArray[np.intp], kept: FloatArray, outcome: BoolArray) -> None:
+def _fill(
+    found: Estimates, rows: npt.NDArray[np.intp], kept: FloatArray, outcome: BoolArray, beside_sign_flips: bool
+) -> None:
     """Fill in spread, interval and note of rows (k,) of n > 1 values each (k, n)."""
     n = kept.shape[1]
     few = FEW if n < FEWEST_FOR_CLAIMS else ""
     vary = varies(kept)
     found.sd[rows] = np.where(vary, np.concatenate([part.std(axis=1, ddof=1) for part in _parts(kept)]), 0.0)
     found.note[rows] = np.where(vary | outcome, few, "; ".join(filter(None, (NO_VARIATION, few)))).astype(object)
+    if beside_sign_flips and n >= FEWEST_FOR_CLAIMS:
+        _set(found, rows, vary, sign_flip_interval(kept, LEVEL), SIGN_FLIP)
+        return
     half = student_quantile(n - 1) * found.sd[rows] / math.sqrt(n)
     _set(found, rows, vary & ~outcome, (found.mean[rows] - half, found.mean[rows] + half), STUDENT)
     if outcome.any():

@@ -33,15 +33,6 @@ def hedges_correction(freedom: int) -> float:
     return math.exp(math.lgamma(freedom / 2) - math.lgamma((freedom - 1) / 2)) / math.sqrt(freedom / 2)
 
 
-def mcnemar_p(differences: FloatArray) -> FloatArray:
-    """Return the exact two-sided p of outcomes 0 and 1 (rows,), from their differences -1, 0, 1 (McNemar 1947)."""
-    from scipy.special import bdtr
-
-    gains, losses = (differences > 0.5).sum(axis=1), (differences < -0.5).sum(axis=1)
-    discordant = gains + losses
-    return np.minimum(np.asarray(2 * bdtr(np.minimum(gains, losses), discordant, 0.5), dtype=np.float64), 1.0)
-
-
 def equivalence_p(mean: FloatArray, sd: FloatArray, margin: FloatArray, n: int) -> FloatArray:
     """Return p of |true mean difference| >= margin (rows,): the larger of two one-sided paired t tests.
 

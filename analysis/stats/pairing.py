@@ -13,7 +13,6 @@ from analysis.arrays import FloatArray
 from analysis.signatures import describe, is_of_form, is_readable_only
 from analysis.stats.factors import Pair, pairs
 from analysis.stats.intervals import Estimates, estimates
-from analysis.stats.paired import are_outcomes
 from analysis.stats.values import BoolArray, SeedValues, select
 
 _VALUES_AT_ONCE = 2**18
@@ -33,7 +32,6 @@ class Paired:
         undefined: seeds of complete runs in which the measure is undefined in either (R, S).
         low: least possible values of the measures (R,).
         high: greatest possible values (R,).
-        outcome: which measures are 0 or 1 in every run (R,).
     """
 
     pair: tuple[Pair, ...]
@@ -44,7 +42,6 @@ class Paired:
     undefined: BoolArray
     low: FloatArray
     high: FloatArray
-    outcome: BoolArray
 
     @property
     def difference(self) -> FloatArray:
@@ -63,7 +60,7 @@ class Paired:
 
     def estimates(self) -> Estimates:
         """Return the mean difference of each row and its interval, clipped to what a difference can be."""
-        return estimates(self.difference, self.low - self.high, self.high - self.low)
+        return estimates(self.difference, self.low - self.high, self.high - self.low, beside_sign_flips=True)
 
 
 def pair_up(values: SeedValues) -> Iterator[Paired]:
@@ -77,7 +74,6 @@ def pair_up(values: SeedValues) -> Iterator[Paired]:
     pair, measure = np.nonzero(values.present[sides[0]] & values.present[sides[1]] & _comparable(values, found))
     described = [describe(name) for name in values.measures]
     low, high = (np.array([getattr(one, end) for one in described]) for end in ("low", "high"))
-    outcome = are_outcomes(values.values[~values.baseline])
     together = max(1, _VALUES_AT_ONCE // (len(values.seeds) * max(1, len(values.measures))))
     for first in range(0, max(len(found), 1), together):
         start, end = np.searchsorted(pair, (first, first + together))
@@ -92,7 +88,6 @@ def pair_up(values: SeedValues) -> Iterator[Paired]:
             undefined=undefined,
             low=low[of],
             high=high[of],
-            outcome=outcome[of],
         )
 
 

@@ -17,6 +17,8 @@ DRAWS = 9_999
 """Random assignments above."""
 _AT_ONCE = 256
 """Assignments whose statistics are in memory at once."""
+_ROWS_AT_ONCE = 64
+"""Rows whose means under all assignments are in memory at once."""
 _TIES = 1e-10
 """Part of the sum of absolute differences within which two sums are equal."""
 
@@ -71,6 +73,40 @@ def sign_flip_p(differences: FloatArray) -> FloatArray:
     n = differences.shape[1]
     sums = (np.abs(differences @ block.T) for block in sign_blocks(n))
     return share_as_extreme(sums, np.abs(differences.sum(axis=1)), _TIES * np.abs(differences).sum(axis=1), n)
+
+
+def sign_flip_interval(differences: FloatArray, level: float = 0.95) -> tuple[FloatArray, FloatArray]:
+    """Return the shifts of each row that the two-sided test does not reject: lower and upper ends (rows,).
+
+    A shift d below the mean is as extreme under those assignments in which the mean of either part, the flipped or the
+    others, is at most d. So the ends are order statistics of means of parts. They are infinite for n < 6.
+
+    Args:
+        differences: paired differences (rows, n), n >= 1, without NaN.
+        level: of the interval; 0 is outside it exactly where `sign_flip_p` is at most 1 - level.
+    """
+    parts = np.split(differences, range(_ROWS_AT_ONCE, len(differences), _ROWS_AT_ONCE))
+    ends = np.concatenate([_ends(part, level) for part in parts])
+    return ends[:, 0], ends[:, 1]
+
+
+def _ends(differences: FloatArray, level: float) -> FloatArray:
+    """Return the ends of the intervals of some rows (rows, 2)."""
+    n = differences.shape[1]
+    flipped = assignments(n) < 0
+    size = flipped.sum(axis=1)
+    tolerance = _TIES * np.abs(differences).sum(axis=1, keepdims=True) / 2
+    sums = differences @ flipped.T.astype(np.float64)
+    both = np.stack([sums, differences.sum(axis=1, keepdims=True) - sums])
+    both[np.abs(both) <= tolerance] = 0.0
+    with np.errstate(invalid="ignore"):
+        both /= np.stack([size, n - size])[:, None, :]
+    itself = 0 if n <= EXACT_UP_TO else 1
+    rank = int((1 - level) * (len(flipped) + itself) + _TIES) - itself
+    least = np.where(size % n, both.min(axis=0), -np.inf)
+    greatest = np.where(size % n, both.max(axis=0), np.inf)
+    low, high = np.partition(least, rank, axis=1)[:, rank], -np.partition(-greatest, rank, axis=1)[:, rank]
+    return np.stack([low, high], axis=1)
 
 
 def upper_sign_flip_p(values: FloatArray) -> FloatArray:

@@ -9,13 +9,11 @@ import numpy.typing as npt
 
 from analysis.arrays import FloatArray
 from analysis.stats.factors import Pair
-from analysis.stats.intervals import FEWEST_FOR_CLAIMS, by_count
+from analysis.stats.intervals import FEWEST_FOR_CLAIMS, SIGN_FLIP, by_count
 from analysis.stats.max_t import step_down_p
-from analysis.stats.paired import mcnemar_p
 from analysis.stats.pairing import Paired
 from analysis.stats.sign_flip import sign_flip_p
 
-SIGN_FLIP, MCNEMAR = "sign-flip", "mcnemar"
 NOT_TESTED = "not tested: "
 _NO_PAIR = NOT_TESTED + "no pair"
 _FEW_PAIRS = f"{NOT_TESTED}n < {FEWEST_FOR_CLAIMS}"
@@ -32,10 +30,8 @@ def tested(paired: Paired) -> tuple[npt.NDArray[np.object_], FloatArray]:
         if _are_enough(kept.shape[1]):
             size = np.fmax(np.abs(paired.level[rows]), np.abs(paired.reference[rows]))
             differ = (np.abs(kept) > _ROUNDING * np.fmax(np.nanmax(size, axis=1), 1.0)[:, None]).any(axis=1)
-            test[rows] = np.where(differ, np.where(paired.outcome[rows], MCNEMAR, SIGN_FLIP), _EQUAL)
-            for name, p_of in ((MCNEMAR, mcnemar_p), (SIGN_FLIP, sign_flip_p)):
-                own = test[rows] == name
-                p[rows[own]] = p_of(kept[own])
+            test[rows] = np.where(differ, SIGN_FLIP, _EQUAL)
+            p[rows[differ]] = sign_flip_p(kept[differ])
     return test, p
 
 
@@ -48,7 +44,8 @@ def corrected_in_pairs(paired: Paired, p: FloatArray) -> FloatArray:
     differences = paired.difference
     for rows in rows_by_pair.values():
         own = differences[rows]
-        found[rows] = step_down_p(own[:, ~np.isnan(own).all(axis=0)])
+        # Drawn signs may give a p below that of the row alone, whose signs are drawn for fewer seeds.
+        found[rows] = np.maximum(step_down_p(own[:, ~np.isnan(own).all(axis=0)]), p[rows])
     return found
 
 

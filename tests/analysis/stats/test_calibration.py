@@ -68,7 +68,7 @@ def test_errors_are_kept_in_large_simulations(draw, seeds):
     assert families_are_kept(found)
 
 
-LEAST_COVERED = (0.94, 0.93, 0.89, 0.94, 0.95, 0.94, 0.88)
+LEAST_COVERED = (0.94, 0.93, 0.89, 0.94, 0.95)
 """By case; long tails are not held at the level by any interval of so few values."""
 
 

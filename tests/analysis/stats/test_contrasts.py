@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
-from scipy import stats
 
 from analysis.stats.contrasts import COLUMNS, contrasts
 from analysis.stats.max_t import over_pairs, step_down_p
@@ -26,11 +25,11 @@ def only(rows: list[dict[str, object]], **more) -> pd.Series:
 
 def test_differences_are_paired_by_seed():
     found = only([*runs("a", FIRST), *runs("b", SECOND)])
-    expected = stats.ttest_rel(SECOND, FIRST).confidence_interval()
+    differences = np.subtract(SECOND, FIRST)
     assert (found["level"], found["reference"], found["factor"], found["context"]) == ("b", "a", "model", "")
-    assert found["difference"] == pytest.approx(np.mean(np.subtract(SECOND, FIRST)))
-    assert (found["low"], found["high"]) == pytest.approx((expected.low, expected.high))
-    assert (found["interval"], found["test"], found["n_pairs"]) == ("t", "sign-flip", 6)
+    assert found["difference"] == pytest.approx(differences.mean())
+    assert (found["low"], found["high"]) == pytest.approx((differences.min(), differences.max()))
+    assert (found["interval"], found["test"], found["n_pairs"]) == ("sign-flip", "sign-flip", 6)
     assert (found["mean_level"], found["mean_reference"]) == pytest.approx((np.mean(SECOND), np.mean(FIRST)))
     assert found["superiority"] == pytest.approx(4 / 6 + 1 / 6)
     assert found["p"] == pytest.approx(2 / 16)
@@ -98,16 +97,39 @@ def test_what_cannot_be_tested_has_no_p_and_says_why(first, second, why):
     assert not found["significant"]
 
 
-def test_outcomes_are_tested_by_mcnemar():
+@pytest.mark.parametrize("n", [6, 8, 10, 12, 16, 17, 20])
+def test_an_interval_holds_0_exactly_where_its_test_finds_nothing(n: int):
+    rng, shape = np.random.default_rng(n), (n, 60)
+    values = [
+        rng.normal(0.5, size=shape), np.round(rng.normal(0.5, size=shape), 1),
+        rng.integers(-1, 4, size=shape) / 10, rng.choice([-1.0, 0.0, 1.0], size=shape, p=[0.1, 0.4, 0.5]),
+        np.where(rng.random(shape) < 0.5, 0, rng.lognormal(size=shape)),
+    ]  # fmt: skip
+    second = np.concatenate(values, axis=1)
+    rows = contrasts(table_of(np.stack([0 * second, second]), [f"x.m{index}" for index in range(300)]))
+    rows = rows[rows["interval"] == "sign-flip"]
+    excluded = (rows["low"] > 0) | (rows["high"] < 0)
+    assert len(rows) > 250 and 0 < excluded.sum() < len(rows)
+    assert excluded.equals(rows["p"] <= 0.05)
+
+
+def test_five_pairs_have_students_interval_and_equal_differences_none():
+    few = only([*runs("a", FIRST[:5]), *runs("b", SECOND[:5])])
+    equal = only([*runs("a", [0.1] * 6), *runs("b", [0.3] * 6)])
+    assert (few["interval"], few["note"]) == ("t", "descriptive (n < 6)")
+    assert (equal["interval"], equal["p"], equal["note"]) == ("", 2 / 2**6, "no variation")
+
+
+def test_outcomes_are_tested_as_mcnemars_exact_test_does():
     measure = "path_efficiency.success"
     found = only([*runs("a", [0] * 7 + [1] * 3, measure), *runs("b", [1] * 6 + [0, 1, 1, 1], measure)])
-    assert (found["test"], found["p"]) == ("mcnemar", pytest.approx(0.03125))
+    assert (found["test"], found["p"]) == ("sign-flip", pytest.approx(0.03125))
 
 
 def test_success_against_failure_in_every_seed_is_tested():
     measure = "path_efficiency.success"
     found = only([*runs("a", [0] * 6, measure), *runs("b", [1] * 6, measure)])
-    assert (found["test"], found["p"]) == ("mcnemar", pytest.approx(0.03125))
+    assert (found["test"], found["p"]) == ("sign-flip", pytest.approx(0.03125))
     assert (found["difference"], found["significant"]) == (1, True)
 
 

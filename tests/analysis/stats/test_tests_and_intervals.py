@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from analysis.stats.intervals import RESAMPLES, bootstrap_t, estimate, estimates
-from analysis.stats.sign_flip import assignments, fewest_pairs, least_p, sign_flip_p
+from analysis.stats.sign_flip import assignments, fewest_pairs, least_p, sign_flip_interval, sign_flip_p
 from foundry import seeding
 
 
@@ -35,6 +35,14 @@ def test_drawn_sign_flips_are_near_the_exact_ones_and_always_the_same():
     assert sign_flip_p(rows) == pytest.approx(exact, abs=0.015)
     assert (sign_flip_p(rows) == sign_flip_p(rows)).all()
     assert sign_flip_p(np.ones((1, 40)))[0] == pytest.approx(least_p(40)) == 1e-4
+
+
+@pytest.mark.parametrize("n", [6, 10, 18])
+def test_the_interval_holds_the_shifts_that_the_test_does_not_reject(n: int):
+    rows = np.vstack([random(n, rows=3), np.round(random(n), 1)])
+    for side, ends in zip((-1, 1), sign_flip_interval(rows), strict=True):
+        inside, beyond = (rows - (ends + side * step)[:, None] for step in (-1e-6, 1e-6))
+        assert (sign_flip_p(inside) > 0.05).all() and (sign_flip_p(beyond) <= 0.05).all()
 
 
 def test_a_row_has_the_same_p_whatever_other_rows_there_are():
