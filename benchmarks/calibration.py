@@ -11,9 +11,10 @@ from typing import TypeAlias
 import numpy as np
 from measuring import Stopwatch, print_table, print_title
 from scipy.special import stdtr
-from simulated_runs import CASES, PAIRED_CASES, coverage, false_positives, simulated_table
+from simulated_runs import CASES, PAIRED_CASES, coverage, false_positives
 
-from analysis.stats.contrasts import ALPHA, contrasts
+from analysis.stats.contrasts import ALPHA
+from analysis.stats.equivalence import equivalence_p
 from analysis.stats.fingerprint import swap_p
 from analysis.stats.max_t import over_pairs, step_down_p
 from analysis.stats.multiplicity import holm
@@ -25,9 +26,9 @@ SIZES = (5, 10, 20)
 PAIRED_SIZES = (6, 8, 10, 12, 20)
 DATA_SETS, PAIRED_DATA_SETS = 6_000, 3_000
 TABLES = 1_000
-MARGIN = 0.4
+EQUIVALENT_WITHIN = 0.1
 LOOKS = (8, 12, 18, 26, 34)
-COMPARISONS = 4_000
+COMPARISONS, EQUIVALENCES = 4_000, 2_000
 MEASURES, DIFFERENT, FAMILIES = 11, 4, 300
 
 
@@ -58,6 +59,12 @@ DIFFERENCES = {
     "path efficiency": PAIRED_CASES[-1].draw,
 }
 """Differences whose mean is 0, in each seed."""
+SMALL: dict[str, Callable[[np.random.Generator, tuple[int, ...], float], np.ndarray]] = {
+    "one seed in ten fails": lambda rng, shape, mean: (rng.random(shape) < mean).astype(float),
+    "normal, sd .05": lambda rng, shape, mean: np.clip(rng.normal(mean, 0.05, size=shape), mean - 0.2, mean + 0.2),
+    "half zero": lambda rng, shape, mean: (rng.random(shape) < 0.5) * rng.uniform(mean, 3 * mean, size=shape),
+}
+"""Differences of a mean, by what they are like."""
 UNSHARED = {"outcome 0 or 1"}
 """Noise that an effect of the seed would make something else of."""
 
@@ -140,16 +147,21 @@ def _claims(draw: Draw, models: int, seeds: int, effect: float) -> list[float]:
 
 
 def equivalence() -> None:
-    print_title("Equivalence claimed with the difference at the margin, and at 0", "4,000 contrasts a row; error .004.")
+    print_title(
+        "Two conditions said to be the same within 0.1 of a range of 1, at a true difference of the margin, and of 0",
+        f"{EQUIVALENCES:,} contrasts a row; error .005 to .011. Beside: with a declared widest difference of 0.3.",
+    )
     rows = []
-    for difference in (MARGIN, 0.0):
-        for seeds in (6, 10, 20):
-            rng = np.random.default_rng(seeds)
-            values = rng.normal(size=(1, seeds, 4000)) + 0.5 * rng.normal(size=(2, seeds, 4000))
-            table = simulated_table(values + np.array([0, difference])[:, None, None])
-            found = contrasts(table, margins=dict.fromkeys(table.measures, MARGIN))
-            rows.append([f"{difference:g}", seeds, f"{(found['p_equivalence'] <= 0.05).mean():.3f}"])
-    print_table(["true difference (margin 0.4, sd .71)", "seeds", "p_equivalence <= .05"], rows)
+    for (name, draw), mean in itertools.product(SMALL.items(), (EQUIVALENT_WITHIN, 0.0)):
+        for seeds in (6, 10, 20, 29, 40):
+            differences = draw(np.random.default_rng(seeds), (EQUIVALENCES, seeds), mean)
+            shares = [
+                np.mean([equivalence_p(row, EQUIVALENT_WITHIN, widest) <= ALPHA for row in differences])
+                for widest in (1.0, 0.3)
+                if np.abs(differences).max() <= widest
+            ]
+            rows.append([name, f"{mean:g}", seeds, *(f"{share:.3f}" for share in shares), *[""] * (2 - len(shares))])
+    print_table(["differences", "true mean", "seeds", "said to be the same", "with 0.3 declared"], rows)
 
 
 def fingerprints() -> None:

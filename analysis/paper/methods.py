@@ -122,7 +122,7 @@ def _statistics(found: Basis) -> str:
     text += _declared(found)
     margins = found.contrasts.loc[found.contrasts["margin"].notna(), "measure"].nunique()
     text += (
-        f" Sameness was tested by two one-sided tests within margins declared for {margins} measures."
+        f" Sameness was tested by Gaffke's bounds of the mean within margins declared for {margins} measures."
         if margins
         else " No margin of equivalence was declared, so nothing is said to be the same."
     )

@@ -13,6 +13,7 @@ from analysis.form import FormAnalysis
 from analysis.prose import percent
 from analysis.signatures import READABLE_SUFFIX, describe
 from analysis.stats.contrasts import ALPHA
+from analysis.stats.equivalence import fewest_for_same, most_beyond
 from analysis.stats.factors import MODEL, find_factors, sides_of
 from analysis.stats.intervals import ENOUGH_FOR_CLAIMS, FEWEST_FOR_CLAIMS
 from analysis.stats.plan import DECLARED
@@ -135,7 +136,7 @@ def compared_words(
 
 
 def _same(row: Row, sides: Sides) -> str:
-    corrected = f"p{equals_p(row['p_equivalence_holm'])} after correction{_looks(row)} (two one-sided tests)"
+    corrected = f"p{equals_p(row['p_equivalence_holm'])} after correction{_looks(row)} (Gaffke's bounds)"
     return (
         f"{_both(row)} are the same in {row['measure']} within the declared margin of {number(row['margin'])}: "
         f"{_means(row)}, {corrected}"
@@ -197,13 +198,28 @@ def weaknesses(row: Row, sides: Sides) -> Iterator[str]:
         yield f"it is within the declared margin of {number(row['margin'])}, so too small to count"
     if row["equivalent"] and max(-row["low"], row["high"]) > row["margin"]:
         yield "its interval goes beyond the margin"
-    if kind == NOTHING and not math.isnan(row["margin"]):
-        yield f"nor are they shown to be the same within the margin of {number(row['margin'])}"
+    if kind in (NOTHING, SILENT) and row["n_pairs"] and not math.isnan(row["margin"]):
+        yield _not_the_same(row)
     if kind == NOTHING and row["n_pairs"] < ENOUGH_FOR_CLAIMS:
         yield f"fewer than {ENOUGH_FOR_CLAIMS} seeds find large differences alone"
     if kind != SILENT:
         yield from filter(None, [str(row["note"])])
     yield from _unread(row, sides)
+
+
+def _not_the_same(row: Row) -> str:
+    """Return what can be said of the single seeds where the mean is not shown to be the same."""
+    n, within, margin = int(row["n_pairs"]), int(row["n_within"]), number(row["margin"])
+    share = f"up to {100 * most_beyond(within, n):.0f} % of seeds could differ by more (95 %)"
+    lie = f"all {n} seeds lie" if within == n else f"{within} of {n} seeds lie"
+    fewest = fewest_for_same(row["margin"], row["widest"])
+    if math.isnan(fewest):
+        needs = "saying 'the same' needs a widest difference that is declared, since the measure has no range"
+    elif n < fewest:
+        needs = f"saying 'the same' needs at least {fewest:.0f} seeds"
+    else:
+        needs = "the means are not shown to be the same"
+    return f"{lie} within {margin} of each other, but {share}; {needs}"
 
 
 def _unread(row: Row, sides: Sides) -> Iterator[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -13,8 +14,9 @@ import pandas as pd
 from analysis.finding import Part
 from analysis.form import form_of
 from analysis.prose import joined
-from analysis.signatures import FAILURE_RATE, Signature, discover
+from analysis.signatures import FAILURE_RATE, Signature, describe, discover
 from analysis.stats.contrasts import ALPHA
+from analysis.stats.equivalence import fewest_for_same
 from analysis.stats.factors import pairs
 from analysis.stats.family import is_denominator, unknown_measure
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS
@@ -31,7 +33,8 @@ METHOD = (
     "above 16 pairs). Tests are corrected by step-down max-T over the measures of each pair of conditions, and by "
     "Holm's method over the pairs of a factor. Alpha is spent in proportion to the seeds: each test counts with the "
     "least error in all at which one of its looks so far is significant. "
-    "Where a margin is given, two one-sided paired t tests, their alpha spent and corrected in the same way."
+    "Where a margin is given, Gaffke's bounds of the mean from both sides, with the range of the measure or the widest "
+    "difference that is declared. Their alpha is spent and corrected by Holm's method."
 )
 LEFT_OUT = (
     "A seed whose run failed, or is missing, in either condition: it has no value there. It is counted.",
@@ -48,6 +51,7 @@ def declared(
     family: Sequence[str],
     margins: Mapping[str, float],
     looks: Sequence[int],
+    widest: Mapping[str, float] | None = None,
     **said: Any,
 ) -> Preregistration:
     """Return what is declared.
@@ -58,15 +62,18 @@ def declared(
         family: the measures that are tested.
         margins: by measure of the family, the difference below which conditions count as the same.
         looks: seeds at each look; none is a single one at all seeds.
+        widest: by measure with a margin, the difference that no seed goes beyond.
         **said: what else `Preregistration` holds of the sweep: `foundry`, `commit`, `asked`, `models`.
 
     Raises:
-        InputError: a measure does not exist or is named twice, a margin is of another or not positive, looks do not
-            fit the seeds, or there is nothing to compare.
+        InputError: a measure does not exist or is named twice, a margin is of another or not positive, a widest
+            difference is not above its margin, looks do not fit the seeds, or there is nothing to compare.
     """
     seeds = list(dict.fromkeys(seed for one in conditions for seed in one.runs.values()))
     wanted = checked_looks(looks, len(seeds))
     _check_margins(family, margins)
+    widest = widest or {}
+    _check_widest(margins, widest)
     measures = _once(family)
     code = {one: code_of(one, list(dict.fromkeys(forms))) for one in measures}
     pairs = compared_pairs(conditions, forms)
@@ -80,7 +87,10 @@ def declared(
         made=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         conditions=list(conditions),
         seeds=seeds,
-        measures=[PlannedMeasure(name=one, margin=margins.get(one), code_sha256=own) for one, own in code.items()],
+        measures=[
+            PlannedMeasure(name=one, margin=margins.get(one), code_sha256=own, widest=widest.get(one))
+            for one, own in code.items()
+        ],
         tests=dict(tests),
         pairs=dict(compared),
         method=METHOD,
@@ -119,14 +129,33 @@ def out_of_reach(plan: Preregistration) -> list[str]:
 
 
 def never_the_same(plan: Preregistration) -> list[str]:
-    """Return, in a line, for which measures only a difference can end a sweep early, and what changes that."""
+    """Return for which measures only a difference can be claimed, and what changes that, one line each."""
+    lines = [line for one in plan.measures if one.margin is not None and (line := _unreachable(one, len(plan.seeds)))]
     names = [one.name for one in plan.measures if one.margin is None]
     if len(plan.looks) == 1 or not names:
-        return []
+        return lines
     return [
+        *lines,
         f"Only a difference answers {joined(names)}: without one all {len(plan.seeds)} seeds are played. Add --margin "
-        f"{names[0]}=SIZE, below which a difference counts as none."
+        f"{names[0]}=SIZE, below which a difference counts as none.",
     ]
+
+
+def _unreachable(measure: PlannedMeasure, seeds: int) -> str:
+    """Return why so many seeds cannot show a measure to be the same; "" where they can."""
+    name, margin, described = measure.name, measure.margin or math.nan, describe(measure.name)
+    fewest = fewest_for_same(margin, min(described.high - described.low, measure.widest or math.inf))
+    if math.isnan(fewest):
+        return (
+            f"{name} has no range, so nothing can be said to be the same within its margin: add --widest {name}=SIZE, "
+            "which no seed may go beyond."
+        )
+    if fewest <= seeds:
+        return ""
+    return (
+        f"The margin {margin:g} of {name} takes {fewest:.0f} seeds, and {seeds} are asked for: ask for more, or add "
+        f"--widest {name}=SIZE, which no seed may go beyond."
+    )
 
 
 def check_measures(names: Iterable[str], forms: Sequence[str]) -> None:
@@ -190,6 +219,16 @@ def _check_margins(family: Sequence[str], margins: Mapping[str, float]) -> None:
             raise InputError(f"--margin {name} is of no declared measure: add --family {name}.")
         if not 0 < margin < float("inf"):
             raise InputError(f"The margin of {name} is {margin:g}: give one above 0, in the unit of the measure.")
+
+
+def _check_widest(margins: Mapping[str, float], widest: Mapping[str, float]) -> None:
+    for name, size in widest.items():
+        if name not in margins:
+            raise InputError(f"--widest {name} has no margin: add --margin {name}=SIZE.")
+        if not margins[name] < size < math.inf:
+            raise InputError(
+                f"--widest {name} is {size:g}: give one above its margin {margins[name]:g}, in the unit of the measure."
+            )
 
 
 def _planned_looks(looks: Sequence[int], pairs: int) -> list[PlannedLook]:

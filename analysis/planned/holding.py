@@ -144,6 +144,7 @@ def held(sweep: SweepFolder, table: SignatureTable, groups: pd.DataFrame, *, ask
         seeds=tuple(declared.seeds),
         reached=_reached(declared, set(frame["run"][frame["status"].isin((COMPLETE, FAILED))])),
         margins={one.name: one.margin for one in declared.measures if one.margin and one.name in table.measures},
+        widest={one.name: one.widest for one in declared.measures if one.widest},
         changed=frozenset(_changed(declared)),
         known=declared.known,
     )

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from analysis.stats.equivalence import are_within
 from analysis.stats.family import are_apart, declared_measures, is_denominator, known_measures
 from analysis.stats.intervals import Estimates, by_count
 from analysis.stats.max_t import over_pairs
@@ -21,6 +22,7 @@ from analysis.stats.sign_flip import least_p
 from analysis.stats.values import SeedValues, seed_values
 from analysis.tables.groups import group_keys, swept_columns
 from analysis.tables.signature_table import SignatureTable
+from analysis.tables.texts import number
 from foundry.errors import InputError
 from foundry.texts import counted
 
@@ -90,7 +92,8 @@ COLUMNS = (
     "measure", "signature", "headline", "readable_only", "baseline", "factor", "level", "reference", "context",
     "n_pairs", "n_missing", "n_undefined", "mean_level", "mean_reference", "difference", "low", "high", "interval",
     "test", "p", "claim", "look", "alpha", "p_adjusted", "family", "pairs", "significant", "p_bh", "g_z", "superiority",
-    "bound_low", "bound_high", "margin", "p_equivalence", "p_equivalence_holm", "equivalent", "out_of_reach", "note",
+    "bound_low", "bound_high", "margin", "widest", "n_within", "p_equivalence", "p_equivalence_holm", "equivalent",
+    "out_of_reach", "note",
 )  # fmt: skip
 """The columns of the table of contrasts, in their order."""
 
@@ -178,10 +181,26 @@ def _extremes(paired: Paired) -> dict[str, Any]:
 
 
 def _equivalence(values: SeedValues, paired: Paired, frame: pd.DataFrame, asked: _Asked) -> dict[str, Any]:
-    """Return the columns `margin` and `p_equivalence`."""
+    """Return the columns `margin`, `widest`, `n_within` and `p_equivalence`."""
     margin = np.array([asked.margins.get(name, np.nan) for name in frame["measure"]], dtype=np.float64)
     margin[frame["baseline"] if asked.plan is None else ~frame["headline"]] = np.nan
-    return {"margin": margin, "p_equivalence": equivalence(asked.plan, values, paired, margin)}
+    declared = {} if asked.plan is None else asked.plan.widest
+    largest = np.array([declared.get(name, np.inf) for name in frame["measure"]], dtype=np.float64)
+    widest = np.where(np.isnan(margin), np.nan, np.minimum(paired.high - paired.low, largest))
+    beyond = np.fmax.reduce(np.abs(paired.difference), axis=1)
+    beyond = np.where(are_within(beyond[:, None], widest)[:, 0], np.nan, beyond)
+    return {
+        "beyond": [
+            f"a seed differs by {number(size)}, beyond the declared {number(most)}, so nothing is said to be the same"
+            if size > most
+            else ""
+            for size, most in zip(beyond, widest, strict=True)
+        ],
+        "margin": margin,
+        "widest": widest,
+        "n_within": are_within(paired.difference, margin).sum(axis=1),
+        "p_equivalence": equivalence(asked.plan, values, paired, margin, widest),
+    }
 
 
 def _used(frame: pd.DataFrame, found: Estimates, plan: Plan | None) -> list[int]:
@@ -214,7 +233,7 @@ def _out_of_reach(frame: pd.DataFrame, used: Sequence[int], plan: Plan | None, a
 def _notes(frame: pd.DataFrame, found: Estimates, used: Sequence[int], plan: Plan | None) -> list[str]:
     """Return what keeps each row from being a claim, or weakens it."""
     known = plan.known if plan else ""
-    columns = (frame[name] for name in ("n_missing", "n_undefined", "out_of_reach", "servers", "claim"))
+    columns = (frame[name] for name in ("n_missing", "n_undefined", "out_of_reach", "beyond", "servers", "claim"))
     return [
         "; ".join(
             part
@@ -224,12 +243,13 @@ def _notes(frame: pd.DataFrame, found: Estimates, used: Sequence[int], plan: Pla
                 f"undefined in {undefined} of {n + missing + undefined} seeds" if undefined else "",
                 unreachable,
                 f"tested at the look at {tested} seeds, later ones are in the interval alone" if tested < n else "",
+                beyond,
                 servers,
                 known if claim == DECLARED else "",
             )
             if part
         )
-        for note, n, tested, missing, undefined, unreachable, servers, claim in zip(
+        for note, n, tested, missing, undefined, unreachable, beyond, servers, claim in zip(
             found.note, found.n, used, *columns, strict=True
         )
     ]

@@ -33,19 +33,6 @@ def hedges_correction(freedom: int) -> float:
     return math.exp(math.lgamma(freedom / 2) - math.lgamma((freedom - 1) / 2)) / math.sqrt(freedom / 2)
 
 
-def equivalence_p(mean: FloatArray, sd: FloatArray, margin: FloatArray, n: int) -> FloatArray:
-    """Return p of |true mean difference| >= margin (rows,): the larger of two one-sided paired t tests.
-
-    NaN where there is no margin, or no spread to judge by (Schuirmann 1987).
-    """
-    from scipy.special import stdtr
-
-    error = np.where(sd > 0, sd, np.nan) / math.sqrt(n)
-    above = stdtr(n - 1, -(mean + margin) / error)
-    below = stdtr(n - 1, (mean - margin) / error)
-    return np.maximum(above, below)
-
-
 def are_outcomes(values: FloatArray) -> BoolArray:
     """Return which measures take the values 0 and 1, both and no other (M,); values (..., M), NaN left out."""
     flat = values.reshape(-1, values.shape[-1])

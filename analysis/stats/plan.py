@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 
 from analysis.arrays import FloatArray
+from analysis.stats.equivalence import are_within, equivalence_p
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS
-from analysis.stats.paired import equivalence_p
 from analysis.stats.pairing import Paired
 from analysis.stats.sequential import levels, sequential_p
 from analysis.stats.testing import NOT_TESTED, corrected_in_pairs, tested
@@ -34,6 +34,7 @@ class Plan:
         seeds: all seeds in their order; a look is at the first of them.
         reached: looks that the runs have reached, of K.
         margins: by measure, the difference below which groups count as the same.
+        widest: by measure, the difference that no seed goes beyond, where that was declared.
         changed: measures whose code is no longer that of the plan: in the family, but nothing is claimed of them.
         known: what was known of the runs before, which is said of every declared row.
     """
@@ -44,6 +45,7 @@ class Plan:
     seeds: tuple[int, ...]
     reached: int
     margins: Mapping[str, float] = field(default_factory=dict)
+    widest: Mapping[str, float] = field(default_factory=dict)
     changed: frozenset[str] = frozenset()
     known: str = ""
 
@@ -91,22 +93,36 @@ def claims(plan: Plan | None, values: SeedValues, paired: Paired, frame: pd.Data
     return {"test": test, "p": p, "p_claim": p_claim, "claim": claim, "look": look, "alpha": level}
 
 
-def equivalence(plan: Plan | None, values: SeedValues, paired: Paired, margin: FloatArray) -> FloatArray:
-    """Return p of the equivalence tests (R,), NaN where there is none: over all looks so far where there is a plan."""
-    if plan is None:
-        return _equivalence_p(paired, margin)
+def equivalence(
+    plan: Plan | None, values: SeedValues, paired: Paired, margin: FloatArray, widest: FloatArray
+) -> FloatArray:
+    """Return p of the equivalence tests (R,), NaN where there is none: over all looks so far where there is a plan.
+
+    It is 1 where a seed differs by more than what no seed goes beyond.
+
+    Args:
+        plan: what was declared.
+        values: of the groups.
+        paired: the pairs of R rows.
+        margin: the difference below which groups count as the same (R,); NaN where there is none.
+        widest: the difference that no seed goes beyond (R,).
+    """
     found = np.full(len(margin), np.nan)
     rows = np.flatnonzero(~np.isnan(margin))
-    own = [_equivalence_p(one, margin[rows]) for one in plan.at_looks(values, paired.of_rows(rows))]
-    if own:  # a one-sided test errs half as often as one of both sides
-        both = sequential_p(plan.looks, np.minimum(2 * np.array(own), 1.0))
-        found[rows] = np.where(np.isnan(own[-1]), np.nan, np.where(both < 1, both / 2, 1.0))
+    own = paired.of_rows(rows)
+    looks = [own] if plan is None else plan.at_looks(values, own)
+    p = np.array([_equivalence_p(one, margin[rows], widest[rows]) for one in looks])
+    if len(p):
+        found[rows] = p[-1]
+        if plan is not None:  # a one-sided test errs half as often as one of both sides
+            both = sequential_p(plan.looks, np.minimum(2 * p, 1.0))
+            found[rows] = np.where(np.isnan(p[-1]), np.nan, np.where(both < 1, both / 2, 1.0))
+    possible = are_within(own.difference, widest[rows]) | np.isnan(own.difference)
+    found[rows] = np.where(possible.all(axis=1) | np.isnan(found[rows]), found[rows], 1.0)
     return found
 
 
-def _equivalence_p(paired: Paired, margin: FloatArray) -> FloatArray:
-    found, p = paired.estimates(), np.full(len(margin), np.nan)
-    for n in np.unique(found.n[found.n >= FEWEST_FOR_CLAIMS]):
-        rows = found.n == n
-        p[rows] = equivalence_p(found.mean[rows], found.sd[rows], margin[rows], int(n))
-    return p
+def _equivalence_p(paired: Paired, margin: FloatArray, widest: FloatArray) -> FloatArray:
+    own = (row[~np.isnan(row)] for row in paired.difference)
+    rows = zip(own, margin.tolist(), widest.tolist(), strict=True)
+    return np.array([equivalence_p(*row) if len(row[0]) >= FEWEST_FOR_CLAIMS else np.nan for row in rows])

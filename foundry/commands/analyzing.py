@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence, Set
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -112,6 +112,9 @@ def preregister(
     overrides: Overrides = None,
     family: Family = None,
     margin: Margins = None,
+    widest: Annotated[
+        list[str] | None, typer.Option(help="MEASURE=SIZE: the difference that no seed goes beyond, beside --margin.")
+    ] = None,
     looks: Annotated[
         str, typer.Option(help="Numbers of seeds at which is tested, such as 8,12,18; else once, with all seeds.")
     ] = "",
@@ -132,7 +135,8 @@ def preregister(
     if asked:
         check_before_runs(Path(asked))
     places = {path for parent in {OUTPUTS, Path(asked or OUTPUTS).parent} for path in parent.glob("*")}
-    plan, note = _planned(composed, family or [], margins_of(margin or []), looks_of(looks), places)
+    sizes = {"margins": margins_of(margin or []), "widest": margins_of(widest or [], "--widest")}
+    plan, note = _planned(composed, places, family=family or [], looks=looks_of(looks), **sizes)
     folder = Path(asked) if asked else fresh_folder(OUTPUTS)
     _tell_plan(plan, note, folder, write_preregistration(folder, plan))
     reach = sweep_reach(composed.sweep, len(plan.measures))
@@ -145,17 +149,13 @@ def preregister(
     print(f"Deposit this hash elsewhere, then: foundry {' '.join(composed.asked)}{more}{until}")
 
 
-def _planned(
-    composed: Composed, family: Sequence[str], margins: Mapping[str, float], looks: Sequence[int], places: Set[Path]
-) -> tuple[Preregistration, str]:
+def _planned(composed: Composed, places: Set[Path], **asked: Any) -> tuple[Preregistration, str]:
     """Return what is declared of a sweep, and why its servers did not tell their weights, "" where they did.
 
     Args:
         composed: the sweep.
-        family: the measures that are tested.
-        margins: by measure.
-        looks: numbers of seeds.
         places: folders that may hold sweeps, which may hold runs of this one.
+        **asked: the arguments of `declared` that say what is tested.
     """
     from analysis.planned.declaring import declared
     from foundry import __version__, provenance
@@ -169,9 +169,7 @@ def _planned(
     plan = declared(
         conditions_of(sweep),
         [one.declared.form for one in sweep.conditions if one.declared is not None],
-        family=family,
-        margins=margins,
-        looks=looks,
+        **asked,
         foundry=__version__,
         commit=provenance.git_commit(),
         asked=list(sweep.asked),
@@ -230,8 +228,8 @@ def looks_of(text: str) -> list[int]:
         raise InputError(f"--looks {text} has not the form N,N,..., such as 8,12,18,26,34") from None
 
 
-def margins_of(texts: Sequence[str]) -> dict[str, float]:
-    """Return the margins of equivalence by measure.
+def margins_of(texts: Sequence[str], option: str = "--margin") -> dict[str, float]:
+    """Return the sizes that an option gives, by measure.
 
     Raises:
         InputError: one does not have the form MEASURE=SIZE, or a measure has two.
@@ -240,11 +238,11 @@ def margins_of(texts: Sequence[str]) -> dict[str, float]:
     for text in texts:
         measure, _, size = text.rpartition("=")
         if measure in margins:
-            raise InputError(f"--margin {measure} is given twice: give each measure one margin.")
+            raise InputError(f"{option} {measure} is given twice: give it once for each measure.")
         try:
             margins[measure] = float(size)
         except ValueError:
             raise InputError(
-                f"--margin {text} has not the form MEASURE=SIZE, such as clustering.largest_group=0.1"
+                f"{option} {text} has not the form MEASURE=SIZE, such as clustering.largest_group=0.1"
             ) from None
     return margins

@@ -42,11 +42,19 @@ class PlannedCondition(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class PlannedMeasure(msgspec.Struct, frozen=True, kw_only=True):
-    """A measure that is tested, and the hash of the code of its signature for each form of the worlds."""
+    """A measure that is tested.
+
+    Attributes:
+        name: of the measure.
+        margin: the difference below which conditions count as the same; None where none was declared.
+        code_sha256: hash of the code of its signature for each form of the worlds.
+        widest: the difference that no seed goes beyond; None where the range of the measure says it.
+    """
 
     name: str
     margin: float | None
     code_sha256: dict[str, str]
+    widest: float | None = None
 
 
 class PlannedLook(msgspec.Struct, frozen=True, kw_only=True):

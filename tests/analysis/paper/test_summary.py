@@ -24,7 +24,8 @@ USUAL = {
     "mean_level": 0.43, "mean_reference": 0.21, "difference": 0.22, "low": 0.1, "high": 0.34, "interval": "t",
     "test": "sign-flip", "p": 0.0013, "claim": "declared", "look": 1, "alpha": 0.05, "p_adjusted": 0.004, "family": 3,
     "significant": True, "p_bh": NAN, "g_z": 1.0, "superiority": 0.9, "bound_low": NAN, "bound_high": NAN,
-    "margin": NAN, "p_equivalence": NAN, "p_equivalence_holm": NAN, "equivalent": False, "out_of_reach": "", "note": "",
+    "margin": NAN, "widest": NAN, "n_within": 0, "p_equivalence": NAN, "p_equivalence_holm": NAN, "equivalent": False,
+    "out_of_reach": "", "note": "",
 }  # fmt: skip
 """A row of the contrasts of which nothing is to be said but what was found."""
 FOUND = f"b warns its neighbours more than a: {REACH} 0.43 against 0.21, difference 0.22 [0.1, 0.34], 20 seeds, "
@@ -130,8 +131,21 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
             f"{NONE_FOUND}20 seeds, {NONE_TESTED}".replace("b and a", "b and a (world=w)"),
         ),
         (
-            {**NONE, "margin": 0.05, "p_equivalence_holm": 0.3},
-            f"{NONE_FOUND}20 seeds, {NONE_TESTED}; nor are they shown to be the same within the margin of 0.05",
+            {**NONE, "n_pairs": 10, "margin": 0.1, "widest": 1.0, "n_within": 10, "p_equivalence_holm": 0.3},
+            f"{NONE_FOUND}10 seeds, {NONE_TESTED}; all 10 seeds lie within 0.1 of each other, but up to 26 % of seeds "
+            "could differ by more (95 %); saying 'the same' needs at least 29 seeds; fewer than 20 seeds find large "
+            "differences alone",
+        ),
+        (
+            {**NONE, "margin": 0.1, "n_within": 19},
+            f"{NONE_FOUND}20 seeds, {NONE_TESTED}; 19 of 20 seeds lie within 0.1 of each other, but up to 22 % of "
+            "seeds could differ by more (95 %); saying 'the same' needs a widest difference that is declared, since "
+            "the measure has no range",
+        ),
+        (
+            {**NONE, "n_pairs": 30, "margin": 0.1, "widest": 1.0, "n_within": 29},
+            f"{NONE_FOUND}30 seeds, {NONE_TESTED}; 29 of 30 seeds lie within 0.1 of each other, but up to 15 % of "
+            "seeds could differ by more (95 %); the means are not shown to be the same",
         ),
         (
             {**NONE, "factor": "world.agents", "level": "20", "reference": "10"},
@@ -139,11 +153,11 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
         ),
         (
             {**NONE, **MARGIN},
-            f"{SAME}difference 0.02 [-0.1, 0.14], 20 seeds, p = .010 after correction (two one-sided tests)",
+            f"{SAME}difference 0.02 [-0.1, 0.14], 20 seeds, p = .010 after correction (Gaffke's bounds)",
         ),
         (
             {**NONE, **MARGIN, "look": 3, "high": 0.24},
-            f"{SAME}difference 0.02 [-0.1, 0.24], 20 seeds, p = .010 after correction and 3 looks (two one-sided tests)"
+            f"{SAME}difference 0.02 [-0.1, 0.24], 20 seeds, p = .010 after correction and 3 looks (Gaffke's bounds)"
             "; its interval goes beyond the margin",
         ),
         (
@@ -153,7 +167,7 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
         ),
         (
             {**LEFT, **MARGIN},
-            f"{SAME}difference 0.02 [-0.1, 0.14], 20 seeds, p = .010 after correction (two one-sided tests)",
+            f"{SAME}difference 0.02 [-0.1, 0.14], 20 seeds, p = .010 after correction (Gaffke's bounds)",
         ),
         (
             {**NONE, "n_pairs": 8, "out_of_reach": "no p can reach 0.05 with 8 pairs among 29 tests"},

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from analysis.planned.declaring import code_of, declared, out_of_reach
+from analysis.planned.declaring import code_of, declared, never_the_same, out_of_reach
 from analysis.signatures import discover
 from analysis.stats.sequential import levels
 from foundry.errors import InputError
@@ -70,6 +70,14 @@ def test_looks_that_no_p_can_pass_are_told():
     assert [line.split(":")[0] for line in out_of_reach(plan("ab"))] == ["at 6 seeds no p can be as small as 0.025"]
 
 
+def test_margins_within_which_nothing_can_be_the_same_are_told():
+    margins = dict.fromkeys(MEASURES, 0.1)
+    lines = never_the_same(plan("ab", margins=margins))
+    assert lines[0].startswith("The margin 0.1 of idle_rate.chosen takes 29 seeds, and 12 are asked for")
+    assert lines[1].startswith("clustering.nni has no range") and len(lines) == 2
+    assert never_the_same(plan("ab", margins=margins, widest=dict.fromkeys(MEASURES, 0.3))) == []
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -78,6 +86,8 @@ def test_looks_that_no_p_can_pass_are_told():
         ({"family": []}, "No measure is declared"),
         ({"margins": {"movement.move_rate": 0.1}}, "of no declared measure: add --family movement.move_rate"),
         *(({"margins": {MEASURES[0]: margin}}, "above 0") for margin in (-1.0, 0.0, math.inf)),
+        ({"widest": {MEASURES[0]: 0.3}}, f"has no margin: add --margin {MEASURES[0]}=SIZE"),
+        ({"margins": {MEASURES[0]: 0.3}, "widest": {MEASURES[0]: 0.2}}, "give one above its margin 0.3"),
         ({"looks": (9, 6, 12)}, "do not ascend: write 6,9,12"),
         ({"looks": (4, 12)}, "begin with 6"),
         *(({"looks": (6, n)}, f"The last look is at {n} seeds, and 12 are asked for") for n in (9, 15)),

@@ -202,12 +202,15 @@ def test_tests_are_corrected_over_the_measures_of_a_pair_and_over_the_pairs():
     rng = np.random.default_rng(1)
     measures = ["x.one", "x.two"]
     values = rng.normal(size=(3, 20, 2)) + np.array([0, 0.5, 1])[:, None, None]
-    frame = contrasts(table_of(values, measures), family=measures, margins=dict.fromkeys(measures, 1.2))
+    frame = contrasts(table_of(values, measures), family=measures)
     differences = [values[second] - values[first] for first, second in ((0, 1), (0, 2), (1, 2))]
     inside = np.concatenate([step_down_p(one.T) for one in differences])
     assert frame["p_adjusted"].tolist() == pytest.approx(over_pairs(inside, np.repeat([0, 1, 2], 2)).tolist())
     assert frame["significant"].equals(frame["p_adjusted"] <= 0.05) and 0 < frame["significant"].sum() < 6
     assert (frame["family"] == 6).all() and (frame["pairs"] == 3).all()
+    shares = [f"place_choice.share_{name}" for name in measures]
+    frame = contrasts(table_of(rng.uniform(0, 0.2, size=values.shape), shares), margins=dict.fromkeys(shares, 0.2))
+    assert (frame["p_equivalence"] < 0.05).sum() > frame["equivalent"].sum()
     stepped = frame["p_equivalence"].sort_values() * np.arange(6, 0, -1)
     assert frame["p_equivalence_holm"].tolist() == pytest.approx(stepped.cummax().clip(upper=1).sort_index().tolist())
 
@@ -264,10 +267,16 @@ def test_few_pairs_can_win_in_a_family_of_which_all_else_has_won():
 def test_the_same_is_claimed_only_with_a_margin():
     near = [value + shift for value, shift in zip(FIRST, (0.01, -0.01, 0.005, 0.0, -0.005, 0.01), strict=True)]
     rows = [*runs("a", FIRST), *runs("b", near)]
-    without, wide, narrow = only(rows), only(rows, margins={MEASURE: 0.1}), only(rows, margins={MEASURE: 0.001})
+    without, wide, narrow = only(rows), only(rows, margins={MEASURE: 0.5}), only(rows, margins={MEASURE: 0.1})
     assert (without["equivalent"], wide["equivalent"], narrow["equivalent"]) == (False, True, False)
     assert math.isnan(without["margin"])
-    assert wide["p_equivalence"] < 0.001 < narrow["p_equivalence"]
+    assert (wide["widest"], narrow["n_within"]) == (1, 6)
+    assert wide["p_equivalence"] < 0.05 < narrow["p_equivalence"]
+
+
+def test_a_measure_without_a_range_is_never_said_to_be_the_same():
+    found = only([*runs("a", FIRST, "path.made_up"), *runs("b", FIRST, "path.made_up")], margins={"path.made_up": 0.5})
+    assert math.isnan(found["p_equivalence"]) and not found["equivalent"]
 
 
 def test_equivalence_needs_six_pairs_too():

@@ -10,8 +10,8 @@ import pandas as pd
 import pytest
 
 from analysis.stats.contrasts import contrasts
+from analysis.stats.equivalence import equivalence_p
 from analysis.stats.max_t import step_down_p
-from analysis.stats.paired import equivalence_p
 from analysis.stats.plan import Plan
 from analysis.stats.sequential import levels, sequential_p
 from analysis.stats.sign_flip import sign_flip_p
@@ -85,12 +85,12 @@ def test_a_measure_that_never_differs_stays_in_the_declared_family():
 
 
 def test_the_same_within_a_margin_is_shown_over_looks_too():
-    values = np.random.default_rng(5).normal(size=(2, 12, 3)) * 0.3
+    values = np.random.default_rng(5).normal(size=(2, 12, 3)) * 0.05
     margins = {MEASURES[0]: 0.3}
     planned = rows(values, replace(PLAN, margins=margins, reached=3)).iloc[0]
     fixed = rows(values, replace(PLAN, margins=margins, looks=(12,), reached=1)).iloc[0]
     seen = [(values[1] - values[0])[:n, 0] for n in LOOKS]
-    p = np.array([equivalence_p(*np.array([[one.mean()], [one.std(ddof=1)], [0.3]]), len(one)) for one in seen])
+    p = np.array([equivalence_p(one, 0.3, 1.0) for one in seen])[:, None]
     assert planned["p_equivalence"] == pytest.approx(sequential_p(LOOKS, 2 * p).item() / 2)
     assert planned["p_equivalence"] < 0.5
     assert fixed["p_equivalence"] == pytest.approx(
@@ -100,10 +100,27 @@ def test_the_same_within_a_margin_is_shown_over_looks_too():
     assert math.isnan(late["p_equivalence"])
 
 
-def test_what_varies_in_no_seed_is_tested_for_no_sameness():
-    flat = VALUES.copy()
-    flat[1] = flat[0]
-    assert math.isnan(rows(flat, replace(PLAN, margins={MEASURES[0]: 0.3}))["p_equivalence"].iloc[0])
+def test_values_that_are_equal_in_each_seed_are_the_same_once_the_seeds_are_enough():
+    equal = np.repeat(VALUES[:1], 2, axis=0)
+    margins = {MEASURES[0]: 0.3}
+    for looks, p in (((8,), 0.7**8), ((9,), 0.7**9)):
+        found = rows(equal, replace(PLAN, margins=margins, looks=looks, reached=1)).iloc[0]
+        assert (found["p_equivalence"], found["equivalent"]) == (pytest.approx(p), p <= 0.05)
+
+
+def test_what_no_seed_goes_beyond_may_be_declared_and_a_seed_that_does_refutes_it():
+    margins, measure = {"movement.path": 0.1}, "movement.path"
+    plan = Plan((measure,), PLAN.groups, (10,), tuple(range(10)), 1, margins, {measure: 0.3})
+    near = np.zeros((2, 12, 1))
+    near[1, :, 0] = [0.05, -0.05] * 6
+    plans = plan, replace(plan, widest={})
+    found, without = (contrasts(table_of(near, [measure]), plan=one).iloc[0] for one in plans)
+    assert (found["widest"], found["n_within"], found["equivalent"]) == (0.3, 12, True)
+    assert math.isnan(without["p_equivalence"]) and not without["equivalent"]
+    near[1, 11] = 0.4
+    found = contrasts(table_of(near, [measure]), plan=plan).iloc[0]
+    assert (found["p_equivalence"], found["equivalent"]) == (1, False)
+    assert "a seed differs by 0.4, beyond the declared 0.3, so nothing is said to be the same" in found["note"]
 
 
 def test_a_difference_beyond_its_margin_is_surely_not_the_same():

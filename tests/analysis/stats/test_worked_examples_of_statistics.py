@@ -8,11 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import stats
 
+from analysis.stats.equivalence import equivalence_p, fewest_for_same, most_beyond
 from analysis.stats.fingerprint import energy_distance
 from analysis.stats.intervals import estimate, wilson
 from analysis.stats.multiplicity import benjamini_hochberg, holm
-from analysis.stats.paired import equivalence_p, hedges_g_z, superiority
+from analysis.stats.paired import hedges_g_z, superiority
 from analysis.stats.sign_flip import least_p, sign_flip_p
 
 EXAMPLES = json.loads(Path(__file__).with_name("worked_examples.json").read_text(encoding="utf-8"))
@@ -48,12 +50,25 @@ def test_a_missing_pair_is_refused_instead_of_giving_a_p():
     assert sign_flip_p(differences[:, ~np.isnan(differences[0])])[0] == close(0.0625)
 
 
-def test_equivalence_by_two_one_sided_tests():
-    inputs, expected = example("tost_paired")
-    differences = np.subtract(inputs["a"], inputs["b"])
-    found = estimate(differences)
-    p = equivalence_p(np.array([found.mean]), np.array([found.sd]), np.array([inputs["margin"]]), found.n)
-    assert p[0] == close(expected)
+def test_equivalence_is_gaffkes_bound_of_the_mean():
+    differences, weights = np.array([0.1, 0.0, -0.05, 0.1]), np.random.default_rng(0).dirichlet(np.ones(5), 200_000)
+    chance = (weights @ np.append(differences, 0.5) >= 0.2).mean()
+    assert equivalence_p(differences, 0.2, 0.5) == pytest.approx(chance, abs=0.004)
+    assert equivalence_p(-differences, 0.2, 0.5) == pytest.approx(equivalence_p(differences, 0.2, 0.5))
+    assert equivalence_p(np.zeros(29), 0.1, 1.0) == close(0.9**29)
+    assert math.isnan(equivalence_p(differences, 0.2, math.inf))
+
+
+@pytest.mark.parametrize(("margin", "widest", "seeds"), [(0.1, 1, 29), (0.15, 1, 19), (0.3, 1, 9), (0.1, 0.3, 8)])
+def test_so_many_seeds_can_be_shown_to_be_the_same(margin: float, widest: float, seeds: int):
+    assert fewest_for_same(margin, widest) == seeds
+    assert equivalence_p(np.zeros(seeds), margin, widest) <= 0.05 < equivalence_p(np.zeros(seeds - 1), margin, widest)
+
+
+def test_the_share_that_could_differ_is_clopper_and_pearsons():
+    assert [most_beyond(n, n) for n in (6, 10, 20)] == close([1 - 0.05 ** (1 / n) for n in (6, 10, 20)])
+    assert stats.binom.cdf(1, 10, most_beyond(9, 10)) == close(0.05)
+    assert most_beyond(0, 10) == 1
 
 
 def test_the_energy_distance():
