@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from analysis.arrays import IntArray
 from analysis.stats.equivalence import are_within
 from analysis.stats.family import are_apart, declared_measures, is_denominator, known_measures
 from analysis.stats.intervals import Estimates, by_count
@@ -22,7 +23,7 @@ from analysis.stats.sign_flip import least_p
 from analysis.stats.values import SeedValues, seed_values
 from analysis.tables.groups import group_keys, swept_columns
 from analysis.tables.signature_table import SignatureTable
-from analysis.tables.texts import number
+from analysis.tables.texts import number, with_interval
 from foundry.errors import InputError
 from foundry.texts import counted
 
@@ -64,9 +65,8 @@ def contrasts(
     frame = pd.concat([rows for rows, _ in blocks], ignore_index=True)
     found = Estimates.joined([estimated for _, estimated in blocks])
     frame = frame.assign(**_over_families(frame, alpha))
-    used = _used(frame, found, plan)
-    frame = frame.assign(out_of_reach=_out_of_reach(frame, used, plan, alpha))
-    return frame.assign(note=_notes(frame, found, used, asked.plan))[list(COLUMNS)]
+    frame = frame.assign(out_of_reach=_out_of_reach(frame, plan, alpha))
+    return frame.assign(note=_notes(frame, found, asked.plan))[list(COLUMNS)]
 
 
 @dataclass(frozen=True)
@@ -116,16 +116,40 @@ def _servers(
 
 
 def _row_by_row(values: SeedValues, paired: Paired, asked: _Asked) -> tuple[pd.DataFrame, Estimates]:
-    """Return the columns of some rows that no other row changes, and the estimates behind them."""
-    found = paired.estimates()
-    frame = row_frame(values, paired, asked.declared).assign(**_sizes(paired, found))
-    if asked.plan is not None:
-        frame["headline"] &= asked.plan.holds(values, paired)
-    frame = frame.assign(**claims(asked.plan, values, paired, frame, asked.alpha))
+    """Return the columns of some rows that no other row changes, and the estimates behind them.
+
+    The numbers of a declared row are those of the look on which its verdict rests.
+    """
+    frame, plan = row_frame(values, paired, asked.declared), asked.plan
+    if plan is not None:
+        frame["headline"] &= plan.holds(values, paired)
+    frame = frame.assign(**_equivalence(values, paired, frame, asked))
+    frame = frame.assign(**claims(plan, values, paired, frame, asked.alpha))
     said = [dict.fromkeys((asked.servers[pair.level], asked.servers[pair.reference])) for pair in paired.pair]
     frame = frame.assign(servers=["; ".join(filter(None, both)) for both in said])
-    frame = frame.assign(**_equivalence(values, paired, frame, asked))
-    return frame.assign(**_effects(paired, found), **_extremes(paired)), found
+    look = frame["look"].to_numpy(dtype=np.int64)
+    seen = paired if plan is None else paired.where(plan.until(values, look))
+    latest = paired if plan is None else paired.where(plan.until(values, np.where(look > 0, plan.reached, 0)))
+    frame = frame.assign(n_latest=_count(latest), later=_later(seen, paired))
+    found = seen.estimates()
+    within = are_within(seen.difference, frame["margin"].to_numpy(dtype=np.float64)).sum(axis=1)
+    frame = frame.assign(n_within=within, **_sizes(seen, found))
+    return frame.assign(**_effects(seen, found), **_extremes(seen)), found
+
+
+def _count(paired: Paired) -> IntArray:
+    """Return how many complete pairs each row has (R,)."""
+    return np.asarray((~np.isnan(paired.difference)).sum(axis=1))
+
+
+def _later(seen: Paired, paired: Paired) -> list[str]:
+    """Return for each row what later seeds make of its difference; "" where there are none."""
+    texts = np.full(len(paired.pair), "", dtype=object)
+    rows = np.flatnonzero(_count(seen) < _count(paired))
+    whole = paired.of_rows(rows).estimates()
+    for row, n, *ends in zip(rows, whole.n, whole.mean, whole.low, whole.high, strict=True):
+        texts[row] = f"over all {n} seeds the difference is {with_interval(*ends)}"
+    return list(texts)
 
 
 def _sizes(paired: Paired, found: Estimates) -> dict[str, Any]:
@@ -181,7 +205,7 @@ def _extremes(paired: Paired) -> dict[str, Any]:
 
 
 def _equivalence(values: SeedValues, paired: Paired, frame: pd.DataFrame, asked: _Asked) -> dict[str, Any]:
-    """Return the columns `margin`, `widest`, `n_within` and `p_equivalence`."""
+    """Return the columns on sameness that `n_within` is not of, and those that `claims` takes."""
     margin = np.array([asked.margins.get(name, np.nan) for name in frame["measure"]], dtype=np.float64)
     margin[frame["baseline"] if asked.plan is None else ~frame["headline"]] = np.nan
     declared = {} if asked.plan is None else asked.plan.widest
@@ -198,20 +222,11 @@ def _equivalence(values: SeedValues, paired: Paired, frame: pd.DataFrame, asked:
         ],
         "margin": margin,
         "widest": widest,
-        "n_within": are_within(paired.difference, margin).sum(axis=1),
-        "p_equivalence": equivalence(asked.plan, values, paired, margin, widest),
+        **equivalence(asked.plan, values, paired, margin, widest),
     }
 
 
-def _used(frame: pd.DataFrame, found: Estimates, plan: Plan | None) -> list[int]:
-    """Return the pairs that each row is tested with: at a declared look no more than were declared for it."""
-    return [
-        int(n) if plan is None or not look else min(int(n), plan.looks[look - 1])
-        for n, look in zip(found.n, frame["look"], strict=True)
-    ]
-
-
-def _out_of_reach(frame: pd.DataFrame, used: Sequence[int], plan: Plan | None, alpha: float) -> list[str]:
+def _out_of_reach(frame: pd.DataFrame, plan: Plan | None, alpha: float) -> list[str]:
     """Return why no result of each row could have been significant beside the others' results, or "" where one could.
 
     By Holm's correction the least p of a row counts as often as pairs have a test that is not significant.
@@ -219,21 +234,23 @@ def _out_of_reach(frame: pd.DataFrame, used: Sequence[int], plan: Plan | None, a
     is_open = (frame["family"] > 0) & frame["p"].notna() & ~frame["significant"]
     pair = pair_of(frame).where(is_open)
     left = pair.groupby(frame["factor"]).transform("nunique").where(is_open, 0).astype(int)
-    strictest = {one: alpha / one if plan is None else plan.level(alpha / one) for one in {*left} - {0}}
-    columns = (frame["pairs"], left, frame["look"])
+    strictest = {one: alpha / one if plan is None else plan.levels(alpha / one)[plan.reached] for one in {*left} - {0}}
+    columns = (frame["n_latest"], frame["pairs"], left, frame["look"])
     return [
         f"no p can reach {alpha:g} with {seeds} seeds among {counted(pairs, 'pair')}"
         + (" at this look" if look else "")
         if open_pairs and least_p(seeds) > strictest[open_pairs]
         else ""
-        for seeds, pairs, open_pairs, look in zip(used, *columns, strict=True)
+        for seeds, pairs, open_pairs, look in zip(*columns, strict=True)
     ]
 
 
-def _notes(frame: pd.DataFrame, found: Estimates, used: Sequence[int], plan: Plan | None) -> list[str]:
+def _notes(frame: pd.DataFrame, found: Estimates, plan: Plan | None) -> list[str]:
     """Return what keeps each row from being a claim, or weakens it."""
     known = plan.known if plan else ""
-    columns = (frame[name] for name in ("n_missing", "n_undefined", "out_of_reach", "beyond", "servers", "claim"))
+    columns = (
+        frame[name] for name in ("n_missing", "n_undefined", "out_of_reach", "later", "beyond", "servers", "claim")
+    )
     return [
         "; ".join(
             part
@@ -242,14 +259,14 @@ def _notes(frame: pd.DataFrame, found: Estimates, used: Sequence[int], plan: Pla
                 f"missing in {missing} of {n + missing + undefined} seeds" if missing else "",
                 f"undefined in {undefined} of {n + missing + undefined} seeds" if undefined else "",
                 unreachable,
-                f"tested at the look at {tested} seeds, later ones are in the interval alone" if tested < n else "",
+                later,
                 beyond,
                 servers,
                 known if claim == DECLARED else "",
             )
             if part
         )
-        for note, n, tested, missing, undefined, unreachable, beyond, servers, claim in zip(
-            found.note, found.n, used, *columns, strict=True
+        for note, n, missing, undefined, unreachable, later, beyond, servers, claim in zip(
+            found.note, found.n, *columns, strict=True
         )
     ]

@@ -58,6 +58,12 @@ class Paired:
         by_seed = ("level", "reference", "missing", "undefined")
         return replace(self, **{name: getattr(self, name)[:, seeds] for name in by_seed})
 
+    def where(self, seen: BoolArray) -> Paired:
+        """Return the same with some seeds of each row alone (R, S); in the others nothing was asked."""
+        level, reference = (np.where(seen, values, np.nan) for values in (self.level, self.reference))
+        missing, undefined = self.missing & seen, self.undefined & seen
+        return replace(self, level=level, reference=reference, missing=missing, undefined=undefined)
+
     def estimates(self) -> Estimates:
         """Return the mean difference of each row and its interval, clipped to what a difference can be."""
         return estimates(self.difference, self.low - self.high, self.high - self.low, beside_sign_flips=True)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.arrays import FloatArray
+from analysis.arrays import FloatArray, IntArray
 from analysis.stats.equivalence import are_within, equivalence_p
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS
 from analysis.stats.pairing import Paired
@@ -59,16 +59,41 @@ class Plan:
         for n in self.looks[: self.reached]:
             yield paired.of_seeds(np.isin(values.seeds, self.seeds[:n]))
 
-    def level(self, alpha: float) -> float:
-        """Return the level of a single test at the last look so far; NaN before the first."""
-        return float(levels(self.looks, np.array([alpha]))[self.reached - 1, 0]) if self.reached else float("nan")
+    def until(self, values: SeedValues, look: IntArray) -> BoolArray:
+        """Return which seeds each row is seen with, up to its look (R, S); all of them where the look is 0."""
+        places = {seed: place for place, seed in enumerate(self.seeds)}
+        place = np.array([places.get(seed, len(places)) for seed in values.seeds])
+        seeds = np.array([np.inf, *self.looks])[look]
+        return np.asarray(place < seeds[:, None])
+
+    def levels(self, alpha: float) -> FloatArray:
+        """Return the level of a single test before the first look, NaN, and at each look (K + 1,)."""
+        return np.append(np.nan, levels(self.looks, np.array([alpha]))[:, 0])
+
+    def over_looks(self, p: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Return the least error at which one of the looks so far is significant (R,), and which look that is (R,).
+
+        Args:
+            p: two-sided p at the looks so far (k, R), k >= 1; NaN where nothing was tested.
+        """
+        errors = np.array([sequential_p(self.looks, p[:look]) for look in range(1, len(p) + 1)])
+        return errors[-1], errors.argmin(axis=0) + 1
 
 
 def claims(plan: Plan | None, values: SeedValues, paired: Paired, frame: pd.DataFrame, alpha: float) -> dict[str, Any]:
-    """Return the columns `test` and `p` of some rows, what each can claim, and `p_claim`, which corrections take.
+    """Return the columns `test`, `p`, `claim`, `look` and `alpha` of some rows, and `p_claim`, which corrections take.
 
     `p_claim` of a row of the family is corrected over the measures of its pair. That of a declared row is over all
-    looks so far: the least error in all at which one of them was significant. All rows of a pair are given together.
+    looks so far: the least error in all at which one of them was significant. Its look is the one on which a verdict
+    rests, on a difference or else on sameness; the last one so far where there is none. All rows of a pair are given
+    together.
+
+    Args:
+        plan: what was declared.
+        values: of the groups.
+        paired: the pairs of R rows.
+        frame: their columns `headline`, `baseline` and `measure`, and those of `equivalence`.
+        alpha: level of the tests.
     """
     test, p = tested(paired)
     headline, baseline = (frame[name].to_numpy(dtype=bool) for name in ("headline", "baseline"))
@@ -83,11 +108,19 @@ def claims(plan: Plan | None, values: SeedValues, paired: Paired, frame: pd.Data
         p_claim[rows] = corrected_in_pairs(own, p[rows])
     else:
         looks = list(plan.at_looks(values, own))
-        results = [tested(one) for one in looks]
-        test[rows], p[rows] = results[-1] if results else (_TOO_EARLY, np.nan)
-        corrected = [corrected_in_pairs(one, alone) for one, (_, alone) in zip(looks, results, strict=True)]
-        p_claim[rows] = sequential_p(plan.looks, np.array(corrected)) if corrected else np.nan
-        look[rows], level[rows] = plan.reached, plan.level(alpha)
+        tests, alone = [np.full(len(rows), _TOO_EARLY, dtype=object)], [np.full(len(rows), np.nan)]
+        for test_at_look, p_at_look in map(tested, looks):
+            tests.append(test_at_look)
+            alone.append(p_at_look)
+        if looks:
+            corrected = [corrected_in_pairs(one, p_alone) for one, p_alone in zip(looks, alone[1:], strict=True)]
+            p_claim[rows], decisive = plan.over_looks(np.array(corrected))
+            same = frame.loc[rows, "p_equivalence"] <= alpha
+            otherwise = np.where(same, frame.loc[rows, "look_same"], plan.reached)
+            look[rows] = np.where(p_claim[rows] <= alpha, decisive, otherwise)
+        at = look[rows], np.arange(len(rows))
+        test[rows], p[rows] = np.array(tests)[at], np.array(alone)[at]
+        level[rows] = plan.levels(alpha)[look[rows]]
         declared = headline & ~frame["measure"].isin(plan.changed).to_numpy()
     claim = np.where(declared, DECLARED, EXPLORATORY)
     return {"test": test, "p": p, "p_claim": p_claim, "claim": claim, "look": look, "alpha": level}
@@ -95,10 +128,10 @@ def claims(plan: Plan | None, values: SeedValues, paired: Paired, frame: pd.Data
 
 def equivalence(
     plan: Plan | None, values: SeedValues, paired: Paired, margin: FloatArray, widest: FloatArray
-) -> FloatArray:
-    """Return p of the equivalence tests (R,), NaN where there is none: over all looks so far where there is a plan.
+) -> dict[str, Any]:
+    """Return the columns `p_equivalence`, NaN where there is no such test, and `look_same`, on which it rests.
 
-    It is 1 where a seed differs by more than what no seed goes beyond.
+    Over all looks so far where there is a plan. The p is 1 where a seed differs by more than what no seed goes beyond.
 
     Args:
         plan: what was declared.
@@ -107,7 +140,7 @@ def equivalence(
         margin: the difference below which groups count as the same (R,); NaN where there is none.
         widest: the difference that no seed goes beyond (R,).
     """
-    found = np.full(len(margin), np.nan)
+    found, look = np.full(len(margin), np.nan), np.zeros(len(margin), dtype=np.int64)
     rows = np.flatnonzero(~np.isnan(margin))
     own = paired.of_rows(rows)
     looks = [own] if plan is None else plan.at_looks(values, own)
@@ -115,11 +148,11 @@ def equivalence(
     if len(p):
         found[rows] = p[-1]
         if plan is not None:  # a one-sided test errs half as often as one of both sides
-            both = sequential_p(plan.looks, np.minimum(2 * p, 1.0))
+            both, look[rows] = plan.over_looks(np.minimum(2 * p, 1.0))
             found[rows] = np.where(np.isnan(p[-1]), np.nan, np.where(both < 1, both / 2, 1.0))
     possible = are_within(own.difference, widest[rows]) | np.isnan(own.difference)
     found[rows] = np.where(possible.all(axis=1) | np.isnan(found[rows]), found[rows], 1.0)
-    return found
+    return {"p_equivalence": found, "look_same": look}
 
 
 def _equivalence_p(paired: Paired, margin: FloatArray, widest: FloatArray) -> FloatArray:

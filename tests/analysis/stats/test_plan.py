@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.stats.contrasts import contrasts
+from analysis.stats.contrasts import COLUMNS, contrasts
 from analysis.stats.equivalence import equivalence_p
 from analysis.stats.max_t import step_down_p
 from analysis.stats.plan import Plan
@@ -49,9 +49,23 @@ def test_the_family_is_corrected_over_measures_and_looks_together():
 def test_seeds_after_a_look_change_no_claim():
     more = VALUES.copy()
     more[:, 9:] += 100 * np.random.default_rng(0).normal(size=more[:, 9:].shape)
-    columns = ["p", "p_adjusted", "significant"]
-    pd.testing.assert_frame_equal(rows()[columns].iloc[:2], rows(more)[columns].iloc[:2])
-    assert rows(more)["note"].iloc[0].startswith("tested at the look at 9 seeds")
+    columns = [name for name in COLUMNS if name not in ("measure", "note")]
+    pd.testing.assert_frame_equal(rows(VALUES[:, :9])[columns].iloc[:2], rows(more)[columns].iloc[:2])
+    assert rows(more)["note"].iloc[0].startswith("over all 14 seeds the difference is ")
+
+
+def test_a_verdict_has_the_numbers_of_the_look_that_decided_it():
+    turned = np.random.default_rng(4).normal(0, 0.05, size=(2, 12, 2))
+    turned[1, :8] += 0.4
+    turned[0, 8:] += 0.9
+    plan = replace(PLAN, looks=(8, 12), reached=2)
+    found = contrasts(table_of(turned, MEASURES[:2]), plan=plan).iloc[0]
+    early = contrasts(table_of(turned[:, :8], MEASURES[:2]), plan=replace(plan, reached=1)).iloc[0]
+    own = [name for name in COLUMNS if name != "note"]
+    assert (found["look"], found["n_pairs"], found["significant"]) == (1, 8, True)
+    assert found["low"] > 0 and (turned[1] - turned[0]).mean(axis=0)[0] < 0
+    pd.testing.assert_series_equal(found[own], early[own], check_names=False)
+    assert found["note"].startswith("over all 12 seeds the difference is -0.")
 
 
 def test_looks_follow_the_order_of_the_plan():
@@ -115,7 +129,7 @@ def test_what_no_seed_goes_beyond_may_be_declared_and_a_seed_that_does_refutes_i
     near[1, :, 0] = [0.05, -0.05] * 6
     plans = plan, replace(plan, widest={})
     found, without = (contrasts(table_of(near, [measure]), plan=one).iloc[0] for one in plans)
-    assert (found["widest"], found["n_within"], found["equivalent"]) == (0.3, 12, True)
+    assert (found["widest"], found["n_within"], found["equivalent"]) == (0.3, 10, True)
     assert math.isnan(without["p_equivalence"]) and not without["equivalent"]
     near[1, 11] = 0.4
     found = contrasts(table_of(near, [measure]), plan=plan).iloc[0]
@@ -131,5 +145,5 @@ def test_a_difference_beyond_its_margin_is_surely_not_the_same():
 
 def test_a_look_at_which_no_p_is_small_enough_says_so_with_its_own_seeds():
     found = rows(plan=replace(PLAN, reached=1))["note"].iloc[0]
-    assert found.startswith("no p can reach 0.05 with 6 seeds among 1 pair at this look; tested at the look at 6 seeds")
+    assert found.startswith("no p can reach 0.05 with 6 seeds among 1 pair at this look; over all 14 seeds the ")
     assert "no p can" not in rows(plan=replace(PLAN, reached=3))["note"].iloc[0]
