@@ -203,8 +203,19 @@ def weaknesses(row: Row, sides: Sides) -> Iterator[str]:
     if kind == NOTHING and row["n_pairs"] < ENOUGH_FOR_CLAIMS:
         yield f"fewer than {ENOUGH_FOR_CLAIMS} seeds find large differences alone"
     if kind != SILENT:
-        yield from filter(None, [str(row["note"])])
+        yield from filter(None, [str(row["note"]), _missing(row)])
     yield from _unread(row, sides)
+
+
+def _missing(row: Row) -> str:
+    """Return what the missing seeds could make of the difference; "" where none is missing."""
+    if not row["n_missing"]:
+        return ""
+    if math.isnan(row["bound_low"]):
+        return "the measure has no range, so the missing seeds leave any difference possible"
+    whole = f"with the missing seeds the difference could be from {number(row['bound_low'])} to "
+    turned = kind_of(row) == DIFFERENT and row["bound_low"] <= 0 <= row["bound_high"]
+    return whole + number(row["bound_high"]) + (", so they could turn it round" if turned else "")
 
 
 def _not_the_same(row: Row) -> str:

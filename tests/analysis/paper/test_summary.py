@@ -40,6 +40,7 @@ BOTH = "b and a"
 SILENT = f"Nothing can be said of {REACH} of b and a, since "
 MARGIN = {"margin": 0.2, "p_equivalence_holm": 0.01, "equivalent": True}
 SAME = f"b and a are the same in {REACH} within the declared margin of 0.2: 0.23 against 0.21, "
+MISSING = {"n_missing": 2, "note": "missing in 2 of 22 seeds"}
 OPEN = {"claim": "exploratory"}
 EXPLORES = "Nothing was declared before the runs, so all of this explores."
 
@@ -71,7 +72,20 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
         ({"p_adjusted": 0.0004}, FOUND + "p < .001 after correction in 3 (level .05)"),
         ({"family": 1}, FOUND + "p = .004 in the only test (level .05)"),
         ({"look": 3}, FOUND + "p = .004 after correction in 3 and 3 looks (level .05)"),
-        ({"note": "missing in 2 of 22 seeds"}, f"{FOUND}{TESTED}; missing in 2 of 22 seeds"),
+        (
+            {**MISSING, "bound_low": 0.11, "bound_high": 0.29},
+            f"{FOUND}{TESTED}; missing in 2 of 22 seeds; with the missing seeds the difference could be from 0.11 to 0.29",
+        ),
+        (
+            {**MISSING, "bound_low": -0.02, "bound_high": 0.4},
+            f"{FOUND}{TESTED}; missing in 2 of 22 seeds; with the missing seeds the difference could be from -0.02 to "
+            "0.4, so they could turn it round",
+        ),
+        (
+            {**NONE, **MISSING},
+            f"{NONE_FOUND}20 seeds, {NONE_TESTED}; missing in 2 of 22 seeds; the measure has no range, so the missing "
+            "seeds leave any difference possible",
+        ),
         (
             {"note": "a's server repeats 8 of 10 calls exactly"},
             f"{FOUND}{TESTED}; a's server repeats 8 of 10 calls exactly",
