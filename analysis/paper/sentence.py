@@ -193,16 +193,16 @@ def equals_p(p: float) -> str:
 
 def weaknesses(row: Row, sides: Sides) -> Iterator[str]:
     """Yield what weakens the sentence on a row."""
-    kind = kind_of(row)
+    kind, has_margin = kind_of(row), not math.isnan(row["margin"])
     if kind == DIFFERENT and row["equivalent"]:
         yield f"it is within the declared margin of {number(row['margin'])}, so too small to count"
     if row["equivalent"] and max(-row["low"], row["high"]) > row["margin"]:
         yield "its interval goes beyond the margin"
-    if kind in (NOTHING, SILENT) and row["n_pairs"] and not math.isnan(row["margin"]):
+    if kind in (NOTHING, SILENT) and row["n_pairs"] and has_margin:
         yield _not_the_same(row)
     if kind == NOTHING and row["n_pairs"] < ENOUGH_FOR_CLAIMS:
         yield f"fewer than {ENOUGH_FOR_CLAIMS} seeds find large differences alone"
-    if kind != SILENT:
+    if kind != SILENT or (has_margin and not row["out_of_reach"]):
         yield from filter(None, [str(row["note"]), _missing(row)])
     yield from _unread(row, sides)
 

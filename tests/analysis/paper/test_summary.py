@@ -74,7 +74,8 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
         ({"look": 3}, FOUND + "p = .004 after correction in 3 and 3 looks (level .05)"),
         (
             {**MISSING, "bound_low": 0.11, "bound_high": 0.29},
-            f"{FOUND}{TESTED}; missing in 2 of 22 seeds; with the missing seeds the difference could be from 0.11 to 0.29",
+            f"{FOUND}{TESTED}; missing in 2 of 22 seeds; with the missing seeds the difference could be from 0.11 to "
+            "0.29",
         ),
         (
             {**MISSING, "bound_low": -0.02, "bound_high": 0.4},
