@@ -12,20 +12,29 @@ import pandas as pd
 from analysis.arrays import FloatArray, IntArray
 from analysis.stats.contrasts import ALPHA
 from analysis.stats.family import headline_measures, primary_measures, unknown_measure
-from analysis.stats.intervals import FEWEST_FOR_CLAIMS
 from analysis.stats.pairing import Paired, pair_of, pair_up, row_frame
-from analysis.stats.sign_flip import fewest_pairs
+from analysis.stats.sign_flip import assignments, fewest_pairs
 from analysis.stats.values import SeedValues, seed_values
 from analysis.tables.signature_table import SignatureTable
 from analysis.tables.table import Table
 from analysis.tables.texts import number
 from foundry.errors import InputError
+from foundry.seeding import stream
 
 MOST_SEEDS = 100_000
 CAUTION = 0.8
 """Confidence of the upper bound of the standard deviation that a cautious plan uses."""
 _POINTS = 500
 """Points over which a distribution is integrated."""
+SIMULATED = (6, 7, 8, 9, 10, 11, 12, 14, 16, 18, 20, 24, 28, 32, 40, 48, 64)
+"""Numbers of seeds for which the test itself is simulated; above, t tests are close."""
+RESAMPLES = 300
+_ALL_SIGNS_UP_TO = 11
+"""Seeds up to which a simulated test counts all signs."""
+_LEAST_DRAWS = 999
+_FEWER = 0.7
+"""Part of the seeds of a t test below which the sign-flip test is not tried."""
+_TIES = 1e-10
 NO_PAIRS, NO_SPREAD, NO_DIFFERENCE, TOO_MANY = (
     "fewer than two pairs",
     "no variation in the pilot",
@@ -52,11 +61,12 @@ def power(
 ) -> pd.DataFrame:
     """Return how many seeds each contrast needs, one row per headline measure, or of one measure, and pair.
 
-    `n_alone` is the least n at which the paired t test of this contrast alone has the power, and that is tested at
-    all; `n_family` the same at alpha / `family`, which is stricter than max-T where measures are correlated, and at
-    least `n_exact`, from which on an exact test can reach alpha / the pairs of the factor; `n_cautious` the same with
-    `sd_high`, the upper 80 % bound of the pilot's standard deviation. NaN where there is no such n, with the cause in
-    `note`. Measures that claims rest on are `declared` and stand first.
+    `n_alone` is the least n of `SIMULATED` at which the sign-flip test of this contrast alone has the power;
+    `n_family` the same of the max-T test with the declared measures of its pair, at alpha / the pairs of the factor,
+    and at least `n_exact`, from which on that can be reached; `n_cautious` the same with `sd_high`, the upper 80 %
+    bound of the pilot's standard deviation. The pilot's seeds are drawn with replacement, and their differences moved
+    to the one that is to be found. Above the last n of `SIMULATED` it is that of t tests at alpha / `family`. NaN where
+    there is no such n, with the cause in `note`. Measures that claims rest on are `declared` and stand first.
 
     Args:
         table: the pilot's runs.
@@ -75,15 +85,15 @@ def power(
     n, sd = (frame[name].to_numpy(dtype=np.float64) for name in ("n_pairs", "sd"))
     frame["sd_high"] = sd_bound(sd, n)
     frame["difference"] = frame["observed"].abs() if difference is None else difference
-    level = alpha / frame["family"].to_numpy(dtype=np.float64)
     by_pairs = (alpha / frame["pairs"]).tolist()
     fewest = {one: fewest_pairs(one) for one in set(by_pairs)}
     frame["n_exact"] = np.array([fewest[one] or np.nan for one in by_pairs], dtype=np.float64)
-    wanted = frame["difference"].to_numpy(dtype=np.float64)
-    alone = pairs_needed(_effect(wanted, sd), np.full(len(frame), alpha), target)
-    frame["n_alone"] = np.maximum(alone, FEWEST_FOR_CLAIMS)
-    for name, spread in (("n_family", sd), ("n_cautious", frame["sd_high"].to_numpy(dtype=np.float64))):
-        frame[name] = np.maximum(pairs_needed(_effect(wanted, spread), level, target), frame["n_exact"])
+    frame[["n_alone", "n_family", "n_cautious"]] = np.nan
+    for _, rows in frame.groupby(list(_PAIR), sort=False):
+        frame.loc[rows.index, ["n_alone", "n_family"]] = _needed(rows, "sd", alpha, target)
+        frame.loc[rows.index, "n_cautious"] = _needed(rows, "sd_high", alpha, target)[:, 1]
+    for name in ("n_family", "n_cautious"):
+        frame[name] = np.maximum(frame[name], frame["n_exact"])
     return frame.assign(note=_notes(frame))[list(COLUMNS)]
 
 
@@ -113,7 +123,7 @@ def power_table(plan: pd.DataFrame) -> Table:
         for row in plan.to_dict("records")
     ]  # fmt: skip
     caption = (
-        "Seeds for the power wanted: of one test alone, of one in the family (Holm), and with the upper 80 % bound of "
+        "Seeds for the power wanted: of one test alone, of one in the family (max-T), and with the upper 80 % bound of "
         "the pilot's standard deviation."
     )
     columns = ("measure", "contrast", "pairs", "sd", "difference", "alone", "in the family", "cautious", "note")
@@ -128,6 +138,57 @@ def pair_name(row: Mapping[Hashable, Any]) -> str:
 def seeds_text(seeds: float) -> str:
     """Return a number of seeds, or `-` where there is none."""
     return "-" if np.isnan(seeds) else f"{seeds:.0f}"
+
+
+def _needed(rows: pd.DataFrame, spread: str, alpha: float, target: float) -> FloatArray:
+    """Return how many seeds the rows of one pair need, each alone and in the family (R, 2); NaN where none do.
+
+    Args:
+        rows: of the plan so far.
+        spread: the column with the standard deviation that is planned with.
+        alpha: level of the tests.
+        target: power wanted.
+    """
+    difference, sd = (rows[name].to_numpy(dtype=np.float64) for name in ("difference", spread))
+    effect = _effect(np.where(difference > 0, difference, np.nan), sd)
+    levels = np.stack([np.full(len(rows), alpha), alpha / rows["family"].to_numpy(dtype=np.float64)], axis=1)
+    needed = np.stack([pairs_needed(effect, level, target) for level in levels.T], axis=1)
+    found = np.where(needed <= SIMULATED[-1], SIMULATED[-1] + 1, needed)
+    is_able, is_declared = ~np.isnan(effect), rows["declared"].to_numpy(dtype=bool)
+    is_open = (needed[:, :1] <= SIMULATED[-1]) & ~np.isnan(found)
+    for n in SIMULATED:
+        # The test needs at least about as many seeds as the t test does.
+        tried = is_open.any(axis=1) & (n >= _FEWER * needed[:, 0])
+        if tried.any():
+            simulated = np.flatnonzero(tried | (is_able & is_declared))
+            reached = np.zeros_like(is_open)
+            reached[simulated] = _simulated_power(rows.iloc[simulated], spread, n, alpha) >= target
+            reached &= is_open & tried[:, None]
+            found[reached] = n
+            is_open &= ~reached
+    return found
+
+
+def _simulated_power(rows: pd.DataFrame, spread: str, n: int, alpha: float) -> FloatArray:
+    """Return how often the test of n seeds finds each row of a pair, alone and in the family (R, 2)."""
+    pilot = np.array(rows["differences"].tolist())
+    mean, sd, spread_planned, difference = (
+        rows[name].to_numpy(dtype=np.float64)[:, None] for name in ("observed", "sd", spread, "difference")
+    )
+    few = np.sqrt(1 - 1 / rows["n_pairs"].to_numpy(dtype=np.float64))[:, None]
+    moved = np.copysign(difference, mean) + (pilot - mean) * spread_planned / sd / few
+    pairs, rng = int(rows["pairs"].iloc[0]), stream(n, "power")
+    drawn = np.nan_to_num(moved)[:, rng.integers(0, pilot.shape[1], size=(RESAMPLES, n))].swapaxes(0, 1)
+    draws = max(_LEAST_DRAWS, round(4 * pairs / alpha))
+    signs = assignments(n) if n <= _ALL_SIGNS_UP_TO else 1 - 2 * rng.integers(0, 2, size=(draws, n))
+    norms = np.sqrt((drawn**2).sum(axis=2, keepdims=True))
+    scaled = drawn / np.where(norms > 0, norms, 1.0)
+    least = np.abs(scaled.sum(axis=2))[..., None] - _TIES
+    null = np.abs(scaled @ signs.T.astype(np.float64))
+    declared = rows["declared"].to_numpy(dtype=bool)
+    largest = null[:, declared].max(axis=1, initial=0.0)[:, None]
+    alone, family = ((statistic >= least).mean(axis=2) for statistic in (null, np.maximum(null, largest)))
+    return np.stack([(alone <= alpha).mean(axis=0), (family <= alpha / pairs).mean(axis=0)], axis=1)
 
 
 def sd_bound(sd: FloatArray, n: FloatArray) -> FloatArray:
@@ -203,7 +264,8 @@ def _pilot_rows(values: SeedValues, paired: Paired) -> pd.DataFrame:
     found = paired.estimates()
     frame = row_frame(values, paired, primary_measures(values.measures))
     frame = frame[["measure", "headline", "baseline", "factor", "level", "reference", "context"]]
-    return frame.assign(n_pairs=found.n, observed=found.mean, sd=np.where(found.n > 1, found.sd, np.nan))
+    sd = np.where(found.n > 1, found.sd, np.nan)
+    return frame.assign(n_pairs=found.n, observed=found.mean, sd=sd, differences=list(paired.difference))
 
 
 def _effect(difference: FloatArray, sd: FloatArray) -> FloatArray:

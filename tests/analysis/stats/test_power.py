@@ -9,6 +9,7 @@ import pytest
 from scipy import stats
 
 from analysis.stats.power import paired_power, pairs_needed, power, sd_bound
+from analysis.stats.sign_flip import sign_flip_p
 from foundry.errors import InputError
 from signature_tables import runs, table
 
@@ -33,6 +34,16 @@ def test_the_power_is_that_of_the_noncentral_t(effect, n, level):
     expected = stats.nct.sf(critical, n - 1, centre) + stats.nct.cdf(-critical, n - 1, centre)
     found = paired_power(np.array([effect]), np.array([n]), np.array([level]))
     assert found[0] == pytest.approx(expected, abs=2e-5)
+
+
+@pytest.mark.parametrize(("effect", "seeds"), [(1.5, 7), (1.0, 11), (0.8, 16)])
+def test_the_promised_seeds_give_the_promised_power_by_the_test_in_use(effect: float, seeds: int):
+    normal = np.random.default_rng(0).normal(size=200)
+    wanted = effect * normal.std(ddof=1)
+    found = power(table([*runs("a", [0] * 200), *runs("b", normal.tolist())]), difference=wanted).iloc[0]
+    assert found["n_alone"] == seeds
+    again = np.random.default_rng(1).normal(wanted, size=(1_000, seeds))
+    assert (sign_flip_p(again) <= 0.05).mean() > 0.78
 
 
 def test_a_pilot_gives_its_own_difference_and_spread():
