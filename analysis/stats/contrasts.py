@@ -132,7 +132,8 @@ def _row_by_row(values: SeedValues, paired: Paired, asked: _Asked) -> tuple[pd.D
     latest = paired if plan is None else paired.where(plan.until(values, np.where(look > 0, plan.reached, 0)))
     frame = frame.assign(n_latest=_count(latest), later=_later(seen, paired))
     found = seen.estimates()
-    within = are_within(seen.difference, frame["margin"].to_numpy(dtype=np.float64)).sum(axis=1)
+    margin = frame["margin"].to_numpy(dtype=np.float64)
+    within = np.where(np.isnan(margin), np.nan, are_within(seen.difference, margin).sum(axis=1))
     frame = frame.assign(n_within=within, **_sizes(seen, found))
     return frame.assign(**_effects(seen, found), **_extremes(seen)), found
 
@@ -205,7 +206,7 @@ def _extremes(paired: Paired) -> dict[str, Any]:
 
 
 def _equivalence(values: SeedValues, paired: Paired, frame: pd.DataFrame, asked: _Asked) -> dict[str, Any]:
-    """Return the columns on sameness that `n_within` is not of, and those that `claims` takes."""
+    """Return `margin`, `widest`, `beyond` (whether a seed refutes it, in words), `p_equivalence` and its look."""
     margin = np.array([asked.margins.get(name, np.nan) for name in frame["measure"]], dtype=np.float64)
     margin[frame["baseline"] if asked.plan is None else ~frame["headline"]] = np.nan
     declared = {} if asked.plan is None else asked.plan.widest

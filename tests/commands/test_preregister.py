@@ -91,6 +91,10 @@ def test_a_plan_stays_as_it_is(declared, words, message):
     [
         (("--looks", "6,8"), "No measure is declared"),
         (("--family", "clustering.nni", "--looks", "six"), "has not the form N,N"),
+        (
+            ("--family", "clustering.nni", "--widest", "clustering.nni=one"),
+            "--widest clustering.nni=one has not the form",
+        ),
         (("--family", "clustering.mni"), "Did you mean 'clustering.nni'"),
     ],
 )

@@ -86,6 +86,13 @@ def test_what_differs_from_the_plan_is_said(hold, made, changes, said):
     assert found.differs == (said,) and not found.plan.margins
 
 
+def test_margins_and_widest_differences_are_held_as_they_were_declared(hold):
+    margins, widest = {MEASURES[1]: 0.1}, {MEASURES[1]: 0.3}
+    plan = hold(runs_of(), margins=margins, widest=widest).plan
+    assert (plan.margins, plan.widest) == (margins, widest)
+    assert hold(runs_of(), margins=margins).plan.widest == {}
+
+
 def test_before_a_run_is_complete_no_measure_is_missed_and_baselines_differ_in_nothing(hold):
     assert hold(runs_of(status="unfinished"), **FURTHER).differs == ()
     beside = runs_of("abc")
