@@ -198,6 +198,8 @@ def weaknesses(row: Row, sides: Sides) -> Iterator[str]:
         yield f"it is within the declared margin of {number(row['margin'])}, so too small to count"
     if row["equivalent"] and max(-row["low"], row["high"]) > row["margin"]:
         yield "its interval goes beyond the margin"
+    if (kind == NOTHING or row["out_of_reach"]) and (row["low"] > 0 or row["high"] < 0):
+        yield "its interval leaves out 0, since it is not corrected"
     if kind in (NOTHING, SILENT) and row["n_pairs"] and has_margin:
         yield _not_the_same(row)
     if kind == NOTHING and row["n_pairs"] < ENOUGH_FOR_CLAIMS:

@@ -142,6 +142,11 @@ def said(*rows: dict[str, Any], compared: Any = None, **options: Any) -> tuple[s
             f"{NONE_FOUND}10 seeds, {NONE_TESTED}; fewer than 20 seeds find large differences alone",
         ),
         (
+            {**NONE, "low": 0.01},
+            f"{NONE_FOUND.replace('[-0.1', '[0.01')}20 seeds, {NONE_TESTED}; its interval leaves out 0, since it is "
+            "not corrected",
+        ),
+        (
             {**NONE, "n_pairs": 20, "context": "world=w"},
             f"{NONE_FOUND}20 seeds, {NONE_TESTED}".replace("b and a", "b and a (world=w)"),
         ),
