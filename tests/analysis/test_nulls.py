@@ -76,6 +76,7 @@ ALIKE_IN: Mapping[str, Iterable[str]] = {
     "clustering.largest_group": ALIKE,
     "clustering.isolated": ALIKE,
     "communication.conditional_rate": ALIKE,
+    "communication.delivered": ALIKE,
     "communication.rate": ALIKE,
     "communication.length": TALKING,
     "communication.variety": TALKING,

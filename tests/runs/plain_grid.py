@@ -190,6 +190,7 @@ def communication(run: Plain) -> Measures:
             spreads.append((statistics.pstdev(gaps) / statistics.mean(gaps), len(gaps)))
     heard = [line for line in run.heard if run.counts_message(run.rows[line["step"], line["sender"]])]
     graph = nx.DiGraph([(line["sender"], line["recipient"]) for line in heard])
+    yield "delivered", over(len(heard), len(rows))
     yield "rate", over(len(said), len(rows))
     yield "conditional_rate", average(row["message"] is not None for row in near)
     yield "silent_share", average(counts[agent] == 0 for agent in present)

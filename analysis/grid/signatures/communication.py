@@ -15,7 +15,8 @@ from analysis.measure import Measure, share
 NAME = "communication"
 
 MEASURES = {
-    "rate": share("Messages per agent and step", says="speaks {more|less} often"),
+    "delivered": Measure("Messages delivered per agent and step", low=0, says="reaches others {more|less} often"),
+    "rate": share("Messages said per agent and step, heard or not", says="speaks {more|less} often"),
     "conditional_rate": share("Messages per agent and step with someone in reach"),
     "silent_share": share("Agents that never speak (share)"),
     "gini": share("Inequality of speaking (Gini)"),
@@ -28,7 +29,7 @@ MEASURES = {
     "distinct_share": share("Distinct texts (share of messages)"),
 }
 
-HEADLINE = ("rate", "conditional_rate", "length", "variety")
+HEADLINE = ("delivered", "conditional_rate", "length", "variety")
 
 _FEWEST_MESSAGES = 3
 """Messages of one agent that make two intervals, the least that has a spread."""
@@ -37,8 +38,11 @@ _FEWEST_MESSAGES = 3
 def measure(run: GridRun) -> dict[str, float]:
     """Return the communication of a run; a message counts as said even when nobody is near enough to hear it.
 
+    It counts as delivered once for each agent that hears it.
+
     What counts are the decisions on messages, made by the message call.
 
+    - delivered: deliveries / decisions; 0..N-1.
     - rate: messages / decisions; 0..1.
     - conditional_rate: messages at decisions with a neighbour / decisions with a neighbour; 0..1. NaN
       when nobody ever has one.
@@ -65,6 +69,7 @@ def measure(run: GridRun) -> dict[str, float]:
     messages, texts = int(by_agent.sum()), run.said[spoke].tolist()
     deliveries = run.deliveries[counted[run.deliveries[:, 0] - 1, run.deliveries[:, 1]]]
     return {
+        "delivered": ratio(len(deliveries), int(counted.sum())),
         "rate": ratio(messages, int(counted.sum())),
         "conditional_rate": ratio(int((spoke & heard).sum()), int(heard.sum())),
         "silent_share": ratio(int((by_agent == 0)[present].sum()), int(present.sum())),
