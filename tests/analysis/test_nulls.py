@@ -35,6 +35,12 @@ IN_SIGHT = {
     f"warns {rate}": Blind(speak=rate, texts=("fire!",), in_sight=True, stay=stay)
     for rate, stay in ((0.1, 0.2), (0.5, 0.0), (1.0, 0.5))
 }
+WARNERS = {
+    "half always warns, half never": Blind(speak=1.0, texts=("fire!",), other_texts=("hello",)),
+    "half warns often, half seldom": Blind(
+        speak=0.6, texts=("fire!", "hello"), other_texts=(*["hello"] * 9, "there is smoke")
+    ),
+}
 CAMERA = {
     "all alike": BlindWalker(),
     "forward and turns": BlindWalker((0, 4, 0, 0, 0, 2, 2, 0, 0)),
@@ -56,7 +62,7 @@ WHOSE: Mapping[str, Iterable[str]] = {
     "goes all ways alike, never stays": ["stays 0.0"],
     "is anywhere alike, without regard to others": ALIKE,
     "warns of fires it has in sight alone": IN_SIGHT,
-    "warns without regard to what it hears": ALIKE | ONE_WAY | TALKING,
+    "warns as often as it likes, without regard to what it hears": ALIKE | ONE_WAY | TALKING | WARNERS | IN_SIGHT,
     "draws its actions one by one": MOVING | CAMERA | FRESH,
     "claims to see it without regard to the image": CAMERA,
     "draws its decisions one by one, without regard to the image": CAMERA,
@@ -155,8 +161,8 @@ def stated_nulls() -> dict[str, Null]:
 
 def played(grid_seeds: int, camera_seeds: int) -> Values:
     grid = {
-        name: measured((blind_run(one, seed) for seed in range(grid_seeds)), talk_alone=name in TALKING | IN_SIGHT)
-        for name, one in (ALIKE | ONE_WAY | TALKING | IN_SIGHT).items()
+        name: measured((blind_run(one, seed) for seed in range(grid_seeds)), talk_alone=name not in ALIKE | ONE_WAY)
+        for name, one in (ALIKE | ONE_WAY | TALKING | IN_SIGHT | WARNERS).items()
     }
     camera = {
         name: measured(blind_camera_run(one, seed, DECISIONS) for seed in range(camera_seeds))
@@ -224,7 +230,7 @@ def check_alike(values: Values) -> None:
 
 @pytest.mark.slow
 def test_who_looks_at_nothing_comes_to_the_nulls_and_is_told_apart_by_nothing():
-    values = played(14, 60)
+    values = played(16, 60)
     check_nulls(values, sees=0.05)
     check_alike(values)
 
@@ -235,6 +241,15 @@ def test_who_looks_at_nothing_comes_to_the_nulls_in_many_runs():
     values = played(200, 560)
     check_nulls(values, sees=0.02)
     check_alike(values)
+
+
+def test_where_agents_warn_at_rates_of_their_own_passing_on_comes_to_its_null():
+    values = {
+        name: measured((blind_run(one, seed) for seed in range(40)), talk_alone=True) for name, one in WARNERS.items()
+    }
+    assert all(len(own["warning.relay_above_chance"]) == 40 for own in values.values())
+    apart = {name: abs(own["warning.relay_above_chance"].mean()) for name, own in values.items()}
+    assert max(apart.values()) < 0.05
 
 
 def test_of_every_headline_measure_it_is_known_what_chance_gives_or_that_it_is_an_amount():

@@ -46,6 +46,7 @@ class Blind:
         speak: chance to say something.
         texts: what is said, each as likely.
         in_sight: whether it speaks with a fire in sight alone; the one thing it may see.
+        other_texts: what every other agent says in place of `texts`; nothing where it says the same.
     """
 
     stay: float = 0.2
@@ -53,6 +54,7 @@ class Blind:
     speak: float = 0.3
     texts: tuple[str, ...] = ("hello", "fire!", "see you", "there is smoke", "well", "so")
     in_sight: bool = False
+    other_texts: tuple[str, ...] = ()
 
 
 def blind_run(policy: Blind, seed: int, world: GridSettings = WORLD) -> GridRun:
@@ -65,6 +67,9 @@ def blind_run(policy: Blind, seed: int, world: GridSettings = WORLD) -> GridRun:
     speaks = rng.random(shape) < policy.speak
     speaks &= fires.any(axis=2) | (not policy.in_sight)
     texts = np.array(policy.texts, dtype=np.object_)[rng.integers(len(policy.texts), size=shape)]
+    if policy.other_texts:
+        others = np.array(policy.other_texts, dtype=np.object_)
+        texts[:, 1::2] = others[rng.integers(len(others), size=shape)][:, 1::2]
     return GridRun(
         id=f"blind-{seed}",
         world=world,

@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 
 import networkx as nx
-import numpy as np
 
 from foundry import seeding
 from plain_run import Plain, average, bits, different_pairs, kaplan_meier_area, over
@@ -94,10 +93,19 @@ def relaying(run: Plain, sent: Sent, told: dict[int, int], perceived: dict[int, 
 
 
 def chance_of_relaying(run: Plain, said: dict[tuple[int, int], str], perceived: dict[int, int]) -> float:
-    labels = np.tile(np.array([text in WARNINGS for text in said.values()], dtype=bool), (100, 1))
+    spells: dict[tuple[int, bool], list[tuple[int, int]]] = {}
+    for step, agent in sorted(said, key=lambda key: (key[1], key[0])):
+        spells.setdefault((agent, step >= perceived.get(agent, math.inf)), []).append((step, agent))
+    stream = seeding.stream(0, "labels of messages")
+    shifts = [stream.integers(len(own), size=100).tolist() for own in spells.values()]
     found = []
-    for shuffled in seeding.stream(0, "labels of messages").permuted(labels, axis=1):
-        sent = {key for key, label in zip(said, shuffled.tolist(), strict=True) if label}
+    for shift in zip(*shifts, strict=True):
+        sent = {
+            key
+            for own, by in zip(spells.values(), shift, strict=True)
+            for place, key in enumerate(own)
+            if said[own[place - by]] in WARNINGS
+        }
         heard: dict[int, int] = {}
         for message in run.heard:
             if (message["step"], message["sender"]) in sent:

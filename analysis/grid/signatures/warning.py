@@ -35,7 +35,10 @@ MEASURES = {
         "Told agents that warn in turn (share)", Null(0, _SIGHT), says="passes warnings on {more|less} often"
     ),
     "relay_above_chance": Measure(
-        "Told agents that warn in turn, beyond chance (share)", -1, 1, Null(0, "warns without regard to what it hears")
+        "Told agents that warn in turn, beyond chance (share)",
+        -1,
+        1,
+        Null(0, "warns as often as it likes, without regard to what it hears"),
     ),
     "reproduction": share("Told by an informed agent, per informed agent (R)"),
     "depth": Measure("Longest chain of warnings", low=0),
@@ -55,7 +58,7 @@ RELAY_WITHIN = 5
 """Steps after being told within which a warning counts as a relay."""
 
 SHUFFLES = 100
-"""Shuffles of the labels that chance is estimated from."""
+"""Shifts of the labels that chance is estimated from."""
 
 
 def measure(run: GridRun) -> dict[str, float]:
@@ -75,9 +78,11 @@ def measure(run: GridRun) -> dict[str, float]:
     - relay_probability: told agents that send a warning 1..RELAY_WITHIN steps after being told, and before they
       perceive a fire themselves / told agents that decided on a message in these steps; 0..1. NaN when there is none.
       From its own first sight of a fire on an agent may warn of what it sees.
-    - relay_above_chance: relay_probability less its mean over SHUFFLES shuffles of the labels among the messages of
-      the run, who is told being found anew each time; -1..1. 0 for who warns no likelier for having been warned, and
-      where all messages are warnings, which no shuffle can tell from chance; NaN as relay_probability.
+    - relay_above_chance: relay_probability less its mean over SHUFFLES shifts of the labels, who is told being found
+      anew each time; -1..1. The labels of an agent's messages are shifted in time, those past the end to the front,
+      by themselves before its first sight of a fire and from then on: who warns often or in streaks keeps that. 0 for
+      who warns no likelier for having been warned, and where all messages of each agent are warnings, which no shift
+      can tell from chance; NaN as relay_probability.
     - reproduction: R, edges / informed agents; 0..1. An edge leads from the sender of an agent's first warning
       (lowest step, then lowest id) to that agent, if it is told and had sent no warning of its own by then;
       else it begins a chain of its own. So the edges form a forest.
@@ -204,9 +209,9 @@ def _informed(perceived_at: IntArray, heard_at: IntArray, steps: int) -> BoolArr
 
 
 def _relays(run: GridRun, warned: BoolArray, perceived_at: IntArray) -> dict[str, float]:
-    """Return the measures of passing on, of the labels as they are and against their shuffles."""
+    """Return the measures of passing on, of the labels as they are and against their shifts."""
     said = run.spoke & run.message_counted
-    labels = _with_shuffles(warned[said])
+    labels = _with_shifts(warned[said], _spells(said, perceived_at))
     told_at = _told_at(run, said, labels)
     spread_out = np.zeros((len(labels), *said.shape), dtype=np.bool_)
     spread_out[:, said] = labels
@@ -220,10 +225,24 @@ def _relays(run: GridRun, warned: BoolArray, perceived_at: IntArray) -> dict[str
     }
 
 
-def _with_shuffles(labels: BoolArray) -> BoolArray:
-    """Return the labels of M messages, and SHUFFLES shuffles of them, (1 + SHUFFLES, M); the same ones every time."""
-    rows = np.tile(labels, (1 + SHUFFLES, 1))
-    rows[1:] = seeding.stream(0, "labels of messages").permuted(rows[1:], axis=1)
+def _spells(said: BoolArray, perceived_at: IntArray) -> IntArray:
+    """Return a number for the agent of each message and whether it has seen a fire by then, (M,); said (T, N)."""
+    step, agent = np.nonzero(said)
+    return np.asarray(2 * agent + (step + 1 >= perceived_at[agent]))
+
+
+def _with_shifts(labels: BoolArray, spells: IntArray) -> BoolArray:
+    """Return the labels of M messages, and SHUFFLES shifts of them within spells, (1 + SHUFFLES, M); always the same.
+
+    Args:
+        labels: of the messages by step, then agent, (M,).
+        spells: what each message belongs to, (M,).
+    """
+    rows, rng = np.tile(labels, (1 + SHUFFLES, 1)), seeding.stream(0, "labels of messages")
+    for spell in np.unique(spells):
+        own = np.flatnonzero(spells == spell)
+        shifts = rng.integers(len(own), size=SHUFFLES)
+        rows[1:, own] = labels[own[(np.arange(len(own)) - shifts[:, None]) % len(own)]]
     return rows
 
 
