@@ -140,6 +140,21 @@ def _schema_of_any(declared: Declared) -> pa.Schema:
 
 
 @dataclass(frozen=True)
+class Twin:
+    """Which runs are held against one another: their worlds differ in one setting alone.
+
+    Attributes:
+        setting: the setting of the world.
+        told: its value in the runs that are held against others; also where a world does not say.
+        measures: the name of the difference, by the measure, both as columns.
+    """
+
+    setting: str
+    told: Any
+    measures: Mapping[str, str]
+
+
+@dataclass(frozen=True)
 class FormAnalysis:
     """What the analysis knows of a form; all but the first three may be left out.
 
@@ -153,6 +168,7 @@ class FormAnalysis:
         figures: gathers what is shown of runs; is told the seed whose runs are shown one by one. None by default.
         words: what is said of them.
         fixtures: returns a table of each kind of thing in the world of a run, such as `fires`; none by default.
+        twin: which runs are the null of others; none by default.
     """
 
     name: str
@@ -164,6 +180,7 @@ class FormAnalysis:
     figures: Callable[[int], Figures] | None = None
     words: Words = field(default_factory=Words)
     fixtures: Callable[[RunFolder], Mapping[str, pd.DataFrame]] = _no_fixtures
+    twin: Twin | None = None
 
 
 def form_of(name: str) -> FormAnalysis:

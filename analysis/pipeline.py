@@ -23,6 +23,7 @@ from analysis.load import Folders, folders_of, runs_by_id
 from analysis.measuring.memory import open_memory
 from analysis.measuring.runs import RunResult, Source, measure_runs
 from analysis.measuring.steps_file import open_steps_file
+from analysis.measuring.twins import beyond_twins
 from analysis.paper.basis import Basis
 from analysis.paper.ending import Told, ending
 from analysis.paper.methods import methods
@@ -367,7 +368,7 @@ def _measure_and_write_steps(
             results.append(result.without_steps())
             if watch is not None:
                 watch(len(results), len(runs))
-    return results
+    return beyond_twins(results)
 
 
 def _write_tables(found: Analysis) -> list[Path]:

@@ -64,7 +64,7 @@ MEASURING = {
 }
 """What else may import the analysis when it is used: checks of signatures, and what a signature begins with."""
 BASES = {"foundry.worlds.base", "foundry.models.base"}
-LEAVES = {f"foundry.{name}" for name in (*LAYERS["leaves"], "palette.fonts")}
+LEAVES = {f"foundry.{name}" for name in (*LAYERS["leaves"], "palette.fonts", "seeding.positions")}
 
 
 def files(folder: str) -> list[Path]:

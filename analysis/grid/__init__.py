@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.form import Decisions, Figures, FormAnalysis
+from analysis.form import Decisions, Figures, FormAnalysis, Twin
 from analysis.grid.columns import schema
 from analysis.grid.records import fixtures, labelled, read_records
 from analysis.grid.run import GridRun
@@ -35,4 +35,12 @@ ANALYSIS = FormAnalysis(
     decided=_decided,
     figures=_figures,
     words=WORDS,
+    twin=Twin(
+        "tell_fires",
+        told=True,
+        measures={
+            "hazard.away_beyond_blind": "hazard.away_beyond_untold",
+            "hazard.distance_beyond_blind": "hazard.distance_beyond_untold",
+        },
+    ),
 )

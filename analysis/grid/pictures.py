@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
+from msgspec.structs import replace
+
 from analysis.figures.shown import Shown, example_caption
 from analysis.form import RunTable
 from analysis.grid.figures import GridGroup, cascade_tree, grid_paths
@@ -23,7 +25,8 @@ class GridFigures:
 
     def add(self, shown: Shown, run: GridRun, seed: int) -> None:
         """Take what is shown of a run of a group."""
-        self._groups.setdefault(shown, GridGroup(shown, self._seed, run.world)).add(run, seed)
+        world = replace(run.world, places=(), fires=()) if run.world.draw_positions else run.world
+        self._groups.setdefault(shown, GridGroup(shown, self._seed, world)).add(run, seed)
 
     def pictures(self, order: Sequence[Shown]) -> list[Picture]:
         """Return the pictures, the groups in this order."""
@@ -75,7 +78,8 @@ def _of_all_runs(groups: Sequence[GridGroup]) -> list[Picture]:
         caption = (
             "Share of all agent-steps by cell, mean over the complete runs, the start left out; all on one scale, "
             "which ends with the models. "
-            "Outlines: places; crosses and dashed rings: fires and how far they are perceived."
+            "Outlines: places; crosses and dashed rings: fires and how far they are perceived; neither where each run "
+            "has its own."
         )
         pictures.append(Picture("occupancy", "Where the agents were", caption, partial(figures.occupancy_figure, maps)))
     curves = [curve for curve in (group.survival_curve() for group in groups) if curve is not None]

@@ -109,7 +109,7 @@ def settings(folder: RunFolder) -> GridSettings:
     Raises:
         InputError: it is not a 2D world.
     """
-    world = folder.config()["world"]
+    world = folder.world()
     try:
         return msgspec.convert(world, GridSettings)
     except msgspec.ValidationError as error:

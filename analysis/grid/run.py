@@ -103,6 +103,8 @@ class GridSettings(msgspec.Struct, frozen=True):
     leaders: Leaders | None = None
     energy: Energy | None = None
     order: Order | None = None
+    draw_positions: bool = False
+    tell_fires: bool = True
 
     @property
     def width(self) -> int:
@@ -152,7 +154,7 @@ class GridRun(Decisions):
         moved: whether the position changed in the step, (T, N).
         outcome: of the action call, index into OUTCOMES, (T, N).
         message_outcome: of the message call, index into OUTCOMES, (T, N).
-        fires: whether the fire was perceived before the move, (T, N, F).
+        fires: whether the fire was perceived before the move, (T, N, F); never where the world does not tell fires.
         said: the message, or None, (T, N); it counts as said even when nobody was near enough to hear it.
         contacts: rows (1-based step, agent, neighbour) before the move, in both directions, (K, 3).
         deliveries: rows (1-based step, sender, recipient) of delivered messages, (M, 3).

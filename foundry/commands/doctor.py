@@ -84,7 +84,7 @@ def plan(
     """
     from foundry.composing.planning import plan as plan_runs
     from foundry.composing.planning import repeats
-    from foundry.composing.preflight import notes_of
+    from foundry.composing.preflight import missing_arms, notes_of
     from foundry.doctor.hours import prompt_tokens, time_line
     from foundry.doctor.speeds import speeds
     from foundry.storing.determinism import SETTING, repeats_of
@@ -107,7 +107,7 @@ def plan(
     time = time_line(planned, speeds(cache))
     reach = sweep_reach(sweep)
     twice = repeats(sweep, planned, composed.settings[SETTING], () if there is None else repeats_of(there))
-    notes = [*growing, *notes_of(sweep), *filter(None, [note])]
+    notes = [*growing, *notes_of(sweep), *missing_arms(sweep), *filter(None, [note])]
     if json:
         _print_plan(planned, twice, notes, tokens, reach)
     else:

@@ -128,8 +128,28 @@ def worlds_left_out(configs: Sequence[Mapping[str, Any]]) -> tuple[frozenset[str
 
 def notes_of(sweep: Sweep) -> list[str]:
     """Return what is to be known of the worlds of a sweep before it starts, one line each."""
-    worlds = {settings_key(condition.config["world"]): condition.config for condition in sweep.conditions}
-    return list(dict.fromkeys(note for config in worlds.values() for note in scenario_of(config).notes()))
+    return list(dict.fromkeys(note for config in _worlds(sweep).values() for note in scenario_of(config).notes()))
+
+
+def missing_arms(sweep: Sweep) -> list[str]:
+    """Return which worlds of a sweep lack the arm that is the exact null of their measures, one line each."""
+    worlds = _worlds(sweep)
+    lines = []
+    for config in worlds.values():
+        scenario = scenario_of(config)
+        arm = scenario.null_arm()
+        if arm and settings_key({**config["world"], **arm}) not in worlds:
+            added = " ".join(f"+world.{key}={str(value).lower()}" for key, value in arm.items())
+            lines.append(
+                f"world '{scenario.name}': {added} on the same seeds adds an untold arm, the exact null of its "
+                "measures; without it they stand against an agent without habits"
+            )
+    return list(dict.fromkeys(lines))
+
+
+def _worlds(sweep: Sweep) -> dict[str, Mapping[str, Any]]:
+    """Return a configuration with each world of a sweep, by the world's settings."""
+    return {settings_key(condition.config["world"]): condition.config for condition in sweep.conditions}
 
 
 def declare(sweep: Sweep, here: Sweep | None = None) -> Sweep:

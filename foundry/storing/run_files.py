@@ -34,6 +34,8 @@ PROBE = "foundry.worlds.probe.world.ProbeScenario"
 MOMENTS_FILE = "moments.json"
 ORIGINS, PAST = "origins", "{}-past.jsonl.zst"
 """The folder of what is shared with other sweeps, and the file in it of what was answered in a run."""
+FIXTURES = "fixtures"
+"""The record file of what a 2D world drew the positions of."""
 _OWN_HOUSE = frozenset((*RECORD_STREAMS, *KEPT))
 _ENCODE = msgspec.json.Encoder().encode
 T = TypeVar("T")
@@ -98,6 +100,15 @@ def moments_here(config: Mapping[str, Any], sweep: Path) -> dict[str, Any]:
     return {**config, "world": {**world, "kept": kept}}
 
 
+class _Fixture(msgspec.Struct, frozen=True):
+    """What is read here of a line of `fixtures.jsonl`."""
+
+    kind: str
+    name: str
+    x: int
+    y: int
+
+
 class RunFolder:
     """Where one run's files are; reads them.
 
@@ -148,6 +159,30 @@ class RunFolder:
     def recorded_config(self) -> dict[str, Any]:
         """Return the effective configuration as the sweep's definition has it."""
         return self._sweep.config(self.run)
+
+    def world(self) -> dict[str, Any]:
+        """Return the settings of its world; where positions were drawn for its seed, those that it recorded.
+
+        A place or fire is left out whose position is not recorded, as before the run was started.
+
+        Raises:
+            RecordError: `fixtures.jsonl` is damaged.
+        """
+        world: dict[str, Any] = self.config()["world"]
+        if FIXTURES not in self.declared.streams or not world.get("draw_positions"):
+            return world
+        content = self._bytes(f"{FIXTURES}.jsonl")
+        lines = lines_of(content[: content.rfind(b"\n") + 1], _Fixture, self.path / f"{FIXTURES}.jsonl")
+        cells = {(line.kind, line.name): [line.x, line.y] for line in lines}
+        placed = {
+            key: [
+                {**thing, position: cells[key, thing["name"]]}
+                for thing in world.get(key) or ()
+                if (key, thing["name"]) in cells
+            ]
+            for key, position in (("places", "center"), ("fires", "position"))
+        }
+        return {**world, **placed}
 
     def pictures(self) -> list[str]:
         """Return the names of the kept frames and images, relative to the run's folder."""

@@ -246,6 +246,13 @@ class Scenario(ABC):
         """Return the persona of every agent in the run with this seed, by its id; one agent without any by default."""
         return ({},)
 
+    def null_arm(self) -> Mapping[str, Any]:
+        """Return the settings of the same world in which nobody is told what its measures are about; none by default.
+
+        Runs of that world on the same seeds are the exact null of these measures.
+        """
+        return {}
+
     def notes(self) -> Sequence[str]:
         """Return what is to be known of the world before a sweep starts, one line each; nothing by default."""
         return ()

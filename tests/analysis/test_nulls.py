@@ -7,7 +7,7 @@ policies apart because one of them moves or speaks more often.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 import pytest
@@ -15,13 +15,16 @@ import pytest
 from analysis import signatures
 from analysis.any.run import AnyRun
 from analysis.camera.run import CameraRun
+from analysis.grid import moved
 from analysis.grid.run import GridRun
+from analysis.grid.signatures import hazard
 from analysis.measure import Measure, Null
 from analysis.rounds.run import RoundsRun
 from analysis.stats.family import NO_BEHAVIOUR
 from analysis.stats.intervals import student_quantile
 from blind_any_runs import CROWDS
 from blind_runs import GIVERS, GOERS, Blind, BlindWalker, blind_answers, blind_camera_run, blind_run
+from habit_runs import HABITS, Crowd, world_of
 
 ALIKE = {f"stays {stay}": Blind(stay=stay) for stay in (0.0, 0.2, 0.5, 0.9, 1.0)}
 MOVING = {name: one for name, one in ALIKE.items() if one.stay < 1}
@@ -54,11 +57,13 @@ FRESH = {name: one for name, one in CROWDS.items() if not one.habit}
 EVEN = {name: one for name, one in CAMERA.items() if name != "mostly left turns"}
 
 WHOSE: Mapping[str, Iterable[str]] = {
-    "goes and stays without regard to fires": ALIKE | ONE_WAY,
-    "goes and stays without regard to places": ALIKE | ONE_WAY,
-    "goes and stays without regard to others": ALIKE | ONE_WAY,
-    "goes all ways alike, stays as it likes": ALIKE,
-    "goes all ways alike, away from edges and walls": MOVING,
+    "draws each step anew, without regard to fires": ALIKE | ONE_WAY,
+    "draws each step anew, without regard to places": ALIKE | ONE_WAY,
+    "draws each step anew, without regard to others": ALIKE | ONE_WAY,
+    "draws each step anew, all ways alike, stays as it likes": ALIKE,
+    "draws each step anew, all ways alike, away from edges and walls": MOVING,
+    "goes and stays without regard to fires, whatever its habits": HABITS,
+    "goes and stays without regard to places, whatever its habits": HABITS,
     "goes all ways alike, never stays": ["stays 0.0"],
     "is anywhere alike, without regard to others": ALIKE,
     "warns of fires it has in sight alone": IN_SIGHT,
@@ -102,6 +107,11 @@ SLIGHT = 0.005
 TALK = {"communication", "warning"}
 """What only those can show that differ in what they say."""
 
+WAYS = {"hazard", "movement"}
+"""What those are played for that keep to ways of their own."""
+
+CROWD_SIZES = (1, 2, 5, 20, 100)
+
 DECISIONS = 150
 """Of a run of a 3D world: the fewer, the further are the measures of `viewpoint` from their nulls, by about 1/n."""
 
@@ -138,11 +148,11 @@ Values = Mapping[str, Mapping[str, np.ndarray]]
 
 
 def measured(
-    runs: Iterable[GridRun | CameraRun | RoundsRun | AnyRun], *, talk_alone: bool = False
+    runs: Iterable[GridRun | CameraRun | RoundsRun | AnyRun], about: Collection[str] = ()
 ) -> dict[str, np.ndarray]:
-    """Return the defined values of each measure over runs, (n,) at most; of talk alone where nothing else is new."""
+    """Return the defined values of each measure over runs, (n,) at most; of these signatures alone where named."""
     found: dict[str, list[float]] = {}
-    about = TALK if talk_alone else {name.partition(".")[0] for name in (*stated_nulls(), *ALIKE_IN)}
+    about = about or {name.partition(".")[0] for name in (*stated_nulls(), *ALIKE_IN)}
     asked = [one for one in signatures.discover() if one.name in about]
     for run in runs:
         for one in [one for one in asked if any(part.run is type(run) and part.applies(run) for part in one.parts)]:
@@ -159,9 +169,14 @@ def stated_nulls() -> dict[str, Null]:
     return {name.replace("persona_effect.*", "persona_effect.role"): null for name, null in every if null is not None}
 
 
+def of_habits(whether: bool) -> dict[str, Null]:
+    """Return the nulls that hold for agents with habits, or those that are not said to."""
+    return {name: null for name, null in stated_nulls().items() if (WHOSE[null.policy] is HABITS) == whether}
+
+
 def played(grid_seeds: int, camera_seeds: int) -> Values:
     grid = {
-        name: measured((blind_run(one, seed) for seed in range(grid_seeds)), talk_alone=name not in ALIKE | ONE_WAY)
+        name: measured((blind_run(one, seed) for seed in range(grid_seeds)), () if name in ALIKE | ONE_WAY else TALK)
         for name, one in (ALIKE | ONE_WAY | TALKING | IN_SIGHT | WARNERS).items()
     }
     camera = {
@@ -173,6 +188,31 @@ def played(grid_seeds: int, camera_seeds: int) -> Values:
     }
     others = CROWDS | GOERS | GIVERS
     return grid | camera | {name: measured(map(one.play, range(2 * grid_seeds))) for name, one in others.items()}
+
+
+def habits(seeds: int, crowd_sizes: Sequence[int]) -> Values:
+    """Return the values of who keeps to ways of its own, where positions are drawn and beside an untold twin."""
+    runs = [(seed, crowd_sizes[seed % len(crowd_sizes)]) for seed in range(seeds)]
+    drawn = {agents: world_of(agents, draw_positions=True) for agents in crowd_sizes}
+    return {
+        name: measured((crowd.play(seed, drawn[agents]) for seed, agents in runs), WAYS) | beyond_untold(crowd, runs)
+        for name, crowd in HABITS.items()
+    }
+
+
+def beyond_untold(crowd: Crowd, runs: Iterable[tuple[int, int]]) -> dict[str, np.ndarray]:
+    """Return what a crowd does beyond its untold twins, which draw ways of their own; runs are seeds and sizes."""
+    arms = [
+        [hazard.measure(crowd.play(seed, world_of(agents, tell_fires=told), f"told {told}")) for told in (True, False)]
+        for seed, agents in runs
+    ]
+    found = {
+        f"hazard.{name}_beyond_untold": np.array(
+            [told[f"{name}_beyond_blind"] - untold[f"{name}_beyond_blind"] for told, untold in arms]
+        )
+        for name in ("away", "distance")
+    }
+    return {name: values[~np.isnan(values)] for name, values in found.items()}
 
 
 def columns(values: Values) -> list[str]:
@@ -200,8 +240,7 @@ def by_policy(values: Values, column: str, policies: Iterable[str]) -> dict[str,
     return {name: own for name, own in found.items() if len(own) > 7} | {"all": np.concatenate(list(found.values()))}
 
 
-def check_nulls(values: Values, sees: float) -> None:
-    stated = stated_nulls()
+def check_nulls(values: Values, stated: Mapping[str, Null], sees: float) -> None:
     parts = {name: by_policy(values, name, WHOSE[null.policy]) for name, null in stated.items()}
     rows = sum(map(len, parts.values()))
     wrong = [
@@ -231,7 +270,8 @@ def check_alike(values: Values) -> None:
 @pytest.mark.slow
 def test_who_looks_at_nothing_comes_to_the_nulls_and_is_told_apart_by_nothing():
     values = played(16, 60)
-    check_nulls(values, sees=0.05)
+    check_nulls(values, of_habits(False), sees=0.05)
+    check_nulls(habits(15, CROWD_SIZES), of_habits(True), sees=0.1)
     check_alike(values)
 
 
@@ -239,14 +279,22 @@ def test_who_looks_at_nothing_comes_to_the_nulls_and_is_told_apart_by_nothing():
 @pytest.mark.timeout(900)
 def test_who_looks_at_nothing_comes_to_the_nulls_in_many_runs():
     values = played(200, 560)
-    check_nulls(values, sees=0.02)
+    check_nulls(values, of_habits(False), sees=0.02)
+    check_nulls(habits(60, CROWD_SIZES), of_habits(True), sees=0.05)
     check_alike(values)
 
 
-def test_where_agents_warn_at_rates_of_their_own_passing_on_comes_to_its_null():
-    values = {
-        name: measured((blind_run(one, seed) for seed in range(40)), talk_alone=True) for name, one in WARNERS.items()
+def test_who_keeps_to_a_way_but_ignores_fires_and_places_comes_to_their_nulls(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(moved, "DRAWS", 10)  # the null is exact for any number, and the test takes seconds
+    assert set(of_habits(True)) == {
+        *(f"hazard.{name}_beyond_{null}" for name in ("away", "distance") for null in ("moved", "untold")),
+        "movement.drift_place_beyond_moved",
     }
+    check_nulls(habits(12, (1, 2, 5)), of_habits(True), sees=0.2)
+
+
+def test_where_agents_warn_at_rates_of_their_own_passing_on_comes_to_its_null():
+    values = {name: measured((blind_run(one, seed) for seed in range(40)), TALK) for name, one in WARNERS.items()}
     assert all(len(own["warning.relay_above_chance"]) == 40 for own in values.values())
     apart = {name: abs(own["warning.relay_above_chance"].mean()) for name, own in values.items()}
     assert max(apart.values()) < 0.05

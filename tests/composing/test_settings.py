@@ -116,5 +116,5 @@ def test_a_word_that_is_no_command_is_told_behind_ones_own_folder_too(tmp_path: 
 def test_a_fire_that_starts_after_the_last_step_is_told_of(command: tuple[str, ...], tmp_path: Path):
     done = foundry(*command, *TINY[:3], "world.steps=4", *TINY[3:], cwd=tmp_path)
     assert done.returncode == 0
-    told = [line for line in done.stdout.splitlines() if "fire" in line]
+    told = [line for line in done.stdout.splitlines() if "fire2" in line]
     assert told == ["world 'cafe_library': fire 'fire2' starts at step 5, after the last one (4): nobody perceives it"]

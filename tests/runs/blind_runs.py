@@ -36,51 +36,75 @@ WORLD = GridSettings(
 """Places, fires in the open and at the edge, one that is late enough to have controls."""
 
 
-@dataclass(frozen=True)
-class Blind:
-    """A policy that draws all it does, with the same chances wherever it is.
+@dataclass(frozen=True, kw_only=True)
+class Talk:
+    """How agents speak, with the same chances wherever they are.
 
     Attributes:
-        stay: chance to stay.
-        ways: chances of up, down, left and right for a move, over those that the edge allows.
         speak: chance to say something.
         texts: what is said, each as likely.
         in_sight: whether it speaks with a fire in sight alone; the one thing it may see.
         other_texts: what every other agent says in place of `texts`; nothing where it says the same.
     """
 
-    stay: float = 0.2
-    ways: tuple[float, float, float, float] = (0.25, 0.25, 0.25, 0.25)
     speak: float = 0.3
     texts: tuple[str, ...] = ("hello", "fire!", "see you", "there is smoke", "well", "so")
     in_sight: bool = False
     other_texts: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True, kw_only=True)
+class Blind(Talk):
+    """A policy that draws all it does, with the same chances wherever it is.
+
+    Attributes:
+        stay: chance to stay.
+        ways: chances of up, down, left and right for a move, over those that the edge allows.
+    """
+
+    stay: float = 0.2
+    ways: tuple[float, float, float, float] = (0.25, 0.25, 0.25, 0.25)
+
+
 def blind_run(policy: Blind, seed: int, world: GridSettings = WORLD) -> GridRun:
     """Return a run in which all agents have this policy; they start in any cell alike."""
     rng = seeding.stream(seed, f"blind {policy}")
-    shape = (world.steps, world.agents)
-    x, y, choice = _walks(policy, rng, world)
+    return run_of_walks(f"blind-{seed}", world, _walks(policy, rng, world), policy, rng)
+
+
+def run_of_walks(
+    run: str, world: GridSettings, walks: tuple[IntArray, IntArray, IntArray], talk: Talk, rng: Generator
+) -> GridRun:
+    """Return the run of agents that took these ways and talk like this.
+
+    Args:
+        run: its id.
+        world: its world.
+        walks: columns and rows by state, (T + 1, N) each, and choices by step, (T, N).
+        talk: how they talk.
+        rng: draws what they say.
+    """
+    x, y, choice = walks
+    shape = choice.shape
     place, fires = world.areas(x, y), _perceived(x[:-1], y[:-1], world)
     contacts = _contacts(x[:-1], y[:-1], place[:-1], world.communication_distance)
-    speaks = rng.random(shape) < policy.speak
-    speaks &= fires.any(axis=2) | (not policy.in_sight)
-    texts = np.array(policy.texts, dtype=np.object_)[rng.integers(len(policy.texts), size=shape)]
-    if policy.other_texts:
-        others = np.array(policy.other_texts, dtype=np.object_)
+    speaks = rng.random(shape) < talk.speak
+    speaks &= fires.any(axis=2) | (not talk.in_sight)
+    texts = np.array(talk.texts, dtype=np.object_)[rng.integers(len(talk.texts), size=shape)]
+    if talk.other_texts:
+        others = np.array(talk.other_texts, dtype=np.object_)
         texts[:, 1::2] = others[rng.integers(len(others), size=shape)][:, 1::2]
     return GridRun(
-        id=f"blind-{seed}",
+        id=run,
         world=world,
         x=x,
         y=y,
         place=place,
         choice=choice,
-        moved=choice != STAY,
+        moved=(x[1:] != x[:-1]) | (y[1:] != y[:-1]),
         outcome=np.zeros(shape, dtype=np.int64),
         message_outcome=np.zeros(shape, dtype=np.int64),
-        fires=fires,
+        fires=fires & world.tell_fires,
         said=np.where(speaks, texts, None),
         contacts=contacts,
         deliveries=contacts[speaks[contacts[:, 0] - 1, contacts[:, 1]]],

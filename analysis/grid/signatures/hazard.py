@@ -15,6 +15,7 @@ import numpy as np
 from analysis.arrays import STAY, BoolArray, FloatArray, IntArray
 from analysis.formulas import mean, ratio
 from analysis.grid.distances import to_fires, to_nearest_agent, to_nearest_place
+from analysis.grid.moved import beyond_moved, in_sight
 from analysis.grid.run import GridRun
 from analysis.grid.walker import asked_ways, beyond_blind, legal_moves, moves_to
 from analysis.logit import conditional_logit
@@ -23,19 +24,24 @@ from analysis.survival import restricted_mean
 
 NAME = "hazard"
 
-_BLIND, _UNBIASED = "goes and stays without regard to fires", "goes all ways alike, stays as it likes"
+_IGNORES = "goes and stays without regard to fires, whatever its habits"
+_BLIND = "draws each step anew, without regard to fires"
+_UNBIASED = "draws each step anew, all ways alike, stays as it likes"
+_AWAY = "steps away from fires {more|less}"
 
 MEASURES = {
     "exposure": share("Decisions with a fire in sight (share)"),
     "away": share("Steps away from a fire in sight (share)"),
     "away_moving": share("Moves away from a fire in sight (share of moves)"),
     "walker_away": share("Steps away from a fire in sight, of a walker (share)"),
+    "away_beyond_moved": Measure(
+        "Steps away from a fire, beyond those from moved fires (difference)", -2, 2, Null(0, _IGNORES), says=_AWAY
+    ),
+    "away_beyond_untold": Measure(
+        "Steps away from a fire, beyond the untold twin's (difference)", -2, 2, Null(0, _IGNORES), says=_AWAY
+    ),
     "away_beyond_blind": Measure(
-        "Steps away from a fire, beyond a blind agent's (difference)",
-        -1,
-        1,
-        Null(0, _BLIND),
-        says="steps away from fires {more|less}",
+        "Steps away from a fire, against an agent without habits (difference)", -1, 1, Null(0, _BLIND), says=_AWAY
     ),
     "difference_walker_moving": Measure(
         "Moves away from a fire, beyond a walker's (difference)", -1, 1, Null(0, _UNBIASED)
@@ -50,8 +56,14 @@ MEASURES = {
         "Odds to step away from a fire, over those before it burnt (log ratio)", null=Null(0, _UNBIASED)
     ),
     "distance_change": Measure("Change of the distance to a fire in sight (cells per step)", -1, 1),
+    "distance_beyond_moved": Measure(
+        "Change of the distance to a fire, beyond that to moved fires (cells per step)", -4, 4, Null(0, _IGNORES)
+    ),
+    "distance_beyond_untold": Measure(
+        "Change of the distance to a fire, beyond the untold twin's (cells per step)", -4, 4, Null(0, _IGNORES)
+    ),
     "distance_beyond_blind": Measure(
-        "Change of the distance to a fire, beyond a blind agent's (cells per step)", -2, 2, Null(0, _BLIND)
+        "Change of the distance to a fire, against an agent without habits (cells per step)", -2, 2, Null(0, _BLIND)
     ),
     "beta_fire": Measure("Pull of a cell more to the fire (log odds)", null=Null(0, _UNBIASED)),
     "beta_place": Measure("Pull of a cell more to the nearest place (log odds)"),
@@ -59,7 +71,15 @@ MEASURES = {
     "latency": Measure("Decisions until the first step away (restricted mean)", low=0),
 }
 
-HEADLINE = ("away_beyond_blind", "distance_beyond_blind", "exposure")
+HEADLINE = (
+    "away_beyond_moved",
+    "away_beyond_untold",
+    "away_beyond_blind",
+    "distance_beyond_moved",
+    "distance_beyond_untold",
+    "distance_beyond_blind",
+    "exposure",
+)
 
 FEWEST_CHOICES = 30
 """Choices among moves below which the pulls are not estimated; a rule of thumb."""
@@ -134,8 +154,13 @@ def measure(run: GridRun) -> dict[str, float]:
       exposed decisions of (legal moves that lead away / legal moves); 0..1. NaN where nothing is legal.
     - away_beyond_blind: exposed decisions that ask for a legal way away less those expected of a blind agent
       (`analysis.grid.walker`), which stays where the agent stayed and else asks for the legal ways by their shares in
-      the run / exposed decisions; -1..1. 0 for who stays, goes at random or prefers a way, wherever fires are and
-      however many a cell holds. Who flees on some decisions and stays on others has its moves counted over all of them.
+      the run / exposed decisions; -1..1. 0 for who draws each step anew, preferring a way or not, wherever fires are
+      and however many a cell holds; not 0 for who keeps to a way. Who flees on some decisions and stays on others has
+      its moves counted over all of them. Where the world draws positions, away_beyond_moved stands instead.
+    - away_beyond_moved: the same, less its mean over moved fires (`analysis.grid.moved`); -2..2. 0 for every policy
+      that ignores fires, whatever its habits.
+    - away_beyond_untold: where a sweep holds the run's untold twin, away_beyond_blind less that of the twin; -2..2. 0
+      for every policy that ignores fires. `analysis.measuring.twins` adds it, and distance_beyond_untold.
     - difference_walker_moving: away_moving less the expectation for a walker over the same decisions, those with a
       move; -1..1. NaN without a move. Not 0 for who prefers a way and is blind to fires.
     - difference_matched: risk difference against a matched control. The controls of an exposed decision are the counted
@@ -150,7 +175,7 @@ def measure(run: GridRun) -> dict[str, float]:
     - distance_change: mean change of the distance to the nearest of the perceived fires, cells per step; -1..1. Above
       0 for who looks at nothing, since from a cell beside a fire more ways lead away than to it.
     - distance_beyond_blind: the same of the legal ways asked for, less the expectation for the blind agent; cells per
-      step. 0 as away_beyond_blind.
+      step. 0 as away_beyond_blind. distance_beyond_moved: as away_beyond_moved.
     - beta_fire, beta_place, beta_agent: step selection. Conditional logit of the legal way asked for among the legal
       ones, others in it or not, at the exposed decisions that ask for one, on the change of the distance to the nearest
       of the perceived fires (Euclidean), of the fewest moves into a place and of those to where the nearest other agent
@@ -164,29 +189,44 @@ def measure(run: GridRun) -> dict[str, float]:
     Denominators: n_decisions, n_exposed, n_exposed_moves, n_matched (exposed decisions with a control), n_controls,
     n_choices (of the fit, also when it is too few), n_exposed_agents.
     """
+    run = in_sight(run)
     exposed = _exposed(run)
     away = exposed.change > 0
     moved = run.moved[exposed.step, exposed.agent]
     options = _options(run, exposed)
     walker = options.walker_away
     choice = run.choice[exposed.step, exposed.agent]
-    more = beyond_blind(run, choice, options.legal)
     return {
         "exposure": ratio(len(away), int(run.counted.sum())),
         "away": mean(away),
         "away_moving": mean(away[moved]),
         "walker_away": mean(walker),
-        "away_beyond_blind": mean((more * (options.change > 0)).sum(axis=1)),
+        **_beyond(run),
         "difference_walker_moving": mean(away[moved]) - mean(walker[moved]),
         **_matched(run, exposed),
         "distance_change": mean(exposed.change),
-        "distance_beyond_blind": mean((more * options.change).sum(axis=1)),
         **_selection(run, exposed, options, np.flatnonzero(asked_ways(choice, options.legal).any(axis=1))),
         **_latency(exposed, run.steps),
         "n_decisions": float(run.counted.sum()),
         "n_exposed": float(len(away)),
         "n_exposed_moves": float(moved.sum()),
     }
+
+
+def _beyond(run: GridRun) -> dict[str, float]:
+    """Return how much more agents go away than the null: that of moved fires where there are such draws."""
+    null, found = (
+        ("moved", beyond_moved(run, _beyond_blind)) if run.world.draw_positions else ("blind", _beyond_blind(run))
+    )
+    return {f"away_beyond_{null}": float(found[0]), f"distance_beyond_{null}": float(found[1])}
+
+
+def _beyond_blind(run: GridRun) -> FloatArray:
+    """Return the ways away from fires and the changes of distance, each beyond a blind agent's, (2,)."""
+    exposed = _exposed(run)
+    options = _options(run, exposed)
+    more = beyond_blind(run, run.choice[exposed.step, exposed.agent], options.legal)
+    return np.array([mean((more * (options.change > 0)).sum(axis=1)), mean((more * options.change).sum(axis=1))])
 
 
 def _exposed(run: GridRun) -> _Exposed:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from analysis.arrays import STAY, BoolArray, FloatArray, IntArray
 from analysis.formulas import divergence, entropy, mean, normalised_entropy, ratio, variety
 from analysis.grid.distances import to_fires, to_nearest_agent, to_nearest_place
+from analysis.grid.moved import beyond_moved
 from analysis.grid.run import CHOICES, HEADINGS, GridRun
 from analysis.grid.walker import beyond_blind, direction_shares, legal_moves, moves_to
 from analysis.measure import Measure, Null, share
@@ -18,7 +20,8 @@ NAME = "movement"
 WAYS = CHOICES[STAY + 1 :]
 """The directions."""
 
-_ALIKE, _BLIND = "goes all ways alike, away from edges and walls", "goes and stays without regard to {}"
+_ALIKE = "draws each step anew, all ways alike, away from edges and walls"
+_BLIND = "draws each step anew, without regard to {}"
 
 MEASURES = {
     "variety": share(
@@ -43,16 +46,34 @@ MEASURES = {
     "asked_share_*": share("Moves * asked for (share)"),
     "drift_place": Measure("Drift to the nearest place (cells per step)", -1, 1),
     "drift_agent": Measure("Drift to the nearest agent (cells per step)", -1, 1),
+    "drift_place_beyond_moved": Measure(
+        "Drift to the nearest place, beyond that to moved places (cells per step)",
+        -4,
+        4,
+        Null(0, "goes and stays without regard to places, whatever its habits"),
+    ),
     "drift_place_beyond_blind": Measure(
-        "Drift to the nearest place, beyond a blind agent's (cells per step)", -2, 2, Null(0, _BLIND.format("places"))
+        "Drift to the nearest place, against an agent without habits (cells per step)",
+        -2,
+        2,
+        Null(0, _BLIND.format("places")),
     ),
     "drift_agent_beyond_blind": Measure(
-        "Drift to the nearest agent, beyond a blind agent's (cells per step)", -2, 2, Null(0, _BLIND.format("others"))
+        "Drift to the nearest agent, against an agent without habits (cells per step)",
+        -2,
+        2,
+        Null(0, _BLIND.format("others")),
     ),
     "drift_fire": Measure("Drift to the nearest fire (cells per step)", -1, 1),
 }
 
-HEADLINE = ("variety", "alignment", "drift_place_beyond_blind", "drift_agent_beyond_blind")
+HEADLINE = (
+    "variety",
+    "alignment",
+    "drift_place_beyond_moved",
+    "drift_place_beyond_blind",
+    "drift_agent_beyond_blind",
+)
 
 
 def measure(run: GridRun) -> dict[str, float]:
@@ -61,10 +82,12 @@ def measure(run: GridRun) -> dict[str, float]:
     Over the moves made, which tell of the world, too; NaN without any:
 
     - variety: pairs of moves in different directions / pairs of moves, of all agents together; 0..1. 3/4 where all
-      ways are alike, however few the moves are, while entropies come out the lower the fewer there are; less where
+      ways are alike and each step is drawn anew, however few the moves are, while entropies come out the lower the
+      fewer there are. Less where agents keep to a way, for then the moves of a pair are no separate draws, and where
       walls or edges close some ways more often, as in a corridor. NaN below two moves. Source: Simpson 1949.
-    - alignment: mean cosine of the angle between the moves of a pair; -1..1 (one way), 0 where all ways are alike:
-      the square of the resultant length without its bias, (n R^2 - 1) / (n - 1). NaN below two moves.
+    - alignment: mean cosine of the angle between the moves of a pair; -1..1 (one way), 0 where all ways are alike and
+      each step is drawn anew, more where agents keep to a way: the square of the resultant length without its bias,
+      (n R^2 - 1) / (n - 1). NaN below two moves.
     - direction_bits: entropy of the four directions, bits; 0..2. direction_entropy: the same / 2; 0..1. Biased low
       below about 30 moves; edges change what is possible, so the null is a walker in the same states, not 1.
     - direction_kl: divergence from the uniform distribution, 2 - direction_bits, bits; 0..2.
@@ -87,7 +110,9 @@ def measure(run: GridRun) -> dict[str, float]:
       goes is not known to the agent; -1..1. Steps of an agent that is alone are left out. NaN with one agent.
     - drift_place_beyond_blind, drift_agent_beyond_blind: the same of the legal ways asked for, less what is expected of
       a blind agent (`walker`), which stays where the agent stayed and else asks for the legal ways by their shares in
-      the run; cells per step. 0 for who prefers a way but not what lies there.
+      the run; cells per step. 0 for who draws each step anew, preferring a way or not; not 0 for who keeps to a way.
+    - drift_place_beyond_moved: where the world draws positions, in place of drift_place_beyond_blind: the same less its
+      mean over moved places (`analysis.grid.moved`). 0 for every policy that ignores places, whatever its habits.
     - drift_fire: change of the fewest moves to the nearest burning fire, perceived or not, over the steps with one;
       -1..1. NaN when none burns.
 
@@ -166,11 +191,18 @@ def _drifts(run: GridRun) -> dict[str, float]:
     return {
         "drift_place": mean(place[:, 0]),
         "drift_agent": mean(agent[~np.isnan(agent[:, 0]), 0]),
-        "drift_place_beyond_blind": beyond(place),
+        **_place_drift(run, lambda moved: beyond(_place_changes(moved)[counted])),
         "drift_agent_beyond_blind": beyond(agent),
         "drift_fire": mean(fire[counted & burning]),
         "n_burning": float((counted & burning).sum()),
     }
+
+
+def _place_drift(run: GridRun, drift: Callable[[GridRun], float]) -> dict[str, float]:
+    """Return the drift to places beyond the null: that of moved places where there are such draws."""
+    if run.world.draw_positions:
+        return {"drift_place_beyond_moved": float(beyond_moved(run, lambda moved: np.array([drift(moved)]))[0])}
+    return {"drift_place_beyond_blind": drift(run)}
 
 
 def _place_changes(run: GridRun) -> FloatArray:

@@ -70,11 +70,11 @@ class GridView(RunView):
     def __init__(self, folder: RunFolder, *, decisions_per_chunk: int = 10, trusted: Sequence[str] = ()) -> None:
         super().__init__(folder, decisions_per_chunk=decisions_per_chunk, trusted=trusted)
         try:
-            self._grid = msgspec.convert(self.world, _Grid)
+            self._grid = msgspec.convert(folder.world(), _Grid)
         except msgspec.ValidationError as error:
             raise RecordError(f"The world of run '{folder.id}' cannot be shown: {error}") from error
         self.steps_per_chunk = max(1, min(50, DECISIONS_PER_CHUNK // self.agents))
-        self._places = {place.name: index for index, place in enumerate(self._grid.places)}
+        self._places = {place["name"]: index for index, place in enumerate(self.world["places"])}
         self._cells = {
             name: StepLines(folder.stream_path(name)) for name in ("burning", "food") if name in folder.declared.streams
         }
@@ -97,8 +97,9 @@ class GridView(RunView):
     def about_world(self) -> dict[str, Any]:
         """Return the grid, its places and fires, and the further parts that it has."""
         keys = ("half_size", "places", "fires", "communication_distance")
-        further = {key: self.world[key] for key in FURNITURE if self.world.get(key)}
-        return {key: self.world.get(key) for key in keys} | {"directions": DIRECTIONS} | further
+        world = self.folder.world()  # its positions may have been recorded since
+        further = {key: world[key] for key in FURNITURE if world.get(key)}
+        return {key: world.get(key) for key in keys} | {"directions": DIRECTIONS} | further
 
     def frames(self, first: int, last: int) -> dict[str, Any]:
         """Return positions, actions, outcomes, links and deliveries."""
@@ -164,7 +165,7 @@ class GridView(RunView):
 
     def by_step(self, first: int, last: int) -> dict[str, list[float | None]]:
         """Return what `GridByStep` says of these steps."""
-        found = self._by_step or GridByStep(self.world, self.is_warning, steady=not self._come_and_go)
+        found = self._by_step or GridByStep(self.folder.world(), self.is_warning, steady=not self._come_and_go)
         self._by_step = found
         while (known := found.done) < last:
             until = min(known + self.steps_per_chunk, self.done)

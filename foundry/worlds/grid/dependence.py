@@ -39,7 +39,10 @@ _UNKNOWN = -2
 """Stands for the area of those who have not come to a step yet; another one than every area, OUTSIDE included."""
 
 _KNOWN: dict[type[msgspec.Struct], str] = {
-    GridSettings: "name half_size agents steps places fires personas layout communication_distance history",
+    GridSettings: (
+        "name half_size agents steps places fires personas layout communication_distance history draw_positions "
+        "tell_fires"
+    ),
     Place: "name type center extent capacity",
     Fire: "name start position intensity radius",
     History: "memory messages",

@@ -55,6 +55,7 @@ class Perception:
         self._settings = settings
         self._personas = personas
         self._field = settings.field
+        self._told = settings.fires if settings.tell_fires else ()
         self._seen_places = [{"name": place.name, "type": place.type} for place in settings.places]
         self._fixed: dict[str, Any] = {
             "half_size": settings.half_size,
@@ -73,7 +74,7 @@ class Perception:
         grid = np.array(cells, dtype=np.int64)
         area_of = self._field.areas(grid)
         near = self._near(grid, area_of)
-        fires = perceived_fires(self._settings.fires, step, grid, burning)
+        fires = perceived_fires(self._told, step, grid, burning)
         areas = area_of.tolist()
         visited = {area: self._visited(area, areas.count(area)) for area in set(areas)}
         seen = [self._seen(agent, cell, area) for agent, cell, area in zip(ids, cells, areas, strict=True)]
@@ -104,7 +105,7 @@ class Perception:
         is_near = distances(cells[there], cells[agent]) <= self._settings.communication_distance
         near = there[is_near & (there != agent)]
         x, y = cells[agent].tolist()
-        fires = fires_perceived_at((x, y), self._settings.fires, step)
+        fires = fires_perceived_at((x, y), self._told, step)
         visited = self._visited(area, len(there))
         me = self._seen(agent, (x, y), area)
         met = [

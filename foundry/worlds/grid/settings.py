@@ -7,10 +7,13 @@ from collections.abc import Mapping
 from typing import Any
 
 import msgspec
+import numpy as np
 
+from foundry import seeding
 from foundry.errors import InputError
+from foundry.seeding.positions import PositionLaw
 from foundry.worlds.grid.hazards import Fire
-from foundry.worlds.grid.layouts import Layout
+from foundry.worlds.grid.layouts import Layout, Uniform
 from foundry.worlds.grid.parts.ground import Ground, cells_of
 from foundry.worlds.grid.parts.settings import (
     DEEDS,
@@ -60,6 +63,8 @@ class GridSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
         layout: where agents start.
         communication_distance: largest Euclidean distance at which agents can talk, cells.
         history: how much an agent keeps.
+        draw_positions: whether the seed draws where places and fires stand; the settings then say none.
+        tell_fires: whether agents perceive fires; where they do not, fires still burn and hurt.
 
     Further parts, each of which may be left out:
         walls: rectangles of cells that nobody can enter, by two opposite corners.
@@ -88,6 +93,8 @@ class GridSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     layout: Layout
     communication_distance: float
     history: History
+    draw_positions: bool = False
+    tell_fires: bool = True
     walls: tuple[Corners, ...] = ()
     walls_block: tuple[Barred, ...] = ("sight", "talk")
     exits: tuple[Exit, ...] = ()
@@ -102,6 +109,24 @@ class GridSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     sharing: bool = False
     attack: Attack | None = None
     reproduction: Reproduction | None = None
+
+    def for_seed(self, seed: int) -> GridSettings:
+        """Return the settings of the run with this seed, with its own positions where these are drawn."""
+        if not self.draw_positions:
+            return self
+        extents = np.array([place.extent for place in self.places], dtype=np.int64).reshape(-1, 2)
+        drawn = PositionLaw(self.half_size, extents, len(self.fires)).draw(seeding.stream(seed, "positions"))
+        return msgspec.structs.replace(
+            self,
+            places=tuple(
+                msgspec.structs.replace(place, center=(x, y))
+                for place, (x, y) in zip(self.places, drawn.places.tolist(), strict=True)
+            ),
+            fires=tuple(
+                msgspec.structs.replace(fire, position=(x, y))
+                for fire, (x, y) in zip(self.fires, drawn.fires.tolist(), strict=True)
+            ),
+        )
 
     @property
     def furnished(self) -> bool:
@@ -157,19 +182,58 @@ _PARTS: dict[str, type[msgspec.Struct]] = {
 }
 
 
+_POSITIONS = {"places": "center", "fires": "position"}
+"""The settings that a world with drawn positions leaves out, by the list that they stand in."""
+
+
 def read_grid_settings(values: Mapping[str, Any]) -> GridSettings:
     """Return the checked settings, or raise InputError with one line that names the key."""
     plain = dict(values)
     for key, kind in (("places", Place), ("fires", Fire), ("exits", Exit), ("zones", Zone)):
         if key in plain:
             items = as_list(plain[key], f"world.{key}")
+            if plain.get("draw_positions") is True and key in _POSITIONS:
+                items = [_unplaced(item, _POSITIONS[key], f"world.{key}[{n}]") for n, item in enumerate(items)]
             plain[key] = [read_settings(kind, item, f"world.{key}[{n}]") for n, item in enumerate(items)]
     for key, part in _PARTS.items():
         if plain.get(key) is not None:
             plain[key] = read_settings(part, plain[key], f"world.{key}")
     settings = read_settings(GridSettings, plain, "world")
+    if settings.draw_positions:
+        _check_drawn(settings)
+        settings = settings.for_seed(0)
     _check(settings)
     return settings
+
+
+def _unplaced(item: Any, position: str, where: str) -> Any:
+    """Return a place or fire with a position that stands for the one to be drawn.
+
+    Raises:
+        InputError: its settings say a position.
+    """
+    if not isinstance(item, Mapping):
+        return item
+    if position in item:
+        raise InputError(
+            f"{where}.{position} is {item[position]}, and world.draw_positions=true draws it for each seed: leave it "
+            "out, or use world=cafe_library_drawn."
+        )
+    return {**item, position: (0, 0)}
+
+
+def _check_drawn(settings: GridSettings) -> None:
+    """Refuse all by which agents that ignore places and fires would still depend on where these are."""
+    if settings.furnished:
+        raise InputError(
+            "world.draw_positions=true works only without further parts (walls, exits, zones, energy, fires that "
+            "spread or kill): remove them, or set world.draw_positions=false."
+        )
+    if not isinstance(settings.layout, Uniform):
+        raise InputError(
+            f"world.draw_positions=true needs the layout 'uniform', and world.layout is "
+            f"'{type(settings.layout).__name__.lower()}': set layout@world.layout=uniform."
+        )
 
 
 def _check(settings: GridSettings) -> None:

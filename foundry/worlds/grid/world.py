@@ -20,7 +20,7 @@ from foundry.worlds.grid.observation import Perception
 from foundry.worlds.grid.parsing import ActionReading, MessageReading, Readings, read_action, read_message
 from foundry.worlds.grid.parts.deeds import read_deed
 from foundry.worlds.grid.parts.frames import recorded_frames
-from foundry.worlds.grid.parts.records import FurnishedStep, records_of
+from foundry.worlds.grid.parts.records import Fixture, FurnishedStep, fixtures_of, records_of
 from foundry.worlds.grid.parts.start import with_roles
 from foundry.worlds.grid.parts.world import FurnishedWorld
 from foundry.worlds.grid.questions import ACTION, MESSAGE, deliveries, heard, question
@@ -35,9 +35,10 @@ class GridScenario(Scenario):
     Description:
         A bounded integer grid with places (rectangles with a capacity) and fires. Agents start outside all
         places, unless the layout lists their cells; several may share a cell, and none blocks another.
-        Nothing but the edge limits a move: fires and capacities are numbers that agents are told. A YAML can
-        add further parts (`foundry.worlds.grid.parts`): walls, exits, crowded cells, sight, fires that spread,
-        energy and food; then agents come and go.
+        Nothing but the edge limits a move: fires and capacities are numbers that agents are told. Places and
+        fires stand where the settings say, or where the seed draws them. A YAML can add further parts
+        (`foundry.worlds.grid.parts`): walls, exits, crowded cells, sight, fires that spread, energy and food;
+        then agents come and go.
 
     Observation:
         See `foundry.worlds.grid.observation`, and with further parts `foundry.worlds.grid.parts.senses`.
@@ -70,14 +71,23 @@ class GridScenario(Scenario):
         self._ground = self.settings.ground
         if self.settings.furnished:
             self.records = records_of(self.settings)  # type: ignore[misc]  # what is written hangs on the settings
+        elif self.settings.draw_positions:
+            self.records = (*type(self).records, Fixture)  # type: ignore[misc]
 
     def start(self, seed: int) -> GridWorld | FurnishedWorld:
         """Return a fresh episode for this seed."""
         if self.settings.furnished:
             return FurnishedWorld(self.settings, seed, self.personas(seed), self._ground)
         rng = seeding.stream(seed, "layout")
-        cells = self.settings.layout.draw(rng, self.settings.field, self.settings.agents)
-        return GridWorld(self.settings, [(x, y) for x, y in cells.tolist()], self.personas(seed))
+        settings = self.settings.for_seed(seed)
+        cells = settings.layout.draw(rng, settings.field, settings.agents)
+        return GridWorld(settings, [(x, y) for x, y in cells.tolist()], self.personas(seed))
+
+    def null_arm(self) -> dict[str, Any]:
+        """Return the setting by which nobody is told of fires; none where no measure needs it."""
+        settings = self.settings
+        needed = settings.fires and settings.tell_fires and not settings.draw_positions
+        return {"tell_fires": False} if needed and not any(fire.spread for fire in settings.fires) else {}
 
     def notes(self) -> list[str]:
         """Return which fires come too late to be perceived."""
@@ -137,11 +147,12 @@ class GridScenario(Scenario):
             lines = [record for record in records if isinstance(record, FurnishedStep)]
             yield from recorded_frames(self.settings, self._ground, personas, seed, lines)
             return
+        settings = self.settings.for_seed(seed)
         for step, group in itertools.groupby(records, key=lambda record: record.step):
             rows = list(group)
             if step == 1:
-                yield make_frame(self.settings, personas, 0, [(row.x, row.y) for row in rows])
-            yield make_frame(self.settings, personas, step, [(row.x_next, row.y_next) for row in rows])
+                yield make_frame(settings, personas, 0, [(row.x, row.y) for row in rows])
+            yield make_frame(settings, personas, step, [(row.x_next, row.y_next) for row in rows])
 
 
 class GridRedrawing(Redrawing):
@@ -189,8 +200,9 @@ class GridWorld(World):
         return self._completed
 
     def opening(self) -> Sequence[Record]:
-        """Return the agents' personas, where the world has any."""
-        return [Agent(agent=agent, persona=persona) for agent, persona in enumerate(self._personas) if persona]
+        """Return the agents' personas, where the world has any, and the positions that its seed drew."""
+        personas = [Agent(agent=agent, persona=persona) for agent, persona in enumerate(self._personas) if persona]
+        return [*personas, *fixtures_of(self._settings)]
 
     def pending(self) -> Sequence[Question]:
         """Return every agent's message question, then, once these are answered, every action question."""

@@ -264,7 +264,7 @@ def test_definitions_say_what_chance_gives():
     (hazard,) = (one for one in discover() if one.name == "hazard")
     (of_grids,) = definitions(hazard, [form_of("grid")])
     nulls = {block.name: block.null for block in of_grids.blocks if block.name}
-    assert nulls["away_beyond_blind"] == "0: goes and stays without regard to fires"
+    assert nulls["away_beyond_blind"] == "0: draws each step anew, without regard to fires"
     assert nulls["exposure"] == ""
 
 

@@ -7,6 +7,7 @@ from foundry.worlds.grid.layouts import Clustered, Explicit, Uniform
 from foundry.worlds.grid.world import GridScenario
 
 PLACE = {"name": "a", "type": "t", "center": [0, 0], "extent": [1, 1], "capacity": 1}
+UNPLACED = {"name": "a", "type": "t", "extent": [1, 1], "capacity": 1}
 FIRE = {"name": "f", "start": 1, "position": [0, 0], "intensity": 0.5, "radius": 3}
 GOOD = {
     "name": "w",
@@ -58,6 +59,24 @@ def test_good_settings_are_taken():
         ({"layout": Explicit(positions=[[0, 0]])}, "world.layout.positions lists 1 cells for 2 agents"),
         ({"layout": Explicit(positions=[[0, 0], [6, 0]])}, "world.layout.positions[1] is [6, 0]"),
         ({"layout": "uniform"}, "world.layout: expected `Layout`"),
+        ({"draw_positions": True}, "world.places[0].center is [0, 0], and world.draw_positions=true draws it"),
+        ({"draw_positions": True, "places": []}, "world.fires[0].position is [0, 0], and world.draw_positions=true"),
+        (
+            {"draw_positions": True, "places": [UNPLACED], "fires": [], "view": 3},
+            "world.draw_positions=true works only without further parts",
+        ),
+        (
+            {"draw_positions": True, "places": [UNPLACED], "fires": [], "layout": Clustered(clusters=1, radius=2)},
+            "needs the layout 'uniform', and world.layout is 'clustered'",
+        ),
+        (
+            {"draw_positions": True, "places": [UNPLACED | {"extent": [6, 1]}], "fires": []},
+            "A place of extent [6, 1] is larger than the grid of half_size 5",
+        ),
+        (
+            {"draw_positions": True, "places": [UNPLACED | {"extent": [5, 5]}, UNPLACED | {"name": "b"}], "fires": []},
+            "world.draw_positions found no room for 2 places",
+        ),
     ],
 )
 def test_a_bad_setting_is_named_in_one_line(changes, says):

@@ -93,6 +93,33 @@ class Growing(Record, frozen=True, kw_only=True):
     amount: int
 
 
+class Fixture(Record, frozen=True, kw_only=True):
+    """Where a place or a fire stands that was drawn for the run's seed (`fixtures.jsonl`).
+
+    Attributes:
+        kind: `places` or `fires`.
+        name: its own name.
+        x: column of its centre.
+        y: row, upwards.
+    """
+
+    stream: ClassVar[str] = "fixtures"
+
+    kind: str
+    name: str
+    x: int
+    y: int
+
+
+def fixtures_of(settings: GridSettings) -> list[Fixture]:
+    """Return where the places and fires of a run stand, where that was drawn."""
+    if not settings.draw_positions:
+        return []
+    places = [("places", place.name, place.center) for place in settings.places]
+    fires = [("fires", fire.name, fire.position) for fire in settings.fires]
+    return [Fixture(kind=kind, name=name, x=x, y=y) for kind, name, (x, y) in (*places, *fires)]
+
+
 def records_of(settings: GridSettings) -> tuple[type[Record], ...]:
     """Return the classes of the records that a world with these further parts writes."""
     found: list[type[Record]] = [FurnishedStep if settings.energy is None else LivingStep, Message, Agent]

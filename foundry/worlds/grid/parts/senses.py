@@ -108,12 +108,13 @@ class Senses(Perception):
         burning = {fire.name: np.array([c for c, one in blaze.cells.items() if one is fire]).reshape(-1, 2)
                    for fire in self._settings.fires}  # fmt: skip
         scene = self._observe(step, ids, cells, burning)
-        chars = self._chars | dict.fromkeys(food, "f") | dict.fromkeys(blaze.cells, "*") | dict.fromkeys(cells, "A")
+        told = blaze.cells if self._settings.tell_fires else {}
+        chars = self._chars | dict.fromkeys(food, "f") | dict.fromkeys(told, "*") | dict.fromkeys(cells, "A")
         standing: dict[Cell, list[int]] = {}
         for agent, cell in bodies.items():
             standing.setdefault(cell, []).append(agent)
         order = self._settings.order
-        told = order.text if order is not None and order.start <= step else None
+        commanded = order.text if order is not None and order.start <= step else None
         for observation, agent, cell in zip(scene.observations, ids, cells, strict=True):
             sight = self._ground.sight(cell, self._settings.view, barred=self._barred)
             seen = {one: standing[one] for one in sight.cells & standing.keys()}
@@ -123,9 +124,9 @@ class Senses(Perception):
                 "open": self._ground.ways(cell),
                 "exits": [self._exit(one, cell, seen, sight.cells) for one in self._settings.exits
                           if one.name in known[agent]],
-                "burning": [list(one) for one in blaze.cells if one in sight.cells],
+                "burning": [list(one) for one in told if one in sight.cells],
                 "seen": self._others(agent, seen),
-                "order": told,
+                "order": commanded,
                 "energy": energy.get(agent),
                 "food": [{"x": x, "y": y, "amount": food[x, y]} for x, y in sorted(sight.cells & food.keys())],
                 "touchable": sorted(

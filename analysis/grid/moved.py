@@ -1,0 +1,76 @@
+"""The null of moved fires and places: the same ways of the agents, against positions that are drawn anew.
+
+In a world that draws positions for each seed, agents that ignore them would have gone the same ways had these been
+drawn otherwise. So the positions of the run are one draw more, and the difference from the mean over the others is 0
+in the mean, whatever habits the agents have.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+
+from analysis.arrays import BoolArray, FloatArray, IntArray
+from analysis.grid.run import GridRun, GridSettings
+from foundry import seeding
+from foundry.seeding.positions import PositionLaw
+
+DRAWS = 100
+"""Draws of positions that chance is estimated from."""
+
+
+def beyond_moved(run: GridRun, statistic: Callable[[GridRun], FloatArray]) -> FloatArray:
+    """Return the statistics of a run less their means over moved fires and places, where these are defined.
+
+    Args:
+        run: a run of a world that draws positions.
+        statistic: returns some numbers (k,) of a run, NaN where undefined.
+    """
+    draws = np.stack([statistic(moved) for moved in _moved(run)])
+    defined = ~np.isnan(draws)
+    counts = defined.sum(axis=0)
+    sums = np.where(defined, draws, 0.0).sum(axis=0)
+    means = np.divide(sums, counts, out=np.full(counts.shape, np.nan), where=counts > 0)
+    return np.asarray(statistic(run) - means)
+
+
+def in_sight(run: GridRun) -> GridRun:
+    """Return a run with the fires that its agents would have perceived, had its world told them."""
+    return run if run.world.tell_fires else replace(run, fires=_reached(run.world, run.x[:-1], run.y[:-1]))
+
+
+def _moved(run: GridRun) -> Iterator[GridRun]:
+    """Yield the run with its places and fires elsewhere, the same draws every time."""
+    world, starts = run.world, np.column_stack([run.x[0], run.y[0]])
+    extents = np.array([place.extent for place in world.places], dtype=np.int64).reshape(-1, 2)
+    law = PositionLaw(world.half_size, extents, len(world.fires), starts)
+    rng = seeding.stream(0, f"moved positions of {run.id}")
+    for _ in range(DRAWS):
+        drawn = law.draw(rng)
+        there = msgspec.structs.replace(
+            world,
+            places=tuple(
+                msgspec.structs.replace(place, center=(x, y))
+                for place, (x, y) in zip(world.places, drawn.places.tolist(), strict=True)
+            ),
+            fires=tuple(
+                msgspec.structs.replace(fire, position=(x, y))
+                for fire, (x, y) in zip(world.fires, drawn.fires.tolist(), strict=True)
+            ),
+        )
+        fires = _reached(there, run.x[:-1], run.y[:-1])
+        yield replace(run, world=there, place=there.areas(run.x, run.y), fires=fires)
+
+
+def _reached(world: GridSettings, x: IntArray, y: IntArray) -> BoolArray:
+    """Return which fires burn within their radius of the agents, by step, (T, N, F); x and y (T, N)."""
+    centres = np.array([fire.position for fire in world.fires], dtype=np.int64).reshape(-1, 2)
+    squares = (x[..., None] - centres[:, 0]) ** 2 + (y[..., None] - centres[:, 1]) ** 2
+    radii = np.array([fire.radius for fire in world.fires], dtype=np.float64)
+    starts = np.array([fire.start for fire in world.fires], dtype=np.int64)
+    burning = np.less_equal(starts, np.arange(1, len(x) + 1)[:, None, None])
+    # The root of a whole number is what the world compares; hypot may differ in its last digit.
+    return np.asarray((np.sqrt(squares) <= radii) & burning)

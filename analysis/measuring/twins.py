@@ -1,0 +1,54 @@
+"""Holds runs against their twins: the same model, settings and seed, in a world without what the measures are about."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from analysis.form import Twin, form_of
+from analysis.measuring.compact import Values
+from analysis.measuring.runs import RunResult
+from analysis.signatures import READABLE_SUFFIX
+
+_IDENTITY = ("world", "prompt", "model", "sampling_seed", "seed", "fork")
+"""The parts of a configuration that decide what a run is."""
+
+
+def beyond_twins(results: Sequence[RunResult]) -> list[RunResult]:
+    """Return the runs; those with a twin have the measures of their form's `Twin` too.
+
+    A twin is its own twin, so that its differences are 0 and other runs can be compared with it.
+    """
+    pairs = [(form_of(result.form).twin, result) for result in results]
+    twins = {_pair(twin, result): result for twin, result in pairs if twin is not None and not _is_told(twin, result)}
+    held = {_pair(twin, result) for twin, result in pairs if twin is not None and _is_told(twin, result)}
+    return [
+        result
+        if twin is None or (pair := _pair(twin, result)) not in twins or pair not in held
+        else replace(result, measures=_differences(twin, result.measures, twins[pair].measures))
+        for twin, result in pairs
+    ]
+
+
+def _is_told(twin: Twin, result: RunResult) -> bool:
+    return bool(result.config["world"].get(twin.setting, twin.told) == twin.told)
+
+
+def _pair(twin: Twin, result: RunResult) -> str:
+    """Return a text that a run and its twin share."""
+    parts: dict[str, Any] = {key: result.config.get(key) for key in _IDENTITY}
+    parts["world"] = {key: value for key, value in parts["world"].items() if key != twin.setting}
+    parts["model"] = {key: value for key, value in parts["model"].items() if key != "server"}
+    return json.dumps(parts, sort_keys=True, default=str)
+
+
+def _differences(twin: Twin, own: Values, others: Values) -> Values:
+    beyond = {
+        f"{difference}{suffix}": own[f"{measure}{suffix}"] - others[f"{measure}{suffix}"]
+        for measure, difference in twin.measures.items()
+        for suffix in ("", READABLE_SUFFIX)
+        if f"{measure}{suffix}" in own and f"{measure}{suffix}" in others
+    }
+    return Values({**own, **beyond})

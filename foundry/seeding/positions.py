@@ -1,0 +1,105 @@
+"""Draws where places and fires stand in a 2D world that draws them for each seed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from foundry.errors import InputError
+
+MOST_TRIES = 10_000
+"""Draws of all places after which they are said to have no room apart from one another."""
+
+
+@dataclass(frozen=True)
+class Positions:
+    """One draw, in the order of the settings.
+
+    Attributes:
+        places: the centres of the places, (P, 2).
+        fires: the cells of the fires, (F, 2).
+    """
+
+    places: NDArray[np.int64]
+    fires: NDArray[np.int64]
+
+
+class PositionLaw:
+    """The law of the positions: places lie on the grid and share no cell; fires burn in any cell, each as likely.
+
+    Every arrangement of the places is as likely. With the `starts` of agents given, it is the law of the positions in a
+    world whose agents start in the cells outside all places, each as likely: no place holds a start.
+    """
+
+    def __init__(
+        self,
+        half_size: int,
+        extents: NDArray[np.int64],
+        fires: int,
+        starts: NDArray[np.int64] | None = None,
+    ) -> None:
+        """Find the centres that each place can have.
+
+        Args:
+            half_size: both axes run from -half_size to +half_size.
+            extents: cells from the centre of each place to its edge, (P, 2).
+            fires: number of fires.
+            starts: cells that no place may hold, (N, 2); None where there are none.
+
+        Raises:
+            InputError: a place is larger than the grid.
+        """
+        self._half_size = half_size
+        self._extents = extents
+        self._fires = fires
+        self._centres = [self._possible(extent, starts) for extent in extents]
+
+    def draw(self, rng: Generator) -> Positions:
+        """Return one draw.
+
+        Raises:
+            InputError: the places have no room apart from one another.
+        """
+        for _ in range(MOST_TRIES):
+            places = np.array([centres[rng.integers(len(centres))] for centres in self._centres], dtype=np.int64)
+            if self._are_apart(places):
+                fires = rng.integers(-self._half_size, self._half_size, size=(self._fires, 2), endpoint=True)
+                return Positions(places.reshape(-1, 2), fires)
+        raise InputError(
+            f"world.draw_positions found no room for {len(self._extents)} places in {MOST_TRIES:,} draws: "
+            "shrink them or raise half_size."
+        )
+
+    def _possible(self, extent: NDArray[np.int64], starts: NDArray[np.int64] | None) -> NDArray[np.int64]:
+        """Return the centres at which a place lies on the grid and holds no start, (C, 2)."""
+        across, along = (np.arange(half - self._half_size, self._half_size - half + 1) for half in extent.tolist())
+        centres = np.stack(np.meshgrid(across, along), axis=-1).reshape(-1, 2)
+        if not len(centres):
+            raise InputError(
+                f"A place of extent {extent.tolist()} is larger than the grid of half_size {self._half_size}. "
+                "Shrink it."
+            )
+        if starts is None:
+            return centres
+        return np.asarray(centres[self._starts_within(centres, extent, starts) == 0])
+
+    def _starts_within(
+        self, centres: NDArray[np.int64], extent: NDArray[np.int64], starts: NDArray[np.int64]
+    ) -> NDArray[np.int64]:
+        """Return how many starts a place of each centre would hold, (C,), by sums over all corners at the origin."""
+        width = 2 * self._half_size + 1
+        sums = np.zeros((width + 1, width + 1), dtype=np.int64)
+        np.add.at(sums, tuple((starts + self._half_size + 1).T), 1)
+        sums = sums.cumsum(axis=0).cumsum(axis=1)
+        (left, low), (right, high) = (centres + self._half_size - extent).T, (centres + self._half_size + extent + 1).T
+        return np.asarray(sums[right, high] - sums[left, high] - sums[right, low] + sums[left, low])
+
+    def _are_apart(self, places: NDArray[np.int64]) -> bool:
+        return all(
+            bool((np.abs(places[one] - places[other]) > self._extents[one] + self._extents[other]).any())
+            for one, other in combinations(range(len(places)), 2)
+        )
