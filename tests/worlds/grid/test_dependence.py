@@ -45,12 +45,13 @@ def answer(asked: Asked, seed: int) -> Answer:
 @st.composite
 def worlds(draw: Callable[..., Any]) -> GridScenario:
     half = draw(st.integers(3, 9))
-    inside = st.integers(1 - half, half - 1)
+    inside, drawn = st.integers(1 - half, half - 1), draw(st.booleans())
     places = [
-        {"name": f"p{n}", "type": "cafe", "center": [draw(inside), draw(inside)], "extent": [1, n % 2], "capacity": 2}
+        {"name": f"p{n}", "type": "cafe", "extent": [1, n % 2], "capacity": 2}
+        | ({} if drawn else {"center": [draw(inside), draw(inside)]})
         for n in range(draw(st.integers(0, 2)))
     ]
-    fires = [{"name": "f", "start": 2, "position": [0, 0], "intensity": 0.5, "radius": 3}]
+    fires = [{"name": "f", "start": 2, "intensity": 0.5, "radius": 3} | ({} if drawn else {"position": [0, 0]})]
     changed: dict[str, Any] = load_world("cafe_library") | {
         "layout": Uniform(),
         "half_size": half,
@@ -58,6 +59,8 @@ def worlds(draw: Callable[..., Any]) -> GridScenario:
         "steps": draw(st.integers(4, 12)),
         "places": places,
         "fires": fires[: draw(st.integers(0, 1))],
+        "draw_positions": drawn,
+        "tell_fires": draw(st.booleans()),
         "communication_distance": draw(st.sampled_from([0, 1, 1.5, 2, 2.9, 5])),
         "history": {"memory": draw(st.integers(0, 2)), "messages": draw(st.integers(0, 3))},
     }
