@@ -71,7 +71,8 @@ def reach_of(conditions: Sequence[PlannedCondition], forms: Sequence[str], measu
         forms: of the world of each.
         measures: how many are tested; by default one for each signature that claims rest on.
     """
-    factors = [factor for factor, _ in compared_pairs(conditions, forms)]
+    played = [(condition, form) for condition, form in zip(conditions, forms, strict=True) if condition.runs]
+    factors = [factor for factor, _ in compared_pairs(*map(list, zip(*played, strict=True)))]
     if not factors:
         return None
     factor = max(dict.fromkeys(factors), key=factors.count)
@@ -97,10 +98,9 @@ def sure_effect(seeds: int, pairs: int, measures: int) -> float:
     """
     draws = stream(seeds, "reach")
     noise = draws.standard_normal((SIMULATIONS, measures, seeds))
-    if seeds <= _ALL_SIGNS_UP_TO:
-        signs: FloatArray = assignments(seeds).astype(np.float64)
-    else:
-        signs = 1.0 - 2 * draws.integers(0, 2, size=(max(_LEAST_SIGNS, round(4 * pairs / ALPHA)), seeds))
+    drawn = (max(_LEAST_SIGNS, round(4 * pairs / ALPHA)), seeds)
+    every = assignments(seeds) if seeds <= _ALL_SIGNS_UP_TO else 1 - 2 * draws.integers(0, 2, size=drawn)
+    signs = every.astype(np.float64)
     others = np.abs(_scaled(noise[:, 1:]) @ signs.T).max(axis=1, initial=0.0)
     low, high = 0.0, _MOST_EFFECT
     for _ in range(_HALVINGS):

@@ -77,7 +77,7 @@ def _unread(compared: Comparison, forms: Mapping[Group, FormAnalysis]) -> list[s
         if readable < _READABLE_ENOUGH:
             notes.append(
                 f"{group_label(group)}: only {readable:.0%} of the action replies could be read; the others "
-                f"{forms[group].words.unread}"
+                f"{forms[group].words.unread}; foundry status shows some"
             )
     return notes
 

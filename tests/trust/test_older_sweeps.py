@@ -26,6 +26,8 @@ DATA = Path(__file__).parents[1] / "data"
 RUNS = {"grid": 8, "camera": 2}
 TABLES = ("signatures", "comparison", "contrasts", "variance", "fingerprint")
 """What foundry 0.1 made of these sweeps; kept once, with its code, and never to change."""
+REDEFINED = ("warning.relay_above_chance", "warning.relay_above_chance_readable")
+"""Measures whose chance is another one since: labels are shifted within agents."""
 
 
 @pytest.fixture(scope="module", params=RUNS)
@@ -96,17 +98,25 @@ def test_every_number_of_their_tables_is_what_it_was(older: Path):
     for name in TABLES:
         kept, found = kept_table(older.name, name), pd.read_csv(older / "analysis" / f"{name}.csv")
         if "measure" in kept:
-            found = found[found["measure"].isin(set(kept["measure"]))].reset_index(drop=True)
+            kept = kept[~kept["measure"].isin(REDEFINED)].sort_values("measure", kind="stable", ignore_index=True)
+            found = found[found["measure"].isin(set(kept["measure"]))]
+            found = found.sort_values("measure", kind="stable", ignore_index=True)
         assert len(found) == len(kept) and set(kept) <= set(found), name
-        for column in kept:
+        for column in [column for column in kept if column not in REDEFINED]:
             assert alike(found[column], kept[column]), f"{name}: {column}"
 
 
 def kept_table(sweep: str, name: str) -> pd.DataFrame:
-    """Return a table of a sweep (`grid`, `camera`) as it was; its p had another correction, which so few seeds lack."""
+    """Return a table of a sweep (`grid`, `camera`) as it was.
+
+    Its p had another correction, which so few seeds lack, and messages that nobody hears were a headline.
+    """
     with zipfile.ZipFile(DATA / "tables_0_1.zip") as archive:
         kept = pd.read_csv(io.BytesIO(archive.read(f"{sweep}/{name}.csv")), keep_default_na=True)
-    return kept.rename(columns={"p_holm": "p_adjusted"}) if name == "contrasts" else kept
+    if name != "contrasts":
+        return kept
+    kept.loc[kept["measure"] == "communication.rate", "headline"] = False
+    return kept.rename(columns={"p_holm": "p_adjusted"})
 
 
 def alike(found: pd.Series, kept: pd.Series) -> bool:
