@@ -5,7 +5,9 @@ from __future__ import annotations
 import itertools
 import math
 import sys
+import tempfile
 from collections.abc import Callable
+from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -13,7 +15,8 @@ from measuring import Stopwatch, print_table, print_title
 from scipy.special import stdtr
 from simulated_runs import CASES, PAIRED_CASES, coverage, false_positives
 
-from analysis.stats.contrasts import ALPHA
+from analysis import analyze
+from analysis.stats.contrasts import ALPHA, contrasts
 from analysis.stats.equivalence import equivalence_p
 from analysis.stats.fingerprint import swap_p
 from analysis.stats.max_t import over_pairs, step_down_p
@@ -21,6 +24,8 @@ from analysis.stats.multiplicity import holm
 from analysis.stats.sequential import levels, sequential_p
 from analysis.stats.sign_flip import sign_flip_p
 from analysis.stats.stopping import error_of
+from analysis.tables.signature_table import SignatureTable
+from foundry.cli import run
 
 SIZES = (5, 10, 20)
 PAIRED_SIZES = (6, 8, 10, 12, 20)
@@ -30,6 +35,7 @@ EQUIVALENT_WITHIN = 0.1
 LOOKS = (8, 12, 18, 26, 34)
 COMPARISONS, EQUIVALENCES = 4_000, 2_000
 MEASURES, DIFFERENT, FAMILIES = 11, 4, 300
+COPIES = 100
 
 
 def other_shapes(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
@@ -146,6 +152,42 @@ def _claims(draw: Draw, models: int, seeds: int, effect: float) -> list[float]:
     return (counts / FAMILIES).ravel().tolist()
 
 
+def copies() -> None:
+    """Play one model again and again, and compare its runs with one another as if they were of several models."""
+    print_title(
+        "Claims between copies of one model, from the sweep to the summary",
+        f"{COPIES} sweeps a row of +sweep=first with scripted/random; error .02.",
+    )
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        seeds = COPIES * 3 * 10
+        run(
+            [
+                "+sweep=first",
+                "model=scripted/random",
+                f"seed=0-{seeds - 1}",
+                f"output.dir={folder}/out",
+                "analyze=false",
+            ]
+        )
+        played = analyze(Path(folder) / "out", plots=False).table
+    for models, each in itertools.product((2, 3), (8, 10)):
+        claims = [_copies(played, start, models, each) for start in range(0, COPIES * models * each, models * each)]
+        rows.append([models, each, f"{np.mean(claims):.2f}"])
+    print_table(["copies", "seeds", "any claim"], rows)
+
+
+def _copies(played: SignatureTable, start: int, models: int, each: int) -> bool:
+    """Return whether anything is claimed between runs of one model that are taken for several models'."""
+    seed = played.frame["seed"].to_numpy() - start
+    own = (seed >= 0) & (seed < models * each)
+    frame = played.frame[own].reset_index(drop=True)
+    place = seed[own]
+    frame = frame.assign(model=[f"copy {number}" for number in place // each], seed=place % each)
+    present = tuple(names for names, is_own in zip(played.present, own, strict=True) if is_own)
+    return bool(contrasts(SignatureTable(frame, (), played.measures, present))["significant"].any())
+
+
 def equivalence() -> None:
     print_title(
         "Two conditions said to be the same within 0.1 of a range of 1, at a true difference of the margin, and of 0",
@@ -249,6 +291,7 @@ if __name__ == "__main__":
     paired_intervals()
     tests()
     families()
+    copies()
     equivalence()
     fingerprints()
     print(f"{watch.cost().wall_s:.0f} s in all", file=sys.stderr)

@@ -28,6 +28,7 @@ with contextlib.redirect_stdout(sys.stderr):
 print(sorted(sys.modules))
 """
 TINY = ("world.agents=3", "world.steps=2", "analyze=false", "runner.workers=1")
+SCRIPTED = "model=scripted/random,scripted/avoid"
 
 
 def complain(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
@@ -149,7 +150,7 @@ def test_the_prompt_of_a_game_is_found_without_naming_its_kind(workspace: Path, 
     assert '"go" or "stay"' in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("name", ["paper_2d", "cross_model", "prompt_sensitivity", "smoke"])
+@pytest.mark.parametrize("name", ["paper_2d", "cross_model", "prompt_sensitivity", "first"])
 def test_every_shipped_sweep_composes(name: str, workspace: Path):
     from foundry.composing.compose import compose
 
@@ -190,9 +191,9 @@ def test_a_world_that_is_named_itself_is_refused_where_its_package_is_missing(
 
 @pytest.mark.slow
 def test_a_named_sweep_runs_and_its_ranges_can_be_overridden(workspace: Path):
-    assert run(["+sweep=smoke", "seed=3-4", "output.dir=out", "world.steps=2", "analyze=false"]) == 0
+    assert run(["+sweep=first", SCRIPTED, "seed=3-4", "output.dir=out", "world.steps=2", "analyze=false"]) == 0
     assert {run.run.seed for run in SweepFolder.open("out").runs()} == {3, 4}
-    assert len(SweepFolder.open("out").runs()) == 6
+    assert len(SweepFolder.open("out").runs()) == 4
 
 
 def test_users_add_their_own_parts_with_config_dir(workspace: Path):

@@ -20,6 +20,7 @@ from foundry.expansion import expand
 from foundry.paths import user_config_file
 
 TINY = ("world.agents=3", "world.steps=2", "analyze=false")
+SCRIPTED = "model=scripted/random,scripted/avoid"
 Write = Callable[[str], Path]
 
 
@@ -72,19 +73,19 @@ def test_the_command_line_stands_above_the_users_file(own: Write):
 
 @pytest.mark.slow
 def test_a_named_sweep_and_a_world_that_chooses_stand_above_the_users_file(own: Write):
-    own("world.agents: 7\nworld.half_size: 9\nprompt: json\n")
-    smoke = composed("+sweep=smoke").conditions[0].config["world"]
-    assert (smoke["agents"], smoke["half_size"]) == (8, 9)
+    own("world.agents: 7\nworld.communication_distance: 4\nprompt: json\n")
+    first = composed("+sweep=first", SCRIPTED).conditions[0].config["world"]
+    assert (first["agents"], first["communication_distance"]) == (3, 4)
     assert composed("world=bar", "model=scripted/random").conditions[0].config["prompt"]["name"] == "bar"
     assert composed("model=scripted/random").conditions[0].config["prompt"]["name"] == "json"
 
 
 def test_what_a_named_sweep_varies_is_not_recorded_as_asked_by_the_users_file(own: Write):
     own("model: scripted/avoid\nseed: 2\nworld.communication_distance: 4\n")
-    found = composed("+sweep=smoke")
-    assert found.asked == ("world.communication_distance=4", "+sweep=smoke")
+    found = composed("+sweep=first", SCRIPTED)
+    assert found.asked == ("world.communication_distance=4", "+sweep=first", SCRIPTED)
     typed = compose(found.asked)
-    assert typed is not None and len(expand((), typed.conditions).runs) == 9
+    assert typed is not None and len(expand((), typed.conditions).runs) == 16
     assert expand((), typed.conditions).runs == expand((), found.conditions).runs
 
 
@@ -241,7 +242,7 @@ def test_config_shows_the_part_that_is_asked_for(own: Write, tmp_path: Path):
     assert wrong.returncode == 2 and "Setting 'model.serve' not found." in wrong.stderr
 
 
-@pytest.mark.parametrize("argv", [("model=scripted/stay,scripted/random",), ("+sweep=smoke",)])
+@pytest.mark.parametrize("argv", [("model=scripted/stay,scripted/random",), ("+sweep=first",)])
 def test_config_shows_one_run_alone(argv: tuple[str, ...], own: Write, tmp_path: Path):
     done = foundry("config", *argv, cwd=tmp_path)
     assert done.returncode == 2 and done.stderr.count("\n") == 1
