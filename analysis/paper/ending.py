@@ -11,14 +11,15 @@ import pandas as pd
 
 from analysis.form import FormAnalysis
 from analysis.paper.findings import Finding, findings
-from analysis.paper.gaps import gap_lines, gaps, short_names
-from analysis.paper.sentence import DIFFERENT, SAME, SILENT, Row, Sides, kind_of, sentence, why_silent
+from analysis.paper.gaps import gap_lines, gaps, short_names, upright
+from analysis.paper.sentence import DIFFERENT, SAME, SILENT, Row, Sides, kind_of, why_silent
 from analysis.paper.study import short_contexts
 from analysis.prose import group_label
+from analysis.stats.factors import MODEL
 from analysis.stats.plan import DECLARED
 from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
-from analysis.tables.texts import p_value, text_width, with_interval
+from analysis.tables.texts import number, p_value, text_width, with_interval
 from foundry.texts import counted
 
 MOST_LINES, WIDEST = 20, 100
@@ -137,7 +138,7 @@ def _findings(
         return wrapped(_nothing(rows), width)
     entries = [
         *(finding.line(sides, names, contexts) for finding in standing),
-        *(sentence(row, sides) for row in others),
+        *(_verdict(row, names, contexts) for row in others),
     ]
     lines = wrapped(_title(rows, standing), width)
     for place, entry in enumerate(entries):
@@ -149,10 +150,24 @@ def _findings(
     return lines
 
 
+def _verdict(row: Row, names: Mapping[str, str], contexts: Mapping[str, str]) -> str:
+    """Return in short what holds of a row that shows no difference."""
+    factor = "" if row["factor"] == MODEL else f"{row['factor']}="
+    context = contexts[str(row["context"])]
+    both = f"{factor}{names[str(row['level'])]} and {factor}{names[str(row['reference'])]}"
+    both += f" ({context})" if context else ""
+    kind = kind_of(row)
+    if kind == SILENT:
+        return f"Nothing can be said of {row['measure']} of {both}: {why_silent(row)}"
+    if kind == SAME:
+        return f"{both} are the same in {row['measure']} within {number(row['margin'])}: {upright(row)}"
+    return f"No difference was found between {both} in {row['measure']}: {upright(row)}"
+
+
 def _title(rows: Sequence[Row], standing: Sequence[Finding]) -> str:
     tests = max(row["family"] for row in rows)
     differ = sum(kind_of(row) == DIFFERENT for row in rows)
-    said = f"Findings: {differ} of {counted(tests, 'test')} show{'s' * (differ == 1)} a difference"
+    said = f"Findings: {differ} of {counted(tests, 'test')} show{'s' * (differ == 1 or tests == 1)} a difference"
     if not standing:
         return said
     p = p_value(max(finding.p for finding in standing))

@@ -150,3 +150,14 @@ def test_the_command_for_new_seeds_asks_for_the_same_study_and_for_as_many_seeds
     assert on_new_seeds(asked, range(4), ["x.y"], 3, 0.05) == (
         "foundry preregister -m model=a,b,c world.agents=6 seed=4-10 --family x.y"
     )
+
+
+def test_what_was_declared_and_shows_no_difference_is_told_too():
+    rng = np.random.default_rng(3)
+    made = table([run for name in "ab" for run in runs(name, rng.normal(0.4, 0.1, 8).tolist(), MEASURES[0])])
+    columns = swept_columns(made)
+    rows = contrasts(made, columns, family=[MEASURES[0]]).assign(claim="declared", look=1)
+    told = Told(rows, compare(made, columns), MEASURES[:1], {}, (), "a study", "out", "out/analysis", lambda *_: "")
+    lines = ending(told, 100)
+    assert lines[2] == "Findings: 0 of 1 test shows a difference"
+    assert lines[3].startswith("  No difference was found between b and a in idle_rate.chosen: 0.0")
