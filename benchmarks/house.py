@@ -89,9 +89,7 @@ def print_imports(modules: list[Module]) -> None:
 
 def print_circles(modules: list[Module]) -> None:
     """Print the modules that import themselves by way of others."""
-    # The package itself names what programs use, and imports each when it is first asked for.
-    edges = [(one.name, other) for one in modules for other in one.imports]
-    graph = networkx.DiGraph([edge for edge in edges if "foundry" not in edge])
+    graph = networkx.DiGraph([(one.name, other) for one in modules for other in one.imports])
     circles = sorted(sorted(circle) for circle in networkx.strongly_connected_components(graph) if len(circle) > 1)
     print(f"\ncircles: {len(circles)}, of {sum(map(len, circles))} modules")
     for circle in circles:

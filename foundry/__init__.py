@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.2.0.dev0"
+from foundry.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from analysis.load import Loaded, load

@@ -7,8 +7,8 @@ import platform
 import subprocess
 from functools import lru_cache
 
-from foundry import __version__
 from foundry.paths import PACKAGE
+from foundry.version import __version__
 
 MENDING = "json-repair"
 """The package that mends broken replies."""

@@ -9,8 +9,8 @@ from analysis.paper.basis import Basis
 from analysis.prose import joined
 from analysis.stats.contrasts import ALPHA
 from analysis.stats.intervals import BOOTSTRAP_T, SIGN_FLIP, STUDENT, WILSON
-from foundry import __version__
 from foundry.storing.store import is_served, leaves
+from foundry.version import __version__
 
 _SAMPLING = frozenset(
     ("temperature", "top_p", "top_k", "min_p", "seed", "num_predict", "max_tokens", "num_ctx", "think", "format")

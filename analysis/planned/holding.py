@@ -15,10 +15,10 @@ from analysis.stats.plan import DECLARED, Plan
 from analysis.stats.values import Group, is_baseline
 from analysis.tables.groups import group_keys
 from analysis.tables.signature_table import SignatureTable
-from foundry import __version__
 from foundry.errors import InputError
 from foundry.storing.preregistration import PREREGISTRATION_FILE, Preregistration, preregistration_of
 from foundry.storing.store import SweepFolder
+from foundry.version import __version__
 
 
 @dataclass(frozen=True)

@@ -158,10 +158,11 @@ def _planned(composed: Composed, places: Set[Path], **asked: Any) -> tuple[Prere
         **asked: the arguments of `declared` that say what is tested.
     """
     from analysis.planned.declaring import declared
-    from foundry import __version__, provenance
+    from foundry import provenance
     from foundry.composing.preflight import declare
     from foundry.composing.preparing import model_lines
     from foundry.storing.preregistration import conditions_of
+    from foundry.version import __version__
 
     sweep = declare(composed.sweep)
     infos, note = known_models(sweep)

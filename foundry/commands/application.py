@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from foundry import __version__
 from foundry.errors import InputError
 from foundry.texts import visible
+from foundry.version import __version__
 
 if TYPE_CHECKING:
     from rich.console import Console
