@@ -43,7 +43,7 @@ from analysis.tables.comparison import Comparison, compare
 from analysis.tables.equal_chances import equal_chances
 from analysis.tables.groups import group_columns, group_keys
 from analysis.tables.latex import split_by
-from analysis.tables.notes import notes_of, out_of_reach
+from analysis.tables.notes import notes_of, out_of_reach, unlike_published
 from analysis.tables.signature_table import SignatureTable, build_table
 from analysis.tables.texts import (
     NUMBERS,
@@ -247,6 +247,7 @@ def _found(
     differences = _doubted(differences, doubts)
     compared = replace(compared, frame=_doubted(compared.frame, doubts))
     shown = tuple(shown_groups(compared))
+    validation = validation_frame(results, groups, compared)
     return Analysis(
         path=folder,
         compared=compared,
@@ -257,6 +258,7 @@ def _found(
             *others,
             *notes_of(table, compared, differences, forms_by_group, labellings),
             *(f"{said}: differences as small as that makes may be the server's own" for said in repeating.values()),
+            *unlike_published(validation),
             *out_of_reach(differences),
         ),
         written=(),
@@ -268,7 +270,7 @@ def _found(
         retest=retest([one.path for one in sources if not one.baseline], set(table.frame["run"])),
         equal_chances=equal_chances(compared),
         sources=pd.DataFrame(signatures.sources(forms)),
-        validation=validation_frame(results, groups, compared),
+        validation=validation,
         declared=planned.plan.family if planned else tuple(family or primary_measures(table.measures)),
         shown=shown,
         members=tuple(members(table.frame, groups, shown, runs_by_id([one.path for one in sources]))),

@@ -114,11 +114,15 @@ def _body(told: Told, width: int, room: int) -> list[str]:
     rows = told.contrasts[told.contrasts["headline"].astype(bool)].to_dict("records")
     if not rows:
         return _alone(told, width, room)
-    names = short_names(str(row[side]) for row in rows for side in ("reference", "level"))
+    factors = sorted(dict.fromkeys(str(row["factor"]) for row in rows), key=lambda factor: factor != MODEL)
+    names: dict[str, str] = {}
+    for factor in factors:
+        own = [row for row in rows if row["factor"] == factor]
+        names |= short_names(str(row[side]) for row in own for side in ("reference", "level"))
     contexts = short_contexts(str(row["context"]) for row in rows)
     lines = _findings(told, rows, names, contexts, width, room)
     told_measures = {finding.rows[0]["measure"] for finding in findings(rows)}
-    others = [row for row in rows if row["measure"] not in told_measures]
+    others = [row for row in rows if row["measure"] not in told_measures and row["factor"] == factors[0]]
     again = _again(told, rows, width) if not told_measures else []
     room -= len(lines) + len(again)
     if others and room >= LEAST_TABLE:

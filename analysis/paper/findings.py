@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from analysis.paper.gaps import upright
 from analysis.paper.sentence import DIFFERENT, Row, Sides, compared_words, kind_of, sentence, weaknesses
 from analysis.prose import joined
+from analysis.stats.factors import MODEL
 from analysis.tables.texts import number, p_value, rounded, with_interval
 from foundry.texts import counted
 
@@ -48,8 +49,9 @@ class Finding:
 
     def others(self, names: Mapping[str, str]) -> str:
         """Return the names of the levels that it differs from, in words; some levels are called differently."""
+        factor = "" if self.rows[0]["factor"] == MODEL else f"{self.rows[0]['factor']}="
         levels = [_other(row, self.level) for row in self.rows]
-        return joined(names.get(level, level) for level in levels)
+        return joined(factor + names.get(level, level) for level in levels)
 
     @property
     def own(self) -> float:
@@ -105,7 +107,7 @@ class Finding:
 
 
 def findings(rows: Sequence[Row]) -> list[Finding]:
-    """Return what stands among rows of the contrasts, the largest standardised effect first.
+    """Return what stands among rows of the contrasts: of models first, the largest standardised effect first.
 
     Of each measure, factor and context one finding is returned: that of the level which differs in one direction from
     the most others.
@@ -114,7 +116,7 @@ def findings(rows: Sequence[Row]) -> list[Finding]:
     for row in rows:
         by_measure.setdefault((str(row["measure"]), str(row["factor"]), str(row["context"])), []).append(row)
     found = [finding for own in by_measure.values() for finding in _finding(own)]
-    return sorted(found, key=lambda finding: -finding.effect)
+    return sorted(found, key=lambda finding: (finding.rows[0]["factor"] != MODEL, -finding.effect))
 
 
 def _finding(rows: Sequence[Row]) -> Iterator[Finding]:
