@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from analysis.stats.contrasts import contrasts
 from analysis.tables.comparison import compare
 from analysis.tables.groups import swept_columns
 from analysis.tables.texts import text_width
+from commands import foundry
 from signature_tables import runs, table
 
 SAME = [0.31, 0.52, 0.33, 0.24, 0.45, 0.36, 0.27, 0.48]
@@ -161,3 +163,16 @@ def test_what_was_declared_and_shows_no_difference_is_told_too():
     lines = ending(told, 100)
     assert lines[2] == "Findings: 0 of 1 test shows a difference"
     assert lines[3].startswith("  No difference was found between b and a in idle_rate.chosen: 0.0")
+
+
+@pytest.mark.slow
+def test_the_common_study_ends_with_who_flees_who_stays_and_who_warns(tmp_path: Path):
+    models = ",".join(f"scripted/{name}" for name in ("random", "avoid", "herd", "seek", "echo"))
+    done = foundry("-m", f"model={models}", "seed=0-9", "output.dir=out", cwd=tmp_path)
+    lines = done.stdout.splitlines()
+    last = lines[
+        next(place for place, line in enumerate(lines) if line.startswith("50 of 50 runs complete in out, ")) :
+    ]
+    assert len(last) <= MOST_LINES and max(map(len, last)) <= WIDEST
+    for said in ("avoid steps away from fires more than all others", "seek stays where it is more", "avoid warns its"):
+        assert any(line.startswith(f"  {said}") for line in last), last
