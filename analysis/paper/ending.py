@@ -24,10 +24,11 @@ from foundry.texts import counted
 
 MOST_LINES, WIDEST = 20, 100
 """Lines and columns of an ending."""
-MOST_WARNINGS = 4
-"""Lines of what to look out for."""
+MOST_WARNINGS, FEWEST_WARNINGS = 4, 2
+"""Lines of what to look out for, and those that are left to it where findings have no room."""
 MOST_TESTED = 3
 """Measures that the command for new seeds declares."""
+_CUT = "further finding"
 LEAST_TABLE = 4
 """Lines that a table needs: an empty one, its head, a row, and how many rows are left out."""
 
@@ -69,9 +70,13 @@ def ending(told: Told, width: int, printed: int = 0) -> list[str]:
     """
     width = min(width, WIDEST)
     study = wrapped(told.study, width)
-    below = [*_look_out(told, width), *_look_at(told)]
-    body = _body(told, width, MOST_LINES - printed - len(study) - len(below) - 2)
-    return [*study, "", *body, "", *below]
+    room = MOST_LINES - printed - len(study) - len(_look_at(told)) - 2
+    look_out = _look_out(told, width, MOST_WARNINGS)
+    body = _body(told, width, room - len(look_out))
+    if any(_CUT in line for line in body):  # findings come before notes
+        look_out = _look_out(told, width, FEWEST_WARNINGS)
+        body = _body(told, width, room - len(look_out))
+    return [*study, "", *body, "", *look_out, *_look_at(told)]
 
 
 def wrapped(text: str, width: int, indent: str = "", further: str | None = None) -> list[str]:
@@ -89,18 +94,17 @@ def wrapped(text: str, width: int, indent: str = "", further: str | None = None)
 def _look_at(told: Told) -> list[str]:
     return [
         f"Look at   foundry view {told.folders}   every step, prompt and reply",
-        f"          foundry report {told.folders}   one page",
-        f"          {told.tables}   tables, plots and methods",
+        f"          foundry report {told.folders}   one page; tables and plots: {told.tables}",
     ]
 
 
-def _look_out(told: Told, width: int) -> list[str]:
+def _look_out(told: Told, width: int, most: int) -> list[str]:
     """Return the notes that have room, how many more there are and where, and an empty line; nothing without notes."""
     lines: list[str] = []
     shown = 0
     for note in told.notes:
         own = wrapped(note, width, " " * 10)
-        if shown and len(lines) + len(own) > MOST_WARNINGS - (shown + 1 < len(told.notes)):
+        if shown and len(lines) + len(own) > most - (shown + 1 < len(told.notes)):
             break
         lines, shown = [*lines, *own], shown + 1
     if not lines:
@@ -149,7 +153,7 @@ def _findings(
         own = wrapped(entry, width, "  ", "    ")
         left = len(entries) - place
         if len(lines) + len(own) + (left > 1) > room:
-            return [*lines, f"  {counted(left, 'further finding')}: {told.tables}/summary.md"]
+            return [*lines, f"  {counted(left, _CUT)}: {told.tables}/summary.md"]
         lines += own
     return lines
 

@@ -85,7 +85,7 @@ def _unread(compared: Comparison, forms: Mapping[Group, FormAnalysis]) -> list[s
 def unlike_published(validation: pd.DataFrame) -> list[str]:
     """Say in what worlds differ from those that others have published."""
     pairs = zip(validation["world"], validation["differs"], strict=True)
-    return [f"world {world} differs from the published one: {how}" for world, how in dict.fromkeys(pairs) if how]
+    return [f"world {world} is not quite the published one: {how}" for world, how in dict.fromkeys(pairs) if how]
 
 
 def out_of_reach(differences: pd.DataFrame) -> list[str]:

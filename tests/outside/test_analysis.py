@@ -106,7 +106,7 @@ def test_its_steps_are_a_parquet_file(analysed: analysis.Analysis):
 
 @pytest.mark.slow
 def test_the_commands_analyse_it_and_plan_with_it(outside: Outside):
-    assert "tables, plots" in outside.foundry("analyze", "out", "--family", "restless.change")
+    assert "tables and plots: " in outside.foundry("analyze", "out", "--family", "restless.change")
     assert "restless.change" in (outside.sweep / "analysis" / "summary.md").read_text(encoding="utf-8")
     plots = {one.name for one in (outside.sweep / "analysis/plots").iterdir()}
     assert {"rounding.svg", "restless.svg", "outcome.svg"} <= plots

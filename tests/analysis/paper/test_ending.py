@@ -112,7 +112,7 @@ def test_notes_without_room_are_counted_with_their_file():
     lines = end({"a": {MEASURES[0]: SAME}}, notes=NOTES)
     start = next(place for place, line in enumerate(lines) if line.startswith("Look out  a note a note"))
     assert "          2 further notes: out/analysis/summary.md" in lines[start:]
-    assert lines[-3].startswith("Look at   foundry view out ")
+    assert lines[-2].startswith("Look at   foundry view out ")
 
 
 def test_a_single_model_is_shown_with_its_means():
