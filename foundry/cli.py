@@ -45,6 +45,10 @@ COMPLETE = "_FOUNDRY_COMPLETE"
 """The variable by which a shell asks for completions."""
 _UsageError: type[typer.BadParameter] = typer.BadParameter.__mro__[1]
 """What Typer raises of a command line that a command does not take; it has no public name for it."""
+RENAMED = {
+    "fetch": "status URL --fetch DIR",
+}
+"""Commands of earlier versions, and what now does their work."""
 DISK_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
 """What the system says when a disk is full, or no longer a disk that can be written to."""
 
@@ -107,6 +111,8 @@ def _is_typer(argv: Sequence[str]) -> bool:
         return True
     first = argv[0] if argv else ""
     names = [_name_of(command) for command in app.registered_commands]
+    if first in RENAMED:
+        raise InputError(f"'foundry {first}' is now: foundry {RENAMED[first]}")
     if first in names or first in ("--help", "-h", "--version", "--install-completion", "--show-completion"):
         return True
     if first and not first.startswith(("-", "~")) and "=" not in first:

@@ -41,8 +41,12 @@ OVERRIDES = {"ignore_unknown_options": True}
 """For commands that take what `foundry` takes: Hydra's own flags stand among their overrides."""
 
 
+def _folder_text(text: str) -> str:
+    return text.removeprefix("output.dir=")
+
+
 def _folder(text: str) -> Path:
-    return Path(text.removeprefix("output.dir="))
+    return Path(_folder_text(text))
 
 
 def _complete_folder(incomplete: str) -> list[str]:
@@ -68,6 +72,13 @@ def folder_argument(help: str, metavar: str = "DIR") -> Any:
     """Return an argument that names a sweep's folder, also in the form in which a sweep is given it."""
     complete = _complete_run if metavar == "RUN" else _complete_folder
     return typer.Argument(help=help, metavar=metavar, parser=_folder, show_default=False, autocompletion=complete)
+
+
+def folder_text(help: str) -> Any:
+    """Return an argument that names a sweep's folder or a URL, which a `Path` would change."""
+    return typer.Argument(
+        help=help, metavar="DIR|URL", parser=_folder_text, show_default=False, autocompletion=_complete_folder
+    )
 
 
 Folder = Annotated[Path, folder_argument("A sweep's folder, or output.dir=DIR.")]

@@ -6,7 +6,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
@@ -25,9 +25,11 @@ from foundry.commands.application import (
     bars,
     console,
     fail,
+    folder_text,
     given,
     is_quiet,
     is_verbose,
+    only_json,
     print_json,
     say,
 )
@@ -407,23 +409,53 @@ def reached_now(sweep: Sweep) -> Sweep:
 
 
 @app.command()
-def status(folder: Folder, json: AsJson = False, config_dir: Mine = None) -> None:
-    """Show how far a sweep is, and why runs failed."""
+def status(
+    place: Annotated[
+        str, folder_text("A sweep's folder, or output.dir=DIR; with --fetch the URL that was runner.remote.")
+    ],
+    fetch: Annotated[
+        Path | None, typer.Option(help="First fetch the runs that have ended at the URL into this folder.")
+    ] = None,
+    json: AsJson = False,
+    config_dir: Mine = None,
+) -> None:
+    """Show how far a sweep is, and why runs failed.
+
+    foundry status s3://bucket/prefix --fetch outputs/mine fetches the runs of a URL, to analyse or resume them here.
+    """
     from foundry.display import failure_lines, status_table
     from foundry.storing.standing import failures, standings
     from foundry.storing.store import SweepFolder
 
-    opened = SweepFolder.open(folder)
+    if fetch is None and "://" in place:
+        raise InputError(f"'{place}' is a URL. Fetch its runs into a folder: foundry status {place} --fetch DIR")
+    with only_json(json):
+        whole = fetch is None or _fetched(place, fetch)
+    opened = SweepFolder.open(fetch or Path(place))
     summaries = [run.summary() for run in opened.runs()]
     found, failed = standings(opened, summaries), failures(summaries)
     if json:
         print_json({"sweep": opened.path, "models": found, "failed": failed, **_judged(opened)})
-        return
-    console().print(status_table(found))
-    for line in failure_lines(failed, None) if is_verbose() else failure_lines(failed):
-        print(f"failed {line}")
-    _print_unread(opened)
-    _print_determinism(opened)
+    else:
+        console().print(status_table(found))
+        for line in failure_lines(failed, None) if is_verbose() else failure_lines(failed):
+            print(f"failed {line}")
+        _print_unread(opened)
+        _print_determinism(opened)
+    raise typer.Exit(EXIT_OK if whole else EXIT_FAILED)
+
+
+def _fetched(url: str, folder: Path) -> bool:
+    """Fetch the runs that have ended at a URL into a folder; return whether all of them were whole."""
+    from foundry.running.remote import fetch
+
+    fetched = fetch(url, folder)
+    runs = fetched.folder.runs()
+    ended = sum(run.ended for run in runs)
+    print(f"{len(fetched.runs)} runs fetched; {ended} of {len(runs)} ended in {fetched.folder.path}")
+    if fetched.damaged:
+        print(f"  not whole at {url}, and left out: {', '.join(fetched.damaged)}")
+    return not fetched.damaged
 
 
 def _judged(folder: SweepFolder) -> dict[str, Any]:

@@ -40,7 +40,7 @@ def test_a_sweep_on_a_cluster_has_the_records_of_the_local_one(
         assert done.returncode == 0, done.stdout + done.stderr
         assert_nothing_lost_or_paid_twice(server, tmp_path / "sweep", undisturbed)
     if place == "remote":
-        assert foundry("fetch", more[0].partition("=")[2], "fetched", cwd=tmp_path).returncode == 0
+        assert foundry("status", more[0].partition("=")[2], "--fetch", "fetched", cwd=tmp_path).returncode == 0
         assert records(tmp_path / "fetched") == records(undisturbed)
         assert calls(tmp_path / "fetched") == calls(undisturbed)
 

@@ -14,7 +14,7 @@ import yaml
 from typer.main import get_command
 
 from commands import SMALL, calls, foundry, records, started, statuses, sweep_folder
-from foundry.cli import run
+from foundry.cli import RENAMED, run
 from foundry.commands.application import app
 from foundry.storing.store import SweepFolder
 from ollama_cases import BAD_OPTION, RUNNER_DIED, Body, ChatCase, grid_answer, refused
@@ -37,6 +37,11 @@ def complain(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
     error = capsys.readouterr().err
     assert error.count("\n") == 1 and error.startswith("foundry: "), error
     return error
+
+
+@pytest.mark.parametrize(("old", "new"), RENAMED.items())
+def test_an_old_command_names_the_new_one(old: str, new: str, capsys: pytest.CaptureFixture[str]):
+    assert complain(capsys, *old.split(), "x") == f"foundry: 'foundry {old}' is now: foundry {new}\n"
 
 
 def refused_by(command: str) -> tuple[list[str], str]:
@@ -83,6 +88,7 @@ def test_every_command_says_what_it_lacks_or_does_not_take_in_one_line(
         (["model=scripted/random", "seed==1="], "'seed==1=' cannot be read"),
         (["resume", "nowhere"], "'nowhere' does not exist"),
         (["status", "."], "is not a sweep's folder"),
+        (["status", "s3://bucket/x"], "foundry status s3://bucket/x --fetch DIR"),
         (["analyze", "nowhere"], "'nowhere' does not exist"),
         (["prompt", "model=scripted/random", "--kind", "song"], "its kinds are message, action"),
         (["prompt", "model=scripted/random", "--agent", "99"], "agents 0 to 19"),

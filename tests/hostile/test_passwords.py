@@ -95,7 +95,7 @@ def test_a_setting_that_holds_an_address_is_shown_without_its_user(workspace: Pa
 
 @pytest.mark.parametrize("scheme", ["s3", "ftp", "nosuch", "postgresql"])
 def test_what_cannot_be_fetched_is_one_line_without_its_password(scheme: str, workspace: Path):
-    done = foundry("fetch", f"{scheme}://me:{SECRET}@127.0.0.1:9/x", "there", cwd=workspace)
+    done = foundry("status", f"{scheme}://me:{SECRET}@127.0.0.1:9/x", "--fetch", "there", cwd=workspace)
     assert done.returncode in (2, 3) and len(done.stderr.splitlines()) == 1, done.stderr
     assert SECRET not in done.stdout + done.stderr
 

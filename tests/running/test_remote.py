@@ -69,7 +69,7 @@ def test_a_run_that_is_not_whole_is_left_out_and_named(
     damaged.write_bytes(damaged.read_bytes()[:-20])
     fetched = fetch(sent.url, tmp_path / "here")
     assert (fetched.runs, fetched.damaged) == ((second.id,), (first.id,))
-    done = foundry("fetch", sent.url, "here", cwd=tmp_path)
+    done = foundry("status", sent.url, "--fetch", "here", cwd=tmp_path)
     assert done.returncode == 3 and first.id in done.stdout
 
 
@@ -78,7 +78,7 @@ def test_another_sweep_at_the_url_is_refused(sent: RemoteSweep, tmp_path: Path):
     assert foundry(*other, cwd=tmp_path).returncode == 0
     with pytest.raises(InputError, match="holds another sweep"):
         sent.put_sweep(SweepFolder.open(tmp_path / "other"))
-    done = foundry("fetch", sent.url, "other", cwd=tmp_path)
+    done = foundry("status", sent.url, "--fetch", "other", cwd=tmp_path)
     assert done.returncode == 2 and "holds another sweep" in done.stderr
 
 
@@ -99,7 +99,7 @@ def test_a_sweep_that_has_grown_is_sent_and_fetched_as_it_is_now(swept: SweepFol
 
 @pytest.mark.parametrize("url", ["file:///nowhere/at/all", "no-such-kind://x/y"])
 def test_a_url_that_holds_nothing_is_told_in_one_line(url: str, tmp_path: Path):
-    done = foundry("fetch", url, "here", cwd=tmp_path)
+    done = foundry("status", url, "--fetch", "here", cwd=tmp_path)
     assert done.returncode == 2 and url in done.stderr and done.stderr.count("\n") == 1
     assert not (tmp_path / "here").exists()
 
