@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import tempfile
+from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from foundry.commands.application import (
+    EXIT_FAILED,
     EXIT_INPUT,
     EXIT_OK,
     OVERRIDES,
@@ -22,11 +26,18 @@ from foundry.commands.application import (
     print_json,
     say,
 )
+from foundry.errors import InputError
 
 
 @app.command(context_settings=OVERRIDES)
 def check(
     overrides: Overrides = None,
+    known: Annotated[
+        bool, typer.Option("--known", help="Play scripted policies whose results are known in closed form instead.")
+    ] = False,
+    write: Annotated[
+        Path | None, typer.Option(help="With --known: write the results here, as a page of Markdown.")
+    ] = None,
     json: AsJson = False,
     config_dir: Mine = None,
 ) -> None:
@@ -35,13 +46,25 @@ def check(
     foundry check world=mine prompt=mine --config-dir mine
 
     foundry check greed world=mine --config-dir mine: the signature mine/signatures/greed.py, on runs of that world
+
+    foundry check --known bar fishery: known results of these worlds, by default of all; the exit code is 3 where one
+    is not met
     """
+    if known:
+        raise typer.Exit(_check_known(overrides or (), write, json, config_dir or ()))
+    if write is not None:
+        raise InputError(f"--write {write} is for known results: add --known, or leave it out.")
+    raise typer.Exit(_check_parts(given(overrides, config_dir), json))
+
+
+def _check_parts(asked: Sequence[str], json: bool) -> int:
+    """Print what the checks of parts find; return the exit code."""
     from foundry.conformance.checking import check_asked
     from foundry.conformance.finding import failed
     from foundry.display import frame_table
 
     with only_json(json):
-        found = check_asked(given(overrides, config_dir))
+        found = check_asked(asked)
     if json:
         print_json({"findings": found})
     else:
@@ -49,7 +72,29 @@ def check(
         console().print(frame_table(rows, ("of", "check", "status", "what to do")))
         passed = sum(one.status == "passed" for one in found)
         print(f"{passed} of {len(found)} checks passed, {len(failed(found))} failed")
-    raise typer.Exit(EXIT_INPUT if failed(found) else EXIT_OK)
+    return EXIT_INPUT if failed(found) else EXIT_OK
+
+
+def _check_known(worlds: Sequence[str], page_file: Path | None, json: bool, config_dir: Sequence[Path]) -> int:
+    """Play scripted policies of worlds and print their results beside the known ones; return the exit code."""
+    from analysis.validation.facts import all_facts
+    from foundry.display import frame_table
+    from foundry.validating.page import COLUMNS, page, row
+    from foundry.validating.playing import hold
+
+    with only_json(json), tempfile.TemporaryDirectory(prefix="foundry-check-") as folder:
+        results = [result for facts in all_facts(tuple(worlds)) for result in hold(facts, Path(folder), config_dir)]
+    if page_file is not None:
+        page_file.write_text(page(results), encoding="utf-8", newline="\n")
+    missed = sum(not result.holds for result in results)
+    if json:
+        print_json({"known": [{**asdict(result), "holds": result.holds} for result in results]})
+    else:
+        console().print(frame_table(map(row, results), COLUMNS))
+        if page_file is not None:
+            print(f"wrote {page_file}")
+        print(f"{len(results) - missed} of {len(results)} closed forms hold")
+    return EXIT_FAILED if missed else EXIT_OK
 
 
 @app.command()

@@ -88,6 +88,8 @@ def test_every_command_says_what_it_lacks_or_does_not_take_in_one_line(
         (["model=scripted/random", "seed==1="], "'seed==1=' cannot be read"),
         (["resume", "nowhere"], "'nowhere' does not exist"),
         (["status", "."], "is not a sweep's folder"),
+        (["check", "--known", "bat"], "Did you mean 'bar'"),
+        (["check", "world=bar", "--write", "page.md"], "add --known"),
         (["status", "s3://bucket/x"], "foundry status s3://bucket/x --fetch DIR"),
         (["analyze", "nowhere"], "'nowhere' does not exist"),
         (["prompt", "model=scripted/random", "--kind", "song"], "its kinds are message, action"),

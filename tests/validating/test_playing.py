@@ -31,7 +31,7 @@ def validated(folder: Path, count: int):
     (folder / "mine" / "validation").mkdir(parents=True)
     (folder / "mine" / "validation" / "cafe_library.yaml").write_text(FACTS % count)
     (folder / "mine" / "known_ratio.py").write_text("import math\ndef ratio():\n    return math.pi, 0.001\n")
-    return foundry("validate", "cafe_library", "--config-dir", "mine", "--write", "page.md", cwd=folder)
+    return foundry("check", "--known", "cafe_library", "--config-dir", "mine", "--write", "page.md", cwd=folder)
 
 
 @pytest.mark.slow
@@ -77,5 +77,5 @@ def test_the_rounding_of_sums_is_shown_as_nothing():
 @pytest.mark.exhaustive
 @pytest.mark.timeout(900)
 def test_every_known_closed_form_is_met(tmp_path: Path):
-    done = foundry("validate", "--write", "page.md", cwd=tmp_path)
+    done = foundry("check", "--known", "--write", "page.md", cwd=tmp_path)
     assert done.returncode == 0, done.stdout
