@@ -1,9 +1,10 @@
-"""Commands that tell what holds, and what would go wrong."""
+"""Commands that tell what would go wrong, and which settings hold."""
 
 from __future__ import annotations
 
+import asyncio
+import sys
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -17,6 +18,7 @@ from foundry.commands.application import (
     Overrides,
     app,
     console,
+    for_screen,
     given,
     is_quiet,
     is_verbose,
@@ -24,13 +26,13 @@ from foundry.commands.application import (
     print_json,
     say,
 )
-from foundry.commands.sweeps import composed_here, existing_answers, known_models, sweep_reach
+from foundry.commands.sweeps import composed_here, sweep_reach
+from foundry.errors import InputError
 
 if TYPE_CHECKING:
-    from analysis.planned.reach import Reach
-    from foundry.composing.planning import PlannedRepeats, PlannedRun
     from foundry.doctor import Finding
     from foundry.expansion import Sweep
+    from foundry.models.ollama.info import InstalledModel
 
 
 @app.command(context_settings=OVERRIDES)
@@ -38,28 +40,88 @@ def doctor(
     overrides: Overrides = None,
     json: AsJson = False,
     calls: Annotated[bool, typer.Option(help="Send about twenty calls to every model to measure it.")] = True,
+    pull: Annotated[
+        str | None, typer.Option(help="Have the Ollama servers fetch this model and list theirs; examine nothing.")
+    ] = None,
     config_dir: Mine = None,
 ) -> None:
     """Tell what would go wrong with a sweep: servers, models, context, parallel slots, seeds, drawing, disk.
 
-    Takes what `foundry` takes: foundry doctor -m model=qwen3:4b,llama3.2 seed=0-9
+    Lists the models of its Ollama servers. Takes what `foundry` takes:
+
+    foundry doctor -m model=qwen3:4b,llama3.2 seed=0-9
+
+    foundry doctor --pull llama3.2
     """
-    from foundry.display import frame_table
+    from foundry.display import frame_table, models_table
     from foundry.doctor import Status, examine
 
     composed = composed_here(given(overrides, config_dir))
     if composed is None:
         return
+    hosts = _ollama_hosts(composed.sweep)
+    if pull is not None:
+        with only_json(json):
+            asyncio.run(_pull(pull, hosts))
     with only_json(json):
-        found = [*examine(composed.sweep, composed.settings, calls=calls), *_tests(composed.sweep)]
+        findings = (
+            [] if pull is not None
+            else [*examine(composed.sweep, composed.settings, calls=calls), *_tests(composed.sweep)]
+        )  # fmt: skip
+        installed, unlisted = asyncio.run(_installed(hosts))
+        findings += unlisted
     if json:
-        print_json({"findings": found})
+        print_json({"findings": findings, "models": installed})
     else:
-        shown = [one for one in found if one.status is not Status.OK] if is_quiet() else found
+        shown = [one for one in findings if one.status is not Status.OK] if is_quiet() else findings
         rows = [(one.check, one.subject, one.status.value, one.found, one.advice) for one in shown]
-        console().print(frame_table(rows, ("check", "of", "status", "found", "what to do")))
-    failed = any(finding.status is Status.PROBLEM for finding in found)
+        if rows:
+            console().print(frame_table(rows, ("check", "of", "status", "found", "what to do")))
+        if installed and not is_quiet():
+            console().print(models_table(installed))
+    failed = any(finding.status is Status.PROBLEM for finding in findings)
     raise typer.Exit(EXIT_FAILED if failed else EXIT_OK)
+
+
+def _ollama_hosts(sweep: Sweep) -> list[str]:
+    """Return the Ollama servers of a sweep's models, each once."""
+    from foundry.models.ollama.model import OllamaModel
+    from foundry.running.build import build, members_of
+
+    models = [model for condition in sweep.conditions for model in members_of(build(condition.config["model"]))]
+    return list(dict.fromkeys(host for model in models if isinstance(model, OllamaModel) for host in model.hosts))
+
+
+async def _installed(hosts: Sequence[str]) -> tuple[list[InstalledModel], list[Finding]]:
+    """Return the models of servers, and a finding for each server that does not list its own."""
+    from foundry.doctor import Finding, Status
+    from foundry.models.ollama.info import list_models
+
+    models: list[InstalledModel] = []
+    unlisted: list[Finding] = []
+    for host in hosts:
+        try:
+            models += await list_models(host)
+        except InputError as error:
+            unlisted.append(Finding("models", host, Status.SKIPPED, f"the server does not list its models: {error}"))
+    return models, unlisted
+
+
+async def _pull(name: str, hosts: Sequence[str]) -> None:
+    """Fetch a model; each step of a server is one line, on a terminal with the share that is done."""
+    from foundry.models.ollama.info import pull_model
+
+    if not hosts:
+        raise InputError(f"--pull {name} needs an Ollama server, and no model of this sweep has one: leave out model=.")
+    status = ""
+    async for progress in pull_model(name, hosts):
+        if progress.status != status:
+            print(("\n" if status else "") + for_screen(progress.status), end="", flush=True)
+            status = progress.status
+        if progress.total and sys.stdout.isatty():
+            share = progress.completed / progress.total
+            print(f"\r{for_screen(progress.status)} {share:4.0%}", end="", flush=True)
+    print()
 
 
 def _tests(sweep: Sweep) -> Iterator[Finding]:
@@ -70,86 +132,6 @@ def _tests(sweep: Sweep) -> Iterator[Finding]:
     if reach is not None:
         advice = "" if reach.is_enough else f"Ask for {reach.fewest} seeds or more."
         yield Finding("tests", "this sweep", Status.OK if reach.is_enough else Status.WARNING, reach.line(), advice)
-
-
-@app.command(context_settings=OVERRIDES)
-def plan(
-    overrides: Overrides = None,
-    json: AsJson = False,
-    config_dir: Mine = None,
-) -> None:
-    """Show what a sweep would do, and what it would send, without doing it.
-
-    Takes what `foundry` takes: foundry plan -m model=llama3.2 seed=0-9; what is in output.dir=DIR is counted as done.
-    """
-    from foundry.composing.planning import plan as plan_runs
-    from foundry.composing.planning import repeats
-    from foundry.composing.preflight import missing_arms, notes_of
-    from foundry.doctor.hours import prompt_tokens, time_line
-    from foundry.doctor.speeds import speeds
-    from foundry.storing.determinism import SETTING, repeats_of
-    from foundry.storing.growing import growth
-    from foundry.storing.store import SweepFolder
-
-    composed = composed_here(given(overrides, config_dir))
-    if composed is None:
-        return
-    sweep = composed.sweep
-    asked = Path(composed.settings["output"]["dir"]) if composed.settings["output"]["dir"] else None
-    there = SweepFolder.open(asked) if asked and asked.exists() else None
-    growing = [] if there is None else growth(there.sweep, sweep).notes(asked)
-    with only_json(json):
-        infos, note = known_models(sweep)
-    folders = {} if there is None else {run.id: run for run in there.runs()}
-    cache = composed.settings["cache"]["path"]
-    planned = plan_runs(sweep, infos, existing_answers(composed), folders)
-    tokens = prompt_tokens(sweep, planned)
-    time = time_line(planned, speeds(cache))
-    reach = sweep_reach(sweep)
-    twice = repeats(sweep, planned, composed.settings[SETTING], () if there is None else repeats_of(there))
-    notes = [*growing, *notes_of(sweep), *missing_arms(sweep), *filter(None, [note])]
-    if json:
-        _print_plan(planned, twice, notes, tokens, reach)
-    else:
-        size = f"prompts: about {_rounded(tokens)} tokens" if tokens else ""
-        found = reach.line() if reach is not None else ""
-        _show_plan(planned, twice, [*filter(None, [size, time, found]), *notes])
-
-
-def _print_plan(
-    planned: Sequence[PlannedRun],
-    twice: PlannedRepeats,
-    notes: Sequence[str],
-    tokens: int | None,
-    reach: Reach | None,
-) -> None:
-    runs = [
-        {"run": one.run.id, "model": one.model, "prompt": one.prompt, "world": one.world, "seed": one.run.seed,
-         "calls": one.calls, "served": one.served, "cached": one.cached, "to_send": one.to_send,
-         "complete": one.complete, "new": one.new}
-        for one in planned
-    ]  # fmt: skip
-    sums = {"to_send": sum(one.to_send for one in planned), "prompt_tokens": tokens}
-    print_json({"runs": runs, **sums, "determinism": twice, "reach": reach, "notes": notes})
-
-
-def _show_plan(planned: Sequence[PlannedRun], twice: PlannedRepeats, notes: Sequence[str]) -> None:
-    from foundry.display import plan_table
-
-    console().print(plan_table(planned, None) if is_verbose() else plan_table(planned))
-    to_send = sum(one.to_send for one in planned)
-    complete = sum(one.complete for one in planned)
-    print(f"{len(planned)} runs, {complete} complete; at most {to_send:,} calls would be sent")
-    if twice.again:
-        say(f"determinism: at most {twice.again + twice.beside:,} recorded calls would be made again at the end")
-    for line in notes:
-        say(line)
-
-
-def _rounded(count: int) -> str:
-    """Return a number with two digits that matter."""
-    digits = len(str(count)) - 2
-    return f"{round(count, -digits) if digits > 0 else count:,}"
 
 
 _SHOWN = 60

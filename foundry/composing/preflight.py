@@ -89,7 +89,7 @@ def check_sight(info: ModelInfo, world: str) -> None:
     if "vision" not in info.capabilities:
         raise InputError(
             f"Model '{info.name}' cannot see images, which world '{world}' shows: "
-            "choose one with the capability 'vision' (foundry models lists them)."
+            "choose one with the capability 'vision' (foundry doctor lists them)."
         )
 
 

@@ -13,7 +13,7 @@ import pytest
 import yaml
 from typer.main import get_command
 
-from commands import SMALL, calls, foundry, records, started, statuses, sweep_folder
+from commands import SMALL, calls, foundry, records, statuses, sweep_folder
 from foundry.cli import RENAMED, run
 from foundry.commands.application import app
 from foundry.storing.store import SweepFolder
@@ -92,9 +92,14 @@ def test_every_command_says_what_it_lacks_or_does_not_take_in_one_line(
         (["check", "world=bar", "--write", "page.md"], "add --known"),
         (["status", "s3://bucket/x"], "foundry status s3://bucket/x --fetch DIR"),
         (["analyze", "nowhere"], "'nowhere' does not exist"),
-        (["prompt", "model=scripted/random", "--kind", "song"], "its kinds are message, action"),
-        (["prompt", "model=scripted/random", "--agent", "99"], "agents 0 to 19"),
-        (["prompt", "world=fishery", "model=scripted/random", "--step", "2"], "agents 0 to 4 and steps 1 to 1"),
+        (["plan", "--prompt", "model=scripted/random", "--kind", "song"], "its kinds are message, action"),
+        (["plan", "--prompt", "model=scripted/random", "--agent", "99"], "agents 0 to 19"),
+        (
+            ["plan", "--prompt", "world=fishery", "model=scripted/random", "--step", "2"],
+            "agents 0 to 4 and steps 1 to 1",
+        ),
+        (["plan", "model=scripted/random", "--agent", "0"], "--agent 0 belongs to --prompt"),
+        (["doctor", "model=scripted/random", "--pull", "llama3.2"], "leave out model="),
     ],
 )
 def test_bad_input_gets_one_line_that_says_how_to_go_on(
@@ -154,7 +159,7 @@ def test_tags_of_other_registries_are_models_too(workspace: Path, capsys: pytest
 
 
 def test_the_prompt_of_a_game_is_found_without_naming_its_kind(workspace: Path, capsys: pytest.CaptureFixture[str]):
-    assert run(["prompt", "world=bar", "model=scripted/random"]) == 0
+    assert run(["plan", "--prompt", "world=bar", "model=scripted/random"]) == 0
     assert '"go" or "stay"' in capsys.readouterr().out
 
 
@@ -351,48 +356,37 @@ def test_prompt_prints_what_a_run_really_sends(workspace: Path, capsys: pytest.C
     overrides = ["model=scripted/avoid", "seed=4", "world.agents=5", "world.steps=4"]
     assert run([*overrides, "output.dir=out", *TINY[2:]]) == 0
     capsys.readouterr()
-    assert run(["prompt", *overrides, "--step", "3", "--agent", "2", "--kind", "action"]) == 0
+    assert run(["plan", "--prompt", *overrides, "--step", "3", "--agent", "2", "--kind", "action"]) == 0
     (only,) = SweepFolder.open("out").runs()
     sent = next(call for call in only.calls() if (call.step, call.agent, call.kind) == (3, 2, "action"))
     assert capsys.readouterr().out == sent.messages[0]["content"] + "\n"
 
 
 def test_prompt_needs_no_server(workspace: Path):
-    done = foundry("prompt", "--step", "1", "--agent", "3", cwd=workspace, OLLAMA_HOST="http://127.0.0.1:9")
+    done = foundry("plan", "--prompt", "--step", "1", "--agent", "3", cwd=workspace, OLLAMA_HOST="http://127.0.0.1:9")
     assert done.returncode == 0
     assert done.stdout.startswith("You are Agent 3 (") and done.stdout.endswith("Step: 1\n")
     assert "taken as silence" in done.stderr
 
 
-def test_models_lists_what_the_server_has(workspace: Path):
+def test_doctor_lists_what_the_servers_have_and_heeds_no_proxy_and_no_certificates(workspace: Path):
+    unusable = {"ALL_PROXY": "socks9://127.0.0.1:9", "SSL_CERT_FILE": str(workspace / "absent.pem")}
     with OllamaServer() as server:
-        done = foundry("models", cwd=workspace, OLLAMA_HOST=server.url)
+        done = foundry("doctor", "model=llama3.2", "--no-calls", cwd=workspace, OLLAMA_HOST=server.url, **unusable)
     assert done.returncode == 0, done.stderr
     assert "qwen2.5vl:3b" in done.stdout and "vision" in done.stdout and "c3c3c3c3c3c3" in done.stdout
 
 
-def test_models_heeds_no_proxy_and_no_certificates_of_the_environment(workspace: Path):
-    unusable = {"ALL_PROXY": "socks9://127.0.0.1:9", "SSL_CERT_FILE": str(workspace / "absent.pem")}
-    with (
-        OllamaServer() as server,
-        started("models", cwd=workspace, OLLAMA_HOST=server.url, **unusable) as process,
-    ):
-        said, _ = process.communicate()
-    assert process.returncode == 0, said
-    assert "qwen2.5vl:3b" in said
+def test_doctor_refuses_an_address_that_cannot_be_called_in_one_line(workspace: Path):
+    done = foundry("doctor", cwd=workspace, OLLAMA_HOST="gpu1:port")
+    assert done.returncode == 2
+    assert done.stderr.startswith("foundry: Ollama host 'gpu1:port' cannot be read") and done.stderr.count("\n") == 1
 
 
-def test_models_refuses_an_address_that_cannot_be_called_in_one_line(workspace: Path):
-    with started("models", cwd=workspace, OLLAMA_HOST="gpu1:port") as process:
-        said, _ = process.communicate()
-    assert process.returncode == 2
-    assert said.startswith("foundry: Ollama host 'gpu1:port' cannot be read") and said.count("\n") == 1
-
-
-def test_models_fetches_one_that_is_missing(workspace: Path):
+def test_doctor_fetches_a_model_that_is_missing(workspace: Path):
     with OllamaServer() as server:
-        done = foundry("models", "--pull", "gemma3:4b", cwd=workspace, OLLAMA_HOST=server.url)
-        failed = foundry("models", "--pull", "gemma4:4b", cwd=workspace, OLLAMA_HOST=server.url)
+        done = foundry("doctor", "--pull", "gemma3:4b", cwd=workspace, OLLAMA_HOST=server.url)
+        failed = foundry("doctor", "--pull", "gemma4:4b", cwd=workspace, OLLAMA_HOST=server.url)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("pulling manifest\npulling a1a1\nsuccess\n") and "gemma3:4b" in done.stdout
     assert failed.returncode == 2 and "file does not exist" in failed.stderr
@@ -401,7 +395,7 @@ def test_models_fetches_one_that_is_missing(workspace: Path):
 def test_a_server_without_a_network_tells_that_it_cannot_fetch(workspace: Path):
     with OllamaServer() as server:
         server.offline = True
-        failed = foundry("models", "--pull", "gemma3:4b", cwd=workspace, OLLAMA_HOST=server.url)
+        failed = foundry("doctor", "--pull", "gemma3:4b", cwd=workspace, OLLAMA_HOST=server.url)
     assert failed.returncode == 2
     assert f"'gemma3:4b' was not fetched. Ollama at {server.url} says: pull model manifest" in failed.stderr
     assert "no such host. It is the server that fetches" in failed.stderr
@@ -468,7 +462,7 @@ def test_a_file_where_a_run_should_be_is_named(workspace: Path, capsys: pytest.C
 
 def test_help_loads_nothing_that_takes_long(workspace: Path):
     done = subprocess.run([sys.executable, "-c", LOADED_BY_HELP], capture_output=True, text=True, check=True)
-    assert all(name in done.stderr for name in ("plan", "resume", "status", "analyze", "prompt", "models"))
+    assert all(name in done.stderr for name in ("plan", "resume", "status", "analyze", "doctor"))
     heavy = {"numpy", "hydra", "pandas", "matplotlib", "aiohttp", "httpx", "scipy"}
     assert heavy & set(ast.literal_eval(done.stdout)) == set()
 

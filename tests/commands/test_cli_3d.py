@@ -87,7 +87,7 @@ def test_one_worker_and_two_workers_write_the_same_records(workspace: Path):
 
 
 def test_prompt_prints_the_appendix_example_of_a_3d_run(workspace: Path, capsys: pytest.CaptureFixture[str]):
-    assert run(["prompt", "world=kibo_paper", "model=scripted/stay", "--kind", "move"]) == 0
+    assert run(["plan", "--prompt", "world=kibo_paper", "model=scripted/stay", "--kind", "move"]) == 0
     out = capsys.readouterr().out
     assert "Your current pose: position (4.00, 20.10) m, heading 180 deg, gaze +0 deg." in out
 

@@ -59,7 +59,7 @@ def test_every_command_takes_the_folder_of_own_parts(name: str):
 
 
 def test_a_folder_of_own_parts_that_is_not_there_is_refused_by_every_command(tmp_path: Path):
-    for argv in (("model=scripted/stay",), ("plan", "model=scripted/stay"), ("status", "out"), ("models",)):
+    for argv in (("model=scripted/stay",), ("plan", "model=scripted/stay"), ("status", "out"), ("doctor",)):
         done = foundry(*argv, "--config-dir", "nowhere", cwd=tmp_path)
         assert done.returncode == 2 and "nowhere" in done.stderr and done.stderr.count("\n") == 1, argv
     assert "--config-dir nowhere: there is no such folder" in done.stderr

@@ -90,7 +90,7 @@ def test_a_folder_named_by_a_number_has_that_name(tmp_path: Path):
     ("flag", "command"),
     [
         (("--config-dir", "mine"), ("plan",)),
-        (("--config-dir=mine",), ("prompt",)),
+        (("--config-dir=mine",), ("plan", "--prompt")),
         (("-cd", "mine"), ("-m",)),
         (("--config-dir", "mine"), ()),
     ],
@@ -101,7 +101,7 @@ def test_ones_own_folder_may_be_named_before_or_behind_a_command(
     (tmp_path / "mine" / "world").mkdir(parents=True)
     (tmp_path / "mine" / "world" / "own.yaml").write_text("defaults: [cafe_library, _self_]\nagents: 3\nsteps: 1\n")
     asked = ("world=own", "model=scripted/random")
-    run = () if command in (("plan",), ("prompt",)) else ("analyze=false",)
+    run = () if command in (("plan",), ("plan", "--prompt")) else ("analyze=false",)
     before = foundry(*flag, *command, *asked, *run, "output.dir=a", cwd=tmp_path)
     behind = foundry(*command, *asked, *run, "output.dir=b", *flag, cwd=tmp_path)
     assert before.returncode == behind.returncode == 0, before.stderr + behind.stderr

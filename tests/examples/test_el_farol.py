@@ -107,7 +107,7 @@ def steps_of(run: Path) -> list[dict[str, Any]]:
 @pytest.mark.slow
 def test_the_prompt_tells_how_many_went_to_whom_it_is_told(led: Led):
     asked = ("world=el_farol", "model=mine/mixing", "--step", "6", "--agent", "0", "--kind", "evening")
-    implicit = said("prompt", "--config-dir", MINE, "world.reports=implicit", *asked, cwd=led.place)
+    implicit = said("plan", "--prompt", "--config-dir", MINE, "world.reports=implicit", *asked, cwd=led.place)
     assert the(led, "prompt").count("of 10 went.") == 5
     assert implicit.count("of 10 went.") == implicit.count("You went") < 5
 

@@ -129,7 +129,7 @@ def test_unloading_frees_the_model_on_every_host(make_model, run):
     [
         ({"name": "gpt-oss:120b-cloud"}, "calls go to Ollama's cloud"),
         ({"name": "glm-5:cloud"}, "model.server.remote=true"),
-        ({"name": " "}, "foundry models"),
+        ({"name": " "}, "foundry doctor"),
         ({"think": "hard"}, "model.think 'hard' not found"),
         ({"format": "json"}, "model.format 'json' not found"),
         ({"format": "schema", "schemas": None}, "needs a JSON Schema"),

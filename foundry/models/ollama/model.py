@@ -202,7 +202,7 @@ class OllamaModel(HttpModel):
 
 def _check_settings(name: str, think: bool | str, format: str | None, options: Mapping[str, Any]) -> None:
     if not name.strip():
-        raise InputError("model.name is empty. List the installed models with: foundry models")
+        raise InputError("model.name is empty. List the installed models with: foundry doctor")
     if think not in THINK_LEVELS:
         raise not_found("model.think", str(think), [str(level).lower() for level in THINK_LEVELS])
     check_format(format)
