@@ -1,4 +1,4 @@
-"""The commands that write pages about sweeps: the report, and the card of a model."""
+"""The command that writes pages: about sweeps, or about one model."""
 
 from __future__ import annotations
 
@@ -7,21 +7,32 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from foundry.commands.analyzing import Family, Labeller, Margins, Only, WhoLabels, Without, margins_of
-from foundry.commands.application import Folders, Mine, Trusted, app, folder_argument
+from foundry.commands.application import Mine, Trusted, app, folder_argument
 from foundry.commands.showing import probe_in
 from foundry.errors import InputError
 
 
 @app.command()
 def report(
-    folders: Folders,
+    folders: Annotated[list[Path], folder_argument("Sweeps' folders; with --model also bundles.")],
+    model: Annotated[
+        str | None,
+        typer.Option(
+            help="Write one page about this model, as it is named in the tables: all its worlds, beside null, best "
+            "policy and the other models."
+        ),
+    ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="The page; by default report.html in the first sweep's folder.")
+        Path | None,
+        typer.Option(
+            help="The page; by default report.html in the first sweep's folder, with --model card-MODEL.html here "
+            "and the same as .md."
+        ),
     ] = None,
     labeller: WhoLabels = Labeller.RULE,
     family: Family = None,
@@ -31,34 +42,40 @@ def report(
     trust_targets: Trusted = None,
     config_dir: Mine = None,
 ) -> None:
-    """Write one page with everything about the sweeps, or about a probe, for a browser without a network."""
-    from analysis.report import write_report
+    """Write one page with everything about the sweeps, or about a probe, for a browser without a network.
 
+    foundry report --model qwen3:4b outputs/pilot published.tar.zst: one page about a model
+    """
     asked = {"labelled_by_model": labeller is Labeller.MODEL, "margins": margins_of(margin or [])}
     options = {**asked, "only": only or (), "without": without or ()}
+    if model is None:
+        _report(folders, out, family or (), trust_targets or (), options)
+    elif any(options.values()) or family or trust_targets:
+        raise InputError("A page about a model tests nothing and takes whole sweeps: with --model give --out alone.")
+    else:
+        _card(model, folders, out)
+
+
+def _report(
+    folders: Sequence[Path], out: Path | None, family: Sequence[str], trusted: Sequence[str], options: dict[str, Any]
+) -> None:
+    """Write the page about sweeps, or about a probe."""
+    from analysis.report import write_report
+
     probe = probe_in(folders, options)
     if probe is not None:
         from analysis.report.probes import write_probe_report
         from foundry.probing.seen import SeenProbe
 
-        written = write_probe_report(
-            probe, SeenProbe(probe, trust_targets or ()), out, family or (), only=only or (), without=without or ()
-        )
+        filters = {name: options[name] for name in ("only", "without")}
+        written = write_probe_report(probe, SeenProbe(probe, trusted), out, family, **filters)
     else:
-        written = write_report(folders, out, family=family, **options)
+        written = write_report(folders, out, family=family or None, **options)
     print(f"report of {written.runs} runs in {written.path}; its pictures in {written.pictures}")
 
 
-@app.command()
-def card(
-    model: Annotated[str, typer.Argument(metavar="MODEL", help="Its name, as in the tables.", show_default=False)],
-    folders: Annotated[list[Path], folder_argument("Sweeps' folders, or bundles.", "DIR|BUNDLE...")],
-    out: Annotated[
-        Path | None, typer.Option(help="The page; by default card-MODEL.html. Beside it the same as .md.")
-    ] = None,
-    config_dir: Mine = None,
-) -> None:
-    """Write one page about a model: every world that it was in, each measure beside null, best and the other models."""
+def _card(model: str, folders: Sequence[Path], out: Path | None) -> None:
+    """Write the page about a model, and the same as text."""
     from analysis.paper.card import card as card_of
     from foundry.texts import counted
 

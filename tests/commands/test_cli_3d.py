@@ -101,27 +101,27 @@ def test_prompt_prints_the_appendix_example_of_a_3d_run(workspace: Path, capsys:
         ("move forward 9 m", {"translate": {"bearing": 0.0, "distance": 9.0}}),
     ],
 )
-def test_interpret_prints_one_object(reply: str, expected: dict[str, object], capsys: pytest.CaptureFixture[str]):
-    assert run(["interpret", reply]) == 0
+def test_scene_read_prints_one_object(reply: str, expected: dict[str, object], capsys: pytest.CaptureFixture[str]):
+    assert run(["scene", "read", reply]) == 0
     said = json.loads(capsys.readouterr().out)
     assert set(said) == {"translate", "turn", "gaze", "stay", "outcome", "notes"}
     assert expected.items() <= said.items()
 
 
-def test_interpret_clamps_with_limits(workspace: Path):
-    assert json.loads(foundry("interpret", "move forward 9 m", "--limits", cwd=workspace).stdout)["translate"] == {
+def test_scene_read_clamps_with_limits(workspace: Path):
+    assert json.loads(foundry("scene", "read", "move forward 9 m", "--limits", cwd=workspace).stdout)["translate"] == {
         "bearing": 0.0,
         "distance": 3.0,
     }
 
 
-def test_interpret_reads_a_json_string_a_line(workspace: Path, monkeypatch: pytest.MonkeyPatch, capsys):
+def test_scene_read_reads_a_json_string_a_line(workspace: Path, monkeypatch: pytest.MonkeyPatch, capsys):
     monkeypatch.setattr("sys.stdin", io.StringIO('"stay"\n\n"look up 20 degrees\\nnow"\n'))
-    assert run(["interpret", "-"]) == 0
+    assert run(["scene", "read", "-"]) == 0
     first, second = map(json.loads, capsys.readouterr().out.splitlines())
     assert (first["stay"], second["gaze"]) == (True, 20.0)
     monkeypatch.setattr("sys.stdin", io.StringIO("stay\n"))
-    assert run(["interpret", "-"]) == 2
+    assert run(["scene", "read", "-"]) == 2
     assert "Line 1 is not a JSON string" in capsys.readouterr().err
 
 

@@ -51,12 +51,14 @@ def test_what_a_probe_has_not_is_refused(probed: Path):
     found = foundry("report", "probed", "--margin", "idle_rate.chosen=0.1", cwd=probed.parent)
     assert (found.returncode, found.stdout) == (2, "")
     assert "is a probe" in found.stderr
+    found = foundry("report", "probed", "--model", "scripted/avoid", "--family", "x", cwd=probed.parent)
+    assert (found.returncode, found.stdout) == (2, "") and "give --out alone" in found.stderr
 
 
 def test_a_card_names_a_probe_and_measures_only_whole_runs(probed: Path):
     model = "scripted/avoid"
     assert f"card of {model} in 1 setting:" in done(
-        "card", model, "pilot", "probed", "--out", "c.html", cwd=probed.parent
+        "report", "--model", model, "pilot", "probed", "--out", "c.html", cwd=probed.parent
     )
     text = (probed.parent / "c.md").read_text(encoding="utf-8")
     assert [line.rpartition(", ")[2] for line in text.splitlines() if line.startswith("## ")] == ["pilot"]

@@ -131,7 +131,7 @@ def test_the_command_writes_page_and_text_from_folders_and_bundles(sweeps: tuple
     bundle = tmp_path / "second.tar.zst"
     write_bundle(sweeps[1].path, bundle)
     page = tmp_path / "out" / "card.html"
-    found = foundry("card", "mine", str(sweeps[0].path), str(bundle), "--out", str(page), cwd=tmp_path)
+    found = foundry("report", "--model", "mine", str(sweeps[0].path), str(bundle), "--out", str(page), cwd=tmp_path)
     assert found.returncode == 0, found.stderr
     assert page.read_text(encoding="utf-8").startswith("<!doctype html>")
     assert ", second" in page.with_suffix(".md").read_text(encoding="utf-8")
@@ -142,7 +142,7 @@ def test_the_command_refuses_a_sweep_that_is_given_twice_in_a_bundle_too(
 ):
     write_bundle(sweeps[1].path, tmp_path / "second.tar.zst")
     for again in (str(sweeps[1].path), "second.tar.zst"):
-        found = foundry("card", "mine", str(sweeps[1].path), again, cwd=tmp_path)
+        found = foundry("report", "--model", "mine", str(sweeps[1].path), again, cwd=tmp_path)
         assert (found.returncode, len(found.stderr.splitlines())) == (2, 1)
         assert "is given more than once" in found.stderr
 
@@ -152,10 +152,10 @@ def test_the_command_refuses_a_page_that_cannot_be(
     out: str, told: str, sweeps: tuple[SweepFolder, ...], tmp_path: Path
 ):
     (tmp_path / "file").touch()
-    found = foundry("card", "mine", str(sweeps[1].path), "--out", out, cwd=tmp_path)
+    found = foundry("report", "--model", "mine", str(sweeps[1].path), "--out", out, cwd=tmp_path)
     assert (found.returncode, found.stderr.count("\n")) == (2, 1) and told in found.stderr
 
 
 def test_the_page_has_a_name_that_any_system_takes(sweeps: tuple[SweepFolder, ...], tmp_path: Path):
-    assert foundry("card", "<b>other</b>", str(sweeps[0].path), cwd=tmp_path).returncode == 0
+    assert foundry("report", "--model", "<b>other</b>", str(sweeps[0].path), cwd=tmp_path).returncode == 0
     assert {one.name for one in tmp_path.iterdir()} == {"card-_b_other_b_.html", "card-_b_other_b_.md"}
