@@ -74,7 +74,7 @@ def _run_until_answered(composed: Composed) -> int:
     check_view(composed.settings["view"])
     path = Path(composed.settings["output"]["dir"] or "")
     for stage in stages(composed):
-        code = run_checked(checked(stage), run=_run_to_look)
+        code = run_checked(checked(stage), run=_run_unanalyzed)
         ends = _ends(path, stage.sweep)
         if code == EXIT_INTERRUPTED or None in ends:
             return code
@@ -105,8 +105,8 @@ def _ends(path: Path, sweep: Sweep) -> list[RunSummary | None]:
     return [run.summary() for run in SweepFolder.open(path).runs() if run.id in own]
 
 
-def _run_to_look(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], runner: Runner) -> int:
-    """Run what has not ended until a look, whose analysis is not that of the end."""
+def _run_unanalyzed(folder: SweepFolder, settings: Any, infos: dict[str, ModelInfo], runner: Runner) -> int:
+    """Run what has not ended, where the analysis of the end comes later."""
     return run_folder(folder, {**settings, "analyze": False}, infos, runner)
 
 
@@ -204,7 +204,7 @@ def _say_seeds_lacking(sweep: Sweep, path: Path) -> None:
     if reach is not None and not reach.is_enough:
         first = max(run.seed for run in sweep.runs) + 1
         last = first + reach.fewest - reach.seeds - 1
-        say(f"{reach.line()}; add seeds: foundry grow {path} seed={first}" + (f"-{last}" if last > first else ""))
+        say(f"{reach.line()}; add seeds: foundry resume {path} seed={first}" + (f"-{last}" if last > first else ""))
 
 
 def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
@@ -327,15 +327,27 @@ def known_models(sweep: Sweep) -> tuple[dict[str, ModelInfo], str]:
         return {}, f"The sweep could not start now: {error}"
 
 
-@app.command()
+@app.command(context_settings=OVERRIDES)
 def resume(
-    folder: Folder, trust_targets: Trusted = None, trust_servers: TrustedServers = False, config_dir: Mine = None
+    folder: Folder,
+    overrides: Overrides = None,
+    trust_targets: Trusted = None,
+    trust_servers: TrustedServers = False,
+    config_dir: Mine = None,
 ) -> None:
-    """Go on with a sweep: complete runs are skipped, answered calls are not asked again.
+    """Go on with a sweep, and add seeds, models, prompts or worlds. Complete runs stay; no call is asked again.
 
-    OLLAMA_HOST and OPENAI_BASE_URL, where they are set, replace the servers that the sweep began with.
+    foundry resume outputs/pilot
+
+    foundry resume outputs/pilot seed=10-19 adds seeds to every condition; model=gemma3:4b adds a model
+
+    Takes the overrides of a sweep; what they do not say is as it was recorded. OLLAMA_HOST and OPENAI_BASE_URL, where
+    they are set, replace the servers that the sweep began with.
     """
-    raise typer.Exit(go_on(folder, trust_targets or (), trust_servers))
+    trusted = trust_targets or ()
+    if overrides:
+        raise typer.Exit(_add(folder, given(overrides, config_dir), trusted, trust_servers))
+    raise typer.Exit(go_on(folder, trusted, trust_servers))
 
 
 def go_on(folder: Path, trusted: Sequence[str], trust_servers: bool, run: Run = run_folder) -> int:
@@ -355,31 +367,22 @@ def go_on(folder: Path, trusted: Sequence[str], trust_servers: bool, run: Run = 
     return run(opened, settings, infos, runner)
 
 
-@app.command(context_settings=OVERRIDES)
-def grow(
-    folder: Folder,
-    overrides: Overrides = None,
-    trust_targets: Trusted = None,
-    trust_servers: TrustedServers = False,
-    config_dir: Mine = None,
-) -> None:
-    """Add to a sweep: seeds, or a further model, prompt or world. What is there stays.
-
-    foundry grow outputs/pilot seed=10-19
-
-    foundry grow outputs/pilot model=gemma3:4b
-
-    Takes the overrides of a sweep; what they do not say is as it was recorded.
-    """
+def _add(folder: Path, overrides: Sequence[str], trusted: Sequence[str], trust_servers: bool) -> int:
+    """Go on with a sweep, then run what the overrides add to it; returns the exit code."""
     from foundry.composing.defaults import read_defaults
     from foundry.composing.growing import compose_growth
+    from foundry.composing.preparing import checked
 
-    asked = given(overrides, config_dir)
-    composed = compose_growth(open_to_run(folder, trust_targets or (), trust_servers), asked, read_defaults(asked))
+    opened = open_to_run(folder, trusted, trust_servers)
+    composed = compose_growth(opened, overrides, read_defaults(overrides))
     if composed is None:
-        raise typer.Exit(EXIT_OK)
+        return EXIT_OK
     say_defaults(composed)
-    raise typer.Exit(run_composed(composed))
+    check_view(composed.settings["view"])
+    added = checked(composed)
+    is_whole = all(_is_complete(run.summary()) for run in opened.runs())
+    code = EXIT_OK if is_whole else go_on(folder, trusted, trust_servers, _run_unanalyzed)
+    return code if code == EXIT_INTERRUPTED else max(code, run_checked(added))
 
 
 def open_to_run(folder: Path, trusted: Sequence[str], trust_servers: bool) -> SweepFolder:

@@ -52,13 +52,13 @@ def compose_growth(folder: SweepFolder, overrides: Sequence[str], defaults: Defa
         conditions = [one for composed in (first, *rest) if composed is not None for one in composed.conditions]
     asked = {key: value for key, value in first.settings.items() if key in changed}
     settings = {**first.settings, **folder.settings, **asked, "output": {"dir": str(folder.path)}}
-    asked_for = ("grow", *first.deciding, *overrides)
+    asked_for = ("resume", *first.deciding, *overrides)
     return replace(first, asked=asked_for, conditions=tuple(conditions), settings=checked_settings(settings))
 
 
 def _check_asked(folder: SweepFolder, given: set[str]) -> None:
     if not {key for key in given if not key.startswith("-")}:
-        raise InputError(f"Say what to add: foundry grow {folder.path} seed=10-19, or model=..., prompt=..., world=...")
+        raise InputError(f"Say what to add: foundry resume {folder.path} seed=10-19, or model=, prompt= or world=")
     if "output.dir" in given:
         raise InputError(f"The sweep that grows is '{folder.path}' itself: leave out output.dir.")
     kinds = {"foundry probe": folder.moments_file.exists()}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import shutil
 from pathlib import Path
 
 import pytest
@@ -149,17 +150,18 @@ def ids(folder: str) -> set[str]:
 
 
 @pytest.mark.slow
-def test_grow_adds_to_what_was_recorded_what_the_same_sweep_asked_at_once_has(workspace: Path):
+def test_resume_goes_on_and_adds_what_the_same_sweep_asked_at_once_has(workspace: Path):
     grow(TWO, "seed=0", "prompt=japanese")
     before = files(Path("s"))
-    assert run(["grow", "s", "seed=2"]) == 0
-    assert run(["grow", "s", "model=scripted/herd"]) == 0
+    assert run(["resume", "s", "seed=2"]) == 0
     assert before.items() <= files(Path("s")).items()
+    shutil.rmtree(SweepFolder.open("s").runs()[0].path)
+    assert run(["resume", "s", "model=scripted/herd"]) == 0
     everything = "model=scripted/random,scripted/avoid,scripted/herd"
     assert run(["-m", everything, "seed=0,2", "prompt=japanese", *TINY, "output.dir=at_once"]) == 0
     assert ids("s") == ids("at_once") and statuses(Path("s")) == ["complete"] * 6
     assert [one.overrides for one in SweepFolder.open("s").sweep.history][1:] == [
-        ("grow", "seed=2"), ("grow", "model=scripted/herd"),
+        ("resume", "seed=2"), ("resume", "model=scripted/herd"),
     ]  # fmt: skip
 
 
@@ -184,8 +186,7 @@ def test_a_sweep_that_was_killed_while_it_grew_goes_on(workspace: Path):
 @pytest.mark.parametrize(
     ("overrides", "said"),
     [
-        ((), "Say what to add: foundry grow s seed=10-19"),
-        (("-m",), "Say what to add: foundry grow s seed=10-19"),
+        (("-m",), "Say what to add: foundry resume s seed=10-19"),
         (("seed=1", "output.dir=other"), "leave out output.dir"),
         (("world.steps=9",), "world.steps is 2 in it and 9 here"),
         (("model=scripted/hert",), "Did you mean 'scripted/herd'"),
@@ -195,21 +196,21 @@ def test_what_no_sweep_can_grow_by_is_told_in_one_line(
     overrides: tuple[str, ...], said: str, there: Path, capsys: pytest.CaptureFixture[str]
 ):
     with contextlib.chdir(there):
-        assert run(["grow", "s", *overrides]) == 2
+        assert run(["resume", "s", *overrides]) == 2
     error = capsys.readouterr().err
     assert said in error and error.count("\n") == 1
 
 
 @pytest.mark.slow
 def test_settings_that_follow_the_seed_are_not_taken_for_further_seeds(there: Path):
-    done = foundry("grow", "follows", "seed=2", cwd=there)
+    done = foundry("resume", "follows", "seed=2", cwd=there)
     assert done.returncode == 2 and "follow the seed" in done.stderr
     again = ("-m", *FOLLOWING, "seed=2-3", *TINY, "output.dir=follows")
     assert foundry(*again, cwd=there).returncode == 0
     grown = SweepFolder.open(there / "follows")
     assert [one.config()["world"]["history"]["memory"] for one in grown.runs()] == [1, 2, 3]
     (grown.path / "multirun.yaml").unlink()
-    done = foundry("grow", "follows", "seed=4", cwd=there)
+    done = foundry("resume", "follows", "seed=4", cwd=there)
     assert done.returncode == 2 and "follow the seed" in done.stderr
 
 
@@ -217,7 +218,7 @@ def test_a_record_that_names_classes_of_others_does_not_grow_unless_they_are_tru
     file = there / "s" / "sweep.yaml"
     kept = file.read_text()
     file.write_text(kept.replace("foundry.models.scripted.random.Random", "os.system"))
-    done = foundry("grow", "s", "seed=1", cwd=there)
+    done = foundry("resume", "s", "seed=1", cwd=there)
     file.write_text(kept)
     assert done.returncode == 2 and "'os.system' is refused" in done.stderr
 
@@ -226,5 +227,5 @@ def test_forks_and_probes_grow_by_their_own_commands(workspace: Path):
     grow("model=scripted/random", "seed=0")
     only = str(SweepFolder.open("s").runs()[0].path)
     assert run(["fork", only, "--at", "2", "output.dir=forks", "analyze=false"]) == 0
-    done = foundry("grow", "forks", "seed=1", cwd=workspace)
+    done = foundry("resume", "forks", "seed=1", cwd=workspace)
     assert done.returncode == 2 and "foundry fork ... output.dir=forks" in done.stderr

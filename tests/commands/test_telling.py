@@ -141,7 +141,7 @@ def test_a_measure_that_does_not_exist_is_refused_before_anything_is_played_or_m
 
 
 def test_a_sweep_in_which_nothing_is_left_to_play_says_so(swept: Path):
-    for command in (("resume", "out"), ("grow", "out", "seed=0"), ("foundry", *ASKED, "output.dir=out")):
+    for command in (("resume", "out"), ("resume", "out", "seed=0"), ("foundry", *ASKED, "output.dir=out")):
         done = foundry(*command[command[0] == "foundry" :], cwd=swept)
         assert done.returncode == 0 and "Nothing to play: all of them are complete." in done.stdout, done.stderr
 

@@ -41,7 +41,7 @@ def test_what_goes_on_with_it_later_is_analysed_as_the_sweep_asked(tmp_path):
     done = foundry(*asked, "until=answered", cwd=tmp_path)
     assert done.stdout.count("tables and plots: out/analysis") == 1
     assert SweepFolder.open(tmp_path / "out").settings["analyze"] is True
-    assert "tables and plots: out/analysis" in foundry("grow", "out", "seed=6-7", cwd=tmp_path).stdout
+    assert "tables and plots: out/analysis" in foundry("resume", "out", "seed=6-7", cwd=tmp_path).stdout
 
 
 @pytest.mark.slow

@@ -81,7 +81,7 @@ def test_a_sweep_with_too_few_seeds_is_warned_of_with_the_seeds_that_it_needs(tm
     assert (told["status"], told["advice"]) == ("warning", "Ask for 7 seeds or more.")
     asked = ("-m", models, "seed=0-4", *FEW, "output.dir=out")
     ran = foundry(*asked, cwd=tmp_path)
-    assert "with 5 no difference can be claimed; add seeds: foundry grow out seed=5-6" in ran.stdout
+    assert "with 5 no difference can be claimed; add seeds: foundry resume out seed=5-6" in ran.stdout
 
 
 def test_the_table_says_the_same_for_people(tmp_path: Path):

@@ -124,7 +124,7 @@ def test_an_unpacked_3d_sweep_grows_in_the_scene_that_came_with_it(room_sweep: P
     shutil.rmtree(room_sweep.parent)
     surroundings._surroundings.cache_clear()  # as in another process
     for asked in ("seed=1", "model=scripted/stay"):
-        done = foundry("grow", "anew", asked, cwd=tmp_path)
+        done = foundry("resume", "anew", asked, cwd=tmp_path)
         assert done.returncode == 0, done.stdout + done.stderr
     assert statuses(tmp_path / "anew") == ["complete"] * 4
     assert foundry("verify", "anew", "--workers", "1", cwd=tmp_path).returncode == 0
@@ -136,7 +136,7 @@ def test_a_3d_sweep_neither_grows_nor_goes_on_in_a_scene_that_has_changed(room_s
     unpack_bundle(tmp_path / "room.tar.zst", tmp_path / "anew")
     scene = next((tmp_path / "anew").glob("scenes/*/room/scene.usda"))
     scene.write_text(f"{scene.read_text()}\n# another file\n")
-    for command in (("grow", "anew", "seed=1"), ("resume", "anew")):
+    for command in (("resume", "anew", "seed=1"), ("resume", "anew")):
         done = foundry(*command, cwd=tmp_path)
         assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stdout + done.stderr
         assert "is not the one of the run" in done.stderr

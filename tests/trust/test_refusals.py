@@ -107,7 +107,7 @@ def test_a_record_may_build_the_classes_of_the_folder_that_the_user_names_and_no
         check_targets(config, (), "here")
 
 
-BUILDING = ("verify", "resume", "grow", "fork", "replay", "analyze")
+BUILDING = ("verify", "resume", "fork", "replay", "analyze")
 
 
 @pytest.mark.slow
@@ -123,8 +123,7 @@ def test_what_a_refusal_advises_is_an_option_of_the_command_that_refuses(
     run = str(run_of(sweep, MIX).path)
     asked = {
         "verify": (str(sweep), "--workers", "1"),
-        "resume": (str(sweep),),
-        "grow": (str(sweep), "seed=9", "analyze=false"),
+        "resume": (str(sweep), "seed=9", "analyze=false"),
         "fork": (run, "--at", "2", "model=scripted/stay", "analyze=false"),
         "replay": (run, "--steps", "1"),
         "analyze": (str(sweep), "--baselines", "--only", "seed=77"),  # refused before plots are drawn
@@ -220,7 +219,7 @@ def test_nothing_of_a_record_is_looked_up_in_the_environment(key: str, command: 
     assert "does not describe a sweep" in done.stderr and "417" not in done.stderr
 
 
-@pytest.mark.parametrize("command", ["fork", "probe", "grow"])
+@pytest.mark.parametrize("command", ["fork", "probe", "resume"])
 def test_texts_of_a_record_are_composed_to_the_letter(command: str, copied: Path, tmp_path: Path):
     named, pinned = "${oc.env:LEAK} \\${x} ???", ["${oc.env:LEAK}", "a, ']"]
 
@@ -234,12 +233,12 @@ def test_texts_of_a_record_are_composed_to_the_letter(command: str, copied: Path
     asked = {
         "fork": (run, "--at", "2", "output.dir=made"),
         "probe": (str(copied), "moments=1", "repeats=1", "output.dir=made"),
-        "grow": (str(copied),),
+        "resume": (str(copied),),
     }[command]
     asked += ("model=scripted/stay", "analyze=false", "runner.workers=1")
     done = foundry(command, *asked, cwd=tmp_path, LEAK="417")
     assert done.returncode == 0, done.stderr
-    made = copied if command == "grow" else tmp_path / "made"
+    made = copied if command == "resume" else tmp_path / "made"
     assert "417" not in (made / "sweep.yaml").read_text()
     for recorded in SweepFolder.open(made).runs():
         config = recorded.config()
