@@ -46,6 +46,7 @@ COMPLETE = "_FOUNDRY_COMPLETE"
 _UsageError: type[typer.BadParameter] = typer.BadParameter.__mro__[1]
 """What Typer raises of a command line that a command does not take; it has no public name for it."""
 RENAMED = {
+    "label --human": "play DIR --label model=human/NAME",
     "grow": "resume DIR OVERRIDES",
     "card": "report --model MODEL DIR...",
     "interpret": "scene read TEXT",
@@ -117,13 +118,21 @@ def _is_typer(argv: Sequence[str]) -> bool:
         return True
     first = argv[0] if argv else ""
     names = [_name_of(command) for command in app.registered_commands]
-    if first in RENAMED:
-        raise InputError(f"'foundry {first}' is now: foundry {RENAMED[first]}")
+    _check_name(first, argv)
     if first in names or first in ("--help", "-h", "--version", "--install-completion", "--show-completion"):
         return True
     if first and not first.startswith(("-", "~")) and "=" not in first:
         raise not_found("Command", first, names, "An override has the form key=value.")
     return False
+
+
+def _check_name(first: str, argv: Sequence[str]) -> None:
+    """Refuse a command line of an earlier version by the one that does its work now."""
+    options = {argument.partition("=")[0] for argument in argv}
+    for old, new in RENAMED.items():
+        command, *flags = old.split()
+        if command == first and options.issuperset(flags):
+            raise InputError(f"'foundry {old}' is now: foundry {new}")
 
 
 def _name_of(command: CommandInfo) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from enum import IntEnum
 from pathlib import Path
@@ -169,6 +169,21 @@ def as_loud_as_asked(argv: Sequence[str]) -> Iterator[list[str]]:
         yield [*(one for one in argv[:end] if one not in _FLAGS), *argv[end:]]
     finally:
         _loudness.reset(kept)
+
+
+def check_belongs(flag: str, options: Mapping[str, object]) -> None:
+    """Refuse options that mean nothing without a flag that was not given.
+
+    Args:
+        flag: the flag.
+        options: values by the names of the options; None where one was not given.
+
+    Raises:
+        InputError: one was given.
+    """
+    for name, value in options.items():
+        if value is not None:
+            raise InputError(f"--{name} belongs to {flag}: add {flag}, or leave out --{name}.")
 
 
 def is_quiet() -> bool:

@@ -1,4 +1,4 @@
-"""The command that has a model or a person say which messages are warnings, and a person what replies decide."""
+"""Has a model or a person say which messages are warnings, and a person what replies decide."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import typer
 
 from foundry.commands.application import OVERRIDES, Folder, Mine, Overrides, TrustedServers, app, console, given
 from foundry.commands.sweeps import composed_here
-from foundry.commands.view import AskingPage, Browser, Host, Port, told_to
+from foundry.commands.view import AskingPage, told_to
 from foundry.errors import FoundryError, InputError, ModelChangedError
 
 if TYPE_CHECKING:
@@ -25,44 +25,29 @@ if TYPE_CHECKING:
 @app.command(context_settings=OVERRIDES)
 def label(
     folder: Folder,
+    model: Annotated[str, typer.Option(help="The model that labels, as in model=...", show_default=False)],
     overrides: Overrides = None,
-    model: Annotated[
-        str | None, typer.Option(help="The model that labels, as in model=...", show_default=False)
-    ] = None,
-    human: Annotated[str | None, typer.Option(help="The name of the person who labels, on a page.")] = None,
-    replies: Annotated[
-        bool, typer.Option("--replies", help="Ask a person what replies decide, unread ones among them.")
-    ] = False,
-    texts: Annotated[int, typer.Option(min=1, help="Texts that a person is asked about, at most.")] = 100,
-    host: Host = "127.0.0.1",
-    port: Port = 0,
-    browser: Browser = True,
     trust_servers: TrustedServers = False,
     config_dir: Mine = None,
 ) -> None:
-    """Have a model, or a person, say which messages of a sweep are warnings.
+    """Have a model say which messages of a sweep are warnings; foundry play DIR --label asks people.
 
     Takes a sweep's folder: foundry label outputs/<sweep> --model qwen3:4b; overrides of model.* may follow. Each
     distinct text is asked about once, and answers are cached. `foundry analyze --labeller model` then takes these
     labels instead of the rule.
-
-    foundry label outputs/<sweep> --human ana asks a person about some of the texts, and tells how far she agrees with
-    the rule, with the model and with other people.
     """
+    _label_by_model(_opened(folder, trust_servers), [f"model={model}", *given(overrides, config_dir)])
+
+
+def _opened(folder: Path, trust_servers: bool) -> SweepFolder:
+    """Open a sweep whose cache of answers may be used."""
     from foundry.storing.store import SweepFolder
     from foundry.trust import reaching
 
-    if (model is None) == (human is None):
-        raise InputError("Name who labels: either --model, such as qwen3:4b, or --human with the name of a person.")
-    if replies and human is None:
-        raise InputError("What replies decide is asked of people: add --human NAME in the place of --model.")
     opened = SweepFolder.open(folder)
     if not trust_servers:
         reaching.check_settings({"cache": opened.settings.get("cache", {})})
-    if model is not None:
-        _label_by_model(opened, [f"model={model}", *given(overrides, config_dir)])
-    else:
-        _label_by_person(opened, str(human), replies, texts, AskingPage(host, port, browser))
+    return opened
 
 
 def _label_by_model(opened: SweepFolder, overrides: Sequence[str]) -> None:
@@ -85,7 +70,19 @@ def _label_by_model(opened: SweepFolder, overrides: Sequence[str]) -> None:
     print(f"labels in {opened.labels_file}")
 
 
-def _label_by_person(opened: SweepFolder, person: str, replies: bool, most: int, page: AskingPage) -> None:
+def label_by_person(
+    folder: Path, overrides: Sequence[str], page: AskingPage, *, replies: bool, most: int, trust_servers: bool
+) -> None:
+    """Ask a person on a page which messages of a sweep are warnings, or what its replies decide.
+
+    Args:
+        folder: the sweep's folder.
+        overrides: what names the person: model=human/NAME.
+        page: where the person is asked.
+        replies: whether replies are labelled in place of messages.
+        most: texts at most.
+        trust_servers: whether the server of the recorded cache may be reached.
+    """
     import asyncio
 
     from analysis.labelling import question, reading_question
@@ -93,13 +90,19 @@ def _label_by_person(opened: SweepFolder, person: str, replies: bool, most: int,
     from foundry.display import frame_table
     from foundry.models.human.desk import Desk, seated
     from foundry.probing.judging import drawn, judge, messages_of, replies_of, schemas_of
+    from foundry.probing.sitting import people_to_ask
 
+    composed = composed_here(overrides)
+    if composed is None:
+        return
+    people = people_to_ask(composed.sweep)
+    if len(composed.conditions) > 1 or people != [composed.conditions[0].config["model"]["name"]]:
+        raise InputError(f"One person labels at a time, not {', '.join(people)}: give one model=human/NAME.")
+    opened = _opened(folder, trust_servers)
     items = replies_of(opened, most) if replies else drawn(messages_of(opened), most)
     if not items:
         what = "reply that could not be read" if replies else "message"
         raise InputError(f"There is no {what} in the runs of '{opened.path}': there is nothing to label.")
-    composed = composed_here([f"model=human/{person}"])
-    assert composed is not None, "no flag of Hydra's own is among the overrides"
     config = {**composed.conditions[0].config["model"], "schemas": schemas_of(opened)}
     asked, desk = reading_question() if replies else question(), Desk(blind=True)
 
@@ -107,7 +110,7 @@ def _label_by_person(opened: SweepFolder, person: str, replies: bool, most: int,
         async with _stacked(config, _cache_of(opened, composed)) as stacked:
             return await judge(stacked, asked, items)
 
-    told = told_to([f"human/{person}"], opened.path.name)
+    told = told_to(people, opened.path.name)
     with page.shown(desk, told, leave=desk.leave), seated(desk):
         found = asyncio.run(ask())
     opened.write_people(opened.people().joined(found))

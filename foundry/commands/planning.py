@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,6 +15,7 @@ from foundry.commands.application import (
     Mine,
     Overrides,
     app,
+    check_belongs,
     console,
     for_screen,
     given,
@@ -24,7 +25,6 @@ from foundry.commands.application import (
     say,
 )
 from foundry.commands.sweeps import composed_here, existing_answers, known_models, sweep_reach
-from foundry.errors import InputError
 
 if TYPE_CHECKING:
     from analysis.planned.reach import Reach
@@ -55,7 +55,7 @@ def plan(
     model, which must be scripted or cached
     """
     if not prompt:
-        _check_belongs("--prompt", {"step": step, "agent": agent, "kind": kind})
+        check_belongs("--prompt", {"step": step, "agent": agent, "kind": kind})
     composed = composed_here(given(overrides, config_dir))
     if composed is None:
         return
@@ -63,13 +63,6 @@ def plan(
         _print_prompt(composed, 1 if step is None else step, agent or 0, kind, json=json)
     else:
         _print_calls(composed, json=json)
-
-
-def _check_belongs(flag: str, options: Mapping[str, object]) -> None:
-    """Refuse options that mean nothing without a flag that was not given."""
-    for name, value in options.items():
-        if value is not None:
-            raise InputError(f"--{name} {value} belongs to {flag}: add {flag}, or leave out --{name}.")
 
 
 def _print_prompt(composed: Composed, step: int, agent: int, kind: str | None, *, json: bool) -> None:

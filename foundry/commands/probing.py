@@ -20,11 +20,13 @@ from foundry.commands.application import (
     Trusted,
     TrustedServers,
     app,
+    check_belongs,
     console,
     folder_argument,
     given,
     say,
 )
+from foundry.commands.labelling import label_by_person
 from foundry.commands.sweeps import Run, composed_here, go_on, reached_now, run_checked, run_folder, say_defaults
 from foundry.commands.view import AskingPage, Browser, Host, Port, check_view, told_to
 from foundry.errors import InputError
@@ -73,6 +75,14 @@ def probe(
 @app.command(context_settings=OVERRIDES)
 def play(
     overrides: Overrides = None,
+    label: Annotated[
+        bool, typer.Option("--label", help="Ask which messages of a sweep are warnings, not what to do.")
+    ] = False,
+    replies: Annotated[
+        bool | None,
+        typer.Option("--replies", help="With --label: ask what replies decide, unread ones among them."),
+    ] = None,
+    texts: Annotated[int | None, typer.Option(min=1, help="With --label: texts at most, by default 100.")] = None,
     host: Host = "127.0.0.1",
     port: Port = 0,
     browser: Browser = True,
@@ -87,10 +97,21 @@ def play(
     foundry play model=mix/human/ana@0+qwen3:4b@1-9   in a run, among models
 
     foundry play outputs/<sweep>                      goes on with what people have not answered yet
+
+    foundry play outputs/<sweep> --label model=human/ana   which messages are warnings; tells how far she agrees with
+    the rule, with a model that labelled and with other people
     """
-    sitting = _Sitting(AskingPage(host, port, browser))
+    page = AskingPage(host, port, browser)
     folders, arguments = _folders_first(given(overrides, config_dir))
-    trusted = trust_targets or ()
+    if label:
+        if len(folders) != 1:
+            raise InputError("Name one sweep to label: foundry play outputs/<sweep> --label model=human/NAME")
+        label_by_person(
+            folders[0], arguments, page, replies=bool(replies), most=texts or 100, trust_servers=trust_servers
+        )
+        return
+    check_belongs("--label", {"replies": replies, "texts": texts})
+    sitting, trusted = _Sitting(page), trust_targets or ()
     if not folders:
         raise typer.Exit(_play_run(arguments, sitting))
     if not any("=" in argument for argument in arguments):

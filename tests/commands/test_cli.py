@@ -98,7 +98,7 @@ def test_every_command_says_what_it_lacks_or_does_not_take_in_one_line(
             ["plan", "--prompt", "world=fishery", "model=scripted/random", "--step", "2"],
             "agents 0 to 4 and steps 1 to 1",
         ),
-        (["plan", "model=scripted/random", "--agent", "0"], "--agent 0 belongs to --prompt"),
+        (["plan", "model=scripted/random", "--agent", "0"], "--agent belongs to --prompt"),
         (["doctor", "model=scripted/random", "--pull", "llama3.2"], "leave out model="),
     ],
 )

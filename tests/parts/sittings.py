@@ -86,7 +86,6 @@ def played(
     most: int | None = None,
     begins_at: int = 1,
     reply: Callable[[dict[str, Any]], str] = default_reply,
-    command: str = "play",
 ) -> tuple[CompletedProcess[str], Person]:
     """Run the command to its end while a person answers on its page."""
     person = Person("", most, begins_at, reply)
@@ -101,7 +100,7 @@ def played(
     monkeypatch.setattr(PeopleServer, "__init__", begun)
     monkeypatch.setattr(server, "FAREWELL_S", None)  # the person comes back for it, however late
     try:
-        done = foundry(command, "--no-browser", *arguments, cwd=cwd)
+        done = foundry("play", "--no-browser", *arguments, cwd=cwd)
     finally:
         monkeypatch.undo()
     if thread.ident is not None:

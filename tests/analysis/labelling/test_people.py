@@ -33,7 +33,7 @@ def yes_to_smoke(question) -> str:
 
 def test_a_person_who_says_what_the_rule_says_agrees_with_it(talk, tmp_path, monkeypatch):
     done, person = played(
-        monkeypatch, tmp_path, str(talk.path), "--human", "ana", command="label", reply=yes_to_smoke, begins_at=20
+        monkeypatch, tmp_path, str(talk.path), "--label", "model=human/ana", reply=yes_to_smoke, begins_at=20
     )
     assert done.returncode == 0, done.stderr
     assert "20 of 20 texts labelled by human/ana" in done.stdout
@@ -46,7 +46,7 @@ def test_a_person_who_says_what_the_rule_says_agrees_with_it(talk, tmp_path, mon
 
 def test_what_is_no_label_is_left_out(talk, tmp_path, monkeypatch):
     done, _ = played(
-        monkeypatch, tmp_path, str(talk.path), "--human", "ana", "--texts", "4", command="label", begins_at=4,
+        monkeypatch, tmp_path, str(talk.path), "--label", "model=human/ana", "--texts", "4", begins_at=4,
         reply=lambda question: yes_to_smoke(question).replace("no", "maybe"),
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
@@ -56,13 +56,13 @@ def test_what_is_no_label_is_left_out(talk, tmp_path, monkeypatch):
 
 
 def test_a_sitting_that_ends_early_keeps_what_was_said_and_goes_on_another_day(talk, tmp_path, monkeypatch):
-    command = (str(talk.path), "--human", "ana", "--texts", "12")
-    done, first = played(monkeypatch, tmp_path, *command, command="label", reply=yes_to_smoke, begins_at=12, most=5)
+    command = (str(talk.path), "--label", "model=human/ana", "--texts", "12")
+    done, first = played(monkeypatch, tmp_path, *command, reply=yes_to_smoke, begins_at=12, most=5)
     assert "5 of 12 texts labelled" in done.stdout
-    done, then = played(monkeypatch, tmp_path, *command, command="label", reply=yes_to_smoke, begins_at=7)
+    done, then = played(monkeypatch, tmp_path, *command, reply=yes_to_smoke, begins_at=7)
     assert "12 of 12 texts labelled" in done.stdout
     more = (*command[:-1], "15")
-    done, last = played(monkeypatch, tmp_path, *more, command="label", reply=yes_to_smoke, begins_at=3)
+    done, last = played(monkeypatch, tmp_path, *more, reply=yes_to_smoke, begins_at=3)
     shown = [question["messages"][0]["content"] for one in (first, then, last) for question in one.seen]
     assert [len(one.seen) for one in (first, then, last)] == [5, 7, 3]
     assert len(set(shown)) == 15
@@ -113,7 +113,7 @@ def test_unread_replies_come_among_read_ones_and_nobody_is_told_which(tmp_path, 
     flaky = ("model=scripted/flaky", "world.agents=8", "world.steps=6", "analyze=false", "output.dir=flaky")
     assert foundry("-m", *flaky, "seed=0-3", cwd=tmp_path).returncode == 0
     done, person = played(
-        monkeypatch, tmp_path, "flaky", "--human", "ana", "--replies", command="label", begins_at=2,
+        monkeypatch, tmp_path, "flaky", "--label", "model=human/ana", "--replies", begins_at=2,
         reply=lambda question: NONE,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
@@ -150,14 +150,14 @@ def test_a_reply_of_a_probe_is_held_against_what_that_very_reply_decided(tmp_pat
 @pytest.mark.parametrize(
     ("arguments", "reason"),
     [
-        ((), "Name who labels"),
-        (("--model", "m", "--human", "ana"), "Name who labels"),
-        (("--model", "m", "--replies"), "asked of people"),
-        (("--human", "a@b"), "no name for a person"),
+        (("model=scripted/stay",), "Nobody is asked here"),
+        (("model=human/a@b",), "no name for a person"),
+        (("-m", "model=human/ana,human/ben"), "One person labels at a time"),
+        (("missing", "model=human/ana"), "Name one sweep"),
     ],
 )
 def test_what_cannot_be_asked_is_refused_in_one_line(talk, tmp_path, arguments, reason):
-    done = foundry("label", str(talk.path), *arguments, cwd=tmp_path)
+    done = foundry("play", str(talk.path), *arguments, "--label", cwd=tmp_path)
     assert done.returncode == 2
     assert reason in done.stderr
     assert len(done.stderr.splitlines()) == 1
