@@ -81,6 +81,11 @@ def folder_text(help: str) -> Any:
     )
 
 
+def folder_option(help: str) -> Any:
+    """Return an option that names a sweep's folder, also in the form in which a sweep is given it."""
+    return typer.Option(help=help, metavar="DIR", parser=_folder, show_default=False, autocompletion=_complete_folder)
+
+
 Folder = Annotated[Path, folder_argument("A sweep's folder, or output.dir=DIR.")]
 Folders = Annotated[list[Path], folder_argument("Sweeps' folders.", "DIR")]
 OneRun = Annotated[Path, folder_argument("A run's folder: DIR/runs/<run>.", "RUN")]

@@ -1,4 +1,4 @@
-"""The command that shows what a sweep would do and send, without doing it."""
+"""The command that shows what a sweep would do and send, and how many seeds it needs, without doing it."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from foundry.commands.analyzing import Only, Without
 from foundry.commands.application import (
     OVERRIDES,
     AsJson,
@@ -17,6 +18,7 @@ from foundry.commands.application import (
     app,
     check_belongs,
     console,
+    folder_option,
     for_screen,
     given,
     is_verbose,
@@ -24,7 +26,9 @@ from foundry.commands.application import (
     print_json,
     say,
 )
+from foundry.commands.power import show_seeds
 from foundry.commands.sweeps import composed_here, existing_answers, known_models, sweep_reach
+from foundry.errors import InputError
 
 if TYPE_CHECKING:
     from analysis.planned.reach import Reach
@@ -44,6 +48,25 @@ def plan(
             help="With --prompt: the kind of question, such as message; by default action, or the world's first."
         ),
     ] = None,
+    pilot: Annotated[
+        Path | None,
+        folder_option("Also say how many seeds are needed, judged by this sweep or probe; alone without OVERRIDES."),
+    ] = None,
+    difference: Annotated[
+        float | None,
+        typer.Option(help="With --pilot: what is to be found, in the measure's unit; else what the pilot shows."),
+    ] = None,
+    power: Annotated[float | None, typer.Option(help="With --pilot: probability to find it, by default 0.8.")] = None,
+    measure: Annotated[
+        str | None,
+        typer.Option(help="With --pilot: one measure, else the headlines; of a probe one model or edit."),
+    ] = None,
+    looks: Annotated[
+        str | None,
+        typer.Option(help="With --pilot: numbers of seeds at which will be tested, such as 8,12,18: what comes of it."),
+    ] = None,
+    only: Only = None,
+    without: Without = None,
     json: AsJson = False,
     config_dir: Mine = None,
 ) -> None:
@@ -53,9 +76,23 @@ def plan(
 
     foundry plan --prompt model=scripted/avoid seed=3 --step 7 --agent 3: to reach the step, plays the episode with the
     model, which must be scripted or cached
+
+    foundry plan --pilot outputs/pilot -m model=llama3.2 seed=0-19: also how many seeds the declared measures need
     """
     if not prompt:
         check_belongs("--prompt", {"step": step, "agent": agent, "kind": kind})
+    if pilot is None:
+        judging = {"difference": difference, "power": power, "measure": measure, "looks": looks}
+        check_belongs("--pilot DIR", {**judging, "only": only or None, "without": without or None})
+    else:
+        if prompt or json:
+            raise InputError("--pilot prints tables of seeds: leave out --prompt and --json.")
+        show_seeds(
+            pilot, difference=difference, power=0.8 if power is None else power, measure=measure, looks=looks or "",
+            only=only or (), without=without or (),
+        )  # fmt: skip
+        if not overrides:
+            return
     composed = composed_here(given(overrides, config_dir))
     if composed is None:
         return

@@ -1,15 +1,14 @@
-"""The command that says how many seeds a sweep needs."""
+"""How many seeds a sweep needs, judged by a pilot: a part of `foundry plan`."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-import typer
-
-from foundry.commands.analyzing import Only, Without, looks_of
-from foundry.commands.application import Folder, Mine, app, console, say
+from foundry.commands.analyzing import looks_of
+from foundry.commands.application import console, say
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
@@ -27,32 +26,37 @@ _AT_LOOKS = (*_FIRST, "power", "seeds", "cautious power", "cautious seeds", "not
 _LOOKS = {"power": ".2f", "seeds": ".1f", "power_cautious": ".2f", "seeds_cautious": ".1f"}
 
 
-@app.command()
-def power(
-    folder: Folder,
-    difference: Annotated[
-        float | None, typer.Option(help="What is to be found, in the unit of the measure; else what the pilot shows.")
-    ] = None,
-    power: Annotated[float, typer.Option(help="Probability to find it.")] = 0.8,
-    measure: Annotated[
-        str | None,
-        typer.Option(help="One measure, such as idle_rate.chosen, else the headlines; of a probe one model or edit."),
-    ] = None,
-    looks: Annotated[
-        str, typer.Option(help="Numbers of seeds at which will be tested, such as 8,12,18,26,34: what comes of them.")
-    ] = "",
-    only: Only = None,
-    without: Without = None,
-    config_dir: Mine = None,
+def show_seeds(
+    folder: Path,
+    *,
+    difference: float | None,
+    power: float,
+    measure: str | None,
+    looks: str,
+    only: Sequence[str],
+    without: Sequence[str],
 ) -> None:
-    """Say how many seeds a sweep or a probe needs, judged by a pilot."""
+    """Print how many seeds a sweep or a probe needs, judged by a pilot.
+
+    Args:
+        folder: the pilot.
+        difference: what is to be found, in the unit of the measure; None for what the pilot shows.
+        power: probability to find it.
+        measure: one measure, or of a probe one model or edit; None for the headlines.
+        looks: numbers of seeds at which will be tested, such as 8,12,18; "" for none.
+        only: filters of the runs that are taken.
+        without: filters of the runs that are left out.
+
+    Raises:
+        InputError: the pilot has nothing to compare, or an option cannot be.
+    """
     from analysis.filtering import Filter
     from analysis.planned.declaring import checked_looks
     from analysis.probes import is_probe
     from foundry.display import frame_table
     from foundry.storing.store import SweepFolder
 
-    wanted, chosen = looks_of(looks), Filter.of(only or (), without or ())
+    wanted, chosen = looks_of(looks), Filter.of(only, without)
     if is_probe(opened := SweepFolder.open(folder)):
         if wanted or chosen:
             raise InputError(f"'{folder}' is a probe, which has no declared looks and no filters: leave them out.")
@@ -98,7 +102,7 @@ def _probe_row(one: Mapping[Hashable, object]) -> tuple[str, ...]:
     return (*about, *numbers, *seeds, str(one["note"]))
 
 
-def _plan(folder: Folder, difference: float | None, target: float, measure: str | None, chosen: Filter) -> pd.DataFrame:
+def _plan(folder: Path, difference: float | None, target: float, measure: str | None, chosen: Filter) -> pd.DataFrame:
     from analysis.measuring.runs import Source, measure_run
     from analysis.stats.power import power as plan
     from analysis.tables.groups import group_columns

@@ -126,7 +126,9 @@ def test_what_no_run_is_by_is_told_in_one_line(only: tuple[str, ...], without: t
 
 
 def test_power_is_judged_by_a_part_and_says_so(swept: Path):
-    done = foundry("power", str(swept), "--without", "prompt=japanese", "--measure", "idle_rate.chosen", cwd=swept)
+    done = foundry(
+        "plan", "--pilot", str(swept), "--without", "prompt=japanese", "--measure", "idle_rate.chosen", cwd=swept
+    )
     assert "judged by a part of the runs alone, without prompt=japanese" in done.stdout, done.stderr
     assert "japanese" not in done.stdout.partition("prompt=japanese")[2]
 

@@ -99,6 +99,7 @@ def test_every_command_says_what_it_lacks_or_does_not_take_in_one_line(
             "agents 0 to 4 and steps 1 to 1",
         ),
         (["plan", "model=scripted/random", "--agent", "0"], "--agent belongs to --prompt"),
+        (["plan", "model=scripted/random", "--difference", "0.1"], "--difference belongs to --pilot DIR"),
         (["doctor", "model=scripted/random", "--pull", "llama3.2"], "leave out model="),
     ],
 )

@@ -81,7 +81,7 @@ def test_modules_of_the_working_directory_never_stand_before_ours(tmp_path: Path
         (tmp_path / name).mkdir()
         (tmp_path / name / "__init__.py").write_text("raise SystemExit('the wrong one')\n")
     (tmp_path / "msgspec.py").write_text("raise SystemExit('the wrong one')\n")
-    done = python("-m", "foundry", "power", "out", cwd=tmp_path)
+    done = python("-m", "foundry", "plan", "--pilot", "out", cwd=tmp_path)
     assert done.returncode == 2 and "has no two conditions to compare" in done.stderr
 
 

@@ -65,7 +65,7 @@ def commands(sweep: Path) -> dict[str, tuple[str, ...]]:
         "resume": ("resume", "out"),
         "label": ("label", "out", "--model", "scripted/stay"),
         "plan": ("plan", "model=scripted/herd", "output.dir=out"),
-        "power": ("power", "out"),
+        "power": ("plan", "--pilot", "out"),
         "probe": ("probe", "out", "moments=1", "repeats=1", "model=scripted/stay", "output.dir=again"),
         "replayed": ("model=replay/out", *SMALL, "output.dir=again"),
     }

@@ -110,7 +110,7 @@ def test_the_commands_analyse_it_and_plan_with_it(outside: Outside):
     assert "restless.change" in (outside.sweep / "analysis" / "summary.md").read_text(encoding="utf-8")
     plots = {one.name for one in (outside.sweep / "analysis/plots").iterdir()}
     assert {"rounding.svg", "restless.svg", "outcome.svg"} <= plots
-    assert "rounding.home" in outside.foundry("power", "out", "--measure", "rounding.home")
+    assert "rounding.home" in outside.foundry("plan", "--pilot", "out", "--measure", "rounding.home")
 
 
 @pytest.mark.slow

@@ -28,7 +28,7 @@ def test_a_plan_counts_the_calls_that_the_probe_then_makes(pilot: Path, tmp_path
 
 
 def test_a_pilot_probe_says_how_many_seeds_are_needed(probed: Path):
-    told = done("power", str(probed), "--difference", "0.2", "--measure", "no_fire", cwd=probed.parent)
+    told = done("plan", "--pilot", str(probed), "--difference", "0.2", "--measure", "no_fire", cwd=probed.parent)
     rows = [line.split() for line in told.splitlines()]
     assert {f"{row[0]} {row[1]}" for row in rows[1:6]} == {
         f"{model}: no_fire" for model in ("left", "other", "scripted/avoid", "scripted/herd", "scripted/random")

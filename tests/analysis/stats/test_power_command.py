@@ -1,4 +1,4 @@
-"""`foundry power`."""
+"""`foundry plan --pilot`."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def power(pilot) -> Callable[..., str]:
     """Return a function that runs the command and returns what it prints."""
 
     def run(*options: str) -> str:
-        done = foundry("power", str(pilot), *options, cwd=pilot)
+        done = foundry("plan", "--pilot", str(pilot), *options, cwd=pilot)
         assert done.returncode == 0, done.stderr
         return done.stdout
 
@@ -57,6 +57,11 @@ def test_a_difference_twice_as_large_needs_fewer_seeds(power):
     assert int(small[5]) > int(large[5]) >= 6
 
 
+def test_calls_of_the_sweep_that_is_planned_stand_beside_the_seeds(power):
+    asked = ("-m", "model=scripted/random", "seed=0-1", "world.agents=3", "world.steps=2")
+    assert "at most 0 calls would be sent" in power("--difference", "0.02", "--measure", MEASURE, *asked)
+
+
 def test_more_power_needs_more_seeds(power):
     usual, more = (seeds_of(power("--difference", "0.02", "--measure", MEASURE, *o)) for o in ((), ("--power", "0.95")))
     assert int(more[5]) > int(usual[5])
@@ -71,7 +76,7 @@ def test_more_power_needs_more_seeds(power):
     ],
 )
 def test_wrong_options_are_refused_in_one_line(pilot, options, message):
-    done = foundry("power", str(pilot), *options, cwd=pilot)
+    done = foundry("plan", "--pilot", str(pilot), *options, cwd=pilot)
     assert done.returncode == 2
     assert message in done.stderr
     assert len(done.stderr.splitlines()) == 1
@@ -81,14 +86,14 @@ def test_a_pilot_without_a_complete_run_is_refused(tmp_path, write_sweep, make_c
     sweep = write_sweep(tmp_path / "failed", [make_condition(model, [0]) for model in MODELS])
     for run in sweep.runs():
         rewrite_run(run, "failed")
-    done = foundry("power", str(sweep.path), cwd=tmp_path)
+    done = foundry("plan", "--pilot", str(sweep.path), cwd=tmp_path)
     assert done.returncode == 2
     assert "no complete run" in done.stderr
 
 
 def test_a_pilot_of_one_model_is_refused(tmp_path, write_sweep, make_condition):
     path = write_sweep(tmp_path / "lonely", [make_condition("first", range(2))]).path
-    done = foundry("power", str(path), cwd=tmp_path)
+    done = foundry("plan", "--pilot", str(path), cwd=tmp_path)
     assert done.returncode == 2
     assert "two models" in done.stderr
 
@@ -103,6 +108,6 @@ def test_looks_say_how_often_and_how_early_a_difference_is_found(power):
 
 @pytest.mark.parametrize(("looks", "message"), [("12,8", "do not ascend: write 8,12"), ("a", "has not the form")])
 def test_looks_that_cannot_be_are_refused_in_one_line(pilot, looks, message):
-    done = foundry("power", str(pilot), "--looks", looks, cwd=pilot)
+    done = foundry("plan", "--pilot", str(pilot), "--looks", looks, cwd=pilot)
     assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
     assert message in done.stderr
