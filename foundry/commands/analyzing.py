@@ -13,7 +13,9 @@ import typer
 
 from foundry.commands.application import (
     EXIT_OK,
+    LOOK,
     OVERRIDES,
+    TRUST,
     AsJson,
     Folders,
     Mine,
@@ -71,7 +73,7 @@ Without = Annotated[
 ]
 
 
-@app.command()
+@app.command(rich_help_panel=LOOK)
 def analyze(
     folders: Folders,
     baselines: Annotated[
@@ -107,7 +109,7 @@ def _check_before_baselines(
         check_declared(opened(folders), family, margins)
 
 
-@app.command(context_settings=OVERRIDES)
+@app.command(context_settings=OVERRIDES, rich_help_panel=TRUST)
 def preregister(
     overrides: Overrides = None,
     family: Family = None,

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from foundry.errors import InputError
 from foundry.texts import visible
@@ -32,8 +33,33 @@ Overrides are Hydra's: world=..., prompt=..., world.steps=20, +sweep=cross_model
 With any of these and any command: -q prints results and errors only, -v more, such as each run as it ends.
 """
 
+RUN, LOOK, TRUST, EXTEND = "Run", "Look", "Trust", "Extend"
+"""The groups of commands, in the order in which `foundry --help` lists them."""
+
+
+class _Grouped(TyperGroup):
+    """Lists the commands by their groups, as plain text."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands of each group and their first lines."""
+        width = max(map(len, self.commands))
+        for group in (RUN, LOOK, TRUST, EXTEND):
+            lines = [
+                (f"{command.name:<{width}}", command.get_short_help_str(formatter.width - width - 6))
+                for command in self.commands.values()
+                if getattr(command, "rich_help_panel", None) == group
+            ]
+            with formatter.section(group):
+                formatter.write_dl(lines)
+
+
 app = typer.Typer(
-    name="foundry", help=_HELP, rich_markup_mode=None, pretty_exceptions_enable=False, no_args_is_help=False
+    cls=_Grouped,
+    name="foundry",
+    help=_HELP,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    no_args_is_help=False,
 )
 FILE_WIDTH = 200
 """Columns of a table that is written to a file or a pipe."""

@@ -14,6 +14,7 @@ from foundry.commands.application import (
     EXIT_FAILED,
     EXIT_INPUT,
     EXIT_OK,
+    EXTEND,
     OVERRIDES,
     AsJson,
     Mine,
@@ -29,7 +30,7 @@ from foundry.commands.application import (
 from foundry.errors import InputError
 
 
-@app.command(context_settings=OVERRIDES)
+@app.command(context_settings=OVERRIDES, rich_help_panel=EXTEND)
 def check(
     overrides: Overrides = None,
     known: Annotated[
@@ -97,7 +98,7 @@ def _check_known(worlds: Sequence[str], page_file: Path | None, json: bool, conf
     return EXIT_FAILED if missed else EXIT_OK
 
 
-@app.command()
+@app.command(rich_help_panel=EXTEND)
 def new(
     kind: Annotated[str, typer.Argument(help="world, signature, prompt, model or policy.", show_default=False)],
     name: Annotated[str, typer.Argument(help="What it is to be called, such as bar.", show_default=False)],

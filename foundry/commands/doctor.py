@@ -12,7 +12,9 @@ import typer
 from foundry.commands.application import (
     EXIT_FAILED,
     EXIT_OK,
+    EXTEND,
     OVERRIDES,
+    RUN,
     AsJson,
     Mine,
     Overrides,
@@ -35,7 +37,7 @@ if TYPE_CHECKING:
     from foundry.models.ollama.info import InstalledModel
 
 
-@app.command(context_settings=OVERRIDES)
+@app.command(context_settings=OVERRIDES, rich_help_panel=RUN)
 def doctor(
     overrides: Overrides = None,
     json: AsJson = False,
@@ -138,7 +140,7 @@ _SHOWN = 60
 """Characters of a value in the table."""
 
 
-@app.command()
+@app.command(rich_help_panel=EXTEND)
 def config(
     overrides: Annotated[
         list[str] | None, typer.Argument(help="Settings to show, such as model.server, and overrides.")

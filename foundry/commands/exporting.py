@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from foundry.commands.analyzing import Family
-from foundry.commands.application import Folder, Mine, app, for_screen, say
+from foundry.commands.application import LOOK, Folder, Mine, app, for_screen, say
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ class Format(StrEnum):
     EEE = "eee"
 
 
-@app.command()
+@app.command(rich_help_panel=LOOK)
 def export(
     what: Annotated[
         Format,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from foundry.commands.application import OVERRIDES, Folder, Mine, Overrides, TrustedServers, app, console, given
+from foundry.commands.application import LOOK, OVERRIDES, Folder, Mine, Overrides, TrustedServers, app, console, given
 from foundry.commands.sweeps import composed_here
 from foundry.commands.view import AskingPage, told_to
 from foundry.errors import FoundryError, InputError, ModelChangedError
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from foundry.storing.store import SweepFolder
 
 
-@app.command(context_settings=OVERRIDES)
+@app.command(context_settings=OVERRIDES, rich_help_panel=LOOK)
 def label(
     folder: Folder,
     model: Annotated[str, typer.Option(help="The model that labels, as in model=...", show_default=False)],

@@ -12,6 +12,7 @@ import typer
 from foundry.commands.analyzing import Only, Without
 from foundry.commands.application import (
     OVERRIDES,
+    RUN,
     AsJson,
     Mine,
     Overrides,
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
     from foundry.composing.planning import PlannedRepeats, PlannedRun
 
 
-@app.command(context_settings=OVERRIDES)
+@app.command(context_settings=OVERRIDES, rich_help_panel=RUN)
 def plan(
     overrides: Overrides = None,
     prompt: Annotated[bool, typer.Option("--prompt", help="Print the exact prompt of one call instead.")] = False,

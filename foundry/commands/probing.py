@@ -15,6 +15,7 @@ import typer
 from foundry.commands.application import (
     EXIT_OK,
     OVERRIDES,
+    RUN,
     Mine,
     Overrides,
     Trusted,
@@ -42,7 +43,7 @@ SITTING = {"moments": "40", "repeats": "1"}
 """What a person is asked of a probe where nothing else is said: ten minutes, and nothing twice."""
 
 
-@app.command(context_settings=OVERRIDES)
+@app.command(context_settings=OVERRIDES, rich_help_panel=RUN)
 def probe(
     sweep: Annotated[Path, folder_argument("A sweep's folder; further ones may follow.")],
     overrides: Overrides = None,
@@ -72,7 +73,7 @@ def probe(
     raise typer.Exit(code)
 
 
-@app.command(context_settings=OVERRIDES)
+@app.command(context_settings=OVERRIDES, rich_help_panel=RUN)
 def play(
     overrides: Overrides = None,
     label: Annotated[

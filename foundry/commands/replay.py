@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from foundry.commands.application import Mine, Trusted, app, bars, folder_argument, for_screen
+from foundry.commands.application import LOOK, Mine, Trusted, app, bars, folder_argument, for_screen
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from foundry.storing.store import RunFolder
 
 
-@app.command()
+@app.command(rich_help_panel=LOOK)
 def replay(
     runs: Annotated[list[Path], folder_argument("Folders of runs: DIR/runs/<run>.", "RUN")],
     steps: Annotated[

@@ -12,12 +12,12 @@ from typing import Annotated, Any
 import typer
 
 from foundry.commands.analyzing import Family, Labeller, Margins, Only, WhoLabels, Without, margins_of
-from foundry.commands.application import Mine, Trusted, app, folder_argument
+from foundry.commands.application import LOOK, Mine, Trusted, app, folder_argument
 from foundry.commands.showing import probe_in
 from foundry.errors import InputError
 
 
-@app.command()
+@app.command(rich_help_panel=LOOK)
 def report(
     folders: Annotated[list[Path], folder_argument("Sweeps' folders; with --model also bundles.")],
     model: Annotated[

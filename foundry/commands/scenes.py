@@ -9,11 +9,11 @@ from typing import Annotated
 
 import typer
 
-from foundry.commands.application import Mine, app, for_screen
+from foundry.commands.application import EXTEND, Mine, app, for_screen
 from foundry.errors import InputError, not_found
 
 
-@app.command()
+@app.command(rich_help_panel=EXTEND)
 def scene(
     what: Annotated[
         str, typer.Argument(help="info: what is in it; shot: a picture of it; read: how a reply would be read.")

@@ -15,6 +15,7 @@ from foundry.commands.application import (
     EXIT_INTERRUPTED,
     EXIT_OK,
     OVERRIDES,
+    RUN,
     AsJson,
     Folder,
     Mine,
@@ -327,7 +328,7 @@ def known_models(sweep: Sweep) -> tuple[dict[str, ModelInfo], str]:
         return {}, f"The sweep could not start now: {error}"
 
 
-@app.command(context_settings=OVERRIDES)
+@app.command(context_settings=OVERRIDES, rich_help_panel=RUN)
 def resume(
     folder: Folder,
     overrides: Overrides = None,
@@ -411,7 +412,7 @@ def reached_now(sweep: Sweep) -> Sweep:
     return sweep
 
 
-@app.command()
+@app.command(rich_help_panel=RUN)
 def status(
     place: Annotated[
         str, folder_text("A sweep's folder, or output.dir=DIR; with --fetch the URL that was runner.remote.")

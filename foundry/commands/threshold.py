@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 import typer
 
-from foundry.commands.application import EXIT_OK, OVERRIDES, Mine, Overrides, app, console, given, say
+from foundry.commands.application import EXIT_OK, OVERRIDES, RUN, Mine, Overrides, app, console, given, say
 from foundry.commands.sweeps import composed_here, run_composed
 from foundry.errors import InputError, not_found
 
@@ -63,7 +63,7 @@ class Asked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         return search
 
 
-@app.command(context_settings=OVERRIDES)
+@app.command(context_settings=OVERRIDES, rich_help_panel=RUN)
 def threshold(overrides: Overrides = None, config_dir: Mine = None) -> None:
     """Look for the value of a setting from which an outcome prevails, by bisection, for each model of a sweep.
 

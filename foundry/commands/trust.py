@@ -12,6 +12,8 @@ from foundry.commands.application import (
     EXIT_FAILED,
     EXIT_OK,
     OVERRIDES,
+    RUN,
+    TRUST,
     AsJson,
     Folder,
     Mine,
@@ -38,7 +40,7 @@ if TYPE_CHECKING:
     from foundry.trust.verifying import Verdict, Verified
 
 
-@app.command()
+@app.command(rich_help_panel=TRUST)
 def verify(
     path: Annotated[Path, folder_argument("A sweep's folder, or a run's.", "DIR|RUN")],
     frames: Annotated[bool, typer.Option("--frames", help="Draw kept frames again and compare them, too.")] = False,
@@ -104,7 +106,7 @@ _ROWS = 20
 """Steps that the table of a comparison shows."""
 
 
-@app.command()
+@app.command(rich_help_panel=TRUST)
 def diff(
     one: OneRun,
     other: OneRun,
@@ -166,7 +168,7 @@ def _cells(rows: Sequence[Drift]) -> dict[str, list[str]]:
     }
 
 
-@app.command()
+@app.command(rich_help_panel=TRUST)
 def bundle(
     folder: Folder,
     out: Annotated[
@@ -187,7 +189,7 @@ def bundle(
     say_notes([folder], taken=notes)
 
 
-@app.command()
+@app.command(rich_help_panel=TRUST)
 def unbundle(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A bundle.", show_default=False)],
     folder: Annotated[Path | None, folder_argument("A new folder; else named as the bundle is.", "DIR")] = None,
@@ -202,7 +204,7 @@ def unbundle(
     print(f"{manifest.runs} runs, {len(manifest.files)} files in {target}; check them with: foundry verify {target}")
 
 
-@app.command(context_settings=OVERRIDES)
+@app.command(context_settings=OVERRIDES, rich_help_panel=RUN)
 def fork(
     run: OneRun,
     overrides: Overrides = None,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from foundry.commands.application import Mine, Noted, Trusted, app, folder_argument, say_notes
+from foundry.commands.application import LOOK, Mine, Noted, Trusted, app, folder_argument, say_notes
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ Port = Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0 
 Browser = Annotated[bool, typer.Option(help="Open the browser.")]
 
 
-@app.command()
+@app.command(rich_help_panel=LOOK)
 def view(
     folder: Annotated[
         Path | None,

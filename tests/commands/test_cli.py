@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import shutil
 import subprocess
 import sys
@@ -461,9 +462,11 @@ def test_a_file_where_a_run_should_be_is_named(workspace: Path, capsys: pytest.C
         assert f"{lost}" in complain(capsys, command, "s")
 
 
-def test_help_loads_nothing_that_takes_long(workspace: Path):
+def test_help_lists_all_commands_by_group_and_loads_nothing_that_takes_long(workspace: Path):
     done = subprocess.run([sys.executable, "-c", LOADED_BY_HELP], capture_output=True, text=True, check=True)
-    assert all(name in done.stderr for name in ("plan", "resume", "status", "analyze", "doctor"))
+    *_, run, look, trust, extend = re.split(r"^(?:Run|Look|Trust|Extend):$", done.stderr, flags=re.MULTILINE)
+    listed = [re.findall(r"^  (\w+)  ", group, re.MULTILINE) for group in (run, look, trust, extend)]
+    assert all(listed) and sorted(sum(listed, [])) == sorted(get_command(app).commands)  # type: ignore[attr-defined]
     heavy = {"numpy", "hydra", "pandas", "matplotlib", "aiohttp", "httpx", "scipy"}
     assert heavy & set(ast.literal_eval(done.stdout)) == set()
 
