@@ -150,12 +150,14 @@ def config(
 ) -> None:
     """Show every setting with its value and where it comes from: command line, environment, your own file or default.
 
+    The first table has the settings that answers depend on, the second those that say where and how a sweep is run.
+
     Defaults of your own stand in a file that it names: foundry config cache model.server
     """
     from foundry import paths
     from foundry.composing.compose import compose
     from foundry.composing.defaults import read_defaults
-    from foundry.composing.origins import chosen, environment, settings_of
+    from foundry.composing.origins import chosen, decides_answers, environment, settings_of
     from foundry.display import frame_table
 
     file, wanted = paths.user_config_file(), [one for one in overrides or () if "=" not in one]
@@ -167,8 +169,15 @@ def config(
     if json:
         print_json({"file": file, "exists": file.is_file(), "settings": found, "environment": variables})
         return
-    rows = [(one.setting, _shown(one.value), one.origin) for one in [*found, *variables]]
-    console().print(frame_table(rows, ("setting", "value", "from")))
+    tables = {
+        "decides answers": [one for one in found if decides_answers(one.setting)],
+        "where and how": [one for one in found if not decides_answers(one.setting)],
+        "environment": variables,
+    }
+    for title, settings in tables.items():
+        if settings:
+            rows = [(one.setting, _shown(one.value), one.origin) for one in settings]
+            console().print(frame_table(rows, (title, "value", "from")))
     say(f"your own defaults: {file}" + ("" if file.is_file() else " (not there)"))
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from foundry.composing.compose import Composed
 from foundry.errors import InputError, not_found
-from foundry.expansion import dotted, overridden
+from foundry.expansion import IDENTITY_KEYS, dotted, overridden
 from foundry.storing.plain_yaml import load_plain
 from foundry.texts import without_secrets
 
@@ -34,6 +34,7 @@ _ADDRESS = re.compile(r"(?:^|[._])(?:host|hosts|base_url)$", re.IGNORECASE)
 _USER = re.compile(r"[^\s,/]*@")
 _FROM_VARIABLE = re.compile(r"\$\{oc\.env:(\w+)")
 MASKED = "***"
+_DECIDING = frozenset({*IDENTITY_KEYS, "format", "schema"})
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,12 @@ def chosen(settings: Iterable[Setting], wanted: Sequence[str]) -> list[Setting]:
         if not any(_is_below(setting.setting, one) for setting in found):
             raise not_found("Setting", one, (setting.setting for setting in found))
     return [one for one in found if not wanted or any(_is_below(one.setting, part) for part in wanted)]
+
+
+def decides_answers(setting: str) -> bool:
+    """Return whether answers depend on a setting; others say where and how a sweep is run."""
+    first, *rest = setting.split(".")
+    return first in _DECIDING and "server" not in rest
 
 
 def environment() -> Iterator[Setting]:

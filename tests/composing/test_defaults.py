@@ -242,6 +242,14 @@ def test_config_shows_the_part_that_is_asked_for(own: Write, tmp_path: Path):
     assert wrong.returncode == 2 and "Setting 'model.serve' not found." in wrong.stderr
 
 
+def test_config_shows_the_settings_that_decide_answers_apart(own: Write, tmp_path: Path):
+    done = foundry("config", "world.steps", "cache", "model.server.hosts", "model.think", "format", cwd=tmp_path)
+    first_words = [line.split("  ")[0] for line in done.stdout.splitlines()[:-1]]
+    assert first_words == [
+        "decides answers", "format", "world.steps", "model.think", "where and how", "cache.path", "model.server.hosts",
+    ]  # fmt: skip
+
+
 @pytest.mark.parametrize("argv", [("model=scripted/stay,scripted/random",), ("+sweep=first",)])
 def test_config_shows_one_run_alone(argv: tuple[str, ...], own: Write, tmp_path: Path):
     done = foundry("config", *argv, cwd=tmp_path)
