@@ -87,10 +87,12 @@ def doctor(
 
 def _ollama_hosts(sweep: Sweep) -> list[str]:
     """Return the Ollama servers of a sweep's models, each once."""
+    from foundry.expansion import settings_key
     from foundry.models.ollama.model import OllamaModel
     from foundry.running.build import build, members_of
 
-    models = [model for condition in sweep.conditions for model in members_of(build(condition.config["model"]))]
+    configs = {settings_key(condition.config["model"]): condition.config["model"] for condition in sweep.conditions}
+    models = [model for config in configs.values() for model in members_of(build(config))]
     return list(dict.fromkeys(host for model in models if isinstance(model, OllamaModel) for host in model.hosts))
 
 
