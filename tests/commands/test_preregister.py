@@ -139,10 +139,11 @@ def test_another_plan_or_one_of_a_later_date_declares_nothing(declared, tmp_path
 
 
 def test_every_declared_row_says_what_was_known_and_unseen_seeds_are_proposed(tmp_path):
-    served = [word.replace(MODELS, "model=qwen3:4b,llama3.2") for word in SWEEP if word != "analyze=false"]
+    served = [word.replace(MODELS, "model=qwen3:4b,llama3.2") for word in SWEEP]
     again = [word.replace("=out", "=again") for word in served]
     with OllamaServer() as server:
         assert foundry(*served, cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
+        analyze(tmp_path / "out", plots=False)
         said = foundry("preregister", *again, *DECLARED, cwd=tmp_path, OLLAMA_HOST=server.url)
         assert said.returncode == 0, said.stderr
         known = "known before the plan: 288 answers, runs in out"
