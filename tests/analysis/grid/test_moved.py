@@ -31,7 +31,13 @@ def shown_positions(about: Mapping[str, Any]) -> dict[tuple[str, str], tuple[int
 def test_each_seed_has_places_and_fires_of_its_own_which_every_reader_takes_from_its_record(
     workspace: Path, capsys: pytest.CaptureFixture[str]
 ):
-    asked = ["world=cafe_library_drawn", "model=scripted/avoid,scripted/random", "seed=0-2", "world.steps=12"]
+    asked = [
+        "world=cafe_library_drawn",
+        "model=scripted/avoid,scripted/random",
+        "seed=0-2",
+        "world.steps=12",
+        "world.agents=6",
+    ]
     assert run(["-m", *asked, "output.dir=s", "analyze=false"]) == 0
     folders = SweepFolder.open("s").runs()
     by_seed: dict[int, set[str]] = {}

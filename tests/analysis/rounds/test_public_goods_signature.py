@@ -86,8 +86,8 @@ def test_policies_come_to_what_is_known_of_them(model: str, column: str, value: 
 
 
 def test_games_with_different_questions_are_compared_by_their_own_measures_in_their_own_words(tmp_path):
-    asked = ("-m", "world=public_goods,public_goods_punishment", "model=scripted/first,scripted/random", "seed=0-9")
-    rest = ("prompt=public_goods", "world.steps=3", "world.agents=4", "analyze=false", "output.dir=games")
+    asked = ("-m", "world=public_goods,public_goods_punishment", "model=scripted/first,scripted/random", "seed=0-6")
+    rest = ("prompt=public_goods", "world.steps=2", "world.agents=3", "analyze=false", "output.dir=games")
     assert foundry(*asked, *rest, cwd=tmp_path).returncode == 0
     found = analyze(tmp_path / "games", plots=False, family=["idle_rate.chosen"])
     measures = found.contrasts.groupby("factor")["signature"].unique()
