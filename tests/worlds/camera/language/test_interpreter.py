@@ -46,7 +46,6 @@ def parts(command: Command) -> tuple[object, ...]:
 
 
 @given(TALK | st.text())
-@settings(max_examples=100)
 def test_any_text_is_read_within_the_limits_without_raising(text):
     for interpreter in INTERPRETERS:
         command = interpreter.read(text, LIMITS)

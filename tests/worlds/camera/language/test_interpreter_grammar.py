@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import product
+from itertools import islice, product
+
+import pytest
 
 from foundry.worlds.camera.language import Command, Translation
 from foundry.worlds.camera.language.interpreter import interpret
@@ -73,8 +75,11 @@ def sentences() -> Iterator[tuple[str, Motion]]:
         yield f"Take a {amount} step {way}.", moves[way]
 
 
-def test_every_sentence_of_the_closed_grammar_is_read_as_it_says():
-    misread = {text: motion(interpret(text)) for text, asked in sentences() if motion(interpret(text)) != asked}
+@pytest.mark.parametrize("stride", [5, pytest.param(1, marks=pytest.mark.exhaustive)])
+def test_every_sentence_of_the_closed_grammar_is_read_as_it_says(stride: int):
+    """A stride of 5 takes every verb, way, amount and order, but not all of them with one another."""
+    read = {text: (motion(interpret(text)), asked) for text, asked in islice(sentences(), 0, None, stride)}
+    misread = {text: found for text, (found, asked) in read.items() if found != asked}
     assert not misread
 
 
