@@ -22,6 +22,8 @@ from foundry.storing.store import SweepFolder
 
 LOCAL = {"_target_": "foundry.running.local.LocalRunner"}
 DASK = {"_target_": "foundry.running.dask.DaskRunner", "workers": 64}
+SCENES = ("kibo_paper", "follow", "map_probe")
+"""Worlds whose scenes take seconds to load."""
 SHORT = ("world.agents=3", "world.steps=3", "analyze=false")
 
 
@@ -73,7 +75,10 @@ def test_an_own_policy_with_a_shipped_name_is_no_baseline(tmp_path: Path, monkey
         baselines_of(asked, policies_of)
 
 
-@pytest.mark.parametrize("facts", list(all_facts()), ids=lambda facts: facts.world)
+@pytest.mark.parametrize(
+    "facts",
+    [pytest.param(facts, marks=[pytest.mark.slow] * (facts.world in SCENES), id=facts.world) for facts in all_facts()],
+)
 def test_the_null_and_the_best_policy_of_every_known_world_are_among_its_baselines(facts):
     composed = compose([f"world={facts.world}", "model=scripted/first"])
     assert composed is not None

@@ -28,6 +28,7 @@ SMALL_PICTURES = ("world.camera.width=64", "world.camera.height=48", "world.step
 TINY = ("scene=kibo.usdz", "world.things.pixels=3", *SMALL_PICTURES)
 SMALL = {
     "cafe_library": ("world.agents=5", "world.steps=3"),
+    "cafe_library_drawn": ("world.agents=5", "world.steps=3"),
     "bar_arthur": ("world.agents=8", "world.steps=2"),
     "evacuation": ("world.agents=6", "world.steps=3"),
     "evacuation_corridor": ("world.agents=6", "world.steps=3"),
@@ -56,7 +57,8 @@ def names(group: str) -> list[str]:
 
 PLAIN = [name for name in names("world") if name not in {*SCENES, *ABSTRACT}]
 ALIKE = (
-    "bar_arthur", "evacuation_corridor", "evacuation_floor", "frozen_lake", "minigrid", "public_goods", "survival_zone",
+    "bar_arthur", "cafe_library_drawn", "evacuation_corridor", "evacuation_floor", "frozen_lake", "minigrid",
+    "public_goods", "survival_zone",
 )  # fmt: skip
 """Worlds of the class of another one, which is tried always."""
 WORLDS = (

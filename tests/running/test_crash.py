@@ -56,6 +56,7 @@ def all_open(folder: Path) -> int:
     return sum(len(report["open"]) for report in SweepFolder.open(folder).progress().values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("workers", "answers"),
     [pytest.param(1, 1, marks=pytest.mark.exhaustive), pytest.param(1, 150, marks=pytest.mark.exhaustive), (2, 37)],
