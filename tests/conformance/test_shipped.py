@@ -64,8 +64,8 @@ ALIKE = (
 WORLDS = (
     *(name for name in PLAIN if name not in ALIKE),
     "usd",
-    *(pytest.param(name, marks=pytest.mark.slow) for name in (*ALIKE, "kibo")),
-    *(pytest.param(name, marks=pytest.mark.exhaustive) for name in SCENES[1:]),
+    *(pytest.param(name, marks=pytest.mark.slow) for name in ALIKE),
+    *(pytest.param(name, marks=pytest.mark.exhaustive) for name in SCENES),
 )
 FIRST = ("cafe_library", "usd")
 """The worlds that policies and prompts which could do in several are tried in; the second one is a small room."""
