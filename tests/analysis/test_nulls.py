@@ -289,7 +289,7 @@ def test_who_keeps_to_a_way_but_ignores_fires_and_places_comes_to_their_nulls(mo
         *(f"hazard.{name}_beyond_{null}" for name in ("away", "distance") for null in ("moved", "untold")),
         "movement.drift_place_beyond_moved",
     }
-    check_nulls(habits(12, (1, 2, 5)), of_habits(True), sees=0.2)
+    check_nulls(habits(9, (1, 2, 5)), of_habits(True), sees=0.2)
 
 
 def test_where_agents_warn_at_rates_of_their_own_passing_on_comes_to_its_null():

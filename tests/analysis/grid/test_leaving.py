@@ -161,11 +161,11 @@ def test_signatures_of_an_open_grid_are_what_they_were():
 def test_who_is_blind_to_others_is_driven_nowhere_by_them_where_each_cell_holds_one(tmp_path: Path):
     fire = "{name: f, start: 1, position: [-4, 3], intensity: 0.8, radius: 6, spread: 0, risk: 0}"
     crowd = ("world.agents=100", "world.steps=20", f"world.fires=[{fire}]", "world.exits=[]")
-    runs = [whole_run(tmp_path / str(seed), "evacuation", "random", *crowd, seed=seed) for seed in range(5)]
+    runs = [whole_run(tmp_path / str(seed), "evacuation", "random", *crowd, seed=seed) for seed in range(2)]
     drift = [movement.measure(run)["drift_agent_beyond_blind"] for run in runs if isinstance(run, GridRun)]
     pull = [hazard.measure(run)["beta_agent"] for run in runs if isinstance(run, GridRun)]
-    assert len(drift) == 5 and all(abs(one) < 0.04 for one in drift), drift
-    assert len(pull) == 5 and all(abs(one) < 0.25 for one in pull), pull
+    assert len(drift) == 2 and all(abs(one) < 0.04 for one in drift), drift
+    assert len(pull) == 2 and all(abs(one) < 0.25 for one in pull), pull
 
 
 @pytest.mark.slow
