@@ -33,7 +33,6 @@ ACT = {
     },
     "required": ["action", "memory"],
 }
-JUDGE = {"type": "string", "enum": ["yes", "no"]}
 PROMPT = "You are Agent 3.\n=== NEARBY ===\nAgent <b>4</b>\n## Decide\nMove or stay."
 
 

@@ -63,10 +63,12 @@ def test_what_was_looked_at_lies_beside_the_analysis(tmp_path, write_sweep, make
 
 
 @pytest.mark.slow
-def test_a_pair_keeps_its_looks_when_another_setting_is_swept_or_left_out(tmp_path, write_sweep, make_condition):
-    seeds, factors = range(10), ("model", "prompt")
+def test_a_pair_keeps_its_looks_when_another_setting_is_swept_or_left_out(
+    tmp_path, write_sweep, make_condition, small_world
+):
+    seeds, factors, world = range(10), ("model", "prompt"), {**small_world, "steps": 5}
     conditions = [
-        make_condition(model, seeds, factors, sampling_seed=place, prompt=prompt)
+        make_condition(model, seeds, factors, sampling_seed=place, prompt=prompt, world=world)
         for place, model in enumerate("ab")
         for prompt in ("paper", "japanese")
     ]
@@ -84,8 +86,9 @@ def test_a_pair_keeps_its_looks_when_another_setting_is_swept_or_left_out(tmp_pa
 
 
 @pytest.mark.slow
-def test_looks_that_were_kept_without_settings_count_by_their_names(tmp_path, write_sweep, make_condition):
-    conditions = [make_condition(model, range(8), sampling_seed=place) for place, model in enumerate("ab")]
+def test_looks_that_were_kept_without_settings_count_by_their_names(tmp_path, write_sweep, make_condition, small_world):
+    world = {**small_world, "steps": 5}
+    conditions = [make_condition(model, range(8), sampling_seed=place, world=world) for place, model in enumerate("ab")]
     path = write_sweep(tmp_path / "sweep", conditions).path
     line = {"factor": "model", "level": "b", "reference": "a", "context": "", "pairs": 6, "at": "2026-11-01T00:00:00"}
     looks = path / "looks.jsonl"
