@@ -127,7 +127,12 @@ def _linkage(scaled: FloatArray) -> FloatArray | None:
 
 
 def _support(scaled: FloatArray, linkage: FloatArray) -> FloatArray:
-    """Return in which share of resamples of the seeds each merge joins the same levels (L - 1,)."""
+    """Return in which share of resamples of the seeds each merge joins the same levels (L - 1,).
+
+    Two levels merge in one way alone.
+    """
+    if len(linkage) == 1:
+        return np.ones(1)
     seeds = scaled.shape[1]
     draws = stream(seeds, "fingerprint").integers(0, seeds, size=(RESAMPLES, seeds))
     wanted = _merged(linkage)

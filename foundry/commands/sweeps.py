@@ -301,12 +301,12 @@ def sweep_reach(sweep: Sweep, measures: int = 0) -> Reach | None:
         sweep: the sweep.
         measures: how many are tested; by default one for each signature that claims rest on.
     """
+    if len(sweep.conditions) < 2:
+        return None
     from analysis.planned.reach import reach_of
     from foundry.composing.preflight import declare
     from foundry.storing.preregistration import conditions_of
 
-    if len(sweep.conditions) < 2:
-        return None
     declared = [condition.declared for condition in declare(sweep).conditions]
     return reach_of(conditions_of(sweep), [one.form for one in declared if one is not None], measures)
 

@@ -12,6 +12,7 @@ import analysis
 from analysis import signatures
 from analysis.camera.run import CameraRun
 from analysis.load import read_records, read_run
+from analysis.tables.texts import shown_measures
 from foundry.errors import RecordError
 from foundry.records import Pose
 
@@ -91,7 +92,7 @@ def test_the_table_and_the_plots_show_what_3d_runs_have(camera_sweep):
     assert found.runs["failure.rate"].tolist()[:2] == [0, 1]
     assert found.runs["path_efficiency.spl"].isna().tolist()[1:3] == [True, True]
     assert found.runs["path_efficiency.spl"][0] > 0
-    names = {measure.partition(".")[0] for measure, *_ in found.headlines(200)[0].rows}
+    names = {measure.partition(".")[0] for measure in shown_measures(found.compared)}
     parts = [(one.name, part) for one in signatures.discover() for part in one.parts if part.run is CameraRun]
     own = {name for name, part in parts if part.applies(arrays)}
     assert own < names <= {one.name for one in signatures.discover() if one.part(CameraRun)}
