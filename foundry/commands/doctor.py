@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import shlex
 import sys
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Annotated
@@ -82,6 +83,8 @@ def doctor(
         if installed and not is_quiet():
             console().print(models_table(installed))
     failed = any(finding.status is Status.PROBLEM for finding in findings)
+    if composed.asked and not (failed or json or pull):
+        say(f"next: foundry plan {shlex.join(composed.asked)}")
     raise typer.Exit(EXIT_FAILED if failed else EXIT_OK)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -153,6 +154,9 @@ def _print_calls(composed: Composed, *, json: bool) -> None:
         size = f"prompts: about {_rounded(tokens)} tokens" if tokens else ""
         found = reach.line() if reach is not None else ""
         _show_plan(planned, twice, [*filter(None, [size, time, found]), *notes])
+        if reach is not None and not note:
+            command = shlex.join(composed.asked)
+            say(f"next: foundry {command}; for a claim, before it: foundry preregister {command} --family MEASURE")
 
 
 def _print_plan(
