@@ -42,7 +42,7 @@ def test_images_go_to_ollama_as_base64_beside_the_prompt(workspace: Path):
     sent = base64.b64decode(message["images"][0], validate=True)
     assert sent == (only.path / "images" / "step_0001.png").read_bytes()
     assert 'you said "I see racks. Move forward 0.5 m."' in second["messages"][0]["content"]
-    assert (first["options"]["num_ctx"], first["think"], first["truncate"]) == (8192, False, False)
+    assert (first["options"]["num_ctx"], first["think"], first["truncate"]) == (10240, False, False)
     logged = next(only.calls()).messages[0]
     assert "images" not in logged and len(logged["images_sha256"][0]) == 64
 

@@ -38,6 +38,8 @@ from ollama_cases import (
 from ollama_server import OllamaServer
 from openai_server import OpenAIServer
 
+FEWEST_CHARACTERS_A_TOKEN = 3.58
+"""30,788 characters are 8,600 tokens with `prompt=japanese`, by the tokenizers of Qwen 3 and Llama 3."""
 FEW = ("world.agents=3", "world.steps=4", "world.history={memory: 2, messages: 3}")
 
 
@@ -297,10 +299,13 @@ def test_the_longest_prompt_holds_a_full_history_of_the_longest_replies(grid_con
 
 
 @pytest.mark.parametrize("reply_tokens", [128, 512])
-def test_the_documents_say_how_long_the_prompts_of_the_default_world_get(reply_tokens: int):
+def test_the_documents_say_how_long_the_prompts_of_the_default_world_get_and_all_fit(reply_tokens: int):
     composed = compose(["model=llama3.2"])
     assert composed is not None
     config = composed.conditions[0].config
     longest = longest_prompt(scenario_of(config), prompt_of(config), seed=0, reply_tokens=reply_tokens)
     table = (paths.PACKAGE.parent / "docs" / "models.md").read_text(encoding="utf-8")
+    context = config["model"]["options"]["num_ctx"]
     assert f"| {reply_tokens} tokens" in table and f"| {longest.characters:,} characters" in table
+    assert f"fits into {context:,}" in table
+    assert longest.characters / FEWEST_CHARACTERS_A_TOKEN + config["model"]["options"]["num_predict"] <= context

@@ -158,4 +158,4 @@ def test_the_shipped_settings_take_the_hosts_from_the_environment(monkeypatch):
     composed = compose([])
     assert composed is not None
     model = build(composed.conditions[0].config["model"])
-    assert (model.hosts, model.settings.num_ctx, model.kinds) == (("http://127.0.0.1:11434",), 8192, None)
+    assert (model.hosts, model.settings.num_ctx, model.kinds) == (("http://127.0.0.1:11434",), 10240, None)
