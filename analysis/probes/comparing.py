@@ -13,6 +13,7 @@ import pandas as pd
 from analysis.arrays import FloatArray
 from analysis.probes.choices import Chosen, MomentKey
 from analysis.probes.distance import Apart, apart
+from analysis.stats.contrasts import ALPHA
 from analysis.stats.intervals import estimate
 from analysis.stats.sign_flip import upper_sign_flip_p
 from analysis.stats.testing import p_of_row
@@ -21,6 +22,8 @@ from foundry.seeding import stream
 ALL = "all"
 """All kinds of question together; the comparisons over which p is corrected."""
 STANDS_OUT = 0.05
+EXCESS_LEVEL = 1 - 2 * ALPHA
+"""Level of the interval of an excess: each of its ends belongs to a one-sided test at ALPHA."""
 FIGURES = (
     "kind", "moments", "seeds", "distance", "floor", "excess", "excess_low", "excess_high", "p", "standing_out",
 )  # fmt: skip
@@ -53,19 +56,22 @@ class Compared:
         counted = set(kinds)
         chosen = {key: one for key, one in self.moments.items() if key.kind in counted}
         excess = by_seed({key: one.distance - one.floor for key, one in chosen.items()})
-        over_seeds = estimate(excess, -1.0, 1.0)
         return {
             "kind": name,
             "moments": len(chosen),
             "seeds": len(excess),
             "distance": _mean(by_seed({key: one.distance for key, one in chosen.items()})),
             "floor": _mean(by_seed({key: one.floor for key, one in chosen.items()})),
-            "excess": over_seeds.mean,
-            "excess_low": over_seeds.low,
-            "excess_high": over_seeds.high,
-            "p": p_of_row(upper_sign_flip_p, excess),
+            **excess_of(excess),
             "standing_out": _mean(np.array([one.p <= STANDS_OUT for one in chosen.values()], dtype=np.float64)),
         }
+
+
+def excess_of(by_seed: FloatArray) -> dict[str, float]:
+    """Return the mean excess over seeds (seeds,) with the interval and the p of the one-sided sign-flip test."""
+    found = estimate(by_seed, -1.0, 1.0, beside_sign_flips=True, level=EXCESS_LEVEL)
+    p = p_of_row(upper_sign_flip_p, by_seed)
+    return {"excess": found.mean, "excess_low": found.low, "excess_high": found.high, "p": p}
 
 
 def framed(rows: list[dict[str, Any]], columns: Iterable[str]) -> pd.DataFrame:

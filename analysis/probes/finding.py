@@ -210,7 +210,7 @@ def _agreement_table(frame: pd.DataFrame) -> Table:
     rows = [(row["first"], row["second"], *_figures(row)) for row in _told(frame)]
     caption = (
         "Total variation between what two models chose in the same moments; the floor is what one chance would give; "
-        "excess with its 95 % interval over seeds."
+        "excess with its 90 % interval over seeds, whose ends belong to one-sided tests at .05."
     )
     return Table("agreement", caption, ("first", "second", *_FIGURES), tuple(rows), labels=2)
 

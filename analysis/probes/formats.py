@@ -19,10 +19,9 @@ from numpy.random import Generator
 
 from analysis.arrays import FloatArray, IntArray
 from analysis.probes.choices import Answers, Subject
+from analysis.probes.comparing import excess_of
 from analysis.probes.declaring import EVERYTHING, Family
 from analysis.stats.intervals import estimate, estimates
-from analysis.stats.sign_flip import upper_sign_flip_p
-from analysis.stats.testing import p_of_row
 from analysis.tables.table import Table
 from analysis.tables.texts import p_value, told_rows
 from foundry.seeding import stream
@@ -112,7 +111,7 @@ def formats_table(frame: pd.DataFrame) -> Table:
     ]  # fmt: skip
     caption = (
         "Share of each choice in the format with the least and the greatest of it; the floor is the spread over "
-        "formats of a seed if no format changed anything; excess of the spread with its 95 % interval over seeds; the "
+        "formats of a seed if no format changed anything; excess of the spread with its 90 % interval over seeds; the "
         "standard deviation over formats beyond chance."
     )
     columns = ("model", "kind", "choice", "formats", "least", "greatest", "floor", "excess", "p (Holm)", "sd")
@@ -154,8 +153,7 @@ def _spread_rows(found: Formatted, formats: Sequence[str]) -> Iterator[dict[str,
         rng = stream(0, f"formats:{choice}")
         dealt = _by_seed_dealt(found, _dealt(counts, asked, rng) / asked)
         spread, floor = np.ptp(shares, axis=1), np.ptp(dealt, axis=2)
-        excess = spread - floor.mean(axis=0)
-        over_seeds, overall = estimate(excess, -1.0, 1.0), shares.mean(axis=0)
+        overall = shares.mean(axis=0)
         variance = estimate(shares.var(axis=1, ddof=1) - _variance_by_chance(found, counts))
         least, greatest = int(overall.argmin()), int(overall.argmax())
         yield {
@@ -170,10 +168,7 @@ def _spread_rows(found: Formatted, formats: Sequence[str]) -> Iterator[dict[str,
             "greatest_format": formats[greatest],
             "spread": spread.mean(),
             "floor": floor.mean(),
-            "excess": over_seeds.mean,
-            "excess_low": over_seeds.low,
-            "excess_high": over_seeds.high,
-            "p": p_of_row(upper_sign_flip_p, excess),
+            **excess_of(spread - floor.mean(axis=0)),
             **{name: _root(value) for name, value in _named("sd", variance.mean, variance.low, variance.high)},
         }
 

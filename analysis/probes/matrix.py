@@ -67,8 +67,8 @@ def matrix_table(matrix: pd.DataFrame, agreement: pd.DataFrame) -> Table:
     }
     rows = tuple((one, *((kappa | apart).get((one, other), "") for other in names)) for one in names)
     caption = (
-        "Above the diagonal the agreement of two models beyond chance (kappa), on it that of each with itself, below "
-        "it the total variation above its floor; 95 % intervals over seeds."
+        "Above the diagonal the agreement of two models beyond chance (kappa), on it that of each with itself, with "
+        "95 % intervals over seeds; below it the total variation above its floor, with 90 % intervals."
     )
     return Table("agreement_matrix", caption, ("model", *names), rows if len(names) > 1 else (), labels=1)
 

@@ -49,7 +49,8 @@ def _matrix(matrix: pd.DataFrame, agreement: pd.DataFrame) -> Picture:
     }
     caption = (
         "Above the diagonal (blue) the agreement of two models beyond chance, kappa; on it that of each with itself "
-        "over its repeats; below it (orange) their total variation less its floor; 95 % intervals over seeds."
+        "over its repeats, with 95 % intervals over seeds; below it (orange) their total variation less its floor, "
+        "with 90 % intervals."
     )
     return Picture("agreement_matrix", "Who agrees with whom", caption, lambda: matrix_figure(names, cells))
 
@@ -60,7 +61,7 @@ def _spreads(formats: pd.DataFrame) -> Picture:
     panels = {f"{kind}: {choice}": by_choice[kind, choice] for kind, choice in widest}
     caption = (
         "How far the share of a choice spreads over formats of the prompt, less what dealing the answers out anew "
-        "would give; 95 % intervals over seeds; filled with a star where it stands after Holm's correction; n seeds."
+        "would give; 90 % intervals over seeds; filled with a star where it stands after Holm's correction; n seeds."
     )
     return _forest("formats", "What the format of the prompt changes", panels, _one, caption)
 
@@ -74,7 +75,7 @@ def _one(row: pd.Series) -> str:
 
 
 _APART = (
-    "Total variation of choices in the same moments less its floor, with 95 % intervals over seeds; filled with a star "
+    "Total variation of choices in the same moments less its floor, with 90 % intervals over seeds; filled with a star "
     "where it stands after Holm's correction; n is the number of seeds."
 )
 

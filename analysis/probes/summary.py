@@ -158,9 +158,8 @@ def _sentence(row: Row, unread: Mapping[tuple[str, str, str], float]) -> str:
         f"{row['seeds']} seeds, p{equals_p(row['p_holm'])} "
         f"{'after correction in ' + str(row['family']) if row['family'] > 1 else 'in the only test'} (level {LEVEL})"
     )
-    weak = ["its interval holds 0"] if _kind(row) == DIFFERENT and row["excess_low"] <= 0 else []
     few = _kind(row) == NOTHING and row["seeds"] < ENOUGH_FOR_CLAIMS
-    weak += [f"fewer than {ENOUGH_FOR_CLAIMS} seeds find large differences alone"] if few else []
+    weak = [f"fewer than {ENOUGH_FOR_CLAIMS} seeds find large differences alone"] if few else []
     weak += [
         f"{percent(share)} of the answers of {model}{'' if edit == NONE else f' under {edit}'} could not be read"
         for model, edit in _asked(row)

@@ -80,11 +80,16 @@ class Estimates:
 
 
 def estimate(
-    values: FloatArray, low: float = -math.inf, high: float = math.inf, *, beside_sign_flips: bool = False
+    values: FloatArray,
+    low: float = -math.inf,
+    high: float = math.inf,
+    *,
+    beside_sign_flips: bool = False,
+    level: float = LEVEL,
 ) -> Estimate:
     """Return the mean of values (n,) and its interval, as `estimates` does for many."""
     ends = np.array([low]), np.array([high])
-    return estimates(values[None, :], *ends, beside_sign_flips=beside_sign_flips).row(0)
+    return estimates(values[None, :], *ends, beside_sign_flips=beside_sign_flips, level=level).row(0)
 
 
 def estimates(
@@ -94,8 +99,9 @@ def estimates(
     binary: BoolArray | None = None,
     *,
     beside_sign_flips: bool = False,
+    level: float = LEVEL,
 ) -> Estimates:
-    """Return the mean of each row with its 95 % interval.
+    """Return the mean of each row with its interval, of 95 % unless another level is given.
 
     Student's t, mean -+ t(n-1) sd / sqrt(n); from n = FEWEST_FOR_BOOTSTRAP, where the values are skewed, the
     bootstrap-t as far as it reaches beyond; Wilson's for rows of outcomes that are 0 or 1.
@@ -107,6 +113,7 @@ def estimates(
         binary: which rows are outcomes (rows,); none by default.
         beside_sign_flips: whether the sign-flip test tests these values. From FEWEST_FOR_CLAIMS values on the interval
             then holds the shifts that this test does not reject, so that the two never contradict each other.
+        level: of the intervals; beside a one-sided test at alpha it is 1 - 2 alpha.
     """
     rows = len(values)
     mean, sd, lower, upper = (np.full(rows, np.nan) for _ in range(4))
@@ -117,7 +124,7 @@ def estimates(
         found.note[chosen] = ONE_VALUE
         if kept.shape[1] > 1:
             outcome = np.zeros(len(chosen), dtype=bool) if binary is None else binary[chosen]
-            _fill(found, chosen, kept, outcome, beside_sign_flips)
+            _fill(found, chosen, kept, outcome, beside_sign_flips, level)
     np.copyto(found.low, np.maximum(found.low, low))
     np.copyto(found.high, np.minimum(found.high, high))
     return found
@@ -209,7 +216,12 @@ def _resamples(n: int) -> FloatArray:
 
 
 def _fill(
-    found: Estimates, rows: npt.NDArray[np.intp], kept: FloatArray, outcome: BoolArray, beside_sign_flips: bool
+    found: Estimates,
+    rows: npt.NDArray[np.intp],
+    kept: FloatArray,
+    outcome: BoolArray,
+    beside_sign_flips: bool,
+    level: float,
 ) -> None:
     """Fill in spread, interval and note of rows (k,) of n > 1 values each (k, n)."""
     n = kept.shape[1]
@@ -218,21 +230,23 @@ def _fill(
     found.sd[rows] = np.where(vary, np.concatenate([part.std(axis=1, ddof=1) for part in _parts(kept)]), 0.0)
     found.note[rows] = np.where(vary | outcome, few, "; ".join(filter(None, (NO_VARIATION, few)))).astype(object)
     if beside_sign_flips and n >= FEWEST_FOR_CLAIMS:
-        _set(found, rows, vary, sign_flip_interval(kept, LEVEL), SIGN_FLIP)
+        _set(found, rows, vary, sign_flip_interval(kept, level), SIGN_FLIP)
         return
-    half = student_quantile(n - 1) * found.sd[rows] / math.sqrt(n)
+    half = student_quantile(n - 1, level) * found.sd[rows] / math.sqrt(n)
     _set(found, rows, vary & ~outcome, (found.mean[rows] - half, found.mean[rows] + half), STUDENT)
     if outcome.any():
-        _set(found, rows[outcome], outcome[outcome], wilson(found.mean[rows[outcome]], n), WILSON)
+        _set(found, rows[outcome], outcome[outcome], wilson(found.mean[rows[outcome]], n, level), WILSON)
     if n >= FEWEST_FOR_BOOTSTRAP:
-        _use_bootstrap(found, rows, kept, vary & ~outcome)
+        _use_bootstrap(found, rows, kept, vary & ~outcome, level)
 
 
-def _use_bootstrap(found: Estimates, rows: npt.NDArray[np.intp], kept: FloatArray, vary: BoolArray) -> None:
+def _use_bootstrap(
+    found: Estimates, rows: npt.NDArray[np.intp], kept: FloatArray, vary: BoolArray, level: float
+) -> None:
     """Widen Student's intervals of skewed rows to the bootstrap-t, which is not wide enough where many values tie."""
     able = np.flatnonzero(vary)
     skewed = np.concatenate([part[np.abs(skewness(kept[part])) > SKEWED] for part in _parts(able)] or [able])
-    ends = [np.array(bootstrap_t(kept[part])) for part in _parts(skewed)]
+    ends = [np.array(bootstrap_t(kept[part], level)) for part in _parts(skewed)]
     low, high = np.concatenate(ends or [np.zeros((2, 0))], axis=1)
     finite = np.isfinite(low) & np.isfinite(high)
     low, high = np.minimum(low, found.low[rows[skewed]]), np.maximum(high, found.high[rows[skewed]])

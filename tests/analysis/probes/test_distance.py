@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from analysis.probes.choices import Change, MomentKey
 from analysis.probes.comparing import Compared
-from analysis.probes.distance import apart
+from analysis.probes.distance import Apart, apart
 from analysis.stats.sign_flip import upper_sign_flip_p
 from foundry.seeding import stream
 
@@ -73,3 +73,15 @@ def test_the_one_sided_p_counts_the_signs_of_all_seeds():
     assert many[0] < 0.001
     with pytest.raises(ValueError, match="NaN"):
         upper_sign_flip_p(np.array([[np.nan]]))
+
+
+@pytest.mark.parametrize("seeds", [6, 9, 16, 30])
+def test_the_interval_of_an_excess_excludes_0_exactly_where_its_p_is_at_most_5_percent(seeds: int):
+    drawn = stream(seeds, "excess").exponential(0.1, seeds)
+    keys = [MomentKey(seed, "run", 1, 0, "action", 0) for seed in range(seeds)]
+    rows = [
+        Compared({key: Apart(value, shift, 1.0) for key, value in zip(keys, drawn, strict=True)}).rows()[0]
+        for shift in np.linspace(0.0, 0.14, 60).tolist()
+    ]
+    excludes = [row["excess_low"] > 0 for row in rows]
+    assert excludes == [row["p"] <= 0.05 for row in rows] and 0 < sum(excludes) < 60
