@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+import commands
 import foundry
 import made_up_rounds as rounds
 import viewer_pages
@@ -17,6 +18,8 @@ from foundry.viewer.export import export
 from foundry.viewer.server import ViewServer, serving
 from made_up_rounds import STEPS, Playing
 from made_up_runs import HOSTILE
+from ollama_cases import Body
+from ollama_server import OllamaServer
 
 pytestmark = pytest.mark.browser
 
@@ -324,3 +327,31 @@ def test_an_export_without_pictures_says_why(page: Any, bar: SweepFolder, tmp_pa
     viewer_pages.go(page, exported.page.as_uri(), f"run/bar/{bar.runs()[0].id}?step=4")
     page.wait_for_selector("text=There is no picture after step 4")
     page.goto("about:blank")
+
+
+@pytest.fixture(scope="module")
+def named(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
+    """A run of the game of names, in which agents are asked twice in some steps and half of the replies say nothing."""
+
+    def half(body: Body) -> str:
+        return "no idea" if body["options"]["seed"] % 2 else '{"action": "bafu", "reasoning": "r"}'
+
+    folder = tmp_path_factory.mktemp("named")
+    naming = ("world=naming", "world.agents=4", "world.steps=8", "analyze=false", "runner.workers=1", "output.dir=out")
+    with OllamaServer(half) as server:
+        done = commands.foundry("model=qwen3:4b", *naming, cwd=folder, OLLAMA_HOST=server.url)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return SweepFolder.open(folder / "out").runs()[0]
+
+
+def test_of_two_calls_of_one_question_in_a_step_the_one_that_failed_is_open(named: RunFolder, page: Any):
+    replies: dict[tuple[int, int], list[str]] = {}
+    for call in named.calls():
+        replies.setdefault((call.step, call.agent), []).append(call.text)
+    (step, agent), texts = next(one for one in replies.items() if len(one[1]) == 2 and len(set(one[1])) == 2)
+    with serving(named.path.parent.parent) as server:
+        viewer_pages.go(page, server.url, f"run/out/{named.id}?step={step}&agent={agent}")
+        page.wait_for_selector(".inspector details.call")
+        calls = page.locator(".inspector details.call")
+        shown = [calls.nth(at).get_attribute("open") is not None for at in range(calls.count())]
+    assert shown == [text == "no idea" for text in texts]

@@ -21,10 +21,13 @@
     return found.map(([heading, body]) => (heading ? h("details", {class: "section", open: true}, h("summary", {}, h("bdi", {}, heading)), quote(body, "prompt")) : quote(body, "prompt")));
   }
 
+  /** Return what tells a call from the others of its step: its kind, and how often this kind was put before. */
+  function keyOf(kind, before) { return JSON.stringify([kind, before]); }
+
   /** One call: the prompt exactly as it was sent, the raw reply, how it went. */
-  function callView(call, open) {
+  function callView(call, before, open) {
     const attempts = call.attempts || [];
-    return h("details", {class: "call", open, "data-kind": call.kind},
+    return h("details", {class: "call", open, "data-kind": call.kind, "data-key": keyOf(call.kind, before)},
       h("summary", {}, h("b", {}, call.kind), ` · ${call.cached ? "from the cache" : "asked"} · ended: ${call.ending}`),
       h("h4", {}, "Reply"), quote(call.text, "reply"),
       call.thinking ? [h("h4", {}, "Thinking"), quote(call.thinking)] : null,
@@ -46,9 +49,9 @@
   /** Keep in `opened` which calls somebody opened, so that they stay open from step to step. */
   function keepOpen(element, opened) {
     element.addEventListener("click", (event) => {
-      const call = event.target.closest("summary")?.parentElement, kind = call?.dataset.kind;
-      if (!kind) return;
-      if (call.open) opened.delete(kind); else opened.add(kind);
+      const call = event.target.closest("summary")?.parentElement, key = call?.dataset.key;
+      if (!key) return;
+      if (call.open) opened.delete(key); else opened.add(key);
     });
   }
 
@@ -56,8 +59,12 @@
   function calls(data, decision, opened) {
     if (decision.damaged) return [h("p", {class: "warning"}, `The log of calls cannot be read to its end: ${decision.damaged}`)];
     if (!decision.calls.length) return [h("p", {class: "note"}, "The log holds no call of this step.")];
-    const failed = (kind) => !["chosen", undefined].includes(data.form.outcome(decision, kind));
-    return decision.calls.map((call) => callView(call, opened.has(call.kind) || failed(call.kind)));
+    const asked = new Map(), failed = (...question) => !["chosen", undefined].includes(data.form.outcome(decision, ...question));
+    return decision.calls.map((call) => {
+      const {kind} = call, before = asked.get(kind) ?? 0;
+      asked.set(kind, before + 1);
+      return callView(call, before, opened.has(keyOf(kind, before)) || failed(kind, before));
+    });
   }
 
   class Inspector {

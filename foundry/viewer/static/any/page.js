@@ -41,10 +41,13 @@
 
   function decision({records, received}) { return [records.map((one) => recordView(one, records.length > 1)), told(received)]; }
 
-  /** Return the outcome of a call by its kind; lines that name no kind are about all calls of the step. */
-  function outcome({records}, kind) {
-    const named = records.find((one) => one.kind === kind);
-    return (named || records.find((one) => one.kind === undefined) || {}).outcome;
+  /** Return the outcome of a call by its kind and how often that was put before. Lines that name no kind are about all calls
+      of the step. Where lines and calls are not as many, nobody knows which is which: then a failure counts for each. */
+  function outcome({records, calls}, kind, before) {
+    const named = records.filter((one) => one.kind === kind);
+    if (named.length === calls.filter((one) => one.kind === kind).length) return named[before].outcome;
+    const lines = named.length ? named : records.filter((one) => one.kind === undefined);
+    return (lines.find((one) => !FINE.includes(one.outcome)) || lines[0] || {}).outcome;
   }
 
   /** The page of a run. A form may extend it: `stage()` returns what stands beside the inspector, `drawStep(step, share)`
