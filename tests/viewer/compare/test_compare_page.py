@@ -55,6 +55,17 @@ def test_a_difference_holds_both_texts_whole_however_long_they_are(compared: Any
         assert len(parts) < 4000
 
 
+def test_the_texts_of_each_call_of_one_question_keep_their_own_names(compared: Any):
+    names = compared.evaluate("""() => {
+      const calls = [["a", ""], ["b", "why b"], ["c", "why c"]]
+        .map(([text, thinking]) => ({kind: "say", text, thinking}));
+      const texts = new Foundry.Texts(["first"]);
+      texts.show([{records: [], calls}]);
+      return [...texts.element.querySelectorAll("[data-text]")].map((one) => one.dataset.text);
+    }""")
+    assert names == ["say: reply", "say (2): thinking", "say (2): reply", "say (3): thinking", "say (3): reply"]
+
+
 def test_a_moment_shows_each_text_with_the_words_that_differ(compared: Any):
     message = compared.locator("[data-text=message]")
     assert message.get_attribute("open") is not None

@@ -5,13 +5,22 @@
   const OF_A_DECISION = ["memory", "reasoning", "message_reasoning", "message", "reply"];
   const LONG = 60;
 
+  /** Return a name that no key has yet: what comes again is numbered. */
+  function numbered(name, keys) {
+    let key = name;
+    for (let again = 2; keys.has(key); again += 1) key = `${name} (${again})`;
+    return key;
+  }
+
   /** Return the texts of a decision by name: of its calls, then those of its record that are not a call's own. */
   function textsOf({records, calls}) {
-    const found = new Map(), add = (name, text) => { if (text) found.set(found.has(name) ? `${name} (again)` : name, text); };
+    const found = new Map(), questions = new Set(), add = (name, text) => { if (text) found.set(numbered(name, found), text); };
     for (const call of calls) {
-      (call.messages || []).forEach((one) => add(`${call.kind}: prompt (${one.role})`, one.content));
-      add(`${call.kind}: thinking`, call.thinking);
-      add(`${call.kind}: reply`, call.text);
+      const question = numbered(call.kind, questions);
+      questions.add(question);
+      (call.messages || []).forEach((one) => add(`${question}: prompt (${one.role})`, one.content));
+      add(`${question}: thinking`, call.thinking);
+      add(`${question}: reply`, call.text);
     }
     const asked = new Set(found.values());
     for (const record of records) {
@@ -26,11 +35,7 @@
   /** Return a text's sections by heading; a heading that comes again is told from the first. */
   function byHeading(text) {
     const found = new Map();
-    for (const [heading, body] of sections(text)) {
-      let key = heading;
-      for (let again = 2; found.has(key); again += 1) key = `${heading} (${again})`;
-      found.set(key, body);
-    }
+    for (const [heading, body] of sections(text)) found.set(numbered(heading, found), body);
     return found;
   }
 
