@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from PIL import Image
 
+import commands
 from browser import browser_page
 from foundry.palette import look
 from foundry.storing.store import SweepFolder
@@ -195,6 +196,8 @@ def test_both_runs_are_on_one_map_with_trails_and_heat_of_the_chosen_steps(compa
     compared.wait_for_function("() => Foundry.page.overlay.spots?.length === 8")
     assert compared.locator(".overlay .waits").count() == 0, "what is there is not pale"
     first, second = compared.evaluate("() => [3, 7].map((at) => Foundry.page.overlay.spots[at])")
+    assert compared.locator(".overlay .note >> text=The runs differ in").count() == 0
+    assert compared.evaluate("() => Foundry.page.overlay.labels.length") > 0, "places of one world are drawn"
     assert second[0] == first[0], "at step 4 agent 3 stands where it stands in the other run"
     assert compared.input_value("[aria-label='To step']") == "6", "the last step that there is"
     compared.select_option("[aria-label='Steps drawn as']", "-1")
@@ -290,3 +293,23 @@ def test_a_moment_is_taken_away_with_model_seed_and_step(compared: Any):
         assert picture.width > 1000
         of_second = picture.convert("RGB").crop((584, 12, 700, 34)).getcolors(4000)
         assert len(of_second or ()) > 3, "the second model's name"
+
+
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory: pytest.TempPathFactory) -> SweepFolder:
+    """Two runs of a world that draws its places and fires for each seed."""
+    folder = tmp_path_factory.mktemp("drawn")
+    small = ("world=cafe_library_drawn", "world.agents=4", "world.steps=3", "analyze=false", "output.dir=out")
+    done = commands.foundry("-m", "model=scripted/random", "seed=0,1", *small, cwd=folder)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return SweepFolder.open(folder / "out")
+
+
+def test_one_map_of_runs_whose_positions_were_drawn_shows_those_of_none(drawn: SweepFolder, page: Any):
+    first, second = drawn.runs()
+    with serving(drawn.path) as served:
+        go(page, served.url, f"compare/out/{first.id}/{second.id}?step=2")
+        page.wait_for_function("() => Foundry.page.overlay.spots?.length === 8")
+        shown = page.evaluate("() => [Foundry.page.overlay.labels.map((one) => one.text), Foundry.page.overlay.flames]")
+        assert shown == [[], []]
+        assert "The runs differ in places and fires, so the map shows none of these." in page.text_content(".overlay")

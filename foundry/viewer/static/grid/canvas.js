@@ -120,6 +120,7 @@
       pen.fillRect(0, 0, this.width, this.height);
       this.drawField(pen);
       const {chunk, step} = this;
+      this.drawChanging(pen);
       this.drawFurniture(pen);
       if (!chunk || step < chunk.first || step > chunk.last) { this.drawFires(pen); this.drawLabels(pen); return; }
       const base = (step - chunk.first) * this.about.agents;
@@ -157,19 +158,25 @@
       pen.strokeRect(left, top, size, size);
     }
 
-    /** Draw food, zones, burning cells, walls and exits, where the world has any. */
-    drawFurniture(pen) {
-      const {about, tones, chunk, step} = this, shown = chunk && step >= chunk.first && step <= chunk.last;
-      if (shown && chunk.food) {
+    /** Draw food and burning cells as the run has them at this step. */
+    drawChanging(pen) {
+      const {about, tones, chunk, step} = this;
+      if (!chunk || step < chunk.first || step > chunk.last) return;
+      if (chunk.food) {
         const full = (about.food && about.food.amount) || 1;
         for (const [cell, amount] of this.cellsOf(chunk.food, step - chunk.first + (this.share < 1 ? 0 : 1))) {
           if (amount) this.fill(pen, ...cell.split(",").map(Number), tones.place, 0.1 + 0.4 * amount / full);
         }
       }
-      for (const zone of about.zones || []) this.fillRectangle(pen, zone.corners, tones.bad, 0.15);
-      if (shown && chunk.burning) {
+      if (chunk.burning) {
         for (const [cell] of this.cellsOf(chunk.burning, step - chunk.first + 1)) this.fill(pen, ...cell.split(",").map(Number), tones.fire, 0.5);
       }
+    }
+
+    /** Draw zones, walls and exits, where the world has any. */
+    drawFurniture(pen) {
+      const {about, tones} = this;
+      for (const zone of about.zones || []) this.fillRectangle(pen, zone.corners, tones.bad, 0.15);
       for (const wall of about.walls || []) this.fillRectangle(pen, wall, tones.soft, 1);
       for (const way of about.exits || []) {
         for (const [x, y] of way.cells) this.fill(pen, x, y, tones.talk, 0.85);

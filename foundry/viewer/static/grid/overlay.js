@@ -3,11 +3,14 @@
 (function (foundry) {
   const {h} = foundry.dom;
   const AWAY = 8, MOST_STEPS = 500;
+  const PLACED = ["places", "fires", "walls", "exits", "zones"];
 
   class Overlay extends foundry.Grid {
     /** @param options.names and options.looks of the runs; options.onPick is called with an agent or null */
     constructor(runs, {names, looks, onPick}) {
       super(runs[0], {onPick: (spot) => onPick(spot === null ? null : spot % runs[0].about.agents)});
+      const apart = PLACED.filter((part) => runs.some((run) => JSON.stringify(run.about[part]) !== JSON.stringify(runs[0].about[part])));
+      this.about = {...runs[0].about, ...Object.fromEntries(apart.map((part) => [part, []]))};
       Object.assign(this, {runs, names, looks, ways: runs.map(() => new Map()), layer: {canvas: h("canvas")}, counted: {}});
       this.joined = h("input", {type: "checkbox", checked: true, onchange: () => this.redraw()});
       this.what = h("select", {"aria-label": "Steps drawn as", onchange: () => this.look()},
@@ -18,6 +21,7 @@
       this.said = h("span", {class: "note", role: "status"});
       this.box = h("section", {class: "overlay", "aria-label": "All on one map"}, h("h2", {}, "All on one map"),
         h("div", {class: "choices"}, h("label", {}, this.joined, " join the same agent"), this.what, h("label", {}, "from step ", this.from), h("label", {}, "to ", this.to), this.said),
+        apart.length ? h("p", {class: "note"}, `The runs differ in ${apart.join(" and ")}, so the map shows none of these.`) : null,
         h("p", {class: "legend"}, names.map((name, index) => h("span", {}, this.sample(index), ` ${name}`))), this.element);
     }
 
