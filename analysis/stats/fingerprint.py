@@ -9,11 +9,12 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 
-from analysis.arrays import FloatArray
+from analysis.arrays import BoolArray, FloatArray
 from analysis.prose import group_label
 from analysis.stats.family import headline_measures
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS, NO_VARIATION, varies
 from analysis.stats.multiplicity import holm
+from analysis.stats.pairing import comparable_measures
 from analysis.stats.sign_flip import assignments, share_as_extreme, sign_blocks
 from analysis.stats.values import seed_values, select
 from analysis.tables.signature_table import SignatureTable
@@ -21,6 +22,7 @@ from foundry.seeding import stream
 
 RESAMPLES = 999
 UNDEFINED = "undefined in a run"
+OTHER_QUESTIONS = "counts the questions of worlds that ask different ones"
 _TIES = 1e-10
 _AT_ONCE = 512
 """Points whose distances to all others are in memory at once."""
@@ -69,7 +71,9 @@ def fingerprint(
     complete = np.asarray(values.complete[own].all(axis=0))
     cells = values.values[own][:, complete][:, :, select(values.measures, chosen)]
     names = [name for name in values.measures if name in chosen]
-    kept, dropped = _usable(cells, names)
+    kept, dropped = _usable(
+        cells, names, comparable_measures(values, ~values.baseline)[select(values.measures, chosen)]
+    )
     scaled = _standardised(cells[:, :, kept])
     linkage = _linkage(scaled)
     return Fingerprint(
@@ -95,10 +99,11 @@ def _mean_distance(first: FloatArray, second: FloatArray) -> float:
     return sum(float(_distances(block, second).sum()) for block in blocks) / (len(first) * len(second))
 
 
-def _usable(cells: FloatArray, names: Sequence[str]) -> tuple[list[int], dict[str, str]]:
-    """Return the measures that are defined everywhere and vary, and why the others are not used."""
+def _usable(cells: FloatArray, names: Sequence[str], comparable: BoolArray) -> tuple[list[int], dict[str, str]]:
+    """Return the measures that mean the same everywhere, are defined and vary, and why the others are not used."""
     flat = cells.reshape(cells.shape[0] * cells.shape[1], len(names))
     dropped = {name: UNDEFINED for name, column in zip(names, flat.T, strict=True) if np.isnan(column).any()}
+    dropped |= {name: OTHER_QUESTIONS for name, is_same in zip(names, comparable, strict=True) if not is_same}
     for name, column in zip(names, flat.T, strict=True):
         if name not in dropped and (not len(column) or not varies(column[None, :])[0]):
             dropped[name] = NO_VARIATION

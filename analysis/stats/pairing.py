@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 
@@ -97,15 +98,37 @@ def pair_up(values: SeedValues) -> Iterator[Paired]:
         )
 
 
+def comparable_measures(values: SeedValues, groups: BoolArray) -> BoolArray:
+    """Return which measures mean the same in all of these groups that have them (M,).
+
+    Args:
+        values: of all groups.
+        groups: those that are compared (G,).
+    """
+    comparable = np.ones(len(values.measures), dtype=np.bool_)
+    alike: dict[tuple[str, type, str], list[int]] = {}
+    for group in np.flatnonzero(groups).tolist() if values.questions else ():
+        asked = values.questions[group]
+        alike.setdefault((asked.world, asked.run, repr(asked.actions)), []).append(group)
+    for first, second in itertools.combinations(alike.values(), 2):
+        shared = values.present[first].any(axis=0) & values.present[second].any(axis=0)
+        comparable &= ~shared | _means_the_same(values, first[0], second[0])
+    return comparable
+
+
 def _comparable(values: SeedValues, found: Sequence[Pair]) -> BoolArray:
     """Return which measures mean the same in both groups of each pair (P, M)."""
-    comparable = np.ones((len(found), len(values.measures)), dtype=np.bool_)
-    for row, pair in enumerate(found if values.questions else ()):
-        level, reference = values.questions[pair.level], values.questions[pair.reference]
-        if not level.are_like(reference):
-            own = level.run is reference.run
-            comparable[row] = [own and is_of_form(name, level.run) for name in values.measures]
-    return comparable
+    rows = [_means_the_same(values, pair.level, pair.reference) for pair in found]
+    return np.array(rows, dtype=np.bool_).reshape(len(found), len(values.measures))
+
+
+def _means_the_same(values: SeedValues, first: int, second: int) -> BoolArray:
+    """Return which measures mean the same in two groups (M,)."""
+    one, other = (values.questions[group] if values.questions else None for group in (first, second))
+    if one is None or other is None or one.are_like(other):
+        return np.ones(len(values.measures), dtype=np.bool_)
+    own = one.run is other.run
+    return np.array([own and is_of_form(name, one.run) for name in values.measures], dtype=np.bool_)
 
 
 def _sides(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -55,6 +55,11 @@ class SeedValues:
     baseline: BoolArray
     runs: npt.NDArray[np.int64]
     questions: tuple[Questions, ...] = ()
+
+    def of_measures(self, chosen: BoolArray) -> SeedValues:
+        """Return the same with some of the measures alone (M,)."""
+        names = tuple(name for name, is_chosen in zip(self.measures, chosen, strict=True) if is_chosen)
+        return replace(self, measures=names, values=self.values[:, :, chosen], present=self.present[:, chosen])
 
 
 def seed_values(table: SignatureTable, groups: pd.DataFrame | None = None) -> SeedValues:

@@ -13,6 +13,7 @@ import pandas as pd
 from analysis.arrays import FloatArray
 from analysis.stats.factors import swept
 from analysis.stats.intervals import NO_VALUE, NO_VARIATION, varies
+from analysis.stats.pairing import comparable_measures
 from analysis.stats.values import SeedValues, seed_values
 from analysis.tables.signature_table import SignatureTable
 
@@ -51,7 +52,7 @@ def variance_split(table: SignatureTable, groups: pd.DataFrame | None = None) ->
     Every swept setting and the seed has random effects that add up; the residual is all else: chance, and every
     interaction. A component is estimated from its sum of squares behind all others, set equal to its expectation
     (Henderson 1953, method 3), which for cells without a gap is the usual analysis of variance. Baselines are left
-    out.
+    out, and measures that do not mean the same in all worlds that have them.
 
     Columns: `measure`, `component`, `variance`, `share` of the sum of all components, NaN where one of them is
     unknown, `note`.
@@ -61,6 +62,7 @@ def variance_split(table: SignatureTable, groups: pd.DataFrame | None = None) ->
         groups: the columns that tell groups apart, one row per run; by default what was swept.
     """
     values = seed_values(table, groups)
+    values = values.of_measures(comparable_measures(values, ~values.baseline))
     names = [*(factor.name for factor in swept(values)), SEED, RESIDUAL]
     variance = np.full((len(values.measures), len(names)), np.nan)
     note = np.full(variance.shape, NO_VALUE, dtype=object)

@@ -94,5 +94,7 @@ def test_games_with_different_questions_are_compared_by_their_own_measures_in_th
     assert {"public_goods", "idle_rate"} <= set(measures["model"])
     assert "public_goods" in measures["world"] and "idle_rate" not in measures["world"]
     assert any("ask different questions: public_goods and public_goods_punishment" in note for note in found.notes)
+    for others in (found.variance["measure"], found.fingerprint.measures):
+        assert "public_goods.score" in set(others) and "idle_rate.chosen" not in set(others)
     differing = [line for line in found.summary if "idle_rate.chosen" in line]
     assert differing and all("does nothing" in line and "stays" not in line for line in differing)
