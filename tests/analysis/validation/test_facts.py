@@ -37,6 +37,20 @@ def test_a_shipped_file_names_a_world_policies_and_measures_that_exist(facts):
         assert told != measure or measure.startswith("n_"), f"{column} is no measure"
 
 
+@pytest.mark.parametrize("facts", KNOWN, ids=lambda facts: facts.world)
+def test_no_policy_that_is_told_the_answers_is_held_against_being_right(facts):
+    rows = {(one.policy, one.column) for one in facts.closed_forms}
+    assert (
+        rows
+        & {
+            ("scripted/oracle", "path_efficiency.success"),
+            ("scripted/oracle", "path_efficiency.spl"),
+            ("scripted/knower", "map_probe.accuracy"),
+        }
+        == set()
+    )
+
+
 def test_a_file_of_the_users_own_is_read_and_stands_before_the_shipped_one(mine: Path):
     (mine / "bar.yaml").write_text(LEAST)
     (mine / "kibo_paper.yaml").write_text("world: kibo_paper\nscore: own.score\n")
