@@ -15,7 +15,6 @@ from analysis.plots.fingerprints import FingerprintMap, Merge
 from analysis.plots.forest import Pair
 from analysis.plots.ledger import LedgerRow
 from analysis.plots.panel import GroupValues, Scale
-from analysis.signatures import describe
 from analysis.tables.comparison import Comparison
 
 if TYPE_CHECKING:
@@ -45,15 +44,16 @@ def group_values(comparison: Comparison, groups: Sequence[Shown], measure: str) 
     return [_values(comparison, shown, measure) for shown in groups if (measure, shown.group) in comparison.estimates]
 
 
-def scale_of(measure: str, validation: pd.DataFrame | None = None) -> Scale:
+def scale_of(comparison: Comparison, measure: str, validation: pd.DataFrame | None = None) -> Scale:
     """Return what the values of a measure are seen against.
 
     Args:
+        comparison: what has the measure.
         measure: the measure.
         validation: what is known of the worlds, as in `validation.csv`: where all of them agree, means of the policy
             that looks at nothing and of the best one.
     """
-    known = describe(measure)
+    known = comparison.describe(measure)
     rows = None if validation is None else validation[validation["measure"] == measure]
     random, best = (math.nan if rows is None else _agreed(rows[name]) for name in ("random", "best"))
     return Scale(known.low, known.high, random if known.null is None else known.null.value, best)

@@ -19,7 +19,7 @@ from analysis.plots import Picture, draw, figures, write
 from analysis.plots.glance import glance_figure
 from analysis.plots.labels import keys
 from analysis.plots.panel import GroupValues, Scale
-from analysis.signatures import describe, discover
+from analysis.signatures import discover
 from analysis.stats.fingerprint import Fingerprint
 from analysis.tables.comparison import Comparison
 
@@ -73,6 +73,7 @@ class Finding:
 
     Attributes:
         measure: its name.
+        label: what it is, in words.
         groups: its means.
         scale: what they are seen against.
         contrasts: its tested differences, one row each.
@@ -80,6 +81,7 @@ class Finding:
     """
 
     measure: str
+    label: str
     groups: Sequence[GroupValues]
     scale: Scale
     contrasts: pd.DataFrame
@@ -104,7 +106,7 @@ class Finding:
 
     def _picture(self, draw: Callable[..., Figure], kept: pd.DataFrame, left_out: str) -> Picture:
         pairs = pairs_of(kept, self.measure, self.names)
-        drawn = partial(draw, describe(self.measure).label, self.groups, self.scale, pairs)
+        drawn = partial(draw, self.label, self.groups, self.scale, pairs)
         says = in_words(self.groups, self.scale, pairs)
         return Picture(f"finding_{self.measure}", self.measure, left_out, drawn, says)
 
@@ -120,7 +122,14 @@ def findings(
     names, tested = letters_of(contrasts, shown), contrasts[contrasts["headline"].astype(bool)]
     found = [(measure, group_values(comparison, shown, measure)) for measure in measures]
     return [
-        Finding(measure, groups, scale_of(measure, validation), tested[tested["measure"] == measure], names)
+        Finding(
+            measure,
+            comparison.describe(measure).label,
+            groups,
+            scale_of(comparison, measure, validation),
+            tested[tested["measure"] == measure],
+            names,
+        )
         for measure, groups in found
         if not all(np.isnan(one.values).all() for one in groups)
     ]
@@ -146,7 +155,8 @@ def means_picture(comparison: Comparison, shown: Sequence[Shown], signature: str
     measures = headlines(comparison)[signature]
     drawn = measures[:MOST_PANELS]
     contents = [
-        (describe(measure).label, group_values(comparison, shown, measure), scale_of(measure)) for measure in drawn
+        (comparison.describe(measure).label, group_values(comparison, shown, measure), scale_of(comparison, measure))
+        for measure in drawn
     ]
     says = " ".join(f"{title}: {in_words(groups, scale, ())}" for title, groups, scale in contents)
     left_out = f" {len(drawn)} of {len(measures)} measures; all are in comparison.md." if drawn != measures else ""
@@ -159,7 +169,11 @@ def slopes_picture(comparison: Comparison, shown: Sequence[Shown], signature: st
     """Return the lines by seed of one signature; None with a single group."""
     measures = headlines(comparison)[signature][:MOST_PANELS]
     found = [(measure, group_values(comparison, shown, measure)) for measure in measures]
-    contents = [(describe(measure).label, groups, scale_of(measure)) for measure, groups in found if len(groups) > 1]
+    contents = [
+        (comparison.describe(measure).label, groups, scale_of(comparison, measure))
+        for measure, groups in found
+        if len(groups) > 1
+    ]
     if not contents:
         return None
     return Picture(
@@ -174,7 +188,7 @@ def forest_picture(
     measures = headlines(comparison)[signature][:MOST_PANELS]
     rows = contrasts[contrasts["measure"].isin(measures)]
     names = letters_of(rows, shown)
-    found = [(describe(measure).label, pairs_of(rows, measure, names)) for measure in measures]
+    found = [(comparison.describe(measure).label, pairs_of(rows, measure, names)) for measure in measures]
     contents = [(title, pairs) for title, pairs in found if pairs]
     if not contents:
         return None

@@ -18,7 +18,7 @@ from analysis.report.definitions import Definition, definitions
 from analysis.report.grids import Grid, grid, grid_of
 from analysis.report.material import Material
 from analysis.report.provenance import link
-from analysis.signatures import READABLE_SUFFIX, Signature, describe, discover, is_readable_only
+from analysis.signatures import READABLE_SUFFIX, Signature, discover, is_readable_only
 from analysis.tables.texts import alike, contrast_table, mean_cells, p_value, shown_measures, told_rows
 from foundry.palette import look
 
@@ -209,7 +209,7 @@ def contrast_grids(found: Material) -> list[Grid]:
 
 
 def _means(found: Material, columns: Sequence[str], name: str) -> Grid:
-    heads = [f"{column.partition('.')[2]}: {describe(column).label}" for column in columns]
+    heads = [f"{column.partition('.')[2]}: {found.analysis.compared.describe(column).label}" for column in columns]
     caption = f"All measures of {name}: mean over seeds with its 95 % interval; n where not every seed has a value."
     return _by_group(found, columns, heads, caption)
 

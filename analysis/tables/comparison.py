@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
 
 import numpy as np
 import pandas as pd
 
 from analysis.arrays import IntArray
+from analysis.measure import Measure
 from analysis.signatures import describe
 from analysis.stats.intervals import Estimate, Estimates, estimates
 from analysis.stats.paired import are_outcomes
@@ -29,6 +31,7 @@ class Comparison:
             none of measures of 2D worlds for runs of 3D ones.
         baselines: the groups of scripted models that others are seen against.
         models: those of all runs in the order of their first ones, whichever part was taken; looks go by it.
+        runs: the class of the runs of each group; empty where nobody knows.
     """
 
     frame: pd.DataFrame
@@ -37,11 +40,17 @@ class Comparison:
     estimates: dict[tuple[str, Group], Estimate]
     baselines: frozenset[Group] = frozenset()
     models: tuple[str, ...] = ()
+    runs: Mapping[Group, type] = field(default_factory=dict)
 
     @property
     def groups(self) -> list[Group]:
         """The groups in the order of their first run."""
         return list(self.values)
+
+    def describe(self, measure: str) -> Measure:
+        """Return what a measure is, in the words of the form that all groups with it have."""
+        runs = {run for group, run in self.runs.items() if (measure, group) in self.estimates}
+        return describe(measure, runs.pop() if len(runs) == 1 else None)
 
 
 def compare(table: SignatureTable, groups: pd.DataFrame | None = None) -> Comparison:
@@ -71,7 +80,8 @@ def compare(table: SignatureTable, groups: pd.DataFrame | None = None) -> Compar
     ]
     by_group = {key: _of_group(values, index) for index, key in enumerate(values.groups)}
     baselines = frozenset(key for key, is_one in zip(values.groups, values.baseline, strict=True) if is_one)
-    return Comparison(pd.DataFrame(rows), values.columns, by_group, estimated, baselines)
+    runs = {key: asked.run for key, asked in zip(values.groups, values.questions, strict=False)}
+    return Comparison(pd.DataFrame(rows), values.columns, by_group, estimated, baselines, runs=runs)
 
 
 def _estimates(values: SeedValues, measure: IntArray, group: IntArray) -> Estimates:

@@ -56,7 +56,7 @@ def values_of(found: Analysis) -> Iterator[tuple[str, Scale, Axes]]:
             pictures.means_picture(found.compared, found.shown, signature),
             pictures.slopes_picture(found.compared, found.shown, signature),
         ):
-            yield from zip(measures, map(scale_of, measures), drawn(picture), strict=True)
+            yield from zip(measures, (scale_of(found.compared, one) for one in measures), drawn(picture), strict=True)
     for one in findings(found):
         short = pictures.short_labels(found.shown, one.names)
         yield from ((one.measure, one.scale, drawn(picture)[0]) for picture in (one.picture(), one.glance(short)))

@@ -54,9 +54,9 @@ def _table(found: Found, group: Group) -> Table:
     names = [_name(found, one) for one in beside]
     rows = tuple(
         (
-            f"{measure}: {describe(measure).label}",
+            f"{measure}: {describe(measure, compared.runs.get(group)).label}",
             _cell(compared, measure, group),
-            _null(compared, measure, chance, by_model),
+            _null(compared, measure, chance, group, by_model),
             _mean(compared, measure, by_model[best]) if best in by_model else _UNKNOWN,
             *(_cell(compared, measure, one) for one in beside),
         )
@@ -86,8 +86,8 @@ def _name(found: Found, group: Group) -> str:
     return str(found.first[group].keys["model"]) + (" (baseline)" if group in found.compared.baselines else "")
 
 
-def _null(compared: Comparison, measure: str, chance: str, by_model: dict[str, Group]) -> str:
-    null = describe(measure).null
+def _null(compared: Comparison, measure: str, chance: str, group: Group, by_model: dict[str, Group]) -> str:
+    null = describe(measure, compared.runs.get(group)).null
     if null is not None:
         return number(null.value)
     if not chance or measure.partition(".")[0] in NO_BEHAVIOUR:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from analysis import analyze
+from analysis.figures.pictures import means_picture
 from analysis.rounds.signatures.public_goods import applies, measure
 from commands import foundry
 from foundry.worlds.rounds.public_goods import PublicGoods, PunishedGoods
@@ -96,5 +97,7 @@ def test_games_with_different_questions_are_compared_by_their_own_measures_in_th
     assert any("ask different questions: public_goods and public_goods_punishment" in note for note in found.notes)
     for others in (found.variance["measure"], found.fingerprint.measures):
         assert "public_goods.score" in set(others) and "idle_rate.chosen" not in set(others)
+    titles = means_picture(found.compared, found.shown, "idle_rate").says
+    assert "Chose to do nothing" in titles and "stay" not in titles
     differing = [line for line in found.summary if "idle_rate.chosen" in line]
     assert differing and all("does nothing" in line and "stays" not in line for line in differing)
