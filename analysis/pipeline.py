@@ -271,7 +271,7 @@ def _found(
         equal_chances=equal_chances(compared),
         sources=pd.DataFrame(signatures.sources(forms)),
         validation=validation,
-        declared=planned.plan.family if planned else tuple(family or primary_measures(table.measures)),
+        declared=planned.plan.family if planned else tuple(family or primary_measures(table.measures, table.present)),
         shown=shown,
         members=tuple(members(table.frame, groups, shown, runs_by_id([one.path for one in sources]))),
         planned=planned,

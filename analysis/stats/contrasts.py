@@ -47,7 +47,8 @@ def contrasts(
     Args:
         table: the runs.
         groups: the columns that tell groups apart, one row per run; by default what was swept.
-        family: measures of the declared family of tests; by default the first headline measure of each signature.
+        family: measures of the declared family of tests; by default the first headline measure of each signature
+            that each world has.
         margins: by measure, the difference below which groups count as the same; declared before the runs.
         alpha: level of the tests.
         repeating: by model whose server does not repeat itself, how far it does; said of the rows that its runs are in.
@@ -57,7 +58,7 @@ def contrasts(
         InputError: a measure of the family or of a margin does not exist, or a margin is not positive.
     """
     values = seed_values(table, groups)
-    declared = declared_measures(family if plan is None else plan.family, values.measures)
+    declared = declared_measures(family if plan is None else plan.family, values.measures, table.present)
     margins = _checked((margins or {}) if plan is None else plan.margins, values.measures)
     servers = _servers(values, table, groups, repeating or {})
     asked = _Asked(declared, margins, plan, alpha, servers)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 
 from analysis.arrays import BoolArray
-from analysis.signatures import Signature, discover, is_readable_only
+from analysis.signatures import FAILURE_RATE, Signature, discover, is_readable_only
 from foundry.errors import InputError, not_found
 
 NO_BEHAVIOUR = frozenset({"cost"})
@@ -34,22 +34,33 @@ def is_denominator(measure: str) -> bool:
     return measure.partition(".")[2].startswith("n_")
 
 
-def primary_measures(measures: Sequence[str]) -> tuple[str, ...]:
-    """Return the family that is declared unless another is: of each signature the first of its headline measures.
+def primary_measures(measures: Sequence[str], present: Iterable[Collection[str]] = ()) -> tuple[str, ...]:
+    """Return the family that is declared unless another is: of each signature the first headline that each world has.
 
     One measure a signature keeps the family small enough for ten seeds, which exact tests of many measures are not.
+
+    Args:
+        measures: all measures, in their order.
+        present: those that each run has, since worlds have different ones; by default each run has all.
     """
-    shown = [one.headline_columns(measures) for one in _claimed()]
-    return tuple(columns[0] for columns in shown if columns)
+    worlds = [names for names in dict.fromkeys(map(frozenset, present)) if not names <= {FAILURE_RATE}]
+    primary: list[str] = []
+    for signature in _claimed():
+        columns = signature.headline_columns(measures)
+        firsts = {next((name for name in columns if name in names), "") for names in worlds or [frozenset(measures)]}
+        primary += [name for name in columns if name in firsts]
+    return tuple(primary)
 
 
-def declared_measures(family: Sequence[str] | None, measures: Sequence[str]) -> tuple[str, ...]:
-    """Return the measures that claims rest on: those of the family, by default one a signature.
+def declared_measures(
+    family: Sequence[str] | None, measures: Sequence[str], present: Iterable[Collection[str]] = ()
+) -> tuple[str, ...]:
+    """Return the measures that claims rest on: those of the family, by default as `primary_measures` returns them.
 
     Raises:
         InputError: a measure of the family does not exist.
     """
-    return primary_measures(measures) if family is None else known_measures(family, measures)
+    return primary_measures(measures, present) if family is None else known_measures(family, measures)
 
 
 def known_measures(names: Sequence[str], measures: Sequence[str]) -> tuple[str, ...]:

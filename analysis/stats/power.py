@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -249,8 +249,8 @@ def _check(table: SignatureTable, measure: str | None, difference: float | None,
 
 def _pilot(table: SignatureTable, groups: pd.DataFrame | None, measure: str | None) -> pd.DataFrame:
     """Return the wanted rows of the pilot: what they are, pairs, mean and spread of the differences, family."""
-    values = seed_values(table, groups)
-    frame = pd.concat([_pilot_rows(values, paired) for paired in pair_up(values)], ignore_index=True)
+    values, primary = seed_values(table, groups), primary_measures(table.measures, table.present)
+    frame = pd.concat([_pilot_rows(values, paired, primary) for paired in pair_up(values)], ignore_index=True)
     tested = frame["headline"] & (frame["sd"] > 0)
     frame.insert(7, "family", tested.groupby(frame["factor"]).transform("sum").clip(lower=1))
     pair = pair_of(frame)
@@ -260,9 +260,9 @@ def _pilot(table: SignatureTable, groups: pd.DataFrame | None, measure: str | No
     return frame.sort_values("declared", ascending=False, kind="stable", ignore_index=True)
 
 
-def _pilot_rows(values: SeedValues, paired: Paired) -> pd.DataFrame:
+def _pilot_rows(values: SeedValues, paired: Paired, primary: Sequence[str]) -> pd.DataFrame:
     found = paired.estimates()
-    frame = row_frame(values, paired, primary_measures(values.measures))
+    frame = row_frame(values, paired, primary)
     frame = frame[["measure", "headline", "baseline", "factor", "level", "reference", "context"]]
     sd = np.where(found.n > 1, found.sd, np.nan)
     return frame.assign(n_pairs=found.n, observed=found.mean, sd=sd, differences=list(paired.difference))

@@ -327,3 +327,17 @@ def test_no_result_changes_by_the_general_measures_beside_it():
     for column in ("p", "p_bh", "p_adjusted", "family"):
         assert beside.loc[measures[:2], column].tolist() == alone[column].tolist()
     assert beside.loc[measures[2:], "p_bh"].notna().all() and not beside.loc[measures[2:], "headline"].any()
+
+
+def test_the_default_family_holds_the_first_headline_that_each_world_has():
+    drawn, fixed = "hazard.away_beyond_moved", "hazard.away_beyond_blind"
+    worlds = {"drawn": {drawn: 0.4, fixed: 0.3}, "fixed": {fixed: 0.2}}
+    rows = [
+        {"world": world, "model": model, "seed": seed, **{name: value * seed for name, value in measures.items()}}
+        for world, measures in worlds.items()
+        for model in "ab"
+        for seed in range(6)
+    ]
+    for names, declared in ((("drawn", "fixed"), {drawn, fixed}), (("drawn",), {drawn}), (("fixed",), {fixed})):
+        found = contrasts(table([row for row in rows if row["world"] in names]))
+        assert set(found.loc[found["headline"], "measure"]) == declared
