@@ -146,7 +146,7 @@ def test_who_uses_a_bad_file_is_told_its_name_in_one_line(
         ("model/scripted/stay.yaml", "conf/model/scripted/stay.yaml"),
         ("schema/grid.yaml", "conf/schema/grid.yaml"),
         ("format/spread.yaml", "conf/format/spread.yaml"),
-        ("sweep/smoke.yaml", "sweeps/smoke.yaml"),
+        ("sweep/first.yaml", "sweeps/first.yaml"),
         ("signatures/hazard.py", "analysis/grid/signatures/hazard.py"),
         ("edits/mirror.py", "edits/grid/mirror.py"),
     ],

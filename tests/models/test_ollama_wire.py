@@ -27,7 +27,7 @@ OPTIONS = {
     "frequency_penalty": 0.0,
     "num_keep": 4,
     "num_predict": 512,
-    "num_ctx": 8192,
+    "num_ctx": 10240,
 }
 SHARED = {"model": "qwen3:4b-instruct-2507-q4_K_M", "stream": False, "truncate": False, "think": False}
 
