@@ -87,7 +87,7 @@ def test_the_tutorial_has_ten_steps_and_each_of_its_commands_ends_well(led: Led)
     assert "12 of 12 runs complete in bar" in the(led, "-m --config-dir")
     assert "0 failed" in the(led, "check world=el_farol") and "0 failed" in the(led, "check attendance")
     assert "12 runs: 12 identical" in the(led, "verify bar")
-    assert "at most 2,000 calls would be sent" in the(led, "plan")
+    assert "at most 2,000 calls would be sent" in the(led, "plan -m")
 
 
 @pytest.mark.slow
@@ -108,7 +108,7 @@ def steps_of(run: Path) -> list[dict[str, Any]]:
 def test_the_prompt_tells_how_many_went_to_whom_it_is_told(led: Led):
     asked = ("world=el_farol", "model=mine/mixing", "--step", "6", "--agent", "0", "--kind", "evening")
     implicit = said("plan", "--prompt", "--config-dir", MINE, "world.reports=implicit", *asked, cwd=led.place)
-    assert the(led, "prompt").count("of 10 went.") == 5
+    assert the(led, "plan --prompt").count("of 10 went.") == 5
     assert implicit.count("of 10 went.") == implicit.count("You went") < 5
 
 
