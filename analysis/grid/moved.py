@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-import msgspec
 import numpy as np
 
 from analysis.arrays import BoolArray, FloatArray, IntArray
@@ -49,18 +48,7 @@ def _moved(run: GridRun) -> Iterator[GridRun]:
     law = PositionLaw(world.half_size, extents, len(world.fires), starts)
     rng = seeding.stream(0, f"moved positions of {run.id}")
     for _ in range(DRAWS):
-        drawn = law.draw(rng)
-        there = msgspec.structs.replace(
-            world,
-            places=tuple(
-                msgspec.structs.replace(place, center=(x, y))
-                for place, (x, y) in zip(world.places, drawn.places.tolist(), strict=True)
-            ),
-            fires=tuple(
-                msgspec.structs.replace(fire, position=(x, y))
-                for fire, (x, y) in zip(world.fires, drawn.fires.tolist(), strict=True)
-            ),
-        )
+        there = law.draw(rng).of(world)
         fires = _reached(there, run.x[:-1], run.y[:-1])
         yield replace(run, world=there, place=there.areas(run.x, run.y), fires=fires)
 

@@ -6,20 +6,21 @@ import textwrap
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import pandas as pd
 
 from analysis.form import FormAnalysis
 from analysis.paper.findings import Finding, findings
-from analysis.paper.gaps import gap_lines, gaps, short_names, upright
-from analysis.paper.sentence import DIFFERENT, SAME, SILENT, Row, Sides, kind_of, why_silent
+from analysis.paper.gaps import aligned, gap_lines, gaps, short_names, upright
+from analysis.paper.sentence import DIFFERENT, SAME, SILENT, Row, Sides, kind_of, named, why_silent
 from analysis.paper.study import short_contexts
 from analysis.prose import group_label
 from analysis.stats.factors import MODEL
 from analysis.stats.plan import DECLARED
 from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
-from analysis.tables.texts import number, p_value, text_width, with_interval
+from analysis.tables.texts import number, p_value, with_interval
 from foundry.texts import counted
 
 MOST_LINES, WIDEST = 20, 100
@@ -28,7 +29,6 @@ MOST_WARNINGS, FEWEST_WARNINGS = 4, 2
 """Lines of what to look out for, and those that are left to it where findings have no room."""
 MOST_TESTED = 3
 """Measures that the command for new seeds declares."""
-_CUT = "further finding"
 LEAST_TABLE = 4
 """Lines that a table needs: an empty one, its head, a row, and how many rows are left out."""
 
@@ -71,11 +71,13 @@ def ending(told: Told, width: int, printed: int = 0) -> list[str]:
     width = min(width, WIDEST)
     study = wrapped(told.study, width)
     room = MOST_LINES - printed - len(study) - len(_look_at(told)) - 2
+    rows = told.contrasts[told.contrasts["headline"].astype(bool)].to_dict("records")
+    shown = _Shown.of(told, rows, width) if rows else None
     look_out = _look_out(told, width, MOST_WARNINGS)
-    body = _body(told, width, room - len(look_out))
-    if any(_CUT in line for line in body):  # findings come before notes
+    if shown is not None and shown.is_cut(room - len(look_out)):  # findings come before notes
         look_out = _look_out(told, width, FEWEST_WARNINGS)
-        body = _body(told, width, room - len(look_out))
+    room -= len(look_out)
+    body = _alone(told, width, room) if shown is None else shown.body(room)
     return [*study, "", *body, "", *look_out, *_look_at(told)]
 
 
@@ -114,55 +116,112 @@ def _look_out(told: Told, width: int, most: int) -> list[str]:
     return ["Look out" + lines[0].removeprefix("        "), *lines[1:], *more, ""]
 
 
-def _body(told: Told, width: int, room: int) -> list[str]:
-    rows = told.contrasts[told.contrasts["headline"].astype(bool)].to_dict("records")
-    if not rows:
-        return _alone(told, width, room)
-    factors = sorted(dict.fromkeys(str(row["factor"]) for row in rows), key=lambda factor: factor != MODEL)
-    names: dict[str, str] = {}
-    for factor in factors:
-        own = [row for row in rows if row["factor"] == factor]
-        names |= short_names(str(row[side]) for row in own for side in ("reference", "level"))
-    contexts = short_contexts(str(row["context"]) for row in rows)
-    lines = _findings(told, rows, names, contexts, width, room)
-    told_measures = {finding.rows[0]["measure"] for finding in findings(rows)}
-    others = [row for row in rows if row["measure"] not in told_measures and row["factor"] == factors[0]]
-    again = _again(told, rows, width) if not told_measures else []
-    room -= len(lines) + len(again)
-    if others and room >= LEAST_TABLE:
-        lines += ["", *_table(told, others, names, contexts, width, room - 1)]
-    return [*lines, *again]
+@dataclass(frozen=True)
+class _Shown:
+    """The declared rows, and what is needed to tell them.
 
+    Attributes:
+        told: what the ending is made of.
+        rows: the declared rows.
+        standing: what was found in them.
+        sides: what is known of the groups.
+        names: what each level is called, the models first.
+        contexts: what each context is called.
+        main: the factor that the table is of: the models, else the first.
+        width: columns of the terminal.
+    """
 
-def _findings(
-    told: Told, rows: Sequence[Row], names: Mapping[str, str], contexts: Mapping[str, str], width: int, room: int
-) -> list[str]:
-    """Return what can be claimed, and of the rest that it cannot."""
-    sides = Sides.of(told.contrasts, told.compared, told.forms)
-    standing = findings(rows)
-    declared = [row for row in rows if row["claim"] == DECLARED]
-    others = [row for row in declared or rows if kind_of(row) == SAME or (declared and kind_of(row) != DIFFERENT)]
-    if not standing and not others:
-        return wrapped(_nothing(rows), width)
-    entries = [
-        *(finding.line(sides, names, contexts) for finding in standing),
-        *(_verdict(row, names, contexts) for row in others),
-    ]
-    lines = wrapped(_title(rows, standing), width)
-    for place, entry in enumerate(entries):
-        own = wrapped(entry, width, "  ", "    ")
-        left = len(entries) - place
-        if len(lines) + len(own) + (left > 1) > room:
-            return [*lines, f"  {counted(left, _CUT)}: {told.tables}/summary.md"]
-        lines += own
-    return lines
+    told: Told
+    rows: Sequence[Row]
+    standing: Sequence[Finding]
+    sides: Sides
+    names: Mapping[str, str]
+    contexts: Mapping[str, str]
+    main: str
+    width: int
+
+    @classmethod
+    def of(cls, told: Told, rows: Sequence[Row], width: int) -> _Shown:
+        factors = sorted(dict.fromkeys(str(row["factor"]) for row in rows), key=lambda factor: factor != MODEL)
+        names: dict[str, str] = {}
+        for factor in factors:
+            own = [row for row in rows if row["factor"] == factor]
+            names |= short_names(str(row[side]) for row in own for side in ("reference", "level"))
+        sides = Sides.of(told.contrasts, told.compared, told.forms)
+        contexts = short_contexts(str(row["context"]) for row in rows)
+        return cls(told, rows, findings(rows), sides, names, contexts, factors[0], width)
+
+    @cached_property
+    def entries(self) -> Sequence[Sequence[str]]:
+        """The lines of each finding, then those of each declared row without one."""
+        declared = [row for row in self.rows if row["claim"] == DECLARED]
+        others = [
+            row for row in declared or self.rows if kind_of(row) == SAME or (declared and kind_of(row) != DIFFERENT)
+        ]
+        texts = [
+            *(finding.line(self.sides, self.names, self.contexts) for finding in self.standing),
+            *(_verdict(row, self.names, self.contexts) for row in others),
+        ]
+        return [wrapped(text, self.width, "  ", "    ") for text in texts]
+
+    @cached_property
+    def title(self) -> Sequence[str]:
+        """The lines above the entries; where there is none, why."""
+        if not self.entries:
+            return wrapped(_nothing(self.rows), self.width)
+        tests = max(row["family"] for row in self.rows)
+        differ = sum(kind_of(row) == DIFFERENT for row in self.rows)
+        said = f"Findings: {differ} of {counted(tests, 'test')} show{'s' * (differ == 1 or tests == 1)} a difference"
+        if self.standing:
+            p = p_value(max(finding.p for finding in self.standing))
+            said += f" (p {'below ' + p[1:] if p.startswith('<') else 'at most ' + p}{', corrected' * (tests > 1)})"
+        return wrapped(said, self.width)
+
+    def is_cut(self, room: int) -> bool:
+        """Return whether not all entries have room."""
+        return len(self.title) + sum(map(len, self.entries)) > room
+
+    def body(self, room: int) -> list[str]:
+        """Return the entries, the table of the other measures, and the command for new seeds, as they have room."""
+        lines = list(self.title)
+        for place, own in enumerate(self.entries):
+            left = len(self.entries) - place
+            if len(lines) + len(own) + (left > 1) > room:
+                lines.append(f"  {counted(left, 'further finding')}: {self.told.tables}/summary.md")
+                break
+            lines += own
+        again = [] if self.standing else self._again()
+        room -= len(lines) + len(again)
+        measures = {finding.rows[0]["measure"] for finding in self.standing}
+        others = [row for row in self.rows if row["measure"] not in measures and row["factor"] == self.main]
+        if others and room >= LEAST_TABLE:
+            lines += ["", *self._table(others, room - 1)]
+        return [*lines, *again]
+
+    def _table(self, rows: Sequence[Row], room: int) -> list[str]:
+        """Return the table of gaps with as many rows as there is room for, and how many are left out."""
+        found = gaps(rows)
+        shown = found if len(found) < room else found[: room - 2]
+        left = len(found) - len(shown)
+        more = [f"  {counted(left, 'further measure')}: {self.told.tables}/comparison.md"] if left else []
+        lines = gap_lines(shown, self.names, self.contexts, self.sides, self.width - 2)
+        return [*(f"  {line}" for line in lines), *more]
+
+    def _again(self) -> list[str]:
+        """Return the command that tests the largest gaps on new seeds."""
+        found = [gap for gap in gaps(self.rows) if gap.is_one_sided][:MOST_TESTED]
+        if not found:
+            return []
+        pairs = {(row["level"], row["reference"], row["context"]) for row in self.rows}
+        command = self.told.again(list(dict.fromkeys(gap.measure for gap in found)), len(pairs))
+        title = "Test the largest on new seeds, declared before they run:"
+        return [title, *wrapped(command, self.width, "  ", "    ")]
 
 
 def _verdict(row: Row, names: Mapping[str, str], contexts: Mapping[str, str]) -> str:
     """Return in short what holds of a row that shows no difference."""
-    factor = "" if row["factor"] == MODEL else f"{row['factor']}="
     context = contexts[str(row["context"])]
-    both = f"{factor}{names[str(row['level'])]} and {factor}{names[str(row['reference'])]}"
+    both = " and ".join(named(row, names[str(row[side])]) for side in ("level", "reference"))
     both += f" ({context})" if context else ""
     kind = kind_of(row)
     if kind == SILENT:
@@ -172,16 +231,6 @@ def _verdict(row: Row, names: Mapping[str, str], contexts: Mapping[str, str]) ->
     return f"No difference was found between {both} in {row['measure']}: {upright(row)}"
 
 
-def _title(rows: Sequence[Row], standing: Sequence[Finding]) -> str:
-    tests = max(row["family"] for row in rows)
-    differ = sum(kind_of(row) == DIFFERENT for row in rows)
-    said = f"Findings: {differ} of {counted(tests, 'test')} show{'s' * (differ == 1 or tests == 1)} a difference"
-    if not standing:
-        return said
-    p = p_value(max(finding.p for finding in standing))
-    return f"{said} (p {'below ' + p[1:] if p.startswith('<') else 'at most ' + p}{', corrected' * (tests > 1)})"
-
-
 def _nothing(rows: Sequence[Row]) -> str:
     """Return that nothing can be claimed, and the most frequent reason."""
     silent = Counter(why_silent(row) for row in rows if kind_of(row) == SILENT)
@@ -189,28 +238,6 @@ def _nothing(rows: Sequence[Row]) -> str:
         return f"No claim can be made: {silent.most_common(1)[0][0]}."
     tests = counted(max(row["family"] for row in rows), "test")
     return f"No difference was found in {tests}; that does not show that the models are the same."
-
-
-def _table(
-    told: Told, rows: Sequence[Row], names: Mapping[str, str], contexts: Mapping[str, str], width: int, room: int
-) -> list[str]:
-    """Return the table of gaps with as many rows as there is room for, and how many are left out."""
-    found = gaps(rows)
-    runs = {str(row["context"]): told.forms[group].run for row in rows for group in told.forms}
-    shown = found if len(found) < room else found[: room - 2]
-    left = len(found) - len(shown)
-    more = [f"  {counted(left, 'further measure')}: {told.tables}/comparison.md"] if left else []
-    return [*(f"  {line}" for line in gap_lines(shown, names, contexts, runs, width - 2)), *more]
-
-
-def _again(told: Told, rows: Sequence[Row], width: int) -> list[str]:
-    """Return the command that tests the largest gaps on new seeds."""
-    found = [gap for gap in gaps(rows) if gap.is_one_sided][:MOST_TESTED]
-    if not found:
-        return []
-    pairs = {(row["level"], row["reference"], row["context"]) for row in rows}
-    command = told.again(list(dict.fromkeys(gap.measure for gap in found)), len(pairs))
-    return ["Test the largest on new seeds, declared before they run:", *wrapped(command, width, "  ", "    ")]
 
 
 def _alone(told: Told, width: int, room: int) -> list[str]:
@@ -223,11 +250,8 @@ def _alone(told: Told, width: int, room: int) -> list[str]:
         return ["No measure is defined in these runs."]
     cells = [told.compared.estimates[key] for key in known]
     names = [measure + (f", {group_label(group)}" if len(own) > 1 else "") for measure, group in known]
-    widest = max(map(text_width, names))
-    lines = [
-        f"  {name}{' ' * (widest - text_width(name))}  {with_interval(cell.mean, cell.low, cell.high)}"
-        for name, cell in zip(names, cells, strict=True)
-    ]
+    means = [with_interval(cell.mean, cell.low, cell.high) for cell in cells]
+    lines = [f"  {line}" for line in aligned(list(zip(names, means, strict=True)))]
     head = wrapped("Nothing is compared. Means over seeds [95 %]:", width)
     left = len(lines) + len(head) - room
     if left <= 0:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from analysis.paper.gaps import upright
-from analysis.paper.sentence import DIFFERENT, Row, Sides, compared_words, kind_of, sentence, weaknesses
+from analysis.paper.gaps import effect, upright
+from analysis.paper.sentence import DIFFERENT, Row, Sides, compared_words, kind_of, named, sentence, weaknesses
 from analysis.prose import joined
 from analysis.stats.factors import MODEL
 from analysis.tables.texts import number, p_value, rounded, with_interval
@@ -35,7 +34,7 @@ class Finding:
     @property
     def effect(self) -> float:
         """The least standardised difference of its rows; infinite where a difference is the same in every seed."""
-        return min(_effect(row) for row in self.rows)
+        return min(map(effect, self.rows))
 
     @property
     def p(self) -> float:
@@ -49,9 +48,8 @@ class Finding:
 
     def others(self, names: Mapping[str, str]) -> str:
         """Return the names of the levels that it differs from, in words; some levels are called differently."""
-        factor = "" if self.rows[0]["factor"] == MODEL else f"{self.rows[0]['factor']}="
         levels = [_other(row, self.level) for row in self.rows]
-        return joined(factor + names.get(level, level) for level in levels)
+        return joined(named(self.rows[0], names.get(level, level)) for level in levels)
 
     @property
     def own(self) -> float:
@@ -135,11 +133,6 @@ def _finding(rows: Sequence[Row]) -> Iterator[Finding]:
     ]
     best = max(found, key=lambda finding: (len(finding.rows), finding.effect, finding.higher))
     yield replace(best, further=len(standing) - len(best.rows))
-
-
-def _effect(row: Row) -> float:
-    effect = abs(float(row["g_z"]))
-    return math.inf if math.isnan(effect) else effect
 
 
 def _other(row: Row, level: str) -> str:

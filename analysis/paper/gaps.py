@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from analysis.paper.sentence import Row
+from analysis.paper.sentence import Row, Sides
 from analysis.signatures import describe
 from analysis.tables.texts import rounded, text_width
 
@@ -33,14 +33,6 @@ class Gap:
         return str(self.row["measure"])
 
     @property
-    def effect(self) -> float:
-        """The standardised difference; infinite where it is the same in every seed, 0 where too few seeds have one."""
-        effect = abs(float(self.row["g_z"]))
-        if math.isnan(effect):
-            return math.inf if abs(self.row["difference"]) > 0 else 0.0
-        return 0.0 if math.isnan(self.row["low"]) else effect
-
-    @property
     def highest(self) -> str:
         """The level of the two that is higher."""
         return str(self.row["level" if self.row["difference"] >= 0 else "reference"])
@@ -62,7 +54,15 @@ def gaps(rows: Sequence[Row]) -> list[Gap]:
     for row in rows:
         if row["n_pairs"]:
             by_measure.setdefault((str(row["measure"]), str(row["context"])), []).append(row)
-    return sorted((_gap(own) for own in by_measure.values()), key=lambda gap: -gap.effect)
+    return sorted((_gap(own) for own in by_measure.values()), key=lambda gap: -effect(gap.row))
+
+
+def effect(row: Row) -> float:
+    """Return the standardised difference of a row: infinite if the same in every seed, 0 where few have one."""
+    size = abs(float(row["g_z"]))
+    if math.isnan(size):
+        return math.inf if abs(row["difference"]) > 0 else 0.0
+    return 0.0 if math.isnan(row["low"]) else size
 
 
 def _gap(rows: Sequence[Row]) -> Gap:
@@ -74,7 +74,7 @@ def _gap(rows: Sequence[Row]) -> Gap:
 
 
 def gap_lines(
-    found: Sequence[Gap], names: Mapping[str, str], contexts: Mapping[str, str], runs: Mapping[str, type], width: int
+    found: Sequence[Gap], names: Mapping[str, str], contexts: Mapping[str, str], sides: Sides, width: int
 ) -> list[str]:
     """Return the table as lines, its head first: all levels side by side where they fit, else the two that are apart.
 
@@ -82,16 +82,16 @@ def gap_lines(
         found: the gaps.
         names: what each level is called, in their order.
         contexts: what each context is called.
-        runs: the class of the runs by context, whose words are those of the measure.
+        sides: what is known of the groups, whose forms have their own words for a measure.
         width: columns of the terminal.
     """
     levels = [level for level in names if any(level in gap.means for gap in found)]
-    labels = [_label(gap, contexts, runs, 7 * width // 20) for gap in found]
+    labels = [_label(gap, contexts, sides, 7 * width // 20) for gap in found]
     sizes = [upright(gap.row) for gap in found]
     pairs = _padded([f"{names[gap.highest]} - {names[gap.lowest]}" for gap in found])
     means = [rounded([gap.means.get(level, math.nan) for level in levels]) for gap in found]
     cells = sizes if len(levels) == 2 else [f"{pair}{_SPACE}{size}" for pair, size in zip(pairs, sizes, strict=True)]
-    lines = _aligned(
+    lines = aligned(
         [
             ["", *(names[level] for level in levels), "largest gap [95 %]"],
             *([label, *own, cell] for label, own, cell in zip(labels, means, cells, strict=True)),
@@ -101,12 +101,12 @@ def gap_lines(
         return lines
     ends = [_ends(gap, names) for gap in found]
     head = ["", "lowest", "highest"]
-    lines = _aligned(
+    lines = aligned(
         [[*head, "gap [95 %]"], *([label, *end, size] for label, end, size in zip(labels, ends, sizes, strict=True))]
     )
     if max(map(text_width, lines)) <= width:
         return lines
-    return _aligned([head, *([label, *end] for label, end in zip(labels, ends, strict=True))])
+    return aligned([head, *([label, *end] for label, end in zip(labels, ends, strict=True))])
 
 
 def _ends(gap: Gap, names: Mapping[str, str]) -> list[str]:
@@ -123,9 +123,9 @@ def upright(row: Row) -> str:
     return size if math.isnan(low) else f"{size} [{least}, {most}]"
 
 
-def _label(gap: Gap, contexts: Mapping[str, str], runs: Mapping[str, type], most: int) -> str:
+def _label(gap: Gap, contexts: Mapping[str, str], sides: Sides, most: int) -> str:
     """Return the words for a measure without their unit, or its name where those are long."""
-    words = describe(gap.measure, runs.get(str(gap.row["context"]))).label.partition(" (")[0]
+    words = describe(gap.measure, sides.run_of(gap.row)).label.partition(" (")[0]
     candidates = (words, gap.measure, words.partition(",")[0])
     label = next((text for text in candidates if text_width(text) <= most), gap.measure)
     context = contexts[str(gap.row["context"])]
@@ -147,7 +147,7 @@ def shortened(names: Mapping[str, str], most: int) -> dict[str, str]:
     return short if len(set(short.values())) == len(set(names.values())) else shortened(names, most + 4)
 
 
-def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
     """Return rows as lines with equal columns."""
     columns = [_padded(column) for column in zip(*rows, strict=True)]
     return [_SPACE.join(cells).rstrip() for cells in zip(*columns, strict=True)]

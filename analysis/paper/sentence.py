@@ -75,6 +75,10 @@ class Sides:
         runs = {side: forms[group].run for group in own if group in forms for side in sides_of(columns, group, factors)}
         return cls(unread, twins, models, runs)
 
+    def run_of(self, row: Row) -> type | None:
+        """Return the class of the runs of a row; None where it is not known."""
+        return self.runs.get((row["factor"], row["level"], row["context"]))
+
     def twin(self, row: Row) -> Row | None:
         """Return the same row over readable decisions alone."""
         return self.twins.get(_key(row, str(row["measure"])))
@@ -108,8 +112,9 @@ def sentence(row: Row, sides: Sides) -> str:
 
 
 def _different(row: Row, sides: Sides) -> str:
-    reference = str(row["reference"]) if row["factor"] == MODEL else f"{row['factor']}={row['reference']}"
-    said = compared_words(row, str(row["level"]), reference, higher=row["difference"] > 0, sides=sides)
+    said = compared_words(
+        row, str(row["level"]), named(row, str(row["reference"])), higher=row["difference"] > 0, sides=sides
+    )
     return f"{said}: {row['measure']} {_means(row)}, {_tested(row)}"
 
 
@@ -128,8 +133,7 @@ def compared_words(
     """
     context = (contexts or {}).get(str(row["context"]), str(row["context"]))
     within = f" ({context})" if context else ""
-    run = sides.runs.get((row["factor"], row["level"], row["context"]))
-    doing = describe(str(row["measure"]), run).phrase(higher)
+    doing = describe(str(row["measure"]), sides.run_of(row)).phrase(higher)
     if row["factor"] == MODEL:
         return f"{level} {doing} than {others}{within}"
     return f"With {row['factor']}={level} {_whose(row, sides)} {doing} than with {others}{within}"
@@ -160,10 +164,12 @@ def _whose(row: Row, sides: Sides) -> str:
 
 
 def _both(row: Row) -> str:
-    named = [
-        str(row[name]) if row["factor"] == MODEL else f"{row['factor']}={row[name]}" for name in ("level", "reference")
-    ]
-    return " and ".join(named) + _within(row)
+    return " and ".join(named(row, str(row[side])) for side in ("level", "reference")) + _within(row)
+
+
+def named(row: Row, level: str) -> str:
+    """Return what a level of a row is called: by its factor too, unless it is a model."""
+    return level if row["factor"] == MODEL else f"{row['factor']}={level}"
 
 
 def _within(row: Row) -> str:
@@ -242,8 +248,7 @@ def _unread(row: Row, sides: Sides) -> Iterator[str]:
     }
     for name, share in shares.items():
         if share > _ROUNDING:
-            whose = name if row["factor"] == MODEL else f"{row['factor']}={name}"
-            yield f"{percent(share)} of the decisions of {whose} could not be read"
+            yield f"{percent(share)} of the decisions of {named(row, name)} could not be read"
     twin = sides.twin(row)
     if any(share > _ROUNDING for share in shares.values()) and twin is not None and kind_of(row) == DIFFERENT:
         held = twin["low"] > 0 if row["difference"] > 0 else twin["high"] < 0

@@ -5,16 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from analysis.arrays import FloatArray
 from analysis.form import form_of
 from analysis.planned.declaring import compared_pairs
 from analysis.signatures import discover
 from analysis.stats.contrasts import ALPHA
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS
-from analysis.stats.sign_flip import assignments, fewest_pairs
+from analysis.stats.max_t import TIES, scaled, signs_of_simulations
+from analysis.stats.sign_flip import fewest_pairs
 from foundry.seeding import stream
 from foundry.storing.preregistration import PlannedCondition
 from foundry.texts import counted
@@ -23,8 +24,6 @@ CHANCE = 0.8
 """Chance of a find that a plan speaks of."""
 SIMULATIONS = 400
 _MOST_EFFECT, _HALVINGS = 20.0, 8
-_ALL_SIGNS_UP_TO, _LEAST_SIGNS = 11, 999
-_TIES = 1e-10
 
 
 @dataclass(frozen=True)
@@ -36,20 +35,27 @@ class Reach:
         pairs: pairs of levels of the factor with the most of them.
         factor: that factor.
         fewest: seeds from which on a test can find anything.
-        effect: difference that is found with a chance of CHANCE, in standard deviations of the seeds' differences;
-            NaN where there are fewer seeds.
+        measures: how many measures are tested.
     """
 
     seeds: int
     pairs: int
     factor: str
     fewest: int
-    effect: float
+    measures: int
 
     @property
     def is_enough(self) -> bool:
         """Whether any test can find anything."""
         return self.seeds >= self.fewest
+
+    @cached_property
+    def effect(self) -> float:
+        """The difference that is found with a chance of CHANCE, in standard deviations of the seeds' differences.
+
+        NaN where there are fewer seeds.
+        """
+        return sure_effect(self.seeds, self.pairs, self.measures) if self.is_enough else math.nan
 
     def line(self) -> str:
         """Return it in a sentence or two."""
@@ -79,8 +85,7 @@ def reach_of(conditions: Sequence[PlannedCondition], forms: Sequence[str], measu
     pairs = factors.count(factor)
     seeds = len({seed for condition in conditions for seed in condition.runs.values()})
     fewest = max(fewest_pairs(ALPHA / pairs) or 0, FEWEST_FOR_CLAIMS)
-    effect = sure_effect(seeds, pairs, measures or _headlines(forms)) if seeds >= fewest else math.nan
-    return Reach(seeds, pairs, factor, fewest, effect)
+    return Reach(seeds, pairs, factor, fewest, measures or _headlines(forms))
 
 
 def _headlines(forms: Sequence[str]) -> int:
@@ -98,19 +103,12 @@ def sure_effect(seeds: int, pairs: int, measures: int) -> float:
     """
     draws = stream(seeds, "reach")
     noise = draws.standard_normal((SIMULATIONS, measures, seeds))
-    drawn = (max(_LEAST_SIGNS, round(4 * pairs / ALPHA)), seeds)
-    every = assignments(seeds) if seeds <= _ALL_SIGNS_UP_TO else 1 - 2 * draws.integers(0, 2, size=drawn)
-    signs = every.astype(np.float64)
-    others = np.abs(_scaled(noise[:, 1:]) @ signs.T).max(axis=1, initial=0.0)
+    signs = signs_of_simulations(seeds, ALPHA / pairs, draws)
+    others = np.abs(scaled(noise[:, 1:]) @ signs.T).max(axis=1, initial=0.0)
     low, high = 0.0, _MOST_EFFECT
     for _ in range(_HALVINGS):
         effect = (low + high) / 2
-        scaled = _scaled(noise[:, 0] + effect)
-        p = (np.maximum(np.abs(scaled @ signs.T), others) >= np.abs(scaled.sum(axis=1))[:, None] - _TIES).mean(axis=1)
+        values = scaled(noise[:, 0] + effect)
+        p = (np.maximum(np.abs(values @ signs.T), others) >= np.abs(values.sum(axis=1))[:, None] - TIES).mean(axis=1)
         low, high = (low, effect) if (p * pairs <= ALPHA).mean() >= CHANCE else (effect, high)
     return high
-
-
-def _scaled(differences: FloatArray) -> FloatArray:
-    """Return differences (..., n) over the root of their sum of squares."""
-    return np.asarray(differences / np.sqrt((differences**2).sum(axis=-1, keepdims=True)))

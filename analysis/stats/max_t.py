@@ -10,9 +10,12 @@ from __future__ import annotations
 import numpy as np
 
 from analysis.arrays import FloatArray, IntArray
-from analysis.stats.sign_flip import share_as_extreme, sign_blocks
+from analysis.stats.sign_flip import assignments, share_as_extreme, sign_blocks
 
-_TIES = 1e-10
+TIES = 1e-10
+"""Difference within which two statistics are equal."""
+_ALL_SIGNS_UP_TO, _LEAST_DRAWS = 11, 999
+"""Seeds up to which a simulated test counts all signs; signs that it draws at least above."""
 
 
 def step_down_p(differences: FloatArray) -> FloatArray:
@@ -24,17 +27,28 @@ def step_down_p(differences: FloatArray) -> FloatArray:
     Args:
         differences: paired differences (M, n); NaN where a seed has none.
     """
-    values = np.nan_to_num(differences)
-    norms = np.sqrt((values**2).sum(axis=1, keepdims=True))
-    scaled = values / np.where(norms > 0, norms, 1.0)
-    observed = np.abs(scaled.sum(axis=1))
+    values = scaled(np.nan_to_num(differences))
+    observed = np.abs(values.sum(axis=1))
     order = np.argsort(-observed, kind="stable")
-    nulls = (np.abs(scaled[order] @ block.T) for block in sign_blocks(differences.shape[1]))
+    nulls = (np.abs(values[order] @ block.T) for block in sign_blocks(differences.shape[1]))
     largest_left = (np.maximum.accumulate(null[::-1], axis=0)[::-1] for null in nulls)
-    tolerance = np.full(len(order), _TIES)
+    tolerance = np.full(len(order), TIES)
     p = np.empty(len(order))
     p[order] = np.maximum.accumulate(share_as_extreme(largest_left, observed[order], tolerance, differences.shape[1]))
     return p
+
+
+def scaled(differences: FloatArray) -> FloatArray:
+    """Return differences (..., n) over the root of their sum of squares; what is 0 throughout stays 0."""
+    norms = np.sqrt((differences**2).sum(axis=-1, keepdims=True))
+    return np.asarray(differences / np.where(norms > 0, norms, 1.0))
+
+
+def signs_of_simulations(n: int, level: float, rng: np.random.Generator) -> FloatArray:
+    """Return the signs (draws, n) by which simulated tests of n seeds are made: all, or enough for p of this level."""
+    if n <= _ALL_SIGNS_UP_TO:
+        return assignments(n).astype(np.float64)
+    return np.asarray(1.0 - 2 * rng.integers(0, 2, size=(max(_LEAST_DRAWS, round(4 / level)), n)))
 
 
 def over_pairs(p: FloatArray, pair: IntArray) -> FloatArray:

@@ -12,8 +12,9 @@ import pandas as pd
 from analysis.arrays import FloatArray, IntArray
 from analysis.stats.contrasts import ALPHA
 from analysis.stats.family import headline_measures, primary_measures, unknown_measure
+from analysis.stats.max_t import TIES, scaled, signs_of_simulations
 from analysis.stats.pairing import Paired, pair_of, pair_up, row_frame
-from analysis.stats.sign_flip import assignments, fewest_pairs
+from analysis.stats.sign_flip import fewest_pairs
 from analysis.stats.values import SeedValues, seed_values
 from analysis.tables.signature_table import SignatureTable
 from analysis.tables.table import Table
@@ -29,12 +30,8 @@ _POINTS = 500
 SIMULATED = (6, 7, 8, 9, 10, 11, 12, 14, 16, 18, 20, 24, 28, 32, 40, 48, 64)
 """Numbers of seeds for which the test itself is simulated; above, t tests are close."""
 RESAMPLES = 300
-_ALL_SIGNS_UP_TO = 11
-"""Seeds up to which a simulated test counts all signs."""
-_LEAST_DRAWS = 999
 _FEWER = 0.7
 """Part of the seeds of a t test below which the sign-flip test is not tried."""
-_TIES = 1e-10
 NO_PAIRS, NO_SPREAD, NO_DIFFERENCE, TOO_MANY = (
     "fewer than two pairs",
     "no variation in the pilot",
@@ -179,12 +176,9 @@ def _simulated_power(rows: pd.DataFrame, spread: str, n: int, alpha: float) -> F
     moved = np.copysign(difference, mean) + (pilot - mean) * spread_planned / sd / few
     pairs, rng = int(rows["pairs"].iloc[0]), stream(n, "power")
     drawn = np.nan_to_num(moved)[:, rng.integers(0, pilot.shape[1], size=(RESAMPLES, n))].swapaxes(0, 1)
-    draws = max(_LEAST_DRAWS, round(4 * pairs / alpha))
-    signs = assignments(n) if n <= _ALL_SIGNS_UP_TO else 1 - 2 * rng.integers(0, 2, size=(draws, n))
-    norms = np.sqrt((drawn**2).sum(axis=2, keepdims=True))
-    scaled = drawn / np.where(norms > 0, norms, 1.0)
-    least = np.abs(scaled.sum(axis=2))[..., None] - _TIES
-    null = np.abs(scaled @ signs.T.astype(np.float64))
+    signs, values = signs_of_simulations(n, alpha / pairs, rng), scaled(drawn)
+    least = np.abs(values.sum(axis=2))[..., None] - TIES
+    null = np.abs(values @ signs.T)
     declared = rows["declared"].to_numpy(dtype=bool)
     largest = null[:, declared].max(axis=1, initial=0.0)[:, None]
     alone, family = ((statistic >= least).mean(axis=2) for statistic in (null, np.maximum(null, largest)))

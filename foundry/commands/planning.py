@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 import sys
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -172,8 +173,9 @@ def _print_plan(
          "complete": one.complete, "new": one.new}
         for one in planned
     ]  # fmt: skip
+    reach_found = reach and {**asdict(reach), "effect": reach.effect}
     sums = {"to_send": sum(one.to_send for one in planned), "prompt_tokens": tokens}
-    print_json({"runs": runs, **sums, "determinism": twice, "reach": reach, "notes": notes})
+    print_json({"runs": runs, **sums, "determinism": twice, "reach": reach_found, "notes": notes})
 
 
 def _show_plan(planned: Sequence[PlannedRun], twice: PlannedRepeats, notes: Sequence[str]) -> None:

@@ -307,8 +307,9 @@ def sweep_reach(sweep: Sweep, measures: int = 0) -> Reach | None:
     from foundry.composing.preflight import declare
     from foundry.storing.preregistration import conditions_of
 
-    declared = [condition.declared for condition in declare(sweep).conditions]
-    return reach_of(conditions_of(sweep), [one.form for one in declared if one is not None], measures)
+    known = sweep if all(condition.declared for condition in sweep.conditions) else declare(sweep)
+    forms = [condition.declared.form for condition in known.conditions if condition.declared is not None]
+    return reach_of(conditions_of(sweep), forms, measures)
 
 
 def existing_answers(composed: Composed) -> Answers | None:

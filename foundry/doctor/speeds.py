@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
+
+import msgspec
 
 from foundry.models.answers.addresses import is_database
 from foundry.storing.run_files import write_atomically
@@ -19,7 +20,7 @@ def remember_speed(cache: str, model: str, per_call_s: float) -> None:
         return
     file = _file(cache)
     file.parent.mkdir(parents=True, exist_ok=True)
-    write_atomically(file, json.dumps({**speeds(cache), model: per_call_s}, indent=1).encode())
+    write_atomically(file, msgspec.json.encode({**speeds(cache), model: per_call_s}))
 
 
 def speeds(cache: str) -> dict[str, float]:
@@ -27,12 +28,9 @@ def speeds(cache: str) -> dict[str, float]:
     if is_database(cache):
         return {}
     try:
-        measured = json.loads(_file(cache).read_bytes())
-    except (OSError, ValueError):
+        return msgspec.json.decode(_file(cache).read_bytes(), type=dict[str, float])
+    except (OSError, msgspec.MsgspecError):
         return {}
-    if not isinstance(measured, dict):
-        return {}
-    return {str(model): float(per_call_s) for model, per_call_s in measured.items()}
 
 
 def _file(cache: str) -> Path:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Any, TypeVar
 
+import msgspec
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
 from foundry.errors import InputError
 
+Settings = TypeVar("Settings", bound=msgspec.Struct)
 MOST_TRIES = 10_000
 """Draws of all places after which they are said to have no room apart from one another."""
 
@@ -26,6 +29,21 @@ class Positions:
 
     places: NDArray[np.int64]
     fires: NDArray[np.int64]
+
+    def of(self, world: Settings) -> Settings:
+        """Return a world's settings with its places and fires here: a `center` each, and a `position`."""
+        placed: Any = world
+        return msgspec.structs.replace(
+            world,
+            places=tuple(
+                msgspec.structs.replace(place, center=(x, y))
+                for place, (x, y) in zip(placed.places, self.places.tolist(), strict=True)
+            ),
+            fires=tuple(
+                msgspec.structs.replace(fire, position=(x, y))
+                for fire, (x, y) in zip(placed.fires, self.fires.tolist(), strict=True)
+            ),
+        )
 
 
 class PositionLaw:

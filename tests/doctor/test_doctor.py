@@ -70,7 +70,7 @@ def test_a_plan_tells_the_time_at_the_measured_speed_and_else_at_two_usual_ones(
     assert "time: about 20 min at the speed that foundry doctor measured" in measured
 
 
-@pytest.mark.parametrize("damaged", ["", "{", "[1]"])
+@pytest.mark.parametrize("damaged", ["", "{", "[1]", '{"a": "b"}'])
 def test_a_damaged_file_of_speeds_counts_as_not_measured(damaged: str, tmp_path: Path):
     (tmp_path / "answers.speeds.json").write_text(damaged, encoding="utf-8")
     assert speeds(str(tmp_path / "answers.sqlite")) == {}

@@ -115,18 +115,8 @@ class GridSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
         if not self.draw_positions:
             return self
         extents = np.array([place.extent for place in self.places], dtype=np.int64).reshape(-1, 2)
-        drawn = PositionLaw(self.half_size, extents, len(self.fires)).draw(seeding.stream(seed, "positions"))
-        return msgspec.structs.replace(
-            self,
-            places=tuple(
-                msgspec.structs.replace(place, center=(x, y))
-                for place, (x, y) in zip(self.places, drawn.places.tolist(), strict=True)
-            ),
-            fires=tuple(
-                msgspec.structs.replace(fire, position=(x, y))
-                for fire, (x, y) in zip(self.fires, drawn.fires.tolist(), strict=True)
-            ),
-        )
+        law = PositionLaw(self.half_size, extents, len(self.fires))
+        return law.draw(seeding.stream(seed, "positions")).of(self)
 
     @property
     def furnished(self) -> bool:
