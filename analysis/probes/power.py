@@ -22,7 +22,16 @@ from analysis.probes.declaring import Family
 from analysis.probes.distance import gap
 from analysis.stats.contrasts import ALPHA
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS
-from analysis.stats.power import NO_DIFFERENCE, NO_PAIRS, NO_SPREAD, TOO_MANY, pairs_needed
+from analysis.stats.max_t import TIES, scaled, signs_of_simulations
+from analysis.stats.power import (
+    NO_DIFFERENCE,
+    NO_PAIRS,
+    NO_SPREAD,
+    RESAMPLES,
+    SIMULATED,
+    TOO_MANY,
+    pairs_needed,
+)
 from foundry.errors import InputError
 from foundry.seeding import stream
 from foundry.storing.store import SweepFolder
@@ -45,9 +54,10 @@ def probe_power(
 ) -> pd.DataFrame:
     """Return how many seeds each comparison needs: as the pilot is, with twice its moments, with twice its repeats.
 
-    `n` is the least number of seeds at which a one-sided paired t test at alpha / `family` has the power and an exact
-    test can reach that level. `sd` is that of a seed's excess, whose variance is the sum of `between`, `by_moments` and
-    `by_repeats`; `moments` is the mean number of moments of a seed.
+    `n` is the least tried number of seeds at which the one-sided sign-flip test at alpha / `family` has the power, by
+    drawing the pilot's seeds with replacement; above 64 seeds it is that of t tests, which are close there. `sd` is
+    that of a seed's excess. Its variance is the sum of `between`, `by_moments` and `by_repeats`; `moments` is the mean
+    number of moments of a seed.
 
     Args:
         folder: the pilot probe.
@@ -98,6 +108,7 @@ def _pilot(first: Chosen, second: Chosen, name: str) -> dict[str, Any]:
         "seeds": len(means),
         "moments": moments,
         "repeats": max((first[key].total() for key in keys), default=0),
+        "excesses": means,
         "observed": float(means.mean()) if len(means) else np.nan,
         "sd": float(np.sqrt(variance)),
         "between": variance - within,
@@ -129,17 +140,37 @@ def _half(counts: Counter[str], rng: Generator) -> Counter[str]:
     return Counter(dict(zip(counts, taken.tolist(), strict=True)))
 
 
-def _needed(one: Mapping[str, Any], difference: float | None, target: float, level: float) -> dict[str, Any]:
-    wanted = max(one["observed"], 0.0) if difference is None else difference
+def _needed(pilot: Mapping[str, Any], difference: float | None, target: float, level: float) -> dict[str, Any]:
+    """Return how many seeds the one-sided sign-flip test needs at a level, and why there is no number."""
+    excess = max(pilot["observed"], 0.0) if difference is None else difference
     variances = {
-        "n": one["sd"] ** 2,
-        "n_moments": one["between"] + (one["by_moments"] + one["by_repeats"]) / 2,
-        "n_repeats": one["between"] + one["by_moments"] + one["by_repeats"] / 2,
+        "n": pilot["sd"] ** 2,
+        "n_moments": pilot["between"] + (pilot["by_moments"] + pilot["by_repeats"]) / 2,
+        "n_repeats": pilot["between"] + pilot["by_moments"] + pilot["by_repeats"] / 2,
     }
+    spreads = np.array([np.sqrt(variance) if variance > 0 else np.nan for variance in variances.values()])
+    by_t = pairs_needed(excess / spreads, np.full(3, 2 * level), target)
     fewest = max(int(np.ceil(-np.log2(level))), FEWEST_FOR_CLAIMS)  # signs that all point upwards
-    effects = np.array([wanted / np.sqrt(found) if found > 0 else np.nan for found in variances.values()])
-    seeds = np.maximum(pairs_needed(effects, np.full(3, 2 * level), target), fewest)
-    causes = ((np.isnan(one["sd"]), NO_PAIRS), (one["sd"] == 0, NO_SPREAD), (wanted == 0, NO_DIFFERENCE),
+    standard = np.array(pilot["excesses"]) - pilot["observed"]
+    seeds = [
+        _seeds(excess + standard * spread / np.sqrt((standard**2).mean()), level, target, int(max(start, fewest)))
+        if not np.isnan(start)
+        else np.nan
+        for spread, start in zip(spreads, by_t, strict=True)
+    ]
+    causes = ((np.isnan(pilot["sd"]), NO_PAIRS), (pilot["sd"] == 0, NO_SPREAD), (excess == 0, NO_DIFFERENCE),
               (np.isnan(seeds[0]), TOO_MANY))  # fmt: skip
     note = next((text for holds, text in causes if holds), "")
-    return {"difference": wanted, **dict(zip(variances, seeds.tolist(), strict=True)), "note": note}
+    return {"difference": excess, **dict(zip(variances, seeds, strict=True)), "note": note}
+
+
+def _seeds(excesses: FloatArray, level: float, target: float, least: int) -> float:
+    """Return the least tried number of seeds, drawn from these excesses, at which the test has the power."""
+    for n in (n for n in SIMULATED if n >= least):
+        rng = stream(n, "probe power")
+        drawn = scaled(excesses[rng.integers(0, len(excesses), size=(RESAMPLES, n))])
+        null = drawn @ signs_of_simulations(n, level, rng).T
+        p = (np.hstack([null, -null]) >= drawn.sum(axis=1, keepdims=True) - TIES).mean(axis=1)
+        if (p <= level).mean() >= target:
+            return n
+    return max(least, SIMULATED[-1] + 1)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from analysis.arrays import FloatArray, IntArray
+from analysis.arrays import BoolArray, FloatArray, IntArray
 from analysis.stats.contrasts import ALPHA
 from analysis.stats.family import headline_measures, primary_measures, unknown_measure
 from analysis.stats.max_t import TIES, scaled, signs_of_simulations
@@ -43,8 +43,10 @@ COLUMNS = (
     "measure", "factor", "level", "reference", "context", "n_pairs", "observed", "sd", "sd_high", "difference",
     "n_alone", "family", "n_exact", "n_family", "n_cautious", "note", "declared",
 )  # fmt: skip
-"""The columns of the plan, in their order."""
-_PAIR = ("factor", "level", "reference", "context")
+"""The columns of the plan as it is written, in their order."""
+_OF_PILOT = ("pairs", "differences")
+"""How many pairs of the factor are tested, and the pilot's difference of each seed: what simulations need besides."""
+PAIR = ("factor", "level", "reference", "context")
 
 
 def power(
@@ -63,7 +65,8 @@ def power(
     and at least `n_exact`, from which on that can be reached; `n_cautious` the same with `sd_high`, the upper 80 %
     bound of the pilot's standard deviation. The pilot's seeds are drawn with replacement, and their differences moved
     to the one that is to be found. Above the last n of `SIMULATED` it is that of t tests at alpha / `family`. NaN where
-    there is no such n, with the cause in `note`. Measures that claims rest on are `declared` and stand first.
+    there is no such n, with the cause in `note`. `pairs` and `differences` serve `stopping.with_looks`. Measures that
+    claims rest on are `declared` and stand first.
 
     Args:
         table: the pilot's runs.
@@ -86,12 +89,12 @@ def power(
     fewest = {one: fewest_pairs(one) for one in set(by_pairs)}
     frame["n_exact"] = np.array([fewest[one] or np.nan for one in by_pairs], dtype=np.float64)
     frame[["n_alone", "n_family", "n_cautious"]] = np.nan
-    for _, rows in frame.groupby(list(_PAIR), sort=False):
+    for _, rows in frame.groupby(list(PAIR), sort=False):
         frame.loc[rows.index, ["n_alone", "n_family"]] = _needed(rows, "sd", alpha, target)
         frame.loc[rows.index, "n_cautious"] = _needed(rows, "sd_high", alpha, target)[:, 1]
     for name in ("n_family", "n_cautious"):
         frame[name] = np.maximum(frame[name], frame["n_exact"])
-    return frame.assign(note=_notes(frame))[list(COLUMNS)]
+    return frame.assign(note=_notes(frame))[[*COLUMNS, *_OF_PILOT]]
 
 
 def recommended(plan: pd.DataFrame) -> pd.DataFrame:
@@ -102,14 +105,14 @@ def recommended(plan: pd.DataFrame) -> pd.DataFrame:
     """
     rows = plan[plan["declared"]] if plan["declared"].any() else plan
     recommendations = []
-    for pair, measures in rows.groupby(list(_PAIR), sort=False):
+    for pair, measures in rows.groupby(list(PAIR), sort=False):
         most = measures["n_cautious"].max()
         decisive = measures.loc[measures["n_cautious"] == most, "measure"]
         recommendations.append(
-            dict(zip(_PAIR, pair, strict=True))
+            dict(zip(PAIR, pair, strict=True))
             | {"seeds": most, "measure": next(iter(decisive), ""), "without_n": measures["n_cautious"].isna().sum()}
         )
-    return pd.DataFrame(recommendations, columns=[*_PAIR, "seeds", "measure", "without_n"])
+    return pd.DataFrame(recommendations, columns=[*PAIR, "seeds", "measure", "without_n"])
 
 
 def power_table(plan: pd.DataFrame) -> Table:
@@ -168,21 +171,48 @@ def _needed(rows: pd.DataFrame, spread: str, alpha: float, target: float) -> Flo
 
 def _simulated_power(rows: pd.DataFrame, spread: str, n: int, alpha: float) -> FloatArray:
     """Return how often the test of n seeds finds each row of a pair, alone and in the family (R, 2)."""
+    rng, level = stream(n, "power"), alpha / int(rows["pairs"].iloc[0])
+    drawn = seeds_drawn(rows, spread, n, rng)
+    alone, family = simulated_p(drawn, rows["declared"].to_numpy(dtype=bool), level, rng)
+    return np.stack([(alone <= alpha).mean(axis=0), (family <= level).mean(axis=0)], axis=1)
+
+
+def seeds_drawn(rows: pd.DataFrame, spread: str, n: int, rng: np.random.Generator) -> FloatArray:
+    """Return differences of simulated sweeps of n seeds (sweeps, R, n), drawn from the pilot with replacement.
+
+    Args:
+        rows: of one pair, with the pilot's `differences`, which are moved to the `difference` to be found.
+        spread: the column with the standard deviation that they are scaled to.
+        n: seeds of a sweep.
+        rng: draws the seeds.
+    """
     pilot = np.array(rows["differences"].tolist())
     mean, sd, spread_planned, difference = (
         rows[name].to_numpy(dtype=np.float64)[:, None] for name in ("observed", "sd", spread, "difference")
     )
     few = np.sqrt(1 - 1 / rows["n_pairs"].to_numpy(dtype=np.float64))[:, None]
     moved = np.copysign(difference, mean) + (pilot - mean) * spread_planned / sd / few
-    pairs, rng = int(rows["pairs"].iloc[0]), stream(n, "power")
-    drawn = np.nan_to_num(moved)[:, rng.integers(0, pilot.shape[1], size=(RESAMPLES, n))].swapaxes(0, 1)
-    signs, values = signs_of_simulations(n, alpha / pairs, rng), scaled(drawn)
+    picked = rng.integers(0, pilot.shape[1], size=(RESAMPLES, n))
+    return np.asarray(np.nan_to_num(moved)[:, picked].swapaxes(0, 1))
+
+
+def simulated_p(
+    drawn: FloatArray, declared: BoolArray, level: float, rng: np.random.Generator
+) -> tuple[FloatArray, FloatArray]:
+    """Return p of each row of a pair in simulated sweeps, alone and in the family of the declared ones (sweeps, R).
+
+    Args:
+        drawn: differences (sweeps, R, seeds).
+        declared: which rows are declared (R,).
+        level: the least p that must be told.
+        rng: draws the signs of the test.
+    """
+    signs, values = signs_of_simulations(drawn.shape[2], level, rng), scaled(drawn)
     least = np.abs(values.sum(axis=2))[..., None] - TIES
     null = np.abs(values @ signs.T)
-    declared = rows["declared"].to_numpy(dtype=bool)
     largest = null[:, declared].max(axis=1, initial=0.0)[:, None]
     alone, family = ((statistic >= least).mean(axis=2) for statistic in (null, np.maximum(null, largest)))
-    return np.stack([(alone <= alpha).mean(axis=0), (family <= alpha / pairs).mean(axis=0)], axis=1)
+    return alone, family
 
 
 def sd_bound(sd: FloatArray, n: FloatArray) -> FloatArray:

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 _PROBE_COLUMNS = (
     "comparison", "seeds", "moments", "repeats", "sd", "difference", "needed", "2x moments", "2x repeats", "note",
 )  # fmt: skip
+_MOST_ROWS = 10
+"""Comparisons of a probe that the terminal shows, those that need the most seeds."""
 _FIRST = ("measure", "contrast", "pairs", "sd", "difference")
 _COLUMNS = (*_FIRST, "alone", "in the family", "cautious", "note")
 _AT_LOOKS = (*_FIRST, "power", "seeds", "cautious power", "cautious seeds", "note")
@@ -70,10 +72,10 @@ def show_seeds(
     family = int(plan["family"].max())
     if chosen:
         say(f"judged by a part of the runs alone, {chosen}")
-    if wanted:
-        _show_looks(plan, wanted, family)
-        return
     shown = plan[plan["declared"]] if plan["declared"].any() else plan
+    if wanted:
+        _show_looks(shown, wanted, family)
+        return
     console().print(frame_table([_row(one) for one in shown.to_dict("records")], _COLUMNS))
     say(f"seeds for {power:.0%} power at .05: alone, as one of {family} tests, and with the upper 80 % bound")
     say("of the pilot's sd; a pilot of few seeds knows its sd badly, so plan with the last")
@@ -84,15 +86,31 @@ def show_seeds(
 
 def _show_probe(folder: SweepFolder, difference: float | None, target: float, name: str | None) -> None:
     from analysis.probes.power import probe_power
+    from analysis.tables.texts import write_numbers
     from foundry.display import frame_table
+    from foundry.storing.store import ensure_writable
+    from foundry.texts import counted
 
     plan = probe_power(folder, [name] if name else [], difference=difference, target=target)
     if plan.empty:
         raise InputError(f"{folder.path} has nothing to compare: a pilot probe needs two models, or an edit.")
-    console().print(frame_table([_probe_row(one) for one in plan.to_dict("records")], _PROBE_COLUMNS))
+    by_need = plan.sort_values("n", ascending=False, kind="stable")
+    console().print(
+        frame_table([_probe_row(one) for one in by_need.head(_MOST_ROWS).to_dict("records")], _PROBE_COLUMNS)
+    )
     family = plan["family"].max()
     say(f"seeds for {target:.0%} power at .05 / {family} (Holm): as the pilot is, with twice its moments, with twice")
     say("its repeats; a pilot of few seeds knows its sd badly, so plan with more")
+    ensure_writable(folder.analysis_dir)
+    first, *_ = write_numbers(folder.analysis_dir / "power", plan)
+    say(f"all {counted(len(plan), 'comparison')} in {first}")
+    most = by_need.iloc[0]
+    if math.isnan(most["n"]):
+        print("no number of seeds can be recommended")
+    else:
+        without = int(plan["n"].isna().sum())
+        beside = f"; {counted(without, 'comparison')} without a number" if without else ""
+        print(f"run {most['n']:.0f} seeds ({most['comparison']} needs the most{beside})")
 
 
 def _probe_row(one: Mapping[Hashable, object]) -> tuple[str, ...]:
@@ -119,12 +137,12 @@ def _plan(folder: Path, difference: float | None, target: float, measure: str | 
 
 
 def _write_plan(folder: SweepFolder, plan: pd.DataFrame, filtered: str) -> None:
-    from analysis.stats.power import power_table
+    from analysis.stats.power import COLUMNS, power_table
     from analysis.tables.texts import write_table
     from foundry.storing.store import ensure_writable
 
     ensure_writable(folder.analysis_dir)
-    first, *_ = write_table(folder.analysis_dir, power_table(plan), plan, filtered)
+    first, *_ = write_table(folder.analysis_dir, power_table(plan), plan[list(COLUMNS)], filtered)
     say(f"all {len(plan)} rows in {first}")
 
 

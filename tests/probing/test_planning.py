@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from probing.conftest import done, lines, runs
@@ -35,3 +36,5 @@ def test_a_pilot_probe_says_how_many_seeds_are_needed(probed: Path):
     }
     (avoid,) = (row for row in rows if row[0] == "scripted/avoid:")
     assert avoid[2] == "3" and avoid[4] == "8" and int(avoid[7]) >= 5
+    assert len(pd.read_csv(probed / "analysis" / "power.csv")) == 5
+    assert rows[-1][0] == "run" and rows[-1][2] == "seeds"

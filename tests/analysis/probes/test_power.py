@@ -6,12 +6,12 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 import pytest
 
 from analysis.probes.choices import Chosen, MomentKey
 from analysis.probes.distance import apart, gap
 from analysis.probes.power import _needed, _pilot
+from analysis.stats.sign_flip import upper_sign_flip_p
 from foundry.seeding import stream
 
 SEEDS, STEPS, REPEATS = 40, 16, 8
@@ -52,20 +52,23 @@ def test_the_parts_of_the_variance_add_up():
     assert found["between"] + found["by_moments"] + found["by_repeats"] == pytest.approx(found["sd"] ** 2)
 
 
-def test_as_many_seeds_are_needed_as_find_the_difference_in_four_of_five_samples():
-    one = {"observed": 0.08, "sd": 0.1, "between": 0.006, "by_moments": 0.004, "by_repeats": 0.0}
-    needed = _needed(one, None, 0.8, 0.05)
-    n = int(needed["n"])
-    samples = stream(0, "power").normal(0.08, 0.1, size=(20_000, n))
-    t = samples.mean(axis=1) / (samples.std(axis=1, ddof=1) / np.sqrt(n))
-    from scipy.special import stdtrit
+def seeds_needed(excess: float, sd: float, level: float, *, between: float = 1.0) -> dict[str, Any]:
+    """Return what a pilot of 200 normal seeds needs; `between` is the part of the variance that is between seeds."""
+    normal = stream(0, "pilot").normal(size=200)
+    excesses = excess + sd * (normal - normal.mean()) / normal.std(ddof=1)
+    parts = {"between": between * sd**2, "by_moments": (1 - between) * sd**2, "by_repeats": 0.0}
+    return _needed({"observed": excess, "sd": sd, "excesses": excesses, **parts}, None, 0.8, level)
 
-    power = (t > stdtrit(n - 1, 0.95)).mean()
-    assert 0.79 < power < 0.86
+
+@pytest.mark.parametrize(("effect", "level"), [(0.8, 0.05), (1.2, 0.05), (1.2, 0.05 / 7)])
+def test_the_promised_seeds_give_the_promised_power_by_the_test_in_use(effect: float, level: float):
+    needed = seeds_needed(0.1 * effect, 0.1, level, between=0.6)
+    samples = stream(0, "power").normal(effect, size=(1_000, int(needed["n"])))
+    p = upper_sign_flip_p(samples)
+    assert 0.75 < (p <= level).mean() < 0.92
     assert needed["n_moments"] < needed["n"] == needed["n_repeats"]
 
 
 def test_an_exact_test_needs_six_seeds_and_as_many_as_its_level_takes_signs():
-    one = {"observed": 0.9, "sd": 0.1, "between": 0.01, "by_moments": 0.0, "by_repeats": 0.0}
-    assert (_needed(one, None, 0.8, 0.05)["n"], _needed(one, None, 0.8, 0.05 / 7)["n"]) == (6, 8)
-    assert _needed({**one, "observed": -0.1}, None, 0.8, 0.05)["note"] == "no difference to find"
+    assert (seeds_needed(0.9, 0.1, 0.05)["n"], seeds_needed(0.9, 0.1, 0.05 / 7)["n"]) == (6, 8)
+    assert seeds_needed(-0.1, 0.1, 0.05)["note"] == "no difference to find"
