@@ -70,15 +70,45 @@ def ending(told: Told, width: int, printed: int = 0) -> list[str]:
     """
     width = min(width, WIDEST)
     study = wrapped(told.study, width)
-    room = MOST_LINES - printed - len(study) - len(_look_at(told)) - 2
+    look_at = _look_at(told.folders, told.tables)
+    room = MOST_LINES - printed - len(study) - len(look_at) - 2
     rows = told.contrasts[told.contrasts["headline"].astype(bool)].to_dict("records")
     shown = _Shown.of(told, rows, width) if rows else None
-    look_out = _look_out(told, width, MOST_WARNINGS)
+    look_out = _look_out(told.notes, told.tables, width, MOST_WARNINGS)
     if shown is not None and shown.is_cut(room - len(look_out)):  # findings come before notes
-        look_out = _look_out(told, width, FEWEST_WARNINGS)
+        look_out = _look_out(told.notes, told.tables, width, FEWEST_WARNINGS)
     room -= len(look_out)
     body = _alone(told, width, room) if shown is None else shown.body(room)
-    return [*study, "", *body, "", *look_out, *_look_at(told)]
+    return [*study, "", *body, "", *look_out, *look_at]
+
+
+def ending_of_sentences(
+    study: str, sentences: Sequence[str], notes: Sequence[str], folder: str, tables: str, *, width: int, printed: int
+) -> list[str]:
+    """Return the lines with which an analysis ends that is told by sentences alone, no more than MOST_LINES.
+
+    Args:
+        study: what was run, in a line.
+        sentences: what was found.
+        notes: what a reader of the tables must know.
+        folder: the sweep, as a command names it.
+        tables: the folder of tables.
+        width: columns of the terminal.
+        printed: lines that stand above it.
+    """
+    width = min(width, WIDEST)
+    first, look_at = wrapped(study, width), _look_at(folder, tables)
+    look_out = _look_out(notes, tables, width, FEWEST_WARNINGS)
+    room = MOST_LINES - printed - len(first) - len(look_at) - len(look_out) - 2
+    body: list[str] = []
+    for place, sentence in enumerate(sentences):
+        lines = wrapped(sentence, width, "", "  ")
+        left = len(sentences) - place
+        if len(body) + len(lines) + (left > 1) > room:
+            body.append(f"{counted(left, 'further sentence')}: {tables}/summary.md")
+            break
+        body += lines
+    return [*first, "", *body, "", *look_out, *look_at]
 
 
 def wrapped(text: str, width: int, indent: str = "", further: str | None = None) -> list[str]:
@@ -93,26 +123,26 @@ def wrapped(text: str, width: int, indent: str = "", further: str | None = None)
     )
 
 
-def _look_at(told: Told) -> list[str]:
+def _look_at(folders: str, tables: str) -> list[str]:
     return [
-        f"Look at   foundry view {told.folders}   every step, prompt and reply",
-        f"          foundry report {told.folders}   one page; tables and plots: {told.tables}",
+        f"Look at   foundry view {folders}   every step, prompt and reply",
+        f"          foundry report {folders}   one page; tables and plots: {tables}",
     ]
 
 
-def _look_out(told: Told, width: int, most: int) -> list[str]:
+def _look_out(notes: Sequence[str], tables: str, width: int, most: int) -> list[str]:
     """Return the notes that have room, how many more there are and where, and an empty line; nothing without notes."""
     lines: list[str] = []
     shown = 0
-    for note in told.notes:
+    for note in notes:
         own = wrapped(note, width, " " * 10)
-        if shown and len(lines) + len(own) > most - (shown + 1 < len(told.notes)):
+        if shown and len(lines) + len(own) > most - (shown + 1 < len(notes)):
             break
         lines, shown = [*lines, *own], shown + 1
     if not lines:
         return []
-    left = len(told.notes) - shown
-    more = [f"          {counted(left, 'further note')}: {told.tables}/summary.md"] if left else []
+    left = len(notes) - shown
+    more = [f"          {counted(left, 'further note')}: {tables}/summary.md"] if left else []
     return ["Look out" + lines[0].removeprefix("        "), *lines[1:], *more, ""]
 
 

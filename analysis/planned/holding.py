@@ -188,7 +188,7 @@ def _differences(
     absent = [one.name for one in declared.measures if one.name not in table.measures]
     if absent and frame["status"].eq(COMPLETE).any():
         yield f"no run has {joined(absent)}"
-    yield from _of_versions(declared, sweep)
+    yield from other_versions(declared, sweep)
 
 
 def _of_seeds(declared: Preregistration, plan: Plan, table: SignatureTable, keys: Sequence[Group]) -> Iterator[str]:
@@ -203,7 +203,8 @@ def _of_seeds(declared: Preregistration, plan: Plan, table: SignatureTable, keys
         yield f"{known} seeds are no look of it ({', '.join(map(str, plan.looks))}): {tested}"
 
 
-def _of_versions(declared: Preregistration, sweep: SweepFolder) -> Iterator[str]:
+def other_versions(declared: Preregistration, sweep: SweepFolder) -> Iterator[str]:
+    """Yield what was declared with another foundry or of other weights than a sweep has, one line each."""
     if declared.foundry != __version__:
         yield f"it was made with foundry {declared.foundry}, and this is {__version__}"
     now = {one["name"]: one.get("digest") for one in sweep.models}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,14 +36,23 @@ class Family:
 
     @classmethod
     def of(cls, names: Sequence[str], answers: Answers) -> Family:
+        """Return the family that these names declare; see `named`."""
+        return cls.named(names, answers.names, [change.name for change in answers.changes.values() if change.is_edit])
+
+    @classmethod
+    def named(cls, names: Sequence[str], subjects: Mapping[Subject, str], edits: Sequence[str]) -> Family:
         """Return the family that these names declare; a model is named by itself, or as in the tables.
+
+        Args:
+            names: of models and edits.
+            subjects: what each subject is called in the tables.
+            edits: the names of the edits.
 
         Raises:
             InputError: one is neither a model nor an edit of this probe.
         """
-        edits = [change.name for change in answers.changes.values() if change.is_edit]
-        models = {shown: {shown} for shown in answers.names.values()}
-        for subject, shown in answers.names.items():
+        models = {shown: {shown} for shown in subjects.values()}
+        for subject, shown in subjects.items():
             models.setdefault(subject.model, set()).add(shown)
         for name in names:
             if name not in models and name not in edits:
@@ -55,7 +64,7 @@ class Family:
         """Return which rows of a table are declared (rows,)."""
         is_pair = "first" in frame
         names = zip(*(frame[name] for name in (("first", "second") if is_pair else ("model", "edit"))), strict=True)
-        declared = [self._holds_pair(set(pair)) if is_pair else self._holds_edit(*pair) for pair in names]
+        declared = [self.holds_pair(set(pair)) if is_pair else self.holds_edit(*pair) for pair in names]
         return (frame["kind"] == ALL).to_numpy(dtype=np.bool_) & np.array(declared, dtype=np.bool_)
 
     def correct(self, agreement: pd.DataFrame, edits: pd.DataFrame) -> None:
@@ -68,7 +77,7 @@ class Family:
     def choices(self, frame: pd.DataFrame) -> BoolArray:
         """Return which rows of a table of choices are declared (rows,): by model and edit, without edits by model."""
         if "edit" in frame:
-            declared = [self._holds_edit(*row) for row in zip(frame["model"], frame["edit"], strict=True)]
+            declared = [self.holds_edit(*row) for row in zip(frame["model"], frame["edit"], strict=True)]
         else:
             declared = [not self.models or model in self.models for model in frame["model"]]
         return np.array(declared, dtype=np.bool_)
@@ -78,35 +87,37 @@ class Family:
         return holm(np.where(self.choices(frame), frame["p"].to_numpy(dtype=np.float64), np.nan))
 
     def note(self, agreement: pd.DataFrame, edits: pd.DataFrame) -> list[str]:
-        """Return the line that says what is declared; none where nothing is."""
+        """Return the line that says over how many rows p is corrected; none where nothing is declared."""
         if not self.is_given:
             return []
         rows = counted(int(agreement["p_holm"].notna().sum() + edits["p_holm"].notna().sum()), "row")
         names = ", ".join([*sorted(self.models), *sorted(self.edits)])
         return [
-            f"family named with the analysis: {names}: p is corrected over {rows} of both tables, all others are "
-            "exploratory; in tables of choices p is corrected over the rows of this family"
+            f"family {names}: p is corrected over {rows} of both tables, all others are exploratory; in tables of "
+            "choices p is corrected over the rows of this family"
         ]
 
     def pairs(self, answers: Answers) -> list[tuple[Subject, Subject]]:
         """Return the declared pairs: those of a declared model, of two where several are; none with edits alone."""
         pairs = itertools.combinations(answers.names, 2)
-        return [pair for pair in pairs if self._holds_pair({answers.names[one] for one in pair})]
+        return [pair for pair in pairs if self.holds_pair({answers.names[one] for one in pair})]
 
     def edited(self, answers: Answers) -> list[tuple[Subject, Change]]:
         """Return the declared edits of each subject: declared edits of declared models."""
         return [
             (subject, change)
             for subject, change in answers.edited()
-            if self._holds_edit(answers.names[subject], change.name)
+            if self.holds_edit(answers.names[subject], change.name)
         ]
 
-    def _holds_pair(self, models: set[str]) -> bool:
+    def holds_pair(self, models: set[str]) -> bool:
+        """Return whether the pair of these two models is declared."""
         if not self.models:
             return not self.edits
         return len(models & self.models) == min(len(self.models), 2)
 
-    def _holds_edit(self, model: str, edit: str) -> bool:
+    def holds_edit(self, model: str, edit: str) -> bool:
+        """Return whether an edit of a model is declared."""
         return (not self.models or model in self.models) and (not self.edits or edit in self.edits)
 
 

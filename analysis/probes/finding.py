@@ -11,6 +11,7 @@ from typing import Any
 import pandas as pd
 
 from analysis.filtering import Filter
+from analysis.paper.ending import ending_of_sentences
 from analysis.plots import draw, write
 from analysis.probes.changed import changes_of, changes_table
 from analysis.probes.choices import Answers, MomentKey, Subject, read_answers
@@ -21,12 +22,14 @@ from analysis.probes.formats import format_tables, formats_table, orders_table
 from analysis.probes.matrix import matrix_of, matrix_table
 from analysis.probes.narrowing import counted_answers, narrowed
 from analysis.probes.pictures import pictures_of
+from analysis.probes.planned import held_probe
 from analysis.probes.strata import strata_of, with_strata
 from analysis.probes.summary import summary_of
 from analysis.stats.intervals import FEWEST_FOR_CLAIMS
 from analysis.tables.table import Table
 from analysis.tables.texts import alike, p_value, told_rows, write_summary, write_table
 from foundry.storing.store import SweepFolder, ensure_writable
+from foundry.texts import counted
 
 FORM = "probe"
 MOST_SHOWN = 20
@@ -56,6 +59,26 @@ class ProbeAnalysis:
     furthest: Mapping[MomentKey, float]
     written: tuple[Path, ...]
 
+    def ending(self, folder: Path, width: int, printed: int = 0) -> list[str]:
+        """Return the lines with which the analysis ends on a terminal; see `analysis.paper.ending`.
+
+        Args:
+            folder: the probe, as the user names it.
+            width: columns of the terminal.
+            printed: lines that stand above it.
+        """
+        moments = self.frames["moments"]
+        parts = [
+            counted(moments["model"].nunique(), "model"),
+            f"{counted(len(moments[list(_MOMENT)].drop_duplicates()), 'moment')} of "
+            f"{counted(moments['seed'].nunique(), 'seed')}",
+            *(f"{counted(found, what)}" for what in ("edit", "format") if (found := moments[what].nunique() - 1) > 0),
+        ]
+        study = f"{', '.join(parts)}: {counted(int(moments['count'].sum()), 'answer')}"
+        return ending_of_sentences(
+            study, self.summary, self.notes, str(folder), str(self.path), width=width, printed=printed
+        )
+
 
 def is_probe(folder: SweepFolder) -> bool:
     """Return whether a sweep is a probe."""
@@ -80,14 +103,16 @@ def analyze_probe(
         plots: whether to draw the plots.
 
     Raises:
-        InputError: what is declared or filtered is not in the probe, or no answer is left.
+        InputError: what is declared or filtered is not in the probe, no answer is left, or a plan was made before the
+            probe and a family is given.
         RecordError: a recorded file is damaged.
     """
     every, strata, chosen = read_answers(folder.runs()), strata_of(folder.moments_file), Filter.of(only, without)
     answers = narrowed(every, strata, chosen)
     taken, of = counted_answers(answers), counted_answers(every)
     filtered = f"{chosen}: {taken:,} of {of:,} answers" if chosen else ""
-    declared = Family.of(family, answers)
+    plan = held_probe(folder, family)
+    declared = Family.of(plan.names or family, answers)
     pairs = _pairs(answers)
     agreement, edits = _agreement(pairs), _edits(answers)
     moments = with_strata(_moments(answers), strata)
@@ -115,8 +140,9 @@ def analyze_probe(
     drawn = tuple(file for picture in pictures for file in write(draw(picture), folder.analysis_dir / "plots"))
     shown = tuple(table for table, _ in found if table.rows and table.name not in ("moments", "curves"))
     part = [f"a part of the answers alone, {filtered}"] if filtered else []
-    notes = (*part, *_notes(answers), *declared.note(agreement, edits))
-    summary = summary_of(frames, declared, filtered)
+    late = ["the family was named with the analysis"] if family else []
+    notes = (*part, *plan.notes, *late, *declared.note(agreement, edits), *_notes(answers))
+    summary = summary_of(frames, declared, filtered, planned=bool(plan.names))
     written = (*written, *drawn, write_summary(folder.analysis_dir, summary, notes))
     return ProbeAnalysis(folder.analysis_dir, frames, shown, summary, notes, furthest, written)
 

@@ -36,20 +36,24 @@ _NOTHING = {
 }
 
 
-def summary_of(frames: Mapping[str, pd.DataFrame], declared: Family, filtered: str = "") -> tuple[str, ...]:
+def summary_of(
+    frames: Mapping[str, pd.DataFrame], declared: Family, filtered: str = "", *, planned: bool = False
+) -> tuple[str, ...]:
     """Return what was found, a sentence each.
 
     Args:
         frames: the tables of the probe by name: `agreement`, `edits`, `moments`, `formats`, `steepness`.
         declared: the models and edits that were declared; all other rows are not said.
         filtered: which answers it is of, where it is not of all.
+        planned: whether they were declared before the runs.
     """
+    lead = [] if planned else [EXPLORES]
     part = [f"This is of a part of the answers: {filtered}."] if filtered else []
     rows = [row for name in ("agreement", "edits") for row in _declared(frames[name], declared)]
     unread = unread_shares(frames["moments"])
     formats = _of_formats(frames["formats"], declared, unread)
     if not rows:
-        return (*part, EXPLORES, *formats) if formats else (*part, _alone(frames))
+        return (*part, *lead, *formats) if formats else (*part, _alone(frames))
     asked_once = bool(_answers(frames["moments"]) == 1)
     family = {name: int(frames[name]["p_holm"].notna().sum()) for name in ("agreement", "edits")}
     rows = [{**row, "family": sum(family.values()) if declared.is_given else family[_table(row)]} for row in rows]
@@ -60,10 +64,10 @@ def summary_of(frames: Mapping[str, pd.DataFrame], declared: Family, filtered: s
         _kind,
         lambda row: _sentence(row, unread),
         _silent([row for row in found if row["why"]]),
-        most=MOST - 1 - len(part) - len(formats),
+        most=MOST - len(lead) - len(part) - len(formats),
         where="agreement.md and edits.md",
     )
-    return (*part, EXPLORES, *told, *formats)
+    return (*part, *lead, *told, *formats)
 
 
 def unread_of(moments: pd.DataFrame) -> pd.DataFrame:

@@ -25,6 +25,7 @@ from foundry.commands.application import (
     given,
     only_json,
 )
+from foundry.commands.probing import folders_first, preregister_probe
 from foundry.commands.showing import analyze_and_print, analyze_and_show, probe_in
 from foundry.commands.sweeps import composed_here, existing_answers, known_models, run_baselines, sweep_reach
 from foundry.composing.settings import UNTIL
@@ -125,12 +126,21 @@ def preregister(
     """Declare before a sweep what is tested, and at which numbers of seeds: preregistration.yaml in its folder.
 
     Takes what foundry takes: foundry preregister -m model=a,b seed=0-33 --family idle_rate.chosen --looks 8,12,18,26,34
+
+    Before a probe it takes what foundry probe takes, and declares models or edits:
+    foundry preregister outputs/pilot -m model=a,b edit=no_fire --family no_fire
     """
     from foundry.composing.preparing import OUTPUTS
     from foundry.storing.preregistration import check_before_runs, write_preregistration
     from foundry.storing.store import fresh_folder
 
-    composed = composed_here(given(overrides, config_dir))
+    sweeps, arguments = folders_first(given(overrides, config_dir))
+    if sweeps:
+        if margin or widest or looks:
+            raise InputError("A probe has no margins and no looks: leave --margin, --widest and --looks out.")
+        preregister_probe(sweeps, arguments, family or [])
+        return
+    composed = composed_here(arguments)
     if composed is None:
         return
     asked = composed.settings["output"]["dir"]

@@ -28,10 +28,19 @@ from foundry.commands.application import (
     say,
 )
 from foundry.commands.labelling import label_by_person
-from foundry.commands.sweeps import Run, composed_here, go_on, reached_now, run_checked, run_folder, say_defaults
+from foundry.commands.sweeps import (
+    Run,
+    composed_here,
+    go_on,
+    known_models,
+    reached_now,
+    run_checked,
+    run_folder,
+    say_defaults,
+)
 from foundry.commands.view import AskingPage, Browser, Host, Port, check_view, told_to
 from foundry.errors import InputError
-from foundry.expansion import overridden
+from foundry.expansion import expand, overridden
 
 if TYPE_CHECKING:
     from foundry.expansion import Sweep
@@ -67,7 +76,7 @@ def probe(
 
     -m format=none,0-9 asks in drawn formats of the prompt.
     """
-    further, arguments = _folders_first(given(overrides, config_dir))
+    further, arguments = folders_first(given(overrides, config_dir))
     folders, trusted = [sweep, *further], trust_targets or ()
     code = _plan_probe(folders, arguments, trusted) if plan else _run_probe(folders, arguments, trusted, trust_servers)
     raise typer.Exit(code)
@@ -103,7 +112,7 @@ def play(
     the rule, with a model that labelled and with other people
     """
     page = AskingPage(host, port, browser)
-    folders, arguments = _folders_first(given(overrides, config_dir))
+    folders, arguments = folders_first(given(overrides, config_dir))
     if label:
         if len(folders) != 1:
             raise InputError("Name one sweep to label: foundry play outputs/<sweep> --label model=human/NAME")
@@ -122,7 +131,7 @@ def play(
     raise typer.Exit(_run_probe(folders, [*usual, *arguments], trusted, trust_servers, sitting))
 
 
-def _folders_first(arguments: Sequence[str]) -> tuple[list[Path], list[str]]:
+def folders_first(arguments: Sequence[str]) -> tuple[list[Path], list[str]]:
     """Return the folders that a command line begins with, and the rest."""
     folders = list(itertools.takewhile(lambda one: "=" not in one and not one.startswith("-"), arguments))
     return [Path(one) for one in folders], list(arguments[len(folders) :])
@@ -144,6 +153,60 @@ def _plan_probe(folders: Sequence[Path], arguments: Sequence[str], trusted: Sequ
     console().print(frame_table(texts, ("edit", "moments", "conditions", "calls")))
     say(f"{found.asked}; here {sum(one.calls for one in rows):,}")
     return EXIT_OK
+
+
+def preregister_probe(folders: Sequence[Path], arguments: Sequence[str], names: Sequence[str]) -> None:
+    """Declare before a probe which models and edits are compared, and print the hash of the plan.
+
+    Args:
+        folders: the sweeps that the moments come from.
+        arguments: what `foundry probe` takes besides.
+        names: the models and edits.
+
+    Raises:
+        InputError: nothing is declared or compared, or the probe has begun.
+    """
+    from analysis.probes.planned import declared_probe
+    from foundry import provenance
+    from foundry.composing.defaults import read_defaults
+    from foundry.composing.preparing import OUTPUTS, model_lines
+    from foundry.probing.composing import compose_probe
+    from foundry.storing.preregistration import (
+        PREREGISTRATION_FILE,
+        check_before_runs,
+        conditions_of,
+        write_preregistration,
+    )
+    from foundry.storing.store import fresh_folder
+    from foundry.version import __version__
+
+    probe = compose_probe(_opened(folders, ()), arguments, read_defaults(arguments))
+    if probe is None:
+        return
+    asked = probe.composed.settings["output"]["dir"]
+    if asked:
+        check_before_runs(Path(asked))
+    sweep = expand(probe.composed.asked, probe.composed.conditions)
+    with tempfile.TemporaryDirectory() as scratch:
+        infos, note = known_models(probe.placed(Path(scratch), sweep))
+    plan = declared_probe(
+        conditions_of(sweep),
+        [condition.config for condition in sweep.conditions],
+        names,
+        foundry=__version__,
+        commit=provenance.git_commit(),
+        asked=list(sweep.asked),
+        models=model_lines(infos),
+    )
+    folder = Path(asked) if asked else fresh_folder(OUTPUTS)
+    print(f"{write_preregistration(folder, plan)}  {folder / PREREGISTRATION_FILE}")
+    tests = " and ".join(f"{count} of {what}" for what, count in plan.tests.items())
+    print(f"{len(plan.seeds)} seeds, tests: {tests}")
+    if note:
+        print(note)
+    more = "" if asked else f" output.dir={folder}"
+    command = " ".join([*map(str, folders), *arguments])
+    print(f"Deposit this hash elsewhere, then: foundry probe {command}{more}")
 
 
 def _opened(folders: Sequence[Path], trusted: Sequence[str]) -> list[SweepFolder]:

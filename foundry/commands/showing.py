@@ -24,13 +24,16 @@ def analyze_and_show(folders: Sequence[Path], *, printed: int = 0, **options: An
 
     probe = _probe(folders, options)
     if probe is not None:
-        _show_probe(probe)
-        return
-    with _watched() as watch:
-        analysis = analyze_folders(folders, watch=watch, **options)
-    for line in analysis.ending(folders, console().width, printed):
+        lines, written = probe.ending(folders[0], console().width, printed), probe.written
+    else:
+        with _watched() as watch:
+            analysis = analyze_folders(folders, watch=watch, **options)
+        lines, written = analysis.ending(folders, console().width, printed), analysis.written
+    for line in lines:
         print(line)
-    _say_files(analysis.written)
+    if is_verbose():
+        for file in written:
+            say(f"wrote {file}")
 
 
 def analyze_and_print(folders: Sequence[Path], **options: Any) -> None:
@@ -44,11 +47,6 @@ def analyze_and_print(folders: Sequence[Path], **options: Any) -> None:
     tables = {name: frame.to_dict("records") for name, frame in frames.items()}
     said = {"path": found.path, "summary": found.summary, **({} if probe else {"declared": found.declared})}
     print_json({**said, **tables, "notes": found.notes, "written": found.written})
-
-
-def _say_files(written: Sequence[Path]) -> None:
-    for file in written if is_verbose() else ():
-        say(f"wrote {file}")
 
 
 def _probe(folders: Sequence[Path], options: Mapping[str, Any]) -> ProbeAnalysis | None:
@@ -83,22 +81,6 @@ def probe_in(folders: Sequence[Path], options: Mapping[str, Any]) -> SweepFolder
     if any(value for name, value in options.items() if name not in ("family", "only", "without")):
         raise InputError(f"'{folders[0]}' is a probe, whose tables know no margins and labels: leave them out.")
     return opened[0]
-
-
-def _show_probe(analysis: ProbeAnalysis) -> None:
-    """Print what was found in a probe, and its short tables."""
-    from foundry.display import frame_table
-
-    screen = console()
-    for line in analysis.summary:
-        screen.print(f"{line}\n", highlight=False, markup=False)
-    for table in analysis.tables:
-        screen.print(frame_table(table.rows, table.columns))
-        screen.print(f"{table.caption}\n", style="dim", highlight=False, markup=False)
-    for note in analysis.notes:
-        print(note)
-    say(f"tables and plots in {analysis.path}")
-    _say_files(analysis.written)
 
 
 @contextlib.contextmanager

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections import Counter
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
+from analysis.paper.summary import EXPLORES
+from commands import foundry
 from probing.conftest import done, lines, runs
 
 ASKED = ("-m", "model=scripted/herd,scripted/avoid", "edit=no_fire,mirror", "moments=20", "repeats=2")
@@ -38,3 +41,34 @@ def test_a_pilot_probe_says_how_many_seeds_are_needed(probed: Path):
     assert avoid[2] == "3" and avoid[4] == "8" and int(avoid[7]) >= 5
     assert len(pd.read_csv(probed / "analysis" / "power.csv")) == 5
     assert rows[-1][0] == "run" and rows[-1][2] == "seeds"
+
+
+ASKED_ONCE = ("-m", "model=scripted/herd,scripted/avoid", "edit=no_fire", "moments=6", "repeats=1", "output.dir=out")
+
+
+def test_a_probe_that_was_declared_is_held_against_its_plan(pilot: Path, tmp_path: Path):
+    asked = (str(pilot), *ASKED_ONCE)
+    said = done("preregister", *asked, "--family", "no_fire", cwd=tmp_path).splitlines()
+    plan = (tmp_path / "out" / "preregistration.yaml").read_bytes()
+    assert said[0] == f"{hashlib.sha256(plan).hexdigest()}  out/preregistration.yaml"
+    assert said[1] == "3 seeds, tests: 2 of edits" and said[-1].endswith(f"then: foundry probe {' '.join(asked)}")
+    told = done("probe", *asked, cwd=tmp_path)
+    assert "no_fire; nothing differs from the plan" in told and EXPLORES not in told
+    refused = foundry("analyze", "out", "--family", "no_fire", cwd=tmp_path)
+    assert refused.returncode == 2 and "leave --family out" in refused.stderr
+    (tmp_path / "out" / "preregistration.yaml").write_bytes(plan + b"# later\n")
+    told = done("analyze", "out", cwd=tmp_path)
+    assert "counts as no plan, so all of this explores" in " ".join(told.split())
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ((), "Nothing is declared: name a model or an edit"),
+        (("--family", "no_fir"), "Did you mean 'no_fire'?"),
+        (("--family", "no_fire", "--looks", "6,8"), "A probe has no margins and no looks"),
+    ],
+)
+def test_a_plan_of_a_probe_that_cannot_be_is_refused(pilot: Path, tmp_path: Path, more: tuple[str, ...], message: str):
+    refused = foundry("preregister", str(pilot), *ASKED_ONCE, *more, cwd=tmp_path)
+    assert refused.returncode == 2 and message in refused.stderr and not (tmp_path / "out").exists()
