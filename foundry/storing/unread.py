@@ -31,6 +31,8 @@ _SHOWN = 160
 """Characters of an example."""
 
 _OUTCOME = "outcome"
+_PARTS = ("edit", "format")
+"""Factors by which shares are told."""
 
 
 @dataclass
@@ -41,6 +43,8 @@ class Unread:
         model: its name.
         replies: how many there are.
         outcomes: how many could not be read, by outcome.
+        replies_by_part: of a probe how many there are, by edit and format.
+        unread_by_part: of these how many could not be read.
         examples: some of them, each on one line.
         schema: whether `model.format=schema` would hold them to the form that is asked for.
     """
@@ -48,6 +52,8 @@ class Unread:
     model: str
     replies: int = 0
     outcomes: Counter[str] = field(default_factory=Counter)
+    replies_by_part: Counter[str] = field(default_factory=Counter)
+    unread_by_part: Counter[str] = field(default_factory=Counter)
     examples: list[str] = field(default_factory=list)
     schema: bool = False
 
@@ -56,17 +62,30 @@ class Unread:
         """Share of the replies that could not be read, 0 to 1."""
         return self.outcomes.total() / self.replies if self.replies else 0.0
 
+    @property
+    def share_by_part(self) -> dict[str, float]:
+        """The same by edit and format, the largest first."""
+        parts = {part: self.unread_by_part[part] / count for part, count in self.replies_by_part.items() if count}
+        return dict(sorted(parts.items(), key=lambda item: -item[1]))
+
+    @property
+    def largest_share(self) -> float:
+        """The largest of the shares by edit and format; 0 where there are none."""
+        return max(self.share_by_part.values(), default=0.0)
+
     def lines(self) -> list[str]:
         """Return what there is to say; the texts of the model are safe to show on a terminal."""
         kinds = ", ".join(f"{count:,} {_UNREAD[Outcome(outcome)]}" for outcome, count in self.outcomes.items())
         said = f"{visible(self.model)}: {self.share:.1%} of {self.replies:,} replies could not be read ({kinds})"
         said += ", such as" if self.examples else ""
+        shares = [f"{part}: {share:.1%}" for part, share in self.share_by_part.items()]
+        parts = ["; ".join(shares)] if len(shares) > 1 else []
         hint = ["model.format=schema holds this model's replies to the form that is asked for"] if self.schema else []
-        return [said, *(f"  {example}" for example in self.examples), *(f"  {line}" for line in hint)]
+        return [said, *(f"  {line}" for line in (*parts, *self.examples, *hint))]
 
 
 def unread(runs: Iterable[RunFolder]) -> list[Unread]:
-    """Return what could not be read of each model of which that is at least `LEAST_SHARE`.
+    """Return what could not be read of each model of which that is at least `LEAST_SHARE`, with an edit or format too.
 
     Args:
         runs: the runs of a sweep; those that have not ended do not count.
@@ -83,11 +102,16 @@ def unread(runs: Iterable[RunFolder]) -> list[Unread]:
         one = found.setdefault(summary.model, Unread(summary.model))
         outcomes = _outcomes(summary)
         one.replies += outcomes.total()
+        if part := ", ".join(f"{name} {run.factors[name]}" for name in _PARTS if name in run.factors):
+            one.replies_by_part[part] += outcomes.total()
+            one.unread_by_part[part] += sum(outcomes[outcome] for outcome in _UNREAD)
         lost = Counter({outcome: outcomes[outcome] for outcome in _UNREAD if outcomes[outcome]})
         one.outcomes += lost
         if lost:
             having.setdefault(summary.model, []).append(run)
-    told = [one for one in found.values() if one.outcomes and one.share >= LEAST_SHARE]
+    told = [
+        one for one in found.values() if one.outcomes and max([one.share, *one.share_by_part.values()]) >= LEAST_SHARE
+    ]
     for one in told:
         _illustrate(one, having[one.model])
     return told

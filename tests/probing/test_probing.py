@@ -13,8 +13,11 @@ import pandas as pd
 import pytest
 
 from commands import cached_answers, foundry, kill, started, wait_until
+from foundry.storing.store import SweepFolder
+from foundry.storing.unread import unread
 from foundry.worlds.probe.moments import Moments
 from holding import Holding
+from ollama_cases import Body
 from ollama_server import OllamaServer
 from probing.conftest import PARTS, WORLD, done, lines, runs
 
@@ -246,9 +249,8 @@ def test_a_part_of_a_probe_is_analysed_and_every_table_says_so(probed: Path, tmp
 @pytest.mark.slow
 def test_games_are_probed_too(tmp_path: Path):
     done("-m", "world=frozen_lake", "model=scripted/random", "seed=0-1", *QUIET, "output.dir=lake", cwd=tmp_path)
-    told = done("probe", "lake", "-m", "model=scripted/random,scripted/planner", "moments=6", "repeats=2",
-                "edit=no_persona", "output.dir=out", cwd=tmp_path)  # fmt: skip
-    assert "scripted/planner" in told
+    done("probe", "lake", "-m", "model=scripted/random,scripted/planner", "moments=6", "repeats=2",
+         "edit=no_persona", "output.dir=out", cwd=tmp_path)  # fmt: skip
     moments = moments_in(tmp_path / "out").moments
     assert {counts for one in shares(tmp_path / "out", "scripted/planner", "none").values() for counts in one.values()}
     assert not shares(tmp_path / "out", "scripted/planner", "no_persona") and moments
@@ -289,3 +291,15 @@ def test_a_probe_that_is_killed_goes_on_and_pays_for_nothing_twice(
         assert set(server.answered.values()) == {1}
         assert sum(server.answered.values()) == 8 * 2 + edited  # the first repeat is the free run's own answer
     assert "4 identical" in done("verify", "out", "--workers", "1", cwd=tmp_path)
+
+
+def test_the_end_of_a_probe_tells_with_which_edit_replies_could_not_be_read(pilot: Path, tmp_path: Path):
+    def reader_of_fires(body: Body) -> str:
+        return '{"action": "stay", "reasoning": "r"}' if "great" in str(body["messages"]) else "no idea"
+
+    asked = ("model=qwen3:4b", "edit=no_fire", "moments=20", "repeats=1", "analyze=false", "output.dir=out")
+    with OllamaServer(reader_of_fires) as server:
+        told = done("probe", str(pilot), "-m", *asked, cwd=tmp_path, OLLAMA_HOST=server.url)
+    (unread_of_model,) = unread(SweepFolder.open(tmp_path / "out").runs())
+    assert list(unread_of_model.share_by_part)[0] == "edit no_fire" and unread_of_model.share_by_part["edit none"] < 1
+    assert "  edit no_fire: 100.0%; edit none: " in told
