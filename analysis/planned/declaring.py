@@ -143,7 +143,9 @@ def never_the_same(plan: Preregistration) -> list[str]:
 
 def _unreachable(measure: PlannedMeasure, seeds: int) -> str:
     """Return why so many seeds cannot show a measure to be the same; "" where they can."""
-    name, margin, described = measure.name, measure.margin or math.nan, describe(measure.name)
+    runs = [form_of(form).run for form in measure.code_sha256]
+    name, margin = measure.name, measure.margin or math.nan
+    described = describe(name, runs[0] if len(runs) == 1 else None)
     fewest = fewest_for_same(margin, min(described.high - described.low, measure.widest or math.inf))
     if math.isnan(fewest):
         return (
