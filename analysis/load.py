@@ -29,8 +29,16 @@ _CALL_COLUMNS = (
     "prompt_tokens", "output_tokens", "latency_s", "failed_tries", "cached",
 )  # fmt: skip
 
+_PROBE = "probe"
+"""The form of the runs of a probe."""
+
 Folders: TypeAlias = Path | str | Sequence[Path | str]
 """The folder of a sweep, or those of several."""
+
+
+def is_probe(folder: SweepFolder) -> bool:
+    """Return whether a sweep is a probe."""
+    return {run.declared.form for run in folder.runs()} == {_PROBE}
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,6 @@ from analysis.tables.texts import alike, p_value, told_rows, write_summary, writ
 from foundry.storing.store import SweepFolder, ensure_writable
 from foundry.texts import counted
 
-FORM = "probe"
 MOST_SHOWN = 20
 """Moments that the short table shows: those in which the models are furthest apart."""
 _MOMENT = MomentKey._fields
@@ -78,11 +77,6 @@ class ProbeAnalysis:
         return ending_of_sentences(
             study, self.summary, self.notes, str(folder), str(self.path), width=width, printed=printed
         )
-
-
-def is_probe(folder: SweepFolder) -> bool:
-    """Return whether a sweep is a probe."""
-    return {run.declared.form for run in folder.runs()} == {FORM}
 
 
 def analyze_probe(

@@ -207,11 +207,15 @@ def simulated_p(
         level: the least p that must be told.
         rng: draws the signs of the test.
     """
-    signs, values = signs_of_simulations(drawn.shape[2], level, rng), scaled(drawn)
+    signs, values = signs_of_simulations(drawn.shape[2], level, rng).T, scaled(drawn)
     least = np.abs(values.sum(axis=2))[..., None] - TIES
-    null = np.abs(values @ signs.T)
-    largest = null[:, declared].max(axis=1, initial=0.0)[:, None]
-    alone, family = ((statistic >= least).mean(axis=2) for statistic in (null, np.maximum(null, largest)))
+    alone, family = np.empty(drawn.shape[:2]), np.empty(drawn.shape[:2])
+    for sweep, (own, bound) in enumerate(zip(values, least, strict=True)):
+        null = np.abs(own @ signs)
+        is_extreme = null >= bound
+        alone[sweep] = is_extreme.mean(axis=1)
+        largest = null[declared].max(axis=0, initial=0.0)
+        family[sweep] = (is_extreme | (largest >= bound)).mean(axis=1)
     return alone, family
 
 

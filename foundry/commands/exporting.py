@@ -62,9 +62,9 @@ def scores_of(sweep: SweepFolder, family: Sequence[str] | None) -> Scores:
     """
     import pandas as pd
 
+    from analysis.load import is_probe
     from analysis.measuring.runs import Source, measure_run
     from analysis.pipeline import check_declared
-    from analysis.probes import is_probe
     from analysis.stats.family import declared_measures
     from analysis.tables.comparison import compare
     from analysis.tables.signature_table import build_table

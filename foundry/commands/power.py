@@ -53,8 +53,8 @@ def show_seeds(
         InputError: the pilot has nothing to compare, or an option cannot be.
     """
     from analysis.filtering import Filter
+    from analysis.load import is_probe
     from analysis.planned.declaring import checked_looks
-    from analysis.probes import is_probe
     from foundry.display import frame_table
     from foundry.storing.store import SweepFolder
 

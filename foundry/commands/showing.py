@@ -70,7 +70,7 @@ def probe_in(folders: Sequence[Path], options: Mapping[str, Any]) -> SweepFolder
     Raises:
         InputError: there are other sweeps beside it, or something is asked that its tables do not have.
     """
-    from analysis.probes import is_probe
+    from analysis.load import is_probe
     from foundry.storing.store import SweepFolder
 
     opened = [SweepFolder.open(folder) for folder in folders]

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from analysis.load import is_probe
 from analysis.paper.card.reading import Found, read_sweep
 from analysis.paper.card.settings import Setting, settings_of
 from analysis.pipeline import opened
-from analysis.probes import is_probe
 from analysis.report import rendered
 from analysis.report.grids import grid_of
 from analysis.tables.table import Table

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
-from scipy.stats import binom
 
 from analysis.arrays import FloatArray
 from analysis.formulas import mean, ratio
@@ -103,7 +103,8 @@ def measure(run: RoundsRun) -> dict[str, float]:
 def coins_off(agents: int, capacity: float) -> float:
     """Return the mean distance from the capacity of the share of so many coins that fall on one side."""
     heads = np.arange(agents + 1)
-    return float(binom.pmf(heads, agents, 0.5) @ np.abs(heads / agents - capacity))
+    chances = np.array([math.comb(agents, int(count)) / 2**agents for count in heads])
+    return float(chances @ np.abs(heads / agents - capacity))
 
 
 def _score(distances: FloatArray, capacity: float) -> float:
