@@ -41,6 +41,7 @@ class Measure:
             empty for what only says how they behave.
         exclusive: whether it is of a family of outcomes of which each run has exactly one, 1 for that and 0 for the
             others; how often each comes is then held against equal chances.
+        outcome: whether it is 1 or 0 in each run, such as that a crowd reached consensus.
         says: what is said of a model in which it is higher or lower, such as `warns its neighbours {more|less}`; empty
             where the label must do.
     """
@@ -51,6 +52,7 @@ class Measure:
     null: Null | None = None
     better: str = ""
     exclusive: bool = False
+    outcome: bool = False
     says: str = ""
 
     def of(self, name: str) -> Measure:
@@ -66,3 +68,8 @@ class Measure:
 def share(label: str, null: Null | None = None, better: str = "", says: str = "") -> Measure:
     """Return a measure that lies between 0 and 1."""
     return Measure(label, 0.0, 1.0, null, better, says=says)
+
+
+def outcome(label: str, better: str = "", says: str = "") -> Measure:
+    """Return a measure that is 1 or 0 in each run."""
+    return Measure(label, 0.0, 1.0, better=better, outcome=True, says=says)

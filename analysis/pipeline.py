@@ -54,6 +54,7 @@ from analysis.tables.texts import (
     write_table,
     write_tables,
 )
+from analysis.tables.thresholds import sentences, thresholds
 from analysis.validation.table import validation_frame, validation_table
 from foundry.errors import InputError
 from foundry.storing.determinism import inexact, repeats_of
@@ -77,6 +78,8 @@ class Analysis:
         retest: test-retest consistency, as in `retest.csv`; no rows where nothing was sampled again.
         equal_chances: outcomes that exclude each other against equal chances, as in `equal_chances.csv`; no rows where
             no group has such.
+        thresholds: from which value of a setting an outcome prevails, as in `thresholds.csv`; no rows where no number
+            was swept over three values.
         sources: where each signature comes from, as in `sources.csv`; see `analysis.signatures.sources`.
         validation: what is known of the worlds beside what was found, as in `validation.csv`; no rows where nothing is.
         declared: the measures that claims rest on.
@@ -99,6 +102,7 @@ class Analysis:
     fingerprint: Fingerprint
     retest: pd.DataFrame
     equal_chances: pd.DataFrame
+    thresholds: pd.DataFrame
     sources: pd.DataFrame
     validation: pd.DataFrame
     declared: tuple[str, ...]
@@ -121,11 +125,12 @@ class Analysis:
 
     @property
     def summary(self) -> tuple[str, ...]:
-        """What was found, in at most six sentences."""
+        """What was found, in at most six sentences behind those of thresholds."""
         planned = self.planned is not None
-        return summary(
+        found = summary(
             self.contrasts, self.compared, planned=planned, filtered=self.filtered, doubts=self.doubts, forms=self.forms
         )
+        return (*sentences(self.thresholds), *found)
 
     def ending(self, folders: Sequence[Path], width: int, printed: int = 0) -> list[str]:
         """Return the lines with which an analysis ends on a terminal; with those above it no more than twenty.
@@ -149,6 +154,7 @@ class Analysis:
             folders=" ".join(map(str, folders)),
             tables=str(self.path),
             again=lambda measures, pairs: on_new_seeds(asked, seeds, measures, pairs, ALPHA),
+            thresholds=sentences(self.thresholds),
         )
         return ending(told, width, printed)
 
@@ -269,6 +275,7 @@ def _found(
         fingerprint=fingerprint(table, groups),
         retest=retest([one.path for one in sources if not one.baseline], set(table.frame["run"])),
         equal_chances=equal_chances(compared),
+        thresholds=thresholds(compared),
         sources=pd.DataFrame(signatures.sources(forms)),
         validation=validation,
         declared=planned.plan.family if planned else tuple(family or primary_measures(table.measures, table.present)),
@@ -381,6 +388,7 @@ def _write_tables(found: Analysis) -> list[Path]:
         "fingerprint": found.fingerprint.energy,
         "retest": found.retest,
         "equal_chances": found.equal_chances,
+        "thresholds": found.thresholds,
     }
     written = [*write_tables(found.path, found.compared, found.contrasts, found.filtered), *_write_validation(found)]
     for name, frame in frames.items():

@@ -54,6 +54,7 @@ RENAMED = {
     "models": "doctor",
     "prompt": "plan --prompt",
     "validate": "check --known [WORLD...]",
+    "threshold": "-m +sweep=critical_mass model=MODEL",
     "fetch": "status URL --fetch DIR",
 }
 """Commands of earlier versions, and what now does their work."""

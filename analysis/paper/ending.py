@@ -29,6 +29,8 @@ MOST_WARNINGS, FEWEST_WARNINGS = 4, 2
 """Lines of what to look out for, and those that are left to it where findings have no room."""
 MOST_TESTED = 3
 """Measures that the command for new seeds declares."""
+MOST_THRESHOLDS = 3
+"""Thresholds that an ending tells."""
 LEAST_TABLE = 4
 """Lines that a table needs: an empty one, its head, a row, and how many rows are left out."""
 
@@ -47,6 +49,7 @@ class Told:
         folders: the sweeps, as a command names them.
         tables: the folder of tables.
         again: returns the command that declares measures on new seeds, to be tested between so many pairs.
+        thresholds: from which value of a setting an outcome prevails, a sentence each.
     """
 
     contrasts: pd.DataFrame
@@ -58,6 +61,7 @@ class Told:
     folders: str
     tables: str
     again: Callable[[Sequence[str], int], str]
+    thresholds: Sequence[str] = ()
 
 
 def ending(told: Told, width: int, printed: int = 0) -> list[str]:
@@ -69,7 +73,7 @@ def ending(told: Told, width: int, printed: int = 0) -> list[str]:
         printed: lines that stand above it.
     """
     width = min(width, WIDEST)
-    study = wrapped(told.study, width)
+    study = [*wrapped(told.study, width), *_of_thresholds(told, width)]
     look_at = _look_at(told.folders, told.tables)
     room = MOST_LINES - printed - len(study) - len(look_at) - 2
     rows = told.contrasts[told.contrasts["headline"].astype(bool)].to_dict("records")
@@ -121,6 +125,15 @@ def wrapped(text: str, width: int, indent: str = "", further: str | None = None)
         break_long_words=False,
         break_on_hyphens=False,
     )
+
+
+def _of_thresholds(told: Told, width: int) -> list[str]:
+    """Return the thresholds below an empty line, as many as have room; nothing where there are none."""
+    shown = told.thresholds[:MOST_THRESHOLDS]
+    lines = [line for sentence in shown for line in wrapped(sentence, width, "", "  ")]
+    left = len(told.thresholds) - len(shown)
+    more = [f"{counted(left, 'further threshold')}: {told.tables}/thresholds.csv"] if left else []
+    return ["", *lines, *more] if lines else []
 
 
 def _look_at(folders: str, tables: str) -> list[str]:
@@ -199,7 +212,7 @@ class _Shown:
         """The lines above the entries; where there is none, why."""
         if not self.entries:
             return wrapped(_nothing(self.rows), self.width)
-        tests = max(row["family"] for row in self.rows)
+        tests = sum({row["factor"]: row["family"] for row in self.rows}.values())
         differ = sum(kind_of(row) == DIFFERENT for row in self.rows)
         said = f"Findings: {differ} of {counted(tests, 'test')} show{'s' * (differ == 1 or tests == 1)} a difference"
         if self.standing:

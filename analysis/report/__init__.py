@@ -110,6 +110,7 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
     from analysis.report.worlds import world_differences
     from analysis.tables.equal_chances import equal_chances_table
     from analysis.tables.texts import CONTRASTED
+    from analysis.tables.thresholds import thresholds_table
     from analysis.validation.table import validation_table
 
     gallery = sections.Gallery(folder)
@@ -117,6 +118,7 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
     differing = world_differences(found.sweeps)
     known = validation_table(found.analysis.validation)
     chances = equal_chances_table(found.analysis.equal_chances)
+    prevailing = thresholds_table(found.analysis.thresholds)
     return {
         "title": ", ".join(names),
         "asked": provenance.asked(found),
@@ -147,6 +149,7 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
         "energy": sections.energy_grid(found),
         "retest": sections.retest_grid(found),
         "equal_chances": grid_of(chances) if chances.rows else None,
+        "thresholds": grid_of(prevailing) if prevailing.rows else None,
         "fingerprint_shapes": gallery.shapes([pictures.fingerprint_picture(found.analysis.fingerprint)]),
         "world_shapes": gallery.shapes(found.examples.pictures),
         "run_grids": sections.run_grids(found, base),

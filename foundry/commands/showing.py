@@ -14,7 +14,9 @@ if TYPE_CHECKING:
     from analysis.probes import ProbeAnalysis
     from foundry.storing.store import SweepFolder
 
-_TABLES = ("runs", "comparison", "contrasts", "variance", "retest", "equal_chances", "validation")
+_TABLES = (
+    "runs", "comparison", "contrasts", "variance", "retest", "equal_chances", "thresholds", "validation",
+)  # fmt: skip
 """Tables of an analysis that JSON holds, each a list of rows."""
 
 

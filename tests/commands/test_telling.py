@@ -107,6 +107,7 @@ def test_analyze_is_one_json_object_with_its_tables(swept: Path):
     found = objects(done)
     assert set(found) == {
         "path", "summary", "declared", "runs", "comparison", "contrasts", "variance", "retest", "equal_chances",
+        "thresholds",
         "validation", "notes", "written",
     }  # fmt: skip
     assert len(found["runs"]) == 6

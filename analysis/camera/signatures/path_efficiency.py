@@ -8,16 +8,16 @@ import numpy as np
 
 from analysis.camera.paths import ndtw, resampled, soft_spl, spl, straightness
 from analysis.camera.run import CameraRun
-from analysis.measure import HIGH, LOW, Measure, share
+from analysis.measure import HIGH, LOW, Measure, outcome, share
 
 NAME = "path_efficiency"
 
 MEASURES = {
-    "success": share(
+    "success": outcome(
         "Found the target and stayed there (share)", better=HIGH, says="finds its target {more|less} often"
     ),
-    "reached": share("Target reached at the end (share)", better=HIGH),
-    "oracle_success": share("Target reached at any time (share)", better=HIGH),
+    "reached": outcome("Target reached at the end (share)", better=HIGH),
+    "oracle_success": outcome("Target reached at any time (share)", better=HIGH),
     "spl": share("Success weighted by path length (SPL)", better=HIGH),
     "oracle_spl": share("Best SPL of any stop on the way (oracle SPL)", better=HIGH),
     "soft_spl": share("Progress weighted by path length (SoftSPL)", better=HIGH),

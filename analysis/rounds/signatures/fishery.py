@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from analysis.formulas import gini, mean, ratio
-from analysis.measure import HIGH, LOW, Measure, share
+from analysis.measure import HIGH, LOW, Measure, outcome, share
 from analysis.rounds.run import RoundsRun
 
 NAME = "fishery"
@@ -14,7 +14,7 @@ KEYS = {"before", "caught", "after", "next"}
 
 MEASURES = {
     "months": Measure("Months that were fished in", 1, better=HIGH, says="fishes for {more|fewer} months"),
-    "survived": share("Fished in every month (1) or collapsed before the last (0)", better=HIGH),
+    "survived": outcome("Fished in every month (1) or collapsed before the last (0)", better=HIGH),
     "gain": Measure("Tons caught by an agent in all (mean of agents)", 0, better=HIGH),
     "efficiency": share("Tons caught, of the most that lasts", better=HIGH),
     "equality": share("Equality of what agents caught (1 - Gini)", better=HIGH),

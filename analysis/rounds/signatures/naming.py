@@ -11,7 +11,7 @@ import numpy as np
 
 from analysis.arrays import IntArray
 from analysis.formulas import mean, ratio
-from analysis.measure import HIGH, Measure, share
+from analysis.measure import HIGH, Measure, outcome, share
 from analysis.rounds.run import RoundsRun
 
 NAME = "naming"
@@ -25,13 +25,13 @@ AGREED = 0.95
 MEASURES = {
     "success": share("Interactions that succeed", better=HIGH, says="agrees on names {more|less} often"),
     "success_last": share("Interactions that succeed in the last round", better=HIGH),
-    "converged": share("Reached consensus (1) or not (0)", better=HIGH),
+    "converged": outcome("Reached consensus (1) or not (0)", better=HIGH),
     "rounds": Measure("Rounds to consensus", 1),
     "names": Measure("Different names said in a round (mean of rounds)", 0),
     "names_last": Measure("Different names said in the last round", 0),
     "names_ever": Measure("Different names said in the run", 0),
     "committed_share": share("Names said in the last round, of those free to choose, that are the committed one"),
-    "turned": share("The committed name prevails (1) or not (0)"),
+    "turned": outcome("The committed name prevails (1) or not (0)"),
     "won_*": replace(share("Consensus on * (1) or on another name (0)"), exclusive=True),
 }
 

@@ -72,6 +72,28 @@ def test_an_ending_has_at_most_twenty_lines_and_fits_the_terminal(models: int, s
     assert max(map(text_width, texts)) <= min(width, WIDEST)
 
 
+def test_thresholds_stand_above_the_findings_and_take_their_room():
+    told = [f"naming.turned of model {name} prevails from world.committed = 0.15 [0.1, 0.2]." for name in range(5)]
+    lines = end(many(7), notes=NOTES[2:], thresholds=told)
+    assert lines[2:5] == told[:3] and lines[5] == "2 further thresholds: out/analysis/thresholds.csv"
+    assert len(lines) + 1 <= MOST_LINES
+
+
+def test_the_tests_of_all_factors_are_counted():
+    rows = [
+        run
+        for place, (name, world) in enumerate([("a", "x"), ("b", "x"), ("a", "y"), ("b", "y")])
+        for run in runs(name, noisy(place, 0, place, 12), MEASURES[0], world=world)
+    ]
+    made = table(rows)
+    columns = swept_columns(made)
+    told = Told(
+        contrasts(made, columns, family=MEASURES[:1]), compare(made, columns), MEASURES[:1], {}, (), "a study", "out",
+        "out/analysis", lambda *_: "",
+    )  # fmt: skip
+    assert ending(told, 100)[2].startswith("Findings: 4 of 4 tests show a difference")
+
+
 def test_one_model_that_stands_out_is_one_line():
     values = {f"scripted/{name}": {MEASURES[0]: noisy(place, 0)} for place, name in enumerate(("a", "b", "c"))}
     values["scripted/herd"] = {MEASURES[0]: noisy(7, 0, 0.4, 8)}

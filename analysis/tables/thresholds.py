@@ -1,0 +1,157 @@
+"""From which value of a swept setting an outcome prevails, with an interval."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.arrays import FloatArray
+from analysis.prose import group_label, joined
+from analysis.stats.intervals import Estimate
+from analysis.stats.values import Group
+from analysis.tables.comparison import Comparison
+from analysis.tables.table import Table
+from analysis.tables.texts import number, told_rows, with_interval
+
+LEVEL = 0.5
+"""Share of runs above which an outcome prevails."""
+FEWEST_VALUES = 3
+"""Values of a setting from which on a threshold is looked for."""
+
+
+def thresholds(compared: Comparison) -> pd.DataFrame:
+    """Return from which value of a setting an outcome prevails, a row a measure, setting and group of other settings.
+
+    Outcomes are the measures that are 1 or 0 in each run, if runs of any group differ in them. A setting is a swept
+    number with three values or more.
+
+    - values, n: values of the setting, and seeds of the value with the fewest.
+    - threshold: where the share of seeds passes one half, on the line between the nearest values. Shares are first made
+      to rise with the setting by least squares (isotonic regression, Ayer et al. 1955). NaN where it is not passed.
+    - low, high: the greatest value whose 95 % interval lies wholly below one half, the least whose lies wholly above.
+    - prevails: `from` the threshold on, `never` or `always`.
+    """
+    rows = [
+        _row(measure, setting, others, points)
+        for setting, at in _settings(compared).items()
+        for measure, others, points in _lines(compared, setting, at)
+    ]
+    others = list(dict.fromkeys(name for row in rows for name in row["others"]))
+    columns = ["measure", "setting", *others, "values", "n", "threshold", "low", "high", "prevails"]
+    return pd.DataFrame([{**row, **row["others"]} for row in rows], columns=columns)
+
+
+def thresholds_table(frame: pd.DataFrame) -> Table:
+    """Return the rows for people."""
+    labels = list(frame.columns[: frame.columns.get_loc("values")])
+    rows = [
+        (*(str(row[name]) for name in labels), str(row["values"]), str(row["n"]), row["threshold"], row["prevails"])
+        for row in told_rows(frame, (), {"threshold": ("low", "high")})
+    ]
+    caption = (
+        "From which value of a setting an outcome prevails in more than half of the seeds, with the nearest values "
+        "whose 95 % interval lies wholly on one side."
+    )
+    return Table("thresholds", caption, (*labels, "values", "n", "threshold", "prevails"), tuple(rows), len(labels))
+
+
+def sentences(frame: pd.DataFrame) -> list[str]:
+    """Return a sentence a row of the thresholds."""
+    labels = list(frame.columns[2 : frame.columns.get_loc("values")])
+    return [
+        f"{row['measure']} of {group_label([str(row[name]) for name in labels])} {_said(row)} "
+        f"({row['values']} values, {row['n']} seeds each)."
+        for row in frame.to_dict("records")
+    ]
+
+
+def _said(row: Mapping[Any, Any]) -> str:
+    if row["prevails"] != "from":
+        return f"{row['prevails']} prevails where {row['setting']} is varied"
+    sure = with_interval(row["threshold"], row["low"], row["high"])
+    open_ends = [name for name, end in (("lower", row["low"]), ("upper", row["high"])) if math.isnan(end)]
+    weak = f"; no value is surely beyond the {joined(open_ends)} end" if open_ends else ""
+    return f"prevails from {row['setting']} = {number(row['threshold']) if open_ends else sure}{weak}"
+
+
+def _settings(compared: Comparison) -> dict[str, int]:
+    """Return the swept settings that are numbers, with their places in the groups."""
+    found = {}
+    for at, name in enumerate(compared.group_columns):
+        values = {group[at] for group in compared.groups if group not in compared.baselines}
+        if len(values) >= FEWEST_VALUES and all(map(_is_number, values)):
+            found[name] = at
+    return found
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False
+
+
+def _lines(
+    compared: Comparison, setting: str, at: int
+) -> Iterator[tuple[str, dict[str, str], list[tuple[float, Estimate]]]]:
+    """Yield each outcome, the other settings of a group, and the estimates by the value of the setting."""
+    points: dict[tuple[str, Group], list[tuple[float, Estimate]]] = {}
+    for (measure, group), estimate in compared.estimates.items():
+        if group not in compared.baselines and estimate.n and compared.describe(measure).outcome:
+            others = (*group[:at], *group[at + 1 :])
+            points.setdefault((measure, others), []).append((float(group[at]), estimate))
+    names = [name for name in compared.group_columns if name != setting]
+    differing = {measure for measure, _ in points if len(_means(points, measure)) > 1}
+    for (measure, others), found in points.items():
+        if measure in differing and len(found) >= FEWEST_VALUES:
+            yield measure, dict(zip(names, others, strict=True)), sorted(found, key=lambda point: point[0])
+
+
+def _means(points: Mapping[tuple[str, Group], Sequence[tuple[float, Estimate]]], measure: str) -> set[float]:
+    return {estimate.mean for (name, _), found in points.items() if name == measure for _, estimate in found}
+
+
+def _row(
+    measure: str, setting: str, others: Mapping[str, str], points: Sequence[tuple[float, Estimate]]
+) -> dict[str, Any]:
+    values = np.array([value for value, _ in points])
+    shares = risen(np.array([one.mean for _, one in points]), np.array([float(one.n) for _, one in points]))
+    below = [value for value, one in points if one.high < LEVEL]
+    above = [value for value, one in points if one.low > LEVEL]
+    at = passed(values, shares)
+    return {
+        "measure": measure,
+        "setting": setting,
+        "others": others,
+        "values": len(points),
+        "n": min(one.n for _, one in points),
+        "threshold": at,
+        "low": max(below, default=math.nan),
+        "high": min(above, default=math.nan),
+        "prevails": "from" if not math.isnan(at) else "always" if shares[0] > LEVEL else "never",
+    }
+
+
+def risen(shares: FloatArray, weights: FloatArray) -> FloatArray:
+    """Return the shares (k,) that never fall and are nearest to these by weighted least squares."""
+    blocks: list[list[float]] = []
+    for share, weight in zip(shares.tolist(), weights.tolist(), strict=True):
+        blocks.append([share, weight, 1])
+        while len(blocks) > 1 and blocks[-2][0] > blocks[-1][0]:
+            last, before = blocks.pop(), blocks.pop()
+            total = last[1] + before[1]
+            blocks.append([(last[0] * last[1] + before[0] * before[1]) / total, total, last[2] + before[2]])
+    return np.repeat([block[0] for block in blocks], [int(block[2]) for block in blocks])
+
+
+def passed(values: FloatArray, shares: FloatArray) -> float:
+    """Return where rising shares (k,) of ascending values pass LEVEL, on the line between two; NaN if they do not."""
+    if shares[0] > LEVEL or shares[-1] <= LEVEL:
+        return math.nan
+    above = int(np.argmax(shares > LEVEL))
+    low, high = shares[above - 1], shares[above]
+    return float(values[above - 1] + (LEVEL - low) / (high - low) * (values[above] - values[above - 1]))
