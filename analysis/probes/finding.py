@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pandas as pd
 
@@ -36,6 +36,18 @@ MOST_SHOWN = 20
 _MOMENT = MomentKey._fields
 
 
+class Gap(NamedTuple):
+    """How far models are apart in a moment, mean over their pairs, and how far one chance would put them."""
+
+    distance: float
+    floor: float
+
+    @property
+    def excess(self) -> float:
+        """What no chance explains, in the mean."""
+        return self.distance - self.floor
+
+
 @dataclass(frozen=True)
 class ProbeAnalysis:
     """What was found in a probe, and where it was written.
@@ -46,7 +58,7 @@ class ProbeAnalysis:
         tables: the short tables with anything in them, but those of moments and curves.
         summary: what was found, a sentence each.
         notes: what a reader must know, one line each.
-        furthest: the 20 moments in which the models are furthest apart, with the mean distance over their pairs.
+        furthest: the 20 moments in which the models are furthest apart above chance, and how far.
         written: the files.
     """
 
@@ -55,7 +67,7 @@ class ProbeAnalysis:
     tables: tuple[Table, ...]
     summary: tuple[str, ...]
     notes: tuple[str, ...]
-    furthest: Mapping[MomentKey, float]
+    furthest: Mapping[MomentKey, Gap]
     written: tuple[Path, ...]
 
     def ending(self, folder: Path, width: int, printed: int = 0) -> list[str]:
@@ -175,26 +187,35 @@ def _moments(answers: Answers) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=[*_MOMENT, "model", "edit", "format", "choice", "count", "share"])
 
 
-def _furthest(pairs: Mapping[tuple[str, str], Compared]) -> dict[MomentKey, float]:
-    """Return the moments in which models are furthest apart, with the mean distance over their pairs."""
-    mean: dict[MomentKey, float] = {}
-    for found in pairs.values():
-        for key, one in found.moments.items():
-            mean[key] = mean.get(key, 0.0) + one.distance / len(pairs)
-    return {key: mean[key] for key in sorted(mean, key=lambda key: (-mean[key], key))[:MOST_SHOWN]}
+def _furthest(pairs: Mapping[tuple[str, str], Compared]) -> dict[MomentKey, Gap]:
+    """Return the moments in which models are furthest apart above chance, with the means over their pairs."""
+    gaps: dict[MomentKey, Gap] = {}
+    for compared in pairs.values():
+        for key, apart in compared.moments.items():
+            before = gaps.get(key, Gap(0.0, 0.0))
+            distance, floor = before.distance + apart.distance / len(pairs), before.floor + apart.floor / len(pairs)
+            gaps[key] = Gap(distance, floor)
+    order = sorted(gaps, key=lambda key: (-gaps[key].excess, -gaps[key].distance, key))
+    return {key: gaps[key] for key in order[:MOST_SHOWN]}
 
 
-def _moments_table(answers: Answers, furthest: Mapping[MomentKey, float]) -> Table:
+def _moments_table(answers: Answers, furthest: Mapping[MomentKey, Gap]) -> Table:
     """Return what each chose most often in the moments in which they are furthest apart."""
     rows = [
-        (key.run, str(key.step), str(key.agent), key.kind, distance,
+        (key.run, str(key.step), str(key.agent), key.kind, distance, excess,
          *(_most(answers, subject, key) for subject in answers.names))
-        for key, distance in zip(furthest, alike(list(furthest.values())), strict=True)
+        for key, distance, excess in zip(
+            furthest,
+            alike([gap.distance for gap in furthest.values()]),
+            alike([gap.excess for gap in furthest.values()]),
+            strict=True,
+        )
     ]  # fmt: skip
     caption = (
-        f"The {MOST_SHOWN} moments in which the models are furthest apart: what each chose most often, and how often."
+        f"The {MOST_SHOWN} moments in which the models are furthest apart above chance: what each chose most often, "
+        "and how often; distance as counted, excess less what one chance would give."
     )
-    columns = ("run", "step", "agent", "kind", "distance", *answers.names.values())
+    columns = ("run", "step", "agent", "kind", "distance", "excess", *answers.names.values())
     return Table("moments", caption, columns, tuple(rows), labels=4)
 
 

@@ -34,8 +34,8 @@ def test_it_begins_with_what_was_asked_and_found(page: str):
 def test_ten_moments_stand_there_with_their_pictures_prompts_and_replies(page: str):
     articles = page.split("<article>")[1:]
     assert len(articles) == 10
-    distances = [float(found) for found in re.findall(r"<p>Distance ([0-9.]+)\.</p>", page)]
-    assert distances == sorted(distances, reverse=True)
+    excesses = [float(found) for found in re.findall(r"<p>Distance [0-9.]+, excess (-?[0-9.]+)\.</p>", page)]
+    assert len(excesses) == 10 and excesses == sorted(excesses, reverse=True)
     for article in articles:
         assert 'src="data:image/png;base64,' in article
         assert article.count("<h4>") == 5

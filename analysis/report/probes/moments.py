@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from analysis.probes.choices import MomentKey
+from analysis.probes.finding import Gap
 from analysis.tables.texts import number
 from foundry.errors import FoundryError
 
@@ -61,6 +62,7 @@ class Shown:
     Attributes:
         title: where it is from.
         distance: how far the models are apart in it.
+        excess: that less what one chance would give.
         source: the picture as an address of data, or "".
         why: why there is none, or "".
         alt: what the picture shows.
@@ -70,6 +72,7 @@ class Shown:
 
     title: str
     distance: str
+    excess: str
     source: str
     why: str
     alt: str
@@ -77,12 +80,12 @@ class Shown:
     columns: tuple[Column, ...]
 
 
-def furthest(looked: Looked, found: Mapping[MomentKey, float]) -> list[Shown]:
-    """Return the first moments, which are those furthest apart."""
-    return [_shown(looked, key, distance) for key, distance in list(found.items())[:SHOWN]]
+def furthest(looked: Looked, found: Mapping[MomentKey, Gap]) -> list[Shown]:
+    """Return the first moments, which are those furthest apart above chance."""
+    return [_shown(looked, key, gap) for key, gap in list(found.items())[:SHOWN]]
 
 
-def _shown(looked: Looked, key: MomentKey, distance: float) -> Shown:
+def _shown(looked: Looked, key: MomentKey, gap: Gap) -> Shown:
     place = looked.place(key.run, key.step, key.agent, key.kind, key.again)
     seen = looked.seen(place, plain=True)
     source, why = _picture(looked, place)
@@ -91,7 +94,8 @@ def _shown(looked: Looked, key: MomentKey, distance: float) -> Shown:
     names = list(looked.models.values())
     return Shown(
         title=f"Agent {key.agent} at step {key.step}: {key.kind} (seed {key.seed}, {key.run})",
-        distance=number(distance),
+        distance=number(gap.distance),
+        excess=number(gap.excess),
         source=source,
         why=why,
         alt=f"What agent {key.agent} was shown" if has_images else f"The world at step {key.step}, before it decided",

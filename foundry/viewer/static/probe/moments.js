@@ -4,13 +4,30 @@
   const {h, fill, announce, number} = foundry.dom;
   const MOST = 500;
   const POLL_MS = 5000;
-  const ORDERS = {apart: "furthest apart first", recorded: "as they were recorded"};
+  const ORDERS = {apart: "furthest apart above chance first", recorded: "as they were recorded"};
 
-  /** Return the total variation between two counts of choices, 0 to 1. */
-  function apart(first, second) {
+  /** Return half the sum of a function of how often each choice came in two counts, and of their totals. */
+  function overChoices(first, second, gap) {
     const total = (counts) => Object.values(counts).reduce((sum, one) => sum + one, 0), m = total(first), n = total(second);
     return 0.5 * [...new Set([...Object.keys(first), ...Object.keys(second)])]
-      .reduce((sum, choice) => sum + Math.abs((first[choice] || 0) / m - (second[choice] || 0) / n), 0);
+      .reduce((sum, choice) => sum + gap(first[choice] || 0, second[choice] || 0, m, n), 0);
+  }
+
+  /** Return the total variation between two counts of choices, 0 to 1. */
+  function apart(first, second) { return overChoices(first, second, (k, l, m, n) => Math.abs(k / m - l / n)); }
+
+  /** Return what the total variation would be in the mean if one chance had given both; see analysis/probes/distance.py. */
+  function floorOf(first, second) { return overChoices(first, second, (k, l, m, n) => expectedGap(k + l, m, n)); }
+
+  /** Return the mean of |k / m - (count - k) / n| where k of `count` choices fall into the sample of m. */
+  function expectedGap(count, m, n) {
+    let gaps = 0, chances = 0, chance = 1;
+    for (let k = Math.max(0, count - n); k <= Math.min(count, m); k += 1) {
+      gaps += chance * Math.abs(k / m - (count - k) / n);
+      chances += chance;
+      chance *= ((count - k) * (m - k)) / ((k + 1) * (n - count + k + 1)); // from one hypergeometric chance to the next
+    }
+    return gaps / chances;
   }
 
   function mean(values) { return values.length ? values.reduce((sum, one) => sum + one, 0) / values.length : null; }
@@ -140,15 +157,20 @@
         [...this.strata()].map(([name, values]) => (values.size > 1 ? select(name, every([...values].sort()), "", (value) => { this.chosen.strata[name] = value; }) : null)));
     }
 
-    /** Return how far choices are apart in a moment: those of the models, or those of each with and without the edit. */
-    distance(moment) {
+    /** Return how far choices are apart in a moment, and above chance: of the models, or of each with and without the edit. */
+    gap(moment) {
+      const pairs = this.pairs(moment), distance = mean(pairs.map((pair) => apart(...pair)));
+      return {distance, excess: distance === null ? null : distance - mean(pairs.map((pair) => floorOf(...pair)))};
+    }
+
+    pairs(moment) {
       const {edit, format} = this.chosen, of = (which, written) => moment.answered.filter((one) => one.edit === which && one.format === written);
       if (!edit) {
         const counts = of(0, format).map((one) => one.counts);
-        return mean(counts.flatMap((one, index) => counts.slice(index + 1).map((other) => apart(one, other))));
+        return counts.flatMap((one, index) => counts.slice(index + 1).map((other) => [one, other]));
       }
       const before = new Map(of(0, 0).map((one) => [one.model, one.counts]));
-      return mean(of(edit, 0).filter((one) => before.has(one.model)).map((one) => apart(carried(before.get(one.model), this.probe.edits[edit]), one.counts)));
+      return of(edit, 0).filter((one) => before.has(one.model)).map((one) => [carried(before.get(one.model), this.probe.edits[edit]), one.counts]);
     }
 
     matching() {
@@ -156,25 +178,26 @@
       const found = this.probe.moments
         .filter((one) => (!kind || one.kind === kind) && Object.entries(strata).every(([name, value]) => !value || String(one.strata[name]) === value))
         .filter((one) => one.answered.some((answer) => answer.edit === edit && answer.format === (edit ? 0 : format)))
-        .map((moment) => ({moment, distance: this.distance(moment)}));
-      return order === "apart" ? found.sort((a, b) => (b.distance ?? -1) - (a.distance ?? -1) || a.moment.index - b.moment.index) : found;
+        .map((moment) => ({moment, ...this.gap(moment)}));
+      const by = (name) => (a, b) => (b[name] ?? -2) - (a[name] ?? -2);
+      return order === "apart" ? found.sort((a, b) => by("excess")(a, b) || by("distance")(a, b) || a.moment.index - b.moment.index) : found;
     }
 
     update(wanted) {
       this.shown = this.matching();
       const {edit} = this.chosen, what = edit ? `changed by ${this.probe.edits[edit].name}` : "between models";
-      this.told.textContent = `${this.shown.length} of ${this.probe.moments.length} moments; total variation ${what}, 0 to 1${this.shown.length > MOST ? `; the first ${MOST} are listed` : ""}`;
+      this.told.textContent = `${this.shown.length} of ${this.probe.moments.length} moments; total variation ${what}, 0 to 1, and its excess over chance${this.shown.length > MOST ? `; the first ${MOST} are listed` : ""}`;
       fill(this.list, this.shown.slice(0, MOST).map((one) => this.item(one)));
       const there = this.shown.find((one) => one.moment === wanted) || this.shown[0];
       this.notes.element.hidden = !(this.moment || there);
       if (there) this.go(there.moment); else this.view.say("No moment is like that: take back a filter.");
     }
 
-    item({moment, distance}) {
+    item({moment, distance, excess}) {
       const bar = h("i", {class: "bar"}, h("b"));
       bar.firstChild.style.width = `${100 * (distance || 0)}%`;
       return h("li", {}, h("button", {type: "button", "data-moment": moment.index, onclick: () => this.go(moment)},
-        h("span", {class: "distance"}, number(distance, 2)), bar,
+        h("span", {class: "distance", title: "total variation, and what is above chance"}, `${number(distance, 2)} (${number(excess, 2)})`), bar,
         h("span", {}, nameOf(moment)), h("small", {}, moment.run)));
     }
 
@@ -208,5 +231,5 @@
   }
 
   foundry.MomentsPage = MomentsPage;
-  foundry.probes = {apart, carried};
+  foundry.probes = {apart, carried, floorOf};
 })(window.Foundry);
