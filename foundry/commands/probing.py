@@ -94,7 +94,7 @@ def play(
     ] = None,
     texts: Annotated[int | None, typer.Option(min=1, help="With --label: texts at most, by default 100.")] = None,
     host: Host = "127.0.0.1",
-    port: Port = 0,
+    port: Port = None,
     browser: Browser = True,
     trust_targets: Trusted = None,
     trust_servers: TrustedServers = False,

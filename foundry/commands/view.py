@@ -18,7 +18,10 @@ if TYPE_CHECKING:
     from foundry.storing.store import SweepFolder
 
 Host = Annotated[str, typer.Option(help="Address to listen on; others than this machine's let others in.")]
-Port = Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0 takes a free one.")]
+Port = Annotated[
+    int | None,
+    typer.Option(min=0, max=65535, help="Port to listen on; by default 8600 or the next free one; 0 takes any."),
+]
 Browser = Annotated[bool, typer.Option(help="Open the browser.")]
 
 
@@ -31,7 +34,7 @@ def view(
     export: Annotated[Path | None, typer.Option(help="Write the page as files into this folder instead.")] = None,
     notes: Noted = False,
     host: Host = "127.0.0.1",
-    port: Port = 0,
+    port: Port = None,
     browser: Browser = True,
     trust_targets: Trusted = None,
     config_dir: Mine = None,
@@ -59,7 +62,7 @@ class AskingPage:
     """Where people are asked, and whether a browser is opened there."""
 
     host: str
-    port: int
+    port: int | None
     browser: bool
 
     @contextmanager
@@ -139,7 +142,7 @@ def _is_warning(text: str, fires: tuple[str, ...]) -> bool | None:
     return is_warning(text, fires)
 
 
-def _serve(root: Path, *, host: str, port: int, browser: bool, trusted: Sequence[str]) -> None:
+def _serve(root: Path, *, host: str, port: int | None, browser: bool, trusted: Sequence[str]) -> None:
     from foundry.viewer.http import is_loopback, open_in_browser
     from foundry.viewer.server import ViewServer
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import gzip
 import ipaddress
 import os
@@ -22,6 +23,8 @@ from foundry.viewer.files import MEDIA_TYPES, POLICY
 from foundry.viewer.run_view import JSON, Resource
 
 LOOPBACK = "127.0.0.1"
+USUAL_PORTS = (*range(8600, 8620), 0)
+"""Tried one after the other where no port is asked for; the last takes any free one."""
 MOST_DIGITS = 18
 _COMPRESS_FROM = 1 << 10
 _COMPRESSIBLE = ("text/", "application/json", "application/octet-stream", "image/svg+xml")
@@ -40,7 +43,7 @@ class PageServer(ThreadingHTTPServer):
     Args:
         handler: what answers a request.
         host: the address to listen on.
-        port: 0 takes a free one.
+        port: 0 takes a free one; None the first free one of `USUAL_PORTS`, so that links stay.
 
     Raises:
         InputError: the address cannot be had.
@@ -48,14 +51,20 @@ class PageServer(ThreadingHTTPServer):
 
     daemon_threads = True
     request_queue_size = 64
+    allow_reuse_address = os.name == "posix"  # on Windows two servers would share a port
 
-    def __init__(self, handler: type[PageHandler], *, host: str = LOOPBACK, port: int = 0) -> None:
+    def __init__(self, handler: type[PageHandler], *, host: str = LOOPBACK, port: int | None = 0) -> None:
         self.host = host
+        *taken, last = USUAL_PORTS if port is None else (port,)
+        for usual in taken:
+            with contextlib.suppress(OSError):  # the next one is tried, and the error of the last is told
+                super().__init__((host, usual), handler)
+                return
         try:
-            super().__init__((host, port), handler)
+            super().__init__((host, last), handler)
         except (OSError, OverflowError) as error:
             raise InputError(
-                f"{host}:{port} cannot be listened on ({error}): choose another --port or --host."
+                f"{host}:{last} cannot be listened on ({error}): choose another --port or --host."
             ) from error
 
     @property

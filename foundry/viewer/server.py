@@ -26,7 +26,7 @@ class ViewServer(PageServer):
     Args:
         root: a sweep's folder, or a folder of sweeps.
         host: the address to listen on.
-        port: 0 takes a free one.
+        port: as `PageServer` has it.
         trusted: further packages whose classes recorded worlds may be built of, where pictures are drawn again.
         is_warning: whether a text warns of fires of these names, for the reach of warnings; None where nobody can tell.
 
@@ -39,7 +39,7 @@ class ViewServer(PageServer):
         root: Path,
         *,
         host: str = LOOPBACK,
-        port: int = 0,
+        port: int | None = 0,
         trusted: Sequence[str] = (),
         is_warning: IsWarning | None = None,
     ) -> None:

@@ -11,6 +11,8 @@ import pytest
 
 from commands import foundry
 from foundry.storing.store import SweepFolder
+from foundry.viewer import http
+from foundry.viewer.http import PageHandler, PageServer
 from made_up_runs import sweep
 
 
@@ -30,6 +32,13 @@ def test_view_serves_the_newest_sweep_until_it_is_interrupted(tmp_path: Path):
         os.kill(process.pid, signal.SIGINT)
         assert process.wait() == 0
         assert process.stdout.read().strip() == "ended"
+
+
+def test_a_page_takes_the_next_usual_port_where_one_is_taken(monkeypatch: pytest.MonkeyPatch):
+    with PageServer(PageHandler) as first:
+        monkeypatch.setattr(http, "USUAL_PORTS", (first.server_port, 0))
+        with PageServer(PageHandler, port=None) as second:
+            assert second.server_port != first.server_port
 
 
 def test_view_writes_the_page_as_files(made_up: SweepFolder, tmp_path: Path):

@@ -61,7 +61,7 @@ class PeopleServer(PageServer):
         look: called a few times a second.
         far: returns how far all is that is to be answered, 0..1, or None where only what waits is known.
         host: the address to listen on.
-        port: 0 takes a free one.
+        port: as `PageServer` has it.
 
     Raises:
         InputError: the address cannot be had.
@@ -76,7 +76,7 @@ class PeopleServer(PageServer):
         look: Callable[[], None] = lambda: None,
         far: Callable[[], float | None] = lambda: None,
         host: str = LOOPBACK,
-        port: int = 0,
+        port: int | None = 0,
     ) -> None:
         self.desk, self.told, self.leave = desk, told, leave
         self.token = secrets.token_urlsafe(16)
