@@ -18,10 +18,12 @@ class Null:
     Attributes:
         value: the number.
         policy: whose it is: a policy that answers as this says, whatever else it does.
+        by_random: whether `scripted/random` answers so; `foundry check` then holds the value against its runs.
     """
 
     value: float
     policy: str
+    by_random: bool = True
 
     def __str__(self) -> str:
         return f"{self.value:g}: {self.policy}"

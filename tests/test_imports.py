@@ -59,7 +59,7 @@ FRONT = "foundry"
 """The package itself: it names what programs use, and imports each name when it is first asked for."""
 MEASURING = {
     FRONT,
-    "foundry.conformance.measuring",
+    "foundry.conformance.signatures",
     "foundry.new_parts.signature.signatures.part_name",
     "foundry.validating.playing",
 }

@@ -13,9 +13,7 @@ from foundry.composing.compose import compose
 from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.conformance import edits, models, prompts, records, replies, signatures, worlds
 from foundry.conformance.finding import Check, Finding, examine
-from foundry.conformance.measuring import signature_case
-from foundry.conformance.playing import WorldCase
-from foundry.conformance.policies import policy_for
+from foundry.conformance.playing import WorldCase, policy_for
 from foundry.errors import InputError
 from foundry.expansion import settings_key
 from foundry.running.build import build
@@ -112,7 +110,8 @@ def with_parts(name: str, case: WorldCase) -> list[Edit]:
 
 
 def _measured(title: str, name: str, config: Mapping[str, Any], case: WorldCase) -> list[Finding]:
-    return examine(title, signatures.CHECKS, signature_case(name, config, case))
+    module = signatures.signature_module(name, case.scenario.form)
+    return examine(title, signatures.SIGNATURE, signatures.case_with(config, case)(module))
 
 
 def world_case(config: Mapping[str, Any], seed: int) -> WorldCase:

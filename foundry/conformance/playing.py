@@ -11,15 +11,22 @@ from typing import Any, TypeAlias
 import msgspec
 
 from foundry import seeding
+from foundry.composing.baselines import Stage
 from foundry.conformance.finding import require
 from foundry.models.base import Model, Request
 from foundry.prompts.prompt import Prompt
 from foundry.records import Record
+from foundry.running.build import build
 from foundry.worlds.base import Answer, Asked, Question, Scenario, World
 
 Answering: TypeAlias = Callable[[Sequence[Question]], list[Answer]]
 """Answers the pending questions, in their order."""
 
+POLICIES: tuple[Mapping[str, Any], ...] = (
+    {"_target_": "foundry.models.scripted.random.Random", "name": "scripted/random"},
+    {"_target_": "foundry.models.scripted.wander.Wander", "name": "scripted/wander"},
+)
+"""Who answers in the checks where the chosen model costs something or cannot act in the world."""
 _SPARE = 100
 """Questions beyond twice those that a scenario counts, after which it is said never to end."""
 
@@ -231,3 +238,9 @@ def request_of(question: Question, seed: int) -> Request:
         options=question.options,
         idle=question.idle,
     )
+
+
+def policy_for(scenario: Scenario, chosen: Mapping[str, Any], seed: int) -> Mapping[str, Any] | None:
+    """Return the configuration of the chosen model if it can act here and costs nothing, else of a shipped policy."""
+    stage = Stage(scenario, seed)
+    return next((one for one in (chosen, *POLICIES) if stage.suits(build(one))), None)

@@ -1,23 +1,58 @@
-"""What every signature must hold: it describes its measures, measures alike what is alike, and says NaN for nothing."""
+"""Checks of signatures: each describes its measures, measures alike what is alike, and says NaN for nothing."""
 
 from __future__ import annotations
 
 import inspect
 import math
 import pickle
+import pkgutil
 import re
+import tempfile
 import typing
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from numbers import Real
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from foundry.conformance.finding import Broken, Skipped, require
+import numpy as np
 
+from foundry.composing.baselines import Stage
+from foundry.composing.preflight import check
+from foundry.conformance.finding import Broken, Skipped, require
+from foundry.conformance.playing import POLICIES, WorldCase, policy_for
+from foundry.errors import InputError, not_found
+from foundry.expansion import Condition, expand
+from foundry.models.base import Model, Reply, Request
+from foundry.own_code import OwnModule, ours, own_modules
+from foundry.running.build import build
+from foundry.running.local import LocalRunner, SweepJob
+from foundry.storing.store import RunFolder, SweepFolder
+
+SEEDS, NULL_SEEDS = (0, 1), tuple(range(20))
+"""Seeds of the runs that most checks measure, and of those whose mean is held against a null."""
+FEWEST, LEVEL, SLIGHT = 6, 0.999, 0.01
+"""Runs that define a mean; how sure a wrong null is; a bias that is left, in half ranges of the measure."""
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 _COUNT = "n_"
 """How the names of counts begin, which are denominators and may be 0."""
+
+
+class Silent(Model):
+    """Gives empty replies to every kind of question, so that nothing of a run can be read."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    async def ask(self, request: Request) -> Reply:
+        """Say nothing."""
+        return Reply(text="")
+
+    def parameters(self) -> dict[str, Any]:
+        """Return nothing: there are no settings."""
+        return {}
 
 
 @dataclass(frozen=True)
@@ -28,11 +63,13 @@ class SignatureCase:
         module: it.
         runs: runs as arrays, of every kind that its function could take.
         emptied: the same runs, none of whose decisions could be read and none of which counts.
+        blind: plays runs of a policy that is blind to all.
     """
 
     module: ModuleType
     runs: Sequence[Any]
     emptied: Sequence[Any]
+    blind: Callable[[], Sequence[Any]] = tuple
 
     def taken(self, runs: Iterable[Any]) -> list[Any]:
         """Return the runs that its function takes.
@@ -84,7 +121,7 @@ def says_what_it_is(case: SignatureCase) -> None:
     headline = getattr(case.module, "HEADLINE", ())
     require(isinstance(headline, tuple) and bool(headline), f"HEADLINE is {headline!r}: give a tuple of measures")
     for one in headline:
-        require(_is_described(one, measures or {}), f"HEADLINE names '{one}', which MEASURES does not describe")
+        require(any(_described(one, measures or {})), f"HEADLINE names '{one}', which MEASURES does not describe")
 
 
 def says_what_it_takes(case: SignatureCase) -> None:
@@ -106,20 +143,19 @@ def _check_range(name: str, value: float, measures: Mapping[str, Any]) -> None:
         require(value >= 0, f"the count '{name}' is {value:g}")
         return
     require(
-        _is_described(name, measures), f"'{name}' is not in MEASURES: describe it there, or call a count {_COUNT}..."
+        any(_described(name, measures)), f"'{name}' is not in MEASURES: describe it there, or call a count {_COUNT}..."
     )
-    measure = next(one for pattern, one in measures.items() if _matches(name, pattern))
+    measure = next(_described(name, measures))
     within = math.isnan(value) or (math.isfinite(value) and measure.low - 1e-9 <= value <= measure.high + 1e-9)
     require(within, f"'{name}' is {value:g}, and MEASURES says {measure.low:g} to {measure.high:g}")
 
 
-def _is_described(name: str, measures: Mapping[str, Any]) -> bool:
-    return any(_matches(name, pattern) for pattern in measures)
-
-
-def _matches(name: str, pattern: str) -> bool:
-    start, star, end = pattern.partition("*")
-    return name == pattern or (bool(star) and name.startswith(start) and name.endswith(end))
+def _described(name: str, measures: Mapping[str, Any]) -> Iterator[Any]:
+    """Yield the measures of which a name is: those of the name, and those of families with a `*`."""
+    for pattern, measure in measures.items():
+        start, star, end = pattern.partition("*")
+        if name == pattern or (star and name.startswith(start) and name.endswith(end)):
+            yield measure
 
 
 def has_the_same_names_whatever_happened(case: SignatureCase) -> None:
@@ -150,6 +186,44 @@ def says_nan_for_nothing(case: SignatureCase) -> str | None:
     return f"0 where no decision counts, which should be meant so: {', '.join(sorted(zeros))}" if zeros else None
 
 
+def comes_to_its_nulls(case: SignatureCase) -> None:
+    """Where a measure states a null, runs of `scripted/random` come to it in the mean, but for chance."""
+    measures = {name: one for name, one in case.module.MEASURES.items() if _null(one) is not None}
+    if not measures:
+        raise Skipped("states no null that scripted/random comes to")
+    rows = [case.module.measure(run) for run in case.taken(case.blind())]
+    values = {name: np.array([row[name] for row in rows if not math.isnan(row[name])]) for name in rows[0]}
+    nulls = {name: next(_described(name, case.module.MEASURES)) for name in values if not name.startswith(_COUNT)}
+    stated = {name: one for name, one in nulls.items() if _null(one) is not None and len(values[name]) >= FEWEST}
+    if not stated:
+        raise Skipped("no measure with a null is defined here: name another world=")
+    for name, measure in stated.items():
+        mean, allowed = float(values[name].mean()), _half_width(values[name], len(stated)) + SLIGHT * _unit(measure)
+        require(
+            abs(mean - measure.null.value) <= allowed,
+            f"'{name}' is {mean:.3f} -+ {allowed:.3f} over {len(values[name])} runs of scripted/random, and "
+            f"its Null says {measure.null.value:g}: correct it, or say by_random=False",
+        )
+
+
+def _null(measure: Any) -> Any:
+    """Return the null that `scripted/random` comes to, if the measure states one."""
+    null = getattr(measure, "null", None)
+    return null if null is not None and null.by_random else None
+
+
+def _half_width(values: Any, rows: int) -> float:
+    """Return half of the interval of the mean, such that all of as many rows cover theirs at the level."""
+    from analysis.stats.intervals import student_quantile
+
+    quantile = student_quantile(len(values) - 1, 1 - (1 - LEVEL) / rows)
+    return quantile * float(values.std(ddof=1)) / math.sqrt(len(values))
+
+
+def _unit(measure: Any) -> float:
+    return (measure.high - measure.low) / 2 if math.isfinite(measure.high - measure.low) else 1.0
+
+
 def measures_the_same_twice(case: SignatureCase) -> None:
     """Measuring a run again gives the same numbers."""
     for first, second in zip(case.measured(), case.measured(), strict=True):
@@ -167,12 +241,99 @@ def leaves_the_run_as_it_is(case: SignatureCase) -> None:
         require(pickle.dumps(after) == before, "measure changes the run: copy an array before writing into it")
 
 
-CHECKS = (
+SIGNATURE = (
     says_what_it_is,
     says_what_it_takes,
     measures_what_it_describes,
     has_the_same_names_whatever_happened,
     says_nan_for_nothing,
+    comes_to_its_nulls,
     measures_the_same_twice,
     leaves_the_run_as_it_is,
 )
+
+
+def signature_module(name: str, form: str) -> ModuleType:
+    """Return a signature's module: a file, one of the user's own, or a shipped one for this form or for any.
+
+    Raises:
+        InputError: there is none, it cannot be imported, or one of the user's own has a shipped name.
+    """
+    own = {one.name: one for one in own_modules("signatures")}
+    if name.endswith(".py") and Path(name).is_file():
+        own[name] = OwnModule(Path(name).stem, name, Path(name).absolute())
+    if name in own:
+        module = own[name].load()
+        ours("analysis.finding").check_name(getattr(module, "NAME", ""), own[name].origin)
+        return module
+    shipped = dict(shipped_signatures(form))
+    if name not in shipped:
+        raise not_found("Signature", name, [*own, *shipped], "Name one, or its file, as in mine/signatures/greed.py.")
+    return ours(shipped[name])
+
+
+def shipped_signatures(form: str) -> Iterator[tuple[str, str]]:
+    """Yield the names of the shipped signatures of a form and of any, and their modules' names."""
+    rooms = Path(str(ours("analysis").__file__)).parent
+    for room in ("any", form):
+        for file in pkgutil.iter_modules([str(rooms / room / "signatures")]):
+            yield file.name, f"analysis.{room}.signatures.{file.name}"
+
+
+def case_with(config: Mapping[str, Any], world: WorldCase) -> Callable[[ModuleType], SignatureCase]:
+    """Return what makes a case of a signature with runs of this world, which are played once.
+
+    Args:
+        config: the condition whose world is played, its model if that costs nothing.
+        world: the same world.
+
+    Raises:
+        InputError: nobody can play it.
+    """
+    policy = policy_for(world.scenario, config["model"], world.seed)
+    if policy is None:
+        raise InputError(f"No policy plays world '{world.scenario.name}': give its questions their `options`.")
+    silent = {"_target_": f"{__name__}.{Silent.__name__}", "name": "silent"}
+    runs, emptied = _played(config, world, (policy, silent), SEEDS)
+    readable = [run.only_readable() for run in emptied]
+
+    @cache
+    def blind() -> Sequence[Any]:
+        if not Stage(world.scenario, world.seed).suits(build(POLICIES[0])):
+            raise Skipped(f"scripted/random cannot act in {world.scenario.name}: name another world=")
+        return _played(config, world, POLICIES[:1], NULL_SEEDS)[0]
+
+    return lambda module: SignatureCase(module, runs, readable, blind)
+
+
+def _played(
+    config: Mapping[str, Any], world: WorldCase, models: Sequence[Mapping[str, Any]], seeds: tuple[int, ...]
+) -> list[list[Any]]:
+    """Return the runs of a world as arrays, by the models that played them."""
+    declared = world.scenario.declared()
+    conditions = [Condition({"model": one["name"]}, {**config, "model": one}, seeds, declared) for one in models]
+    sweep = expand(("check",), conditions)
+    with tempfile.TemporaryDirectory() as path:
+        answers = f"{path}/answers.sqlite"
+        folder = SweepFolder.create(Path(path) / "sweep", sweep, {"cache": {"path": answers}}, [])
+        LocalRunner(workers=1).run(SweepJob(folder, check(sweep), answers, 0))
+        runs = [(run.run.condition, _arrays_of(run)) for run in folder.runs()]
+    return [[array for place, arrays in runs if place == number for array in arrays] for number in range(len(models))]
+
+
+def _arrays_of(run: RunFolder) -> list[Any]:
+    """Return a run as arrays: as its form has it, and as any form has it.
+
+    Raises:
+        InputError: the run failed.
+    """
+    from analysis.any.general import general_run
+    from analysis.load import read_records, read_run
+
+    summary = run.summary()
+    if summary is None or summary.status != "complete":
+        cause = summary.error if summary else "it did not end"
+        raise InputError(f"No signature can be tried on run {run.id}, which failed: {cause}. Check its world first.")
+    records = read_records(run, summary)
+    general, own = general_run(run, records), read_run(run, records)
+    return [own] if type(own) is type(general) else [own, general]

@@ -97,6 +97,19 @@ def test_a_signature_that_calls_nothing_a_finding_fails(mine: Path):
     assert done.returncode == 2 and "is 0 in a run without any decision that counts" in done.stdout.replace("\n", " ")
 
 
+@pytest.mark.parametrize(("null", "exit_code"), [(0.2, 0), (0.5, 2)])
+def test_a_stated_null_is_held_against_a_policy_that_is_blind_to_all(null: float, exit_code: int, mine: Path):
+    staying = (GREED % "float((run.action[run.counted] == 'stay').mean()) if run.counted.any() else math.nan").replace(
+        'share("Most")', f'share("Most", Null({null}, "draws its actions"))'
+    )
+    (mine / "mine" / "signatures" / "greed.py").write_text(staying.replace("import share", "import Null, share"))
+    done = foundry("check", "greed", "model=scripted/stay", *SMALL, "--config-dir", "mine", "--json", cwd=mine)
+    found = {one["check"]: (one["status"], one["note"]) for one in json.loads(done.stdout)["findings"]}
+    status, note = found["comes to its nulls"]
+    assert (done.returncode, status) == (exit_code, "failed" if exit_code else "passed"), found
+    assert ("'most' is 0." in note and "Null says 0.5" in note) == bool(exit_code), note
+
+
 @pytest.mark.parametrize(
     ("asked", "told"),
     [

@@ -16,9 +16,8 @@ from foundry.composing.preflight import prompt_of
 from foundry.conformance import edits, models, prompts, signatures
 from foundry.conformance.checking import WORLD_CHECKS, with_parts, world_case
 from foundry.conformance.finding import Status, examine, failed, look
-from foundry.conformance.measuring import case_with, shipped_signatures
 from foundry.conformance.playing import WorldCase
-from foundry.conformance.signatures import run_type
+from foundry.conformance.signatures import case_with, run_type, shipped_signatures
 from foundry.conformance.worlds import follows_its_seed
 from foundry.paths import conf_dir, sweeps_dir
 from foundry.running.build import build
@@ -177,7 +176,7 @@ def shipped(form: str, world: str) -> list[tuple[str, str]]:
     ],
 )
 def test_a_signature_holds_what_every_signature_must_hold(world: str, module: str):
-    assert failed(examine(module, signatures.CHECKS, tried(world)(importlib.import_module(module)))) == []
+    assert failed(examine(module, signatures.SIGNATURE, tried(world)(importlib.import_module(module)))) == []
 
 
 def is_about(module: Any, world: str) -> bool:
@@ -190,4 +189,4 @@ def is_about(module: Any, world: str) -> bool:
 def test_a_signature_of_some_games_holds_the_same_in_the_first_that_it_is_about(name: str):
     module = importlib.import_module(f"analysis.rounds.signatures.{name}")
     world = next(one for one in PLAIN if is_about(module, one))
-    assert failed(examine(name, signatures.CHECKS, tried(world)(module))) == []
+    assert failed(examine(name, signatures.SIGNATURE, tried(world)(module))) == []

@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from analysis.measure import Null
 from foundry.conformance.finding import Status, look, name_of
-from foundry.conformance.signatures import CHECKS, SignatureCase
+from foundry.conformance.signatures import SIGNATURE, SignatureCase
 
-BY_NAME = {name_of(check): check for check in CHECKS}
+BY_NAME = {name_of(check): check for check in SIGNATURE}
 NUMBERS = itertools.count(1)
 
 
@@ -35,6 +36,7 @@ class Described:
     label: str
     low: float = 0.0
     high: float = 10.0
+    null: Null | None = Null(7 / 3, "draws at random")
 
 
 def mean(run: Run) -> dict[str, float]:
@@ -92,7 +94,7 @@ def module(measure: Callable[..., Any], **changes: Any) -> ModuleType:
 
 
 def case(one: ModuleType) -> SignatureCase:
-    return SignatureCase(one, [Run(), Run()], [Run(np.array([]))])
+    return SignatureCase(one, [Run(), Run()], [Run(np.array([]))], lambda: [Run()] * 6)
 
 
 BROKEN = [
@@ -108,12 +110,13 @@ BROKEN = [
     (module(more), "measures what it describes", "not in MEASURES"),
     (module(missing), "has the same names whatever happened", "say NaN"),
     (module(zero), "says nan for nothing", "is 0"),
+    (module(mean, MEASURES={"mean": Described("Mean", null=Null(3, "draws"))}), "comes to its nulls", "Null says 3"),
     (module(drifting), "measures the same twice", "second look"),
     (module(writing), "leaves the run as it is", "changes the run"),
 ]
 
 
-@pytest.mark.parametrize("check", CHECKS, ids=name_of)
+@pytest.mark.parametrize("check", SIGNATURE, ids=name_of)
 def test_a_sound_signature_passes(check):
     found = look("signature own", check, case(module(mean)))
     assert (found.status, found.note) == (Status.PASSED, "")

@@ -161,7 +161,7 @@ def test_what_the_signature_says_is_what_plain_loops_say(led: Led):
     assert row["attendance.score"] == pytest.approx(
         100 * (0.6 - np.mean([abs(one / 10 - 0.6) for one in attended])) / 0.6
     )
-    assert row["attendance.volatility"] == pytest.approx(np.var(attended) / 2.5)
+    assert row["attendance.volatility"] == pytest.approx(np.var(attended, ddof=1) / 2.5)
     assert row["attendance.n_evenings"] == 20
 
 

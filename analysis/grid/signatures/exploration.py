@@ -19,7 +19,9 @@ MEASURES = {
     "group_coverage": share("Cells visited by anyone (share of the grid)"),
     "unique_ratio": share("New cells per state"),
     "walker_ratio": Measure(
-        "Different cells, over a walker's from the same start", low=0, null=Null(1, "goes all ways alike, never stays")
+        "Different cells, over a walker's from the same start",
+        low=0,
+        null=Null(1, "goes all ways alike, never stays", by_random=False),
     ),
     "visit_entropy": share("Entropy of visits (of its maximum)"),
     "gyration": Measure("Radius of gyration (cells)", low=0),

@@ -23,14 +23,14 @@ def measure(run: RoundsRun) -> dict[str, float]:
 
     - score: 100 (R - S) / R with S the mean distance of the share that goes from the capacity, and R the greatest one.
     - share: mean share that goes.
-    - volatility: variance of the number that goes over the evenings / (N / 4), which it is for coins.
+    - volatility: unbiased variance of the number that goes over the evenings / (N / 4), which it is for coins.
 
     Denominator: n_evenings.
     """
-    went = run.shares("evening")["go"]
-    went = went[~np.isnan(went)]
+    went = np.array([share for share in run.shares("evening")["go"] if not np.isnan(share)])
     if not went.size:
         return dict.fromkeys(MEASURES, np.nan) | {"n_evenings": 0.0}
     distance = np.abs(went - CAPACITY).mean() / max(CAPACITY, 1 - CAPACITY)
-    found = {"score": 100 * (1 - distance), "share": went.mean(), "volatility": went.var() * run.agents * 4}
+    variance = went.var(ddof=1) if went.size > 1 else np.nan
+    found = {"score": 100 * (1 - distance), "share": went.mean(), "volatility": variance * run.agents * 4}
     return {name: float(value) for name, value in found.items()} | {"n_evenings": float(went.size)}
