@@ -1,4 +1,4 @@
-"""From what was asked for to what was found: `foundry check world=mine`, or `foundry.check("world=mine")`."""
+"""The checks of each kind of part, and `foundry check world=mine`, or `foundry.check("world=mine")`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from foundry import own_code
 from foundry.calling import off_the_loop
 from foundry.composing.compose import compose
 from foundry.composing.preflight import prompt_of, scenario_of
-from foundry.conformance import edits, models, prompts, records, replies, signatures, worlds
+from foundry.conformance import edits, models, prompts, replies, signatures, worlds
 from foundry.conformance.finding import Check, Finding, examine
 from foundry.conformance.playing import WorldCase, policy_for
 from foundry.errors import InputError
@@ -19,8 +19,78 @@ from foundry.expansion import settings_key
 from foundry.running.build import build
 from foundry.worlds.probe.editing import Edit, check_own_edits, find_edit, parts_of
 
-WORLD_CHECKS = (*worlds.CHECKS, *records.CHECKS, *replies.CHECKS)
-PARTS = ("world", "prompt", "model")
+CHECKS: Mapping[str, Sequence[Check[Any]]] = {
+    "world": (
+        worlds.plays_to_its_end,
+        worlds.asks_what_it_says,
+        worlds.counts_its_calls,
+        worlds.observes_plain_data,
+        worlds.asks_without_side_effects,
+        worlds.opens_without_side_effects,
+        worlds.is_equal_from_equal_settings,
+        worlds.is_equal_from_a_pickle,
+        worlds.starts_afresh,
+        worlds.asks_ahead_what_it_asks_later,
+        worlds.follows_its_seed,
+        worlds.has_a_persona_for_every_agent,
+        worlds.tells_moments_apart_by_texts_and_flags,
+        worlds.keeps_its_secrets,
+        worlds.shows_images_where_it_says,
+        worlds.declares_its_records,
+        worlds.writes_what_it_declares,
+        worlds.records_every_step,
+        worlds.decides_as_declared,
+        worlds.loads_its_records_back,
+        worlds.opens_with_its_personas,
+        worlds.redraws_what_it_drew,
+        replies.survives_bad_replies,
+        replies.takes_bad_replies_for_no_decision,
+        replies.gives_the_same_when_played_again,
+        replies.reads_the_options_it_offers,
+        replies.reads_its_idle_reply,
+        replies.has_a_template_for_every_question,
+        replies.has_a_schema_for_every_question,
+    ),
+    "prompt": (
+        prompts.has_every_kind,
+        prompts.fills_every_question,
+        prompts.names_what_is_observed,
+        prompts.is_the_same_every_time,
+        prompts.shows_the_images,
+    ),
+    "model": (
+        models.says_its_name_and_kinds,
+        models.answers_the_world,
+        models.says_its_parameters,
+        models.tells_its_settings_apart,
+        models.answers_the_same,
+        models.leaves_the_observation_as_it_is,
+        models.refuses_other_kinds,
+        models.fits_into_a_run,
+    ),
+    "signature": (
+        signatures.says_what_it_is,
+        signatures.says_what_it_takes,
+        signatures.measures_what_it_describes,
+        signatures.has_the_same_names_whatever_happened,
+        signatures.says_nan_for_nothing,
+        signatures.comes_to_its_nulls,
+        signatures.measures_the_same_twice,
+        signatures.leaves_the_run_as_it_is,
+    ),
+    "edit": (
+        edits.changes_something,
+        edits.asks_the_same,
+        edits.keeps_what_templates_name,
+        edits.leaves_its_input_as_it_is,
+        edits.changes_the_same_every_time,
+        edits.can_be_put,
+        edits.expects_one_action_for_each,
+    ),
+}
+"""The checks of each kind of part, in the order in which they run; those of models ask only policies anything."""
+CONFIGURED = ("world", "prompt", "model")
+"""Kinds of part that a configuration has."""
 EDIT = "edit="
 """How edits are named, which are no part of a configuration."""
 
@@ -49,17 +119,18 @@ def check_asked(arguments: Sequence[str]) -> list[Finding]:
     Raises:
         InputError: it names nothing, or something that does not exist.
     """
-    edited = [name for one in arguments if one.startswith(EDIT) for name in one.removeprefix(EDIT).split(",")]
-    overrides, names = _shared_out([one for one in arguments if not one.startswith(EDIT)])
-    chosen = [part for part in PARTS if any(one.lstrip("+").startswith(f"{part}=") for one in overrides)]
-    if not chosen and not names and not edited:
+    edited = [name for text in arguments if text.startswith(EDIT) for name in text.removeprefix(EDIT).split(",")]
+    overrides, measured = _shared_out([text for text in arguments if not text.startswith(EDIT)])
+    chosen = [kind for kind in CONFIGURED if any(text.lstrip("+").startswith(f"{kind}=") for text in overrides)]
+    if not chosen and not measured and not edited:
         raise InputError("Nothing to check: name it, as in foundry check world=mine, or a signature by name or file.")
     composed = compose(["-m", *overrides])
-    found: dict[str, list[Finding]] = {}
+    findings: dict[str, list[Finding]] = {}
     for condition in composed.conditions if composed else ():
-        for key, findings in _checked(condition.config, condition.seeds[0], chosen, names, edited):
-            found.setdefault(key, findings())
-    return [finding for findings in found.values() for finding in findings]
+        for key, title, kind, case in _cases(condition.config, condition.seeds[0], (chosen, measured, edited)):
+            if key not in findings:
+                findings[key] = examine(title, CHECKS[kind], case())
+    return [finding for found in findings.values() for finding in found]
 
 
 def _shared_out(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -74,49 +145,44 @@ def _shared_out(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
     return overrides, names
 
 
-def _checked(
-    config: Mapping[str, Any], seed: int, chosen: Sequence[str], names: Sequence[str], edited: Sequence[str]
-) -> Iterator[tuple[str, Callable[[], list[Finding]]]]:
-    """Yield a key for each thing to check, and what finds out."""
-    case = world_case(config, seed)
-    cases: dict[str, tuple[Sequence[Check[Any]], Any]] = {
-        "world": (WORLD_CHECKS, case),
-        "prompt": (
-            prompts.CHECKS,
-            prompts.PromptCase(lambda: prompt_of(config), config["prompt"].get("templates", {}), case),
-        ),
-        "model": (models.CHECKS, models.ModelCase(build, config["model"], case)),
-    }
-    for part in chosen:
-        title = f"{part} {config[part]['name']}"
-        yield settings_key({part: config[part]}), partial(examine, title, *cases[part])
-    for name in names:
+def _cases(
+    config: Mapping[str, Any], seed: int, asked: tuple[Sequence[str], Sequence[str], Sequence[str]]
+) -> Iterator[tuple[str, str, str, Callable[[], Any]]]:
+    """Yield a key, a title and the kind of each part to check, and what makes its case.
+
+    Args:
+        config: a condition.
+        seed: of its episodes.
+        asked: the kinds of its parts to check, names of signatures, and names of edits.
+    """
+    case, (chosen, measured, edited) = world_case(config, seed), asked
+    cases = {"world": case, "prompt": case, "model": models.ModelCase(build, config["model"], case)}
+    for kind in chosen:
+        yield settings_key({kind: config[kind]}), f"{kind} {config[kind]['name']}", kind, partial(cases.get, kind)
+    world = settings_key(config["world"])
+    for name in measured:
         title = f"signature {Path(name).stem}"
-        key = f"{title} {settings_key(config['world'])}"
-        yield key, partial(_measured, title, name, config, case)
+        yield f"{title} {world}", title, "signature", partial(signatures.case_of, name, config, case)
     for edit in (edit for name in edited for edit in with_parts(name, case)):
         title = f"edit {edit.name}"
-        yield (
-            f"{title} {settings_key(config['world'])}",
-            partial(examine, title, edits.CHECKS, edits.EditCase(edit, case)),
-        )
+        yield f"{title} {world}", title, "edit", partial(edits.EditCase, edit, case)
 
 
 def with_parts(name: str, case: WorldCase) -> list[Edit]:
     """Return an edit, and those of its parts in a world."""
     check_own_edits(case.scenario.form)
     parts = () if "." in name else parts_of(name, case.scenario)
-    return [find_edit(one, case.scenario) for one in (name, *(f"{name}.{part}" for part in parts))]
-
-
-def _measured(title: str, name: str, config: Mapping[str, Any], case: WorldCase) -> list[Finding]:
-    module = signatures.signature_module(name, case.scenario.form)
-    return examine(title, signatures.SIGNATURE, signatures.case_with(config, case)(module))
+    return [find_edit(full, case.scenario) for full in (name, *(f"{name}.{part}" for part in parts))]
 
 
 def world_case(config: Mapping[str, Any], seed: int) -> WorldCase:
     """Return the case of a configuration's world, played by its model if that costs nothing."""
     chosen = policy_for(scenario_of(config), config["model"], seed)
-    policy = None if chosen is None else build(chosen)
-    schemas = config["model"].get("schemas") if config["model"].get("format") == "schema" else None
-    return WorldCase(lambda: scenario_of(config), prompt_of(config), policy, schemas, seed)
+    return WorldCase(
+        make=lambda: scenario_of(config),
+        make_prompt=lambda: prompt_of(config),
+        templates=config["prompt"].get("templates", {}),
+        policy=None if chosen is None else build(chosen),
+        schemas=config["model"].get("schemas") if config["model"].get("format") == "schema" else None,
+        seed=seed,
+    )

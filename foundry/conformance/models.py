@@ -1,4 +1,4 @@
-"""What every model must hold: its parameters say what decides an answer, and a policy answers the same every time.
+"""Checks of models: parameters say what decides an answer, and a policy answers the same every time.
 
 A model that costs something is asked nothing here; `foundry doctor` does that.
 """
@@ -13,7 +13,7 @@ from typing import Any
 
 import msgspec
 
-from foundry.conformance.finding import Skipped, require
+from foundry.conformance.finding import Broken, Skipped, require
 from foundry.conformance.playing import WorldCase, request_of
 from foundry.errors import FoundryError, InputError
 from foundry.expansion import without_servers
@@ -74,38 +74,30 @@ def answers_the_world(case: ModelCase) -> None:
     """It answers every kind of question that the world asks."""
     model, scenario = case.make(), case.world.scenario
     missing = [kind for kind in scenario.kinds if model.kinds is not None and kind not in model.kinds]
-    require(
-        not missing, f"it answers {', '.join(model.kinds or ())}, and {scenario.name} also asks {', '.join(missing)}"
-    )
+    kinds = ", ".join(model.kinds or ())
+    require(not missing, f"it answers {kinds}, and {scenario.name} also asks {', '.join(missing)}")
     for question in case.world.usual.questions:
         model.check(question)
 
 
 def says_its_parameters(case: ModelCase) -> None:
     """`parameters()` is plain JSON and the same every time."""
-    model = case.make()
     try:
-        content = msgspec.json.encode(model.parameters(), order="deterministic")
+        first, second = (msgspec.json.encode(case.make().parameters(), order="deterministic") for _ in range(2))
     except (TypeError, ValueError) as error:
-        require(False, f"parameters() cannot be written as JSON ({error}): give texts, numbers, flags, lists and dicts")
-        return
-    again = msgspec.json.encode(case.make().parameters(), order="deterministic")
-    require(
-        again == content, "parameters() of two equal models differ: let it say what is configured, and nothing else"
-    )
+        advice = "give texts, numbers, flags, lists and dicts"
+        raise Broken(f"parameters() cannot be written as JSON ({error}): {advice}") from error
+    require(first == second, "parameters() of two equal models differ: let it say what is configured, and nothing else")
 
 
 def tells_its_settings_apart(case: ModelCase) -> str | None:
     """Every number that may decide an answer is among the parameters, so that no other model's answers are taken."""
     kept = _key(case.make())
     settings = without_servers(case.settings)
-    same = [one for one in _changes(settings) if _builds_the_same(case, one, kept)]
-    numbers = [one.name for one in same if not one.is_flag]
-    require(
-        not numbers,
-        f"with another {', '.join(numbers)} the parameters() are the same: add it, else answers of both are mixed up",
-    )
-    return f"the parameters() are the same with another {', '.join(one.name for one in same)}" if same else None
+    same = [change for change in _changes(settings) if _builds_the_same(case, change, kept)]
+    numbers = ", ".join(change.name for change in same if not change.is_flag)
+    require(not numbers, f"with another {numbers} the parameters() are the same: add it, or answers of both mix")
+    return f"the parameters() are the same with another {', '.join(change.name for change in same)}" if same else None
 
 
 @dataclass(frozen=True)
@@ -161,10 +153,8 @@ def answers_the_same(case: ModelCase) -> None:
 def _check_replies(replies: Sequence[Reply], requests: Sequence[Request]) -> None:
     require(len(replies) == len(requests), f"ask_all() gives {len(replies)} replies to {len(requests)} requests")
     for reply in replies:
-        require(
-            isinstance(reply, Reply) and isinstance(reply.text, str),
-            f"a reply is {reply!r}: return a Reply with a text",
-        )
+        is_reply = isinstance(reply, Reply) and isinstance(reply.text, str)
+        require(is_reply, f"a reply is {reply!r}: return a Reply with a text")
         require(reply.ending in (STOPPED, LENGTH, ABORTED), f"a reply ended by '{reply.ending}': see Reply.ending")
 
 
@@ -186,7 +176,7 @@ def refuses_other_kinds(case: ModelCase) -> None:
         asyncio.run(case.placed().ask(msgspec.structs.replace(requests[0], kind="no such kind")))
     except InputError:
         return
-    require(False, "a question of an unknown kind gets an answer: raise foundry.InputError")
+    raise Broken("a question of an unknown kind gets an answer: raise foundry.InputError")
 
 
 def fits_into_a_run(case: ModelCase) -> None:
@@ -195,18 +185,5 @@ def fits_into_a_run(case: ModelCase) -> None:
     for placed in (one, other):
         require(isinstance(placed, Model), f"in_run() gives {placed!r}: return a Model")
         require(placed.name == case.make().name, f"in_run() gives a model named '{placed.name}': keep the name")
-    require(
-        one.roster() == other.roster(), "in_run() shares the agents out differently for the same run: draw by its seed"
-    )
-
-
-CHECKS = (
-    says_its_name_and_kinds,
-    answers_the_world,
-    says_its_parameters,
-    tells_its_settings_apart,
-    answers_the_same,
-    leaves_the_observation_as_it_is,
-    refuses_other_kinds,
-    fits_into_a_run,
-)
+    is_same = one.roster() == other.roster()
+    require(is_same, "in_run() shares the agents out differently for the same run: draw by its seed")

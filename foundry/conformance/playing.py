@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeAlias
 
@@ -159,18 +159,20 @@ def play_ahead(world: World, answering: Answering, *, most: int, pick: Callable[
 
 @dataclass(frozen=True)
 class WorldCase:
-    """A world to be checked.
+    """A world to be checked, and its prompt.
 
     Attributes:
         make: builds its scenario anew.
-        prompt: the prompt that it is asked by, if any.
+        make_prompt: builds anew the prompt that it is asked by.
+        templates: those of the prompt as they are written, by kind of question.
         policy: a scripted model that answers; without one, replies are drawn from the options of each question.
         schemas: JSON Schema of the reply by kind of question, where replies are held to one.
         seed: the episodes' seed.
     """
 
     make: Callable[[], Scenario]
-    prompt: Prompt | None = None
+    make_prompt: Callable[[], Prompt]
+    templates: Mapping[str, Any] = field(default_factory=dict)
     policy: Model | None = None
     schemas: Mapping[str, Any] | None = None
     seed: int = 0
@@ -204,6 +206,11 @@ class WorldCase:
     def silent(self) -> Episode:
         """An episode in which no reply holds any text."""
         return self.played(lambda questions: [Answer("") for _ in questions])
+
+    @property
+    def put(self) -> Sequence[Question]:
+        """The questions that a prompt must put: with usual replies, and with replies that hold no text."""
+        return (*self.usual.questions, *self.silent.questions)
 
     def played(
         self, answering: Answering, *, scenario: Scenario | None = None, looks: int = 1, pictures: bool = False

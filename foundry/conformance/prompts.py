@@ -1,10 +1,9 @@
-"""What every prompt variant must hold: it asks every question of its world, the same way every time."""
+"""Checks of prompts: each puts every question of its world, the same way every time."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from copy import deepcopy
-from dataclasses import dataclass
 from typing import Any
 
 from jinja2 import meta, nodes
@@ -12,61 +11,36 @@ from jinja2 import meta, nodes
 from foundry.conformance.finding import require
 from foundry.conformance.playing import WorldCase
 from foundry.prompts.environment import environment_of
-from foundry.prompts.prompt import Prompt
-from foundry.worlds.base import Question
 
 
-@dataclass(frozen=True)
-class PromptCase:
-    """A prompt to be checked.
-
-    Attributes:
-        make: builds it anew.
-        templates: its templates as they are written, by kind of question.
-        world: the world whose questions it puts.
-    """
-
-    make: Callable[[], Prompt]
-    templates: Mapping[str, Any]
-    world: WorldCase
-
-    @property
-    def questions(self) -> Sequence[Question]:
-        """The questions of an episode with usual replies, and of one with replies that hold no text."""
-        return (*self.world.usual.questions, *self.world.silent.questions)
-
-
-def has_every_kind(case: PromptCase) -> None:
+def has_every_kind(case: WorldCase) -> None:
     """There is a template for every kind of question that the world asks."""
-    prompt, kinds = case.make(), case.world.scenario.kinds
+    prompt, kinds = case.make_prompt(), case.scenario.kinds
     missing = [kind for kind in kinds if kind not in prompt.kinds]
-    require(not missing, f"it has no template for {', '.join(missing)}, which {case.world.scenario.name} asks: add one")
+    lacks = f"prompt '{prompt.name}' has no template for {', '.join(missing)}"
+    require(not missing, f"{lacks}, which {case.scenario.name} asks: add one, or choose another prompt")
 
 
-def fills_every_question(case: PromptCase) -> None:
+def fills_every_question(case: WorldCase) -> None:
     """Every question of an episode can be put: no template names what the observation does not hold."""
-    prompt = case.make()
-    for question in case.questions:
+    prompt = case.make_prompt()
+    for question in case.put:
         for message in prompt.render(question):
-            require(
-                message.role != "user" or bool(message.content.strip() or message.images),
-                f"a '{question.kind}' of step {question.step} gives a user message without any text",
-            )
+            says_something = message.role != "user" or bool(message.content.strip() or message.images)
+            where = f"a '{question.kind}' of step {question.step}"
+            require(says_something, f"{where} gives a user message without any text")
 
 
-def names_what_is_observed(case: PromptCase) -> None:
+def names_what_is_observed(case: WorldCase) -> None:
     """No part of a template, used or not, names what no question of its kind tells."""
     observed: dict[str, set[str]] = {}
-    for question in case.questions:
+    for question in case.put:
         observed.setdefault(question.kind, set()).update(question.observation)
     for kind, known in observed.items():
         for source in _sources(case.templates.get(kind, "")):
             unknown = sorted(_named(source) - known)
-            require(
-                not unknown,
-                f"template '{kind}' names {', '.join(unknown)}, which no observation holds; there are: "
-                f"{', '.join(sorted(known))}",
-            )
+            names = f"template '{kind}' names {', '.join(unknown)}"
+            require(not unknown, f"{names}, which no observation holds; there are: {', '.join(sorted(known))}")
 
 
 def _sources(template: Any) -> Iterator[str]:
@@ -86,28 +60,22 @@ def _named(source: str) -> set[str]:
     return set(meta.find_undeclared_variables(tree)) - asked - set(environment.globals)
 
 
-def is_the_same_every_time(case: PromptCase) -> None:
+def is_the_same_every_time(case: WorldCase) -> None:
     """Equal questions give equal messages, from a copy too, and a question stays as it is."""
-    one, other = case.make(), case.make()
-    for question in case.questions:
+    prompt, copy = case.make_prompt(), case.make_prompt()
+    for question in case.put:
         before = deepcopy(dict(question.observation))
-        first = one.render(question)
         require(
-            first == one.render(question) == other.render(question),
+            prompt.render(question) == prompt.render(question) == copy.render(question),
             f"a '{question.kind}' is put another way the second time: let a template depend on the observation alone",
         )
         require(dict(question.observation) == before, f"filling '{question.kind}' changes the observation")
 
 
-def shows_the_images(case: PromptCase) -> None:
+def shows_the_images(case: WorldCase) -> None:
     """What an agent sees is sent with the prompt."""
-    prompt = case.make()
-    for question in case.questions:
+    prompt = case.make_prompt()
+    for question in case.put:
         sent = [image for message in prompt.render(question) for image in message.images]
-        require(
-            sent == list(question.images),
-            f"a '{question.kind}' has {len(question.images)} images, {len(sent)} are sent",
-        )
-
-
-CHECKS = (has_every_kind, fills_every_question, names_what_is_observed, is_the_same_every_time, shows_the_images)
+        has = f"a '{question.kind}' has {len(question.images)} images"
+        require(sent == list(question.images), f"{has}, {len(sent)} are sent")

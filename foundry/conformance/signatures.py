@@ -241,19 +241,17 @@ def leaves_the_run_as_it_is(case: SignatureCase) -> None:
         require(pickle.dumps(after) == before, "measure changes the run: copy an array before writing into it")
 
 
-SIGNATURE = (
-    says_what_it_is,
-    says_what_it_takes,
-    measures_what_it_describes,
-    has_the_same_names_whatever_happened,
-    says_nan_for_nothing,
-    comes_to_its_nulls,
-    measures_the_same_twice,
-    leaves_the_run_as_it_is,
-)
+def case_of(name: str, config: Mapping[str, Any], world: WorldCase) -> SignatureCase:
+    """Return the case of a signature of this name or file, with runs of this world.
+
+    Raises:
+        InputError: there is no such signature, it cannot be imported, or nobody can play the world.
+    """
+    module = _module(name, world.scenario.form)
+    return case_with(config, world)(module)
 
 
-def signature_module(name: str, form: str) -> ModuleType:
+def _module(name: str, form: str) -> ModuleType:
     """Return a signature's module: a file, one of the user's own, or a shipped one for this form or for any.
 
     Raises:

@@ -1,32 +1,66 @@
-"""What every world must hold: it asks without side effects, and equal copies play equal episodes."""
+"""Checks of worlds: equal copies play equal episodes, whose records are as declared."""
 
 from __future__ import annotations
 
+import math
 import pickle
+import re
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
 
 import msgspec
 
 from foundry import seeding
 from foundry.conformance.finding import Broken, Skipped, require
 from foundry.conformance.playing import Episode, WorldCase, play, play_ahead, seen
+from foundry.declared import Actions
+from foundry.records import Agent, Outcome, Record
+from foundry.worlds.base import Recorded
+
+_STEPS = "steps"
+_COMMON = ("step", "agent", "outcome")
+"""Keys of every step of every form."""
+READABLE = (Outcome.CHOSEN, Outcome.REPAIRED)
+_FORM = re.compile(r"[a-z][a-z0-9_]{0,39}")
 
 
 def plays_to_its_end(case: WorldCase) -> None:
     """An episode ends, and nothing is pending then; one that goes on asks something."""
     for episode in (case.usual, case.idle, case.silent):
-        if not episode.finished:
-            require(
-                episode.asked > case.most,
-                f"after {episode.asked} questions nothing is pending and the world is not finished, so that its run "
-                "would never end: let pending() ask, or finished be true",
-            )
-            raise Broken(
-                f"it goes on after {episode.asked} questions, and count_calls() says {case.scenario.count_calls()} at "
-                "most: let finished become true"
-            )
+        asked = f"after {episode.asked} questions"
+        if not episode.finished and episode.asked <= case.most:
+            raise Broken(f"{asked} nothing is pending, and it would never end: let pending() ask, or finished be true")
+        most = case.scenario.count_calls()
+        require(episode.finished, f"it goes on {asked}; count_calls() says {most} at most: let finished become true")
         require(not episode.left, "questions are pending after the end: return none once finished is true")
+
+
+def asks_what_it_says(case: WorldCase) -> str | None:
+    """Questions are of the declared kinds, of the step that comes next, and each is put once."""
+    kinds = case.scenario.kinds
+    are_texts = isinstance(kinds, tuple) and all(isinstance(kind, str) for kind in kinds)
+    require(are_texts, f"kinds is {kinds!r}: give a tuple of the kinds of question, such as ('action',)")
+    completed = 0
+    for turn in case.usual.turns:
+        for question in turn.questions:
+            is_named = question.kind in kinds
+            require(is_named, f"it asks '{question.kind}', which is not in its kinds {', '.join(kinds)}: name it there")
+            is_next = question.step == completed + 1
+            require(is_next, f"a question says step {question.step} after {completed} steps: steps count from 1")
+        is_next = turn.step in (completed, completed + 1)
+        require(is_next, f"step went from {completed} to {turn.step} at once: it is the number of completed steps")
+        completed = turn.step
+    questions = list(case.usual.questions)
+    put = Counter((*question.asked, question.again) for question in questions)
+    for (step, agent, kind, _), times in put.items():
+        require(
+            times == 1,
+            f"agent {agent} is asked '{kind}' {times} times in step {step}, each time with the same sampling seed: "
+            "give the questions of a step kinds of their own, or count in `again` how often it was asked before",
+        )
+    missing = set(kinds).difference(question.kind for question in questions)
+    return f"never asked here: {', '.join(sorted(missing))}" if missing else None
 
 
 def counts_its_calls(case: WorldCase) -> str | None:
@@ -35,44 +69,6 @@ def counts_its_calls(case: WorldCase) -> str | None:
     longest = max(episode.asked for episode in (case.usual, case.idle, case.silent))
     require(longest <= most, f"{longest} questions were asked where count_calls() says {most} at most: let it say more")
     return f"{longest} questions asked of {most}" if longest < most else None
-
-
-def asks_what_it_says(case: WorldCase) -> str | None:
-    """Questions are of the declared kinds, of the step that comes next, and each is put once."""
-    kinds = case.scenario.kinds
-    require(
-        isinstance(kinds, tuple) and all(isinstance(kind, str) for kind in kinds),
-        f"kinds is {kinds!r}: give a tuple of the kinds of question, such as ('action',)",
-    )
-    completed = 0
-    for turn in case.usual.turns:
-        for question in turn.questions:
-            require(
-                question.kind in kinds,
-                f"it asks a '{question.kind}', which is not among its kinds {', '.join(kinds)}: name it there",
-            )
-            require(
-                question.step == completed + 1,
-                f"a question says step {question.step} when {completed} steps are completed: steps count from 1",
-            )
-        require(
-            turn.step in (completed, completed + 1),
-            f"step went from {completed} to {turn.step} at once: it is the number of completed steps",
-        )
-        completed = turn.step
-    _each_once(case.usual)
-    missing = set(kinds).difference(question.kind for question in case.usual.questions)
-    return f"never asked here: {', '.join(sorted(missing))}" if missing else None
-
-
-def _each_once(episode: Episode) -> None:
-    put = Counter((one.step, one.agent, one.kind, one.again) for one in episode.questions)
-    for (step, agent, kind, _), times in put.items():
-        require(
-            times == 1,
-            f"agent {agent} is asked '{kind}' {times} times in step {step}, each time with the same sampling seed: "
-            "give the questions of a step kinds of their own, or count in `again` how often it was asked before",
-        )
 
 
 def observes_plain_data(case: WorldCase) -> None:
@@ -99,49 +95,28 @@ def asks_without_side_effects(case: WorldCase) -> None:
     """`pending()` can be asked twice: it says the same and changes nothing."""
     world = case.scenario.start(case.seed)
     world.opening()
-    while not world.finished:
-        first, second = ([seen(one) for one in world.pending()] for _ in range(2))
+    while not world.finished and world.step <= 1:
+        first, second = ([seen(question) for question in world.pending()] for _ in range(2))
         require(first == second, f"two calls of pending() in step {world.step + 1} differ: work nothing out in it")
         if not first:
             return
         world.advance(case.answers(world.pending()))
-        if world.step > 1:
-            break
-    often = case.played(case.answers, looks=3)
-    require(
-        often.content() == case.usual.content(),
-        "an episode goes another way when pending() is called more often: let it change nothing",
-    )
+    is_same = case.played(case.answers, looks=3).content() == case.usual.content()
+    require(is_same, "an episode goes another way when pending() is called more often: let it change nothing")
 
 
 def opens_without_side_effects(case: WorldCase) -> None:
     """`opening()` and `draw()` change nothing."""
     world = case.scenario.start(case.seed)
-    first = list(map(msgspec.json.encode, world.opening()))
-    require(
-        list(map(msgspec.json.encode, world.opening())) == first,
-        "two calls of opening() give other records: work nothing out in it",
-    )
-    require(
-        case.drawn.content() == case.usual.content(),
-        "an episode goes another way when it is drawn: change nothing there",
-    )
+    first, second = (list(map(msgspec.json.encode, world.opening())) for _ in range(2))
+    require(first == second, "two calls of opening() give other records: work nothing out in it")
+    is_same = case.drawn.content() == case.usual.content()
+    require(is_same, "an episode goes another way when it is drawn: change nothing there")
 
 
 def is_equal_from_equal_settings(case: WorldCase) -> None:
     """Two worlds from the same settings play the same episode, byte for byte."""
-    copy = case.played(case.answers, scenario=case.make())
-    _same(copy, case.usual, "a copy of the world")
-
-
-def starts_afresh(case: WorldCase) -> None:
-    """An episode is the same whatever was played before it or beside it."""
-    beside = case.scenario.start(case.seed + 1)
-    world = case.scenario.start(case.seed)
-    if not beside.finished and (questions := beside.pending()):
-        beside.advance(case.answers(questions))
-    again = play(world, case.answers, most=case.most)
-    _same(again, case.usual, "an episode beside another one")
+    _check_same(case, case.played(case.answers, scenario=case.make()), "a copy of the world")
 
 
 def is_equal_from_a_pickle(case: WorldCase) -> None:
@@ -150,16 +125,25 @@ def is_equal_from_a_pickle(case: WorldCase) -> None:
         copy = pickle.loads(pickle.dumps(case.scenario))
     except (pickle.PicklingError, TypeError, AttributeError) as error:
         raise Skipped(f"cannot be pickled, which no run needs: {error}") from error
-    _same(case.played(case.answers, scenario=copy), case.usual, "a copy by way of pickle")
+    _check_same(case, case.played(case.answers, scenario=copy), "a copy by way of pickle")
+
+
+def starts_afresh(case: WorldCase) -> None:
+    """An episode is the same whatever was played before it or beside it."""
+    beside, world = case.scenario.start(case.seed + 1), case.scenario.start(case.seed)
+    if not beside.finished and (questions := beside.pending()):
+        beside.advance(case.answers(questions))
+    _check_same(case, play(world, case.answers, most=case.most), "an episode beside another one")
 
 
 _AGAIN = "draw from foundry.seeding.stream(seed, ...) alone, keep no state in the scenario and no order of a set"
 
 
-def _same(other: Episode, one: Episode, which: str, hint: str = _AGAIN) -> None:
-    pairs = zip(one.content(), other.content(), strict=False)
+def _check_same(case: WorldCase, other: Episode, which: str, hint: str = _AGAIN) -> None:
+    usual, content = case.usual.content(), other.content()
+    pairs = zip(usual, content, strict=False)
     differing = next((f"{left!r} and {right!r}" for left, right in pairs if left != right), "one is longer")
-    require(other.content() == one.content(), f"{which} went another way: {hint}; first: {differing[:300]}")
+    require(content == usual, f"{which} went another way: {hint}; first: {differing[:300]}")
 
 
 def asks_ahead_what_it_asks_later(case: WorldCase) -> None:
@@ -167,48 +151,43 @@ def asks_ahead_what_it_asks_later(case: WorldCase) -> None:
     rng = seeding.stream(case.seed, "check:order")
     orders: tuple[Callable[[int], int], ...] = (lambda n: 0, lambda n: n - 1, lambda n: int(rng.integers(n)))
     for pick in orders:
-        found = play_ahead(case.scenario.start(case.seed), case.answers, most=case.most, pick=pick)
-        if found is None:
+        episode = play_ahead(case.scenario.start(case.seed), case.answers, most=case.most, pick=pick)
+        if episode is None:
             raise Skipped("asks nothing ahead: all wait for all")
         hint = "let ready() give what nothing undecided can change, and next_round() the order of pending()"
-        _same(found, case.usual, "an episode that was asked ahead", hint)
+        _check_same(case, episode, "an episode that was asked ahead", hint)
 
 
 def follows_its_seed(case: WorldCase) -> str | None:
     """Another seed gives another episode, where the world draws anything."""
-    world = case.scenario.start(case.seed + 1)
-    other = play(world, case.answers, most=case.most)
-    same_answers = other.content() == case.usual.content()
-    return "every seed gives the same episode: seeds vary the models' sampling alone" if same_answers else None
+    other = play(case.scenario.start(case.seed + 1), case.answers, most=case.most)
+    is_same = other.content() == case.usual.content()
+    return "every seed gives the same episode: seeds vary the models' sampling alone" if is_same else None
 
 
 def has_a_persona_for_every_agent(case: WorldCase) -> None:
     """`personas(seed)` has one persona an agent that there may ever be, by its id; the same every time."""
-    personas = case.scenario.personas(case.seed)
+    first, second = (case.scenario.personas(case.seed) for _ in range(2))
     asked = {question.agent for question in case.usual.questions}
     require(
-        asked <= set(range(len(personas))),
-        f"personas({case.seed}) has {len(personas)}, and asked were the agents {sorted(asked)}: return one persona, or "
+        asked <= set(range(len(first))),
+        f"personas({case.seed}) has {len(first)}, and asked were the agents {sorted(asked)}: return one persona, or "
         "{}, for every agent, whose ids count from 0",
     )
-    for persona in personas:
+    for persona in first:
         plain = all(isinstance(key, str) and isinstance(value, str) for key, value in persona.items())
         require(plain, f"a persona is {dict(persona)!r}: use texts for attributes and values")
-    again = case.scenario.personas(case.seed)
-    require(list(map(dict, again)) == list(map(dict, personas)), "personas(seed) differs from call to call")
+    require(list(map(dict, first)) == list(map(dict, second)), "personas(seed) differs from call to call")
 
 
 def tells_moments_apart_by_texts_and_flags(case: WorldCase) -> None:
     """`strata(question)` gives texts and flags, under the same names for every question of a kind."""
     names: dict[str, set[str]] = {}
     for question in case.usual.questions:
-        found = case.scenario.strata(question)
-        require(
-            all(isinstance(value, str | bool) for value in found.values()),
-            f"strata of a '{question.kind}' are {dict(found)!r}: use texts or flags, of which there are few",
-        )
-        known = names.setdefault(question.kind, set(found))
-        differing = sorted(known ^ set(found))
+        strata = case.scenario.strata(question)
+        plain = all(isinstance(value, str | bool) for value in strata.values())
+        require(plain, f"strata of a '{question.kind}' are {dict(strata)!r}: use texts or flags of few values")
+        differing = sorted(names.setdefault(question.kind, set(strata)) ^ set(strata))
         require(not differing, f"{', '.join(differing)} is in the strata of one '{question.kind}' and not of another")
 
 
@@ -224,30 +203,146 @@ def keeps_its_secrets(case: WorldCase) -> None:
 
 def shows_images_where_it_says(case: WorldCase) -> None:
     """Questions carry PNG or JPEG images if `shows_images` says so, and none otherwise."""
+    shows = case.scenario.shows_images
     for question in case.usual.questions:
-        says = "shows_images is True" if case.scenario.shows_images else "shows_images is False"
-        require(
-            bool(question.images) == case.scenario.shows_images,
-            f"{says}, and a '{question.kind}' has {len(question.images)} images: let the class say what holds",
-        )
-        known = all(image.startswith((b"\x89PNG", b"\xff\xd8\xff")) for image in question.images)
-        require(known, f"an image of a '{question.kind}' is neither PNG nor JPEG")
+        images, kind = question.images, question.kind
+        is_said = bool(images) == shows
+        require(is_said, f"shows_images is {shows}, and a '{kind}' has {len(images)} images: let the class say it")
+        known = all(image.startswith((b"\x89PNG", b"\xff\xd8\xff")) for image in images)
+        require(known, f"an image of a '{kind}' is neither PNG nor JPEG")
 
 
-CHECKS = (
-    plays_to_its_end,
-    asks_what_it_says,
-    counts_its_calls,
-    observes_plain_data,
-    asks_without_side_effects,
-    opens_without_side_effects,
-    is_equal_from_equal_settings,
-    is_equal_from_a_pickle,
-    starts_afresh,
-    asks_ahead_what_it_asks_later,
-    follows_its_seed,
-    has_a_persona_for_every_agent,
-    tells_moments_apart_by_texts_and_flags,
-    keeps_its_secrets,
-    shows_images_where_it_says,
-)
+def declares_its_records(case: WorldCase) -> None:
+    """The scenario says its form, the classes of its records with the common keys, and what can be decided."""
+    scenario = case.scenario
+    form = getattr(scenario, "form", None)
+    is_name = isinstance(form, str) and _FORM.fullmatch(form) is not None
+    require(is_name, f"form is {form!r}: name what the records are, such as form = 'rounds'")
+    for record in scenario.records:
+        is_record = isinstance(record, type) and issubclass(record, Record) and bool(record.stream)
+        require(is_record, f"records names {record!r}: give classes below foundry.records.Record with a `stream`")
+    steps = [record for record in scenario.records if record.stream == _STEPS]
+    require(len(steps) == 1, f"{len(steps)} classes of records have the stream 'steps': one has to")
+    missing = [key for key in _COMMON if key not in steps[0].__struct_fields__]
+    require(not missing, f"{steps[0].__name__} has no {', '.join(missing)}: every step says them; see RoundStep")
+    for kind, actions in scenario.actions().items():
+        _check_actions(kind, actions, scenario.kinds)
+    scenario.declared()
+
+
+def _check_actions(kind: str, actions: Actions, kinds: tuple[str, ...]) -> None:
+    require(kind in kinds, f"actions() names '{kind}', which is not asked: its kinds are {', '.join(kinds)}")
+    low, high = _ends(actions)
+    is_one = low <= high and not (actions.labels and math.isfinite(low - high))
+    require(is_one, f"actions()['{kind}'] is {actions}: give the labels of a set, or the low and high of a number")
+    is_action = actions.idle is None or _is_among(actions, actions.idle)
+    require(is_action, f"the idle action of '{kind}', {actions.idle!r}, is none of its actions")
+
+
+def writes_what_it_declares(case: WorldCase) -> None:
+    """Every record is of a declared class; steps are numbered by the step that was asked, agents from 0."""
+    agents = range(len(case.scenario.personas(case.seed)))
+    for record in case.usual.records:
+        name, is_declared = type(record).__name__, type(record) in case.scenario.records
+        require(is_declared, f"it writes a {name} (stream '{record.stream}'): add it to the scenario's `records`")
+    for turn in case.usual.turns:
+        asked = turn.questions[0].step
+        for row in steps_of(turn.records):
+            require(row.step == asked, f"a record of step {asked} says step {row.step}: steps count from 1")
+            require(row.agent in agents, f"a step is of agent {row.agent!r}: the agents are 0 to {len(agents) - 1}")
+
+
+def records_every_step(case: WorldCase) -> None:
+    """Every completed step has a record of each agent that was asked in it, each kind only as often as it was asked."""
+    put = Counter(question.asked for question in case.usual.questions)
+    rows = Counter((row.step, row.agent, getattr(row, "kind", None)) for row in steps_of(case.usual.records))
+    for (step, agent, kind), times in rows.items():
+        most = max(put[step, agent, str(kind)], 1)
+        require(times <= most, f"agent {agent} has {times} records of kind {kind} in step {step}: write {most}")
+    recorded = {(step, agent) for step, agent, _ in rows}
+    for step, agent, _ in put:
+        require((step, agent) in recorded, f"step {step} has no record of agent {agent}, who was asked in it")
+
+
+def decides_as_declared(case: WorldCase) -> None:
+    """Outcomes are of `Outcome`; an action is among the declared ones, and null where nothing could be read."""
+    actions = case.scenario.actions()
+    for row in steps_of((*case.usual.records, *case.silent.records)):
+        require(isinstance(row.outcome, Outcome), f"an outcome is {row.outcome!r}: use foundry.records.Outcome")
+        declared = declared_for(row, actions)
+        if declared is None:
+            continue
+        if row.outcome in READABLE:
+            require(
+                row.decision is not None and _is_among(declared, row.decision),
+                f"agent {row.agent} decided {row.decision!r} in step {row.step}, which is not declared: {declared}",
+            )
+        else:
+            require(
+                row.decision is None,
+                f"agent {row.agent} has the action {row.decision!r} in step {row.step}, where its reply was "
+                f"{row.outcome}: nothing becomes an action that no model said; write null",
+            )
+
+
+def declared_for(row: Any, actions: Mapping[str, Actions]) -> Actions | None:
+    """Return what the decision of a step can be; None where nothing is declared for it."""
+    kind = getattr(row, "kind", None)
+    if kind is None and len(actions) == 1:
+        return next(iter(actions.values()))
+    return actions.get(str(kind))
+
+
+def _is_among(actions: Actions, decision: object) -> bool:
+    if actions.labels:
+        return decision in actions.labels
+    if not isinstance(decision, int | float) or isinstance(decision, bool):
+        return False
+    low, high = _ends(actions)
+    return (not actions.whole or float(decision).is_integer()) and low <= decision <= high
+
+
+def _ends(actions: Actions) -> tuple[float, float]:
+    return (-math.inf if actions.low is None else actions.low, math.inf if actions.high is None else actions.high)
+
+
+def loads_its_records_back(case: WorldCase) -> None:
+    """What is written is read back as it was, by the declared types."""
+    for record in case.usual.records:
+        name, content = type(record).__name__, msgspec.json.encode(record)
+        try:
+            back = msgspec.json.decode(content, type=type(record))
+        except msgspec.DecodeError as error:
+            raise Broken(f"a {name} cannot be read again: {error}; its line is {content[:200]!r}") from error
+        require(back == record, f"a {name} is read back as another one; its line is {content[:200]!r}")
+
+
+def opens_with_its_personas(case: WorldCase) -> None:
+    """Where agents have personas, `opening()` records them as `Agent`, the same as `personas(seed)`.
+
+    Those of agents that come into the world later are recorded then.
+    """
+    personas = [dict(persona) for persona in case.scenario.personas(case.seed)]
+    recorded = {record.agent: record.persona for record in case.usual.opening if isinstance(record, Agent)}
+    if not any(personas) and not recorded:
+        raise Skipped("has no personas")
+    if case.scenario.grows:
+        personas = personas[: len(case.usual.turns[0].questions)]
+    expected = {agent: persona for agent, persona in enumerate(personas) if persona}
+    require(recorded == expected, f"opening() records the personas {recorded}, personas({case.seed}) says {expected}")
+
+
+def redraws_what_it_drew(case: WorldCase) -> None:
+    """`redraw` makes every picture again from the records alone, byte for byte."""
+    episode = case.drawn
+    images = {one.path: one.content for one in episode.records if hasattr(one, "path") and hasattr(one, "content")}
+    again = case.make().redraw(Recorded(case.seed, episode.lines(_STEPS), episode.lines("episode"), images.get))
+    for step, picture in episode.pictures.items():
+        require(picture.startswith(b"\x89PNG"), f"draw() gives no PNG after step {step}")
+        is_same = again.draw(step) == picture
+        require(is_same, f"the picture of step {step} differs from draw()'s: draw from what the records say alone")
+
+
+def steps_of(records: Sequence[Record]) -> Iterator[Any]:
+    """Return the records of what was decided."""
+    return (record for record in records if record.stream == _STEPS)

@@ -15,6 +15,7 @@ from PIL import Image
 
 from foundry import seeding
 from foundry.declared import Actions
+from foundry.prompts.prompt import Prompt
 from foundry.records import Agent, Outcome, Record, RoundStep
 from foundry.worlds.base import (
     Ahead,
@@ -30,6 +31,7 @@ from foundry.worlds.base import (
 )
 
 CALLS = ("heads", "tails", "pass")
+PROMPT = Prompt("coins", {"call": "You are agent {{ agent }}. It showed {{ shown }}. Heads, tails or pass?"})
 
 
 class Round(World):

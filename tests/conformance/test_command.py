@@ -61,7 +61,7 @@ def test_what_does_not_hold_is_told_and_the_exit_code_is_2(mine: Path):
     assert [(one["check"], one["note"]) for one in found if one["status"] == "failed"] == [
         (
             "tells its settings apart",
-            "with another odds the parameters() are the same: add it, else answers of both are mixed up",
+            "with another odds the parameters() are the same: add it, or answers of both mix",
         )
     ]
 

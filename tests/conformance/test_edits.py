@@ -10,15 +10,18 @@ from typing import Any
 import pytest
 
 from commands import foundry
-from foundry.conformance.edits import CHECKS, EditCase
+from foundry.conformance.checking import CHECKS
+from foundry.conformance.edits import EditCase
 from foundry.conformance.finding import Status, examine
 from foundry.conformance.playing import WorldCase
+from foundry.prompts.prompt import Prompt
 from foundry.worlds.base import Question
 from foundry.worlds.grid.layouts import Uniform
 from foundry.worlds.grid.world import GridScenario
 from foundry.worlds.probe.editing import Edit, observing
 
 _numbers: Iterator[int] = iter(range(10**6))
+PROMPT = Prompt("own", dict.fromkeys(("message", "action"), "You are at {{ x }}."))
 _SIDES = {"left": "right", "right": "left"}
 
 
@@ -31,7 +34,8 @@ def world() -> GridScenario:
 
 def broken(change: Callable[[Question], Question | None], leaves: str = "cause", **said: Any) -> dict[str, str]:
     """Return the notes of the checks that an edit fails, by their names."""
-    found = examine("edit", CHECKS, EditCase(Edit("own", leaves, change, **said), WorldCase(world)))
+    case = EditCase(Edit("own", leaves, change, **said), WorldCase(world, lambda: PROMPT))
+    found = examine("edit", CHECKS["edit"], case)
     return {one.check: one.note for one in found if one.status is Status.FAILED}
 
 

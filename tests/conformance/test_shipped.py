@@ -12,9 +12,8 @@ import yaml
 
 from episodes import ROOM
 from foundry.composing.compose import compose
-from foundry.composing.preflight import prompt_of
-from foundry.conformance import edits, models, prompts, signatures
-from foundry.conformance.checking import WORLD_CHECKS, with_parts, world_case
+from foundry.conformance import edits, models
+from foundry.conformance.checking import CHECKS, with_parts, world_case
 from foundry.conformance.finding import Status, examine, failed, look
 from foundry.conformance.playing import WorldCase
 from foundry.conformance.signatures import case_with, run_type, shipped_signatures
@@ -96,7 +95,7 @@ def test_the_sweep_of_all_worlds_names_every_one():
 
 @pytest.mark.parametrize("world", WORLDS)
 def test_a_world_holds_what_every_world_must_hold(world: str):
-    assert failed(examine(f"world {world}", WORLD_CHECKS, case(world))) == []
+    assert failed(examine(f"world {world}", CHECKS["world"], case(world))) == []
 
 
 @pytest.mark.parametrize("world", FIRST)
@@ -112,26 +111,24 @@ PROMPTS = [
 """Translations are tried with the slow tests: they fill the places of their originals."""
 
 
-def prompt_config(name: str) -> tuple[str, Any]:
-    """Return a world whose questions a prompt puts, and its configuration: one that chooses it, where one does."""
+def prompt_config(name: str) -> Any:
+    """Return the configuration of a world whose questions a prompt puts: one that chooses it, where one does."""
     choosing = (*PLAIN, "follow", "map_probe")
     own = (world for world in choosing if config(world)["prompt"]["name"] == name.removesuffix("_japanese"))
     world = next(own, None) or world_for(config("cafe_library", f"prompt={name}")["prompt"]["templates"])
-    return world, config(world, f"prompt={name}")
+    return config(world, f"prompt={name}")
 
 
 @pytest.mark.parametrize("name", PROMPTS)
 def test_a_prompt_holds_what_every_prompt_must_hold(name: str):
-    world, composed = prompt_config(name)
-    prompt = prompts.PromptCase(lambda: prompt_of(composed), composed["prompt"]["templates"], case(world))
-    assert failed(examine(f"prompt {name}", prompts.CHECKS, prompt)) == []
+    assert failed(examine(f"prompt {name}", CHECKS["prompt"], world_case(prompt_config(name), seed=3))) == []
 
 
 @pytest.mark.parametrize("world", WORLDS)
 def test_an_edit_holds_what_every_edit_must_hold_in_all_worlds_of_its_form(world: str):
     names = dict.fromkeys(edit.name for _, edit in edit_modules(case(world).scenario.form))
     for edit in (edit for name in names for edit in with_parts(name, case(world))):
-        assert failed(examine(f"edit {edit.name}", edits.CHECKS, edits.EditCase(edit, case(world)))) == []
+        assert failed(examine(f"edit {edit.name}", CHECKS["edit"], edits.EditCase(edit, case(world)))) == []
 
 
 def test_every_shipped_edit_changes_something_in_some_world():
@@ -154,7 +151,7 @@ POLICIES = [name for name in names("model") if name.startswith("scripted/")]
 def test_a_model_holds_what_every_model_must_hold(name: str):
     settings = config("cafe_library", f"model={name}", *SETTINGS.get(name, ()))["model"]
     world = world_for(build(settings).kinds)
-    assert failed(examine(f"model {name}", models.CHECKS, models.ModelCase(build, settings, case(world)))) == []
+    assert failed(examine(f"model {name}", CHECKS["model"], models.ModelCase(build, settings, case(world)))) == []
 
 
 @cache
@@ -176,7 +173,7 @@ def shipped(form: str, world: str) -> list[tuple[str, str]]:
     ],
 )
 def test_a_signature_holds_what_every_signature_must_hold(world: str, module: str):
-    assert failed(examine(module, signatures.SIGNATURE, tried(world)(importlib.import_module(module)))) == []
+    assert failed(examine(module, CHECKS["signature"], tried(world)(importlib.import_module(module)))) == []
 
 
 def is_about(module: Any, world: str) -> bool:
@@ -189,4 +186,4 @@ def is_about(module: Any, world: str) -> bool:
 def test_a_signature_of_some_games_holds_the_same_in_the_first_that_it_is_about(name: str):
     module = importlib.import_module(f"analysis.rounds.signatures.{name}")
     world = next(one for one in PLAIN if is_about(module, one))
-    assert failed(examine(name, signatures.SIGNATURE, tried(world)(module))) == []
+    assert failed(examine(name, CHECKS["signature"], tried(world)(module))) == []
