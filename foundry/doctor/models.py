@@ -8,7 +8,6 @@ from typing import Any
 
 from foundry.composing.preflight import check_sight, first_questions
 from foundry.doctor.finding import Finding, Status
-from foundry.doctor.load import LoadResult, measure_load
 from foundry.doctor.longest import LongestPrompt, longest_prompt
 from foundry.doctor.speeds import remember_speed
 from foundry.episode import Asker
@@ -18,6 +17,7 @@ from foundry.models.human.model import HumanModel
 from foundry.models.serving import serving_of
 from foundry.models.wrappers.retried import RetriedModel
 from foundry.prompts.prompt import Prompt
+from foundry.running.load import LoadResult, measure_load
 from foundry.storing.growing import same_weights
 from foundry.worlds.base import Question, Scenario
 

@@ -1,13 +1,20 @@
-"""Requests put to a model one by one and all at once, each with when its server worked on it."""
+"""Calls put to a server one by one and all at once: how many it works on together, and whether seeds hold."""
 
 from __future__ import annotations
 
 import asyncio
+import statistics
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from msgspec import structs
+
 from foundry.models.base import Model, Reply, Request
+from foundry.worlds.base import Answer, unanswered
+
+BURST = 16
+"""Calls sent at once."""
 
 
 @dataclass(frozen=True)
@@ -34,12 +41,13 @@ async def at_once(model: Model, requests: Sequence[Request]) -> list[Timed]:
     Raises:
         BackendError: the server gave no answer.
     """
-    found: list[Timed] = []
-    for one in await asyncio.gather(*(_timed(model, request) for request in requests), return_exceptions=True):
-        if isinstance(one, BaseException):
-            raise one
-        found.append(one)
-    return found
+    outcomes = await asyncio.gather(*(_timed(model, request) for request in requests), return_exceptions=True)
+    replies: list[Timed] = []
+    for outcome in outcomes:
+        if isinstance(outcome, BaseException):
+            raise outcome
+        replies.append(outcome)
+    return replies
 
 
 async def _timed(model: Model, request: Request) -> Timed:
@@ -49,3 +57,70 @@ async def _timed(model: Model, request: Request) -> Timed:
     ended = time.perf_counter()
     work = reply.timings.get("prompt", 0.0) + reply.timings.get("output", 0.0)
     return Timed(reply, max(sent, ended - work) if work else sent, ended)
+
+
+@dataclass(frozen=True)
+class LoadResult:
+    """What was measured.
+
+    Attributes:
+        slots: calls that the server worked on at once; None where this machine was too slow to tell.
+        alone_equal: whether the same call gave the same answer twice, one at a time.
+        equal_under_load: share of the same calls in a burst that gave that answer, too.
+        alone_s: seconds of one call by itself.
+        per_call_s: seconds per call in the burst.
+        calls: calls that were made.
+        repeated: those that had to be made again before they were answered.
+        undecided: those that the model left without anything to read, or gave up.
+    """
+
+    slots: int | None
+    alone_equal: bool
+    equal_under_load: float
+    alone_s: float
+    per_call_s: float
+    calls: int
+    repeated: int
+    undecided: int
+
+
+async def measure_load(model: Model, request: Request) -> LoadResult:
+    """Ask the same thing twice alone, then in a burst in which every second call has another seed.
+
+    Raises:
+        BackendError: the server gave no answer.
+    """
+    first, second = await one_by_one(model, [request, request])
+    requests = [request if index % 2 else structs.replace(request, seed=request.seed + index) for index in range(BURST)]
+    started, worked = time.perf_counter(), time.process_time()
+    burst = await at_once(model, requests)
+    elapsed, worked = time.perf_counter() - started, time.process_time() - worked
+    same = [one.reply.text == first.reply.text for one, asked in zip(burst, requests, strict=True) if asked is request]
+    alone = second.ended - second.began
+    replies = [one.reply for one in (first, second, *burst)]
+    return LoadResult(
+        slots=None if worked > elapsed / 2 or _is_late(burst) else _slots(burst, alone, elapsed),
+        alone_equal=first.reply.text == second.reply.text,
+        equal_under_load=sum(same) / len(same),
+        alone_s=alone,
+        per_call_s=elapsed / BURST,
+        calls=len(replies),
+        repeated=sum(bool(reply.attempts) for reply in replies),
+        undecided=sum(unanswered(Answer(reply.text, reply.ending)) is not None for reply in replies),
+    )
+
+
+def _is_late(burst: Sequence[Timed]) -> bool:
+    """Return whether replies took longer on their way to us than their server took for them, its queue included."""
+    timings = [timed.reply.timings for timed in burst if {"latency", "total"} <= timed.reply.timings.keys()]
+    return bool(timings) and statistics.median(seconds["latency"] - 2 * seconds["total"] for seconds in timings) > 0
+
+
+def _slots(burst: Sequence[Timed], alone_s: float, elapsed_s: float) -> int:
+    """Return how many calls overlapped; without the server's account, how much faster the burst was than one by one."""
+    if not any("output" in one.reply.timings for one in burst):
+        return max(1, round(alone_s * len(burst) / elapsed_s))
+    # In the middle of a call, since a reply that arrives a little late seems to overlap the next one at its end.
+    middles = [(one.began + one.ended) / 2 for one in burst]
+    overlaps = [sum(one.began <= middle <= one.ended for one in burst) for middle in middles]
+    return round(statistics.median(overlaps))

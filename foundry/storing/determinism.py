@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -10,7 +9,7 @@ from typing import Any
 
 import msgspec
 
-from foundry.expansion import is_served, settings_key
+from foundry.expansion import is_served, leaves, settings_key
 from foundry.records import RunSummary
 from foundry.storing.run_files import claimed, json_file, storing, write_atomically
 from foundry.storing.store import RunFolder, SweepFolder
@@ -249,21 +248,12 @@ def _why(runs: Iterable[RunFolder]) -> str:
     return "its calls were not made again"
 
 
-def _names(found: Sequence[Repeats]) -> list[str]:
+def _names(measured: Sequence[Repeats]) -> list[str]:
     """Return a name for each model, with the settings in which those of one name differ."""
-    repeated = Counter(one.model for one in found)
-    flat = [dict(_leaves(one.parameters)) for one in found]
+    settings = [dict(leaves(one.parameters)) for one in measured]
     names = []
-    for one, mine in zip(found, flat, strict=True):
-        others = [flat[place] for place, other in enumerate(found) if other.model == one.model]
-        differing = [f"{key}={mine[key]}" for key in mine if any(other.get(key) != mine[key] for other in others)]
-        names.append(f"{one.model} ({', '.join(differing)})" if repeated[one.model] > 1 and differing else one.model)
+    for one, own in zip(measured, settings, strict=True):
+        others = [other for other, of in zip(settings, measured, strict=True) if of.model == one.model]
+        differing = [f"{key}={own[key]}" for key in own if any(other.get(key) != own[key] for other in others)]
+        names.append(f"{one.model} ({', '.join(differing)})" if differing else one.model)
     return names
-
-
-def _leaves(value: Mapping[str, Any], prefix: str = "") -> Iterable[tuple[str, Any]]:
-    for key, inner in value.items():
-        if isinstance(inner, Mapping):
-            yield from _leaves(inner, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", inner

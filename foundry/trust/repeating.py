@@ -7,17 +7,25 @@ from __future__ import annotations
 
 import asyncio
 import datetime
+import hashlib
+import itertools
 import logging
-from collections.abc import Callable, Coroutine, Mapping, Sequence
+from collections.abc import Callable, Coroutine, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
+import msgspec
+
+from foundry import seeding
+from foundry.episode import answer_of
 from foundry.expansion import sent_key, settings_key
-from foundry.models.base import Model, Reply
+from foundry.models.base import ChatMessage, Model, Reply, Request, RequestKeys
 from foundry.models.serving import serving_of
 from foundry.models.wrappers.retried import RetriedModel
-from foundry.records import RunSummary
+from foundry.records import Call, RunSummary
 from foundry.running.build import build, served_by_others
 from foundry.running.load import at_once, one_by_one
+from foundry.running.replayed import reply_of
 from foundry.storing.determinism import (
     Again,
     Budget,
@@ -29,14 +37,34 @@ from foundry.storing.determinism import (
     repeats_of,
     write_repeats,
 )
-from foundry.storing.store import RunFolder, SweepFolder
+from foundry.storing.matching import place_of
+from foundry.storing.store import IMAGES, RunFolder, SweepFolder, kept_file, lines_of
 from foundry.texts import visible, without_secrets
-from foundry.trust.repeated_calls import Repeatable, decides_alike, decision_of, draw
+from foundry.trust.forms import Line, compared_of
 from foundry.worlds.base import Scenario
 
 LOOK_EVERY_S = 0.1
 """So often it is looked whether the sweep is to stop."""
+STREAM = "determinism"
+"""The named stream of a run's seed that its calls are drawn from."""
 T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Repeatable:
+    """A recorded call that can be made again.
+
+    Attributes:
+        run: its run.
+        number: its place in the log of calls, from 0.
+        call: as it was logged.
+        request: what puts it again: the same messages, seed and parameters.
+    """
+
+    run: RunFolder
+    number: int
+    call: Call
+    request: Request
 
 
 def repeat_calls(
@@ -53,65 +81,74 @@ def repeat_calls(
         in_flight: calls that were allowed in flight at once when it was asked; 0 where that is not known.
         stopping: says whether the sweep is to stop.
     """
-    of = str(model["name"])
-    served = served_by_others(build(model))
-    left = [member for member in served if not _is_known(folder, of, member)]
+    of, served = str(model["name"]), served_by_others(build(model))
+
+    def is_known(member: Model) -> bool:
+        return is_measured(repeats_of(folder), of, member.name, member.parameters())
+
+    left = [member for member in served if not is_known(member)]
     live = _live_runs(folder, sent_key(model)) if left else {}
     calls = sum(answered_calls(summary, {member.name for member in served}) for summary in live.values())
     for member in left if live else ():
         bounds = serving_of(member).in_flight
         budget = Budget.of(setting, calls // len(served), min(in_flight or bounds.initial, bounds.max))
         try:
-            with claim_repeats(folder) as mine:
-                if mine and not _is_known(folder, of, member):
-                    _repeat_of_member(folder, list(live), member, of, budget=budget, stopping=stopping)
+            with claim_repeats(folder) as is_ours:
+                if (
+                    is_ours
+                    and not is_known(member)
+                    and (repeats := _measured(list(live), member, of, budget, stopping))
+                ):
+                    write_repeats(folder, [*repeats_of(folder), repeats])
         except Exception as error:  # noqa: BLE001 - the boundary: a backend or world of one's own may raise anything
             cause = without_secrets(" ".join(str(error).split())) or type(error).__name__
             _log("%s: determinism not measured: %s", visible(member.name), visible(cause))
 
 
-def _is_known(folder: SweepFolder, of: str, member: Model) -> bool:
-    return is_measured(repeats_of(folder), of, member.name, member.parameters())
-
-
 def _live_runs(folder: SweepFolder, key: str) -> dict[RunFolder, RunSummary]:
     """Return the runs of a model in which its server answered; none where not all of its runs are complete."""
     asked = {number for number, one in enumerate(folder.sweep.conditions) if sent_key(one.config["model"]) == key}
-    runs = [(run, run.summary()) for run in folder.runs() if run.run.condition in asked]
-    if not all(summary is not None and summary.status == "complete" for _, summary in runs):
+    runs = {run: run.summary() for run in folder.runs() if run.run.condition in asked}
+    complete = {run: summary for run, summary in runs.items() if summary is not None and summary.status == "complete"}
+    if len(complete) < len(runs):
         return {}
-    summaries = {run: summary for run, summary in runs if summary is not None}
-    return {run: one for run, one in summaries.items() if one.counts.calls > one.counts.cached}
+    return {run: one for run, one in complete.items() if one.counts.calls > one.counts.cached}
 
 
-def _repeat_of_member(
-    folder: SweepFolder,
-    runs: Sequence[RunFolder],
-    member: Model,
-    of: str,
-    *,
-    budget: Budget,
-    stopping: Callable[[], bool],
-) -> None:
+def _measured(
+    runs: Sequence[RunFolder], member: Model, of: str, budget: Budget, stopping: Callable[[], bool]
+) -> Repeats | None:
+    """Return what came of calls of a model; None where there are none, or the sweep was to stop before."""
     together = budget.again + budget.beside
-    drawn = draw(runs, member, together, most_runs=budget.again)
+    drawn = _draw(runs, member, together, most_runs=budget.again)
     calls, others = drawn[: budget.again], drawn[budget.again : together]
     if not calls:
-        return
+        return None
     said = "%s: making %d recorded calls again, alone, then with %d others at once (determinism=0 leaves it out)"
     _log(said, visible(member.name), len(calls), len(others))
     replies = asyncio.run(_unless_stopped(_asked(member, calls, others), stopping))
     if replies is None:
-        return
-    found = Repeats(
+        return None
+    scenarios: dict[str, Scenario] = {}
+    repeats = [
+        Repeat(
+            run=one.run.id,
+            step=one.call.step,
+            agent=one.call.agent,
+            kind=one.call.kind,
+            alone=_again(one, scenarios, alone),
+            loaded=_again(one, scenarios, loaded),
+        )
+        for one, alone, loaded in zip(calls, *replies, strict=True)
+    ]
+    return Repeats(
         model=member.name,
         of=of,
         parameters=calls[0].call.parameters,
         measured=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         at_once=len(calls) + len(others),
-        calls=_compared(calls, *replies),
+        calls=tuple(repeats),
     )
-    write_repeats(folder, [*repeats_of(folder), found])
 
 
 def _log(text: str, *values: object) -> None:
@@ -133,7 +170,7 @@ async def _asked(
         loaded = await at_once(model, [one.request for one in (*calls, *others)])
     finally:
         await model.close()
-    return [one.reply for one in alone], [one.reply for one in loaded[: len(calls)]]
+    return [timed.reply for timed in alone], [timed.reply for timed in loaded[: len(calls)]]
 
 
 async def _unless_stopped(work: Coroutine[Any, Any, T], stopping: Callable[[], bool]) -> T | None:
@@ -146,29 +183,108 @@ async def _unless_stopped(work: Coroutine[Any, Any, T], stopping: Callable[[], b
     return None if task.cancelled() else task.result()
 
 
-def _compared(calls: Sequence[Repeatable], alone: Sequence[Reply], loaded: Sequence[Reply]) -> tuple[Repeat, ...]:
-    scenarios: dict[str, Scenario] = {}
-    return tuple(
-        Repeat(
-            run=one.run.id,
-            step=one.call.step,
-            agent=one.call.agent,
-            kind=one.call.kind,
-            alone=_again(one, scenarios, by_itself),
-            loaded=_again(one, scenarios, among_many),
-        )
-        for one, by_itself, among_many in zip(calls, alone, loaded, strict=True)
+def _draw(runs: Sequence[RunFolder], model: Model, count: int, *, most_runs: int) -> list[Repeatable]:
+    """Return calls that a model's server answered, in an order whose first ones are spread over runs and kinds.
+
+    Args:
+        runs: complete runs, one at least.
+        model: the bare model.
+        count: how many calls are wanted at most, of each run and kind.
+        most_runs: how many runs are read at most.
+    """
+    order = seeding.stream(runs[0].run.seed, STREAM).permutation(len(runs))[:most_runs]
+    parameters = msgspec.json.decode(msgspec.json.encode(model.parameters()))
+    return _in_turn([_of_run(runs[place], model, parameters, count, turn) for turn, place in enumerate(order.tolist())])
+
+
+def _of_run(run: RunFolder, model: Model, parameters: Mapping[str, Any], count: int, turn: int) -> list[Repeatable]:
+    """Return calls of one run, its kinds of question in turn, beginning with another kind in each run."""
+    by_kind: dict[str, list[tuple[int, Call]]] = {}
+    for number, call in enumerate(run.calls()):
+        if not call.cached and call.model == model.name and call.parameters == parameters:
+            by_kind.setdefault(call.kind, []).append((number, call))
+    rng = seeding.stream(run.run.seed, STREAM)
+    drawn = [[mine[place] for place in rng.permutation(len(mine))[:count].tolist()] for mine in by_kind.values()]
+    first = turn % max(1, len(drawn))
+    calls = _in_turn(drawn[first:] + drawn[:first])
+    images = _images(run) if any("images_sha256" in line for _, call in calls for line in call.messages) else {}
+    put = [(number, call, _request(call, model, images)) for number, call in calls]
+    return [Repeatable(run, number, call, request) for number, call, request in put if request is not None]
+
+
+def _in_turn(lists: Sequence[Sequence[T]]) -> list[T]:
+    """Return the first of each list, then the second of each, and so on."""
+    rounds = itertools.zip_longest(*([(one,) for one in each] for each in lists), fillvalue=())
+    return [one for places in rounds for place in places for one in place]
+
+
+def _images(run: RunFolder) -> dict[str, bytes]:
+    """Return the kept images that a run's model saw, by their SHA-256."""
+    names = [name for name in run.pictures() if name.startswith(f"{IMAGES}/")]
+    images = [content for name in names if (content := kept_file(run.path, name)) is not None]
+    return {hashlib.sha256(content).hexdigest(): content for content in images}
+
+
+def _request(call: Call, model: Model, images: Mapping[str, bytes]) -> Request | None:
+    """Return what puts a logged call again; None where not all of it was kept."""
+    messages = tuple(
+        ChatMessage(line["role"], line["content"], tuple(images.get(sha, b"") for sha in line.get("images_sha256", ())))
+        for line in call.messages
     )
+    if RequestKeys(model, call.digest).key(messages, call.seed) != call.key:
+        return None
+    return Request(messages, call.seed, call.kind, {}, call.step, call.agent, key=call.key)
 
 
 def _again(one: Repeatable, scenarios: dict[str, Scenario], reply: Reply) -> Again:
-    """Return what came of a call; worlds are built where they are needed, and once."""
-    recorded = decision_of(one)
+    """Return what came of a call; worlds are built where they are needed, and once.
+
+    Another reply decides alike where its world reads the same decision from it. The episode is played from its recorded
+    answers up to there; where nothing is recorded there, since others are asked then, it is another decision.
+    """
+    decision = _decision(one)
     if (reply.text, reply.ending) == (one.call.text, one.call.ending):
-        return Again(alike=None if recorded is None else True)
-    if recorded is None:
+        return Again(alike=None if decision is None else True)
+    if decision is None:
         return Again(text=reply.text)
     world = one.run.config()["world"]
     key = settings_key(world)
     scenarios[key] = scenarios[key] if key in scenarios else build(world)
-    return Again(text=reply.text, alike=decides_alike(one, recorded, scenarios[key], reply))
+    recorded, place = decision
+    now = next(itertools.islice(_lines_with(one, scenarios[key], reply), place, None), None)
+    alike = now is not None and compared_of(scenarios[key].form).acts_alike(recorded, now)
+    return Again(text=reply.text, alike=alike)
+
+
+def _decision(one: Repeatable) -> tuple[Line, int] | None:
+    """Return the line that a call decided, and its place among those of its step, agent and kind.
+
+    A probe with repeats has several of them. It is None where a call decides nothing by itself, or the records do not
+    tell.
+    """
+    if one.call.kind not in one.run.declared.actions:
+        return None
+    lines = [line for line in lines_of(one.run.steps_bytes(), dict[str, Any], one.run.path) if _is_of(line, one.call)]
+    asked = [number for number, call in enumerate(one.run.calls()) if place_of(call) == place_of(one.call)]
+    place = asked.index(one.number)
+    return (lines[place], place) if len(lines) == len(asked) else None
+
+
+def _is_of(line: Line, call: Call) -> bool:
+    return (line["step"], line["agent"], line.get("kind", call.kind)) == place_of(call)
+
+
+def _lines_with(one: Repeatable, scenario: Scenario, reply: Reply) -> Iterator[Line]:
+    """Play on with another reply to a call while the same is asked; yield what is decided at its place."""
+    world, calls, made = scenario.start(one.run.run.seed), list(one.run.calls()), 0
+    world.opening()
+    while not world.finished and made < len(calls):
+        questions = world.pending()
+        logged = calls[made : made + len(questions)]
+        if [question.asked for question in questions] != list(map(place_of, logged)):
+            return
+        replies = [reply if made + at == one.number else reply_of(call) for at, call in enumerate(logged)]
+        records = world.advance([answer_of(each) for each in replies])
+        rows = (msgspec.json.decode(msgspec.json.encode(row)) for row in records if row.stream == "steps")
+        yield from (row for row in rows if _is_of(row, one.call))
+        made += len(questions)

@@ -125,9 +125,8 @@ def test_the_slots_that_the_server_really_has_are_counted(
         return structs.replace(reply, timings={"output": 1.0} if tells else {})
 
     monkeypatch.setattr(OllamaModel, "ask", timed)
-    for module in ("foundry.running.load", "foundry.doctor.load"):
-        clocks = SimpleNamespace(perf_counter=lambda: now, process_time=lambda: 0.0)
-        monkeypatch.setattr(f"{module}.time", clocks)
+    clocks = SimpleNamespace(perf_counter=lambda: now, process_time=lambda: 0.0)
+    monkeypatch.setattr("foundry.running.load.time", clocks)
     with OllamaServer() as server:
         _, found = findings(server, tmp_path, "model=llama3.2")
     assert found["parallel slots"]["found"].startswith(f"{slots} at once")
@@ -147,8 +146,7 @@ def test_a_machine_that_is_too_slow_to_tell_claims_no_slots(
 
     monkeypatch.setattr(OllamaModel, "ask", timed)
     clocks = SimpleNamespace(perf_counter=lambda: now, process_time=lambda: now * worked_s)
-    for module in ("foundry.running.load", "foundry.doctor.load"):
-        monkeypatch.setattr(f"{module}.time", clocks)
+    monkeypatch.setattr("foundry.running.load.time", clocks)
     with OllamaServer() as server:
         code, found = findings(server, tmp_path, "model=llama3.2")
     assert code == 0 and found["parallel slots"]["status"] == "skipped"
