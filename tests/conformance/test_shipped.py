@@ -20,7 +20,7 @@ from foundry.conformance.signatures import case_with, run_type, shipped_signatur
 from foundry.conformance.worlds import follows_its_seed
 from foundry.paths import conf_dir, sweeps_dir
 from foundry.running.build import build
-from foundry.worlds.probe.editing import edit_modules
+from foundry.worlds.probe.editing import edits_of
 
 SMALL_PICTURES = ("world.camera.width=64", "world.camera.height=48", "world.steps=2")
 TINY = ("scene=kibo.usdz", "world.things.pixels=3", *SMALL_PICTURES)
@@ -126,16 +126,14 @@ def test_a_prompt_holds_what_every_prompt_must_hold(name: str):
 
 @pytest.mark.parametrize("world", WORLDS)
 def test_an_edit_holds_what_every_edit_must_hold_in_all_worlds_of_its_form(world: str):
-    names = dict.fromkeys(edit.name for _, edit in edit_modules(case(world).scenario.form))
+    names = dict.fromkeys(edit.name for edit in edits_of(case(world).scenario.form))
     for edit in (edit for name in names for edit in with_parts(name, case(world))):
         assert failed(examine(f"edit {edit.name}", CHECKS["edit"], edits.EditCase(edit, case(world)))) == []
 
 
 def test_every_shipped_edit_changes_something_in_some_world():
     tried = ("cafe_library", "survival", "bar", "public_goods_punishment", "naming", "usd")
-    cases = [
-        edits.EditCase(edit, case(world)) for world in tried for _, edit in edit_modules(case(world).scenario.form)
-    ]
+    cases = [edits.EditCase(edit, case(world)) for world in tried for edit in edits_of(case(world).scenario.form)]
     changing = [one for one in cases if look("edit", edits.changes_something, one).status is Status.PASSED]
     assert {one.edit.name for one in cases} - {one.edit.name for one in changing} == {"no_messages"}, "nobody speaks"
 

@@ -1,9 +1,9 @@
-"""Finds edits: modules that change what an agent perceives in a moment, and say what that should leave of a decision.
+"""Finds edits, which change what an agent perceives in a moment, and say what that should leave of a decision.
 
-An edit is a module with `NAME`, `LEAVES` (`invariance`: the decision should stay; `equivariance`: it should change as
-`expected` says; `cause`: something is taken away that may have been its cause) and `edit(question)`, which returns
-another question, or None where there is nothing to change. It acts on the structured observation and the images, never
-on text.
+A user's own edit is a module with `NAME`, `LEAVES` (`invariance`: the decision should stay; `equivariance`: it should
+change as `expected` says; `cause`: something is taken away that may have been its cause) and `edit(question)`, which
+returns another question, or None where there is nothing to change. It acts on the structured observation and the
+images, never on text. Shipped ones are the `EDITS` of `edits/<form>.py` and `edits/any.py`.
 
 `edit` may take more, by name: `others`, the questions of the other moments of its seed and of the next one, and
 `part`, where a function `parts(scenario)` says which parts the edit has: `swap_persona.age` changes the part `age`,
@@ -12,18 +12,16 @@ on text.
 
 from __future__ import annotations
 
-import importlib
 import inspect
-import pkgutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from foundry.errors import InputError, not_found
 from foundry.own_code import own_modules, refuse_shipped_name
+from foundry.rooms import in_room
 from foundry.seeding import stream
 from foundry.worlds.base import Question, Scenario
 from foundry.worlds.probe.moving import moved, split
@@ -33,8 +31,6 @@ NONE = "none"
 SHIPPED = "foundry"
 """The origin of the package's own edits."""
 LEAVES = ("invariance", "equivariance", "cause")
-_ROOM = f"{__package__}.edits"
-_ANY = "any"
 EACH = "each"
 """Stands for every part of an edit."""
 
@@ -49,6 +45,7 @@ class Edit:
         change: returns the changed question, or None where there is nothing to change; takes `others` where it asks
             for them.
         expected: returns what an action should become in a world.
+        parts: returns the parts that it has in a world, which `change` then takes by name as `part`.
         origin: where it comes from, for people.
         moves: the quantity that it moves, and to which value; then it is asked where that is the recorded one, too.
     """
@@ -57,6 +54,7 @@ class Edit:
     leaves: str
     change: Callable[..., Question | None]
     expected: Callable[..., Any] = lambda action: action
+    parts: Callable[[Scenario], Sequence[str]] = lambda scenario: ()
     origin: str = SHIPPED
     moves: tuple[str, float] | None = None
 
@@ -131,10 +129,10 @@ def find_edit(name: str, scenario: Scenario) -> Edit:
         change = partial(moved, path=path, value=value, form=scenario.form)
         return Edit(name, "cause", change, moves=(path, value))
     whole, _, part = name.partition(".")
-    module, edit = _found(whole, scenario)
+    edit = _known(whole, scenario)
     if not part:
         return edit
-    parts = _parts(module, scenario)
+    parts = edit.parts(scenario)
     if part not in parts:
         raise not_found(f"Part of edit '{whole}'", part, [EACH, *parts] if parts else [])
     return replace(edit, name=name, change=partial(edit.change, part=part))
@@ -146,20 +144,16 @@ def parts_of(name: str, scenario: Scenario) -> Sequence[str]:
     Raises:
         InputError: there is no such edit.
     """
-    return () if name == NONE else _parts(_found(name, scenario)[0], scenario)
+    return () if name == NONE else tuple(_known(name, scenario).parts(scenario))
 
 
-def _parts(module: ModuleType, scenario: Scenario) -> Sequence[str]:
-    return tuple(module.parts(scenario)) if hasattr(module, "parts") else ()
-
-
-def _found(name: str, scenario: Scenario) -> tuple[ModuleType, Edit]:
-    found = {module.NAME: (module, edit) for module, edit in edit_modules(scenario.form)}
-    if name not in found:
+def _known(name: str, scenario: Scenario) -> Edit:
+    edits = {edit.name: edit for edit in edits_of(scenario.form)}
+    if name not in edits:
         raise not_found(
-            f"Edit for worlds of form '{scenario.form}'", name, [NONE, *found], "Own ones are in mine/edits/."
+            f"Edit for worlds of form '{scenario.form}'", name, [NONE, *edits], "Own ones are in mine/edits/."
         )
-    return found[name]
+    return edits[name]
 
 
 def check_own_edits(form: str) -> None:
@@ -168,34 +162,32 @@ def check_own_edits(form: str) -> None:
     Raises:
         InputError: there is one.
     """
-    modules = list(edit_modules(form))
-    shipped = {module.NAME: module.__file__ for module, edit in modules if edit.origin == SHIPPED}
-    for _, edit in modules:
+    edits = list(edits_of(form))
+    shipped = {edit.name: inspect.getfile(edit.change) for edit in edits if edit.origin == SHIPPED}
+    for edit in edits:
         if edit.origin != SHIPPED:
             refuse_shipped_name(edit.origin, edit.name, shipped)
 
 
-def edit_modules(form: str) -> Iterator[tuple[ModuleType, Edit]]:
-    """Yield the edits for worlds of a form, each beside its module; one of any form stands before one of the form."""
-    for room in (_ANY, form):
-        folder = Path(__file__).parent / "edits" / room
-        for found in pkgutil.iter_modules([str(folder)]):
-            module = importlib.import_module(f"{_ROOM}.{room}.{found.name}")
-            yield module, _edit(module, SHIPPED)
+def edits_of(form: str) -> Iterator[Edit]:
+    """Yield the edits for worlds of a form, those of every form first, the user's own last."""
+    for room in ("any", form):
+        yield from in_room(f"{__package__}.edits", room, "EDITS") or ()
     for own in own_modules("edits"):
         module = own.load()
         if getattr(module, "FORM", form) == form:
-            yield module, _edit(module, own.origin)
+            yield _own_edit(module, own.origin)
 
 
-def _edit(module: ModuleType, origin: str) -> Edit:
+def _own_edit(module: ModuleType, origin: str) -> Edit:
     try:
-        edit = Edit(module.NAME, module.LEAVES, module.edit, getattr(module, "expected", Edit.expected), origin)
+        optional = {name: getattr(module, name) for name in ("expected", "parts") if hasattr(module, name)}
+        edit = Edit(module.NAME, module.LEAVES, module.edit, origin=origin, **optional)
     except AttributeError as error:
         raise InputError(f"{origin} is no edit ({error}): it needs NAME, LEAVES, a function edit(question).") from error
     if edit.leaves not in LEAVES:
         raise InputError(f"{origin}: LEAVES is {edit.leaves!r}: give one of {', '.join(LEAVES)}.")
-    if edit.leaves == "equivariance" and not hasattr(module, "expected"):
+    if edit.leaves == "equivariance" and "expected" not in optional:
         raise InputError(f"{origin}: an edit of equivariance needs a function expected(action).")
     return edit
 

@@ -12,9 +12,9 @@ import pytest
 from PIL import Image
 
 from foundry.worlds.base import Question
-from foundry.worlds.probe.editing import edit_modules
+from foundry.worlds.probe.editing import edits_of
 
-EDITS = {edit.name: edit for _, edit in edit_modules("camera")}
+EDITS = {edit.name: edit for edit in edits_of("camera")}
 POSE = {"x": 1.0, "y": 2.0, "z": 0.5, "yaw": 90.0, "pitch": -10.0}
 SEEN: dict[str, Any] = {
     **POSE, "step": 1, "task": "Find the lamp.", "target": "lamp", "idle_streak": 2,

@@ -15,7 +15,7 @@ from foundry.composing.compose import compose
 from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.conformance.playing import play
 from foundry.worlds.base import Answer, Question, Scenario
-from foundry.worlds.probe.editing import edit_modules, find_edit
+from foundry.worlds.probe.editing import edits_of, find_edit
 
 PLACES = (
     "[{name: Zum Anker, type: cafe, center: [-3, 0], extent: [2, 2], capacity: 2},"
@@ -87,7 +87,7 @@ def edited(edit: str, world: str, *overrides: str) -> list[Told]:
 def test_what_is_taken_away_was_told_and_is_told_no_more(world: str):
     """An edit that takes nothing out of the prompt would be reported as a cause that has no effect."""
     scenario, _, asked = asked_in(world)
-    for _, edit in edit_modules(scenario.form):
+    for edit in edits_of(scenario.form):
         if edit.leaves == "cause" and any(edit.applied(one, asked) is not None for one in asked):
             assert all(told.before != told.after for told in edited(edit.name, world)), edit.name
 

@@ -15,10 +15,10 @@ from foundry.worlds.base import Answer, Question
 from foundry.worlds.grid.layouts import Explicit
 from foundry.worlds.grid.space import OFFSETS
 from foundry.worlds.grid.world import GridScenario
-from foundry.worlds.probe.editing import LEAVES, NONE, UNEDITED, edit_modules, find_edit, find_edits, observing
-from foundry.worlds.probe.edits.grid.rename_agents import HIGHER
+from foundry.worlds.probe.editing import LEAVES, NONE, UNEDITED, edits_of, find_edit, find_edits, observing
+from foundry.worlds.probe.edits.grid import HIGHER
 
-GRID = {edit.name: edit for _, edit in edit_modules("grid")}
+GRID = {edit.name: edit for edit in edits_of("grid")}
 PLACED = {"fires", "places", "neighbours", "seen", "exits", "zones", "food", "burning", "window", "open"}
 CHANGES = {
     "no_fire": {"fires", "burning", "window"},
@@ -69,7 +69,7 @@ CROWD = [[3, 2], [4, 2], [4, 3], [2, 1], [3, 2]], 7, FURNITURE
 def test_all_that_are_shipped_for_the_grid_are_known_and_say_what_they_leave():
     assert set(GRID) == set(CHANGES) | EVERYWHERE and {edit.leaves for edit in GRID.values()} <= set(LEAVES)
     assert find_edit(NONE, world([[0, 0]])) is UNEDITED
-    assert {edit.name for _, edit in edit_modules("mine")} == EVERYWHERE
+    assert {edit.name for edit in edits_of("mine")} == EVERYWHERE
 
 
 @example(CROWD)

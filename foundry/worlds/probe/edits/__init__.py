@@ -1,1 +1,1 @@
-"""What is changed in what an agent perceives, one module each, by the form of the world that asks."""
+"""The shipped edits, `EDITS` of one module for each form of the world that asks; `any` for those of every form."""

@@ -1,0 +1,110 @@
+"""Edits of keys that worlds of several forms have."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+from PIL import Image
+
+from foundry.worlds.base import Question, Scenario
+from foundry.worlds.probe.editing import Edit, drawn, observing
+
+JPEG_QUALITY = 95
+"""High, since a JPEG that is encoded a second time loses a little more."""
+_GREY = (128, 128, 128)
+_LISTS = ("names", "choices")
+"""Keys of what can be chosen, where a world lists it."""
+
+
+def blank_image(question: Question) -> Question | None:
+    """Show nothing: every image is one grey of its size; None where there are none."""
+    return seeing(question, lambda image: Image.new("RGB", image.size, _GREY))
+
+
+def seeing(question: Question, change: Callable[[Image.Image], Image.Image]) -> Question | None:
+    """Return the question with every image changed, PNG or JPEG as it was; None where there are none."""
+    if not question.images:
+        return None
+    return replace(question, images=tuple(_changed(image, change) for image in question.images))
+
+
+def _changed(encoded: bytes, change: Callable[[Image.Image], Image.Image]) -> bytes:
+    buffer = io.BytesIO()
+    with Image.open(io.BytesIO(encoded)) as image:
+        change(image).save(buffer, image.format, **({"quality": JPEG_QUALITY} if image.format == "JPEG" else {}))
+    return buffer.getvalue()
+
+
+def no_messages(question: Question) -> Question:
+    """Take away what others said; what an agent remembers of it stays."""
+    return observing(question, received=[])
+
+
+def no_persona(question: Question) -> Question:
+    """Take away an agent's persona, and those of the neighbours it sees."""
+    near, seen = (
+        [{**other, "persona": {}} for other in question.observation.get(key, ())] for key in ("neighbours", "seen")
+    )
+    return observing(question, persona={}, neighbours=near, seen=seen)
+
+
+def other_image(question: Question, others: Sequence[Question]) -> Question | None:
+    """Show the images of another moment of the kind, as if the agent saw them; None where all see the same."""
+    seen = [other.images for other in others if other.kind == question.kind]
+    differing = [images for images in seen if images != question.images and len(images) == len(question.images)]
+    images = drawn(question, "other_image", differing)
+    return None if images is None else replace(question, images=images)
+
+
+def places(scenario: Scenario) -> tuple[str, ...]:
+    """Return the places of options that can come first, from the second on."""
+    most = max((len(actions.labels) for actions in scenario.actions().values()), default=0)
+    return tuple(str(place) for place in range(2, most + 1))
+
+
+def permute_options(question: Question, part: str | None = None) -> Question:
+    """List what can be chosen in another order; each option is called what it was called.
+
+    Options are turned round: those that stood before a drawn one are listed at the end. A part names that place, so
+    `permute_options.2` lists first what was listed second. Where there is no such place, the question stays.
+    """
+    turned = {}
+    for key in (key for key in _LISTS if key in question.observation):
+        options = question.observation[key]
+        first = drawn(question, "permute_options", range(1, len(options))) if part is None else int(part) - 1
+        turned[key] = [*options[first or 0 :], *options[: first or 0]]
+    return observing(question, **turned)
+
+
+def attributes(scenario: Scenario) -> tuple[str, ...]:
+    """Return the attributes of a world's personas, in their order."""
+    return tuple(dict.fromkeys(name for persona in scenario.personas(0) for name in persona))
+
+
+def swap_persona(question: Question, others: Sequence[Question], part: str | None = None) -> Question | None:
+    """Give the agent the persona, or one attribute of it, of who was asked in another moment; None if all are alike."""
+    own = question.observation.get("persona")
+    if not own:
+        return None
+    gained = [with_part(own, other.observation.get("persona") or own, part) for other in others]
+    persona = drawn(question, "swap_persona", [other for other in gained if other != own])
+    return None if persona is None else observing(question, persona=persona)
+
+
+def with_part(own: Mapping[str, str], other: Mapping[str, str], part: str | None) -> dict[str, str]:
+    """Return a persona with one attribute of another one; where none is named, the other one."""
+    if part is None:
+        return dict(other)
+    return {name: other.get(name, value) if name == part else value for name, value in own.items()}
+
+
+EDITS = (
+    Edit("blank_image", "cause", blank_image),
+    Edit("no_messages", "cause", no_messages),
+    Edit("no_persona", "cause", no_persona),
+    Edit("other_image", "cause", other_image),
+    Edit("permute_options", "invariance", permute_options, parts=places),
+    Edit("swap_persona", "cause", swap_persona, parts=attributes),
+)

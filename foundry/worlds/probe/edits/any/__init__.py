@@ -1,1 +1,0 @@
-"""Edits of keys that worlds of several forms have."""

@@ -1,1 +1,0 @@
-"""Edits of what is seen and told in 3D worlds."""

@@ -1,1 +1,0 @@
-"""Edits of the 2D world's observations."""
