@@ -12,6 +12,20 @@ from typing import Any, NamedTuple
 NO_FORMAT = "none"
 """What a prompt as it is written is called among formats."""
 
+_POLICIES = {
+    "any": "first.First random.Random stay.Stay",
+    "grid": (
+        "avoid.Avoid echo.Echo evacuating.FollowLeader evacuating.ShortestPath herd.Herd seek.Seek surviving.Fighter "
+        "surviving.Forager surviving.Sharer"
+    ),
+    "camera": "knower.Knower mumbler.Mumbler oracle.Oracle spin.Spin wander.Wander",
+    "rounds": (
+        "rounds.bar.Inductive rounds.bar.Mixing rounds.bar.Tossing rounds.fishery.GreedyCatch "
+        "rounds.fishery.SustainableCatch rounds.naming.BestResponse rounds.naming.FocalName rounds.planner.Planner "
+        "rounds.public_goods.Conditional rounds.public_goods.FreeRider"
+    ),
+}
+"""The scripted policies by the module that holds them now: module and class of each at first."""
 MOVED: Mapping[str, str] = {
     "foundry.models.ollama.OllamaModel": "foundry.models.ollama.model.OllamaModel",
     "foundry.models.openai.OpenAIModel": "foundry.models.openai.model.OpenAIModel",
@@ -27,8 +41,13 @@ MOVED: Mapping[str, str] = {
     ),
     "foundry.worlds.usd.interpreter.LatestInterpreter": "foundry.worlds.camera.language.interpreter.LatestInterpreter",
     "foundry.worlds.usd.world.UsdScenario": "foundry.worlds.camera.world.CameraScenario",
+    **{
+        f"foundry.models.scripted.{first}": f"foundry.models.scripted.{form}.{first.rpartition('.')[2]}"
+        for form, policies in _POLICIES.items()
+        for first in policies.split()
+    },
 }
-"""The names under which sweeps of 0.1 recorded classes that have moved since, and where these are now."""
+"""The names under which sweeps recorded classes that have moved since, and where these are now."""
 _FIRST = {now: first for first, now in MOVED.items()}
 
 

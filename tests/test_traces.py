@@ -14,7 +14,7 @@ from traces import no_traces
 
 POLICY = """
 from foundry.models.base import Reply
-from foundry.models.scripted.stay import Stay
+from foundry.models.scripted.any import Stay
 
 
 class Sole(Stay):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from foundry import paths
@@ -17,9 +18,9 @@ def check_own_names(folders: Iterable[Path]) -> None:
     Raises:
         InputError: one has; names both files.
     """
-    shipped = _shipped_rooms()
+    groups = _groups()
     for folder in folders:
-        for group, (pattern, _) in shipped.items():
+        for group, (pattern, _) in groups.items():
             for file in sorted((folder / group).rglob(pattern)):
                 check_own_name(file, folder)
 
@@ -34,11 +35,11 @@ def check_own_name(file: Path, folder: Path) -> None:
     Raises:
         InputError: the name is taken; names both files.
     """
-    group, known = file.relative_to(folder).parts[0], _shipped_rooms()
-    if group not in known:
+    group, groups = file.relative_to(folder).parts[0], _groups()
+    if group not in groups:
         return
-    pattern, rooms = known[group]
-    shipped = {_name_of(path, room): path for room in rooms for path in room.rglob(pattern)}
+    pattern, shipped_parts = groups[group]
+    shipped = shipped_parts()
     name, own = _name_of(file, folder / group), (folder / group).rglob(pattern)
     if file not in shipped.values():
         refuse_shipped_name(str(file), name, shipped, {_name_of(path, folder / group) for path in own})
@@ -48,13 +49,23 @@ def _name_of(file: Path, room: Path) -> str:
     return file.relative_to(room).with_suffix("").as_posix()
 
 
-def _shipped_rooms() -> dict[str, tuple[str, list[Path]]]:
-    """Return the pattern and the shipped folders of the files of each group of parts."""
-    configured = (folder for folder in paths.conf_dir().iterdir() if folder.is_dir())
-    edits = paths.PACKAGE / "worlds" / "probe" / "edits"
+def _files(pattern: str, rooms: Sequence[Path]) -> Mapping[str, Path]:
+    return {_name_of(path, room): path for room in rooms for path in room.rglob(pattern)}
+
+
+def _edits() -> Mapping[str, Path]:
+    from foundry.worlds.probe.editing import shipped_edits  # with numpy, which most commands do without
+
+    return shipped_edits()
+
+
+def _groups() -> dict[str, tuple[str, Callable[[], Mapping[str, Path]]]]:
+    """Return the pattern of the files of each group of parts, and what returns the shipped ones by name."""
+    rooms = {folder.name: [folder] for folder in paths.conf_dir().iterdir() if folder.is_dir()}
+    rooms["sweep"] = [paths.sweeps_dir()]
+    signatures = list((paths.PACKAGE.parent / "analysis").glob("*/signatures"))
     return {
-        **{folder.name: (_CONFIG, [folder]) for folder in configured},
-        "sweep": (_CONFIG, [paths.sweeps_dir()]),
-        "signatures": (_CODE, list((paths.PACKAGE.parent / "analysis").glob("*/signatures"))),
-        "edits": (_CODE, [room for room in edits.iterdir() if room.is_dir()]),
+        **{group: (_CONFIG, partial(_files, _CONFIG, folders)) for group, folders in rooms.items()},
+        "signatures": (_CODE, partial(_files, _CODE, signatures)),
+        "edits": (_CODE, _edits),
     }

@@ -23,8 +23,8 @@ Answering: TypeAlias = Callable[[Sequence[Question]], list[Answer]]
 """Answers the pending questions, in their order."""
 
 POLICIES: tuple[Mapping[str, Any], ...] = (
-    {"_target_": "foundry.models.scripted.random.Random", "name": "scripted/random"},
-    {"_target_": "foundry.models.scripted.wander.Wander", "name": "scripted/wander"},
+    {"_target_": "foundry.models.scripted.any.Random", "name": "scripted/random"},
+    {"_target_": "foundry.models.scripted.camera.Wander", "name": "scripted/wander"},
 )
 """Who answers in the checks where the chosen model costs something or cannot act in the world."""
 _SPARE = 100

@@ -10,8 +10,8 @@ from omegaconf import OmegaConf
 from foundry import seeding
 from foundry.errors import InputError
 from foundry.models.base import Request
-from foundry.models.scripted.echo import Echo
 from foundry.models.scripted.flaky import Fault, Flaky
+from foundry.models.scripted.grid import Echo
 from foundry.paths import conf_dir
 from foundry.records import Outcome
 from foundry.worlds.base import Answer

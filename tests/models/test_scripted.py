@@ -15,8 +15,8 @@ from omegaconf import OmegaConf
 
 from foundry.errors import InputError
 from foundry.models.base import Request
+from foundry.models.scripted.any import Random
 from foundry.models.scripted.base import ScriptedModel
-from foundry.models.scripted.random import Random
 from foundry.paths import conf_dir
 from foundry.records import GridStep, Message, Outcome, Record
 from foundry.worlds.base import Answer, Question

@@ -8,10 +8,8 @@ from functools import cache
 import pytest
 
 from foundry.models.base import Request
-from foundry.models.scripted.avoid import Avoid
 from foundry.models.scripted.base import ScriptedModel
-from foundry.models.scripted.herd import Herd
-from foundry.models.scripted.seek import Seek
+from foundry.models.scripted.grid import Avoid, Herd, Seek
 from foundry.worlds.base import Answer, Question
 from foundry.worlds.grid.layouts import Explicit
 from foundry.worlds.grid.world import GridScenario

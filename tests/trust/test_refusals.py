@@ -61,7 +61,7 @@ def test_what_was_typed_says_which_packages_of_others_are_trusted_beside_it():
 
 @pytest.mark.parametrize("key", ["_partial_", "_args_", "_recursive_", "_convert_"])
 def test_what_else_instantiation_would_do_is_refused(key: str):
-    config = {"model": {"_target_": "foundry.models.scripted.stay.Stay", "inner": {key: True}}}
+    config = {"model": {"_target_": "foundry.models.scripted.any.Stay", "inner": {key: True}}}
     with pytest.raises(InputError, match=f"may not use {key}"):
         check_targets(config, (), "here")
 

@@ -16,6 +16,7 @@ import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -31,6 +32,7 @@ NONE = "none"
 SHIPPED = "foundry"
 """The origin of the package's own edits."""
 LEAVES = ("invariance", "equivariance", "cause")
+_ROOM = f"{__package__}.edits"
 EACH = "each"
 """Stands for every part of an edit."""
 
@@ -162,17 +164,23 @@ def check_own_edits(form: str) -> None:
     Raises:
         InputError: there is one.
     """
-    edits = list(edits_of(form))
-    shipped = {edit.name: inspect.getfile(edit.change) for edit in edits if edit.origin == SHIPPED}
-    for edit in edits:
+    shipped = shipped_edits("any", form)
+    for edit in edits_of(form):
         if edit.origin != SHIPPED:
             refuse_shipped_name(edit.origin, edit.name, shipped)
+
+
+def shipped_edits(*forms: str) -> dict[str, Path]:
+    """Return the file of each shipped edit by its name, of these forms alone where some are named."""
+    forms = forms or tuple(file.stem for file in (Path(__file__).parent / "edits").glob("[!_]*.py"))
+    edits = [edit for form in forms for edit in in_room(_ROOM, form, "EDITS") or ()]
+    return {edit.name: Path(inspect.getfile(edit.change)) for edit in edits}
 
 
 def edits_of(form: str) -> Iterator[Edit]:
     """Yield the edits for worlds of a form, those of every form first, the user's own last."""
     for room in ("any", form):
-        yield from in_room(f"{__package__}.edits", room, "EDITS") or ()
+        yield from in_room(_ROOM, room, "EDITS") or ()
     for own in own_modules("edits"):
         module = own.load()
         if getattr(module, "FORM", form) == form:

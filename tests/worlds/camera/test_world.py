@@ -13,7 +13,7 @@ from foundry import paths, seeding
 from foundry.composing.compose import compose
 from foundry.composing.preflight import scenario_of
 from foundry.errors import InputError
-from foundry.models.scripted.oracle import Oracle
+from foundry.models.scripted.camera import Oracle
 from foundry.records import COMMAND_KINDS, CameraEpisode, CameraStep, Outcome
 from foundry.worlds.base import Answer
 from foundry.worlds.camera.eye.rendering import png

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.stats import binom
 
 from foundry.errors import InputError
-from foundry.models.scripted.rounds.bar import PREDICTORS, Inductive, Tossing, equilibrium
+from foundry.models.scripted.rounds import PREDICTORS, Inductive, Tossing, equilibrium
 from foundry.records import RoundStep
 from foundry.worlds.base import Answer
 from foundry.worlds.rounds.bar import REPORTS, Bar, Evening

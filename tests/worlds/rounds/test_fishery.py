@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from foundry import seeding
 from foundry.errors import InputError
-from foundry.models.scripted.random import Random
-from foundry.models.scripted.rounds.fishery import GreedyCatch, SustainableCatch
+from foundry.models.scripted.any import Random
+from foundry.models.scripted.rounds import GreedyCatch, SustainableCatch
 from foundry.records import Message, Record
 from foundry.worlds.base import Answer, World
 from foundry.worlds.rounds.fishery import Catch, Fishery, Stock, one_by_one, shares, sustainable

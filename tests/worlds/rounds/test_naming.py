@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from foundry import seeding
 from foundry.conformance.playing import play
 from foundry.errors import InputError
-from foundry.models.scripted.random import Random
-from foundry.models.scripted.rounds.naming import BestResponse, FocalName
+from foundry.models.scripted.any import Random
+from foundry.models.scripted.rounds import BestResponse, FocalName
 from foundry.records import Record
 from foundry.worlds.base import Answer, Question
 from foundry.worlds.rounds.naming import Meeting, Naming, NamingGame, waves

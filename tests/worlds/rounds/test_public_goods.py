@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from foundry.errors import InputError
-from foundry.models.scripted.rounds.public_goods import Conditional
+from foundry.models.scripted.rounds import Conditional
 from foundry.records import RoundStep
 from foundry.worlds.base import Answer, World
 from foundry.worlds.rounds.public_goods import Giving, Pot, PublicGoods, PunishedGoods

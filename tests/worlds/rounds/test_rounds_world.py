@@ -17,10 +17,8 @@ from foundry.composing.preflight import first_questions
 from foundry.declared import Actions
 from foundry.errors import FoundryError, InputError
 from foundry.models.base import Request
+from foundry.models.scripted.any import First, Random, Stay
 from foundry.models.scripted.base import ScriptedModel
-from foundry.models.scripted.first import First
-from foundry.models.scripted.random import Random
-from foundry.models.scripted.stay import Stay
 from foundry.records import Agent, Message, Outcome, Record, RoundStep
 from foundry.worlds.base import Answer, Question, Recorded, World
 from foundry.worlds.rounds import drawing

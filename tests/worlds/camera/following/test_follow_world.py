@@ -21,8 +21,8 @@ from episodes import Kept, composed
 from foundry.episode import Asker, play
 from foundry.errors import InputError
 from foundry.models.base import Model
-from foundry.models.scripted.oracle import Oracle
-from foundry.models.scripted.stay import Stay
+from foundry.models.scripted.any import Stay
+from foundry.models.scripted.camera import Oracle
 from foundry.paths import conf_dir
 from foundry.prompts.prompt import Prompt
 from foundry.records import CameraStep

@@ -1,4 +1,4 @@
-"""The null of any world: draws among what is legal, whatever it perceives."""
+"""Policies of any world: one that draws, one that does nothing, and one that always does the same."""
 
 from __future__ import annotations
 
@@ -72,3 +72,65 @@ class Random(ScriptedModel):
     def parameters(self) -> dict[str, Any]:
         """Return the class and the odds."""
         return super().parameters() | {"stay_probability": self.stay_probability}
+
+
+class Stay(ScriptedModel):
+    """Always gives the reply that does nothing, as the world says it: stays where it is, says nothing."""
+
+    @property
+    def kinds(self) -> None:
+        """Any kind: what does nothing stands with each question."""
+
+    def check(self, question: Question) -> None:
+        """Refuse a world in which nobody can do nothing.
+
+        Raises:
+            InputError: its questions do not say what does nothing.
+        """
+        if question.idle is None:
+            raise self._refusal(question.kind)
+
+    def reply(self, request: Request) -> Reply:
+        """Answer one request."""
+        if request.idle is None:
+            raise self._refusal(request.kind)
+        return Reply(text=request.idle)
+
+    def _refusal(self, kind: str) -> InputError:
+        return InputError(
+            f"Model '{self.name}' cannot act in this world: its questions of kind '{kind}' name no reply that does "
+            "nothing (Question.idle); choose another policy, such as scripted/random."
+        )
+
+
+class First(ScriptedModel):
+    """Always gives the first of the legal replies; where they are not listed, the one that does nothing.
+
+    It plays every world that scripted/random plays, and is as blind as that one without being as varied.
+    """
+
+    @property
+    def kinds(self) -> None:
+        """Any kind: what can be answered stands with each question."""
+
+    def check(self, question: Question) -> None:
+        """Refuse a world that says neither.
+
+        Raises:
+            InputError: it does not.
+        """
+        self._first(question)
+
+    def reply(self, request: Request) -> Reply:
+        """Answer one request."""
+        return Reply(text=self._first(request))
+
+    def _first(self, asked: Question | Request) -> str:
+        first = asked.options[0] if asked.options else asked.idle
+        if first is None:
+            raise InputError(
+                f"Model '{self.name}' cannot act in this world: its questions of kind '{asked.kind}' name neither "
+                "replies that are legal (Question.options) nor one that does nothing (Question.idle); choose another "
+                "policy."
+            )
+        return first

@@ -1,8 +1,10 @@
-"""Policies for the El Farol bar: a coin of any bias, the symmetric mixed equilibrium, and Arthur's predictors."""
+"""Policies of games: the bar, public goods, the fishery, the naming game, and environments that tell their rules."""
 
 from __future__ import annotations
 
 import json
+import math
+from collections import Counter
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any, TypeAlias
@@ -10,19 +12,19 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
-from scipy.optimize import brentq
-from scipy.special import bdtr
 
 from foundry import seeding
 from foundry.errors import InputError
 from foundry.models.base import Model, RunContext
 from foundry.models.scripted.base import ScriptedModel
+from foundry.worlds.base import Question
 
 Attendance: TypeAlias = NDArray[np.float64]
 """How many went, oldest first; or, by `sliding`, one such row for each moment."""
 
 LONGEST = 8
 """Evenings that a predictor looks back at most."""
+NOBODY = json.dumps({"action": "nobody"})
 
 
 def decide(go: bool) -> str:
@@ -77,6 +79,8 @@ def equilibrium(agents: int, places: int, fun: float, crowded: float, home: floa
         crowded: of going where it is.
         home: of staying.
     """
+    from scipy.optimize import brentq  # half of the time that policies take to be imported
+    from scipy.special import bdtr
 
     def gain(probability: float) -> float:
         is_fun = float(bdtr(places - 1, agents - 1, probability)) if 0 < places < agents else float(places > 0)
@@ -176,3 +180,120 @@ def _judged(went: tuple[int, ...], agents: int, forgetting: float) -> tuple[Atte
 def _own(seed: int, agent: int, number: int) -> NDArray[np.int64]:
     """Return the predictors of an agent, indices of PREDICTORS."""
     return seeding.stream(seed, f"predictors of {agent}").permutation(len(PREDICTORS))[:number]
+
+
+def give(tokens: int) -> str:
+    """Return the reply that gives so many tokens."""
+    return json.dumps({"action": tokens})
+
+
+class FreeRider(ScriptedModel):
+    """Gives nothing and punishes nobody, as who plays for itself alone does."""
+
+    def contribution(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Give nothing."""
+        return give(0)
+
+    def punishment(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Punish nobody."""
+        return NOBODY
+
+
+class Conditional(ScriptedModel):
+    """Gives a share of what the others gave in the mean the round before; at first anything it has.
+
+    What is no whole number of tokens is rounded up as often as it takes to be right in the mean. It punishes who gave
+    least, of those that gave less than itself, where it is told to.
+
+    Source: Fischbacher, Gächter and Fehr 2001 for people that give so.
+    """
+
+    def __init__(self, name: str, slope: float, punishes: bool) -> None:
+        """Set how it answers.
+
+        Args:
+            name: name of the model.
+            slope: tokens that it gives for each token that the others gave in the mean, 0..1.
+            punishes: whether it punishes.
+        """
+        super().__init__(name)
+        if not 0 <= slope <= 1:
+            raise InputError(f"model.slope is {slope}. Give a number from 0 to 1.")
+        self._slope, self._punishes = slope, punishes
+
+    def contribution(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Follow the others."""
+        had, rounds = math.floor(observation["tokens"]), observation["rounds"]
+        if not rounds:
+            return give(int(rng.integers(had + 1)))
+        last = rounds[-1]
+        others = (last["pot"] - last["given"]) / max(observation["agents"] - 1, 1)
+        return give(min(math.floor(self._slope * others + rng.random()), had))
+
+    def punishment(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Punish who gave least, among equals the first."""
+        given, agent = observation["given"], observation["agent"]
+        least = min(range(len(given)), key=given.__getitem__)
+        is_less = self._punishes and given[least] < given[agent] and observation["tokens"] >= observation["cost"]
+        return json.dumps({"action": f"agent {least}"}) if is_less else NOBODY
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the policy and how it answers."""
+        return super().parameters() | {"slope": self._slope, "punishes": self._punishes}
+
+
+class GreedyCatch(ScriptedModel):
+    """Wants all that there is."""
+
+    def catch(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Want the whole stock."""
+        return json.dumps({"action": observation["stock"]})
+
+    def talk(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Say nothing."""
+        return json.dumps({"message": None})
+
+
+class SustainableCatch(GreedyCatch):
+    """Takes as much as all may take so that the stock grows back."""
+
+    def catch(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Want an equal share of half of the stock, in whole tons."""
+        return json.dumps({"action": observation["stock"] // 2 // observation["agents"]})
+
+
+class BestResponse(ScriptedModel):
+    """Says the name that would have brought most in the meetings that it remembers; a draw where several would."""
+
+    def say(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Say what others said most, any name where nothing was said."""
+        names = sorted(observation["names"])
+        heard = Counter(met["other"] for met in observation["memory"])
+        most = max(heard[name] for name in names)
+        best = [name for name in names if heard[name] == most]
+        return json.dumps({"action": best[int(rng.integers(len(best)))]}, ensure_ascii=False)
+
+
+class FocalName(ScriptedModel):
+    """Says the first name in the order of the alphabet, as all others do that play it: a convention from the start."""
+
+    def say(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Say it."""
+        return json.dumps({"action": min(observation["names"])}, ensure_ascii=False)
+
+
+class Planner(ScriptedModel):
+    """Does what is best from where it is, with so many turns left; it reads what no model is shown: `best`."""
+
+    def check(self, question: Question) -> None:
+        """Refuse an environment that does not tell its rules.
+
+        Raises:
+            InputError: it does not.
+        """
+        if question.kind == "turn" and "best" not in question.told:
+            raise InputError(f"Model '{self.name}' plans by a table of rules, which this environment has not.")
+
+    def turn(self, observation: Mapping[str, Any], rng: Generator) -> str:
+        """Return the best action."""
+        return json.dumps({"action": observation["best"], "reasoning": "It is worth most in the mean."})
