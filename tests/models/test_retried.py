@@ -69,6 +69,8 @@ def test_a_wait_of_a_day_is_granted_and_a_longer_one_ends_the_sweep(scripted, ma
     years = TransientError("full.", busy=True, retry_after_s=1e9)
     with pytest.raises(ServerError, match=r"^full\. It asks to wait 1000000000 s\. .*foundry resume$"):
         asyncio.run(retried(scripted(years, Reply(text="hi")), naps).ask(make_request()))
+    with pytest.raises(TransientError, match=r"^full\.$"):
+        asyncio.run(retried(scripted(years), naps, attempts=1).ask(make_request()))
     assert naps == [86_400.0]
 
 

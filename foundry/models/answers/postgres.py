@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
+import tenacity
+
 from foundry.errors import InputError, StorageError
 from foundry.models.answers.addresses import check_address
 from foundry.models.answers.base import Answers, Kept, Row
@@ -50,7 +52,6 @@ class PostgresAnswers(Answers):
         check_address(url)
         try:
             import psycopg
-            import tenacity
         except ImportError as error:
             raise InputError(f"cache='{url}' needs a driver that is not installed: {_INSTALL}") from error
         self.url = url
