@@ -46,12 +46,11 @@ class EditCase:
         Raises:
             Skipped: nothing is.
         """
-        found = [(one, changed) for one in self.questions if (changed := self.applied(one)) is not None]
-        if not found:
-            raise Skipped(
-                f"it changes none of {len(self.questions)} questions of {self.world.scenario.name}: name another world="
-            )
-        return found
+        pairs = [(question, edited) for question in self.questions if (edited := self.applied(question)) is not None]
+        if not pairs:
+            none = f"it changes none of {len(self.questions)} questions of {self.world.scenario.name}"
+            raise Skipped(f"{none}: name another world=")
+        return pairs
 
     def applied(self, question: Question) -> Question | None:
         """Return the edited question; what it is given is a copy, which an edit may spoil."""
@@ -80,10 +79,8 @@ def keeps_what_templates_name(case: EditCase) -> None:
         differing = sorted(before.observation.keys() ^ after.observation.keys())
         require(not differing, f"{', '.join(differing)} is in one observation alone: change values, never keys")
         check_plain(after.observation, f"the edited '{before.kind}'")
-        require(
-            len(after.images) == len(before.images),
-            f"{len(after.images)} images in place of {len(before.images)}: change what they show alone",
-        )
+        now, then = len(after.images), len(before.images)
+        require(now == then, f"{now} images in place of {then}: change what they show alone")
 
 
 def leaves_its_input_as_it_is(case: EditCase) -> None:
@@ -91,19 +88,15 @@ def leaves_its_input_as_it_is(case: EditCase) -> None:
     for question in case.questions:
         given = deepcopy(dict(question.observation))
         case.edit.applied(replace(question, observation=given), case.questions)
-        require(
-            given == dict(question.observation),
-            f"it changes the '{question.kind}' that it is given: make a copy, as dataclasses.replace does",
-        )
+        stays = given == dict(question.observation)
+        require(stays, f"it changes the '{question.kind}' that it is given: make a copy, as dataclasses.replace does")
 
 
 def changes_the_same_every_time(case: EditCase) -> None:
     """An edit of equal questions gives equal questions."""
     for before, after in case.changed:
-        require(
-            case.applied(before) == after,
-            f"a '{before.kind}' is edited another way the second time: draw from question.sampling_seed alone",
-        )
+        other = f"a '{before.kind}' is edited another way the second time"
+        require(case.applied(before) == after, f"{other}: draw from question.sampling_seed alone")
 
 
 def can_be_put(case: EditCase) -> None:
@@ -118,10 +111,9 @@ def expects_one_action_for_each(case: EditCase) -> None:
     if case.edit.leaves != "equivariance":
         raise Skipped("it moves no action")
     expected = case.edit.described(case.world.scenario)["expected"]
-    require(
-        set(expected.values()) == set(expected),
-        f"expected makes {', '.join(map(str, expected.values()))} of {', '.join(expected)}: each action once",
-    )
+    made = ", ".join(map(str, expected.values()))
+    each_once = set(expected.values()) == set(expected)
+    require(each_once, f"expected makes {made} of {', '.join(expected)}: each action once")
     for before, after in case.changed:
         times = _times_until_back(case, before, after)
         moved = [label for label in expected if times is not None and _repeated(expected, label, times) != label]

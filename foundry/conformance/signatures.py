@@ -12,6 +12,7 @@ import typing
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import chain
 from numbers import Real
 from pathlib import Path
 from types import ModuleType
@@ -63,13 +64,13 @@ class SignatureCase:
         module: it.
         runs: runs as arrays, of every kind that its function could take.
         emptied: the same runs, none of whose decisions could be read and none of which counts.
-        blind: plays runs of a policy that is blind to all.
+        blind: plays runs of a policy that is blind to all; returns the arrays of each.
     """
 
     module: ModuleType
     runs: Sequence[Any]
     emptied: Sequence[Any]
-    blind: Callable[[], Sequence[Any]] = tuple
+    blind: Callable[[], Sequence[Sequence[Any]]] = tuple
 
     def taken(self, runs: Iterable[Any]) -> list[Any]:
         """Return the runs that its function takes.
@@ -111,10 +112,8 @@ def run_type(module: ModuleType) -> type:
 def says_what_it_is(case: SignatureCase) -> None:
     """It has a NAME for its columns, MEASURES that describe them, and a HEADLINE of some of these."""
     name = getattr(case.module, "NAME", None)
-    require(
-        isinstance(name, str) and _NAME.fullmatch(name) is not None,
-        f"NAME is {name!r}: give a text of small letters, digits and _, the prefix of its columns",
-    )
+    is_name = isinstance(name, str) and _NAME.fullmatch(name) is not None
+    require(is_name, f"NAME is {name!r}: give a text of small letters, digits and _, the prefix of its columns")
     measures = getattr(case.module, "MEASURES", None)
     described = isinstance(measures, Mapping) and all(getattr(one, "label", "") for one in measures.values())
     require(described, "MEASURES is no mapping of names to analysis.measure.Measure, each with a label")
@@ -142,10 +141,8 @@ def _check_range(name: str, value: float, measures: Mapping[str, Any]) -> None:
     if name.startswith(_COUNT):
         require(value >= 0, f"the count '{name}' is {value:g}")
         return
-    require(
-        any(_described(name, measures)), f"'{name}' is not in MEASURES: describe it there, or call a count {_COUNT}..."
-    )
-    measure = next(_described(name, measures))
+    measure: Any = next(_described(name, measures), None)
+    require(measure is not None, f"'{name}' is not in MEASURES: describe it there, or call a count {_COUNT}...")
     within = math.isnan(value) or (math.isfinite(value) and measure.low - 1e-9 <= value <= measure.high + 1e-9)
     require(within, f"'{name}' is {value:g}, and MEASURES says {measure.low:g} to {measure.high:g}")
 
@@ -160,14 +157,11 @@ def _described(name: str, measures: Mapping[str, Any]) -> Iterator[Any]:
 
 def has_the_same_names_whatever_happened(case: SignatureCase) -> None:
     """Runs of one world have the same measures, also where nothing could be read."""
-    emptied = [case.module.measure(run) for run in case.taken(case.emptied)]
-    found = [*case.measured(), *emptied]
-    first, others = found[0], found[1:]
-    for other in others:
-        differing = sorted(set(first) ^ set(other))
-        require(
-            not differing, f"{', '.join(differing)} is there in one run and not in another: say NaN where undefined"
-        )
+    rows = [*case.measured(), *map(case.module.measure, case.taken(case.emptied))]
+    first = rows[0]
+    for other in rows:
+        differing = ", ".join(sorted(set(first) ^ set(other)))
+        require(not differing, f"{differing} is there in one run and not in another: say NaN where undefined")
 
 
 def says_nan_for_nothing(case: SignatureCase) -> str | None:
@@ -178,38 +172,38 @@ def says_nan_for_nothing(case: SignatureCase) -> str | None:
     for run in case.taken(case.emptied):
         found = {name: value for name, value in case.module.measure(run).items() if not name.startswith(_COUNT)}
         none = {name for name, value in found.items() if value == 0}
-        require(
-            not none or len(none) < len(found),
-            f"{', '.join(sorted(none))} is 0 in a run without any decision that counts: say NaN, for 0 is a finding",
-        )
+        names = ", ".join(sorted(none))
+        is_meant = not none or len(none) < len(found)
+        require(is_meant, f"{names} is 0 in a run without any decision that counts: say NaN, for 0 is a finding")
         zeros |= none
     return f"0 where no decision counts, which should be meant so: {', '.join(sorted(zeros))}" if zeros else None
 
 
 def comes_to_its_nulls(case: SignatureCase) -> None:
     """Where a measure states a null, runs of `scripted/random` come to it in the mean, but for chance."""
-    measures = {name: one for name, one in case.module.MEASURES.items() if _null(one) is not None}
-    if not measures:
+    if not any(map(_is_of_random, case.module.MEASURES.values())):
         raise Skipped("states no null that scripted/random comes to")
-    rows = [case.module.measure(run) for run in case.taken(case.blind())]
-    values = {name: np.array([row[name] for row in rows if not math.isnan(row[name])]) for name in rows[0]}
-    nulls = {name: next(_described(name, case.module.MEASURES)) for name in values if not name.startswith(_COUNT)}
-    stated = {name: one for name, one in nulls.items() if _null(one) is not None and len(values[name]) >= FEWEST}
+    rows = [case.module.measure(case.taken(arrays)[0]) for arrays in case.blind()]
+    stated: dict[str, tuple[Any, Any]] = {}
+    for name in (name for name in rows[0] if not name.startswith(_COUNT)):
+        measure = next(_described(name, case.module.MEASURES), None)
+        values = np.array([row[name] for row in rows if not math.isnan(row.get(name, math.nan))])
+        if _is_of_random(measure) and len(values) >= FEWEST:
+            stated[name] = (measure, values)
     if not stated:
         raise Skipped("no measure with a null is defined here: name another world=")
-    for name, measure in stated.items():
-        mean, allowed = float(values[name].mean()), _half_width(values[name], len(stated)) + SLIGHT * _unit(measure)
-        require(
-            abs(mean - measure.null.value) <= allowed,
-            f"'{name}' is {mean:.3f} -+ {allowed:.3f} over {len(values[name])} runs of scripted/random, and "
-            f"its Null says {measure.null.value:g}: correct it, or say by_random=False",
-        )
+    for name, (measure, values) in stated.items():
+        mean, allowed = float(values.mean()), _half_width(values, len(stated)) + SLIGHT * _unit(measure)
+        is_null = abs(mean - measure.null.value) <= allowed
+        comes_to = f"'{name}' is {mean:.3f} -+ {allowed:.3f} over {len(values)} runs of scripted/random"
+        advice = "correct it, or say by_random=False"
+        require(is_null, f"{comes_to}, and its Null says {measure.null.value:g}: {advice}")
 
 
-def _null(measure: Any) -> Any:
-    """Return the null that `scripted/random` comes to, if the measure states one."""
+def _is_of_random(measure: Any) -> bool:
+    """Tell whether a measure states a null that `scripted/random` comes to."""
     null = getattr(measure, "null", None)
-    return null if null is not None and null.by_random else None
+    return null is not None and bool(null.by_random)
 
 
 def _half_width(values: Any, rows: int) -> float:
@@ -227,9 +221,8 @@ def _unit(measure: Any) -> float:
 def measures_the_same_twice(case: SignatureCase) -> None:
     """Measuring a run again gives the same numbers."""
     for first, second in zip(case.measured(), case.measured(), strict=True):
-        require(
-            repr(first) == repr(second), f"a second look gives {second} instead of {first}: draw from a fixed stream"
-        )
+        is_same = repr(first) == repr(second)
+        require(is_same, f"a second look gives {second} instead of {first}: draw from a fixed stream")
 
 
 def leaves_the_run_as_it_is(case: SignatureCase) -> None:
@@ -292,11 +285,12 @@ def case_with(config: Mapping[str, Any], world: WorldCase) -> Callable[[ModuleTy
     if policy is None:
         raise InputError(f"No policy plays world '{world.scenario.name}': give its questions their `options`.")
     silent = {"_target_": f"{__name__}.{Silent.__name__}", "name": "silent"}
-    runs, emptied = _played(config, world, (policy, silent), SEEDS)
+    played = _played(config, world, (policy, silent), SEEDS)
+    runs, emptied = (list(chain.from_iterable(arrays)) for arrays in played)
     readable = [run.only_readable() for run in emptied]
 
     @cache
-    def blind() -> Sequence[Any]:
+    def blind() -> Sequence[Sequence[Any]]:
         if not Stage(world.scenario, world.seed).suits(build(POLICIES[0])):
             raise Skipped(f"scripted/random cannot act in {world.scenario.name}: name another world=")
         return _played(config, world, POLICIES[:1], NULL_SEEDS)[0]
@@ -306,8 +300,8 @@ def case_with(config: Mapping[str, Any], world: WorldCase) -> Callable[[ModuleTy
 
 def _played(
     config: Mapping[str, Any], world: WorldCase, models: Sequence[Mapping[str, Any]], seeds: tuple[int, ...]
-) -> list[list[Any]]:
-    """Return the runs of a world as arrays, by the models that played them."""
+) -> list[list[list[Any]]]:
+    """Return the arrays of each run of a world, by the models that played them."""
     declared = world.scenario.declared()
     conditions = [Condition({"model": one["name"]}, {**config, "model": one}, seeds, declared) for one in models]
     sweep = expand(("check",), conditions)
@@ -316,7 +310,7 @@ def _played(
         folder = SweepFolder.create(Path(path) / "sweep", sweep, {"cache": {"path": answers}}, [])
         LocalRunner(workers=1).run(SweepJob(folder, check(sweep), answers, 0))
         runs = [(run.run.condition, _arrays_of(run)) for run in folder.runs()]
-    return [[array for place, arrays in runs if place == number for array in arrays] for number in range(len(models))]
+    return [[arrays for place, arrays in runs if place == number] for number in range(len(models))]
 
 
 def _arrays_of(run: RunFolder) -> list[Any]:

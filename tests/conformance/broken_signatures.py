@@ -91,7 +91,7 @@ def module(measure: Callable[..., Any], **changes: Any) -> ModuleType:
 
 
 def case(one: ModuleType) -> SignatureCase:
-    return SignatureCase(one, [Run(), Run()], [Run(np.array([]))], lambda: [Run()] * 6)
+    return SignatureCase(one, [Run(), Run()], [Run(np.array([]))], lambda: [[Run()]] * 6)
 
 
 SOUND = case(module(mean))
