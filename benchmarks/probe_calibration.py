@@ -15,7 +15,7 @@ import numpy as np
 from measuring import Stopwatch, print_table, print_title
 
 from analysis.probes.choices import Answers, Asked, Change, Chosen, MomentKey, Subject
-from analysis.probes.curves import steepness_of
+from analysis.probes.curves import curve_tables
 from analysis.probes.distance import gap
 from analysis.probes.formats import format_tables
 from analysis.stats.multiplicity import holm
@@ -75,7 +75,7 @@ def format_p(rng: np.random.Generator, seeds: int, concentration: float) -> list
 def slope_p(rng: np.random.Generator, seeds: int, concentration: float) -> list[float]:
     """Return p of each row of the table `steepness`."""
     moves = [Change(f"x={value}", "cause", moves="x", to=value) for value in VALUES]
-    return list(steepness_of(answers(policy(rng, seeds, concentration), moves, ["none"]))["p"])
+    return list(curve_tables(answers(policy(rng, seeds, concentration), moves, ["none"]))[1]["p"])
 
 
 def rates(found: Sequence[Sequence[float]]) -> list[str]:

@@ -2,9 +2,11 @@
 
 import ast
 import graphlib
+import importlib
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -255,3 +257,12 @@ def test_of_the_forms_the_analysis_knows_the_general_one_alone_and_forms_do_not_
         others = rooms - {own, "analysis.any"}
         foreign = {one for one in found if any(is_in(one, room) for room in others)}
         assert foreign == set(), f"{name} imports {foreign}"
+
+
+@pytest.mark.parametrize("script", sorted((ROOT / "benchmarks").glob("*.py")), ids=lambda script: script.stem)
+def test_a_benchmark_imports_only_what_is_there(script: Path):
+    for node in ast.walk(ast.parse(script.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] in PACKAGES:
+            module = importlib.import_module(node.module or "")
+            lacking = [name.name for name in node.names if not hasattr(module, name.name)]
+            assert not [name for name in lacking if find_spec(f"{node.module}.{name}") is None], f"{node.module}"
