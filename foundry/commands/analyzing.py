@@ -21,7 +21,9 @@ from foundry.commands.application import (
     Mine,
     Overrides,
     Trusted,
+    TrustedServers,
     app,
+    check_belongs,
     given,
     only_json,
 )
@@ -121,6 +123,8 @@ def preregister(
     looks: Annotated[
         str, typer.Option(help="Numbers of seeds at which is tested, such as 8,12,18; else once, with all seeds.")
     ] = "",
+    trust_targets: Trusted = None,
+    trust_servers: TrustedServers = False,
     config_dir: Mine = None,
 ) -> None:
     """Declare before a sweep what is tested, and at which numbers of seeds: preregistration.yaml in its folder.
@@ -138,8 +142,9 @@ def preregister(
     if sweeps:
         if margin or widest or looks:
             raise InputError("A probe has no margins and no looks: leave --margin, --widest and --looks out.")
-        preregister_probe(sweeps, arguments, family or [])
+        preregister_probe(sweeps, arguments, family or [], trust_targets or (), trust_servers)
         return
+    check_belongs("a recorded sweep", {"trust-targets": trust_targets, "trust-servers": trust_servers or None})
     composed = composed_here(arguments)
     if composed is None:
         return

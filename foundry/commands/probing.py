@@ -45,6 +45,7 @@ from foundry.expansion import expand, overridden
 if TYPE_CHECKING:
     from foundry.expansion import Sweep
     from foundry.models.base import ModelInfo
+    from foundry.probing.composing import Probe
     from foundry.running.local import Runner
     from foundry.storing.store import SweepFolder
 
@@ -155,22 +156,24 @@ def _plan_probe(folders: Sequence[Path], arguments: Sequence[str], trusted: Sequ
     return EXIT_OK
 
 
-def preregister_probe(folders: Sequence[Path], arguments: Sequence[str], names: Sequence[str]) -> None:
+def preregister_probe(
+    folders: Sequence[Path], arguments: Sequence[str], names: Sequence[str], trusted: Sequence[str], trust_servers: bool
+) -> None:
     """Declare before a probe which models and edits are compared, and print the hash of the plan.
 
     Args:
         folders: the sweeps that the moments come from.
         arguments: what `foundry probe` takes besides.
         names: the models and edits.
+        trusted: packages whose classes the sweeps may name.
+        trust_servers: whether keys may go to servers that only the sweeps name.
 
     Raises:
         InputError: nothing is declared or compared, or the probe has begun.
     """
     from analysis.probes.planned import declared_probe
     from foundry import provenance
-    from foundry.composing.defaults import read_defaults
     from foundry.composing.preparing import OUTPUTS, model_lines
-    from foundry.probing.composing import compose_probe
     from foundry.storing.preregistration import (
         PREREGISTRATION_FILE,
         check_before_runs,
@@ -180,7 +183,7 @@ def preregister_probe(folders: Sequence[Path], arguments: Sequence[str], names: 
     from foundry.storing.store import fresh_folder
     from foundry.version import __version__
 
-    probe = compose_probe(_opened(folders, ()), arguments, read_defaults(arguments))
+    probe = _composed_probe(folders, arguments, trusted, trust_servers)
     if probe is None:
         return
     asked = probe.composed.settings["output"]["dir"]
@@ -220,6 +223,27 @@ def _opened(folders: Sequence[Path], trusted: Sequence[str]) -> list[SweepFolder
     return sweeps
 
 
+def _composed_probe(
+    folders: Sequence[Path], arguments: Sequence[str], trusted: Sequence[str], trust_servers: bool
+) -> Probe | None:
+    """Return a probe whose servers may be asked; None where Hydra answered the command line itself.
+
+    Raises:
+        InputError: it cannot be composed, or a key would go to a server that only a record names.
+    """
+    from foundry.composing.defaults import read_defaults
+    from foundry.probing.composing import compose_probe
+    from foundry.trust import reaching
+
+    sweeps = _opened(folders, trusted)
+    probe = compose_probe(sweeps, arguments, read_defaults(arguments))
+    if probe is not None and not trust_servers:
+        models = [condition.config["model"] for condition in probe.composed.conditions]
+        recorded = [condition.config["model"] for one in sweeps for condition in one.sweep.conditions]
+        reaching.check_models(models, typed=arguments, recorded=recorded)
+    return probe
+
+
 def _run_probe(
     folders: Sequence[Path],
     arguments: Sequence[str],
@@ -227,20 +251,12 @@ def _run_probe(
     trust_servers: bool,
     sitting: _Sitting | None = None,
 ) -> int:
-    from foundry.composing.defaults import read_defaults
     from foundry.composing.preparing import checked
-    from foundry.probing.composing import compose_probe
-    from foundry.trust import reaching
 
-    sweeps = _opened(folders, trusted)
-    found = compose_probe(sweeps, arguments, read_defaults(arguments))
+    found = _composed_probe(folders, arguments, trusted, trust_servers)
     if found is None:
         return EXIT_OK
     run = sitting.checked_for(found.composed.sweep) if sitting else run_folder
-    if not trust_servers:
-        models = [condition.config["model"] for condition in found.composed.conditions]
-        recorded = [condition.config["model"] for one in sweeps for condition in one.sweep.conditions]
-        reaching.check_models(models, typed=arguments, recorded=recorded)
     say_defaults(found.composed)
     check_view(found.composed.settings["view"])
     with tempfile.TemporaryDirectory() as scratch:

@@ -131,10 +131,12 @@ def test_a_probe_sends_no_key_where_any_condition_of_the_record_leads(tmp_path: 
         (sweep / "sweep.yaml").write_text((sweep / "sweep.yaml").read_text().replace(server.base_url, away))
         (runs(sweep)[0].path / "run.json").unlink()
         received = len(server.headers)
-        probe = ("probe", str(sweep), "moments=1", "repeats=1", "analyze=false", "runner.workers=1")
-        done = foundry(*probe, cwd=tmp_path, OPENAI_API_KEY=here["OPENAI_API_KEY"])
-        assert done.returncode == 2 and "--trust-servers" in done.stderr, done.stdout + done.stderr
+        asked = (str(sweep), "-m", "edit=no_fire", "moments=1", "repeats=1", "output.dir=made")
+        for command in (("probe", *asked), ("preregister", *asked, "--family", "no_fire")):
+            done = foundry(*command, cwd=tmp_path, OPENAI_API_KEY=here["OPENAI_API_KEY"])
+            assert done.returncode == 2 and "--trust-servers" in done.stderr, done.stdout + done.stderr
         assert len(server.headers) == received
+        assert foundry(*command, "--trust-servers", cwd=tmp_path).returncode == 0
 
 
 def test_a_key_goes_where_the_users_own_configuration_leads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -107,7 +107,8 @@ def test_a_record_may_build_the_classes_of_the_folder_that_the_user_names_and_no
         check_targets(config, (), "here")
 
 
-BUILDING = ("verify", "resume", "fork", "replay", "analyze")
+BUILDING = ("verify", "resume", "fork", "probe", "preregister", "replay", "analyze")
+ONE_MOMENT = ("model=scripted/stay", "edit=no_fire", "moments=1", "repeats=1")
 
 
 @pytest.mark.slow
@@ -125,6 +126,8 @@ def test_what_a_refusal_advises_is_an_option_of_the_command_that_refuses(
         "verify": (str(sweep), "--workers", "1"),
         "resume": (str(sweep), "seed=9", "analyze=false"),
         "fork": (run, "--at", "2", "model=scripted/stay", "analyze=false"),
+        "probe": (str(sweep), *ONE_MOMENT, "analyze=false"),
+        "preregister": (str(sweep), *ONE_MOMENT, "--family", "no_fire"),
         "replay": (run, "--steps", "1"),
         "analyze": (str(sweep), "--baselines", "--only", "seed=77"),  # refused before plots are drawn
     }[command]
