@@ -12,7 +12,7 @@ import pandas as pd
 
 from analysis.form import FormAnalysis
 from analysis.paper.findings import Finding, findings
-from analysis.paper.gaps import aligned, gap_lines, gaps, short_names, upright
+from analysis.paper.gaps import Gap, aligned, gap_lines, gaps, short_names, upright
 from analysis.paper.sentence import DIFFERENT, SAME, SILENT, Row, Sides, kind_of, named, why_silent
 from analysis.paper.study import short_contexts
 from analysis.prose import group_label
@@ -236,14 +236,13 @@ class _Shown:
         again = [] if self.standing else self._again()
         room -= len(lines) + len(again)
         measures = {finding.rows[0]["measure"] for finding in self.standing}
-        others = [row for row in self.rows if row["measure"] not in measures and row["factor"] == self.main]
+        others = gaps([row for row in self.rows if row["measure"] not in measures and row["factor"] == self.main])
         if others and room >= LEAST_TABLE:
             lines += ["", *self._table(others, room - 1)]
         return [*lines, *again]
 
-    def _table(self, rows: Sequence[Row], room: int) -> list[str]:
+    def _table(self, found: Sequence[Gap], room: int) -> list[str]:
         """Return the table of gaps with as many rows as there is room for, and how many are left out."""
-        found = gaps(rows)
         shown = found if len(found) < room else found[: room - 2]
         left = len(found) - len(shown)
         more = [f"  {counted(left, 'further measure')}: {self.told.tables}/comparison.md"] if left else []

@@ -130,6 +130,13 @@ def test_no_difference_is_not_told_as_the_same():
     assert end(values)[2].startswith("No difference was found in 1 test; that does not show that the models are the")
 
 
+def test_models_without_a_seed_in_common_are_told_without_a_table():
+    lost = [math.nan] * 2
+    values = {"a": [0.1, 0.2, *lost], "b": [*lost, 0.3, 0.4]}
+    lines = end({model: dict.fromkeys(MEASURES, own) for model, own in values.items()})
+    assert lines[2:4] == ["No claim can be made: no seed has a value in both.", ""] and lines[4].startswith("Look at")
+
+
 def test_notes_without_room_are_counted_with_their_file():
     lines = end({"a": {MEASURES[0]: SAME}}, notes=NOTES)
     start = next(place for place, line in enumerate(lines) if line.startswith("Look out  a note a note"))
