@@ -148,7 +148,7 @@ def analyze_probe(
     part = [f"a part of the answers alone, {filtered}"] if filtered else []
     late = ["the family was named with the analysis"] if family else []
     notes = (*part, *plan.notes, *late, *declared.note(agreement, edits), *_notes(answers))
-    summary = summary_of(frames, declared, filtered, planned=bool(plan.names))
+    summary = summary_of(frames, declared, filtered, planned=bool(plan.names), known=plan.known)
     written = (*written, *drawn, write_summary(folder.analysis_dir, summary, notes))
     return ProbeAnalysis(folder.analysis_dir, frames, shown, summary, notes, furthest, written)
 

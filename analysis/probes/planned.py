@@ -43,10 +43,12 @@ class HeldProbe:
 
     Attributes:
         names: the declared models and edits; none where nothing counts as declared.
+        known: what was known of the runs before the plan, in words; "" where nothing was.
         notes: what is to be said of the plan, one line each.
     """
 
     names: tuple[str, ...] = ()
+    known: str = ""
     notes: tuple[str, ...] = ()
 
 
@@ -59,7 +61,8 @@ def declared_probe(
         conditions: of the probe; their worlds hold the hash of its moments, and its edits.
         configs: the configuration of each.
         names: the models and edits that are compared.
-        **said: what else `Preregistration` holds: `foundry`, `commit`, `asked`, `models`.
+        **said: what else `Preregistration` holds: `foundry`, `commit`, `asked`, `models`, `answers_known`,
+            `runs_known`.
 
     Raises:
         InputError: a name is no model or edit of the probe, nothing is named, or nothing is compared.
@@ -111,8 +114,9 @@ def held_probe(folder: SweepFolder, asked: Sequence[str]) -> HeldProbe:
     plan, sha256 = found
     names = tuple(one.name for one in plan.measures)
     differs = [f"differs from the plan: {line}" for line in _differences(plan, folder)]
-    end = "" if differs else "; nothing differs from the plan"
-    return HeldProbe(names, (f"{PREREGISTRATION_FILE} (sha256 {sha256[:12]}): {', '.join(names)}{end}", *differs))
+    held = f"{PREREGISTRATION_FILE} (sha256 {sha256[:12]}): {', '.join(names)}"
+    end = "" if differs else "nothing differs from the plan"
+    return HeldProbe(names, plan.known, ("; ".join(filter(None, [held, plan.known, end])), *differs))
 
 
 def _differences(plan: Preregistration, folder: SweepFolder) -> Iterator[str]:

@@ -37,7 +37,7 @@ _NOTHING = {
 
 
 def summary_of(
-    frames: Mapping[str, pd.DataFrame], declared: Family, filtered: str = "", *, planned: bool = False
+    frames: Mapping[str, pd.DataFrame], declared: Family, filtered: str = "", *, planned: bool = False, known: str = ""
 ) -> tuple[str, ...]:
     """Return what was found, a sentence each.
 
@@ -46,6 +46,7 @@ def summary_of(
         declared: the models and edits that were declared; all other rows are not said.
         filtered: which answers it is of, where it is not of all.
         planned: whether they were declared before the runs.
+        known: what was known of the runs before that, in words; "" where nothing was.
     """
     lead = [] if planned else [EXPLORES]
     part = [f"This is of a part of the answers: {filtered}."] if filtered else []
@@ -62,7 +63,7 @@ def summary_of(
     told = _fitted(
         found,
         _kind,
-        lambda row: _sentence(row, unread),
+        lambda row: _sentence(row, unread, known),
         _silent([row for row in found if row["why"]]),
         most=MOST - len(lead) - len(part) - len(formats),
         where="agreement.md and edits.md",
@@ -155,7 +156,7 @@ def _why_silent(row: Row, asked_once: bool) -> str:
     return ""
 
 
-def _sentence(row: Row, unread: Mapping[tuple[str, str, str], float]) -> str:
+def _sentence(row: Row, unread: Mapping[tuple[str, str, str], float], known: str) -> str:
     figures = (
         f"total variation {number(row['distance'])}, by chance {number(row['floor'])}, excess "
         f"{with_interval(row['excess'], row['excess_low'], row['excess_high'])}, {row['moments']} moments of "
@@ -169,7 +170,7 @@ def _sentence(row: Row, unread: Mapping[tuple[str, str, str], float]) -> str:
         for model, edit in _asked(row)
         if (share := unread.get((model, edit, NONE)))
     ]
-    return "; ".join([f"{_said(row)}: {figures}", *weak]) + "."
+    return "; ".join([f"{_said(row)}: {figures}", *filter(None, [known]), *weak]) + "."
 
 
 def _asked(row: Row) -> list[tuple[str, str]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import tempfile
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import replace
 from enum import StrEnum
@@ -27,7 +28,7 @@ from foundry.commands.application import (
     given,
     only_json,
 )
-from foundry.commands.probing import folders_first, preregister_probe
+from foundry.commands.probing import composed_probe, folders_first
 from foundry.commands.showing import analyze_and_print, analyze_and_show, probe_in
 from foundry.commands.sweeps import composed_here, existing_answers, known_models, run_baselines, sweep_reach
 from foundry.composing.settings import UNTIL
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from foundry.composing.compose import Composed
     from foundry.expansion import Sweep
     from foundry.models.base import ModelInfo
+    from foundry.probing.composing import Probe
     from foundry.storing.preregistration import Preregistration
 
 
@@ -142,7 +144,9 @@ def preregister(
     if sweeps:
         if margin or widest or looks:
             raise InputError("A probe has no margins and no looks: leave --margin, --widest and --looks out.")
-        preregister_probe(sweeps, arguments, family or [], trust_targets or (), trust_servers)
+        probe = composed_probe(sweeps, arguments, trust_targets or (), trust_servers)
+        if probe is not None:
+            _preregister_probe(probe, " ".join([*map(str, sweeps), *arguments]), family or [])
         return
     check_belongs("a recorded sweep", {"trust-targets": trust_targets, "trust-servers": trust_servers or None})
     composed = composed_here(arguments)
@@ -151,7 +155,7 @@ def preregister(
     asked = composed.settings["output"]["dir"]
     if asked:
         check_before_runs(Path(asked))
-    places = {path for parent in {OUTPUTS, Path(asked or OUTPUTS).parent} for path in parent.glob("*")}
+    places = _places(asked)
     sizes = {"margins": margins_of(margin or []), "widest": margins_of(widest or [], "--widest")}
     plan, note = _planned(composed, places, family=family or [], looks=looks_of(looks), **sizes)
     folder = Path(asked) if asked else fresh_folder(OUTPUTS)
@@ -164,6 +168,67 @@ def preregister(
     more = "" if asked else f" output.dir={folder}"
     until = "" if composed.settings[UNTIL] else f" {UNTIL}=answered"
     print(f"Deposit this hash elsewhere, then: foundry {' '.join(composed.asked)}{more}{until}")
+
+
+def _preregister_probe(probe: Probe, command: str, names: Sequence[str]) -> None:
+    """Declare before a probe which models and edits are compared, and print the hash of the plan.
+
+    Args:
+        probe: the probe.
+        command: the arguments of `foundry probe` that ask for it.
+        names: the models and edits.
+
+    Raises:
+        InputError: nothing is declared or compared, or the probe has begun.
+    """
+    from analysis.probes.planned import declared_probe
+    from foundry import provenance
+    from foundry.composing.preparing import OUTPUTS, model_lines
+    from foundry.storing.preregistration import (
+        PREREGISTRATION_FILE,
+        check_before_runs,
+        conditions_of,
+        write_preregistration,
+    )
+    from foundry.storing.store import fresh_folder
+    from foundry.version import __version__
+
+    asked = probe.composed.settings["output"]["dir"]
+    if asked:
+        check_before_runs(Path(asked))
+    sweep = expand(probe.composed.asked, probe.composed.conditions)
+    with tempfile.TemporaryDirectory() as scratch:
+        placed = probe.placed(Path(scratch), sweep)
+        infos, note = known_models(placed)
+        answers, holders = _known(probe.composed, placed, infos, _places(asked))
+    plan = declared_probe(
+        conditions_of(sweep),
+        [condition.config for condition in sweep.conditions],
+        names,
+        foundry=__version__,
+        commit=provenance.git_commit(),
+        asked=list(sweep.asked),
+        models=model_lines(infos),
+        answers_known=answers,
+        runs_known=holders,
+    )
+    folder = Path(asked) if asked else fresh_folder(OUTPUTS)
+    print(f"{write_preregistration(folder, plan)}  {folder / PREREGISTRATION_FILE}")
+    tests = " and ".join(f"{count} of {what}" for what, count in plan.tests.items())
+    print(f"{len(plan.seeds)} seeds, tests: {tests}")
+    if note:
+        print(note)
+    if plan.known:
+        print(f"{plan.known}; ask in other moments: another moments_seed, or another sweep")
+    more = "" if asked else f" output.dir={folder}"
+    print(f"Deposit this hash elsewhere, then: foundry probe {command}{more}")
+
+
+def _places(asked: str | None) -> set[Path]:
+    """Return the folders that may be sweeps with runs of a new one: beside its own, and in the usual place."""
+    from foundry.composing.preparing import OUTPUTS
+
+    return {path for parent in {OUTPUTS, Path(asked or OUTPUTS).parent} for path in parent.glob("*")}
 
 
 def _planned(composed: Composed, places: Set[Path], **asked: Any) -> tuple[Preregistration, str]:

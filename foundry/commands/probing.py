@@ -32,7 +32,6 @@ from foundry.commands.sweeps import (
     Run,
     composed_here,
     go_on,
-    known_models,
     reached_now,
     run_checked,
     run_folder,
@@ -40,7 +39,7 @@ from foundry.commands.sweeps import (
 )
 from foundry.commands.view import AskingPage, Browser, Host, Port, check_view, told_to
 from foundry.errors import InputError
-from foundry.expansion import expand, overridden
+from foundry.expansion import overridden
 
 if TYPE_CHECKING:
     from foundry.expansion import Sweep
@@ -156,62 +155,6 @@ def _plan_probe(folders: Sequence[Path], arguments: Sequence[str], trusted: Sequ
     return EXIT_OK
 
 
-def preregister_probe(
-    folders: Sequence[Path], arguments: Sequence[str], names: Sequence[str], trusted: Sequence[str], trust_servers: bool
-) -> None:
-    """Declare before a probe which models and edits are compared, and print the hash of the plan.
-
-    Args:
-        folders: the sweeps that the moments come from.
-        arguments: what `foundry probe` takes besides.
-        names: the models and edits.
-        trusted: packages whose classes the sweeps may name.
-        trust_servers: whether keys may go to servers that only the sweeps name.
-
-    Raises:
-        InputError: nothing is declared or compared, or the probe has begun.
-    """
-    from analysis.probes.planned import declared_probe
-    from foundry import provenance
-    from foundry.composing.preparing import OUTPUTS, model_lines
-    from foundry.storing.preregistration import (
-        PREREGISTRATION_FILE,
-        check_before_runs,
-        conditions_of,
-        write_preregistration,
-    )
-    from foundry.storing.store import fresh_folder
-    from foundry.version import __version__
-
-    probe = _composed_probe(folders, arguments, trusted, trust_servers)
-    if probe is None:
-        return
-    asked = probe.composed.settings["output"]["dir"]
-    if asked:
-        check_before_runs(Path(asked))
-    sweep = expand(probe.composed.asked, probe.composed.conditions)
-    with tempfile.TemporaryDirectory() as scratch:
-        infos, note = known_models(probe.placed(Path(scratch), sweep))
-    plan = declared_probe(
-        conditions_of(sweep),
-        [condition.config for condition in sweep.conditions],
-        names,
-        foundry=__version__,
-        commit=provenance.git_commit(),
-        asked=list(sweep.asked),
-        models=model_lines(infos),
-    )
-    folder = Path(asked) if asked else fresh_folder(OUTPUTS)
-    print(f"{write_preregistration(folder, plan)}  {folder / PREREGISTRATION_FILE}")
-    tests = " and ".join(f"{count} of {what}" for what, count in plan.tests.items())
-    print(f"{len(plan.seeds)} seeds, tests: {tests}")
-    if note:
-        print(note)
-    more = "" if asked else f" output.dir={folder}"
-    command = " ".join([*map(str, folders), *arguments])
-    print(f"Deposit this hash elsewhere, then: foundry probe {command}{more}")
-
-
 def _opened(folders: Sequence[Path], trusted: Sequence[str]) -> list[SweepFolder]:
     from foundry.storing.store import SweepFolder
     from foundry.trust.targets import check_sweep_targets
@@ -223,7 +166,7 @@ def _opened(folders: Sequence[Path], trusted: Sequence[str]) -> list[SweepFolder
     return sweeps
 
 
-def _composed_probe(
+def composed_probe(
     folders: Sequence[Path], arguments: Sequence[str], trusted: Sequence[str], trust_servers: bool
 ) -> Probe | None:
     """Return a probe whose servers may be asked; None where Hydra answered the command line itself.
@@ -253,7 +196,7 @@ def _run_probe(
 ) -> int:
     from foundry.composing.preparing import checked
 
-    found = _composed_probe(folders, arguments, trusted, trust_servers)
+    found = composed_probe(folders, arguments, trusted, trust_servers)
     if found is None:
         return EXIT_OK
     run = sitting.checked_for(found.composed.sweep) if sitting else run_folder

@@ -53,7 +53,11 @@ def test_a_probe_that_was_declared_is_held_against_its_plan(pilot: Path, tmp_pat
     assert said[0] == f"{hashlib.sha256(plan).hexdigest()}  out/preregistration.yaml"
     assert said[1] == "3 seeds, tests: 2 of edits" and said[-1].endswith(f"then: foundry probe {' '.join(asked)}")
     told = done("probe", *asked, cwd=tmp_path)
-    assert "no_fire; nothing differs from the plan" in told and EXPLORES not in told
+    assert "no_fire; nothing differs from the plan" in told and EXPLORES not in told and "known before" not in told
+    again = [word.replace("=out", "=again") for word in asked]
+    said = done("preregister", *again, "--family", "no_fire", cwd=tmp_path).splitlines()
+    assert said[2].startswith("known before the plan: runs in out; ask in other moments: ")
+    assert "known before the plan: runs in out" in " ".join(done("probe", *again, cwd=tmp_path).split())
     refused = foundry("analyze", "out", "--family", "no_fire", cwd=tmp_path)
     assert refused.returncode == 2 and "leave --family out" in refused.stderr
     (tmp_path / "out" / "preregistration.yaml").write_bytes(plan + b"# later\n")

@@ -35,6 +35,7 @@ def found(
     unread: int = 0,
     lost: dict[tuple[str, str, str], int] | None = None,
     spreads: tuple[dict[str, Any], ...] = (),
+    known: str = "",
 ) -> list[str]:
     """Return the summary of a probe with these rows, the models named, and two that answered as often.
 
@@ -45,6 +46,7 @@ def found(
         unread: of how many of these the answers of `b` could not be read.
         lost: the same by model, edit and format.
         spreads: rows of `formats`.
+        known: what was known before the plan.
     """
     columns = ["model", "edit", "format", "run", "step", "choice", "count", "share"]
     lost = {("a", "none", "none"): 0, ("b", "none", "none"): unread, **(lost or {})}
@@ -57,7 +59,7 @@ def found(
         "formats": pd.DataFrame(spreads),
         "steepness": pd.DataFrame(),
     }
-    lead, *told = summary_of(frames, Family(frozenset(declared), frozenset()))
+    lead, *told = summary_of(frames, Family(frozenset(declared), frozenset()), known=known)
     assert not (rows or spreads) or lead == EXPLORES  # also where a family is named with the analysis
     return told if rows or spreads else [lead]
 
@@ -107,6 +109,12 @@ def test_what_could_not_be_read_is_told_of_the_edit_and_the_format_in_which_it_w
         in told["names changes what a chooses, which it should not"]
     )
     assert list(told.values())[-1].endswith("; 100 % of the answers of a in format spread/0 could not be read.")
+
+
+def test_every_declared_sentence_tells_what_was_known_before_the_plan():
+    known = "known before the plan: 8 answers, runs in out"
+    told = found(pair("a", "b"), edit("names", "invariance"), known=known)
+    assert len(told) == 2 and all(f"(level .05); {known}." in sentence for sentence in told)
 
 
 def test_differences_stand_first_and_what_has_no_room_is_counted():
