@@ -295,7 +295,7 @@ def _print_determinism(folder: SweepFolder) -> None:
 
 
 def sweep_reach(sweep: Sweep, measures: int = 0) -> Reach | None:
-    """Return what the tests of a sweep can find; None where it compares nothing.
+    """Return what the tests of a sweep can find; None where it compares nothing, or is a probe with its own tests.
 
     Args:
         sweep: the sweep.
@@ -306,10 +306,11 @@ def sweep_reach(sweep: Sweep, measures: int = 0) -> Reach | None:
     from analysis.planned.reach import reach_of
     from foundry.composing.preflight import declare
     from foundry.storing.preregistration import conditions_of
+    from foundry.worlds.probe.world import ProbeScenario
 
     known = sweep if all(condition.declared for condition in sweep.conditions) else declare(sweep)
     forms = [condition.declared.form for condition in known.conditions if condition.declared is not None]
-    return reach_of(conditions_of(sweep), forms, measures)
+    return None if ProbeScenario.form in forms else reach_of(conditions_of(sweep), forms, measures)
 
 
 def existing_answers(composed: Composed) -> Answers | None:

@@ -54,6 +54,7 @@ def test_a_probe_that_was_declared_is_held_against_its_plan(pilot: Path, tmp_pat
     assert said[1] == "3 seeds, tests: 2 of edits" and said[-1].endswith(f"then: foundry probe {' '.join(asked)}")
     told = done("probe", *asked, cwd=tmp_path)
     assert "no_fire; nothing differs from the plan" in told and EXPLORES not in told and "known before" not in told
+    assert "foundry resume" not in told, "a probe gets seeds from the sweeps that its moments come from"
     again = [word.replace("=out", "=again") for word in asked]
     said = done("preregister", *again, "--family", "no_fire", cwd=tmp_path).splitlines()
     assert said[2].startswith("known before the plan: runs in out; ask in other moments: ")
