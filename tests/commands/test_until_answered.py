@@ -52,6 +52,7 @@ def test_a_run_that_fails_each_time_is_missing_from_the_look_as_planned_and_hold
     done = foundry(*own, *market, "until=answered", cwd=tmp_path)
     assert done.returncode == 3
     assert "not answered at look 1 of 2, at 6 seeds" in done.stdout
+    assert "\nstill open: idle_rate.chosen (" in done.stdout
     assert "; as planned, without the pairs of 2 failed runs" in done.stdout
     assert "\nanswered at look 2 of 2, at 8 seeds" in done.stdout
     assert "try the failed runs again with: foundry resume out" in done.stdout
