@@ -11,7 +11,7 @@ from typer.main import get_command
 
 from commands import foundry
 from foundry import paths
-from foundry.cli import app
+from foundry.cli import app, run
 from foundry.composing.compose import compose
 
 ROOT = paths.PACKAGE.parent
@@ -23,6 +23,7 @@ WRITTEN = re.compile(r"analysis/[\w-]+\.(?:csv|json|sqlite|parquet|tex|md)|analy
 """Files that the analysis writes into a sweep's folder."""
 COMMAND = re.compile(r"(?m)^    foundry (.+?)(?:  +[a-z].*)?$")
 """A command on a line of its own, without what is said of it behind two spaces."""
+NEW = re.compile(r"foundry new (\w+) (\w+)")
 FILE = re.compile(r"(?ms)^```yaml\n# mine/((?:world|prompt|model)/\w+\.yaml)\n(.*?)^```")
 """A file for `--config-dir mine`."""
 SCENES = {"kibo_real": ("scene=kibo.usdz",)}
@@ -74,6 +75,13 @@ def test_every_command_of_a_document_is_one_that_foundry_takes(document: Path, w
         while rest and rest[0] in getattr(command, "commands", {}):
             command = command.commands[rest.pop(0)]
         command.make_context(name, rest)
+
+
+def test_every_part_that_a_document_begins_can_be_begun(workspace: Path):
+    help_of_new = get_command(app).commands["new"].help  # type: ignore[attr-defined]
+    texts = [help_of_new, *(one.read_text(encoding="utf-8") for one in DOCUMENTS if one.name != "CHANGELOG.md")]
+    begun = sorted({part for text in texts for part in NEW.findall(text)})
+    assert begun and [part for part in begun if run(["new", *part]) != 0] == []
 
 
 @pytest.mark.slow

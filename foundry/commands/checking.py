@@ -101,14 +101,14 @@ def _check_known(worlds: Sequence[str], page_file: Path | None, json: bool, conf
 @app.command(rich_help_panel=EXTEND)
 def new(
     kind: Annotated[str, typer.Argument(help="world, signature, prompt, model or policy.", show_default=False)],
-    name: Annotated[str, typer.Argument(help="What it is to be called, such as bar.", show_default=False)],
+    name: Annotated[str, typer.Argument(help="What it is to be called, such as market.", show_default=False)],
     into: Annotated[Path, typer.Option("--into", "--config-dir", "-cd", help="The folder of your own parts.")] = Path(
         "mine"
     ),
 ) -> None:
     """Begin a part of your own: files that run as they are, with a test.
 
-    foundry new world bar, then: foundry --config-dir mine world=bar model=scripted/random
+    foundry new world market, then: foundry --config-dir mine world=market model=scripted/random
     """
     from foundry.composing.beginning import begin
 
