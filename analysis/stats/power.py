@@ -23,6 +23,8 @@ from foundry.errors import InputError
 from foundry.seeding import stream
 
 MOST_SEEDS = 100_000
+MOST_RECOMMENDED = 200
+"""Seeds above which a pilot's difference is too small to plan a sweep by."""
 CAUTION = 0.8
 """Confidence of the upper bound of the standard deviation that a cautious plan uses."""
 _POINTS = 500
@@ -100,19 +102,26 @@ def power(
 def recommended(plan: pd.DataFrame) -> pd.DataFrame:
     """Return how many seeds each pair needs, so that each measure that claims rest on is planned with caution.
 
-    One row a pair: `factor`, `level`, `reference`, `context`, `seeds`, the `measure` that needs the most, and
-    `without_n`, how many measures have no number. Where no row of the plan is declared, all rows count.
+    One row a pair: `factor`, `level`, `reference`, `context`, `seeds`, the `measure` that needs the most of those that
+    need at most MOST_RECOMMENDED, `beyond`, how many measures need more, and `without_n`, how many have no number.
+    Where no row of the plan is declared, all rows count.
     """
     rows = plan[plan["declared"]] if plan["declared"].any() else plan
     recommendations = []
     for pair, measures in rows.groupby(list(PAIR), sort=False):
-        most = measures["n_cautious"].max()
-        decisive = measures.loc[measures["n_cautious"] == most, "measure"]
+        needs = measures["n_cautious"]
+        within = measures[needs <= MOST_RECOMMENDED]
+        most = within["n_cautious"].max()
         recommendations.append(
             dict(zip(PAIR, pair, strict=True))
-            | {"seeds": most, "measure": next(iter(decisive), ""), "without_n": measures["n_cautious"].isna().sum()}
+            | {
+                "seeds": most,
+                "measure": next(iter(within.loc[within["n_cautious"] == most, "measure"]), ""),
+                "beyond": int((needs > MOST_RECOMMENDED).sum()),
+                "without_n": int(needs.isna().sum()),
+            }
         )
-    return pd.DataFrame(recommendations, columns=[*PAIR, "seeds", "measure", "without_n"])
+    return pd.DataFrame(recommendations, columns=[*PAIR, "seeds", "measure", "beyond", "without_n"])
 
 
 def power_table(plan: pd.DataFrame) -> Table:

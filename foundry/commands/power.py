@@ -148,15 +148,20 @@ def _write_plan(folder: SweepFolder, plan: pd.DataFrame, filtered: str) -> None:
 
 def _recommendations(plan: pd.DataFrame) -> Iterator[str]:
     """Yield one line a pair: how many seeds to run, and the measure that needs them."""
-    from analysis.stats.power import pair_name, recommended, seeds_text
+    from analysis.stats.power import MOST_RECOMMENDED, pair_name, recommended
     from foundry.texts import counted
 
     for row in recommended(plan).to_dict("records"):
-        without = f"; {counted(int(row['without_n']), 'measure')} without a number" if row["without_n"] else ""
+        others = [
+            f"{counted(row[name], 'measure')} {said}"
+            for name, said in (("beyond", f"beyond {MOST_RECOMMENDED} seeds"), ("without_n", "without a number"))
+            if row[name]
+        ]
         if row["measure"]:
-            yield f"{pair_name(row)}: run {seeds_text(row['seeds'])} seeds ({row['measure']} needs the most{without})"
+            advice = [f"run {row['seeds']:.0f} seeds ({row['measure']} needs the most", *others]
+            yield f"{pair_name(row)}: {'; '.join(advice)})"
         else:
-            yield f"{pair_name(row)}: no number of seeds can be recommended{without}"
+            yield f"{pair_name(row)}: no number of seeds up to {MOST_RECOMMENDED} is enough ({'; '.join(others)})"
 
 
 def _show_looks(plan: pd.DataFrame, looks: Sequence[int], family: int) -> None:
