@@ -128,7 +128,7 @@ def test_a_clicked_agent_shows_its_prompts_replies_and_outcome(page: Any, server
     x, y = page.evaluate("() => Foundry.page.grid.spots[0]")
     page.mouse.click(box["x"] + x, box["y"] + y)
     page.wait_for_selector(".inspector .is-unreadable")
-    assert "gender: female" in page.text_content(".persona")
+    page.wait_for_function("() => document.querySelector('.persona').textContent.includes('gender: female')")
     call = page.locator("details[data-kind=action]")
     assert call.get_attribute("open") is not None, "the call that failed is open"
     assert "You are Agent 0 (female) at step 4" in call.locator(".prompt").text_content()

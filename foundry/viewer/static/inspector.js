@@ -96,7 +96,7 @@
       this.choice.value = agent === null ? "" : String(agent);
       const persona = track && Object.entries(track.persona || {});
       fill(this.persona, persona && persona.length ? persona.map(([name, value]) => `${name}: ${value}`).join(", ")
-        : agent === null ? "Choose an agent here, or click one." : "Its records state no persona.");
+        : agent === null ? "Choose an agent here, or click one." : track ? "Its records state no persona." : "");
       this.shown = null;
     }
 
