@@ -99,20 +99,20 @@ def _lines(
     compared: Comparison, setting: str, at: int
 ) -> Iterator[tuple[str, dict[str, str], list[tuple[float, Estimate]]]]:
     """Yield each outcome, the other settings of a group, and the estimates by the value of the setting."""
-    points: dict[tuple[str, Group], list[tuple[float, Estimate]]] = {}
-    for (measure, group), estimate in compared.estimates.items():
-        if group not in compared.baselines and estimate.n and compared.describe(measure).outcome:
-            others = (*group[:at], *group[at + 1 :])
-            points.setdefault((measure, others), []).append((float(group[at]), estimate))
     names = [name for name in compared.group_columns if name != setting]
-    differing = {measure for measure, _ in points if len(_means(points, measure)) > 1}
-    for (measure, others), found in points.items():
-        if measure in differing and len(found) >= FEWEST_VALUES:
-            yield measure, dict(zip(names, others, strict=True)), sorted(found, key=lambda point: point[0])
-
-
-def _means(points: Mapping[tuple[str, Group], Sequence[tuple[float, Estimate]]], measure: str) -> set[float]:
-    return {estimate.mean for (name, _), found in points.items() if name == measure for _, estimate in found}
+    for measure in dict.fromkeys(measure for measure, _ in compared.estimates):
+        if not compared.describe(measure).outcome:
+            continue
+        points: dict[Group, list[tuple[float, Estimate]]] = {}
+        for group in compared.groups:
+            estimate = compared.estimates.get((measure, group))
+            if estimate is not None and estimate.n and group not in compared.baselines:
+                points.setdefault((*group[:at], *group[at + 1 :]), []).append((float(group[at]), estimate))
+        if len({estimate.mean for line in points.values() for _, estimate in line}) < 2:
+            continue
+        for others, line in points.items():
+            if len(line) >= FEWEST_VALUES:
+                yield measure, dict(zip(names, others, strict=True)), sorted(line, key=lambda point: point[0])
 
 
 def _row(

@@ -182,8 +182,7 @@ def _preregister_probe(probe: Probe, command: str, names: Sequence[str]) -> None
         InputError: nothing is declared or compared, or the probe has begun.
     """
     from analysis.probes.planned import declared_probe
-    from foundry import provenance
-    from foundry.composing.preparing import OUTPUTS, model_lines
+    from foundry.composing.preparing import OUTPUTS
     from foundry.storing.preregistration import (
         PREREGISTRATION_FILE,
         check_before_runs,
@@ -191,27 +190,15 @@ def _preregister_probe(probe: Probe, command: str, names: Sequence[str]) -> None
         write_preregistration,
     )
     from foundry.storing.store import fresh_folder
-    from foundry.version import __version__
 
     asked = probe.composed.settings["output"]["dir"]
     if asked:
         check_before_runs(Path(asked))
     sweep = expand(probe.composed.asked, probe.composed.conditions)
     with tempfile.TemporaryDirectory() as scratch:
-        placed = probe.placed(Path(scratch), sweep)
-        infos, note = known_models(placed)
-        answers, holders = _known(probe.composed, placed, infos, _places(asked))
-    plan = declared_probe(
-        conditions_of(sweep),
-        [condition.config for condition in sweep.conditions],
-        names,
-        foundry=__version__,
-        commit=provenance.git_commit(),
-        asked=list(sweep.asked),
-        models=model_lines(infos),
-        answers_known=answers,
-        runs_known=holders,
-    )
+        circumstances, note = _circumstances(probe.composed, probe.placed(Path(scratch), sweep), _places(asked))
+    configs = [condition.config for condition in sweep.conditions]
+    plan = declared_probe(conditions_of(sweep), configs, names, **circumstances)
     folder = Path(asked) if asked else fresh_folder(OUTPUTS)
     print(f"{write_preregistration(folder, plan)}  {folder / PREREGISTRATION_FILE}")
     tests = " and ".join(f"{count} of {what}" for what, count in plan.tests.items())
@@ -240,27 +227,38 @@ def _planned(composed: Composed, places: Set[Path], **asked: Any) -> tuple[Prere
         **asked: the arguments of `declared` that say what is tested.
     """
     from analysis.planned.declaring import declared
-    from foundry import provenance
     from foundry.composing.preflight import declare
-    from foundry.composing.preparing import model_lines
     from foundry.storing.preregistration import conditions_of
-    from foundry.version import __version__
 
     sweep = declare(composed.sweep)
+    circumstances, note = _circumstances(composed, sweep, places)
+    forms = [one.declared.form for one in sweep.conditions if one.declared is not None]
+    return declared(conditions_of(sweep), forms, **asked, **circumstances), note
+
+
+def _circumstances(composed: Composed, sweep: Sweep, places: Set[Path]) -> tuple[dict[str, Any], str]:
+    """Return what a plan records beside what it declares, and why servers did not tell their weights.
+
+    Args:
+        composed: the sweep or probe.
+        sweep: its sweep, a probe's with its moments in place.
+        places: folders that may hold sweeps, which may hold runs of this one.
+    """
+    from foundry import provenance
+    from foundry.composing.preparing import model_lines
+    from foundry.version import __version__
+
     infos, note = known_models(sweep)
     answers, holders = _known(composed, sweep, infos, places)
-    plan = declared(
-        conditions_of(sweep),
-        [one.declared.form for one in sweep.conditions if one.declared is not None],
-        **asked,
-        foundry=__version__,
-        commit=provenance.git_commit(),
-        asked=list(sweep.asked),
-        models=model_lines(infos),
-        answers_known=answers,
-        runs_known=holders,
-    )
-    return plan, note
+    circumstances = {
+        "foundry": __version__,
+        "commit": provenance.git_commit(),
+        "asked": list(sweep.asked),
+        "models": model_lines(infos),
+        "answers_known": answers,
+        "runs_known": holders,
+    }
+    return circumstances, note
 
 
 def _known(

@@ -5,15 +5,28 @@ from __future__ import annotations
 import asyncio
 import hashlib
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 import msgspec
 
 from foundry.errors import TransientError
 from foundry.records import Attempt, Member
 from foundry.worlds.base import Question
+
+T = TypeVar("T")
+
+
+async def seen_through(calls: Iterable[Awaitable[T]]) -> list[T]:
+    """Return the results of calls that are made together, in their order; all end before the first error is raised."""
+    results = await asyncio.gather(*calls, return_exceptions=True)
+    values: list[T] = []
+    for result in results:
+        if isinstance(result, BaseException):
+            raise result
+        values.append(result)
+    return values
 
 
 class ChatMessage(msgspec.Struct, frozen=True):
@@ -224,13 +237,7 @@ class Model(ABC):
 
         All are seen through, so that no paid answer is thrown away; then the first error is raised.
         """
-        results = await asyncio.gather(*map(self.ask, requests), return_exceptions=True)
-        replies: list[Reply] = []
-        for result in results:
-            if isinstance(result, BaseException):
-                raise result
-            replies.append(result)
-        return replies
+        return await seen_through(map(self.ask, requests))
 
     def begin(self, requests: Sequence[Request]) -> list[asyncio.Future[Reply]]:
         """Begin to answer several requests; each reply is there as soon as it comes."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import statistics
 import time
 from collections.abc import Sequence
@@ -10,7 +9,7 @@ from dataclasses import dataclass
 
 from msgspec import structs
 
-from foundry.models.base import Model, Reply, Request
+from foundry.models.base import Model, Reply, Request, seen_through
 from foundry.worlds.base import Answer, unanswered
 
 BURST = 16
@@ -41,13 +40,7 @@ async def at_once(model: Model, requests: Sequence[Request]) -> list[Timed]:
     Raises:
         BackendError: the server gave no answer.
     """
-    outcomes = await asyncio.gather(*(_timed(model, request) for request in requests), return_exceptions=True)
-    replies: list[Timed] = []
-    for outcome in outcomes:
-        if isinstance(outcome, BaseException):
-            raise outcome
-        replies.append(outcome)
-    return replies
+    return await seen_through(_timed(model, request) for request in requests)
 
 
 async def _timed(model: Model, request: Request) -> Timed:
