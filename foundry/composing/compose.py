@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
+import argparse
 import contextlib
-import os
 import re
-import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from copy import deepcopy
-from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from foundry import own_code, paths
-from foundry.composing.collecting import Collector, Launch
 from foundry.composing.defaults import Defaults, deciding
 from foundry.composing.own_names import check_own_names
+from foundry.composing.points import Launch, Point, points_of, show
 from foundry.composing.public_names import with_public_names
 from foundry.composing.settings import check_parts, check_settings_of_hydra, checked_settings
 from foundry.errors import FoundryError, InputError, not_found
 from foundry.expansion import FORMAT, Condition, Sweep, expand, has_range, named_formats, overridden
 from foundry.naming import format_of
-from foundry.storing.plain_yaml import check_config
 
 CONDITION_KEYS = ("world", "model", "prompt", "sampling_seed", "record", "baselines")
 """What goes into a condition; the other keys say where and how it is run."""
@@ -31,7 +27,7 @@ _TAKEN_UP = ("seed", "schema")
 
 _SWEPT_ONLY = ("world", "model", "prompt", "format", "layout", "scene", "task", "sampling_seed")
 _MULTIRUN = ("-m", "--multirun")
-_SHOWING = ("--cfg", "--info")
+_INFO = ("all", "config", "defaults", "defaults-tree", "plugins", "searchpath")
 
 
 @dataclass(frozen=True)
@@ -77,12 +73,13 @@ class Composed:
         return deciding(self.defaults)
 
 
-def compose(argv: Sequence[str], defaults: Defaults | None = None) -> Composed | None:
+def compose(argv: Sequence[str], defaults: Defaults | None = None, folders: Sequence[Path] = ()) -> Composed | None:
     """Compose a command line as `foundry` takes it.
 
     Args:
         argv: the command line.
         defaults: the user's own; by default there are none.
+        folders: further folders of configurations, which the defaults leave alone.
 
     Returns:
         The conditions, or None when Hydra answered a flag of its own (`--cfg`, `--info`, `--hydra-help`).
@@ -91,8 +88,8 @@ def compose(argv: Sequence[str], defaults: Defaults | None = None) -> Composed |
         InputError: the command line asks for something that does not exist or cannot be read.
     """
     argv = [named_formats(arg) for arg in own_code.folders_last(argv)]
-    _check_flags(argv)
-    check_settings_of_hydra(argv)
+    flags, overrides = _flags_and_overrides(argv)
+    check_settings_of_hydra(overrides)
     own_code.use(own_code.config_dirs(argv))
     check_own_names(own_code.own_folders())
     from hydra.errors import HydraException
@@ -100,29 +97,55 @@ def compose(argv: Sequence[str], defaults: Defaults | None = None) -> Composed |
 
     defaults = defaults or Defaults()
     try:
-        _check_groups(argv)
-        with _texts_parsed_once():
-            collector = _run_hydra(argv, defaults)
-            return _composed(argv, collector, defaults) if collector.conditions else None
+        _check_groups(overrides)
+        own = _existing_folders(argv)
+        if set(flags).isdisjoint(_MULTIRUN) and flags:
+            show(flags, overrides, own, folders, defaults)
+            return None
+        points, launch = points_of(overrides, own, folders, defaults, multirun=bool(flags))
+        return _composed(argv, points, launch, defaults)
     except FoundryError:
         raise
     except (HydraException, OmegaConfBaseException) as error:
         raise InputError(f"{_explained(error, argv)}{defaults.hint(str(error))}") from error
 
 
-def _check_flags(argv: Sequence[str]) -> None:
-    """Refuse what Hydra would take for one run, or end in a traceback or its own usage."""
-    from hydra._internal.utils import get_args_parser
+def _flags_and_overrides(argv: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the flags with their values, those of folders left out, and the overrides.
 
-    unknown = [arg for arg in get_args_parser().parse_known_args(argv)[1] if arg.startswith("-")]
+    Raises:
+        InputError: a flag does not exist, or several runs are asked for in a way that Hydra would take for one.
+    """
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
+    parser.add_argument("overrides", nargs="*")
+    parser.add_argument(*_MULTIRUN, "--hydra-help", "--resolve", action="store_true")
+    parser.add_argument(*own_code.CONFIG_DIR)
+    parser.add_argument("--package", "-p")
+    parser.add_argument("--cfg", "-c", choices=("job", "hydra", "all"))
+    parser.add_argument("--info", "-i", nargs="?", choices=_INFO)
+    try:
+        found, unknown = parser.parse_known_intermixed_args(argv)
+    except argparse.ArgumentError as error:
+        raise InputError(f"{error}: the command with --help lists its options.") from error
     if unknown:
         raise InputError(f"'{unknown[0]}' is no option here: the command with --help lists those that it has.")
-    if any(arg in _MULTIRUN for arg in argv) and any(arg.startswith(_SHOWING) for arg in argv):
+    folders = 2 * len(list(own_code.config_dirs(argv)))
+    flags = [arg for arg in argv[: len(argv) - folders] if arg not in found.overrides]
+    multirun = [flag for flag in flags if flag in _MULTIRUN]
+    if multirun and len(flags) > len(multirun):
         raise InputError("--cfg and --info show one run: leave out -m.")
-    is_sweep = any(arg in _MULTIRUN or arg.startswith("+sweep=") for arg in argv)
     ranges = [arg for arg in argv if has_range(arg)]
-    if ranges and not is_sweep:
+    if ranges and not multirun and not any(arg.startswith("+sweep=") for arg in argv):
         raise InputError(f"'{ranges[0]}' asks for several runs: add -m, as in foundry -m {' '.join(argv)}")
+    return flags, found.overrides
+
+
+def _existing_folders(argv: Sequence[str]) -> list[Path]:
+    folders = [folder.absolute() for folder in own_code.config_dirs(argv)]
+    for folder in folders:
+        if not folder.is_dir():
+            raise InputError(f"Folder '{folder}' not found: --config-dir names the folder of your own parts.")
+    return folders
 
 
 def _check_groups(argv: Sequence[str]) -> None:
@@ -149,170 +172,26 @@ def _groups() -> set[str]:
     return {folder.name for folder in paths.conf_dir().iterdir() if folder.is_dir()}
 
 
-def _run_hydra(argv: Sequence[str], defaults: Defaults) -> Collector:
-    """Let Hydra read the command line; nothing is run by it."""
-    import hydra
-
-    collector = Collector()
-    with _hydra_surroundings(argv), _composed_once(argv), _files_read(defaults):
-        hydra.main(version_base="1.3", config_path=str(paths.conf_dir()), config_name="config")(collector)()
-    return collector
-
-
-@contextlib.contextmanager
-def _hydra_surroundings(argv: Sequence[str]) -> Iterator[None]:
-    """Hand Hydra the command line, and have it raise its errors instead of printing them."""
-    kept_argv, kept_flag = sys.argv, os.environ.get("HYDRA_FULL_ERROR")
-    sys.argv = ["foundry", *argv]
-    os.environ["HYDRA_FULL_ERROR"] = "1"
-    try:
-        yield
-    finally:
-        sys.argv = kept_argv
-        if kept_flag is None:
-            del os.environ["HYDRA_FULL_ERROR"]
-        else:
-            os.environ["HYDRA_FULL_ERROR"] = kept_flag
-
-
-@contextlib.contextmanager
-def _instead(owner: Any, name: str, other: Any) -> Iterator[None]:
-    """Put something in the place of what Hydra or OmegaConf has under a name."""
-    kept = getattr(owner, name)
-    setattr(owner, name, other)
-    try:
-        yield
-    finally:
-        setattr(owner, name, kept)
-
-
-@contextlib.contextmanager
-def _texts_parsed_once() -> Iterator[None]:
-    """Have OmegaConf parse each text that refers to a setting once a process: it only reads what its parser gives."""
-    from omegaconf import _utils, base
-
-    with _instead(base, "parse", _parsed), _instead(_utils, "parse", _parsed):
-        yield
-
-
-@lru_cache(maxsize=512)
-def _parsed(value: str) -> Any:
-    from omegaconf.grammar_parser import parse
-
-    return parse(value)
-
-
-@contextlib.contextmanager
-def _composed_once(argv: Sequence[str]) -> Iterator[None]:
-    """Spare Hydra what it composes or copies only to find nothing in it, or for a task that is called.
-
-    `hydra.mode` can be set by nothing but `-m`, a named sweep, a user's own files or overrides of Hydra's settings; a
-    map of all choices is for defaults that refer to others. Before a sweep, Hydra composes its own settings with the
-    default world. The world of a condition need not have the same settings, so only the conditions take the others.
-    """
-    from hydra._internal import defaults_list
-    from hydra._internal.config_loader_impl import ConfigLoaderImpl
-    from hydra._internal.hydra import Hydra
-    from hydra.types import RunMode
-
-    choices = defaults_list._create_interpolation_map
-    apply, load = ConfigLoaderImpl._apply_overrides_to_config, ConfigLoaderImpl.load_configuration
-
-    def apply_to_hydra(overrides: Any, config: Any) -> None:
-        apply([override for override in overrides if override.is_hydra_override()], config)
-
-    def loaded(self: Any, config_name: str, overrides: list[str], run_mode: RunMode, **options: Any) -> Any:
-        used = apply_to_hydra if run_mode is RunMode.MULTIRUN else apply
-        with _instead(ConfigLoaderImpl, "_apply_overrides_to_config", used):
-            return load(self, config_name, overrides, run_mode, **options)
-
-    def hand_over(self: Any, config_name: str, task_function: Collector, overrides: list[str]) -> None:
-        task_function(self.compose_config(config_name, overrides, RunMode.RUN, with_log_configuration=True))
-
-    def choices_referred_to(overrides: Any, defaults: list[Any], self_added: bool) -> Any:
-        return choices(overrides, defaults, self_added) if any(one.is_interpolation() for one in defaults) else None
-
-    may_set_mode = any(arg.lstrip("+~").startswith(("sweep", "hydra", "--config", "-c")) for arg in argv)
-    mode = Hydra.get_mode if may_set_mode else lambda self, config_name, overrides: None
-    with (
-        _instead(Hydra, "get_mode", mode),
-        _instead(Hydra, "run", hand_over),
-        _instead(ConfigLoaderImpl, "load_configuration", loaded),
-        _instead(defaults_list, "_create_interpolation_map", choices_referred_to),
-    ):
-        yield
-
-
-@contextlib.contextmanager
-def _files_read(defaults: Defaults) -> Iterator[None]:
-    """Check each file of a user's own before Hydra reads it, which knows no bounds, and put the user's defaults in."""
-    from hydra.core.plugins import Plugins
-    from omegaconf import OmegaConf, _utils
-
-    Plugins.instance()  # runs the modules of Hydra's sources again: only from now on they have the classes it uses
-    from hydra._internal.core_plugins.file_config_source import FileConfigSource
-
-    kept, shipped = FileConfigSource.load_config, paths.conf_dir()
-    loader = _on_libyaml(_utils.get_yaml_loader())
-
-    def read(self: Any, config_path: str) -> Any:
-        file = Path(self.path) / self._normalize_file_name(config_path)
-        is_own = Path(self.path) != shipped
-        if is_own and file.is_file():
-            check_config(file)
-        found = kept(self, config_path) if is_own or not file.is_file() else _copy_of(self, config_path, file, kept)
-        if not defaults.is_empty and self.scheme() == "file":
-            content: Any = OmegaConf.to_container(found.config, resolve=False)
-            if isinstance(content, dict) and defaults.put_into(
-                content, config_path.removesuffix(".yaml"), found.header["package"]
-            ):
-                found.config = OmegaConf.create(content)
-        return found
-
-    with _instead(FileConfigSource, "load_config", read), _instead(_utils, "get_yaml_loader", lambda: loader):
-        yield
-
-
-def _copy_of(source: Any, config_path: str, file: Path, read: Callable[[Any, str], Any]) -> Any:
-    """Return what a shipped file holds, for Hydra to change; unless it was written anew, it is read once a process."""
-    kind: Any = type(source)
-    found = _shipped(read, kind, source.provider, source.path, config_path, file.stat().st_mtime_ns)
-    return replace(found, config=deepcopy(found.config), header=dict(found.header))
-
-
-@lru_cache(maxsize=512)
-def _shipped(read: Callable[[Any, str], Any], kind: Any, provider: str, path: str, name: str, written: int) -> Any:
-    return read(kind(provider, path), name)
-
-
-def _on_libyaml(loader: Any) -> Any:
-    """Return a loader of YAML on libyaml's parser, which is several times as fast, where that is installed."""
-    import yaml
-
-    parser = getattr(yaml, "CSafeLoader", None)
-    return loader if parser is None else type("Loader", (parser, loader), {})
-
-
-def _composed(argv: Sequence[str], collector: Collector, defaults: Defaults) -> Composed:
-    composed = [(one, _plain(one.config)) for one in collector.conditions]
+def _composed(argv: Sequence[str], points: Sequence[Point], launch: Launch | None, defaults: Defaults) -> Composed:
+    composed = [(point, _plain(point.config)) for point in points]
     names, left_out = _worlds_left_out(argv, [config for _, config in composed])
-    composed = [(one, config) for one, config in composed if not names or config["world"]["name"] not in names]
-    collected, plain = zip(*composed, strict=True)
-    keys = _swept_keys([one.overrides for one in collected])
-    conditions = [
-        condition for one, config in composed for condition in _conditions(one.config, config, keys, one.seeds)
-    ]
-    settings = {key: value for key, value in plain[0].items() if key not in (*CONDITION_KEYS, *_TAKEN_UP)}
-    settings["record"] = plain[0]["record"]
-    used = defaults.in_effect(collector.said(argv), plain, [one.choices for one in collected])
+    composed = [(point, config) for point, config in composed if not names or config["world"]["name"] not in names]
+    points, configs = zip(*composed, strict=True)
+    keys = _swept_keys([point.overrides for point in points])
+    conditions = [condition for point, config in composed for condition in _conditions(point, config, keys)]
+    settings = {key: value for key, value in configs[0].items() if key not in (*CONDITION_KEYS, *_TAKEN_UP)}
+    settings["record"] = configs[0]["record"]
+    given = overridden([*argv, *(override for point in points for override in point.overrides)])
+    given |= {"seed"} if any(point.seeds for point in points) else set()
+    used = defaults.in_effect(given, configs, [point.choices for point in points])
     return Composed(
         asked=(*deciding(used), *argv),
         conditions=tuple(conditions),
         settings=checked_settings(settings),
-        first=collected[0].config,
-        launch=collector.launch,
+        first=points[0].config,
+        launch=launch,
         defaults=used,
-        choices=collected[0].choices,
+        choices=points[0].choices,
         left_out=left_out,
     )
 
@@ -328,35 +207,32 @@ def _worlds_left_out(argv: Sequence[str], configs: Sequence[Mapping[str, Any]]) 
     return worlds_left_out(configs)
 
 
-def _plain(config: Any, seed: Any = None, needed: Sequence[str] = ()) -> dict[str, Any]:
-    """Return the configuration without Hydra's part, or what is needed of it, interpolations resolved."""
-    from omegaconf import OmegaConf, open_dict
+def _plain(config: Any, needed: Sequence[str] = ()) -> dict[str, Any]:
+    """Return the configuration, or the keys that are needed of it, with interpolations resolved."""
+    from omegaconf import OmegaConf
 
-    keys = [key for key in config if key != "hydra"]
-    if seed is not None:
-        config = OmegaConf.masked_copy(config, keys)
-        with open_dict(config):
-            config.seed = seed
-
-    def value(found: Any) -> Any:
-        if not OmegaConf.is_config(found):
-            return found
-        return OmegaConf.to_container(found, resolve=True, throw_on_missing=True)
-
-    return {str(key): value(config[key]) for key in needed or keys}
+    return {
+        str(key): OmegaConf.to_container(config[key], resolve=True, throw_on_missing=True)
+        if OmegaConf.is_config(config[key])
+        else config[key]
+        for key in needed or config
+    }
 
 
-def _conditions(
-    source: Any, config: dict[str, Any], keys: Sequence[str], asked_seeds: Sequence[Any]
-) -> list[Condition]:
+def _conditions(point: Point, config: dict[str, Any], keys: Sequence[str]) -> list[Condition]:
     """Return the condition with all its seeds, or one a seed where the configuration refers to the seed."""
     check_parts(config)
-    seeds = tuple(_seed("seed", seed) for seed in (asked_seeds or [config["seed"]]))
+    seeds = tuple(_seed("seed", seed) for seed in (point.seeds or [config["seed"]]))
     config["sampling_seed"] = _sampling_seed(config["sampling_seed"])
-    probe = _plain(source, seed=seeds[0] + 1, needed=CONDITION_KEYS)
-    if _parts(probe) == _parts(config):
+    if _parts(_plain(_with_seed(point.config, seeds[0] + 1), CONDITION_KEYS)) == _parts(config):
         return [_condition(config, keys, seeds)]
-    return [_condition(_plain(source, seed=seed), keys, (seed,)) for seed in seeds]
+    return [_condition(_plain(_with_seed(point.config, seed)), keys, (seed,)) for seed in seeds]
+
+
+def _with_seed(config: Any, seed: int) -> Any:
+    config = config.copy()
+    config.seed = seed
+    return config
 
 
 def _condition(config: dict[str, Any], keys: Sequence[str], seeds: tuple[int, ...]) -> Condition:

@@ -1,12 +1,14 @@
 """A user's own defaults: settings that take the place of those in configuration files, below all that is asked for.
 
-They are put into each file as it is read, where it has such a setting. So a named sweep, a world that chooses and the
+They are put into copies of the files that have such a setting. So a named sweep, a world that chooses and the
 command line stand above them, and `model.server.hosts` is set of the models that have servers. What was recorded, as
 the run that a fork goes on from, stays as it is.
 """
 
 from __future__ import annotations
 
+import contextlib
+import tempfile
 from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,9 +21,7 @@ from foundry.errors import InputError, not_found
 from foundry.expansion import dotted, models_in
 from foundry.storing.plain_yaml import check_config, load_plain
 
-AS_RECORDED = "as_recorded"
-"""The option of a group that is a run's own configuration."""
-_PRIMARY = "config"
+_PRIMARY = "config.yaml"
 _GLOBAL = "_global_"
 _DECIDING = ("world", "model", "prompt", "format", "schema", "seed", "sampling_seed", "record", "baselines")
 _SERVER = "server"
@@ -44,23 +44,49 @@ class Defaults:
     own: Mapping[str, Any] = field(default_factory=dict)
     applied: dict[str, Any] = field(default_factory=dict)
 
-    def put_into(self, config: dict[str, Any], path: str, package: str | None) -> bool:
-        """Put the defaults into the content of a configuration file; returns whether there were any for it.
+    @contextlib.contextmanager
+    def put_into(self, folders: Sequence[Path]) -> Iterator[Path]:
+        """Yield a folder with the primary configuration, and with each file that the defaults change.
 
         Args:
-            config: the content, which is changed.
-            path: the file's path among the groups, such as `model/ollama`.
-            package: the package that its header names.
+            folders: the folders of configurations, the shipped one first.
         """
-        group = path.partition("/")[0]
-        if path.endswith(f"/{AS_RECORDED}"):
-            return False
-        if path == _PRIMARY:
-            chosen = [self._choose(entry) for entry in config["defaults"] if isinstance(entry, dict)]
-            return self._put(config, self.own, "") or any(chosen)
-        if package == _GLOBAL:
-            return self._put(config, self.own, "")
-        return self._put(config, self.own.get(group, {}), f"{group}.")
+        with tempfile.TemporaryDirectory() as name:
+            for folder, file in self._files(folders):
+                text = file.read_text(encoding="utf-8")
+                changed = None if self.is_empty else self._changed(text, file.relative_to(folder).parts[0])
+                if changed is not None or file.name == _PRIMARY:
+                    copy = Path(name) / file.relative_to(folder)
+                    copy.parent.mkdir(parents=True, exist_ok=True)
+                    copy.write_text(changed or text, encoding="utf-8")
+            yield Path(name)
+
+    def _files(self, folders: Sequence[Path]) -> Iterator[tuple[Path, Path]]:
+        """Yield the primary configuration and each file that the defaults may change, after its folder."""
+        yield folders[0], folders[0] / _PRIMARY
+        groups = [entry.name for entry in folders[0].iterdir() if entry.is_dir()] if self.own else []
+        for folder in folders:
+            for group in groups:
+                for file in sorted((folder / group).rglob("*.yaml")):
+                    yield folder, file
+
+    def _changed(self, text: str, group: str) -> str | None:
+        """Return the text of a group's file with the defaults; None where they change nothing."""
+        from omegaconf import OmegaConf
+
+        is_global = f"@package {_GLOBAL}" in text
+        if group != _PRIMARY and not is_global and group not in self.own:
+            return None
+        content: Any = OmegaConf.to_container(OmegaConf.create(text))
+        if group == _PRIMARY:
+            is_changed = any([self._choose(entry) for entry in content["defaults"] if isinstance(entry, dict)])
+            is_changed |= self._put(content, self.own, "")
+        elif is_global:
+            is_changed = self._put(content, self.own, "")
+        else:
+            is_changed = isinstance(content, dict) and self._put(content, self.own[group], f"{group}.")
+        header = "".join(line for line in text.splitlines(keepends=True) if line.startswith("# @"))
+        return header + OmegaConf.to_yaml(OmegaConf.create(content)) if is_changed else None
 
     @property
     def is_empty(self) -> bool:
@@ -133,7 +159,7 @@ def read_defaults(argv: Sequence[str] = ()) -> Defaults:
         return Defaults()
     check_config(file)
     found = resolved(load_plain(file.read_text(encoding="utf-8"), file), file)
-    primary_file = paths.conf_dir() / f"{_PRIMARY}.yaml"
+    primary_file = paths.conf_dir() / _PRIMARY
     primary = _content(primary_file.read_text(encoding="utf-8"), primary_file)
     groups = {name for entry in primary["defaults"] if isinstance(entry, dict) for name in entry}
     choices = {name: value for name, value in found.items() if name in groups and isinstance(value, str)}

@@ -8,7 +8,7 @@ import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from foundry.composing.collecting import Launch
+from foundry.composing.points import Launch
 from foundry.errors import FoundryError
 from foundry.running.lane import Lane, LaneSpec, run_lane
 from foundry.running.local import PlayPhase, Runner, SweepJob, SweepStopped, raise_if_stopped

@@ -8,10 +8,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from foundry.composing.collecting import Launch
 from foundry.composing.compose import Composed
 from foundry.composing.defaults import resolved
 from foundry.composing.launching import LauncherRunner
+from foundry.composing.points import Launch
 from foundry.composing.preflight import check, check_begun, declare, notes_of
 from foundry.composing.settings import UNTIL
 from foundry.errors import InputError

@@ -8,17 +8,17 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from foundry import paths
 from foundry.composing.compose import Composed, compose
-from foundry.composing.defaults import AS_RECORDED, Defaults
+from foundry.composing.defaults import Defaults
 from foundry.errors import RecordError
 from foundry.expansion import FORMAT, overridden
-from foundry.storing.plain_yaml import load_plain
 from foundry.storing.sweep_file import to_yaml
 
 GROUPS = ("world", "model", "prompt")
 SINGLE = ("seed", "sampling_seed", "baselines")
 """Recorded settings that belong to no group."""
+_AS_RECORDED = "as_recorded"
+"""The option of a group that is a run's own configuration."""
 _INTERPOLATION = re.compile(r"(\\*)\$\{")
 
 
@@ -43,23 +43,20 @@ def compose_recorded(
     for group in GROUPS:
         if "defaults" in config[group]:  # would be read as names of further files
             raise RecordError(f"The recorded {group} is refused: no {group} has a setting 'defaults'.")
-    shipped = load_plain((paths.conf_dir() / "config.yaml").read_text(encoding="utf-8"), "config.yaml")
     with tempfile.TemporaryDirectory() as name:
         for group in GROUPS:
-            path = Path(name) / group / f"{AS_RECORDED}.yaml"
+            path = Path(name) / group / f"{_AS_RECORDED}.yaml"
             path.parent.mkdir()
             path.write_text(to_yaml(_literal(without_format(config[group], group, given))), encoding="utf-8")
         single = {key: config[key] for key in SINGLE if key in config and key not in given}
         if "record.frames" not in given:
             single["record"] = {"frames": config.get("record", {}).get("frames", False)}
-        path = Path(name) / AS_RECORDED / f"{AS_RECORDED}.yaml"
+        path = Path(name) / _AS_RECORDED / f"{_AS_RECORDED}.yaml"
         path.parent.mkdir()
         path.write_text(f"# @package _global_\n{to_yaml(_literal(single))}", encoding="utf-8")
-        sources = [f"file://{name}", *shipped["hydra"]["searchpath"]]
-        own = [f"{group}={AS_RECORDED}" for group in GROUPS if group not in given]
-        own.append(f"+{AS_RECORDED}={AS_RECORDED}")
-        quoted = ",".join(f'"{source}"' for source in sources)
-        return compose([*overrides, *own, f"hydra.searchpath=[{quoted}]"], defaults)
+        own = [f"{group}={_AS_RECORDED}" for group in GROUPS if group not in given]
+        own.append(f"+{_AS_RECORDED}={_AS_RECORDED}")
+        return compose([*overrides, *own], defaults, [Path(name)])
 
 
 def without_format(part: Mapping[str, Any], group: str, given: set[str]) -> Mapping[str, Any]:

@@ -6,20 +6,24 @@
 
 from __future__ import annotations
 
-import os
+import re
+from copy import deepcopy
+from functools import lru_cache
 from pathlib import Path, PurePosixPath
+from typing import Any
 
-from hydra._internal.core_plugins.file_config_source import FileConfigSource
 from hydra.core.object_type import ObjectType
 from hydra.plugins.config_source import ConfigLoadError, ConfigResult, ConfigSource
 from omegaconf import OmegaConf
 
 from foundry import paths
 from foundry.errors import InputError
+from foundry.storing.plain_yaml import check_config
 
 DEFAULT_BACKEND = "ollama"
 DEFAULT_TAG = ":latest"
 """What the default backend takes where a name has no tag: with it or without, a model has one name, the short one."""
+_PACKAGE = re.compile(r"^\s*#\s*@package\s+(\S+)", re.MULTILINE)
 
 
 def split_tag(config_path: str) -> tuple[str, str] | None:
@@ -89,7 +93,59 @@ class ModelTagSource(ConfigSource):
         return ConfigResult(config=config, path=f"{self.scheme()}://", provider=self.provider, header=dict(header))
 
 
-class NamedSweepSource(FileConfigSource):
+class FolderSource(ConfigSource):
+    """Serves the files of a folder, each checked before it is read: Hydra's own source knows no bounds."""
+
+    @staticmethod
+    def scheme() -> str:
+        """Return the scheme of this source in the search path."""
+        return "foundry-folder"
+
+    def _place(self, config_path: str) -> Path:
+        return Path(self.path) / config_path
+
+    def _file(self, config_path: str) -> Path:
+        return self._place(f"{config_path.removesuffix('.yaml')}.yaml")
+
+    def available(self) -> bool:
+        """Return whether the folder exists."""
+        return Path(self.path).is_dir()
+
+    def is_group(self, config_path: str) -> bool:
+        """Return whether there is such a folder."""
+        return self._place(config_path).is_dir()
+
+    def is_config(self, config_path: str) -> bool:
+        """Return whether there is such a file."""
+        return self._file(config_path).is_file()
+
+    def list(self, config_path: str, results_filter: ObjectType | None) -> list[str]:
+        """Return the names of what lies in a group."""
+        names: list[str] = []
+        for entry in self._place(config_path).iterdir():
+            kind = ObjectType.GROUP if entry.is_dir() else ObjectType.CONFIG
+            if results_filter in (None, kind) and (entry.is_dir() or entry.suffix == ".yaml"):
+                names.append(entry.name.removesuffix(".yaml"))
+        return sorted(names)
+
+    def load_config(self, config_path: str) -> ConfigResult:
+        """Return the content of a file."""
+        file = self._file(config_path)
+        config, package = _content(file, file.stat().st_mtime_ns)
+        return ConfigResult(
+            config=deepcopy(config), path=self.full_path(), provider=self.provider, header={"package": package}
+        )
+
+
+@lru_cache(maxsize=512)
+def _content(file: Path, written: int) -> tuple[Any, str | None]:
+    """Return the content of a file and its package; a file that was not written anew is read once a process."""
+    check_config(file)
+    package = _PACKAGE.search(file.read_text(encoding="utf-8"))
+    return OmegaConf.load(file), package[1] if package else None
+
+
+class NamedSweepSource(FolderSource):
     """Serves `+sweep=<name>` from the files of `sweeps/`."""
 
     def __init__(self, provider: str, path: str) -> None:
@@ -101,34 +157,5 @@ class NamedSweepSource(FileConfigSource):
         """Return the scheme of this source in the search path."""
         return "foundry-sweeps"
 
-    def _inside(self, config_path: str) -> str | None:
-        group, _, name = config_path.partition("/")
-        return name if group == "sweep" else None
-
-    def available(self) -> bool:
-        """Return whether the folder of sweeps exists."""
-        return os.path.isdir(self.path)
-
-    def is_group(self, config_path: str) -> bool:
-        """Return whether the path is the group `sweep`."""
-        return config_path in ("", "sweep")
-
-    def is_config(self, config_path: str) -> bool:
-        """Return whether there is such a sweep."""
-        name = self._inside(config_path)
-        return bool(name) and super().is_config(str(name))
-
-    def list(self, config_path: str, results_filter: ObjectType | None) -> list[str]:
-        """Return the names of the sweeps."""
-        if config_path == "":
-            return [] if results_filter == ObjectType.CONFIG else ["sweep"]
-        if results_filter == ObjectType.GROUP or not self.is_group(config_path):
-            return []
-        return sorted(file.stem for file in Path(self.path).glob("*.yaml"))
-
-    def load_config(self, config_path: str) -> ConfigResult:
-        """Return the content of a sweep's file."""
-        name = self._inside(config_path)
-        if not name:
-            raise ConfigLoadError(f"Config not found : {config_path}")
-        return super().load_config(name)
+    def _place(self, config_path: str) -> Path:
+        return Path(self.path) / config_path.removeprefix("sweep").removeprefix("/")

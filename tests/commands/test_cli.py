@@ -422,6 +422,8 @@ def test_the_records_of_a_run_are_what_the_contract_says(workspace: Path):
     ("argv", "says"),
     [
         (["-m", "model=scripted/stay", "--json"], "'--json' is no option here: the command with --help lists"),
+        (["--cfg", "jop", "model=scripted/stay"], "--cfg/-c: invalid choice: 'jop' (choose from "),
+        (["hydra.searchpath=x", "model=scripted/stay"], "hydra.searchpath must be a list; got 'x'"),
         (
             ["world.personas={state: {calm: 1}}"],
             "'world.personas.state' not found. Did you mean 'world.personas.gender'?",

@@ -43,8 +43,8 @@ def test_an_address_must_be_given(tmp_path: Path):
 
 
 def test_a_launcher_that_is_not_installed_is_named_with_those_that_are(tmp_path: Path):
-    done = foundry(*FREE, "hydra/launcher=fondry", cwd=tmp_path)
-    assert done.returncode == 2 and "Launcher 'fondry' not found. Did you mean 'foundry'?" in done.stderr
+    done = foundry(*FREE, "hydra/launcher=basik", cwd=tmp_path)
+    assert done.returncode == 2 and "Launcher 'basik' not found. Did you mean 'basic'?" in done.stderr
 
 
 def test_an_address_without_a_scheme_is_refused():

@@ -1,0 +1,176 @@
+"""The points of a grid, each composed by Hydra's compose API."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import os
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from foundry import paths
+from foundry.composing.defaults import Defaults
+from foundry.errors import InputError
+from foundry.expansion import expand_ranges
+from foundry.storing.plain_yaml import load_plain
+
+Launch: TypeAlias = Callable[[Callable[[Any], Any], Sequence[Sequence[str]]], Sequence[Any]]
+"""Calls a function in a job for each list of overrides; returns Hydra's `JobReturn`s."""
+PRIMARY = "config"
+_OF_HYDRA = ("hydra.", "hydra/")
+_SEARCHPATH = "hydra.searchpath="
+_SEED = "seed="
+
+
+@dataclass(frozen=True)
+class Point:
+    """One composed point.
+
+    Attributes:
+        config: the configuration, unresolved and without Hydra's part.
+        choices: by group its option.
+        overrides: the overrides that make the point; none where the command line asks for one run.
+        seeds: the seeds as they were written; none where the configuration alone says the seed.
+    """
+
+    config: Any
+    choices: Mapping[str, str]
+    overrides: tuple[str, ...] = ()
+    seeds: tuple[str, ...] = ()
+
+
+def points_of(
+    argv: Sequence[str], own: Sequence[Path], folders: Sequence[Path], defaults: Defaults, *, multirun: bool
+) -> tuple[list[Point], Launch | None]:
+    """Return the points of a grid, and one of Hydra's launchers where it was asked for.
+
+    Args:
+        argv: the overrides.
+        own: the user's own folders of configurations.
+        folders: further ones, which the defaults leave alone.
+        defaults: the user's own.
+        multirun: whether several runs are asked for; a named sweep asks for them by itself.
+    """
+    import hydra
+    from omegaconf import OmegaConf
+
+    launch: Launch | None = None
+    params: Mapping[str, Any] = {}
+    with _folders(argv, own, folders, defaults) as (main, asked), _hydra_in(main):
+        of_hydra = [arg for arg in asked if arg.lstrip("+~").startswith(_OF_HYDRA)]
+        if multirun or of_hydra[1:] or any(arg.startswith("+") for arg in asked):
+            config = hydra.compose(PRIMARY, overrides=_fixed_choices(asked), return_hydra_config=True)
+            launch = None if OmegaConf.is_missing(config.hydra, "launcher") else partial(_launch, config)
+            multirun = multirun or config.hydra.mode is not None
+            params = config.hydra.sweeper.params or {}
+        if not multirun:
+            return [_point(asked)], launch
+        grid = [*(f"{key}={value}" for key, value in params.items()), *(arg for arg in asked if arg not in of_hydra)]
+        return [_point([*of_hydra, *point], point, seeds) for point, seeds in _grid(map(expand_ranges, grid))], launch
+
+
+def show(
+    flags: Sequence[str], argv: Sequence[str], own: Sequence[Path], folders: Sequence[Path], defaults: Defaults
+) -> None:
+    """Have Hydra answer flags of its own, such as `--cfg job`."""
+    import hydra
+
+    before = sys.argv, os.environ.get("HYDRA_FULL_ERROR")
+    with _folders(argv, own, folders, defaults) as (main, asked):
+        try:
+            sys.argv, os.environ["HYDRA_FULL_ERROR"] = ["foundry", *flags, *asked], "1"
+            hydra.main(version_base="1.3", config_path=str(main), config_name=PRIMARY)(lambda config: None)()
+        finally:
+            sys.argv = before[0]
+            del os.environ["HYDRA_FULL_ERROR"]
+            os.environ.update({} if before[1] is None else {"HYDRA_FULL_ERROR": before[1]})
+
+
+@contextlib.contextmanager
+def _folders(
+    argv: Sequence[str], own: Sequence[Path], folders: Sequence[Path], defaults: Defaults
+) -> Iterator[tuple[Path, list[str]]]:
+    """Yield the folder that Hydra starts in, and the overrides with all other folders in them, the first of all."""
+    from hydra.core.override_parser.overrides_parser import OverridesParser
+
+    asked = [arg for arg in argv if arg.startswith(_SEARCHPATH)][:1]
+    primary = load_plain((paths.conf_dir() / f"{PRIMARY}.yaml").read_text(encoding="utf-8"), PRIMARY)
+    sources: Any = primary["hydra"]["searchpath"]
+    if asked:
+        sources = OverridesParser.create().parse_override(asked[0]).value()
+    if not isinstance(sources, list):
+        raise InputError(f"hydra.searchpath must be a list; got '{sources}'. Write {_SEARCHPATH}[file:///FOLDER].")
+    with defaults.put_into([paths.conf_dir(), *own]) as main:
+        files = [f"foundry-folder://{folder}" for folder in (paths.conf_dir(), *own, *folders)]
+        quoted = ",".join(f'"{source}"' for source in (*files, *sources))
+        yield main, [f"{_SEARCHPATH}[{quoted}]", *(arg for arg in argv if arg not in asked)]
+
+
+@contextlib.contextmanager
+def _hydra_in(folder: Path) -> Iterator[None]:
+    import hydra
+
+    with hydra.initialize_config_dir(str(folder), job_name="foundry", version_base="1.3"):
+        yield
+
+
+def _point(overrides: Sequence[str], grid: Sequence[str] = (), seeds: Sequence[str] = ()) -> Point:
+    import hydra
+    from omegaconf import open_dict
+
+    config = hydra.compose(PRIMARY, overrides=list(overrides), return_hydra_config=True)
+    choices = dict(config.hydra.runtime.choices)
+    with open_dict(config):
+        del config["hydra"]
+    return Point(config, choices, tuple(grid), tuple(seeds))
+
+
+def _fixed_choices(asked: Sequence[str]) -> list[str]:
+    """Return the overrides that all points share and that may say something of Hydra.
+
+    A setting is none of them: it may be one of the grid's worlds alone.
+    """
+    from hydra.core.override_parser.overrides_parser import OverridesParser
+
+    parsed = OverridesParser.create().parse_overrides(list(asked))
+    return [
+        arg
+        for arg, override in zip(asked, parsed, strict=True)
+        if override.is_hydra_override() or not (override.is_sweep_override() or "." in override.key_or_group)
+    ]
+
+
+def _grid(overrides: Iterable[str]) -> Iterator[tuple[tuple[str, ...], list[str]]]:
+    """Yield the overrides of each point with its seeds; of two overrides of one key the later one holds."""
+    from hydra.core.global_hydra import GlobalHydra
+    from hydra.core.override_parser.overrides_parser import OverridesParser
+
+    parser = OverridesParser.create(config_loader=GlobalHydra.instance().config_loader())
+    axes: dict[str, list[str]] = {}
+    for override in parser.parse_overrides(list(overrides)):
+        key = override.get_key_element()
+        if override.is_sweep_override():
+            axes[key] = list(override.sweep_string_iterator())
+        else:
+            axes[key] = [override.get_value_element_as_str()]
+    seeds = axes.pop("seed", [])
+    for values in itertools.product(*axes.values()):
+        yield tuple(f"{key}={value}" for key, value in zip(axes, values, strict=True)), seeds
+
+
+def _launch(config: Any, task: Callable[[Any], Any], jobs: Sequence[Sequence[str]]) -> Sequence[Any]:
+    """Have the launcher of a configuration call a function in a job for each list of overrides."""
+    from hydra.core.global_hydra import GlobalHydra
+    from hydra.core.plugins import Plugins
+    from hydra.experimental.callback import Callback
+    from hydra.types import HydraContext
+
+    nothing: Any = Callback()
+    with _hydra_in(paths.conf_dir()):
+        context = HydraContext(config_loader=GlobalHydra.instance().config_loader(), callbacks=nothing)
+        launcher = Plugins.instance().instantiate_launcher(context, task, config)
+        return launcher.launch(jobs, initial_job_idx=0)
