@@ -7,13 +7,13 @@ import http.client
 import json
 import os
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 from urllib.parse import urlsplit
 
 from foundry import own_code, paths
-from foundry.storing.plain_yaml import load_plain
+from foundry.expansion import dotted
+from foundry.storing.plain_yaml import read_config
 
 PATIENCE_S = 0.2
 """How long the server is given to say its models."""
@@ -90,26 +90,17 @@ def _folders() -> list[Path]:
 
 def _settings(group: str) -> list[str]:
     """Return the settings of a group's shipped option, or those of no group, with their values."""
-    primary = _content(paths.conf_dir() / "config.yaml")
+    primary = read_config(paths.conf_dir() / "config.yaml")
     shipped = {
         name: option for entry in primary["defaults"] if isinstance(entry, dict) for name, option in entry.items()
     }
     file = paths.conf_dir() / group / f"{shipped.get(group)}.yaml"
-    part = {group: _content(file)} if group and file.is_file() else primary
-    return [f"{key}={value}" for key, value in _leaves(part) if not key.startswith(("defaults", "hydra"))]
-
-
-def _content(file: Path) -> dict[str, Any]:
-    content: dict[str, Any] = load_plain(file.read_text(encoding="utf-8"), file)
-    return content
-
-
-def _leaves(part: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for name, value in part.items():
-        if isinstance(value, Mapping):
-            yield from _leaves(value, f"{prefix}{name}.")
-        elif not isinstance(value, list) and name != "_target_":
-            yield f"{prefix}{name}", "" if "${" in str(value) else json.dumps(value)
+    part = {group: read_config(file)} if group and file.is_file() else primary
+    return [
+        f"{key}={'' if '${' in str(value) else json.dumps(value)}"
+        for key, value in dotted(part)
+        if not isinstance(value, dict | list) and not key.startswith("hydra") and not key.endswith("_target_")
+    ]
 
 
 def served() -> list[str]:

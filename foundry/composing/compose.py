@@ -107,7 +107,7 @@ def compose(argv: Sequence[str], defaults: Defaults | None = None, folders: Sequ
     except FoundryError:
         raise
     except (HydraException, OmegaConfBaseException) as error:
-        raise InputError(f"{_explained(error, argv)}{defaults.hint(str(error))}") from error
+        raise InputError(f"{_explained(error, argv, folders)}{defaults.hint(str(error))}") from error
 
 
 def _flags_and_overrides(argv: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -285,7 +285,7 @@ def _sampling_seed(value: Any) -> int | None:
     return None if value is None else _seed("sampling_seed", value)
 
 
-def _explained(error: Exception, argv: Sequence[str]) -> InputError:
+def _explained(error: Exception, argv: Sequence[str], folders: Sequence[Path]) -> InputError:
     """Return the one line that says what was wrong with the command line."""
     from hydra.errors import MissingConfigException, OverrideParseException
     from omegaconf.errors import MissingMandatoryValue
@@ -307,7 +307,7 @@ def _explained(error: Exception, argv: Sequence[str]) -> InputError:
         return InputError(f"Setting '{there[1]}' exists already: leave out the + before it.")
     key = re.search(r"full_key: (\S+)", causes)
     if key and ("not in struct" in causes or "Could not override" in causes):
-        return _unknown_key(key[1], argv)
+        return _unknown_key(key[1], argv, folders)
     return InputError(" ".join(message.split()))
 
 
@@ -331,7 +331,7 @@ def _unknown_config(file: str, options: Sequence[str]) -> InputError:
     return not_found(kind.capitalize(), f"{folder}/{name}", shipped)
 
 
-def _unknown_key(key: str, argv: Sequence[str]) -> InputError:
+def _unknown_key(key: str, argv: Sequence[str], folders: Sequence[Path]) -> InputError:
     """Return the error for a setting that no condition has, or not each, with those that do exist beside it."""
     groups = _groups()
     asked = {arg: arg.lstrip("+").partition("=")[0] for arg in argv}
@@ -343,7 +343,7 @@ def _unknown_key(key: str, argv: Sequence[str]) -> InputError:
     ]
     siblings: list[str] = []
     with contextlib.suppress(FoundryError):
-        composed = compose(rest) if len(rest) < len(argv) else None
+        composed = compose(rest, folders=folders) if len(rest) < len(argv) else None
         if composed is not None:
             configs = [{**composed.settings, **one.config, "seed": 0} for one in composed.conditions]
             lacking = [config for config in configs if key not in _siblings(config, key)]

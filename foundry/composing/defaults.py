@@ -19,12 +19,10 @@ import msgspec
 from foundry import own_code, paths
 from foundry.errors import InputError, not_found
 from foundry.expansion import dotted, models_in
-from foundry.storing.plain_yaml import check_config, load_plain
+from foundry.storing.plain_yaml import read_config
 
 _PRIMARY = "config.yaml"
-_GLOBAL = "_global_"
 _DECIDING = ("world", "model", "prompt", "format", "schema", "seed", "sampling_seed", "record", "baselines")
-_SERVER = "server"
 _NEVER = ("_target_", "name", "public_name", "defaults")
 """What a file says of itself, and no default can say for all files of a group."""
 _HYDRA = "hydra"
@@ -74,7 +72,7 @@ class Defaults:
         """Return the text of a group's file with the defaults; None where they change nothing."""
         from omegaconf import OmegaConf
 
-        is_global = f"@package {_GLOBAL}" in text
+        is_global = _is_global(text)
         if group != _PRIMARY and not is_global and group not in self.own:
             return None
         content: Any = OmegaConf.to_container(OmegaConf.create(text))
@@ -140,7 +138,7 @@ def deciding(used: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(
         f"{key}={value if isinstance(value, str) else msgspec.json.encode(value).decode()}"
         for key, value in used.items()
-        if key.partition(".")[0] in _DECIDING and _SERVER not in key.split(".")
+        if key.partition(".")[0] in _DECIDING and "server" not in key.split(".")
     )
 
 
@@ -157,10 +155,8 @@ def read_defaults(argv: Sequence[str] = ()) -> Defaults:
     file = paths.user_config_file()
     if not file.is_file():
         return Defaults()
-    check_config(file)
-    found = resolved(load_plain(file.read_text(encoding="utf-8"), file), file)
-    primary_file = paths.conf_dir() / _PRIMARY
-    primary = _content(primary_file.read_text(encoding="utf-8"), primary_file)
+    found = resolved(read_config(file), file)
+    primary = read_config(paths.conf_dir() / _PRIMARY)
     groups = {name for entry in primary["defaults"] if isinstance(entry, dict) for name in entry}
     choices = {name: value for name, value in found.items() if name in groups and isinstance(value, str)}
     own = _nested({name: value for name, value in found.items() if name not in choices})
@@ -221,14 +217,14 @@ def _contents(group: str, folders: Sequence[Path]) -> Iterator[dict[str, Any]]:
     """Yield the contents of a group's files, each below the group's name."""
     for folder in folders:
         for file in sorted((folder / group).rglob("*.yaml")):
-            text = file.read_text(encoding="utf-8")
-            content = _content(text, file)
-            yield {group: content.get(group, {}) if f"@package {_GLOBAL}" in text else content}
+            content = read_config(file)
+            if isinstance(content, dict):
+                yield {group: content.get(group, {}) if _is_global(file.read_text(encoding="utf-8")) else content}
 
 
-def _content(text: str, file: Path) -> dict[str, Any]:
-    content = load_plain(text, file)
-    return content if isinstance(content, dict) else {}
+def _is_global(text: str) -> bool:
+    """Return whether the text of a configuration file says settings of other groups, too."""
+    return "@package _global_" in text
 
 
 def _values(config: Mapping[str, Any], key: str) -> Iterator[Any]:

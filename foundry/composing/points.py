@@ -16,7 +16,7 @@ from foundry import paths
 from foundry.composing.defaults import Defaults
 from foundry.errors import InputError
 from foundry.expansion import expand_ranges
-from foundry.storing.plain_yaml import load_plain
+from foundry.storing.plain_yaml import read_config
 
 Launch: TypeAlias = Callable[[Callable[[Any], Any], Sequence[Sequence[str]]], Sequence[Any]]
 """Calls a function in a job for each list of overrides; returns Hydra's `JobReturn`s."""
@@ -98,8 +98,7 @@ def _folders(
     from hydra.core.override_parser.overrides_parser import OverridesParser
 
     asked = [arg for arg in argv if arg.startswith(_SEARCHPATH)][:1]
-    primary = load_plain((paths.conf_dir() / f"{PRIMARY}.yaml").read_text(encoding="utf-8"), PRIMARY)
-    sources: Any = primary["hydra"]["searchpath"]
+    sources: Any = read_config(paths.conf_dir() / f"{PRIMARY}.yaml")["hydra"]["searchpath"]
     if asked:
         sources = OverridesParser.create().parse_override(asked[0]).value()
     if not isinstance(sources, list):

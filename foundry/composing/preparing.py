@@ -24,7 +24,7 @@ from foundry.running.build import build
 from foundry.running.local import Runner, SweepJob
 from foundry.storing.determinism import SETTING
 from foundry.storing.growing import growth
-from foundry.storing.plain_yaml import load_plain
+from foundry.storing.plain_yaml import read_config
 from foundry.storing.store import SweepFolder, ensure_writable, fresh_folder, is_sweep
 from foundry.trust.repeating import repeat_calls
 
@@ -157,7 +157,7 @@ def local_runner(recorded: Mapping[str, Any]) -> dict[str, Any]:
         InputError: FOUNDRY_WORKERS cannot be read.
     """
     file = conf_dir() / "runner" / "local.yaml"
-    settings = resolved(load_plain(file.read_text(encoding="utf-8"), str(file)), file)
+    settings = resolved(read_config(file), file)
     if recorded["_target_"] == settings["_target_"] and recorded.get("workers") is not None:
         settings["workers"] = recorded["workers"]
     return settings

@@ -24,8 +24,8 @@ _RUN_LINE = re.compile(r'^- \{"id":"[\w-]+","condition":\d+,"seed":\d+\}$', re.M
 """A run of a sweep, which opens and closes what it opens; there may be very many of them."""
 
 
-def check_config(file: Path) -> None:
-    """Check a configuration file, before it is read by what knows no bounds.
+def read_config(file: Path) -> Any:
+    """Return the content of a configuration file.
 
     Raises:
         RecordError: it is no YAML of plain values, or grows or nests without bound.
@@ -34,7 +34,7 @@ def check_config(file: Path) -> None:
         text = file.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise RecordError(f"{file} cannot be read: {error}") from error
-    load_plain(text, file, most=MOST_SETTINGS)
+    return load_plain(text, file, most=MOST_SETTINGS)
 
 
 def load_plain(text: str, where: object, *, most: int = MOST_VALUES) -> Any:

@@ -18,7 +18,7 @@ from omegaconf import OmegaConf
 
 from foundry import paths
 from foundry.errors import InputError
-from foundry.storing.plain_yaml import check_config
+from foundry.storing.plain_yaml import read_config
 
 DEFAULT_BACKEND = "ollama"
 DEFAULT_TAG = ":latest"
@@ -140,7 +140,7 @@ class FolderSource(ConfigSource):
 @lru_cache(maxsize=512)
 def _content(file: Path, written: int) -> tuple[Any, str | None]:
     """Return the content of a file and its package; a file that was not written anew is read once a process."""
-    check_config(file)
+    read_config(file)  # Hydra's own reader knows no bounds
     package = _PACKAGE.search(file.read_text(encoding="utf-8"))
     return OmegaConf.load(file), package[1] if package else None
 
