@@ -42,11 +42,11 @@ def label(
 def _opened(folder: Path, trust_servers: bool) -> SweepFolder:
     """Open a sweep whose cache of answers may be used."""
     from foundry.storing.store import SweepFolder
-    from foundry.trust import reaching
+    from foundry.trust.unknown import check_settings
 
     opened = SweepFolder.open(folder)
     if not trust_servers:
-        reaching.check_settings({"cache": opened.settings.get("cache", {})})
+        check_settings({"cache": opened.settings.get("cache", {})})
     return opened
 
 

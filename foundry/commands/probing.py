@@ -157,7 +157,7 @@ def _plan_probe(folders: Sequence[Path], arguments: Sequence[str], trusted: Sequ
 
 def _opened(folders: Sequence[Path], trusted: Sequence[str]) -> list[SweepFolder]:
     from foundry.storing.store import SweepFolder
-    from foundry.trust.targets import check_sweep_targets
+    from foundry.trust.unknown import check_sweep_targets
 
     sweeps = [SweepFolder.open(path) for path in folders]
     for one in sweeps:
@@ -176,14 +176,14 @@ def composed_probe(
     """
     from foundry.composing.defaults import read_defaults
     from foundry.probing.composing import compose_probe
-    from foundry.trust import reaching
+    from foundry.trust.unknown import check_models
 
     sweeps = _opened(folders, trusted)
     probe = compose_probe(sweeps, arguments, read_defaults(arguments))
     if probe is not None and not trust_servers:
         models = [condition.config["model"] for condition in probe.composed.conditions]
         recorded = [condition.config["model"] for one in sweeps for condition in one.sweep.conditions]
-        reaching.check_models(models, typed=arguments, recorded=recorded)
+        check_models(models, typed=arguments, recorded=recorded)
     return probe
 
 
@@ -221,7 +221,7 @@ def _play_run(arguments: Sequence[str], sitting: _Sitting) -> int:
 
 def _go_on_playing(folders: Sequence[Path], trusted: Sequence[str], trust_servers: bool, sitting: _Sitting) -> int:
     from foundry.storing.store import SweepFolder
-    from foundry.trust.targets import check_sweep_targets
+    from foundry.trust.unknown import check_sweep_targets
 
     if len(folders) > 1:
         raise InputError("Several sweeps cannot be gone on with at once: name one, or add model=human/<name> to probe.")

@@ -173,7 +173,7 @@ def _interrupted(folder: SweepFolder) -> int:
 
 def _analyze_at_end(path: Path, sweep: Sweep, analyze: bool | str, code: int, printed: int) -> int:
     """Analyse a folder whose sweep has ended, where asked once its baselines were run; return the worst exit code."""
-    from foundry.trust.targets import own_packages
+    from foundry.trust.unknown import own_packages
 
     if analyze == BASELINES:
         code = max(code, run_baselines(path, own_packages(sweep)))
@@ -226,7 +226,7 @@ def run_baselines(path: Path, trusted: Sequence[str] = ()) -> int:
     from foundry.composing.preflight import check
     from foundry.composing.preparing import local_runner, runner_of
     from foundry.storing.store import SweepFolder
-    from foundry.trust.targets import check_sweep_targets
+    from foundry.trust.unknown import check_sweep_targets
 
     opened = SweepFolder.open(path)
     if opened.moments_file.exists():
@@ -391,16 +391,15 @@ def _add(folder: Path, overrides: Sequence[str], trusted: Sequence[str], trust_s
 def open_to_run(folder: Path, trusted: Sequence[str], trust_servers: bool) -> SweepFolder:
     """Open a sweep whose recorded settings are to be run: nothing is built or reached for them that must be trusted."""
     from foundry.storing.store import SweepFolder
-    from foundry.trust import reaching
-    from foundry.trust.targets import check_sweep_targets
+    from foundry.trust.unknown import check_models, check_settings, check_sweep_targets
 
     opened = SweepFolder.open(folder)
     opened.check_runnable()
     check_sweep_targets(opened.sweep, opened.settings, trusted)
     opened.sweep = reached_now(opened.sweep)
     if not trust_servers:
-        reaching.check_models(condition.config["model"] for condition in opened.sweep.conditions)
-        reaching.check_settings(opened.settings)
+        check_models(condition.config["model"] for condition in opened.sweep.conditions)
+        check_settings(opened.settings)
     return opened
 
 

@@ -55,7 +55,7 @@ def verify(
     renderer that draws other pixels.
     """
     from foundry.storing.store import runs_at
-    from foundry.trust.targets import check_sweep_targets
+    from foundry.trust.unknown import check_sweep_targets
     from foundry.trust.verifying import Verdict
 
     folder, runs = runs_at(path)
@@ -221,9 +221,8 @@ def fork(
     from foundry.commands.sweeps import run_composed, say_defaults
     from foundry.composing.defaults import read_defaults
     from foundry.storing.store import find_run, runs_at
-    from foundry.trust import reaching
     from foundry.trust.forking import compose_fork, keep_origin
-    from foundry.trust.targets import check_sweep_targets
+    from foundry.trust.unknown import check_models, check_sweep_targets
 
     origin, (folder, _) = find_run(run), runs_at(run)
     check_sweep_targets(folder.sweep, folder.settings, trust_targets or ())
@@ -234,5 +233,5 @@ def fork(
     say_defaults(composed)
     if not trust_servers:
         models = [condition.config["model"] for condition in composed.conditions]
-        reaching.check_models(models, typed=asked, recorded=[origin.config()["model"]])
+        check_models(models, typed=asked, recorded=[origin.config()["model"]])
     raise typer.Exit(run_composed(composed, lambda new: keep_origin(new, origin, at)))

@@ -16,7 +16,7 @@ from foundry.errors import InputError, not_found
 from foundry.expansion import Condition, Sweep, expand, settings_key
 from foundry.models.base import Model
 from foundry.running.build import build
-from foundry.storing.plain_yaml import load_plain
+from foundry.storing.plain import load_plain
 from foundry.worlds.base import Question, Scenario
 
 NULLS = ("scripted/wander", "scripted/random")

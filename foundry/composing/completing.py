@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 
 from foundry import own_code, paths
 from foundry.expansion import dotted
-from foundry.storing.plain_yaml import read_config
+from foundry.storing.plain import read_config
 
 PATIENCE_S = 0.2
 """How long the server is given to say its models."""

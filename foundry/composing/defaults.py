@@ -19,7 +19,7 @@ import msgspec
 from foundry import own_code, paths
 from foundry.errors import InputError, not_found
 from foundry.expansion import dotted, models_in
-from foundry.storing.plain_yaml import read_config
+from foundry.storing.plain import read_config
 
 _PRIMARY = "config.yaml"
 _DECIDING = ("world", "model", "prompt", "format", "schema", "seed", "sampling_seed", "record", "baselines")

@@ -11,7 +11,7 @@ from typing import Any
 from foundry.composing.compose import Composed
 from foundry.errors import InputError, not_found
 from foundry.expansion import IDENTITY_KEYS, dotted, overridden
-from foundry.storing.plain_yaml import load_plain
+from foundry.storing.plain import load_plain
 from foundry.texts import without_secrets
 
 VARIABLES = {

@@ -16,7 +16,7 @@ from foundry import paths
 from foundry.composing.defaults import Defaults
 from foundry.errors import InputError
 from foundry.expansion import expand_ranges
-from foundry.storing.plain_yaml import read_config
+from foundry.storing.plain import read_config
 
 Launch: TypeAlias = Callable[[Callable[[Any], Any], Sequence[Sequence[str]]], Sequence[Any]]
 """Calls a function in a job for each list of overrides; returns Hydra's `JobReturn`s."""

@@ -24,7 +24,7 @@ from foundry.running.build import build
 from foundry.running.local import Runner, SweepJob
 from foundry.storing.determinism import SETTING
 from foundry.storing.growing import growth
-from foundry.storing.plain_yaml import read_config
+from foundry.storing.plain import read_config
 from foundry.storing.store import SweepFolder, ensure_writable, fresh_folder, is_sweep
 from foundry.trust.repeating import repeat_calls
 

@@ -17,7 +17,7 @@ from foundry.records import NOT_JSON, Call, choice_of
 from foundry.storing.matching import with_calls
 from foundry.storing.store import RunFolder, SweepFolder, lines_of
 from foundry.trust.summaries import COMPLETE
-from foundry.trust.targets import check_targets
+from foundry.trust.unknown import check_targets
 from foundry.worlds.probe.editing import NONE
 from foundry.worlds.probe.moments import Moment, Moments
 from foundry.worlds.probe.world import ProbeScenario, ProbeStep

@@ -14,7 +14,7 @@ from foundry.composing.preflight import scenario_of
 from foundry.errors import FoundryError, InputError, RecordError
 from foundry.records import NOT_JSON, RunSummary
 from foundry.storing.store import RunFolder, kept_file, last_whole_step
-from foundry.trust.targets import check_targets
+from foundry.trust.unknown import check_targets
 from foundry.worlds.base import Recorded, Redrawing
 
 

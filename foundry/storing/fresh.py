@@ -9,7 +9,7 @@ import os
 from pathlib import Path
 
 from foundry.errors import InputError
-from foundry.storing.plain_files import is_there
+from foundry.storing.plain import is_there
 
 SWEEP_FILE = "sweep.yaml"
 MULTIRUN_FILE = "multirun.yaml"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import msgspec
 
-from foundry.storing.plain_files import is_there
+from foundry.storing.plain import is_there
 from foundry.storing.run_files import lines_of, write_atomically
 
 LOOKS_FILE = "looks.jsonl"

@@ -11,7 +11,7 @@ from filelock import FileLock, Timeout
 
 from foundry.errors import InputError
 from foundry.records import NOT_JSON
-from foundry.storing.plain_files import is_there
+from foundry.storing.plain import is_there
 
 NOTES_FILE = "notes.jsonl"
 _LOCK = "notes.lock"

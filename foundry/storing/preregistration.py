@@ -14,8 +14,7 @@ from foundry.errors import InputError, RecordError
 from foundry.expansion import Sweep, identity
 from foundry.storing.fresh import PREREGISTRATION_FILE as PREREGISTRATION_FILE
 from foundry.storing.fresh import is_sweep
-from foundry.storing.plain_files import is_there
-from foundry.storing.plain_yaml import load_plain
+from foundry.storing.plain import is_there, load_plain
 from foundry.storing.run_files import write_atomically
 from foundry.storing.sweep_file import to_yaml
 from foundry.texts import counted

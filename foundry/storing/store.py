@@ -37,7 +37,7 @@ from foundry.storing.fresh import ensure_writable as ensure_writable
 from foundry.storing.fresh import fresh_folder as fresh_folder
 from foundry.storing.fresh import is_sweep as is_sweep
 from foundry.storing.growing import check_declared, check_digests, growth
-from foundry.storing.plain_files import check_folder, is_there
+from foundry.storing.plain import check_folder, is_there
 from foundry.storing.preregistration import plan_sha256
 from foundry.storing.run_files import ALWAYS_THERE as ALWAYS_THERE
 from foundry.storing.run_files import ENDED_RUNS as ENDED_RUNS

@@ -12,7 +12,7 @@ import yaml
 
 from foundry.expansion import Asked, Condition, Run, Sweep, check_names
 from foundry.storing.declaration import recorded_declaration
-from foundry.storing.plain_yaml import load_plain
+from foundry.storing.plain import load_plain
 from foundry.storing.sweep_shape import check_shape
 
 _ENCODE = msgspec.json.Encoder().encode

@@ -15,7 +15,7 @@ from foundry.records import Call, Counts, RunSummary
 from foundry.running.difference import NOTHING, Difference, first_difference
 from foundry.running.recorded import Departed
 from foundry.storing.matching import place_of
-from foundry.storing.plain_yaml import load_plain
+from foundry.storing.plain import load_plain
 from foundry.storing.store import SWEEP_FILE, RunFolder
 
 COMPLETE = "complete"

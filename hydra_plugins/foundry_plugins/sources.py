@@ -18,7 +18,7 @@ from omegaconf import OmegaConf
 
 from foundry import paths
 from foundry.errors import InputError
-from foundry.storing.plain_yaml import read_config
+from foundry.storing.plain import read_config
 
 DEFAULT_BACKEND = "ollama"
 DEFAULT_TAG = ":latest"

@@ -17,7 +17,7 @@ from foundry.running.lane import summarise
 from foundry.running.remote import RemoteSweep
 from foundry.storing.store import SweepFolder
 from foundry.texts import holds_secret, without_secrets
-from foundry.trust import reaching
+from foundry.trust.unknown import check_models, check_settings
 
 SECRET = "hunter2"
 SMALL = ("world.agents=2", "world.steps=1", "analyze=false", "output.dir=out")
@@ -111,9 +111,9 @@ def test_what_a_record_would_reach_is_shown_without_passwords(monkeypatch: pytes
     monkeypatch.setenv("OPENAI_API_KEY", "key")
     model = {"server": {"api_key_env": "OPENAI_API_KEY", "base_url": f"http://me:{SECRET}@there/v1"}}
     with pytest.raises(InputError, match=r"sent to 'http://\*\*\*@there/v1'"):
-        reaching.check_models([model])
+        check_models([model])
     with pytest.raises(InputError, match=r"'postgresql://there/a\?password=\*\*\*'"):
-        reaching.check_settings({"cache": {"path": f"postgresql://there/a?password={SECRET}"}})
+        check_settings({"cache": {"path": f"postgresql://there/a?password={SECRET}"}})
 
 
 def test_the_cause_of_a_failed_run_is_recorded_without_passwords(workspace: Path):

@@ -11,8 +11,8 @@ from commands import foundry
 from foundry.errors import InputError
 from foundry.expansion import Condition, Sweep, expand, models_in, with_hosts
 from foundry.paths import conf_dir
-from foundry.storing.plain_yaml import load_plain
-from foundry.trust.reaching import check_models, check_settings
+from foundry.storing.plain import load_plain
+from foundry.trust.unknown import check_models, check_settings
 from openai_server import OpenAIServer
 from trust.conftest import SMALL, play, rewrite, runs
 

@@ -18,9 +18,9 @@ from foundry.expansion import Condition, expand
 from foundry.own_code import use
 from foundry.paths import conf_dir
 from foundry.running.build import build
-from foundry.storing.plain_yaml import load_plain
+from foundry.storing.plain import load_plain
 from foundry.storing.store import SweepFolder
-from foundry.trust.targets import check_targets, own_packages
+from foundry.trust.unknown import check_targets, own_packages
 from ollama_server import OllamaServer
 from trust.conftest import MIX, rewrite, run_of
 

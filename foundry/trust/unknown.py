@@ -1,0 +1,221 @@
+"""What a record of unknown origin may build, and which servers it may have us reach; a command line may do both.
+
+It may build foundry's own parts, classes in the folders that the user names with `--config-dir`, and packages that the
+user trusts. It may reach this machine, and what the user has named besides.
+"""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import ipaddress
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+from urllib.parse import urlsplit
+
+from foundry import own_code, paths
+from foundry.errors import InputError
+from foundry.expansion import Sweep, dotted, models_in
+from foundry.models.base import Model
+from foundry.models.wrappers.base import Wrapper
+from foundry.naming import present
+from foundry.prompts.prompt import Prompt
+from foundry.running.local import Runner
+from foundry.storing.plain import load_plain
+from foundry.texts import without_secrets
+from foundry.worlds.base import Scenario
+
+VARIABLE = "FOUNDRY_TRUST_TARGETS"
+"""Further packages that are trusted, separated by commas."""
+ROLES: Mapping[str, tuple[type, tuple[str, ...]]] = {
+    "world": (Scenario, ("foundry.worlds",)),
+    "model": (Model, ("foundry.models", "foundry.running.replayed")),
+    "prompt": (Prompt, ("foundry.prompts",)),
+    "fork": (object, ("foundry.prompts",)),
+    "runner": (Runner, ("foundry.running.local", "foundry.running.dask")),
+}
+"""What the parts of a configuration build, and where the classes are that they may name at any depth."""
+PACKAGES = tuple(package for _, packages in ROLES.values() for package in packages)
+SCRIPTED = "foundry.models.scripted"
+"""Policies and their parts, such as faults: they take numbers and other policies, and touch nothing."""
+HYDRAS_OWN = ("_partial_", "_args_", "_recursive_", "_convert_")
+HOSTED = "https://api.openai.com/v1"
+"""Where `OPENAI_API_KEY` belongs when no server is named."""
+VARIABLES = {"address": "DASK_SCHEDULER_ADDRESS", "path": "FOUNDRY_CACHE"}
+"""Settings that hold addresses, with the variable that may name the same address."""
+
+
+def check_sweep_targets(sweep: Sweep, settings: Mapping[str, Any], trusted: Sequence[str] = ()) -> None:
+    """Refuse a recorded sweep that would build anything but foundry's own parts and those in the user's own folders.
+
+    Args:
+        sweep: as recorded.
+        settings: as recorded; of them the runner is built.
+        trusted: further packages whose classes may be built.
+
+    Raises:
+        InputError: it would.
+    """
+    for number, condition in enumerate(sweep.conditions, start=1):
+        check_targets(condition.config, trusted, f"condition {number}")
+    check_targets({"runner": settings.get("runner", {})}, trusted, "the settings")
+
+
+def check_targets(config: Mapping[str, Any], trusted: Sequence[str], where: str) -> None:
+    """Refuse a recorded configuration that would build anything but foundry's own parts and the user's own.
+
+    The user's own folders are those that the user names. No record can name one.
+
+    Raises:
+        InputError: it would.
+    """
+    trusted = (*trusted, *filter(None, os.environ.get(VARIABLE, "").split(",")))
+    for path, value in _entries(config, ()):
+        if path[-1] in HYDRAS_OWN and not trusted:
+            raise InputError(
+                f"{where}: '{'.'.join(path)}' is refused: a recorded configuration may not use {path[-1]}."
+            )
+        if path[-1] != "_target_" or (isinstance(value, str) and value.startswith(tuple(f"{one}." for one in trusted))):
+            continue
+        kind, packages = ROLES.get(path[0], (object, ()))
+        if why := _why_not(value, kind if len(path) == 2 else object, packages):
+            raise InputError(
+                f"{where}, {'.'.join(path[:-1])}: the recorded target '{value}' is refused: {why}. If it is code of "
+                "your own, name its folder with --config-dir. If you trust where the record comes from, allow it "
+                f"with --trust-targets {str(value).rpartition('.')[0] or value}."
+            )
+
+
+def own_packages(sweep: Sweep) -> list[str]:
+    """Return where the classes are, beside foundry's own, that a sweep names which is trusted already."""
+    entries = (entry for condition in sweep.conditions for entry in _entries(condition.config, ()))
+    packages = dict.fromkeys(str(value).rpartition(".")[0] for path, value in entries if path[-1] == "_target_")
+    return [package for package in packages if package and not _is_within(package, ("foundry",))]
+
+
+def _entries(value: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Yield every key at any depth, as a path, with its value."""
+    if isinstance(value, Mapping):
+        for key, inner in value.items():
+            yield (*path, str(key)), inner
+            yield from _entries(inner, (*path, str(key)))
+    elif isinstance(value, list | tuple):
+        for number, inner in enumerate(value):
+            yield from _entries(inner, (*path, str(number)))
+
+
+def _why_not(target: Any, kind: type, packages: Sequence[str]) -> str:
+    """Return why a target may not be built in its place; nothing where it may."""
+    own = own_code.own_class(target) if isinstance(target, str) else None
+    now = present(target)
+    if own is None and not _is_within(now, PACKAGES):
+        return "it is not one of foundry's own"
+    module, _, name = str(now).rpartition(".")
+    try:
+        found = own or getattr(importlib.import_module(module), name, None)  # only modules of foundry are imported
+    except ImportError:
+        return "there is no such module"
+    if not inspect.isclass(found):
+        return "it is no class of foundry"
+    if not issubclass(found, kind):
+        return f"it is no {kind.__name__}"
+    if own is not None:
+        return ""
+    if not _is_within(found.__module__, packages):
+        return "it has no place there"
+    if _is_within(found.__module__, ("foundry.models",)):
+        if not issubclass(found, Model) and not _is_within(found.__module__, (SCRIPTED,)):
+            return "it is no model"
+        if issubclass(found, Wrapper):
+            return "it wraps other models, which foundry does by itself"
+    return ""
+
+
+def _is_within(name: Any, packages: Iterable[str]) -> bool:
+    return isinstance(name, str) and any(name == package or name.startswith(f"{package}.") for package in packages)
+
+
+def check_models(
+    models: Iterable[Mapping[str, Any]],
+    *,
+    typed: Sequence[str] = (),
+    recorded: Iterable[Mapping[str, Any]] | None = None,
+) -> None:
+    """Refuse to send a key of the environment to a server that only a record names.
+
+    Args:
+        models: configurations of models that would be built.
+        typed: overrides of the user; a base URL in there is the user's own.
+        recorded: configurations of every model of the records that they were composed over. None where they are the
+            recorded ones.
+
+    Raises:
+        InputError: a key would be sent.
+    """
+    known = {HOSTED, *_urls(os.environ.get("OPENAI_BASE_URL", "")), *_configured()}
+    own = [override for override in typed if override.partition("=")[0].endswith("base_url")]
+    reached = _keyed(models)
+    for variable, url in sorted(reached if recorded is None else reached & _keyed(recorded)):
+        if url not in known and not _is_local(url) and not any(url in override for override in own):
+            raise InputError(
+                f"The record would have the key in {variable} sent to '{without_secrets(url)}': set OPENAI_BASE_URL to "
+                "the server that you want, or allow this one with --trust-servers."
+            )
+
+
+def check_settings(settings: Mapping[str, Any]) -> None:
+    """Refuse a cluster, a store or a database that only a record names: what they send is run, or gets passwords.
+
+    Raises:
+        InputError: the record names one on another machine.
+    """
+    for part in ("runner", "cache"):
+        for key, value in settings.get(part, {}).items():
+            variable = VARIABLES.get(key)
+            if not isinstance(value, str) or "://" not in value or _is_local(value):
+                continue
+            if variable is None or os.environ.get(variable) != value:
+                way_on = f"set {variable} to the same, or " if variable else ""
+                raise InputError(
+                    f"The record would connect to '{without_secrets(value)}' ({part}.{key}): if that is yours, "
+                    f"{way_on}allow it with --trust-servers."
+                )
+
+
+def _configured() -> Iterator[str]:
+    """Yield the base URLs in the user's own defaults and folders of configurations."""
+    folders = own_code.own_folders()
+    for file in (paths.user_config_file(), *(file for folder in folders for file in folder.rglob("*.yaml"))):
+        if file.is_file():
+            content = load_plain(file.read_text(encoding="utf-8"), file)
+            for key, value in dotted(content) if isinstance(content, Mapping) else ():
+                if key.rpartition(".")[2] == "base_url" and value:
+                    yield from _urls(value)
+
+
+def _keyed(models: Iterable[Mapping[str, Any]]) -> set[tuple[str, str]]:
+    """Return the variable and the address of every server that would get a key, at any depth."""
+    servers = [part.get("server") or {} for model in models for part in models_in(model)]
+    return {
+        (variable, url)
+        for server in servers
+        if isinstance(variable := server.get("api_key_env"), str) and os.environ.get(variable)
+        for url in _urls(server.get("base_url", HOSTED))
+    }
+
+
+def _urls(base_url: str | Sequence[str]) -> list[str]:
+    parts = base_url.split(",") if isinstance(base_url, str) else [str(one) for one in base_url]
+    return [part.strip() for part in parts if part.strip()]
+
+
+def _is_local(url: str) -> bool:
+    """Return whether an address is this machine's, or a file's."""
+    try:
+        parts = urlsplit(url if "://" in url else f"//{url}")
+        if parts.query or parts.hostname is None:
+            return parts.scheme == "file"
+        return parts.hostname == "localhost" or ipaddress.ip_address(parts.hostname).is_loopback
+    except ValueError:
+        return False
