@@ -26,8 +26,7 @@ from analysis.measuring.steps_file import open_steps_file
 from analysis.measuring.twins import beyond_twins
 from analysis.paper.basis import Basis
 from analysis.paper.ending import Told, ending
-from analysis.paper.methods import methods
-from analysis.paper.references import bibtex
+from analysis.paper.methods import bibtex, methods
 from analysis.paper.study import on_new_seeds, study
 from analysis.paper.summary import summary
 from analysis.planned.declaring import check_measures

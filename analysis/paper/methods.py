@@ -1,14 +1,22 @@
-"""Paragraphs on methods that a paper can use, made from what was really done."""
+"""Paragraphs on methods that a paper can use, and BibTeX of what they name, both made from what was really done."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+from pathlib import Path
+
+import msgspec
+import yaml
 
 from analysis.figures.members import Member
 from analysis.paper.basis import Basis
 from analysis.prose import joined
+from analysis.report.templating import rendered
 from analysis.stats.contrasts import ALPHA
 from analysis.stats.intervals import BOOTSTRAP_T, SIGN_FLIP, STUDENT, WILSON
+from analysis.stats.plan import DECLARED
 from foundry.storing.store import is_served, leaves
 from foundry.version import __version__
 
@@ -23,59 +31,69 @@ _INTERVALS = {
     WILSON: "Wilson's for outcomes",
     SIGN_FLIP: "the shifts that the sign-flip test does not reject for paired differences",
 }
+_ESCAPED = str.maketrans({letter: f"\\{letter}" for letter in "&%$#_{}"} | {"\\": "", "~": "", "^": ""})
 
 
 def methods(found: Basis) -> list[str]:
-    """Return the paragraphs on methods."""
-    return [_design(found), _measuring(found), _statistics(found), _software(found)]
+    """Return the paragraphs on methods: design, measures, statistics, software."""
+    own = [member for member in found.members if not member.shown.baseline]
+    rows = found.contrasts[found.contrasts["headline"].astype(bool)]
+    tested = rows if (rows["test"] == SIGN_FLIP).any() else rows[:0]
+    kinds = set(found.comparison["interval"]) | set(rows["interval"])
+    digests = _digests(own)
+    summaries = [member.summary for member in found.members if member.summary is not None]
+    content = {
+        "found": found,
+        "used": set(_used(found)),
+        "models": [f"{name} (digest {digest[-1][:12]})" if digest else name for name, digest in digests.items()],
+        "worlds": counted_names(found.members, "world"),
+        "prompts": counted_names(found.members, "prompt"),
+        "seeds": seeds_text(sorted({member.seed for member in own})),
+        "baselines": list(dict.fromkeys(member.shown.label for member in found.members if member.shown.baseline)),
+        "lacking": sum(not member.complete for member in found.members),
+        "asked": _names_by_sampling(own),
+        "intervals": [text for kind, text in _INTERVALS.items() if kind in kinds],
+        "measures": list(tested["measure"].unique()),
+        "sizes": [
+            f"{size} for {factor}" for factor, size in tested.groupby("factor", sort=False)["family"].max().items()
+        ],
+        "alpha": f"{ALPHA:g}",
+        "looks": [f"{look.seeds} (level {look.alpha:.2g})" for look in found.planned.declared.looks]
+        if found.planned
+        else [],
+        "margins": found.contrasts.loc[found.contrasts["margin"].notna(), "measure"].nunique(),
+        "made": list(
+            dict.fromkeys(
+                f"foundry {summary.foundry_version} (Python {summary.python_version}; "
+                f"{', '.join(f'{name} {version}' for name, version in summary.packages.items())})"
+                for summary in summaries
+            )
+        ),
+        "version": __version__,
+    }
+    return [" ".join(paragraph.split()) for paragraph in rendered("methods.txt", content).split("\n¶\n")]
 
 
-def _design(found: Basis) -> str:
-    seeds = sorted({member.seed for member in found.members if not member.shown.baseline})
-    complete = sum(member.complete for member in found.members)
-    baselines = dict.fromkeys(one.shown.label for one in found.members if one.shown.baseline)
-    text = (
-        f"We ran {joined(_model_names(found))} in the {counted_names(found.members, 'world')} with the "
-        f"{counted_names(found.members, 'prompt')} and {seeds_text(seeds)}; a run is one episode of one condition and "
-        f"seed, and {complete} of {len(found.members)} runs are complete."
-    )
-    if baselines:
-        text += f" The baselines {joined(baselines)} were run on the same worlds and seeds."
-    return text + _sampling(found) + _excluded(found)
+def _digests(members: Sequence[Member]) -> dict[str, list[str]]:
+    """Return the digests of the weights of each model, the last one last; none where they are not known."""
+    digests: dict[str, list[str]] = {}
+    for member in members:
+        known = digests.setdefault(str(member.folder.config()["model"]["name"]), [])
+        if member.summary is not None and member.summary.model_digest and member.summary.model_digest not in known:
+            known.append(member.summary.model_digest)
+    return digests
 
 
-def _sampling(found: Basis) -> str:
-    """Say with which settings served models were asked."""
-    configs = [member.folder.config()["model"] for member in found.members if not member.shown.baseline]
+def _names_by_sampling(members: Sequence[Member]) -> dict[str, list[str]]:
+    """Return the names of the models by the settings with which served ones were asked."""
     asked: dict[str, list[str]] = {}
-    for config in configs:
+    for config in (member.folder.config()["model"] for member in members):
         settings = [(path.rpartition(".")[2], value) for path, value in leaves(config) if is_served(config)]
-        kept = [f"{name} {value}" for name, value in settings if name in _SAMPLING and value not in _UNSET]
-        names = asked.setdefault(", ".join(kept), [])
+        text = ", ".join(f"{name} {value}" for name, value in settings if name in _SAMPLING and value not in _UNSET)
+        names = asked.setdefault(text, [])
         if config["name"] not in names:
             names.append(str(config["name"]))
-    said = [
-        f" {joined(names)} {'was' if len(names) == 1 else 'were'} asked with {kept}."
-        for kept, names in asked.items()
-        if kept
-    ]
-    return "".join(said)
-
-
-def _excluded(found: Basis) -> str:
-    """Say which runs are in no number."""
-    lacking = sum(not member.complete for member in found.members)
-    text = f" Failed and missing runs ({lacking}) are in no mean." if lacking else ""
-    return text + (f" Of all runs a part alone was taken: {found.filtered}." if found.filtered else "")
-
-
-def _model_names(found: Basis) -> list[str]:
-    own = [member for member in found.members if not member.shown.baseline]
-    digests = {str(member.folder.config()["model"]["name"]): "" for member in own}
-    for member in own:
-        if member.summary is not None and member.summary.model_digest:
-            digests[member.summary.model] = member.summary.model_digest[:12]
-    return [f"{name} (digest {digest})" if digest else name for name, digest in digests.items()]
+    return asked
 
 
 def counted_names(members: Sequence[Member], part: str) -> str:
@@ -93,71 +111,77 @@ def seeds_text(seeds: Sequence[int]) -> str:
     return f"{len(seeds)} seeds ({named})"
 
 
-def _measuring(found: Basis) -> str:
-    parts = [
-        "The behaviour in each run was described by the signatures of foundry, over all decisions and, apart, over "
-        "those alone that could be read.",
-    ]
-    parts += [text for form in found.forms for text in form.words.methods(found.labelled_by)]
-    parts.append("The value of a group and seed is the mean over its runs, so that the seed is the independent unit.")
-    return " ".join(parts)
+class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A work, and what it is the source of.
+
+    Attributes:
+        key: of its entry.
+        of: the parts of an analysis of which any makes it one to cite: `world NAME`, or what `_used` yields.
+        kind: of its entry.
+        fields: of its entry.
+    """
+
+    key: str
+    of: tuple[str, ...]
+    kind: str
+    fields: Mapping[str, str]
 
 
-def _statistics(found: Basis) -> str:
-    rows = found.contrasts[found.contrasts["headline"].astype(bool)]
-    kinds = set(found.comparison["interval"]) | set(rows["interval"])
-    intervals = [text for kind, text in _INTERVALS.items() if kind in kinds]
-    text = "Means are given with 95 % intervals"
-    text += f" ({joined(intervals)})." if intervals else " where there are enough values."
-    if (rows["test"] == SIGN_FLIP).any():
-        sizes = [f"{size} for {factor}" for factor, size in rows.groupby("factor", sort=False)["family"].max().items()]
-        text += (
-            " Differences were paired by seed and tested by sign-flip permutation tests of the mean difference, "
-            f"two-sided. They were corrected by step-down max-T over {rows['measure'].nunique()} measures inside each "
-            f"pair of levels, and by Holm's method over the pairs ({joined(rows['measure'].unique())}; "
-            f"tests in the family: {joined(sizes)}; alpha {ALPHA:g})."
-        )
-    else:
-        text += " No difference was tested."
-    text += _declared(found)
-    margins = found.contrasts.loc[found.contrasts["margin"].notna(), "measure"].nunique()
-    text += (
-        f" Sameness was tested by Gaffke's bounds of the mean within margins declared for {margins} measures."
-        if margins
-        else " No margin of equivalence was declared, so nothing is said to be the same."
-    )
-    return text + _fingerprinting(found)
+def bibtex(found: Basis) -> str:
+    """Return the entries, foundry first."""
+    used = set(_used(found))
+    works = [_entry(source.kind, source.key, source.fields) for source in _known() if used & set(source.of)]
+    return "\n".join([*_software(found), *_models(found), *works])
 
 
-def _declared(found: Basis) -> str:
-    held = found.planned
-    if held is None:
-        return " Nothing was declared before the runs."
-    looks = joined(f"{one.seeds} (level {one.alpha:.2g})" for one in held.declared.looks)
-    differs = f", from which differs: {'; '.join(held.differs)}" if held.differs else ""
-    known = f" Of its runs was {held.plan.known}." if held.plan.known else ""
-    return (
-        f" Measures, tests and looks at {looks} seeds were declared before the runs (preregistration.yaml, SHA-256 "
-        f"{held.sha256}){differs}; this is {held.look}.{known}"
-    )
+@cache
+def _known() -> tuple[Source, ...]:
+    """Return every work that may be cited, read once."""
+    file = Path(__file__).with_name("references.yaml")
+    return msgspec.convert(yaml.safe_load(file.read_text("utf-8")), tuple[Source, ...])
 
 
-def _fingerprinting(found: Basis) -> str:
-    tested = found.fingerprint.energy
-    if not len(tested) or not tested["p"].notna().any():
-        return ""
-    return (
-        f" Groups as a whole were compared by the energy distance of their {len(found.fingerprint.measures)} "
-        "standardised headline measures, labels swapped within seeds, with Holm's correction over the pairs."
-    )
-
-
-def _software(found: Basis) -> str:
-    made: dict[str, None] = {}
+def _used(found: Basis) -> Iterator[str]:
+    """Yield the parts of the analysis that have sources."""
     for member in found.members:
-        if member.summary is not None:
-            one = member.summary
-            packages = ", ".join(f"{name} {version}" for name, version in one.packages.items())
-            made[f"foundry {one.foundry_version} (Python {one.python_version}; {packages})"] = None
-    versions = joined(made) if made else "no run that has ended"
-    return f"Runs were made with {versions}, and analysed with foundry {__version__}."
+        config = member.folder.config()
+        yield f"world {config['world']['name']}"
+        yield f"prompt {config['prompt']['name']}"
+    rows = found.contrasts[found.contrasts["headline"].astype(bool)]
+    yield from rows["test"].astype(str)
+    yield from found.comparison["interval"].astype(str)
+    yield from rows["interval"].astype(str)
+    if rows["p_adjusted"].notna().any():
+        yield "max-t"
+        yield "holm"
+    if (rows["claim"] == DECLARED).any() and rows["look"].max() > 0:
+        yield "looks"
+    if found.contrasts["p_equivalence"].notna().any():
+        yield "equivalence"
+    energy = found.fingerprint.energy
+    if len(energy) and energy["p"].notna().any():
+        yield "energy"
+
+
+def _software(found: Basis) -> Iterator[str]:
+    made = dict.fromkeys(one.summary.foundry_version for one in found.members if one.summary is not None)
+    for place, version in enumerate(made):
+        fields = {"title": "foundry", "author": "{The foundry developers}", "version": version}
+        yield _entry("software", "foundry" if not place else f"foundry-{_slug(version)}", fields)
+
+
+def _models(found: Basis) -> Iterator[str]:
+    """Yield an entry for each served model, with the digests of its weights."""
+    served = [member for member in found.members if is_served(member.folder.config()["model"])]
+    for name, digests in _digests(served).items():
+        note = f"Weights {', '.join(digests)}" if digests else "Weights not known by a digest"
+        yield _entry("misc", f"model-{_slug(name)}", {"title": f"{{{name.translate(_ESCAPED)}}}", "note": note})
+
+
+def _entry(kind: str, key: str, fields: Mapping[str, str]) -> str:
+    lines = [f"  {name} = {{{value}}}," for name, value in fields.items()]
+    return "\n".join([f"@{kind}{{{key},", *lines, "}", ""])
+
+
+def _slug(text: str) -> str:
+    return re.sub(r"[^A-Za-z0-9.]+", "-", text).strip("-")

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -81,30 +79,14 @@ def render(found: Material, base: Path, folder: Path) -> str:
         base: the folder that it will be in, from which it leads to runs.
         folder: where its pictures are written.
     """
+    from analysis.report.templating import rendered
+
     return rendered("report.html", _content(found, base, folder))
-
-
-def rendered(template: str, content: Mapping[str, Any]) -> str:
-    """Return a page of `templates/`, filled."""
-    import jinja2
-
-    from analysis.report.slim import with_shared_styles
-
-    templates = files("analysis.report") / "templates"
-    environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(lambda name: (templates / name).read_text(encoding="utf-8")),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return with_shared_styles(environment.get_template(template).render(content))
 
 
 def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
     from analysis.figures import pictures
-    from analysis.paper.methods import methods
-    from analysis.paper.references import bibtex
+    from analysis.paper.methods import bibtex, methods
     from analysis.report import limits, provenance, sections
     from analysis.report.grids import grid, grid_of
     from analysis.report.worlds import world_differences

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from analysis.report import Report, check_out, rendered, write_page
+from analysis.report import Report, check_out, write_page
 from analysis.report.probes.moments import Looked
+from analysis.report.templating import rendered
 from foundry.storing.store import SweepFolder
 
 

@@ -11,8 +11,7 @@ from typing import Any
 import pytest
 
 from analysis import analyze
-from analysis.paper.methods import methods
-from analysis.paper.references import bibtex
+from analysis.paper.methods import bibtex, methods
 from analysis.report.material import Material, gather
 from foundry.storing.store import SweepFolder
 

@@ -1,0 +1,222 @@
+"""A card of one model: every world that it was in, each measure beside null, best policy and the other models."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from analysis.figures.members import Member, members, shown_groups
+from analysis.load import runs_by_id
+from analysis.measuring.memory import open_memory
+from analysis.measuring.runs import RunResult, measure_runs
+from analysis.load import is_probe
+from analysis.pipeline import opened, sources_of
+from analysis.prose import percent
+from analysis.report.grids import grid_of
+from analysis.report.templating import rendered
+from analysis.signatures import describe
+from analysis.stats.factors import MODEL
+from analysis.stats.family import NO_BEHAVIOUR
+from analysis.stats.values import Group
+from analysis.tables.comparison import Comparison, compare
+from analysis.tables.groups import group_columns, group_keys
+from analysis.tables.signature_table import build_table
+from analysis.tables.table import Table
+from analysis.tables.texts import escaped, mean_cell, number, shown_measures, to_markdown
+from analysis.validation.facts import facts_of
+from foundry.errors import not_found
+from foundry.storing.determinism import repeats_of
+from foundry.storing.store import SweepFolder, ensure_writable
+
+READING = (
+    "Means over seeds with their 95 % intervals, n where not every seed has a value. Nothing here is tested: the "
+    "tables of each sweep say which differences are claimed.",
+    "Null is what chance alone gives, as the measure states it, or else the mean of the policy in brackets, which "
+    "looks at nothing; best is the mean of the scripted policy that is best at the world's score. Policies are there "
+    "where they were run on the same world (foundry analyze DIR --baselines). A hyphen is what is not known.",
+)
+"""How a card is to be read."""
+PROBES = " A probe has no table here: its moments are no course of a run, and its own tables compare them."
+"""What is said where one of the sweeps is a probe."""
+_UNKNOWN = "-"
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A world and whatever else was swept, and the table of a model in it."""
+
+    title: str
+    table: Table
+
+
+@dataclass(frozen=True)
+class Card:
+    """What is known of a model.
+
+    Attributes:
+        model: its name.
+        facts: a row a sweep: weights, versions, runs, unread decisions, whether its server repeats itself.
+        settings: the worlds that it was in.
+    """
+
+    model: str
+    facts: Table
+    settings: tuple[Setting, ...]
+
+    def html(self) -> str:
+        """Return the page."""
+        tables = [(setting.title, grid_of(setting.table)) for setting in self.settings]
+        content = {"title": self.model, "reading": READING, "facts": grid_of(self.facts), "tables": tables}
+        return rendered("card.html", content)
+
+    def markdown(self) -> str:
+        """Return the same as Markdown."""
+        parts = [f"# {escaped(self.model)}\n", *(f"{escaped(text)}\n" for text in READING), to_markdown(self.facts)]
+        parts += [f"## {escaped(setting.title)}\n\n{to_markdown(setting.table)}" for setting in self.settings]
+        return "\n".join(parts)
+
+
+def card(model: str, dirs: Sequence[Path]) -> Card:
+    """Return the card of a model from the folders of sweeps.
+
+    Raises:
+        InputError: a folder is no sweep's, or holds runs of another, or no run of any is the model's.
+        RecordError: a recorded file is damaged.
+    """
+    measured = [_measured(sweep) for sweep in opened(dirs)]
+    having = [sweep for sweep in measured if model in sweep.models.values()]
+    if not having:
+        raise not_found(
+            "Model", model, {name for sweep in measured for name in sweep.models.values()}, "Name one that ran in them."
+        )
+    whole = [sweep for sweep in having if not is_probe(sweep.folder)]
+    columns = ("sweep", "weights", "foundry", "server repeats itself", "runs", "complete", "unread decisions")
+    caption = f"Where it was run. A hyphen is what is not known.{'' if len(whole) == len(having) else PROBES}"
+    facts = Table("facts", caption, columns, tuple(_facts(sweep, model) for sweep in having), labels=4)
+    return Card(model, facts, tuple(setting for sweep in whole for setting in _settings(sweep, model, len(having) > 1)))
+
+
+@dataclass(frozen=True)
+class _Measured:
+    """A sweep whose runs are measured and put into groups.
+
+    Attributes:
+        folder: the sweep.
+        compared: its groups, with baselines that were run beside it.
+        first: the first run of each group.
+        members: the runs.
+    """
+
+    folder: SweepFolder
+    compared: Comparison
+    first: Mapping[Group, RunResult]
+    members: tuple[Member, ...]
+
+    @property
+    def name(self) -> str:
+        """The name of its folder."""
+        return self.folder.path.resolve().name
+
+    @property
+    def models(self) -> dict[Group, str]:
+        """The model of each group."""
+        return {group: str(run.keys["model"]) for group, run in self.first.items()}
+
+
+def _measured(sweep: SweepFolder) -> _Measured:
+    """Measure the runs of a sweep that were not measured before; no table is written."""
+    sources = sources_of([sweep], [sweep.path.name], labelled_by_model=False)
+    ensure_writable(sweep.analysis_dir)
+    with open_memory(sweep.analysis_dir / "measured.sqlite") as memory:
+        results = [result.without_steps() for result in measure_runs(sources, memory)]
+    table = build_table(results)
+    groups = group_columns(results, table)
+    compared = compare(table, groups)
+    first: dict[Group, RunResult] = {}
+    for key, result in zip(group_keys(groups), results, strict=True):
+        first.setdefault(key, result)
+    folders = runs_by_id([source.path for source in sources])
+    return _Measured(sweep, compared, first, tuple(members(table.frame, groups, shown_groups(compared), folders)))
+
+
+def _facts(sweep: _Measured, model: str) -> tuple[str, ...]:
+    """Return the row of a model: sweep, weights, foundry, repeating, runs, complete, unread decisions."""
+    own = [member for member in sweep.members if str(member.folder.config()["model"]["name"]) == model]
+    summaries = [member.summary for member in own if member.summary is not None]
+    decisions = sum(member.decisions for member in own)
+    return (
+        sweep.name,
+        _unique((summary.model_digest or "")[:12] for summary in summaries),
+        _unique(summary.foundry_version for summary in summaries),
+        _unique(f"{repeats.least} calls exactly" for repeats in repeats_of(sweep.folder) if repeats.of == model),
+        str(len(own)),
+        str(sum(member.complete for member in own)),
+        percent(sum(member.unreadable for member in own) / decisions) if decisions else _UNKNOWN,
+    )
+
+
+def _unique(texts: Iterable[str]) -> str:
+    return ", ".join(dict.fromkeys(filter(None, texts))) or _UNKNOWN
+
+
+def _settings(sweep: _Measured, model: str, several: bool) -> Iterator[Setting]:
+    """Yield the worlds of a sweep that a model was in; with several sweeps, each says the name of its sweep."""
+    for group, run in sweep.first.items():
+        if sweep.models[group] == model:
+            where = [f"{name} {run.keys[name]}" for name in ("world", "prompt")]
+            where += [f"{name} {value}" for name, value in run.factors.items()]
+            yield Setting(", ".join([*where, *([sweep.name] if several else [])]), _table(sweep, group))
+
+
+def _table(sweep: _Measured, group: Group) -> Table:
+    """Return the measures of a group beside what it is held against."""
+    compared, models = sweep.compared, sweep.models
+    beside = _beside(sweep, group)
+    facts = facts_of(str(sweep.first[group].keys["world"]))
+    policies = {models[other]: other for other in beside}
+    chance = policies.get(facts.random or "") if facts is not None else None
+    best = {models[group]: group, **policies}.get(facts.best or "") if facts is not None else None
+
+    def mean(measure: str, other: Group | None) -> str:
+        estimate = None if other is None else compared.estimates.get((measure, other))
+        return _UNKNOWN if estimate is None else number(estimate.mean)
+
+    def cell(measure: str, other: Group) -> str:
+        return mean_cell(compared.estimates.get((measure, other)), len(compared.values[other])) or _UNKNOWN
+
+    def null(measure: str) -> str:
+        stated = describe(measure, compared.runs.get(group)).null
+        if stated is not None:
+            return number(stated.value)
+        by_chance = _UNKNOWN if measure.partition(".")[0] in NO_BEHAVIOUR else mean(measure, chance)
+        return by_chance if by_chance == _UNKNOWN or chance is None else f"{by_chance} ({models[chance]})"
+
+    rows = tuple(
+        (
+            f"{measure}: {describe(measure, compared.runs.get(group)).label}",
+            cell(measure, group),
+            null(measure),
+            mean(measure, best),
+            *(cell(measure, other) for other in beside),
+        )
+        for measure in shown_measures(compared)
+        if (measure, group) in compared.estimates
+    )
+    names = [models[other] + (" (baseline)" if other in compared.baselines else "") for other in beside]
+    columns = ("measure", models[group], "null", "best" if best is None else f"best ({models[best]})", *names)
+    seeds = len(compared.values[group])
+    return Table("card", f"{seeds} seed{'s' if seeds != 1 else ''}.", columns, rows, labels=1)
+
+
+def _beside(sweep: _Measured, group: Group) -> Sequence[Group]:
+    """Return the other groups of the same world: models in the same settings, then baselines."""
+    compared, world = sweep.compared, sweep.first[group].config["world"]
+    others = [other for other in compared.groups if other != group and sweep.first[other].config["world"] == world]
+    at = compared.group_columns.index(MODEL)
+    alike = [
+        other
+        for other in others
+        if other not in compared.baselines and (*other[:at], *other[at + 1 :]) == (*group[:at], *group[at + 1 :])
+    ]
+    return [*alike, *(other for other in others if other in compared.baselines)]
