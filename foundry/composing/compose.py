@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from foundry import own_code, paths
-from foundry.composing.defaults import Defaults, deciding
+from foundry.composing.defaults import Defaults, deciding, shipped_groups
 from foundry.composing.own_names import check_own_names
 from foundry.composing.points import Launch, Point, points_of, show
 from foundry.composing.public_names import with_public_names
@@ -158,18 +158,13 @@ def _check_groups(argv: Sequence[str]) -> None:
         swept = override.sweep_iterator(Transformer.identity) if override.is_sweep_override() else [value]
         return [name for chosen in swept for name in (chosen if isinstance(chosen, list) else [chosen])]
 
-    groups = _groups()
+    groups = shipped_groups()
     chosen = [arg for arg in argv if "=" in arg and arg.lstrip("+").partition("=")[0] in groups]
     for override in OverridesParser.create().parse_overrides(chosen):
         if not all(isinstance(name, str | QuotedString) for name in names(override)):
             group = str(override.key_or_group)
             options = (file.stem for file in (paths.conf_dir() / group).glob("*.yaml"))
             raise not_found(group.capitalize(), override.get_value_string(), options)
-
-
-def _groups() -> set[str]:
-    """Return the names of the groups of configurations."""
-    return {folder.name for folder in paths.conf_dir().iterdir() if folder.is_dir()}
 
 
 def _composed(argv: Sequence[str], points: Sequence[Point], launch: Launch | None, defaults: Defaults) -> Composed:
@@ -333,7 +328,7 @@ def _unknown_config(file: str, options: Sequence[str]) -> InputError:
 
 def _unknown_key(key: str, argv: Sequence[str], folders: Sequence[Path]) -> InputError:
     """Return the error for a setting that no condition has, or not each, with those that do exist beside it."""
-    groups = _groups()
+    groups = shipped_groups()
     asked = {arg: arg.lstrip("+").partition("=")[0] for arg in argv}
     rest = [
         arg

@@ -23,9 +23,8 @@ from foundry.storing.plain import read_config
 
 _PRIMARY = "config.yaml"
 _DECIDING = ("world", "model", "prompt", "format", "schema", "seed", "sampling_seed", "record", "baselines")
-_NEVER = ("_target_", "name", "public_name", "defaults")
+_NEVER = ("_target_", "name", "public_name", "defaults", "hydra")
 """What a file says of itself, and no default can say for all files of a group."""
-_HYDRA = "hydra"
 
 
 @dataclass(frozen=True)
@@ -36,11 +35,13 @@ class Defaults:
         choices: by group the option that takes the place of the shipped one.
         own: the settings, nested as in a configuration.
         applied: by dotted key what has taken the place of another value so far.
+        known: the dotted keys of the files that were looked at so far.
     """
 
     choices: Mapping[str, str] = field(default_factory=dict)
     own: Mapping[str, Any] = field(default_factory=dict)
     applied: dict[str, Any] = field(default_factory=dict)
+    known: set[str] = field(default_factory=set)
 
     @contextlib.contextmanager
     def put_into(self, folders: Sequence[Path]) -> Iterator[Path]:
@@ -59,10 +60,28 @@ class Defaults:
                     copy.write_text(changed or text, encoding="utf-8")
             yield Path(name)
 
+    def check(self, folders: Sequence[Path]) -> None:
+        """Refuse a setting that no file has.
+
+        Raises:
+            InputError: there is one.
+        """
+        with self.put_into(folders):
+            for key in (*self.choices, *(key for key, _ in dotted(self.own))):
+                if not any(f"{key}.".startswith(f"{applied}.") for applied in self.applied):
+                    parent = key.rpartition(".")[0]
+                    beside = {
+                        name
+                        for name in self.known
+                        if name.startswith(f"{key}.") or (parent and name.rpartition(".")[0] == parent)
+                    }
+                    top = {name for name in self.known if "." not in name} | shipped_groups()
+                    raise not_found(f"{paths.user_config_file()}: setting", key, beside or top)
+
     def _files(self, folders: Sequence[Path]) -> Iterator[tuple[Path, Path]]:
         """Yield the primary configuration and each file that the defaults may change, after its folder."""
         yield folders[0], folders[0] / _PRIMARY
-        groups = [entry.name for entry in folders[0].iterdir() if entry.is_dir()] if self.own else []
+        groups = sorted({*self.own, *shipped_groups()}) if self.own else []
         for folder in folders:
             for group in groups:
                 for file in sorted((folder / group).rglob("*.yaml")):
@@ -76,13 +95,17 @@ class Defaults:
         if group != _PRIMARY and not is_global and group not in self.own:
             return None
         content: Any = OmegaConf.to_container(OmegaConf.create(text))
+        if not isinstance(content, dict):
+            return None
+        keys = dotted(content) if group == _PRIMARY or is_global else dotted({group: content})
+        self.known.update(key for key, _ in keys if not set(key.split(".")) & set(_NEVER))
         if group == _PRIMARY:
             is_changed = any([self._choose(entry) for entry in content["defaults"] if isinstance(entry, dict)])
             is_changed |= self._put(content, self.own, "")
         elif is_global:
             is_changed = self._put(content, self.own, "")
         else:
-            is_changed = isinstance(content, dict) and self._put(content, self.own[group], f"{group}.")
+            is_changed = self._put(content, self.own[group], f"{group}.")
         header = "".join(line for line in text.splitlines(keepends=True) if line.startswith("# @"))
         return header + OmegaConf.to_yaml(OmegaConf.create(content)) if is_changed else None
 
@@ -156,12 +179,16 @@ def read_defaults(argv: Sequence[str] = ()) -> Defaults:
     if not file.is_file():
         return Defaults()
     found = resolved(read_config(file), file)
-    primary = read_config(paths.conf_dir() / _PRIMARY)
-    groups = {name for entry in primary["defaults"] if isinstance(entry, dict) for name in entry}
+    groups = shipped_groups()
     choices = {name: value for name, value in found.items() if name in groups and isinstance(value, str)}
-    own = _nested({name: value for name, value in found.items() if name not in choices})
-    _check(own, file, primary, [paths.conf_dir(), *own_code.folders_named(argv)])
-    return Defaults(choices, own)
+    defaults = Defaults(choices, _nested({name: value for name, value in found.items() if name not in choices}))
+    defaults.check([paths.conf_dir(), *own_code.folders_named(argv)])
+    return defaults
+
+
+def shipped_groups() -> set[str]:
+    """Return the names of the shipped groups of configurations."""
+    return {folder.name for folder in paths.conf_dir().iterdir() if folder.is_dir()}
 
 
 def resolved(found: Any, file: Path) -> dict[str, Any]:
@@ -196,32 +223,6 @@ def _nested(found: Mapping[str, Any]) -> dict[str, Any]:
     return nested
 
 
-def _check(own: Mapping[str, Any], file: Path, primary: Mapping[str, Any], folders: Sequence[Path]) -> None:
-    settings = {name: value for name, value in primary.items() if name not in _NEVER and name != _HYDRA}
-    groups = {entry.name for folder in folders for entry in folder.iterdir() if entry.is_dir()}
-    for name, value in own.items():
-        several = list(_contents(name, folders)) if name in groups else [settings]
-        for key, _ in dotted({name: value}):
-            if not any(_has(one, key.split(".")) for one in several):
-                raise not_found(f"{file}: setting", key, _beside(key, several) or {*settings, *groups})
-
-
-def _beside(key: str, several: Sequence[Mapping[str, Any]]) -> set[str]:
-    """Return the settings that stand where one was looked for."""
-    parent = key.rpartition(".")[0]
-    known = {leaf for one in several for leaf, _ in dotted(one) if _has(one, leaf.split("."))}
-    return {leaf for leaf in known if leaf.startswith(f"{key}.") or (parent and leaf.rpartition(".")[0] == parent)}
-
-
-def _contents(group: str, folders: Sequence[Path]) -> Iterator[dict[str, Any]]:
-    """Yield the contents of a group's files, each below the group's name."""
-    for folder in folders:
-        for file in sorted((folder / group).rglob("*.yaml")):
-            content = read_config(file)
-            if isinstance(content, dict):
-                yield {group: content.get(group, {}) if _is_global(file.read_text(encoding="utf-8")) else content}
-
-
 def _is_global(text: str) -> bool:
     """Return whether the text of a configuration file says settings of other groups, too."""
     return "@package _global_" in text
@@ -236,13 +237,3 @@ def _values(config: Mapping[str, Any], key: str) -> Iterator[Any]:
         for name in rest:
             value = value.get(name) if isinstance(value, Mapping) else None
         yield value
-
-
-def _has(part: Any, keys: Sequence[str]) -> bool:
-    """Return whether there is a setting at this place; one that is empty may be given any parts."""
-    if not keys:
-        return not isinstance(part, Mapping) or not part
-    if not isinstance(part, Mapping):
-        return False
-    first, *rest = keys
-    return first not in _NEVER and first in part and (part[first] == {} or _has(part[first], rest))

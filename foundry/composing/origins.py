@@ -60,7 +60,7 @@ def settings_of(composed: Composed) -> Iterator[Setting]:
     """
     if len(composed.conditions) > 1 or any(arg.startswith("+sweep=") for arg in composed.asked):
         raise InputError("foundry config shows the settings of one run: leave out -m, +sweep and all values but one.")
-    written: Any = load_plain(composed.multirun, "the configuration")
+    written = dict(dotted(load_plain(composed.multirun, "the configuration")))
     said = overridden(composed.asked) - set(composed.defaults)
     for group, option in composed.choices.items():
         if "/" not in group and "@" not in group:
@@ -68,8 +68,8 @@ def settings_of(composed: Composed) -> Iterator[Setting]:
     effective = {**composed.settings, **composed.conditions[0].config, "seed": composed.conditions[0].seeds[0]}
     for key, value in dotted(effective):
         if "schemas" not in key.split(".")[:-1]:  # those of the chosen schema, and long
-            raw = _at(written, key.split("."))
-            yield Setting(key, _masked(key, value), _origin(key, str(raw), said, composed.defaults))
+            raw = str(written.get(key))
+            yield Setting(key, _masked(key, value), _origin(key, raw, said, composed.defaults))
 
 
 def chosen(settings: Iterable[Setting], wanted: Sequence[str]) -> list[Setting]:
@@ -96,12 +96,6 @@ def environment() -> Iterator[Setting]:
     for name in VARIABLES:
         if os.environ.get(name):
             yield Setting(name, _masked(name, os.environ[name]), "environment")
-
-
-def _at(part: Any, keys: Sequence[str]) -> Any:
-    for key in keys:
-        part = part.get(key) if isinstance(part, Mapping) else None
-    return part
 
 
 def _is_below(key: str, other: str) -> bool:
