@@ -17,9 +17,9 @@ def arrow_table(frame: pd.DataFrame) -> pa.Table:
     A column whose values have no common type, such as labels and numbers, becomes text: texts stay as they are, and all
     else is JSON.
     """
-    objects = [name for name in frame.columns if frame[name].dtype == object]
-    mixed = {name: _texts(frame[name]) for name in objects if not _has_a_type(frame[name])}
-    return pa.Table.from_pandas(frame.assign(**mixed), preserve_index=False)
+    objects = [name for name, dtype in frame.dtypes.items() if pd.api.types.is_object_dtype(dtype)]
+    mixed = {str(name): _texts(frame[name]) for name in objects if not _has_a_type(frame[name])}
+    return pa.Table.from_pandas(frame.assign(**mixed) if mixed else frame, preserve_index=False)
 
 
 def write_parquet(frame: pd.DataFrame, path: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
@@ -74,7 +74,7 @@ def compare(table: SignatureTable, groups: pd.DataFrame | None = None) -> Compar
             **dict(zip(values.columns, key, strict=True)),
             "baseline": bool(values.baseline[g]),
             "runs": int(values.runs[g]),
-            **asdict(estimated[name, key]),
+            **vars(estimated[name, key]),
         }
         for (name, key), g in zip(keys, group, strict=True)
     ]

@@ -193,12 +193,18 @@ def told_rows(
         numbers: columns of numbers.
         intervals: columns of numbers that have intervals, with the columns of their lower and upper ends.
     """
+    return frame.assign(**_texts(frame, numbers, intervals or {})).to_dict("records")
+
+
+def _texts(
+    frame: pd.DataFrame, numbers: Sequence[str], intervals: Mapping[str, tuple[str, str]]
+) -> dict[str, list[str]]:
+    """Return the texts of columns of numbers, those of one column with the same decimals."""
     texts = {name: alike(frame[name].tolist()) for name in numbers}
-    texts |= {
+    return texts | {
         name: with_intervals(list(zip(frame[name], frame[low], frame[high], strict=True)))
-        for name, (low, high) in (intervals or {}).items()
+        for name, (low, high) in intervals.items()
     }
-    return frame.assign(**texts).to_dict("records")
 
 
 def alike(values: Sequence[float]) -> list[str]:
@@ -235,10 +241,12 @@ def told_by_measure(
 ) -> list[dict[Any, Any]]:
     """Return the same as `told_rows`, in the order of the rows, where the rows of each measure share their decimals."""
     frame = frame.reset_index(drop=True)
-    rows: dict[Any, dict[Any, Any]] = {}
-    for _, mine in frame.groupby("measure", sort=False):
-        rows |= zip(mine.index, told_rows(mine, numbers, intervals), strict=True)
-    return [rows[index] for index in frame.index]
+    numbered = frame[["measure", *numbers, *(name for own, ends in intervals.items() for name in (own, *ends))]]
+    texts = [
+        pd.DataFrame(_texts(rows, numbers, intervals), index=rows.index, dtype=object)
+        for _, rows in numbered.groupby("measure", sort=False)
+    ]
+    return frame.assign(**pd.concat(texts)).to_dict("records") if texts else []
 
 
 def with_interval(mean: float, low: float, high: float) -> str:
@@ -311,7 +319,7 @@ def write_numbers(stem: Path, frame: pd.DataFrame, filtered: str = "") -> list[P
 def spreadsheet_frame(frame: pd.DataFrame) -> pd.DataFrame:
     """Return a table whose texts no spreadsheet runs as formulas; see `foundry.texts.as_cell`."""
     safe = frame.rename(columns=as_cell)
-    for name in safe.select_dtypes(exclude="number"):
+    for name in safe.select_dtypes(exclude=["number", "bool"]):
         safe[name] = safe[name].map(lambda value: as_cell(value) if isinstance(value, str) else value)
     return safe
 
