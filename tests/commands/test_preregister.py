@@ -114,8 +114,8 @@ def test_nothing_is_declared_once_a_sweep_has_begun(tmp_path):
 
 
 def test_a_plan_that_is_put_beside_a_finished_sweep_declares_nothing(declared, tmp_path):
-    assert foundry(*SWEEP, cwd=tmp_path).returncode == 0
-    shutil.copy(declared / "out" / "preregistration.yaml", tmp_path / "out")
+    sweep = Path(shutil.copytree(declared / "out", tmp_path / "out")) / "sweep.yaml"
+    sweep.write_text(re.sub(r"plan: .*\n", "", sweep.read_text()))  # as where it began without one
     found = analyze(tmp_path / "out", plots=False)
     assert "counts as no plan, so all of this explores: the sweep began without a plan" in found.notes[0]
     assert set(found.contrasts["claim"]) == {"exploratory"} and found.summary[0] == EXPLORES
@@ -139,14 +139,14 @@ def test_another_plan_or_one_of_a_later_date_declares_nothing(declared, tmp_path
 
 
 def test_every_declared_row_says_what_was_known_and_unseen_seeds_are_proposed(tmp_path):
-    served = [word.replace(MODELS, "model=qwen3:4b,llama3.2") for word in SWEEP]
+    served = [word.replace(MODELS, "model=qwen3:4b,llama3.2").replace("steps=3", "steps=1") for word in SWEEP]
     again = [word.replace("=out", "=again") for word in served]
     with OllamaServer() as server:
         assert foundry(*served, cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
         analyze(tmp_path / "out", plots=False)
         said = foundry("preregister", *again, *DECLARED, cwd=tmp_path, OLLAMA_HOST=server.url)
         assert said.returncode == 0, said.stderr
-        known = "known before the plan: 288 answers, runs in out"
+        known = "known before the plan: 96 answers, runs in out"
         assert f"{known}; ask for seeds that nobody has seen: seed=8-15" in said.stdout
         assert foundry(*again, cwd=tmp_path, OLLAMA_HOST=server.url).returncode == 0
     rows = analyze(tmp_path / "again", plots=False).contrasts

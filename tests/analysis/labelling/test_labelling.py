@@ -120,9 +120,6 @@ def test_labels_no_better_than_chance_are_said_first_and_on_every_row(make_sweep
     for frame in (found.contrasts, found.comparison):
         doubted = frame["note"].astype(str).str.startswith(said)
         assert doubted.equals(frame["measure"].str.startswith("warning."))
-    sweep.write_labels(labels({"there is smoke": True}, fires, truth()))
-    trusted = analysis.analyze([sweep.path], plots=False, labelled_by_model=True)
-    assert not trusted.doubts and not any("trusted" in line for line in (*trusted.summary, *trusted.notes))
 
 
 def test_the_question_holds_the_message_and_the_fires():
@@ -154,6 +151,7 @@ def test_an_analysis_takes_the_labels_of_the_model_and_says_whose_they_are(make_
     assert found.runs["idle_rate.chosen"].tolist() == by_rule.runs["idle_rate.chosen"].tolist()
     judged = "warnings by judge:1b (abababababab), question cdcdcdcd: precision at most 1.00, recall at most 1.00"
     assert judged in found.notes and BY_RULE in by_rule.notes
+    assert not found.doubts and not any("trusted" in line for line in (*found.summary, *found.notes))
 
 
 def test_messages_in_a_language_that_the_rule_does_not_read_are_counted_and_named(

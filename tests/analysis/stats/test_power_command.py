@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import pandas as pd
@@ -22,10 +23,11 @@ def pilot(tmp_path_factory, write_sweep, make_condition) -> Path:
     return write_sweep(tmp_path_factory.mktemp("pilot") / "sweep", conditions).path
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def power(pilot) -> Callable[..., str]:
-    """Return a function that runs the command and returns what it prints."""
+    """Return a function that runs the command, the same one once, and returns what it prints."""
 
+    @cache
     def run(*options: str) -> str:
         done = foundry("plan", "--pilot", str(pilot), *options, cwd=pilot)
         assert done.returncode == 0, done.stderr
