@@ -283,6 +283,7 @@ def test_who_looks_at_nothing_comes_to_the_nulls_in_many_runs():
     check_alike(values)
 
 
+@pytest.mark.slow
 def test_who_keeps_to_a_way_but_ignores_fires_and_places_comes_to_their_nulls(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(moved, "DRAWS", 10)  # the null is exact for any number, and the test takes seconds
     assert set(of_habits(True)) == {
@@ -292,6 +293,7 @@ def test_who_keeps_to_a_way_but_ignores_fires_and_places_comes_to_their_nulls(mo
     check_nulls(habits(9, (1, 2, 5)), of_habits(True), sees=0.2)
 
 
+@pytest.mark.slow
 def test_where_agents_warn_at_rates_of_their_own_passing_on_comes_to_its_null():
     values = {name: measured((blind_run(one, seed) for seed in range(40)), TALK) for name, one in WARNERS.items()}
     assert all(len(own["warning.relay_above_chance"]) == 40 for own in values.values())

@@ -138,6 +138,7 @@ def test_another_plan_or_one_of_a_later_date_declares_nothing(declared, tmp_path
     assert set(found.contrasts["claim"]) == {"exploratory"}
 
 
+@pytest.mark.slow
 def test_every_declared_row_says_what_was_known_and_unseen_seeds_are_proposed(tmp_path):
     served = [word.replace(MODELS, "model=qwen3:4b,llama3.2").replace("steps=3", "steps=1") for word in SWEEP]
     again = [word.replace("=out", "=again") for word in served]

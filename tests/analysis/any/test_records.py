@@ -155,6 +155,7 @@ def test_a_table_of_no_lines_has_the_columns(tmp_path: Path):
 VALUES = st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(max_size=3)
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(changes=st.dictionaries(st.sampled_from([*STREAMS["steps"], "else"]), VALUES, max_size=4))
 def test_whatever_a_line_holds_it_becomes_arrays_or_an_error_of_records(

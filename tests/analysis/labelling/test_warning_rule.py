@@ -213,7 +213,14 @@ def test_a_huge_text_is_labelled(part: str):
 
 @pytest.mark.parametrize(
     "part",
-    ["any ", "🔥", "avoid ", "did you ", "is really ", "a", "1,", "(1,2) ", pytest.param("烟", marks=pytest.mark.slow)],
+    [
+        "any ",
+        "a",
+        *(
+            pytest.param(part, marks=pytest.mark.slow)
+            for part in ("🔥", "avoid ", "did you ", "is really ", "1,", "烟")
+        ),
+    ],
 )
 def test_half_a_million_characters_are_labelled_which_quadratic_time_would_not_allow(part: str):
     assert _labelled((part * 500_000)[:500_000], FIRES) in (True, False, None)

@@ -35,7 +35,9 @@ def test_a_single_condition_compares_nothing():
     assert reached("a") is None
 
 
-@pytest.mark.parametrize(("seeds", "pairs", "measures"), [(8, 1, 5), (10, 3, 3), (20, 3, 5)])
+@pytest.mark.parametrize(
+    ("seeds", "pairs", "measures"), [(8, 1, 5), (10, 3, 3), pytest.param(20, 3, 5, marks=pytest.mark.slow)]
+)
 def test_the_promised_difference_is_found_as_often_by_the_test_in_use(seeds: int, pairs: int, measures: int):
     effect = sure_effect(seeds, pairs, measures)
     draws = np.random.default_rng(5)

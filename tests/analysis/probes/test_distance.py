@@ -75,7 +75,7 @@ def test_the_one_sided_p_counts_the_signs_of_all_seeds():
         upper_sign_flip_p(np.array([[np.nan]]))
 
 
-@pytest.mark.parametrize("seeds", [6, 9, 16, 30])
+@pytest.mark.parametrize("seeds", [6, 9, pytest.param(16, marks=pytest.mark.slow), 30])
 def test_the_interval_of_an_excess_excludes_0_exactly_where_its_p_is_at_most_5_percent(seeds: int):
     drawn = stream(seeds, "excess").exponential(0.1, seeds)
     keys = [MomentKey(seed, "run", 1, 0, "action", 0) for seed in range(seeds)]

@@ -79,7 +79,7 @@ def test_the_energy_test_keeps_its_level():
     assert np.mean(np.array(p) <= 0.05) == pytest.approx(0.05, abs=chance_error(0.05, 1000))
 
 
-@pytest.mark.parametrize("seeds", [6, 10, 30])
+@pytest.mark.parametrize("seeds", [6, 10, pytest.param(30, marks=pytest.mark.slow)])
 def test_a_model_that_fails_in_one_seed_of_ten_is_seldom_called_the_same(seeds: int):
     fails = np.random.default_rng(seeds).random((1, seeds, 1000)) < 0.1
     names = [f"place_choice.share_{index}" for index in range(1000)]

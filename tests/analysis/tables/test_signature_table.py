@@ -15,13 +15,27 @@ from analysis import signatures
 from analysis.any.run import AnyRun
 from analysis.grid.run import GridRun
 from analysis.load import read_records, read_run
+from analysis.measuring.runs import Source, measure_run
 from analysis.pipeline import Analysis
+from analysis.tables.comparison import Comparison, compare
+from analysis.tables.groups import group_columns
+from analysis.tables.signature_table import build_table
 from analysis.tables.texts import comparison_table
 from foundry.errors import InputError, RecordError
+from foundry.storing.store import SweepFolder
 
 
 def analyze(folders: list[Path]) -> Analysis:
     return analysis.analyze(folders, plots=False)
+
+
+def compared(*folders: SweepFolder) -> Comparison:
+    """Return the groups that an analysis of the sweeps and of the baselines beside them compares; writes nothing."""
+    sources = [Source(folder.path, folder.path.name) for folder in folders]
+    sources += [Source(one.baselines_dir, one.path.name, True) for one in folders if one.baselines_dir.exists()]
+    results = [measure_run(run, source) for source in sources for run in SweepFolder.open(source.path).runs()]
+    table = build_table(results)
+    return compare(table, group_columns(results, table))
 
 
 @pytest.fixture(scope="module")
@@ -119,8 +133,8 @@ def test_null_is_a_value_of_a_swept_setting_like_any_other(make_sweep, make_cond
 def test_a_setting_that_one_world_has_and_another_lacks_tells_groups_apart(make_sweep, make_condition, small_world):
     conditions = [limited(make_condition, small_world, limit) for limit in ("few", "many")]
     other = make_condition("a", range(6), world={**small_world, "name": "other"})
-    found = analyze([make_sweep([*conditions, other]).path])
-    assert found.compared.groups == [("a", "small", "few"), ("a", "small", "many"), ("a", "other", "none")]
+    found = compared(make_sweep([*conditions, other]))
+    assert found.groups == [("a", "small", "few"), ("a", "small", "many"), ("a", "other", "none")]
 
 
 def test_several_sweeps_are_taken_together(make_sweep, make_condition):
@@ -139,8 +153,7 @@ def test_worlds_of_one_name_that_differ_are_told_apart(make_sweep, make_conditio
     first = make_sweep([make_condition("a", range(2))], name="first")
     other = make_condition("a", range(2), world={**small_world, "communication_distance": 4})
     second = make_sweep([other], name="second")
-    groups = analyze([first.path, second.path]).compared.groups
-    assert groups == [
+    assert compared(first, second).groups == [
         ("a", "small [communication_distance=2.5]"),
         ("a", "small [communication_distance=4]"),
     ]
@@ -152,7 +165,7 @@ def test_models_of_one_name_with_many_other_settings_are_told_apart_by_a_hash(ma
         make_sweep([make_condition("a", [0], model_settings={**one, "server": {"hosts": [f"host{n}"]}})], name=f"s{n}")
         for n, one in enumerate(settings)
     ]
-    groups = analyze([folder.path for folder in folders]).compared.groups
+    groups = compared(*folders).groups
     assert len(groups) == 2
     assert all(group[0].startswith("a #") for group in groups)
 
@@ -178,9 +191,9 @@ def test_baselines_of_several_worlds_are_told_apart_by_their_world_and_by_no_pro
 
     folder = make_sweep(of("a"))
     write_sweep(folder.baselines_dir, of("b"))
-    compared = analyze([folder.path]).compared
-    assert compared.groups == [("a", "hall", "hall"), ("a", "room", "room"), ("b", "hall", "any"), ("b", "room", "any")]
-    assert comparison_table(compared).columns[3:] == ("b / hall (baseline)", "b / room (baseline)")
+    found = compared(folder)
+    assert found.groups == [("a", "hall", "hall"), ("a", "room", "room"), ("b", "hall", "any"), ("b", "room", "any")]
+    assert comparison_table(found).columns[3:] == ("b / hall (baseline)", "b / room (baseline)")
 
 
 def test_a_model_is_one_model_in_worlds_that_bring_schemas_of_their_own(make_sweep, make_condition, small_world):
@@ -200,7 +213,7 @@ def test_schemas_tell_models_apart_within_one_world(make_sweep, make_condition):
     folders = [
         make_sweep([make_condition("a", range(2), model_settings=schemas(most))], name=f"s{most}") for most in (1, 2)
     ]
-    first, second = (group[0] for group in analyze([one.path for one in folders]).compared.groups)
+    first, second = (group[0] for group in compared(*folders).groups)
     assert first != second and first.startswith("a #") and second.startswith("a #")
 
 
@@ -209,7 +222,7 @@ def test_a_server_is_no_difference(make_sweep, make_condition):
         make_sweep([make_condition("a", [n], model_settings={"server": {"hosts": [f"host{n}"]}})], name=f"s{n}")
         for n in range(2)
     ]
-    assert analyze([folder.path for folder in folders]).compared.groups == [("a",)]
+    assert compared(*folders).groups == [("a",)]
 
 
 def test_a_setting_swept_in_one_sweep_is_looked_up_in_the_other(make_sweep, make_condition, small_world):

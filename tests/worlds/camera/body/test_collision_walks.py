@@ -91,6 +91,7 @@ def closest(surface: FloatArray, track: FloatArray, body: Body) -> float:
     return float(nearest)
 
 
+@pytest.mark.slow
 @given(obstacles(), moves, st.integers(0, 1000))
 @settings(max_examples=4)
 def test_a_walk_among_random_obstacles_keeps_the_body_clear_of_them(things, walk, start):

@@ -75,8 +75,9 @@ def test_the_inset_is_the_view_scaled_to_a_place_of_its_own() -> None:
     assert image[:400].min() == 255
 
 
-@pytest.mark.parametrize("elevation", [32.0, 60.0, ABOVE_DEG])
-@pytest.mark.parametrize("shape", [(384, 512), (512, 384), (200, 800)])
+@pytest.mark.parametrize(
+    ("elevation", "shape"), [(32.0, (384, 512)), (60.0, (512, 384)), (ABOVE_DEG, (200, 800)), (ABOVE_DEG, (384, 512))]
+)
 def test_the_inset_hides_nothing_of_the_scene(room: Scene, elevation: float, shape: tuple[int, int]) -> None:
     """All around the inset is paper, and the whole way is seen."""
     view = np.full((*shape, 3), (0, 0, 200), np.uint8)

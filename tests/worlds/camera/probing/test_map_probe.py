@@ -132,6 +132,7 @@ def test_who_is_told_the_answers_gives_them_and_who_draws_is_right_as_often_as_c
         world.advance([Answer("")])
 
 
+@pytest.mark.slow
 def test_the_best_answer_that_is_always_the_same_is_off_by_the_scale_in_the_mean(rooms: Path):
     for seed in SEEDS:
         facts, answers = known(rooms, seed)
