@@ -231,6 +231,7 @@ def test_what_a_probe_has_not_is_refused(probed: Path):
         assert found.returncode == 2 and said in found.stderr and found.stderr.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_a_part_of_a_probe_is_analysed_and_every_table_says_so(probed: Path, tmp_path: Path):
     shutil.copytree(probed, tmp_path / "part")
     filters = ("--only", "edit=no_fire", "--only", "fire=true", "--without", "model=left")
