@@ -36,8 +36,8 @@ def test_a_sweep_goes_on_to_the_next_look_until_it_is_answered(tmp_path, sweep, 
 
 @pytest.mark.slow
 def test_what_goes_on_with_it_later_is_analysed_as_the_sweep_asked(tmp_path):
-    asked = [word for word in UNLIKE if word != "analyze=false"]
-    assert foundry("preregister", *asked, *LOOKS, cwd=tmp_path).returncode == 0
+    asked = [*(word for word in UNLIKE if word != "analyze=false"), "world=bar"]  # has few pictures to draw
+    assert foundry("preregister", *asked, "--family", "bar.score", "--looks", "6,8", cwd=tmp_path).returncode == 0
     done = foundry(*asked, "until=answered", cwd=tmp_path)
     assert done.stdout.count("tables and plots: out/analysis") == 1
     assert SweepFolder.open(tmp_path / "out").settings["analyze"] is True

@@ -48,6 +48,7 @@ def test_a_swept_setting_of_the_world_is_one_of_the_baselines_too():
     assert [dict(condition.factors)["world.steps"] for condition in found.conditions] == [5] * 3 + [8] * 3
 
 
+@pytest.mark.slow
 def test_who_walks_about_is_the_null_in_3d_where_who_draws_could_act_too():
     composed = compose(["-m", "world=kibo", "model=scripted/spin", "seed=0"])
     assert composed is not None
