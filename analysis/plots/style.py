@@ -20,6 +20,7 @@ DPI = 200
 
 RC: Any = {
     "font.size": 7.5,
+    "axes.titley": 1.0,
     "axes.titlesize": 8,
     "axes.titlelocation": "left",
     "axes.labelsize": 7.5,
