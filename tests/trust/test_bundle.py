@@ -124,7 +124,7 @@ def test_an_unpacked_3d_sweep_grows_in_the_scene_that_came_with_it(room_sweep: P
     shutil.rmtree(room_sweep.parent)
     surroundings._surroundings.cache_clear()  # as in another process
     for asked in ("seed=1", "model=scripted/stay"):
-        done = foundry("resume", "anew", asked, cwd=tmp_path)
+        done = foundry("resume", "anew", asked, "runner.workers=1", cwd=tmp_path)
         assert done.returncode == 0, done.stdout + done.stderr
     assert statuses(tmp_path / "anew") == ["complete"] * 4
     assert foundry("verify", "anew", "--workers", "1", cwd=tmp_path).returncode == 0
