@@ -82,7 +82,7 @@ def test_forks_grow_by_sampling_seeds(workspace: Path):
     assert statuses(workspace / "forks") == ["complete"] * 3
 
 
-def test_a_contradiction_is_told_before_a_server_is_asked(workspace: Path, capsys: pytest.CaptureFixture[str]):
+def test_a_contradiction_is_told_before_a_server_is_asked(workspace: Path):
     grow("model=scripted/random", "seed=0")
     before = files(workspace / "s"), (workspace / "s" / "sweep.yaml").read_bytes()
     for command in ("plan", "-m"):

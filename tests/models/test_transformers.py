@@ -249,7 +249,7 @@ def test_the_digest_follows_the_content_and_each_file_is_read_once(reader, tmp_p
     assert transformers_weights.digest(reader) == transformers_weights.digest(reader)
 
 
-def test_weights_that_are_damaged_end_the_sweep(reader, tmp_path: Path, make_local, make_request, run):
+def test_weights_that_are_damaged_end_the_sweep(reader, tmp_path: Path, make_local, run):
     copy = tmp_path / "damaged"
     shutil.copytree(reader, copy)
     (copy / "model.safetensors").write_bytes(b"not weights")

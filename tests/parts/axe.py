@@ -6,8 +6,6 @@ from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any
 
-from axe_playwright_python.sync_playwright import Axe
-
 LOOKS = (("light", 1280, 900), ("light", 400, 800), ("dark", 1280, 900), ("dark", 400, 800))
 """How pages are looked at: the reader's scheme, width and height in CSS pixels."""
 RULES = {"resultTypes": ["violations"], "rules": {"target-size": {"enabled": True}}}
@@ -16,7 +14,9 @@ PAINTED = "() => new Promise((done) => requestAnimationFrame(() => requestAnimat
 
 
 @lru_cache(maxsize=1)
-def _axe() -> Axe:
+def _axe() -> Any:
+    from axe_playwright_python.sync_playwright import Axe
+
     return Axe()
 
 
