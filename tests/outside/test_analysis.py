@@ -20,6 +20,7 @@ from foundry.errors import InputError
 from foundry.own_code import VARIABLE, use
 from foundry.storing.store import SweepFolder
 from report_pages import narrowed
+from traces import no_traces
 
 
 @dataclass(frozen=True)
@@ -51,10 +52,17 @@ def outside(tmp_path_factory: pytest.TempPathFactory) -> Outside:
     return Outside(cwd)
 
 
+@pytest.fixture(scope="module")
+def once(outside: Outside) -> analysis.Analysis:
+    with no_traces():
+        use([outside.cwd / "mine"])
+        return analysis.analyze(outside.sweep, plots=False)
+
+
 @pytest.fixture
-def analysed(outside: Outside) -> analysis.Analysis:
+def analysed(outside: Outside, once: analysis.Analysis) -> analysis.Analysis:
     use([outside.cwd / "mine"])
-    return analysis.analyze(outside.sweep, plots=False)
+    return once
 
 
 def test_it_runs_and_says_what_it_is(outside: Outside):

@@ -106,17 +106,14 @@ def test_the_calls_that_are_made_again_follow_from_the_calls_of_the_model(calls:
     assert 2 * budget.again + budget.beside == further
 
 
-def test_what_was_measured_is_not_measured_again_by_resume(tmp_path: Path):
-    with OllamaServer() as server:
-        swept(server, tmp_path, FOUR)
-        chats = server.counts.chats
-        assert "4 of 4 calls" in foundry("resume", "sweep", cwd=tmp_path, OLLAMA_HOST=server.url).stdout
-        assert server.counts.chats == chats
-
-
-def test_calls_that_are_made_again_are_in_no_record_and_no_cache(tmp_path: Path):
+def test_calls_that_are_made_again_are_in_no_record_and_no_cache_and_resume_makes_none_once_more(tmp_path: Path):
     with OllamaServer(Again(1, in_other_words)) as server:
         swept(server, tmp_path, FOUR)
+        chats = server.counts.chats
+        assert (
+            "of 4 calls gave the same text" in foundry("resume", "sweep", cwd=tmp_path, OLLAMA_HOST=server.url).stdout
+        )
+        assert server.counts.chats == chats
         before = records(tmp_path / "sweep"), calls(tmp_path / "sweep")
         assert sum(map(len, before[1].values())) == CALLS == cached_answers(tmp_path / "outputs" / "answers.sqlite")
         swept(server, tmp_path, FOUR, "output.dir=again")
