@@ -204,7 +204,7 @@ def test_a_named_sweep_plays_the_worlds_whose_packages_are_installed_and_names_t
 def test_a_world_that_is_named_itself_is_refused_where_its_package_is_missing(
     workspace: Path, capsys: pytest.CaptureFixture[str]
 ):
-    for world in ("frozen_lake,bar", "minigrid"):
+    for world in ("frozen_lake,bar", "minigrid", "tictactoe"):
         assert run(["+sweep=validation", f"world={world}", "model=scripted/random", "seed=0"]) == 2
         told = capsys.readouterr().err
         assert told.endswith("pip install -e '.[gym]'\n") and told.count("\n") == 1

@@ -216,6 +216,7 @@ def test_a_huge_text_is_labelled(part: str):
     [
         "any ",
         "a",
+        "(1,2) ",
         *(
             pytest.param(part, marks=pytest.mark.slow)
             for part in ("🔥", "avoid ", "did you ", "is really ", "1,", "烟")

@@ -97,7 +97,7 @@ def test_what_cannot_be_tested_has_no_p_and_says_why(first, second, why):
     assert not found["significant"]
 
 
-@pytest.mark.parametrize("n", [6, 8, 10, 12, pytest.param(16, marks=pytest.mark.slow), 17])
+@pytest.mark.parametrize("n", [6, 8, 10, 12, pytest.param(16, marks=pytest.mark.slow), 17, 20])
 def test_an_interval_holds_0_exactly_where_its_test_finds_nothing(n: int):
     rng, shape = np.random.default_rng(n), (n, 60)
     values = [
