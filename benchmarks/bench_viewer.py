@@ -100,6 +100,15 @@ def answers(made: SweepFolder) -> list[list[Any]]:
     return rows
 
 
+def last_decisions(made: SweepFolder) -> float:
+    """Return the seconds of CPU that the decisions at the end of a run cost a server that has just been started."""
+    resources = Resources(made.path)
+    address = f"run/{resources.catalog.overview()[0]['id']}/{made.runs()[0].id}"
+    cost = cost_of(lambda: resources.get(f"{address}/decisions/{STEPS // 10 - 1}/7"))
+    resources.close()
+    return cost.cpu_s
+
+
 def frames(page: Page, made: SweepFolder) -> dict[str, float]:
     """Return frames per second while a run plays."""
     with serving(made.path) as server:
@@ -253,11 +262,13 @@ def main() -> None:
         sizes = [f"{path.name} {path.stat().st_size / 1e6:,.0f} MB" for path in sorted(made.runs()[0].path.iterdir())]
         print(f"Written in {written:.0f} s: {', '.join(sizes)}\n", flush=True)
         print_table(["question", "ms", "kB before compression"], answers(made))
+        last_s = last_decisions(made)
         large, small = frames(page, made), frames(page, big_run(folder, 20, 50))
         short_s, long_s = (long_texts(page, folder, size_mb) for size_mb in (LONG_MB / 4, LONG_MB))
         both = together(page, folder, AGENTS, TOGETHER_STEPS)
         many, most, look_s = overview(page, folder, RUNS), overview(page, folder, MOST_RUNS), looks(folder)
     judged = [
+        [f"decisions at step {STEPS}, the first question", f"{last_s:.2f} s of CPU", *at_most(last_s, 0.3, "s")],
         drawn(f"{AGENTS} agents", large, 30),
         drawn("20 agents", small, 30),
         [

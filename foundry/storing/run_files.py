@@ -397,7 +397,7 @@ def read_calls(path: Path) -> Iterator[Call]:
     if not is_there(path):
         return
     decode = msgspec.json.Decoder(Call).decode
-    with path.open("rb") as file, zstandard.ZstdDecompressor().stream_reader(file) as reader:
+    with path.open("rb") as file, zstandard.ZstdDecompressor().stream_reader(file, read_across_frames=True) as reader:
         try:
             yield from (decode(line) for line in _whole_lines(reader))
         except NOT_JSON as error:

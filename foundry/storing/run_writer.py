@@ -25,6 +25,8 @@ from foundry.storing.store import (
 )
 
 _ENCODER = msgspec.json.Encoder()
+FRAME = 1 << 22
+"""Bytes of calls after which a frame of the log ends, so that a later one can be read without those before it."""
 
 
 class RunWriter:
@@ -62,6 +64,7 @@ class RunWriter:
             self._open(name)
         file = undo.enter_context(_fresh(self.folder.stream_file("calls")).open("wb"))
         self._calls = zstandard.ZstdCompressor(level=3).stream_writer(file)
+        self._frame_size = 0
         # Last: who sees that the run was started anew finds nothing of what was there before.
         write_atomically(path / "config.yaml", config_text.encode())
 
@@ -97,10 +100,12 @@ class RunWriter:
         self._hashes[name].update(content)
 
     def append_calls(self, calls: Sequence[Call]) -> None:
-        """Append calls to the compressed log and flush a block, and with it the file."""
+        """Append calls to the compressed log and flush a block, or the frame that is large enough, and the file."""
         with storing(self.folder.stream_file("calls")):
-            self._calls.write(_ENCODER.encode_lines(calls))
-            self._calls.flush(zstandard.FLUSH_BLOCK)
+            self._frame_size += self._calls.write(_ENCODER.encode_lines(calls))
+            is_full = self._frame_size >= FRAME
+            self._calls.flush(zstandard.FLUSH_FRAME if is_full else zstandard.FLUSH_BLOCK)
+            self._frame_size = 0 if is_full else self._frame_size
         for call in calls:
             self._count(call)
 

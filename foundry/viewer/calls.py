@@ -1,31 +1,37 @@
-"""Finds the calls of an agent in a compressed log, which is decompressed once and only as far as is asked for."""
+"""Finds the calls of an agent in a compressed log, and reads no more of it than it must."""
 
 from __future__ import annotations
 
+import mmap
 import re
-import tempfile
 import threading
-import weakref
-from array import array
-from bisect import bisect_left, bisect_right
+from bisect import bisect_left
+from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
-import numpy as np
 import zstandard
 
-READ = 1 << 18
+READ = 1 << 16
 """Compressed bytes that are read at once."""
-BLOCK = 1 << 20
-"""Bytes of lines that are kept together, and decompressed together when one of them is asked for."""
-_IN_MEMORY = 1 << 25
 _HEAD = re.compile(rb'\{"step":(\d+),"agent":(\d+),')
+_LONGEST_HEADER = 18
+"""Bytes that the header of a frame has at most."""
+
+
+class _LoggedCall(NamedTuple):
+    frame: int
+    step: int
+    agent: int
+    line: bytes
 
 
 class CallLog:
     """The lines of `calls.jsonl.zst` by step and agent.
 
-    A log is one long stream, which can only be read from its start. What was read is kept in compressed blocks, in
-    memory as long as they are small, so that going back costs one block.
+    The writer ends a Zstandard frame after some megabytes of lines. A step is found by the first line of each frame,
+    and read from there. A log that is one long frame, as earlier versions wrote it, is read from its start; who goes on
+    to later steps, goes on where the last answer ended.
 
     Attributes:
         damaged: why the log cannot be read to its end, or empty; a log cut by a crash is no damage.
@@ -38,21 +44,14 @@ class CallLog:
 
     def _begin(self) -> None:
         self.damaged = ""
-        self._read = 0
-        self._rest = b""
-        self._inflate = zstandard.ZstdDecompressor().decompressobj()
-        self._kept = tempfile.SpooledTemporaryFile(max_size=_IN_MEMORY)  # noqa: SIM115 - closed by close()
-        self._free = weakref.finalize(self, self._kept.close)
-        self._blocks = array("Q")  # start and length of each in the kept file
-        self._lines: list[bytes] = []
-        self._open_size = 0
-        self._steps, self._agents = array("I"), array("I")
-        self._where = array("I")  # block of each line, and its number in it
+        self._starts: list[int] = []
+        self._first_steps: dict[int, int] = {}
+        self._calls: Iterator[_LoggedCall] = iter(())
+        self._next: _LoggedCall | None = None
 
     def close(self) -> None:
-        """Free what was kept; whoever still asks, has it read again."""
+        """Forget what was read; whoever still asks, has it read again."""
         with self._lock:
-            self._free()
             self._begin()
 
     def of_agent(self, agent: int, first: int, last: int) -> list[bytes]:
@@ -64,69 +63,90 @@ class CallLog:
         return self._find(first, last, None)
 
     def _find(self, first: int, last: int, agent: int | None) -> dict[int, list[bytes]]:
-        found: dict[int, list[bytes]] = {}
+        lines_by_agent: dict[int, list[bytes]] = {}
         with self._lock:
-            self._read_past(last)
-            a, b = bisect_left(self._steps, first), bisect_right(self._steps, last)
-            agents = np.array(self._agents[a:b])
-            wanted = np.arange(a, b) if agent is None else a + np.flatnonzero(agents == agent)
-            opened, lines = -1, self._lines
-            for index in wanted.tolist():
-                block, number = self._where[2 * index], self._where[2 * index + 1]
-                if block != opened:
-                    opened, lines = block, self._block(block)
-                found.setdefault(self._agents[index], []).append(lines[number])
-        return found
+            self._go_to(first)
+            while self._next is not None and self._next.step <= last:
+                if self._next.step >= first and agent in (None, self._next.agent):
+                    lines_by_agent.setdefault(self._next.agent, []).append(self._next.line)
+                self._next = next(self._calls, None)
+        return lines_by_agent
 
-    def _read_past(self, step: int) -> None:
-        """Read until a later step than this begins, or as far as the log is written."""
-        if self.damaged or (self._steps and self._steps[-1] > step):
-            return
-        try:
-            file = self.path.open("rb")
-        except FileNotFoundError:
-            return
-        with file:
-            file.seek(self._read)
-            while not (self._steps and self._steps[-1] > step):
-                chunk = file.read(READ)
-                if not chunk or self._inflate.eof:
-                    return
-                self._read += len(chunk)
-                self._take(chunk)
+    def _go_to(self, step: int) -> None:
+        """Stand at or before the first call of a step."""
+        self._look_for_frames()
+        frame = max(0, bisect_left(range(len(self._starts)), step, key=self._first_step) - 1)
+        if self._next is None or self._next.step > step or self._next.frame < frame:
+            self._calls = self._read_from(frame)
+            self._next = next(self._calls, None)
 
-    def _take(self, chunk: bytes) -> None:
-        try:
-            content = self._inflate.decompress(chunk)
-        except zstandard.ZstdError as error:
-            self.damaged = str(error)
-            return
-        *lines, self._rest = (self._rest + content).split(b"\n")
-        for line in lines:
-            head = _HEAD.match(line)
-            if head is None or (self._steps and int(head[1]) < self._steps[-1]):
-                self.damaged = f"a call does not begin with its agent and a step that is due: {line[:80]!r}"
+    def _look_for_frames(self) -> None:
+        """Find where frames begin, as far as the log is written; the last one may grow."""
+        known = self._starts.pop() if self._starts else 0
+        if self.path.exists() and self.path.stat().st_size:
+            with self.path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as log:
+                self._starts += frame_starts(log, known)
+
+    def _first_step(self, frame: int) -> int:
+        if frame not in self._first_steps:
+            call = next(self._read_from(frame), None)
+            if call is None:
+                return 1 << 62  # nothing of it is written yet
+            self._first_steps[frame] = call.step
+        return self._first_steps[frame]
+
+    def _read_from(self, frame: int) -> Iterator[_LoggedCall]:
+        """Yield the calls of a frame and of those after it, up to what is damaged or not written yet."""
+        step = 0
+        while frame < len(self._starts):  # which grows
+            try:
+                for line in self._lines(frame):
+                    head = _HEAD.match(line)
+                    if head is None or int(head[1]) < step:
+                        self.damaged = f"a call does not begin with its agent and a step that is due: {line[:80]!r}"
+                        return
+                    step = int(head[1])
+                    yield _LoggedCall(frame, step, int(head[2]), line)
+            except zstandard.ZstdError as error:
+                self.damaged = str(error)
                 return
-            self._steps.append(int(head[1]))
-            self._agents.append(int(head[2]))
-            self._where.extend((len(self._blocks) // 2, len(self._lines)))
-            self._lines.append(line)
-            self._open_size += len(line)
-            if self._open_size >= BLOCK:
-                self._pack()
+            frame += 1
 
-    def _pack(self) -> None:
-        """Compress the open block and begin the next."""
-        content = zstandard.ZstdCompressor(level=1).compress(b"\n".join(self._lines))
-        start = self._kept.seek(0, 2)
-        self._kept.write(content)
-        self._blocks.extend((start, len(content)))
-        self._lines, self._open_size = [], 0
+    def _lines(self, frame: int) -> Iterator[bytes]:
+        """Yield the whole lines of a frame."""
+        inflate = zstandard.ZstdDecompressor().decompressobj()
+        rest = b""
+        with self.path.open("rb") as file:
+            file.seek(self._starts[frame])
+            while not inflate.eof and (chunk := file.read(READ)):
+                *lines, rest = (rest + inflate.decompress(chunk)).split(b"\n")
+                yield from lines
 
-    def _block(self, block: int) -> list[bytes]:
-        """Return the lines of a block; the last one is not compressed yet."""
-        if 2 * block == len(self._blocks):
-            return self._lines
-        self._kept.seek(self._blocks[2 * block])
-        content = zstandard.ZstdDecompressor().decompress(self._kept.read(self._blocks[2 * block + 1]))
-        return content.split(b"\n")
+
+def frame_starts(log: mmap.mmap, start: int) -> list[int]:
+    """Return where the Zstandard frames of a log begin, of which the last may not be whole.
+
+    Source of the layout: RFC 8878, section 3.1.1.
+
+    Args:
+        log: the log.
+        start: where a frame begins; those before it are left out.
+    """
+    starts = []
+    while start < len(log):
+        starts.append(start)
+        try:
+            header = log[start : start + _LONGEST_HEADER]
+            place = start + zstandard.frame_header_size(header)
+            has_checksum = zstandard.get_frame_parameters(header).has_checksum
+        except zstandard.ZstdError:  # whoever reads it says why
+            return starts
+        is_last = False
+        while not is_last:
+            head = int.from_bytes(log[place : place + 3], "little")
+            is_last, kind, size = bool(head & 1), head >> 1 & 3, head >> 3
+            place += 3 + (1 if kind == 1 else size)  # one byte that is repeated, or the bytes themselves
+            if place > len(log) or (place == len(log) and not is_last):
+                return starts
+        start = place + 4 * has_checksum
+    return starts

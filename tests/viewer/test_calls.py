@@ -1,13 +1,12 @@
 from __future__ import annotations
 
-import tracemalloc
 from pathlib import Path
 
 import msgspec
 import pytest
 
+from foundry.storing import run_writer
 from foundry.storing.store import RunFolder
-from foundry.viewer import calls
 from foundry.viewer.calls import CallLog
 from made_up_runs import AGENTS, Playing, sweep
 
@@ -34,32 +33,48 @@ def test_the_calls_of_an_agent_are_found_in_any_order(folder: RunFolder):
     assert found(log, 1, 6, 6) == [(6, 1, "message"), (6, 1, "action")]
 
 
-@pytest.mark.parametrize("block", [1, 2000, 300_000])
-def test_a_long_log_is_kept_compressed_and_going_back_costs_a_block(
-    block: int, folder: RunFolder, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("frame", [1, 2000, 1_000_000, 1 << 30])
+def test_a_step_is_found_in_any_order_wherever_frames_of_the_log_end(
+    frame: int, folder: RunFolder, monkeypatch: pytest.MonkeyPatch
 ):
-    monkeypatch.setattr(calls, "BLOCK", block)
+    monkeypatch.setattr(run_writer, "FRAME", frame)
     playing = Playing(folder, reply="x" * 100_000)
     playing.play(1, 6)
     playing.end()
     log = CallLog(folder.stream_path("calls"))
-    tracemalloc.start()
-    try:
-        assert found(log, 3, 6, 6) == [(6, 3, "message"), (6, 3, "action")]
-        assert tracemalloc.get_traced_memory()[0] < 1_000_000 < 6 * AGENTS * 2 * 100_000
-    finally:
-        tracemalloc.stop()
-    for step in range(1, 7):
+    for step in (6, 1, 2, 5, 3, 4):
         assert found(log, 3, step, step) == [(step, 3, "message"), (step, 3, "action")]
+    assert [call.step for call in folder.calls()] == sorted(list(range(1, 7)) * AGENTS * 2)
+    assert found(log, 2, 1, 6) == [(step, 2, kind) for step in range(1, 7) for kind in ("message", "action")]
 
 
-def test_a_log_that_grows_is_followed(folder: RunFolder):
+def test_a_late_step_is_read_without_the_steps_before_it(folder: RunFolder, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(run_writer, "FRAME", 1)
+    playing = Playing(folder)
+    playing.play(1, 6)
+    playing.end()
+    path = folder.stream_path("calls")
+    content = bytearray(path.read_bytes())
+    second = content.index(b"\x28\xb5\x2f\xfd", 1)
+    content[second - 20 : second] = b"damaged" + bytes(13)  # in the calls of the first step
+    path.write_bytes(content)
+    log = CallLog(path)
+    assert found(log, 1, 6, 6) == [(6, 1, "message"), (6, 1, "action")] and log.damaged == ""
+    assert found(log, 1, 1, 6) == [] and log.damaged
+
+
+@pytest.mark.parametrize("frame", [1, 4000, run_writer.FRAME])
+def test_a_log_that_grows_is_followed(frame: int, folder: RunFolder, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(run_writer, "FRAME", frame)
     log = CallLog(folder.stream_path("calls"))
     assert log.of_agent(0, 1, 1) == []
     playing = Playing(folder)
     for number in range(1, 4):
         playing.play(number, number)
         assert found(log, 1, number, number) == [(number, 1, "message"), (number, 1, "action")]
+        assert found(log, 1, 1, 1) == [(1, 1, "message"), (1, 1, "action")]
+    playing.play(4, 9)
+    assert len(found(log, 1, 2, 9)) == 16
     playing.end()
 
 
