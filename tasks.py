@@ -20,9 +20,7 @@ BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 GL_PACKAGES = ("libegl1", "libgl1-mesa-dri")
 CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
 FIREFOX = ("firefox-esr", "firefox")
-UNPREPARED = "not real_server and not soak and not cluster and not local_models and not exports and not firefox"
-"""The tests that need nothing but what `develop` installs."""
-TWO_PROCESSES = ("-n", "2", "--dist", "loadscope")  # by folders: see tests/conftest.py
+REST = "(slow or browser or local_models) and not (exhaustive or real_server or soak or cluster or exports or firefox)"
 LOCAL_MODELS = ("torch==2.13.0", "transformers>=5.0")
 
 
@@ -40,10 +38,10 @@ def environment() -> dict[str, str]:
     return {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
 
 
-def call_tests(*arguments: str) -> None:
-    """Run tests in two processes."""
+def call_tests(*arguments: str, processes: int = 2) -> None:
+    """Run tests in several processes, a folder in one: see tests/conftest.py."""
     call("python", "-m", "compileall", "-q", "foundry", "analysis", "hydra_plugins")
-    call("python", "-m", "pytest", *TWO_PROCESSES, *arguments)
+    call("python", "-m", "pytest", "-n", str(processes), "--dist", "loadscope", *arguments)
 
 
 def install(extra: str = "") -> None:
@@ -132,17 +130,19 @@ def firefox() -> None:
     call("python", "-m", "pytest", "-n", "0", "-m", "firefox")
 
 
-def slow() -> None:
-    """Run the tests that play whole sweeps or kill processes."""
+def rest() -> None:
+    """Run the tests of whole sweeps, killed processes, pages and local models; installs PyTorch, which is large."""
     develop()
-    call_tests("-m", f"slow and not exhaustive and not browser and {UNPREPARED}")
+    ensure_browser()
+    install_local_models()
+    call_tests("-m", REST, processes=3)  # many wait for a browser or a process
 
 
 def exhaustive() -> None:
     """Run the tests of every scene and of thousands of examples, ten minutes."""
     develop()
     ensure_browser()
-    call_tests("-m", f"exhaustive and {UNPREPARED}")
+    call_tests("-m", "exhaustive and not (real_server or soak or cluster or local_models or exports or firefox)")
 
 
 def soak() -> None:
@@ -166,10 +166,15 @@ def install_cluster() -> None:
     call("python", "-m", "pip", "install", "--quiet", "--editable", ".[dev,dask,postgres,remote]", *launchers)
 
 
+def install_local_models() -> None:
+    """Install PyTorch and transformers."""
+    call("python", "-m", "pip", "install", "--quiet", *LOCAL_MODELS)
+
+
 def local_models() -> None:
     """Install PyTorch and transformers, which are large, and run the tests of local models."""
     develop()
-    call("python", "-m", "pip", "install", "--quiet", *LOCAL_MODELS)
+    install_local_models()
     call("python", "-m", "pytest", "-m", "local_models")
 
 
@@ -209,7 +214,7 @@ COMMANDS: dict[str, Callable[[], None]] = {
     "test": test,
     "pages": pages,
     "firefox": firefox,
-    "slow": slow,
+    "rest": rest,
     "exhaustive": exhaustive,
     "soak": soak,
     "cluster": cluster,
