@@ -8,7 +8,7 @@ import time
 from measuring import at_most, print_table, print_title, scratch
 from synthetic import sweep, write_run
 
-from foundry.viewer.search import TextSearch
+from foundry.viewer.search import Query, TextSearch
 
 RUNS, AGENTS, STEPS = 20, 10, 52
 ASKED = [
@@ -35,7 +35,7 @@ def main() -> None:
             for text in (one.messages[0]["content"], one.text)
         )
         search, started = TextSearch(made), time.perf_counter()
-        while (found := search.find("every", "nowhere"))["indexed"] < found["runs"]:
+        while (found := search.find(Query("every", "nowhere")))["indexed"] < found["runs"]:
             time.sleep(0.05)
         indexed = time.perf_counter() - started
         search.close()
@@ -46,7 +46,7 @@ def main() -> None:
         rows = []
         for kind, asked, what in ASKED:
             started = time.perf_counter()
-            hits = search.find(kind, asked)["count"]
+            hits = search.find(Query(kind, asked))["count"]
             took = time.perf_counter() - started
             rows.append([what, f"{hits:,}", f"{took:.3f} s", *at_most(took, 1, "s")])
         print_table(["search", "hits", "took", "target", ""], rows)

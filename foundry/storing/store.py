@@ -199,7 +199,7 @@ class SweepFolder:
     @property
     def search_file(self) -> Path:
         """Where the viewer keeps its index of all texts; disposable."""
-        return self.path / "viewer" / "texts-1.sqlite"
+        return self.path / "viewer" / "texts-2.sqlite"
 
     @property
     def labels_file(self) -> Path:

@@ -11,7 +11,7 @@ from typing import Any
 
 from foundry.errors import RecordError
 from foundry.records import NOT_JSON, Call, Outcome, RunSummary
-from foundry.storing.matching import with_calls
+from foundry.storing.matching import place_of, with_calls
 from foundry.storing.store import RunFolder, lines_of
 from foundry.texts import visible, without_secrets
 from foundry.worlds.base import Asked
@@ -125,7 +125,7 @@ def _illustrate(unread_replies: Unread, runs: Iterable[RunFolder]) -> None:
     """Add examples with different texts, and whether a schema would help with what they were asked."""
     texts: set[str] = set()
     for run, outcome, call in itertools.chain.from_iterable(map(_unread_calls, runs)):
-        text = _text_of(call)
+        text = text_of(call)
         if text in texts:
             continue
         texts.add(text)
@@ -139,7 +139,7 @@ def _illustrate(unread_replies: Unread, runs: Iterable[RunFolder]) -> None:
             return
 
 
-def _text_of(call: Call) -> str:
+def text_of(call: Call) -> str:
     """Return what came of a call: its text, else the error of its last try."""
     if call.text.strip():
         return call.text
@@ -152,6 +152,25 @@ def _unread_calls(run: RunFolder) -> Iterator[tuple[RunFolder, str, Call]]:
         for outcome, call in with_calls(_outcomes_in(run), run.calls()):
             if outcome in _UNREAD and call is not None:
                 yield run, outcome, call
+
+
+def unread_by_place(run: RunFolder) -> dict[Asked, list[bool]]:
+    """Return of each question with unread replies whether its first, second, ... reply could not be read.
+
+    Questions that have not as many replies as calls are left out: nobody knows which reply is which.
+
+    Raises:
+        RecordError: the records of the run cannot be read.
+    """
+    places = {place for place, outcome in _outcomes_in(run) if outcome in _UNREAD}
+    if not places:
+        return {}
+    by_place: dict[Asked, list[bool]] = {place: [] for place in places}
+    for place, outcome in _outcomes_in(run):
+        if place in places:
+            by_place[place].append(outcome in _UNREAD)
+    calls = Counter(place for call in run.calls() if (place := place_of(call)) in places)
+    return {place: unread for place, unread in by_place.items() if len(unread) == calls[place]}
 
 
 def _outcomes_in(run: RunFolder) -> Iterator[tuple[Asked, str]]:

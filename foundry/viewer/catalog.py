@@ -151,6 +151,14 @@ class CatalogedSweep:
         names = [str(one.config["model"]["name"]) for one in self.folder.sweep.conditions]
         return {run.id: names[run.condition] for run in self.folder.sweep.runs}
 
+    def runs_where(self, model: str, world: str) -> list[str]:
+        """Return the ids of the runs of a model and a world, each by its name, or empty for any."""
+        configs = [condition.config for condition in self.folder.sweep.conditions]
+        named = [
+            (model in ("", config["model"]["name"])) and (world in ("", config["world"]["name"])) for config in configs
+        ]
+        return [run.id for run in self.folder.sweep.runs if named[run.condition]]
+
     def model_names(self) -> list[str]:
         """Return the models in the order of their first runs, which their looks go by."""
         conditions = self.folder.sweep.conditions

@@ -22,7 +22,7 @@ from foundry.viewer.forms import scripts_of, view_of
 from foundry.viewer.noting import take_note
 from foundry.viewer.probe.view import ProbeView
 from foundry.viewer.run_view import MARKS_PER_BLOCK, IsWarning, Resource, RunView, parts_of
-from foundry.viewer.search import TextSearch
+from foundry.viewer.search import EVERY, Query, TextSearch
 from foundry.viewer.underway import underway
 
 _OPEN_RUNS = 12
@@ -42,6 +42,15 @@ def open_view(
     view = view_of(folder.declared.form).run(folder, decisions_per_chunk=decisions_per_chunk, trusted=trusted)
     view.is_warning = is_warning
     return view
+
+
+class _Asked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A search as a page asks for it; empty texts leave it open."""
+
+    kind: str = EVERY
+    words: str = ""
+    model: str = ""
+    world: str = ""
 
 
 class Resources:
@@ -93,8 +102,8 @@ class Resources:
             with self._lock:
                 sweeps = self.catalog.overview()
                 return Resource(_ENCODE({"sweeps": sweeps, "unreadable": self.catalog.unreadable}))
-        if kind == "sweep" and rest[1:2] == ["search"] and len(rest) > 3:
-            return Resource(_ENCODE(self._search(rest[0]).find(rest[2], "/".join(rest[3:]))))
+        if kind == "sweep" and rest[1:2] == ["search"] and len(rest) > 2:
+            return Resource(_ENCODE(self._search(rest[0], "/".join(rest[2:]))))
         if kind == "sweep" and rest:
             with self._lock:
                 return _of_sweep(self.catalog.sweep(rest[0]), rest[1:])
@@ -134,10 +143,17 @@ class Resources:
                 self._probes[sweep] = ProbeView(found.folder, self._trusted)
             return self._probes[sweep]
 
-    def _search(self, sweep: str) -> TextSearch:
+    def _search(self, name: str, asked: str) -> dict[str, Any]:
+        """Return the texts of a sweep that are asked for, as JSON of an `_Asked`."""
+        try:
+            query = msgspec.json.decode(asked, type=_Asked)
+        except msgspec.DecodeError as error:
+            raise InputError(f"'{asked}' is no search ({error}): ask for a kind and words as JSON.") from error
         with self._lock:
-            folder = self.catalog.sweep(sweep).folder
-            return self._searches.setdefault(sweep, TextSearch(folder))
+            sweep = self.catalog.sweep(name)
+            search = self._searches.setdefault(name, TextSearch(sweep.folder))
+            runs = sweep.runs_where(query.model, query.world) if query.model or query.world else None
+        return search.find(Query(query.kind, query.words, runs))
 
     def view(self, sweep: str, run: str) -> RunView:
         """Return the view of a run; a new one once the run was started anew."""

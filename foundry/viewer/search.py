@@ -6,19 +6,24 @@ import re
 import sqlite3
 import threading
 import zlib
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import closing
+from dataclasses import dataclass
 from typing import Any
 
 import msgspec
 
 from foundry.errors import InputError, RecordError
+from foundry.storing.matching import place_of
 from foundry.storing.notes import notes_of
 from foundry.storing.store import RunFolder, SweepFolder
+from foundry.storing.unread import text_of, unread_by_place
 
 EVERY = "every"
-KINDS = ("prompt", "reply", "reasoning", "memory", "message")
-"""What is indexed, and can be searched alone."""
+UNREADABLE = "unreadable"
+"""Replies that could not be read; where there is no reply, why."""
+KINDS = ("prompt", "reply", "reasoning", "memory", "message", UNREADABLE)
+"""What is indexed, and can be searched alone; an unreadable reply is a reply too."""
 NOTE = "note"
 """What people noted; it is searched as it stands, for it changes."""
 MOST = 50
@@ -37,6 +42,22 @@ CREATE VIRTUAL TABLE IF NOT EXISTS words USING fts5(text, content='', {_TOKENS})
 """
 _Moment = tuple[int, int, str, str]
 _Hit = list[Any]
+
+
+@dataclass(frozen=True)
+class Query:
+    """What is searched.
+
+    Attributes:
+        kind: one of KINDS, "note", or "every".
+        words: words; `fire*` begins with fire, and what stands in double quotes follows one another. Unreadable replies
+            are all found where there is no word.
+        runs: ids of the only runs that are searched; None for all.
+    """
+
+    kind: str = EVERY
+    words: str = ""
+    runs: Collection[str] | None = None
 
 
 class TextSearch:
@@ -62,30 +83,26 @@ class TextSearch:
         if self._thread is not None:
             self._thread.join()
 
-    def find(self, kind: str, words: str) -> dict[str, Any]:
+    def find(self, query: Query) -> dict[str, Any]:
         """Return the moments whose text has all words: notes, then texts in the order of the runs as they were indexed.
-
-        Args:
-            kind: one of KINDS, "note", or "every".
-            words: words; `fire*` begins with fire, and what stands in double quotes follows one another.
 
         Raises:
             InputError: no such kind, no word, or no place for the index.
         """
         known = (EVERY, *KINDS, NOTE)
-        if kind not in known:
-            raise InputError(f"There are no texts of the kind '{kind}'. There are: {', '.join(known)}.")
-        query = _query(words)
-        if not query:
-            raise InputError(f"'{words}' holds no word to search for.")
-        noted = self._noted(query, words) if kind in (EVERY, NOTE) else []
-        if kind == NOTE:
+        if query.kind not in known:
+            raise InputError(f"There are no texts of the kind '{query.kind}'. There are: {', '.join(known)}.")
+        phrases = _phrases(query.words)
+        if not phrases and (query.kind != UNREADABLE or query.words):
+            raise InputError(f"'{query.words}' holds no word to search for.")
+        noted = self._noted(query, phrases) if query.kind in (EVERY, NOTE) else []
+        if query.kind == NOTE:
             return {"hits": noted[:MOST], "count": len(noted), "more": False, "indexed": 0, "runs": 0, "unread": []}
         due = self._begin()
         if self._problem:
             raise InputError(self._problem)
         try:
-            found = self._found(kind, query, words)
+            found = self._found(query, phrases)
         except sqlite3.Error as error:
             raise InputError(f"'{self.sweep.search_file}' cannot be searched: {error}. It can be deleted.") from error
         indexed = len(self._indexed)
@@ -98,17 +115,17 @@ class TextSearch:
             "unread": list(self._unread.values()),
         }
 
-    def _noted(self, query: str, words: str) -> list[_Hit]:
+    def _noted(self, query: Query, phrases: str) -> list[_Hit]:
         """Return the notes that have all words, in their text, their tags or who wrote them."""
-        notes = notes_of(self.sweep.path).notes
+        notes = [note for note in notes_of(self.sweep.path).notes if query.runs is None or note.run in query.runs]
         texts = [" ".join([note.text, *note.tags, note.who]) for note in notes]
         with closing(sqlite3.connect(":memory:")) as connection:
             connection.execute(f"CREATE VIRTUAL TABLE words USING fts5(text, {_TOKENS})")
             connection.executemany("INSERT INTO words (text) VALUES (?)", [(_spaced(text),) for text in texts])
-            rows = connection.execute("SELECT rowid FROM words WHERE words MATCH ? ORDER BY rowid", (query,))
+            rows = connection.execute("SELECT rowid FROM words WHERE words MATCH ? ORDER BY rowid", (phrases,))
             places = [row - 1 for (row,) in rows]
         return [
-            [note.run, note.step, note.agent, NOTE, _part(texts[at], words), note.moment]
+            [note.run, note.step, note.agent, NOTE, _part(texts[at], query.words), note.moment]
             for at, note in ((at, notes[at]) for at in places)
         ]
 
@@ -152,20 +169,29 @@ class TextSearch:
         except (InputError, sqlite3.Error) as error:
             self._problem = f"The texts could not be indexed: {error}"
 
-    def _found(self, kind: str, query: str, words: str) -> dict[str, Any]:
-        only = "" if kind == EVERY else f" AND kind = {KINDS.index(kind)}"
-        found = (
-            "FROM words JOIN moments ON moments.id = words.rowid JOIN runs ON runs.id = moments.run WHERE words MATCH ?"
+    def _found(self, query: Query, phrases: str) -> dict[str, Any]:
+        kinds = {EVERY: KINDS, "reply": ("reply", UNREADABLE)}.get(query.kind, (query.kind,))
+        conditions = ["kind IN (SELECT value FROM json_each(:kinds))"]
+        conditions += ["words MATCH :phrases"] * bool(phrases)
+        conditions += ["runs.run IN (SELECT value FROM json_each(:runs))"] * (query.runs is not None)
+        texts, order = (
+            ("words JOIN moments ON moments.id = words.rowid", "words.rowid") if phrases else ("moments", "moments.id")
         )
+        found = f"FROM {texts} JOIN runs ON runs.id = moments.run WHERE {' AND '.join(conditions)}"
+        values = {
+            "kinds": _json([KINDS.index(kind) for kind in kinds]),
+            "phrases": phrases,
+            "runs": _json(list(query.runs or ())),
+        }
         with closing(self._open()) as connection:
             rows = connection.execute(
-                f"SELECT runs.run, step, agent, kind, said {found}{only} ORDER BY words.rowid LIMIT {MOST}", (query,)
+                f"SELECT runs.run, step, agent, kind, said {found} ORDER BY {order} LIMIT {MOST}", values
             ).fetchall()
             (count,) = connection.execute(
-                f"SELECT count(*) FROM (SELECT 1 {found}{only} LIMIT {_COUNTED + 1})", (query,)
+                f"SELECT count(*) FROM (SELECT 1 {found} LIMIT {_COUNTED + 1})", values
             ).fetchone()
         hits = [
-            [run, step, agent, KINDS[of], _part(zlib.decompress(said).decode(), words)]
+            [run, step, agent, KINDS[of], _part(zlib.decompress(said).decode(), query.words)]
             for run, step, agent, of, said in rows
         ]
         return {"hits": hits, "count": min(count, _COUNTED), "more": count > _COUNTED}
@@ -198,8 +224,11 @@ def _texts(run: RunFolder) -> Iterator[_Moment]:
         for key, kind in _OF_STEP.items():
             if isinstance(text := record.get(key), str) and text.strip():
                 yield record["step"], record["agent"], kind, text
+    unread = unread_by_place(run)
     for call in run.calls():
-        said = {"prompt": "\n".join(_contents(call.messages)), "reply": call.text, "reasoning": call.thinking or ""}
+        said = {"prompt": "\n".join(_contents(call.messages)), "reasoning": call.thinking or ""}
+        is_unread = bool(waiting := unread.get(place_of(call))) and waiting.pop(0)
+        said |= {UNREADABLE: text_of(call)} if is_unread else {"reply": call.text}
         yield from ((call.step, call.agent, kind, text) for kind, text in said.items() if text.strip())
 
 
@@ -224,7 +253,11 @@ def _spaced(text: str) -> str:
     return _UNSPACED.sub(r" \1 ", text)
 
 
-def _query(words: str) -> str:
+def _json(values: list[Any]) -> str:
+    return msgspec.json.encode(values).decode()
+
+
+def _phrases(words: str) -> str:
     """Return words as FTS5 asks for them: all of them, each a phrase of its own, so that no sign has a meaning."""
     parts = re.findall(r'"([^"]*)"|([^\s"]+)', words.replace("\0", " "))
     asked = [(phrase or word.rstrip("*"), word.endswith("*")) for phrase, word in parts]

@@ -91,7 +91,7 @@ def test_the_overview_follows_a_sweep_until_it_is_analysed(page: Any, tmp_path: 
         rows = f"run,idle_rate.share\n{made.runs()[0].id},0.25\n"
         made.signatures_path.write_text(rows, encoding="utf-8")
         playing.end()
-        page.wait_for_selector("tbody .is-complete")
+        page.wait_for_selector(".progress .is-complete")
         page.wait_for_selector("[data-sort='idle_rate.share']")
         assert "1 of 1 runs ended" in page.text_content(".progress")
         assert page.locator("[data-filter=status] option[value=complete]").count() == 1

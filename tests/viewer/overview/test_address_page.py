@@ -31,7 +31,7 @@ def test_filter_order_ticks_and_columns_come_back_from_a_run(page: Any, server: 
     page.click("[data-sort='idle_rate.share']")
     seen = rows(page)
     page.check(f"[aria-label='Compare {seen[1]}']")
-    page.click(f"tbody a >> text={seen[0]}")
+    page.click(f"[data-run='{seen[0]}'] a")
     page.wait_for_selector(".player")
     page.go_back()
     page.wait_for_function(SHOWN, arg="2 of 4 runs")

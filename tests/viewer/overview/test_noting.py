@@ -18,7 +18,7 @@ from foundry.storing.notes import notes_of
 from foundry.storing.store import SweepFolder
 from foundry.trust.bundling import write_bundle
 from foundry.trust.unbundling import unpack_bundle
-from foundry.viewer.search import TextSearch
+from foundry.viewer.search import Query, TextSearch
 from foundry.viewer.server import ViewServer, serving
 from made_up_runs import sweep, whole_run
 
@@ -105,9 +105,9 @@ def test_a_search_finds_notes_beside_texts(served: ViewServer, made: SweepFolder
     send(served, written(made, text="Der Rauch über dem Café"))
     search = TextSearch(made)
     hit = [made.runs()[0].id, 3, 1, "note", "Der Rauch über dem Café odd Ada", None]
-    assert search.find("note", "uber caf*")["hits"] == [hit]
-    assert search.find("note", "rauch smoke")["count"] == 0
-    assert search.find("every", "odd")["hits"][0] == hit
+    assert search.find(Query("note", "uber caf*"))["hits"] == [hit]
+    assert search.find(Query("note", "rauch smoke"))["count"] == 0
+    assert search.find(Query("every", "odd"))["hits"][0] == hit
     search.close()
 
 

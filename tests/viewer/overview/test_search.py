@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,9 +12,10 @@ import pytest
 
 from foundry.errors import InputError
 from foundry.storing.store import SweepFolder
-from foundry.viewer.search import TextSearch
+from foundry.viewer.resources import Resources
+from foundry.viewer.search import Query, TextSearch
 from foundry.viewer.server import serving
-from made_up_runs import Playing, sweep, whole_run
+from made_up_runs import Playing, sweep, whole_run, whole_sweep
 from viewer_pages import go
 
 
@@ -34,7 +36,7 @@ def made(tmp_path: Path) -> SweepFolder:
 @pytest.fixture
 def search(made: SweepFolder) -> Iterator[TextSearch]:
     search = TextSearch(made)
-    search.find("every", "begin")
+    search.find(Query("every", "begin"))
     indexed(search)
     yield search
     search.close()
@@ -63,31 +65,49 @@ def test_words_are_found_where_they_stand(
     search: TextSearch, made: SweepFolder, kind: str, words: str, steps: list[int]
 ):
     first = made.runs()[0].id
-    hits = [hit for hit in search.find(kind, words)["hits"] if hit[0] == first]
+    hits = [hit for hit in search.find(Query(kind, words))["hits"] if hit[0] == first]
     assert [hit[1] for hit in hits] == steps
 
 
 def test_a_hit_says_who_and_shows_the_words(search: TextSearch, made: SweepFolder):
-    found = search.find("memory", "burning")
+    found = search.find(Query("memory", "burning"))
     assert found["hits"] == [[made.runs()[0].id, 3, 1, "memory", "the Café is burning"]]
     assert (found["count"], found["more"], found["indexed"], found["runs"]) == (1, False, 2, 2)
-    replies = search.find("reply", "north")
+    replies = search.find(Query("reply", "north"))
     assert (len(replies["hits"]), replies["count"]) == (48, 48)
+
+
+def test_the_unreadable_replies_of_a_model_are_found_without_a_word(tmp_path: Path):
+    made = whole_sweep(tmp_path / "made-up")
+    resources = Resources(made.path)
+    search = {"kind": "unreadable", "model": "first", "world": "made_up"}
+
+    def ask(**changes: str) -> dict[str, Any]:
+        address = f"sweep/made-up/search/{json.dumps(search | changes)}"
+        while (answer := json.loads(resources.get(address).content))["indexed"] < answer["runs"]:
+            pass
+        return answer
+
+    unread = [made.runs()[0].id, 4, 0, "unreadable", 'action: {"action": "move"}']
+    assert ask()["hits"] == [unread] and ask(words="action")["hits"] == [unread]
+    assert ask(model="second")["count"] == ask(world="bar")["count"] == ask(words="nowhere")["count"] == 0
+    assert unread in ask(kind="reply", words='"action move"')["hits"]
+    resources.close()
 
 
 def test_a_run_that_ends_later_is_found_too_and_one_started_anew_once(search: TextSearch, made: SweepFolder):
     whole_run(made.runs()[2], reply="late answer")
-    search.find("reply", "late")
+    search.find(Query("reply", "late"))
     indexed(search)
-    assert search.find("reply", "late")["count"] == 48
+    assert search.find(Query("reply", "late"))["count"] == 48
     shutil.rmtree(made.runs()[2].path)
     playing = Playing(made.runs()[2], reply="other answer")
     playing.play(1, 6)
     playing.end()
     again = TextSearch(made)
-    again.find("reply", "other")
+    again.find(Query("reply", "other"))
     indexed(again)
-    assert [again.find("reply", word)["count"] for word in ("late", "other")] == [0, 48]
+    assert [again.find(Query("reply", word))["count"] for word in ("late", "other")] == [0, 48]
     again.close()
 
 
@@ -96,9 +116,9 @@ def test_records_stay_as_they_are_and_the_index_may_be_deleted(search: TextSearc
     assert {path.name for path in made.path.iterdir()} - {"runs", "sweep.yaml", "locks"} == {"viewer"}
     shutil.rmtree(made.search_file.parent)
     again = TextSearch(made)
-    again.find("memory", "burning")
+    again.find(Query("memory", "burning"))
     indexed(again)
-    assert again.find("memory", "burning")["count"] == 1
+    assert again.find(Query("memory", "burning"))["count"] == 1
     again.close()
 
 
@@ -106,9 +126,9 @@ def test_a_run_that_cannot_be_read_is_named_and_the_others_are_searched(made: Sw
     damaged = made.runs()[0].stream_path("steps")
     damaged.write_bytes(b'{"step": 1, "agent": ' + damaged.read_bytes())
     search = TextSearch(made)
-    search.find("reply", "action")
+    search.find(Query("reply", "action"))
     indexed(search)
-    found = search.find("reply", "action")
+    found = search.find(Query("reply", "action"))
     assert {hit[0] for hit in found["hits"]} == {made.runs()[1].id}
     assert [str(damaged) in why for why in found["unread"]] == [True]
     search.close()
@@ -117,7 +137,7 @@ def test_a_run_that_cannot_be_read_is_named_and_the_others_are_searched(made: Sw
 @pytest.mark.parametrize(("kind", "words"), [("thought", "fire"), ("every", "*"), ("every", '""')])
 def test_what_cannot_be_searched_is_told(search: TextSearch, kind: str, words: str):
     with pytest.raises(InputError, match="There are no texts of the kind 'thought'|holds no word to search for"):
-        search.find(kind, words)
+        search.find(Query(kind, words))
 
 
 @pytest.mark.browser

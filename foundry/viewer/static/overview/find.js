@@ -2,16 +2,19 @@
 /* Searches the texts of all runs; every hit is a link to its moment. */
 (function (foundry) {
   const {h, fill} = foundry.dom;
-  const KINDS = ["every", "prompt", "reply", "reasoning", "memory", "message", "note"];
+  const KINDS = {every: "every text", prompt: "prompts", reply: "replies", unreadable: "unreadable replies", reasoning: "reasoning", memory: "memory", message: "messages", note: "notes"};
   const AGAIN_MS = 400;
 
   class Find {
-    /** @param onChange called with what the address is to say of the search */
-    constructor(sweep, onChange) {
-      this.sweep = sweep;
+    /**
+     * @param onChange called with what the address is to say of the search
+     * @param nameOf returns what a run is called
+     */
+    constructor(sweep, onChange, nameOf) {
+      Object.assign(this, {sweep, nameOf});
       const label = "Search in prompts, replies, reasoning, memory, messages, notes";
       this.words = h("input", {type: "search", placeholder: `${label}: words, fire*, "a phrase"`, "aria-label": label});
-      this.kind = h("select", {"aria-label": "Where to search"}, KINDS.map((kind) => h("option", {value: kind}, kind === "every" ? "every text" : `each ${kind}`)));
+      this.kind = h("select", {"aria-label": "Where to search"}, Object.entries(KINDS).map(([kind, label]) => h("option", {value: kind}, label)));
       this.state = h("p", {class: "note", role: "status"});
       this.list = h("ol", {class: "found"});
       this.element = h("section", {class: "find", "aria-label": "Search in all runs"},
@@ -21,14 +24,14 @@
 
     dispose() { clearTimeout(this.waiting); this.asked = null; }
 
-    /** Show what the address asks for. */
-    show(words, kind) {
-      const asked = words ? `${kind}/${encodeURIComponent(words)}` : "";
+    /** Show what the address asks for: texts of a kind with these words, of a model and a world; unreadable replies need no word. */
+    show(search) {
+      const asked = search.words || search.kind === "unreadable" ? encodeURIComponent(JSON.stringify(search)) : "";
       if (asked === this.asked) return;
       this.asked = asked;
       clearTimeout(this.waiting);
-      this.words.value = words;
-      this.kind.value = kind;
+      this.words.value = search.words;
+      this.kind.value = search.kind;
       fill(this.list);
       this.state.textContent = asked ? "Searching…" : "";
       if (asked) this.ask(asked);
@@ -49,7 +52,7 @@
 
     item([run, step, agent, kind, text, moment]) {
       const at = Object.entries({step, agent}).filter(([, number]) => number !== null);
-      return h("li", {}, h("a", {href: foundry.Notes.addressOf(this.sweep, {run, step, agent, moment})}, [run, ...at.map((one) => one.join(" "))].join(" · ")), ` ${kind}: `, h("bdi", {}, text));
+      return h("li", {}, h("a", {href: foundry.Notes.addressOf(this.sweep, {run, step, agent, moment})}, [this.nameOf(run), ...at.map((one) => one.join(" "))].join(" · ")), this.kind.value === kind ? " " : ` ${kind}: `, h("bdi", {}, text));
     }
   }
 

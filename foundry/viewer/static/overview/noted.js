@@ -31,7 +31,7 @@
     /** Return the column of notes; none where nothing is noted and nothing can be. */
     columns() {
       if (!foundry.source.live && !this.ofRun.size) return [];
-      return [{key: "notes", label: "notes", own: true, value: (row) => row.notes, cell: (row) => this.cell(row)}];
+      return [{key: "notes", label: "notes", value: (row) => row.notes, cell: (row) => this.cell(row)}];
     }
 
     /** Return the columns of a file that is saved: none unless asked. */

@@ -27,13 +27,14 @@
       this.values = new Map();
       this.seen = new Map();
       this.matching = [];
-      this.find = new foundry.Find(sweep.id, (changes) => this.change(changes));
+      this.find = new foundry.Find(sweep.id, (changes) => this.change(changes), (run) => this.nameOf(run));
       this.noted = new foundry.Noted(sweep.id, {onChange: () => this.loadNotes(), onTag: (tag) => this.change({q: `tag:${tag}`, page: null})});
       this.summary = new foundry.Summary((group) => this.change({group, page: null}), (measure) => this.sortBy(measure));
       this.table = new foundry.RunTable(sweep.id, {
         onTick: (run) => this.tick(run), onChange: (changes) => this.change(changes), onDraw: (rows) => { this.matching = rows; }});
       this.state = h("div", {class: "progress"});
       this.failures = h("div");
+      this.unread = h("div", {class: "unread"});
       this.links = h("div", {class: "links"});
       this.compare = h("a", {class: "button", hidden: true}, "Compare");
       this.search = h("input", {type: "search", placeholder: "Filter runs", "aria-label": "Filter runs", oninput: () => this.change({q: this.search.value, page: null}, false)});
@@ -43,7 +44,7 @@
       document.addEventListener("keydown", this.onKeyDown);
       this.element = h("div", {class: "overview"}, this.heading(),
         unreadable.map((why) => h("p", {class: "warning"}, `Not shown: ${why}`)),
-        this.state, this.links, this.failures, this.noted.told, this.summary.element, foundry.source.live ? this.find.element : null, this.controls, this.table.element, this.table.pager, this.noted.element);
+        this.state, this.links, this.failures, this.unread, this.noted.told, this.summary.element, foundry.source.live ? this.find.element : null, this.controls, this.table.element, this.table.pager, this.noted.element);
     }
 
     dispose() {
@@ -63,7 +64,7 @@
 
     heading() {
       return h("header", {class: "heading"}, h("h1", {}, this.sweep.name), sweepChoice(this.sweeps, this.sweep),
-        h("p", {class: "asked"}, h("code", {}, `foundry ${this.sweep.asked.join(" ")}`)));
+        h("details", {class: "asked"}, h("summary", {}, "command"), h("code", {}, `foundry ${this.sweep.asked.join(" ")}`)));
     }
 
     /** Be ready once the first runs are there; the others come while these are looked at. */
@@ -119,7 +120,7 @@
         within: this.summary.within(this.asked("group")), sort: this.asked("sort"), page: Math.max(0, Math.floor(Number(this.asked("page"))) || 0),
       });
       this.picked(picked);
-      if (foundry.source.live) this.find.show(this.asked("find"), this.asked("in") || "every");
+      if (foundry.source.live) this.find.show({kind: this.asked("in") || "every", words: this.asked("find"), model: this.asked("model"), world: this.asked("world")});
     }
 
     /** Look again by and by: runs go on, and when all have ended, an analysis or a report may be written. */
@@ -181,6 +182,7 @@
       this.rows = rows;
       this.drawState();
       if (this.isNews("failures", rows.map((row) => row.error))) this.drawFailures();
+      if (this.isNews("unread", rows.map((row) => row.undecided))) this.drawUnread();
       if (!this.table.columns.length) this.table.columns = this.columns();
       if (this.isNews("rows", rows)) this.table.setRows(rows);
     }
@@ -204,22 +206,33 @@
         this.lookAsAsked();
       }
       if (this.isNews("summary", [this.head.claimed, this.head.links, this.asked("group"), this.asked("world")])) this.drawSummary();
-      if (this.isNews("columns", [this.shown, this.head.factors, this.head.measures, this.noted.columns().length])) {
-        this.table.setColumns(this.columns());
+      const columns = this.columns();
+      if (this.isNews("columns", [columns.map((one) => one.key), this.head.measures])) {
+        this.table.setColumns(columns);
         this.drawControls();
       }
     }
 
     drawSummary() { this.summary.draw(this.head.claimed, this.values, this.head.models, {group: this.asked("group"), world: this.asked("world")}); }
 
+    /** The columns of the table; the run's own cell says its model, its world and its seed. */
     columns() {
-      const plain = (key, label = key) => ({key, label, value: (row) => row[key]});
-      const differ = (key) => (new Set(this.rows.map((row) => row[key])).size > 1 ? [plain(key)] : []);
+      const prompts = new Set(this.rows.map((row) => JSON.stringify([row.world, row.prompt]))).size > this.choices("world").length;
+      const status = this.rows.some((row) => row.status !== "complete") ? [foundry.RunTable.plain("status")] : [];
+      return [foundry.RunTable.plain("run"), ...status, ...this.noted.columns(), ...prompts ? [foundry.RunTable.plain("prompt")] : [], foundry.RunTable.plain("seed"), ...this.numbers()];
+    }
+
+    /** The columns of a file, in which no cell is left out for being the same in all rows. */
+    saved() {
+      const names = ["run", "status", "model", "prompt", "world", "form", "seed"];
+      return [...names.map((key) => foundry.RunTable.plain(key)), ...this.numbers(), ...this.noted.saved()];
+    }
+
+    numbers() {
       return [
-        plain("run"), plain("status"), ...this.noted.columns(), plain("model"), plain("prompt"), ...differ("world"), ...differ("form"), plain("seed"),
         ...this.head.factors.map((name, index) => ({key: name, label: name, value: (row) => row.factors[index]})),
         ...this.shown.map((name) => ({key: name, label: name, value: (row) => this.value(name, row)})),
-        plain("undecided"), plain("calls"), plain("seconds"),
+        ...["undecided", "calls", "seconds"].map((key) => foundry.RunTable.plain(key)),
       ];
     }
 
@@ -232,9 +245,10 @@
 
     drawState() {
       const {runs} = this.head, counts = this.counted(), ended = (counts.complete || 0) + (counts.failed || 0);
+      const same = ["model", "world", "prompt"].filter((key) => this.choices(key).length === 1).map((key) => `${key} ${this.rows[0][key]}`);
       fill(this.state, h("progress", {max: String(runs), value: String(ended), "aria-label": "Runs that have ended"}),
-        h("span", {}, `${ended} of ${runs} runs ended `), this.rows.length < runs ? h("span", {}, `(${this.rows.length} looked at so far) `) : null, Object.entries(counts).map(([word, count]) => [badge(word), ` ${count} `]),
-        foundry.source.live ? h("a", {href: `#/live/${this.sweep.id}`}, "what it is doing") : null);
+        h("span", {}, `${ended} of ${runs} runs ended `), same.length ? h("span", {class: "note"}, `All: ${same.join(", ")}`) : null, this.rows.length < runs ? h("span", {}, `(${this.rows.length} looked at so far) `) : null, Object.entries(counts).map(([word, count]) => [badge(word), ` ${count} `]),
+        foundry.source.live && this.isOpen() ? h("a", {href: `#/live/${this.sweep.id}`}, "what it is doing") : null);
     }
 
     drawFailures() {
@@ -242,6 +256,16 @@
       fill(this.failures, causes.size ? h("details", {class: "failures", open: true}, h("summary", {}, `Why runs failed (${[...causes.values()].flat().length})`),
         h("ul", {}, [...causes].slice(0, 20).map(([cause, rows]) => h("li", {}, h("b", {}, `${rows.length} × `), h("bdi", {}, cause), " ",
           rows.slice(0, 5).map((row) => [h("a", {href: `#/run/${this.sweep.id}/${row.run}`}, row.run), " "]), rows.length > 5 ? "…" : null)))) : null);
+    }
+
+    /** Tell of each model how many replies could not be read, and lead to them. */
+    drawUnread() {
+      const sum = (rows, key) => rows.reduce((total, row) => total + (row[key] || 0), 0);
+      const models = [...foundry.dom.grouped(this.rows, (row) => row.model)].map(([model, rows]) => [model, sum(rows, "undecided"), sum(rows, "decisions")]);
+      const told = ([model, undecided, decisions]) => h("li", {}, h("button", {type: "button", class: "go", disabled: !foundry.source.live,
+        onclick: () => this.change({in: "unreadable", find: null, model, page: null})}, `${model}: ${undecided.toLocaleString("en")} of ${decisions.toLocaleString("en")} decisions were not readable`));
+      const having = models.filter(([, undecided]) => undecided).sort((a, b) => b[1] / b[2] - a[1] / a[2]);
+      fill(this.unread, having.length ? h("ul", {"aria-label": "Decisions that were not readable"}, having.map(told)) : null);
     }
 
     drawLinks() {
@@ -265,7 +289,7 @@
 
     /** What is shown, as a file; an exported page can make CSV alone. */
     downloads() {
-      const save = (kind) => foundry.download[kind](this.sweep.id, [...this.columns().filter((one) => !one.own), ...this.noted.saved()], this.matching, this.head.runs);
+      const save = (kind) => foundry.download[kind](this.sweep.id, this.saved(), this.matching, this.head.runs);
       return h("span", {class: "saving"}, ["csv", ...foundry.source.live ? ["parquet"] : []].map((kind) => h("button", {type: "button", "data-save": kind,
         title: "The runs and columns that are shown, as a file", onclick: () => save(kind)}, {csv: "CSV", parquet: "Parquet"}[kind])), this.noted.choice);
     }
@@ -283,6 +307,12 @@
       const top = before?.querySelector(".menu-list").scrollTop;
       requestAnimationFrame(() => { list.scrollTop = top || 0; });
       return menu;
+    }
+
+    /** Return what a run is called; its id as long as its row has not come. */
+    nameOf(run) {
+      const row = this.rows?.find((one) => one.run === run);
+      return row ? foundry.RunTable.nameOf(row) : run;
     }
 
     tick(run) {

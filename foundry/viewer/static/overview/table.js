@@ -42,6 +42,12 @@
         h("table", {class: "runs"}, h("caption", {class: "unseen"}, "Runs of the sweep"), h("thead", {}, this.head), this.body));
     }
 
+    /** Return the column of a row's own key. */
+    static plain(key) { return {key, label: key, value: (row) => row[key]}; }
+
+    /** Return what a run is called. */
+    static nameOf(row) { return `${row.model} · ${row.world} · seed ${row.seed}`; }
+
     setColumns(columns) { this.columns = columns; this.draw(); }
     setRows(rows) { this.rows = rows; this.draw(); }
 
@@ -114,10 +120,10 @@
     cell(column, row) {
       if (column.cell) return h("td", {}, column.cell(row));
       const value = column.value(row);
-      if (column.key === "run") return h("th", {scope: "row"}, h("a", {href: `#/run/${this.sweep}/${row.run}`}, row.run));
+      if (column.key === "run") return h("th", {scope: "row"}, h("a", {href: `#/run/${this.sweep}/${row.run}`, title: row.run}, RunTable.nameOf(row)));
       if (column.key === "status") {
         const progress = row.done !== null && row.planned ? ` ${row.done}/${row.planned}` : "";
-        return h("td", {}, badge(row.status), progress, row.error ? h("span", {class: "cause", title: row.error}, ` ${row.error}`) : null);
+        return h("td", {}, row.status === "complete" ? null : badge(row.status), progress, row.error ? h("span", {class: "cause", title: row.error}, ` ${row.error}`) : null);
       }
       return h("td", {class: typeof value === "number" || value === null ? "number" : null}, typeof value === "number" || value === null ? number(value) : value);
     }

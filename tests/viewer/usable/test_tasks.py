@@ -1,4 +1,4 @@
-"""Ten things that people look up in a sweep, each walked with as many clicks and keys as docs/viewer.md says."""
+"""Things that people look up in a sweep, each walked with as many clicks and keys as docs/viewer.md says."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ ROWS = "tbody tr[data-run]"
 
 def told() -> dict[str, int]:
     """Return how many clicks and keys the document says each task takes."""
-    _, section = DOCUMENT.read_text(encoding="utf-8").split("## Ten tasks\n")
+    _, section = DOCUMENT.read_text(encoding="utf-8").split("## Tasks and clicks\n")
     lines = [line.strip("| ").split(" | ") for line in section.split("\n## ")[0].splitlines() if line.startswith("| ")]
-    return {task: int(now) for task, _, now in lines[1:]}
+    return {task: int(now) for task, now in lines[1:]}
 
 
 @dataclass
@@ -163,6 +163,13 @@ def when_it_ends(hand: Hand, places: Places) -> None:
     hand.page.wait_for_selector(".live")
 
 
+def unreadable_replies(hand: Hand, places: Places) -> None:
+    open_sweep(hand.page, places.forms.server, "grid")
+    hand.click(".unread button >> text=first")
+    hand.page.wait_for_selector(".find .found a >> text=first · made_up · seed 0 · step 4 · agent 0")
+    assert hand.page.locator(".find .found a").count() == 1
+
+
 TASKS: dict[str, Callable[[Hand, Places], None]] = {
     "find the runs in which nobody was warned": nobody_warned,
     "the first step at which two models part, and why": parting,
@@ -174,6 +181,7 @@ TASKS: dict[str, Callable[[Hand, Places], None]] = {
     "filter, sort, look into a run, and be back at the list": back_to_the_list,
     "where all stood, of all models": where_all_stood,
     "what a sweep is doing, and when it ends": when_it_ends,
+    "all unreadable replies of a model": unreadable_replies,
 }
 
 
