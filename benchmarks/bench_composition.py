@@ -1,6 +1,8 @@
-"""CPU per further seed of a sweep's composition, beside composing each seed by Hydra; CPU of `foundry --help`."""
+"""CPU of composing further seeds and commands, beside composing each by Hydra; CPU of `foundry --help`."""
 
 from __future__ import annotations
+
+from functools import partial
 
 import hydra
 from measuring import at_most, cost_of, cost_of_command, print_table, print_title
@@ -29,6 +31,11 @@ def compose_each(seeds: int) -> None:
             hydra.compose("config", overrides=["model=scripted/random", f"seed={seed}"])
 
 
+def compose_again(point: int) -> None:
+    """Compose other settings of the same choices."""
+    assert compose(["model=scripted/random", f"world.steps={point + 1}"]) is not None
+
+
 def cpu_s(seeds: int) -> float:
     """Return the least CPU seconds that a sweep of so many seeds takes to compose and expand."""
     return min(cost_of(lambda: compose_and_expand(seeds)).cpu_s for _ in range(REPEATS))
@@ -45,6 +52,7 @@ def main() -> None:
     further_ms = 1000 * (many - few) / (MANY - FEW)
     compose_each(1)
     hydra_ms = 1000 * min(cost_of(lambda: compose_each(HYDRA_SEEDS)).cpu_s for _ in range(REPEATS)) / HYDRA_SEEDS
+    again_ms = 1000 * min(cost_of(partial(compose_again, point)).cpu_s for point in range(REPEATS))
     rows = [
         [f"one hydra.compose per seed ({HYDRA_SEEDS} seeds)", "", f"{hydra_ms:.3f}", "1.0000"],
         [f"foundry, {FEW} seeds", f"{1000 * few:.0f}", f"{1000 * few / FEW:.3f}", f"{1000 * few / FEW / hydra_ms:.4f}"],
@@ -55,11 +63,17 @@ def main() -> None:
             f"{1000 * many / MANY / hydra_ms:.4f}",
         ],
         ["foundry, each further seed", "", f"{further_ms:.3f}", f"{further_ms / hydra_ms:.4f}"],
+        ["foundry, each further command or point", "", f"{again_ms:.3f}", f"{again_ms / hydra_ms:.4f}"],
     ]
     print_table(["what", "CPU ms", "CPU ms per seed", "ratio"], rows)
     starts = [cost_of_command("--help") for _ in range(STARTS)]
     help_s = sum(start.cpu_s for start in starts) / STARTS
     targets = [
+        [
+            "CPU of a further command, in those of Hydra",
+            f"{again_ms / hydra_ms:.2f}",
+            *at_most(again_ms / hydra_ms, 0.4, ""),
+        ],
         ["CPU of each further seed", f"{further_ms:.3f} ms", *at_most(further_ms, 1, "ms")],
         ["CPU of `foundry --help`", f"{help_s:.3f} s", *at_most(help_s, 0.3, "s")],
     ]

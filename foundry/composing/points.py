@@ -6,9 +6,9 @@ import contextlib
 import itertools
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -24,6 +24,8 @@ PRIMARY = "config"
 _OF_HYDRA = ("hydra.", "hydra/")
 _SEARCHPATH = "hydra.searchpath="
 _SEED = "seed="
+_Composer: TypeAlias = Callable[[tuple[str, ...]], tuple[Any, Mapping[str, str]]]
+"""Returns the configuration of overrides, which nobody may change, and by group its option."""
 
 
 @dataclass(frozen=True)
@@ -67,10 +69,14 @@ def points_of(
             launch = None if OmegaConf.is_missing(config.hydra, "launcher") else partial(_launch, config)
             multirun = multirun or config.hydra.mode is not None
             params = config.hydra.sweeper.params or {}
+        is_shipped = not (own or folders) and defaults.is_empty and not any(arg.startswith(_SEARCHPATH) for arg in argv)
+        composer = partial(_composed_of_shipped, _stamps()) if is_shipped else lru_cache(_composed)
+        point_of = partial(_point, composer, _groups([paths.conf_dir(), *own, *folders]))
         if not multirun:
-            return [_point(asked)], launch
+            return [point_of(asked)], launch
         grid = [*(f"{key}={value}" for key, value in params.items()), *(arg for arg in asked if arg not in of_hydra)]
-        return [_point([*of_hydra, *point], point, seeds) for point, seeds in _grid(map(expand_ranges, grid))], launch
+        points = _grid(map(expand_ranges, grid))
+        return [point_of([*of_hydra, *point], point, seeds) for point, seeds in points], launch
 
 
 def show(
@@ -117,7 +123,78 @@ def _hydra_in(folder: Path) -> Iterator[None]:
         yield
 
 
-def _point(overrides: Sequence[str], grid: Sequence[str] = (), seeds: Sequence[str] = ()) -> Point:
+def _point(
+    composer: _Composer,
+    groups: Set[str],
+    overrides: Sequence[str],
+    grid: Sequence[str] = (),
+    seeds: Sequence[str] = (),
+) -> Point:
+    """Return a composed point: Hydra composes its choices of groups, its settings are put onto a copy."""
+    from omegaconf import OmegaConf
+    from omegaconf.errors import OmegaConfBaseException
+
+    choosing, settings = _choices_and_settings(overrides, groups)
+    composed, choices = composer(tuple(choosing))
+    config = composed.copy()
+    try:
+        for setting in settings:
+            OmegaConf.update(config, setting.key_or_group, setting.value())
+    except OmegaConfBaseException:
+        config, choices = _composed(tuple(overrides))  # Hydra says what is wrong
+    return Point(config, dict(choices), tuple(grid), tuple(seeds))
+
+
+def _choices_and_settings(overrides: Sequence[str], groups: Set[str]) -> tuple[list[str], list[Any]]:
+    """Return the overrides that Hydra has to compose, and parsed those that only give a setting a value.
+
+    Hydra applies settings after all choices and in their order. So none is taken out where anything else than
+    choices and such settings is asked for.
+    """
+    from hydra.core.override_parser.overrides_parser import OverridesParser
+    from hydra.core.override_parser.types import OverrideType
+
+    choosing: list[str] = []
+    settings: list[Any] = []
+    for arg, override in zip(overrides, OverridesParser.create().parse_overrides(list(overrides)), strict=True):
+        key, is_plain = override.key_or_group, not (override.is_sweep_override() or override.package)
+        if override.is_hydra_override() or (
+            key in groups and is_plain and not override.is_delete() and isinstance(override.value(), str)
+        ):
+            choosing.append(arg)
+        elif is_plain and key not in groups and "/" not in key and override.type is OverrideType.CHANGE:
+            settings.append(override)
+        else:
+            return list(overrides), []
+    return choosing, settings
+
+
+def _groups(folders: Sequence[Path]) -> set[str]:
+    """Return the names of all groups of configurations."""
+    return {"sweep", *(entry.name for folder in folders for entry in folder.iterdir() if entry.is_dir())}
+
+
+def _stamps() -> tuple[tuple[str, int, int, int], ...]:
+    """Return a value that changes with any shipped file of configuration."""
+    stamps = []
+    for top in (paths.conf_dir(), paths.sweeps_dir()):
+        for folder, _, names in os.walk(top):
+            for name in names:
+                file = os.path.join(folder, name)
+                found = os.stat(file)
+                stamps.append((file, found.st_mtime_ns, found.st_ctime_ns, found.st_size))
+    return tuple(stamps)
+
+
+@lru_cache(maxsize=256)
+def _composed_of_shipped(
+    stamps: tuple[tuple[str, int, int, int], ...], overrides: tuple[str, ...]
+) -> tuple[Any, Mapping[str, str]]:
+    """Return what Hydra composes of shipped files alone, once a process until one of them changes."""
+    return _composed(overrides)
+
+
+def _composed(overrides: tuple[str, ...]) -> tuple[Any, Mapping[str, str]]:
     import hydra
     from omegaconf import open_dict
 
@@ -125,7 +202,7 @@ def _point(overrides: Sequence[str], grid: Sequence[str] = (), seeds: Sequence[s
     choices = dict(config.hydra.runtime.choices)
     with open_dict(config):
         del config["hydra"]
-    return Point(config, choices, tuple(grid), tuple(seeds))
+    return config, choices
 
 
 def _fixed_choices(asked: Sequence[str]) -> list[str]:

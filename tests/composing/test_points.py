@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
 import pytest
 
+from foundry import paths
 from foundry.composing.compose import compose
 from foundry.errors import InputError
 
@@ -43,3 +49,50 @@ def test_a_setting_that_a_condition_lacks_is_told_with_what_lacks_it(asked: str,
     with pytest.raises(InputError) as caught:
         compose(["-m", *asked.split(), "seed=0"])
     assert str(caught.value).startswith(told)
+
+
+@pytest.mark.parametrize("is_shipped", [False, True])
+def test_a_file_that_changes_between_two_commands_of_a_process_is_read_again(
+    is_shipped: bool, workspace: Path, monkeypatch: pytest.MonkeyPatch
+):
+    shipped = paths.conf_dir()
+    folder = workspace / ("shipped" if is_shipped else "mine")
+    shutil.copytree(shipped, folder) if is_shipped else (folder / "world").mkdir(parents=True)
+    monkeypatch.setattr(paths, "conf_dir", lambda: folder if is_shipped else shipped)
+    file = folder / "world" / "tavern.yaml"
+    bar = (shipped / "world" / "bar.yaml").read_text()
+    asked = [
+        "world=tavern",
+        "world.steps=2",
+        "model=scripted/random",
+        *([] if is_shipped else ["--config-dir", "mine"]),
+    ]
+    for capacity in ("0.5", "0.25"):
+        file.write_text(re.sub("^  capacity: [.0-9]+", f"  capacity: {capacity}", bar, flags=re.MULTILINE))
+        assert _world(asked)["capacity"] == float(capacity)
+
+
+def test_what_a_caller_changes_in_its_configuration_is_in_no_other():
+    composed = compose(["world=bar", "model=scripted/random"])
+    assert composed is not None
+    composed.first.world.capacity = 0.125
+    assert _world(["world=bar", "model=scripted/random"])["capacity"] != 0.125
+
+
+@pytest.mark.parametrize(
+    ("asked", "capacity"),
+    [
+        ("world.capacity=.5 world.capacity=.25", 0.25),
+        ("world.capacity=.5 ++world.capacity=.25", 0.25),
+        ("++world.capacity=.25 world.capacity=.5", 0.5),
+        ("world.capacity=.5 world=bar", 0.5),
+    ],
+)
+def test_of_two_settings_of_one_key_the_later_one_holds(asked: str, capacity: float):
+    assert _world(["world=bar", "model=scripted/random", *asked.split()])["capacity"] == capacity
+
+
+def _world(asked: list[str]) -> dict[str, Any]:
+    composed = compose(asked)
+    assert composed is not None
+    return composed.conditions[0].config["world"]
