@@ -80,8 +80,7 @@ def _check_known(worlds: Sequence[str], page_file: Path | None, json: bool, conf
     """Play scripted policies of worlds and print their results beside the known ones; return the exit code."""
     from analysis.validation.facts import all_facts
     from foundry.display import frame_table
-    from foundry.validating.page import COLUMNS, page, row
-    from foundry.validating.playing import hold
+    from foundry.validating.playing import COLUMNS, hold, page, row
 
     with only_json(json), tempfile.TemporaryDirectory(prefix="foundry-check-") as folder:
         results = [result for facts in all_facts(tuple(worlds)) for result in hold(facts, Path(folder), config_dir)]

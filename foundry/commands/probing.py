@@ -141,8 +141,7 @@ def _plan_probe(folders: Sequence[Path], arguments: Sequence[str], trusted: Sequ
     """Print what a probe would ask; nothing is asked, not even a server."""
     from foundry.composing.defaults import read_defaults
     from foundry.display import frame_table
-    from foundry.probing.composing import compose_probe
-    from foundry.probing.planning import planned
+    from foundry.probing.composing import compose_probe, planned
 
     found = compose_probe(_opened(folders, trusted), arguments, read_defaults(arguments))
     if found is None:

@@ -373,8 +373,8 @@ def go_on(folder: Path, trusted: Sequence[str], trust_servers: bool, run: Run = 
 def _add(folder: Path, overrides: Sequence[str], trusted: Sequence[str], trust_servers: bool) -> int:
     """Go on with a sweep, then run what the overrides add to it; returns the exit code."""
     from foundry.composing.defaults import read_defaults
-    from foundry.composing.growing import compose_growth
     from foundry.composing.preparing import checked
+    from foundry.composing.recorded import compose_growth
 
     opened = open_to_run(folder, trusted, trust_servers)
     composed = compose_growth(opened, overrides, read_defaults(overrides))

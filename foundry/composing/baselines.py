@@ -9,9 +9,8 @@ from functools import cached_property
 from typing import Any
 
 from foundry import own_code, paths
-from foundry.composing.own_names import check_own_names
+from foundry.composing.names import check_own_names, with_public_names
 from foundry.composing.preflight import first_questions, scenario_of
-from foundry.composing.public_names import with_public_names
 from foundry.errors import InputError, not_found
 from foundry.expansion import Condition, Sweep, expand, settings_key
 from foundry.models.base import Model

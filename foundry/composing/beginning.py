@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from foundry import paths
-from foundry.composing.own_names import check_own_name
+from foundry.composing.names import check_own_name
 from foundry.errors import InputError, StorageError, not_found
 
 _NAME, _CLASS = "part_name", "PartName"

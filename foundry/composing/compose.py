@@ -12,9 +12,8 @@ from typing import Any
 
 from foundry import own_code, paths
 from foundry.composing.defaults import Defaults, deciding, shipped_groups
-from foundry.composing.own_names import check_own_names
+from foundry.composing.names import check_own_names, with_public_names
 from foundry.composing.points import Launch, Point, points_of, show
-from foundry.composing.public_names import with_public_names
 from foundry.composing.settings import check_parts, check_settings_of_hydra, checked_settings
 from foundry.errors import FoundryError, InputError, not_found
 from foundry.expansion import FORMAT, Condition, Sweep, expand, has_range, named_formats, overridden

@@ -18,8 +18,7 @@ from foundry.models.serving import serving_of
 from foundry.models.wrappers.base import Wrapper
 from foundry.prompts.prompt import Prompt
 from foundry.records import Call, Record
-from foundry.running.asking import asker_of, in_run
-from foundry.running.build import build, served_by_others
+from foundry.running.build import asker_of, build, in_run, served_by_others
 from foundry.storing.determinism import Budget, Repeats, answered_calls, is_measured
 from foundry.storing.store import RunFolder
 from foundry.worlds.base import Scenario

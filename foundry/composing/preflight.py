@@ -13,8 +13,7 @@ from foundry.errors import InputError, NotInstalledError
 from foundry.expansion import Condition, Sweep, settings_key
 from foundry.models.base import Model, ModelInfo
 from foundry.prompts.prompt import Prompt
-from foundry.running.asking import in_run
-from foundry.running.build import build
+from foundry.running.build import build, in_run
 from foundry.storing.store import SweepFolder
 from foundry.worlds.base import Answer, Question, Scenario
 

@@ -13,8 +13,7 @@ from foundry.expansion import Sweep, settings_key
 from foundry.models.answers.base import Answers
 from foundry.models.base import ChatMessage, Model, ModelInfo, Reply, Request
 from foundry.models.wrappers.base import Wrapper
-from foundry.running.asking import asker_of
-from foundry.running.build import build
+from foundry.running.build import asker_of, build
 from foundry.worlds.base import World
 
 

@@ -1,17 +1,21 @@
-"""Overrides over the configuration of a recorded run, in place of the shipped one."""
+"""Overrides over recorded configurations: of a run that is forked or probed, and of a sweep that is to grow."""
 
 from __future__ import annotations
 
+import itertools
 import re
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from foundry.composing.compose import Composed, compose
 from foundry.composing.defaults import Defaults
-from foundry.errors import RecordError
-from foundry.expansion import FORMAT, overridden
+from foundry.composing.settings import checked_settings
+from foundry.errors import InputError, RecordError
+from foundry.expansion import FORMAT, Condition, overridden, settings_key
+from foundry.storing.store import SweepFolder
 from foundry.storing.sweep_file import to_yaml
 
 GROUPS = ("world", "model", "prompt")
@@ -72,3 +76,90 @@ def _literal(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {key: _literal(inner) for key, inner in value.items()}
     return [_literal(inner) for inner in value] if isinstance(value, list | tuple) else value
+
+
+_OF_THE_SEED = re.compile(r"\$\{[^}]*\bseed\b")
+"""What settings hold that take their value from the seed, before Hydra resolves them."""
+
+
+def compose_growth(folder: SweepFolder, overrides: Sequence[str], defaults: Defaults | None = None) -> Composed | None:
+    """Compose what a recorded sweep is to grow by.
+
+    Further seeds are those of every recorded condition, with its settings to the letter. Other overrides are composed
+    over every recorded condition, with its seeds unless others are asked for.
+
+    Args:
+        folder: the recorded sweep.
+        overrides: as `foundry -m` takes them.
+        defaults: the user's own; none of them changes what was recorded.
+
+    Returns:
+        What is to be run, or None when Hydra answered a flag of its own.
+
+    Raises:
+        InputError: nothing is asked for, or what a sweep of its kind cannot grow by in this way.
+    """
+    given = overridden(overrides)
+    _check_asked(folder, given)
+    sources = _sources(folder.sweep.conditions, given)
+    first = _composed(next(sources), overrides, given, defaults)
+    if first is None:
+        return None
+    changed = {re.split(r"[.@/]", key)[0] for key in given}
+    if changed <= {"seed", *first.settings}:
+        _check_seeds(folder)
+        conditions = [replace(one, seeds=first.conditions[0].seeds) for one in folder.sweep.conditions]
+    else:
+        rest = (_composed(source, overrides, given, defaults) for source in sources)
+        conditions = [one for composed in (first, *rest) if composed is not None for one in composed.conditions]
+    asked = {key: value for key, value in first.settings.items() if key in changed}
+    settings = {**first.settings, **folder.settings, **asked, "output": {"dir": str(folder.path)}}
+    asked_for = ("resume", *first.deciding, *overrides)
+    return replace(first, asked=asked_for, conditions=tuple(conditions), settings=checked_settings(settings))
+
+
+def _check_asked(folder: SweepFolder, given: set[str]) -> None:
+    if not {key for key in given if not key.startswith("-")}:
+        raise InputError(f"Say what to add: foundry resume {folder.path} seed=10-19, or model=, prompt= or world=")
+    if "output.dir" in given:
+        raise InputError(f"The sweep that grows is '{folder.path}' itself: leave out output.dir.")
+    kinds = {"foundry probe": folder.moments_file.exists()}
+    kinds["foundry fork"] = any("fork" in one.config for one in folder.sweep.conditions)
+    for command in (name for name, holds in kinds.items() if holds):
+        raise InputError(f"'{folder.path}' grows by the command that made it: {command} ... output.dir={folder.path}")
+
+
+def _sources(conditions: Sequence[Condition], given: set[str]) -> Iterator[Condition]:
+    """Yield conditions that differ in more than what is given anew, with the seeds of all that are alike."""
+    alike: dict[str, list[Condition]] = {}
+    for one in conditions:
+        alike.setdefault(settings_key({key: part for key, part in one.config.items() if key not in given}), []).append(
+            one
+        )
+    for found in alike.values():
+        yield replace(found[0], seeds=tuple(dict.fromkeys(seed for one in found for seed in one.seeds)))
+
+
+def _composed(
+    source: Condition, overrides: Sequence[str], given: set[str], defaults: Defaults | None
+) -> Composed | None:
+    seeds = [] if "seed" in given else [f"seed={','.join(map(str, source.seeds))}"]
+    return compose_recorded(source.config, ["-m", *overrides, *seeds], defaults)
+
+
+def _check_seeds(folder: SweepFolder) -> None:
+    """Refuse further seeds where settings follow the seed: the recorded ones are those of the seeds that are there."""
+    alike: dict[str, list[set[int]]] = {}
+    for one in folder.sweep.conditions:
+        names: Mapping[str, Any] = {role: one.config[role]["name"] for role in ("world", "model", "prompt")}
+        alike.setdefault(settings_key({**names, **one.factors}), []).append(set(one.seeds))
+    apart = (len(found) > 1 and _are_apart(found) for found in alike.values())
+    if _OF_THE_SEED.search(folder.multirun()) or any(apart):
+        raise InputError(
+            f"Settings of '{folder.path}' follow the seed, so further seeds have others: say its own command again "
+            f"with the seeds that you want, foundry -m ... output.dir={folder.path}"
+        )
+
+
+def _are_apart(sets: Sequence[set[int]]) -> bool:
+    return all(one.isdisjoint(other) for one, other in itertools.combinations(sets, 2))

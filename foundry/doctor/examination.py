@@ -1,20 +1,324 @@
-"""All checks of a sweep, in the order in which they are told."""
+"""All checks of a sweep, in the order in which they are told: of this machine, then of each model."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Iterator, Mapping
+import shutil
+import sqlite3
+from collections.abc import AsyncIterator, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from foundry.composing.preflight import prompt_of, scenario_of
-from foundry.doctor.finding import Finding
-from foundry.doctor.machine import check_disk, check_drawing, check_versions
-from foundry.doctor.models import Use, examine_model
+from foundry import provenance
+from foundry.composing.preflight import check_sight, first_questions, prompt_of, scenario_of
+from foundry.doctor.hours import SizedPrompt, longest_prompt, remember_speed
+from foundry.episode import Asker
+from foundry.errors import BackendError, FoundryError, InputError, RequestError
 from foundry.expansion import Sweep, settings_key
+from foundry.models.base import Loaded, Model, ModelInfo, Request
+from foundry.models.human.model import HumanModel
+from foundry.models.serving import serving_of
+from foundry.models.wrappers.retried import RetriedModel
+from foundry.prompts.prompt import Prompt
 from foundry.running.build import build, members_of
+from foundry.running.load import LoadResult, measure_load
+from foundry.storing.growing import same_weights
 from foundry.storing.store import SweepFolder
-from foundry.worlds.base import Scenario
+from foundry.worlds.base import Question, Scenario
+
+
+class Status(StrEnum):
+    """How a check went."""
+
+    OK = "ok"
+    WARNING = "warning"  # the sweep would run, and its numbers may not be what they seem
+    PROBLEM = "problem"  # the sweep would not run, or not to its end
+    SKIPPED = "skipped"  # could not be looked at
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What one check found.
+
+    Attributes:
+        check: what was looked at.
+        subject: of which model, world or machine.
+        status: how it went.
+        found: what was measured or read.
+        advice: what to do about it; "" for nothing.
+    """
+
+    check: str
+    subject: str
+    status: Status
+    found: str
+    advice: str = ""
+
+
+CALL_BYTES = 1_100
+"""Bytes that a call leaves behind: in its log, in the answer cache, in the steps. Measured on 2D runs."""
+RUN_BYTES = 40_000
+"""Bytes of a run beside its calls: configuration, summary, blocks of the disk that are not full."""
+IMAGE_BYTES = 230_000
+"""Bytes of a kept first-person image at 512 x 384, PNG."""
+FRAME_BYTES = 60_000
+"""Bytes of a kept frame."""
+
+_TIGHT = 3
+"""Free space below this many times the need is a warning."""
+
+
+def check_versions() -> Finding:
+    """Say what foundry runs on."""
+    versions = {**provenance.versions(), "sqlite": sqlite3.sqlite_version}
+    commit = provenance.git_commit()
+    text = ", ".join(f"{name} {version}" for name, version in versions.items())
+    return Finding("versions", "this machine", Status.OK, text + (f", commit {commit[:12]}" if commit else ""))
+
+
+def check_drawing(scenarios: Iterable[Scenario]) -> Iterator[Finding]:
+    """Say whether this machine can draw, and with what, if a world needs it."""
+    seen = [scenario.name for scenario in scenarios if scenario.shows_images]
+    if not seen:
+        return
+    # The world's own module decides how it draws; only those that show images bring VTK in.
+    from foundry.worlds.camera.eye.glcheck import check_rendering
+
+    try:
+        drawer = check_rendering()
+    except InputError as error:
+        yield Finding("drawing", ", ".join(seen), Status.PROBLEM, str(error), "Install what it names.")
+    else:
+        yield Finding("drawing", ", ".join(seen), Status.OK, f"by {drawer.name} ({drawer.why})")
+
+
+def check_disk(folder: Path, *, runs: int, calls: int, images: int, frames: int) -> Finding:
+    """Compare the free space with what the sweep will write.
+
+    Args:
+        folder: where it is written; the nearest folder that exists is looked at.
+        runs: runs of the sweep.
+        calls: calls of all runs, at most.
+        images: images that are kept.
+        frames: frames that are kept.
+    """
+    need = runs * RUN_BYTES + calls * CALL_BYTES + images * IMAGE_BYTES + frames * FRAME_BYTES
+    there = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
+    free = shutil.disk_usage(there).free
+    text = f"about {megabytes(need)} needed, {megabytes(free)} free"
+    if free < need:
+        return Finding("disk", str(folder), Status.PROBLEM, text, "Choose another output.dir.")
+    status = Status.WARNING if free < _TIGHT * need else Status.OK
+    return Finding("disk", str(folder), status, text, "It may become tight." if status is Status.WARNING else "")
+
+
+def megabytes(count: int) -> str:
+    """Return a number of bytes for people."""
+    return f"{count / 1e9:,.1f} GB" if count >= 1e9 else f"{count / 1e6:,.0f} MB"
+
+
+UNLIMITED_REPLY = 1024
+"""Tokens that a reply is taken to have at most when its settings set no limit."""
+
+COMMON_REPLY = 4
+"""The longest reply that the settings allow is so many times a common one."""
+
+CUT_BEYOND = 8
+"""Characters per token that no tokenizer reaches in English: a lower count means that the prompt was cut."""
+
+
+@dataclass(frozen=True)
+class Use:
+    """A served model, and one way in which the sweep asks it.
+
+    Attributes:
+        model: the bare model, without cache, limit and tries.
+        scenario: the world.
+        prompt: the prompt variant.
+        seed: a seed of the sweep.
+    """
+
+    model: Model
+    scenario: Scenario
+    prompt: Prompt
+    seed: int
+
+
+async def examine_model(
+    use: Use, began: Mapping[str, Any] | None, cache: str, *, calls: bool
+) -> AsyncIterator[Finding]:
+    """Yield what is found of one model.
+
+    Args:
+        use: the model and what it is used for.
+        began: its name, digest and weights when the sweep began that would go on; None where none would.
+        cache: where the answers are, beside which its speed is kept.
+        calls: whether about twenty are sent, none of whose answers is kept.
+    """
+    name = use.model.name
+    if isinstance(use.model, HumanModel):
+        yield Finding("person", name, Status.SKIPPED, "a person is asked on the page of foundry play, not tried here")
+        return
+    try:
+        info = await use.model.inspect()
+    except Exception as error:  # noqa: BLE001 - the boundary: a backend of one's own may raise anything
+        yield Finding("model", name, Status.PROBLEM, _said(error), "Nothing else of it could be looked at.")
+        return
+    yield _identity(info, began)
+    if use.scenario.shows_images:
+        yield _sight(info, use.scenario.name)
+    if not calls:
+        yield Finding("calls", name, Status.SKIPPED, "context, slots and seeds were not measured (--no-calls)")
+        return
+    asked = replace(use, model=RetriedModel.as_set(serving_of(use.model).retry, use.model)) if use.model.costs else use
+    try:
+        await asked.model.warm_up()
+        loaded = Loaded()
+        try:
+            loaded = await use.model.loaded()
+        except BackendError as error:
+            yield Finding("memory", name, Status.SKIPPED, f"the server does not say how it runs the model: {error}")
+        for finding in _memory(name, loaded):
+            yield finding
+        yield await _context(asked, info, loaded)
+        measured = await measure_load(asked.model, _short_request(asked))
+        remember_speed(cache, name, measured.per_call_s)
+        for finding in _under_load(name, measured, loaded):
+            yield finding
+    except Exception as error:  # noqa: BLE001 - the boundary: a backend of one's own may raise anything
+        yield Finding("calls", name, Status.PROBLEM, _said(error), "A sweep would meet the same.")
+
+
+def _said(error: Exception) -> str:
+    """Return a cause in one line, with its kind where it is none of foundry's."""
+    kind = "" if isinstance(error, FoundryError) else f"its class raises {type(error).__name__}: "
+    return kind + " ".join(str(error).split())
+
+
+def _identity(info: ModelInfo, began: Mapping[str, Any] | None) -> Finding:
+    now = {"digest": info.digest, "weights": info.weights}
+    then = began and began["digest"]
+    if began and then and (info.digest is None or not same_weights(began, now)):
+        found = f"digest {(info.digest or 'none')[:12]}, and the sweep in output.dir began with {then[:12]}"
+        return Finding(
+            "model", info.name, Status.PROBLEM, found, "Put the first weights back, or take another output.dir."
+        )
+    digest = f"digest {info.digest[:12]}" if info.digest else "no digest: the server tells none"
+    server = f", server {info.server_version}" if info.server_version else ""
+    able = f", {', '.join(info.capabilities)}" if info.capabilities else ""
+    if info.remote is not None:
+        passed = f"{digest}{server}{able}; the server passes calls on to {info.remote}"
+        advice = "The digest does not cover its weights: report the model as a remote one."
+        return Finding("model", info.name, Status.WARNING, passed, advice)
+    status = Status.OK if info.digest else Status.WARNING
+    advice = "" if info.digest else "Whether its weights change meanwhile cannot be seen: pin its version."
+    return Finding("model", info.name, status, digest + server + able, advice)
+
+
+def _sight(info: ModelInfo, world: str) -> Finding:
+    try:
+        check_sight(info, world)
+    except InputError as error:
+        return Finding("vision", info.name, Status.PROBLEM, str(error), "A sweep would not start.")
+    return Finding("vision", info.name, Status.OK, f"sees the images of world '{world}'")
+
+
+def _memory(name: str, loaded: Loaded) -> Iterator[Finding]:
+    """Tell of a model that is not whole in the memory of the GPU."""
+    if loaded.on_cpu:
+        found = f"{loaded.on_cpu:.0%} of the model is outside the GPU's memory and runs on the CPU"
+        advice = "Calls are slow: take a smaller model, a smaller context or a stronger quantization."
+        yield Finding("memory", name, Status.WARNING, found, advice)
+
+
+async def _context(use: Use, info: ModelInfo, loaded: Loaded) -> Finding:
+    """Have the server count the longest prompt, and compare it with the context."""
+    limit = use.model.longest_reply or UNLIMITED_REPLY
+    longest = longest_prompt(use.scenario, use.prompt, seed=use.seed, reply_tokens=limit)
+    try:
+        reply = await use.model.ask(_request(use, longest.question))
+    except RequestError as error:
+        return await _refused(use, longest, limit, error)
+    room = loaded.context_length or use.model.context_length or info.context_length
+    return _fit(use.model.name, info, longest, reply.prompt_tokens, limit=limit, room=room)
+
+
+async def _refused(use: Use, longest: SizedPrompt, limit: int, error: RequestError) -> Finding:
+    """Tell a context that only the longest of replies would fill from one that common replies fill."""
+    name, found = use.model.name, f"the longest prompt, {longest.characters:,} characters, is refused: {error}"
+    common = longest_prompt(use.scenario, use.prompt, seed=use.seed, reply_tokens=limit // COMMON_REPLY)
+    try:
+        await use.model.ask(_request(use, common.question))
+    except RequestError:
+        return Finding("context", name, Status.PROBLEM, found, "Raise the context, or shorten the history.")
+    found = f"{common.characters:,} characters fit, as common replies give; {found}"
+    return Finding("context", name, Status.WARNING, found, "A run of very long replies would fail: raise the context.")
+
+
+def _fit(
+    name: str, info: ModelInfo, longest: SizedPrompt, tokens: int | None, *, limit: int, room: int | None
+) -> Finding:
+    """Compare the tokens of the longest prompt with the context."""
+    if tokens is None or room is None:
+        return Finding("context", name, Status.SKIPPED, "the server tells no token counts or no context length")
+    found = f"longest prompt {tokens:,} tokens ({longest.characters:,} characters) of {room:,}"
+    if tokens <= room // 2 + 2 < longest.characters // CUT_BEYOND:
+        return Finding("context", name, Status.PROBLEM, f"{found}: cut by the server", "Raise the context.")
+    if info.context_length is not None and info.context_length < room:
+        advice = f"The model was trained with {info.context_length:,}: lower the context."
+        return Finding("context", name, Status.WARNING, found, advice)
+    if tokens + limit > room:
+        advice = f"A reply of {limit:,} tokens does not fit behind it and would be cut: raise the context."
+        return Finding("context", name, Status.WARNING, found, advice)
+    return Finding("context", name, Status.OK, found)
+
+
+def _slots(name: str, measured: LoadResult, loaded: Loaded) -> Finding:
+    """Tell of the server's slots: as it says itself, else as they were measured."""
+    times = f"a call {measured.alone_s:.2g} s alone, {measured.per_call_s:.2g} s each in a burst"
+    if loaded.slots is None and measured.slots is None:
+        found = f"not counted: this machine was too slow to tell them from its own delays; {times}"
+        return Finding("parallel slots", name, Status.SKIPPED, found, "Look again when this machine has less to do.")
+    slots = f"{measured.slots} at once" if loaded.slots is None else f"{loaded.slots} at once, as the server says"
+    queues = (loaded.slots or measured.slots) == 1
+    advice = "Calls only queue: raise OLLAMA_NUM_PARALLEL (or the server's like)." if queues else ""
+    return Finding("parallel slots", name, Status.OK, f"{slots}; {times}", advice)
+
+
+def _under_load(name: str, measured: LoadResult, loaded: Loaded) -> list[Finding]:
+    share = f"{measured.equal_under_load:.0%} equal under load"
+    if not measured.alone_equal:
+        seeds = Finding(
+            "seeds", name, Status.WARNING, f"the same call gave two answers; {share}", "Seeds are not honoured."
+        )
+    elif measured.equal_under_load < 1:
+        advice_seeds = "Parallel calls change answers: only the answer cache and the records make a study repeatable."
+        seeds = Finding("seeds", name, Status.WARNING, f"equal alone; {share}", advice_seeds)
+    else:
+        seeds = Finding("seeds", name, Status.OK, f"equal alone; {share}")
+    return [_slots(name, measured, loaded), seeds, *_unsteady(name, measured)]
+
+
+def _unsteady(name: str, measured: LoadResult) -> Iterator[Finding]:
+    """Tell of calls that a sweep would not fail by, and that are no common ones."""
+    if measured.repeated:
+        found = f"{measured.repeated} of {measured.calls} calls were answered only when they were made again"
+        yield Finding("tries", name, Status.WARNING, found, "A sweep makes them again, too, which takes time.")
+    if measured.undecided:
+        found = f"{measured.undecided} of {measured.calls} replies hold nothing to read"
+        yield Finding(
+            "replies", name, Status.WARNING, found, "A sweep records such a decision as empty, cut or failed."
+        )
+
+
+def _short_request(use: Use) -> Request:
+    return _request(use, next(first_questions(use.scenario, use.seed)))
+
+
+def _request(use: Use, question: Question) -> Request:
+    return Asker.create(use.model, use.prompt, digest=None, seed=use.seed).request(question)
 
 
 def examine(sweep: Sweep, settings: Mapping[str, Any], *, calls: bool = True) -> Iterator[Finding]:

@@ -1,17 +1,83 @@
-"""How long a plan takes, and how much it has models read."""
+"""How long a plan takes and how much models read: the speed that was measured, and the lengths of prompts."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import fmean
+
+import msgspec
 
 from foundry.composing.planning import PlannedRun
 from foundry.composing.preflight import prompt_of, scenario_of
-from foundry.doctor.longest import CHARACTERS_PER_TOKEN
 from foundry.expansion import Sweep, settings_key
+from foundry.models.answers.addresses import is_database
 from foundry.prompts.prompt import Prompt
+from foundry.storing.run_files import write_atomically
 from foundry.texts import in_words
-from foundry.worlds.base import Answer, Scenario
+from foundry.worlds.base import Answer, Question, Scenario
+
+
+def remember_speed(cache: str, model: str, per_call_s: float) -> None:
+    """Keep the seconds a call of a model; beside a database nothing is kept.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    if is_database(cache):
+        return
+    file = _file(cache)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    write_atomically(file, msgspec.json.encode({**speeds(cache), model: per_call_s}))
+
+
+def speeds(cache: str) -> dict[str, float]:
+    """Return the seconds a call by model, as far as they were measured; what cannot be read counts as not measured."""
+    if is_database(cache):
+        return {}
+    try:
+        return msgspec.json.decode(_file(cache).read_bytes(), type=dict[str, float])
+    except (OSError, msgspec.MsgspecError):
+        return {}
+
+
+def _file(cache: str) -> Path:
+    return Path(cache).with_suffix(".speeds.json")
+
+
+CHARACTERS_PER_TOKEN = 3.73
+"""Of the filler text in the tokenizers of Qwen 3 and Llama 3: no reply holds more characters of it."""
+
+
+@dataclass(frozen=True)
+class SizedPrompt:
+    """A question and the length of its prompt.
+
+    Attributes:
+        question: as it was met in an episode.
+        characters: of the prompt without images.
+    """
+
+    question: Question
+    characters: int
+
+
+def longest_prompt(scenario: Scenario, prompt: Prompt, *, seed: int, reply_tokens: int) -> SizedPrompt:
+    """Play an episode in which everyone says as much as a reply may hold, and return where its prompt is longest.
+
+    Args:
+        scenario: the world.
+        prompt: the prompt variant.
+        seed: the run's seed.
+        reply_tokens: tokens of the longest reply.
+    """
+    room = int(reply_tokens * CHARACTERS_PER_TOKEN)
+    asked = (question for step in _wordy_steps(scenario, seed, room) for question in step)
+    sized = (SizedPrompt(question, _characters(prompt, question)) for question in asked)
+    return max(sized, key=lambda one: one.characters)
+
 
 COMMON_MESSAGE = 160
 """Characters of the message that each agent is taken to send."""
@@ -42,7 +108,8 @@ def time_line(planned: Sequence[PlannedRun], per_call_s: Mapping[str, float]) ->
 def prompt_tokens(sweep: Sweep, planned: Sequence[PlannedRun]) -> int | None:
     """Return about how many tokens of prompts a plan would send; None where prompts hold images.
 
-    An episode of each world and prompt is played in which every agent sends a message of a common length.
+    An episode of each world and prompt is played in which every agent sends a message of a common length. The prompts
+    of each step's first agent are measured.
     """
     per_call: dict[str, float] = {}
     tokens = 0.0
@@ -55,16 +122,22 @@ def prompt_tokens(sweep: Sweep, planned: Sequence[PlannedRun]) -> int | None:
             scenario = scenario_of(config)
             if scenario.shows_images:
                 return None
-            per_call[key] = _characters(scenario, prompt_of(config), run.run.seed) / CHARACTERS_PER_TOKEN
+            steps = _wordy_steps(scenario, run.run.seed, COMMON_MESSAGE)
+            prompt = prompt_of(config)
+            mean = fmean(_characters(prompt, questions[0]) for questions in steps)
+            per_call[key] = mean / CHARACTERS_PER_TOKEN
         tokens += run.to_send * per_call[key]
     return round(tokens)
 
 
-def _characters(scenario: Scenario, prompt: Prompt, seed: int) -> float:
-    """Return the mean length of the prompts of each step's first agent in an episode."""
-    world, lengths = scenario.start(seed), []
+def _characters(prompt: Prompt, question: Question) -> int:
+    return sum(len(message.content) for message in prompt.render(question))
+
+
+def _wordy_steps(scenario: Scenario, seed: int, room: int) -> Iterator[Sequence[Question]]:
+    """Yield the questions of each step of an episode in which everyone says as many characters as there is room for."""
+    world = scenario.start(seed)
     while not world.finished:
         questions = world.pending()
-        lengths.append(sum(len(message.content) for message in prompt.render(questions[0])))
-        world.advance([Answer(scenario.wordy_answer(question, COMMON_MESSAGE)) for question in questions])
-    return sum(lengths) / len(lengths)
+        yield questions
+        world.advance([Answer(scenario.wordy_answer(question, room)) for question in questions])

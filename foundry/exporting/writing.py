@@ -11,8 +11,7 @@ from typing import TypeAlias
 
 from foundry.errors import InputError
 from foundry.exporting.conditions import ExportedCondition, conditions
-from foundry.exporting.files import Files
-from foundry.exporting.scores import Scores
+from foundry.exporting.shared import Files, Scores
 from foundry.storing.store import SweepFolder, ensure_writable
 
 Write: TypeAlias = Callable[[Sequence[ExportedCondition], Scores, Path], Files]

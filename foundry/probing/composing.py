@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import msgspec
 
@@ -15,7 +15,7 @@ from foundry.composing.defaults import Defaults
 from foundry.composing.preflight import scenario_of
 from foundry.composing.recorded import compose_recorded, without_format
 from foundry.errors import InputError
-from foundry.expansion import FORMAT, Condition, Sweep, overridden, settings_key
+from foundry.expansion import FORMAT, Condition, Sweep, expand, overridden, settings_key
 from foundry.naming import format_of
 from foundry.probing.drawing import Past, drawn, kept_of, listed, strata_of
 from foundry.running.difference import excerpts, first_difference
@@ -239,3 +239,43 @@ def _condition(
         "moments": moments,
     }
     return Condition({**one.factors, "edit": edit["name"]}, {**one.config, "world": world}, seeds)
+
+
+@dataclass(frozen=True)
+class Planned:
+    """What is asked with an edit.
+
+    Attributes:
+        edit: its name.
+        moments: in how many moments it changes something.
+        conditions: how many models, prompts and formats are asked in them.
+        calls: how many calls that makes.
+    """
+
+    edit: str
+    moments: int
+    conditions: int
+    calls: int
+
+
+def planned(probe: Probe, scratch: Path) -> Sequence[Planned]:
+    """Count what a probe will ask, edit by edit.
+
+    Args:
+        probe: the probe.
+        scratch: a folder that holds nothing else.
+
+    Raises:
+        RecordError: its moments cannot be made again.
+    """
+    sweep = probe.placed(scratch, expand(probe.composed.asked, probe.composed.conditions))
+    by_edit: dict[str, list[Condition]] = {}
+    for condition in sweep.conditions:
+        by_edit.setdefault(condition.config["world"]["edit"]["name"], []).append(condition)
+    return [_planned(edit, conditions) for edit, conditions in by_edit.items()]
+
+
+def _planned(edit: str, conditions: Sequence[Condition]) -> Planned:
+    scenario = cast(ProbeScenario, scenario_of(conditions[0].config))
+    moments = sum(scenario.count_moments(seed) for seed in conditions[0].seeds)
+    return Planned(edit, moments, len(conditions), moments * len(conditions) * scenario.repeats)

@@ -1,14 +1,16 @@
-"""From configuration to objects: `_target_` is the only registry."""
+"""From configuration to objects, `_target_` being the only registry, and to who is asked in a run."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
+from foundry.episode import Asker
 from foundry.errors import FoundryError, InputError
+from foundry.expansion import calls_seed
 from foundry.models.answers.base import Answers
 from foundry.models.answers.unconfirmed import Unconfirmed
-from foundry.models.base import Model, ModelInfo
+from foundry.models.base import Model, ModelInfo, RunContext
 from foundry.models.serving import InFlight, serving_of
 from foundry.models.wrappers.cached import CachedModel
 from foundry.models.wrappers.confirmed import ConfirmedModel
@@ -16,6 +18,8 @@ from foundry.models.wrappers.limited import Limit, LimitedModel
 from foundry.models.wrappers.retried import RetriedModel
 from foundry.models.wrappers.warmed import WarmedModel
 from foundry.naming import target_of
+from foundry.prompts.prompt import Prompt
+from foundry.worlds.base import Scenario
 
 
 def build(config: Mapping[str, Any]) -> Any:
@@ -110,3 +114,30 @@ def _stacked(
 
 def _one_line(error: BaseException) -> str:
     return " ".join(str(error).split())
+
+
+def in_run(model: Model, config: Mapping[str, Any], scenario: Scenario, info: ModelInfo) -> Model:
+    """Return the model as it answers in the run of this configuration.
+
+    Raises:
+        InputError: it does not fit this run.
+    """
+    seed = config["seed"]
+    return model.in_run(RunContext(seed, calls_seed(config), scenario.personas(seed), info))
+
+
+def asker_of(config: Mapping[str, Any], scenario: Scenario, prompt: Prompt, model: Model, info: ModelInfo) -> Asker:
+    """Return what puts the questions of a run.
+
+    Args:
+        config: the run's effective configuration.
+        scenario: its world.
+        prompt: its prompt variant.
+        model: its model, wrapped.
+        info: what is known of the model.
+
+    Raises:
+        InputError: the model does not fit this run.
+    """
+    placed = in_run(model, config, scenario, info)
+    return Asker.create(placed, prompt, digest=info.digest, seed=calls_seed(config))

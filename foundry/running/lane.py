@@ -38,10 +38,9 @@ from foundry.models.answers.opening import open_answers
 from foundry.models.base import Model, ModelInfo
 from foundry.models.serving import RUN
 from foundry.records import Counts, RunSummary
-from foundry.running.asking import asker_of
-from foundry.running.build import build, model_stack
-from foundry.running.continuing import forked, origin_of
+from foundry.running.build import asker_of, build, model_stack
 from foundry.running.cores import garbage_sought_seldom, share_cores
+from foundry.running.recorded import forked, origin_of
 from foundry.running.sharing import Shared
 from foundry.storing.run_writer import RunWriter, write_run_summary
 from foundry.storing.store import RunFolder, SweepFolder, cannot_write, write_atomically

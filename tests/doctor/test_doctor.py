@@ -17,8 +17,7 @@ from commands import foundry
 from foundry import paths
 from foundry.composing.compose import compose
 from foundry.composing.preflight import prompt_of, scenario_of
-from foundry.doctor.longest import longest_prompt
-from foundry.doctor.speeds import remember_speed, speeds
+from foundry.doctor.hours import longest_prompt, remember_speed, speeds
 from foundry.models.base import Reply, Request
 from foundry.models.ollama.model import OllamaModel
 from ollama_cases import (

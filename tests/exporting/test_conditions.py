@@ -13,7 +13,7 @@ import pytest
 
 from commands import foundry
 from exporting.conftest import MADE_UP, REFUSAL, exported
-from foundry.commands.exporting import scores_of
+from foundry.commands.report import scores_of
 from foundry.errors import InputError
 from foundry.exporting.conditions import conditions, named
 from foundry.exporting.every_eval_ever.record import record

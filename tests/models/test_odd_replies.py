@@ -24,8 +24,8 @@ from foundry.errors import BackendError, InputError, ServerError, TransientError
 from foundry.models.base import ChatMessage, ModelInfo, Reply, Request
 from foundry.models.http.pausing import seconds_to_wait, wait_asked
 from foundry.models.http.transport import LARGEST_BODY, Origin, _say_unknown, decoded
-from foundry.models.ollama import errors as ollama_errors
 from foundry.models.ollama import inspect as ollama_inspect
+from foundry.models.ollama import server as ollama_errors
 from foundry.models.ollama import wire as ollama_wire
 from foundry.models.openai import errors as openai_errors
 from foundry.models.openai import info as openai_info

@@ -13,8 +13,7 @@ from foundry.errors import FoundryError, InputError
 from foundry.expansion import settings_key
 from foundry.models.base import ModelInfo
 from foundry.running.lane import LaneSpec
-from foundry.running.remote import RemoteSweep, fetch
-from foundry.running.remote_runs import Chunk, RemoteRuns, part_of, play_chunk
+from foundry.running.remote import Chunk, RemoteRuns, RemoteSweep, fetch, part_of, play_chunk
 from foundry.storing.store import SweepFolder
 
 pytest.importorskip("fsspec", reason="needs the extra remote: pip install 'foundry-worlds[remote]'")

@@ -13,8 +13,7 @@ import pytest
 from commands import SMALL, foundry
 from foundry.errors import InputError
 from foundry.models.answers.opening import open_answers
-from foundry.running.dask import DaskRunner
-from foundry.running.dask_cluster import Site, check_cache, check_folder, connected
+from foundry.running.dask import DaskRunner, Site, check_cache, check_folder, connected
 from foundry.running.remote import RemoteSweep
 
 FREE = ("-m", "model=scripted/random", "seed=0-1", *SMALL, "output.dir=sweep")

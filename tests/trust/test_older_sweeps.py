@@ -15,8 +15,8 @@ import pytest
 from analysis import analyze, load
 from commands import foundry, statuses
 from foundry.composing.compose import compose
+from foundry.composing.names import with_public_names
 from foundry.composing.preflight import scenario_of
-from foundry.composing.public_names import with_public_names
 from foundry.expansion import expand
 from foundry.storing.declaration import declared_before
 from foundry.storing.store import SweepFolder

@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 from commands import foundry
-from foundry.validating.page import page
-from foundry.validating.playing import Held
+from foundry.validating.playing import Held, page
 
 SMALL = "overrides: [world.agents=2, world.steps=2]"
 FACTS = f"""

@@ -9,8 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from foundry.exporting.conditions import ExportedCondition
-from foundry.exporting.parameters import sampling
-from foundry.exporting.scores import Mean, Measured, Scores
+from foundry.exporting.shared import Mean, Measured, Scores, sampling
 
 VERSION = "0.3.0"
 LIBRARY = "foundry-worlds"

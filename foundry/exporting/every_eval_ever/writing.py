@@ -14,8 +14,7 @@ import jsonschema
 from foundry.errors import InputError, RecordError
 from foundry.exporting.conditions import ExportedCondition
 from foundry.exporting.every_eval_ever.record import LIBRARY, left_out, model_id, record
-from foundry.exporting.files import Files
-from foundry.exporting.scores import Scores
+from foundry.exporting.shared import Files, Scores
 from foundry.storing.store import write_atomically
 
 LEFT_OUT = "left_out.json"

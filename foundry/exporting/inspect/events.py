@@ -26,7 +26,7 @@ from inspect_ai.model import (
 )
 
 from foundry.exporting.conditions import ExportedRun
-from foundry.exporting.parameters import sampling
+from foundry.exporting.shared import sampling
 from foundry.records import Call
 
 _MESSAGES = {"system": ChatMessageSystem, "user": ChatMessageUser, "assistant": ChatMessageAssistant}

@@ -28,9 +28,8 @@ from inspect_ai.model import ModelUsage
 from inspect_ai.scorer import Score
 
 from foundry.exporting.conditions import ExportedCondition, ExportedRun
-from foundry.exporting.files import Files
 from foundry.exporting.inspect.events import events
-from foundry.exporting.scores import Mean, Measured, Scores
+from foundry.exporting.shared import Files, Mean, Measured, Scores
 from foundry.trust.summaries import COMPLETE
 
 _NO_PART = re.compile(r"[^A-Za-z0-9.]")

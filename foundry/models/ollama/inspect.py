@@ -8,7 +8,7 @@ from typing import Any
 from foundry.errors import InputError, not_found
 from foundry.models.base import Loaded, ModelInfo
 from foundry.models.http.transport import length_in, name_in, names_in
-from foundry.models.ollama.errors import WAYS_ON
+from foundry.models.ollama.server import WAYS_ON
 
 
 def full_tag(name: str) -> str:

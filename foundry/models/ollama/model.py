@@ -16,9 +16,8 @@ from foundry.models.http.model import HttpModel, check_format, schemas_of
 from foundry.models.http.pausing import wait_asked
 from foundry.models.http.transport import OK, Origin, name_in
 from foundry.models.ollama import wire as ollama_wire
-from foundry.models.ollama.errors import WAYS_ON, refusal
-from foundry.models.ollama.hosts import parse_hosts
 from foundry.models.ollama.inspect import described, full_tag, installed_row, loaded_in
+from foundry.models.ollama.server import WAYS_ON, parse_hosts, refusal
 from foundry.models.ollama.wire import ChatSettings
 from foundry.models.serving import HttpServing, Seconds, read_settings
 

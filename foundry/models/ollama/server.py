@@ -1,11 +1,35 @@
-"""What a refusal by an Ollama server means for the call, the run and the sweep."""
+"""Ollama servers: their addresses in every form that OLLAMA_HOST takes, and what their refusals mean."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from foundry.errors import BackendError, RequestError, ServerError, TransientError
+from foundry.models.http.hosts import parse_url
 from foundry.models.http.transport import Origin, error_text, model_failure
+
+DEFAULT_PORT = 11434
+QUOTES = "\"'"
+
+
+def parse_hosts(hosts: str | Iterable[str]) -> tuple[str, ...]:
+    """Return the base URLs of one host, several separated by commas, or a list; each once, in order.
+
+    Quotes around them are left out, as Ollama does with those that some shells leave in `OLLAMA_HOST`.
+    """
+    names = hosts.split(",") if isinstance(hosts, str) else list(hosts)
+    stripped = [name.strip().strip(QUOTES) for name in names]
+    return tuple(dict.fromkeys(parse_host(name) for name in stripped if name)) or (parse_host(""),)
+
+
+def parse_host(host: str) -> str:
+    """Return the base URL of a host such as `gpu1`, `:8080`, `0.0.0.0`, `[::1]:11434` or `https://x/ollama/`.
+
+    Without a scheme the port is 11434, as for Ollama's own tools; with one it is the scheme's.
+    """
+    forms = "127.0.0.1:11434, gpu1 or https://example.org/ollama"
+    return parse_url(host, what="Ollama host", port=DEFAULT_PORT, forms=forms)
+
 
 WAYS_ON = (
     "Start Ollama (ollama serve, https://ollama.com/download), set OLLAMA_HOST, "

@@ -10,7 +10,7 @@ import pytest
 
 from commands import foundry
 from foundry.composing.compose import compose
-from foundry.composing.public_names import with_public_names
+from foundry.composing.names import with_public_names
 from foundry.errors import InputError
 from foundry.expansion import expand
 from foundry.naming import MOVED, present, target_of, with_first_names
