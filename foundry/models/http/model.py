@@ -54,22 +54,14 @@ class HttpModel(ServedModel):
         await self._transport.close()
 
 
-def check_format(format: str | None) -> None:
-    """Refuse a format of replies that is not known.
-
-    Raises:
-        InputError: it is neither None nor `schema`.
-    """
-    if format not in FORMATS:
-        raise not_found("model.format", str(format), ["null", "schema"])
-
-
 def schemas_of(format: str | None, schemas: Mapping[str, Any] | None) -> Mapping[str, Any] | None:
     """Return the schemas that replies are held to, by kind of question, or None for free text.
 
     Raises:
-        InputError: schemas are asked for, and there are none.
+        InputError: the format is not known, or schemas are asked for, and there are none.
     """
+    if format not in FORMATS:
+        raise not_found("model.format", str(format), ["null", "schema"])
     if format == "schema" and not schemas:
         raise InputError("format=schema needs a JSON Schema per kind of question under `schemas`.")
     return schemas if format == "schema" else None

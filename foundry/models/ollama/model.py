@@ -12,7 +12,7 @@ import msgspec
 from foundry.errors import BackendError, InputError, ServerError, not_found
 from foundry.models.base import Loaded, ModelInfo, Reply, Request
 from foundry.models.http.hosts import agreed
-from foundry.models.http.model import HttpModel, check_format, schemas_of
+from foundry.models.http.model import HttpModel, schemas_of
 from foundry.models.http.pausing import wait_asked
 from foundry.models.http.transport import OK, Origin, name_in
 from foundry.models.ollama import wire as ollama_wire
@@ -72,7 +72,7 @@ class OllamaModel(HttpModel):
             format: None for free text, or `schema` to hold replies to `schemas`.
             schemas: JSON Schema of the reply by kind of question.
         """
-        _check_settings(name, think, format, options)
+        _check_settings(name, think, options)
         self._schemas = schemas_of(format, schemas)
         self.name = name
         self.server: OllamaServing = read_settings(server, OllamaServing)
@@ -199,12 +199,11 @@ class OllamaModel(HttpModel):
         return Origin(host=host, model=self.name, version=self._versions.get(host))
 
 
-def _check_settings(name: str, think: bool | str, format: str | None, options: Mapping[str, Any]) -> None:
+def _check_settings(name: str, think: bool | str, options: Mapping[str, Any]) -> None:
     if not name.strip():
         raise InputError("model.name is empty. List the installed models with: foundry doctor")
     if think not in THINK_LEVELS:
         raise not_found("model.think", str(think), [str(level).lower() for level in THINK_LEVELS])
-    check_format(format)
     if "seed" in options:
         raise InputError("model.options.seed is set per call; use seed= or sampling_seed=.")
     for option in options:

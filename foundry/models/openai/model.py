@@ -11,7 +11,7 @@ import msgspec
 from foundry.errors import BackendError, InputError, RequestError, not_found
 from foundry.models.base import Loaded, ModelInfo, Reply, Request
 from foundry.models.http.hosts import agreed, parse_url
-from foundry.models.http.model import HttpModel, check_format, schemas_of
+from foundry.models.http.model import HttpModel, schemas_of
 from foundry.models.http.pausing import wait_asked
 from foundry.models.http.transport import OK, Origin
 from foundry.models.openai import wire as openai_wire
@@ -91,7 +91,7 @@ class OpenAIModel(HttpModel):
             revision: a word that stands for the weights.
         """
         extra = extra or {}
-        _check_settings(served, options, extra, format=format, image_detail=image_detail, seed_field=seed_field)
+        _check_settings(served, options, extra, image_detail=image_detail, seed_field=seed_field)
         self._schemas = schemas_of(format, schemas)
         self.name = name
         self.server: OpenAIServing = read_settings(server, OpenAIServing)
@@ -208,13 +208,11 @@ def _check_settings(
     options: Mapping[str, Any],
     extra: Mapping[str, Any],
     *,
-    format: str | None,
     image_detail: str | None,
     seed_field: str | None,
 ) -> None:
     if not served.strip():
         raise InputError("model.served is empty: write model=openai/<name on the server>.")
-    check_format(format)
     if image_detail not in DETAILS:
         raise not_found("model.image_detail", str(image_detail), ["null", "low", "high", "auto"])
     for option in options:
