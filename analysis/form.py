@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 from analysis.arrays import BoolArray, IntArray
 from foundry.declared import Declared
 from foundry.errors import InputError, RecordError
+from foundry.naming import in_room
 from foundry.own_code import OwnModule, own_folders, own_modules, refuse_shipped_name
 from foundry.records import Message, RunSummary
-from foundry.rooms import in_room
 from foundry.storing.store import RunFolder
 
 if TYPE_CHECKING:

@@ -149,7 +149,7 @@ def _run_typer(argv: Sequence[str]) -> int:
 
 def _complete() -> int:
     """Say what the shell may put in place of a word: of a command by Typer, before that also what Hydra reads."""
-    from foundry.composing.completing import asked_words, without_broken
+    from foundry.composing.shown import asked_words, without_broken
 
     before, word = asked_words()
     has_command = bool(before) and before[0] in [_name_of(command) for command in app.registered_commands]
@@ -164,7 +164,7 @@ def _complete() -> int:
 
 
 def _complete_first(incomplete: str) -> list[str]:
-    from foundry.composing.completing import asked_words
+    from foundry.composing.shown import asked_words
 
     before, _ = asked_words()
     names = [] if before else [_name_of(command) for command in app.registered_commands]

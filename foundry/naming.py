@@ -5,6 +5,8 @@ Run ids and keys of answers hang on the name that a class had first, so that mov
 
 from __future__ import annotations
 
+import importlib
+import importlib.util
 import pkgutil
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
@@ -102,3 +104,11 @@ def names_of(subjects: Iterable[Subject]) -> dict[Subject, str]:
     found = sorted(set(subjects))
     told = [place for place in range(len(Subject._fields)) if place == 0 or len({one[place] for one in found}) > 1]
     return {one: " / ".join(filter(None, (one[place] for place in told))) for one in found}
+
+
+def in_room(package: str, form: str, name: str) -> Any:
+    """Return what `package.<form>` says under a name; None where there is no such room, or it says nothing."""
+    room = f"{package}.{form}"
+    if importlib.util.find_spec(room) is None:
+        return None
+    return getattr(importlib.import_module(room), name, None)

@@ -18,7 +18,7 @@ from analysis.stats.plan import EXPLORATORY
 from analysis.stats.stopping import error_of
 from analysis.stats.values import Group
 from analysis.tables.groups import PARTS, group_keys
-from foundry.storing.looks import LookedAt, looks_of, write_looks
+from foundry.storing.preregistration import LookedAt, looks_of, write_looks
 from foundry.storing.store import leaves, without_servers
 
 _Pair: TypeAlias = tuple[str, ...]

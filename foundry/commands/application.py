@@ -76,22 +76,22 @@ def _folder(text: str) -> Path:
 
 
 def _complete_folder(incomplete: str) -> list[str]:
-    from foundry.composing import completing
+    from foundry.composing import shown
 
-    return completing.folders(incomplete)
+    return shown.folders(incomplete)
 
 
 def _complete_run(incomplete: str) -> list[str]:
-    from foundry.composing import completing
+    from foundry.composing import shown
 
-    return completing.runs(incomplete)
+    return shown.runs(incomplete)
 
 
 def complete_overrides(incomplete: str) -> list[str]:
     """Return what a shell may complete an override to."""
-    from foundry.composing import completing
+    from foundry.composing import shown
 
-    return completing.overrides(incomplete)
+    return shown.overrides(incomplete)
 
 
 def folder_argument(help: str, metavar: str = "DIR") -> Any:

@@ -171,7 +171,7 @@ def config(
     from foundry import paths
     from foundry.composing.compose import compose
     from foundry.composing.defaults import read_defaults
-    from foundry.composing.origins import chosen, decides_answers, environment, settings_of
+    from foundry.composing.shown import chosen, decides_answers, environment, settings_of
     from foundry.display import frame_table
 
     file, wanted = paths.user_config_file(), [one for one in overrides or () if "=" not in one]
@@ -268,7 +268,7 @@ def plan(
 
 def _print_prompt(composed: Composed, step: int, agent: int, kind: str | None, *, json: bool) -> None:
     """Print the exact prompt of one call."""
-    from foundry.composing.prompting import find_prompt
+    from foundry.composing.planning import find_prompt
 
     sweep = composed.sweep
     with only_json(json):

@@ -67,8 +67,7 @@ def _run_until_answered(composed: Composed) -> int:
     """Run a declared sweep look after look, to the first at which its question is answered."""
     from analysis import analyze
     from analysis.planned.holding import answered, open_rows
-    from foundry.composing.looks import stages
-    from foundry.composing.preparing import checked
+    from foundry.composing.preparing import checked, stages
     from foundry.storing.standing import failures
     from foundry.texts import counted
 

@@ -1,8 +1,11 @@
-"""From what was composed to a sweep that is checked, has its folder and can be run."""
+"""From what was composed to a sweep that is checked, has its folder and can be run, look after look where declared."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import contextlib
+import functools
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -10,23 +13,115 @@ from typing import Any
 
 from foundry.composing.compose import Composed
 from foundry.composing.defaults import resolved
-from foundry.composing.launching import LauncherRunner
 from foundry.composing.points import Launch
 from foundry.composing.preflight import check, check_begun, declare, notes_of
 from foundry.composing.settings import UNTIL
-from foundry.errors import InputError
-from foundry.expansion import Sweep
-from foundry.models.answers.addresses import settled
+from foundry.errors import FoundryError, InputError
+from foundry.expansion import Sweep, expand
+from foundry.models.answers.base import settled
 from foundry.models.answers.opening import check_reachable
 from foundry.models.base import ModelInfo
 from foundry.paths import conf_dir
 from foundry.running.build import build
-from foundry.running.local import Runner, SweepJob
+from foundry.running.lane import Lane, LaneSpec, run_lane
+from foundry.running.local import PlayPhase, Runner, SweepJob, SweepStopped, raise_if_stopped
 from foundry.storing.determinism import SETTING
 from foundry.storing.growing import growth
 from foundry.storing.plain import read_config
-from foundry.storing.store import SweepFolder, ensure_writable, fresh_folder, is_sweep
+from foundry.storing.preregistration import PREREGISTRATION_FILE, Preregistration, preregistration_of
+from foundry.storing.store import RunFolder, SweepFolder, ensure_writable, fresh_folder, is_sweep
 from foundry.trust.repeating import repeat_calls
+
+
+@dataclass(frozen=True)
+class OneRun:
+    """What a job does: it plays the run that has the job's number.
+
+    Attributes:
+        spec: what every job is given.
+        command: process of the command, which keeps its Ctrl-C where a launcher runs jobs in that process.
+    """
+
+    spec: LaneSpec
+    command: int
+
+    def __call__(self, config: object) -> str | None:
+        """Play the run; the configuration that Hydra composed for the job is the sweep's, and known."""
+        from hydra.core.hydra_config import HydraConfig
+
+        number = int(HydraConfig.get().job.num)
+        spec = replace(self.spec, name=f"{self.spec.name}-{number}", runs=(self.spec.runs[number],))
+        return Lane(spec).run() if os.getpid() == self.command else run_lane(spec)
+
+
+class LauncherRunner(Runner):
+    """Has a launcher start a job for each run; where and when jobs run is the launcher's to say."""
+
+    def __init__(self, launch: Launch) -> None:
+        super().__init__(open_runs=1)
+        self._launch = launch
+
+    @contextlib.contextmanager
+    def at_work(self, job: SweepJob) -> Iterator[PlayPhase]:
+        """Check nothing: the launcher finds out."""
+        folder = job.folder
+        absolute = SweepFolder(folder.path.absolute(), folder.sweep, folder.settings, folder.models)
+        yield functools.partial(self._play, replace(job, folder=absolute))
+
+    def _play(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> None:
+        jobs = [[f"seed={run.run.seed}"] for run in runs]
+        fatal: str | None = None
+        try:
+            for done in self._launch(OneRun(self.spec(job, runs, number), os.getpid()), jobs):
+                fatal = fatal or done.return_value
+        except FoundryError:
+            raise
+        except Exception as error:  # the boundary: every launcher has errors of its own
+            raise SweepStopped(f"the launcher's jobs failed: {type(error).__name__}: {error}") from error
+        raise_if_stopped(fatal, job)
+
+
+def stages(composed: Composed) -> list[Composed]:
+    """Return what is to be run until each look of the plan, which is in the folder that was asked for.
+
+    Each is a sweep of the first seeds of the plan, which grows into the next one.
+
+    Raises:
+        InputError: nothing was declared, or something else than is asked for.
+    """
+    plan = _plan(composed)
+    ids = {run.id for run in expand(composed.asked, composed.conditions).runs}
+    if ids != plan.runs.keys():
+        raise InputError(
+            f"{UNTIL}=answered runs what was declared: of {len(plan.runs)} runs in {PREREGISTRATION_FILE} "
+            f"{len(plan.runs.keys() - ids)} are not asked for, and {len(ids - plan.runs.keys())} are asked for beside "
+            "them. Repeat the overrides that it was made with."
+        )
+    return [replace(one, settings={**one.settings, UNTIL: None}) for one in _parts(composed, plan)]
+
+
+def _plan(composed: Composed) -> Preregistration:
+    folder = composed.settings["output"]["dir"]
+    found = preregistration_of(Path(folder)) if folder else None
+    if found is None:
+        where = f"'{folder}' has none" if folder else "no output.dir is named"
+        raise InputError(
+            f"{UNTIL}=answered stops at a look of {PREREGISTRATION_FILE}, and {where}: foundry preregister makes it."
+        )
+    if is_sweep(Path(folder)) and SweepFolder.open(folder).plan != found[1]:
+        raise InputError(
+            f"The sweep in '{folder}' did not begin with the plan that is there, so no look of it counts: preregister "
+            "and run it in another output.dir."
+        )
+    return found[0]
+
+
+def _parts(composed: Composed, plan: Preregistration) -> Iterator[Composed]:
+    for look in plan.looks:
+        own = set(plan.seeds[: look.seeds])
+        parts = (replace(one, seeds=tuple(seed for seed in one.seeds if seed in own)) for one in composed.conditions)
+        yield replace(composed, conditions=tuple(one for one in parts if one.seeds))
+
 
 OUTPUTS = Path("outputs")
 """Where sweeps go that name no folder."""

@@ -1,11 +1,166 @@
-"""What the writers of all formats share: declared measures, words for sampling, the files they wrote."""
+"""What an export takes of a sweep, without what belongs to this machine, and what writers of all formats share."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import hashlib
+import json
+import uuid
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
+
+import msgspec
+
+from foundry.records import Call, RunSummary
+from foundry.storing.store import IMAGES, RunFolder, SweepFolder, kept_file
+from foundry.trust.privacy import Scrubber
+from foundry.trust.summaries import COMPLETE
+
+
+@dataclass(frozen=True)
+class ExportedRun:
+    """A run that has ended.
+
+    Attributes:
+        folder: its files.
+        summary: how it ended.
+        scrubber: takes out what belongs to this machine.
+    """
+
+    folder: RunFolder
+    summary: RunSummary
+    scrubber: Scrubber
+
+    def calls(self) -> Iterator[Call]:
+        """Yield its calls.
+
+        Raises:
+            InputError: one holds a home folder or a secret.
+            RecordError: the log is damaged.
+        """
+        for call in self.folder.calls():
+            found = self.scrubber.call(call)
+            self.scrubber.check(f"{self.folder.id}/calls.jsonl.zst", msgspec.json.encode(found))
+            yield found
+
+    @cached_property
+    def _images(self) -> dict[str, str]:
+        kept = (name for name in self.folder.pictures() if name.startswith(f"{IMAGES}/"))
+        return {hashlib.sha256(kept_file(self.folder.path, name) or b"").hexdigest(): name for name in kept}
+
+    def image(self, sha256: str) -> tuple[str, bytes] | None:
+        """Return the name and the bytes of an image that was sent, None where it was not kept."""
+        name = self._images.get(sha256)
+        content = None if name is None else kept_file(self.folder.path, name)
+        return None if name is None or content is None else (name, content)
+
+
+@dataclass(frozen=True)
+class ExportedCondition:
+    """One condition of a sweep.
+
+    Attributes:
+        sweep: name of the sweep's folder.
+        number: its number in the sweep.
+        config: its configuration.
+        factors: the swept overrides and their values.
+        asked: how many runs it has.
+        runs: those of them that have ended.
+    """
+
+    sweep: str
+    number: int
+    config: dict[str, Any]
+    factors: dict[str, Any]
+    asked: int
+    runs: tuple[ExportedRun, ...]
+
+    @property
+    def world(self) -> str:
+        """Name of its world."""
+        return str(self.config["world"]["name"])
+
+    @property
+    def model(self) -> str:
+        """Name of its model."""
+        return str(self.config["model"]["name"])
+
+    @property
+    def prompt(self) -> str:
+        """Name of its prompt."""
+        return str(self.config["prompt"]["name"])
+
+    @property
+    def label(self) -> str:
+        """What tells it from the other conditions of its sweep, for people."""
+        shown = ("world", "model", "prompt")
+        further = (f"{name}={value}" for name, value in self.factors.items() if name not in shown)
+        return ", ".join((self.world, self.model, self.prompt, *further))
+
+    @property
+    def complete(self) -> int:
+        """How many of its runs are complete."""
+        return sum(run.summary.status == COMPLETE for run in self.runs)
+
+    @property
+    def started(self) -> str:
+        """When its first run started, ISO 8601."""
+        return min(run.summary.started for run in self.runs)
+
+    @property
+    def ended(self) -> str:
+        """When its last run ended, ISO 8601."""
+        return max(run.summary.ended for run in self.runs)
+
+    def identity(self, *of: str) -> uuid.UUID:
+        """Return the same identifier whenever this condition is named with these texts."""
+        return named((json.dumps(self.config, sort_keys=True, default=str), *of))
+
+    @property
+    def recorded(self) -> tuple[str, ...]:
+        """Texts that change whenever one of its runs is another recording."""
+        return tuple(f"{run.folder.id} {run.summary.ended}" for run in self.runs)
+
+
+def named(texts: Sequence[str]) -> uuid.UUID:
+    """Return an identifier of version 4 form that is the same for the same texts."""
+    return uuid.UUID(bytes=hashlib.sha256("\0".join(texts).encode()).digest()[:16], version=4)
+
+
+def conditions(folder: SweepFolder) -> list[ExportedCondition]:
+    """Return the conditions with their runs that have ended.
+
+    Raises:
+        RecordError: `run.json` of a run cannot be read.
+    """
+    scrubber = Scrubber()
+    name = folder.path.resolve().name
+    runs: dict[int, list[RunFolder]] = {}
+    for run in folder.runs():
+        runs.setdefault(run.run.condition, []).append(run)
+    return [_condition(name, number, folder, mine, scrubber) for number, mine in sorted(runs.items())]
+
+
+def _condition(
+    name: str, number: int, folder: SweepFolder, runs: Sequence[RunFolder], scrubber: Scrubber
+) -> ExportedCondition:
+    condition = folder.sweep.conditions[number]
+    ended = ((run, run.summary()) for run in runs)
+    return ExportedCondition(
+        sweep=name,
+        number=number,
+        config=scrubber.config(condition.config),
+        factors=scrubber.value(dict(condition.factors)),
+        asked=len(runs),
+        runs=tuple(ExportedRun(run, _scrubbed(summary, scrubber), scrubber) for run, summary in ended if summary),
+    )
+
+
+def _scrubbed(summary: RunSummary, scrubber: Scrubber) -> RunSummary:
+    found = msgspec.convert(scrubber.value(msgspec.to_builtins(summary)), RunSummary)
+    return msgspec.structs.replace(found, started=found.started or found.ended)
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from foundry.errors import InputError
-from foundry.exporting.conditions import ExportedCondition, conditions
-from foundry.exporting.shared import Files, Scores
+from foundry.exporting.shared import ExportedCondition, Files, Scores, conditions
 from foundry.storing.store import SweepFolder, ensure_writable
 
 Write: TypeAlias = Callable[[Sequence[ExportedCondition], Scores, Path], Files]

@@ -17,8 +17,8 @@ from PIL import Image
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkActor2D, vtkImageMapper
 
+from foundry.naming import in_room
 from foundry.replay.following import Follower
-from foundry.rooms import in_room
 from foundry.storing.store import RunFolder
 from foundry.worlds.camera.loading.polydata import byte_values
 

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from foundry.errors import InputError
+from foundry.naming import in_room
 from foundry.own_code import own_modules, refuse_shipped_name
-from foundry.rooms import in_room
 from foundry.viewer.files import STATIC
 from foundry.viewer.run_view import RunView
 

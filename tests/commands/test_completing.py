@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from commands import environment, foundry
-from foundry.composing import completing
+from foundry.composing import shown
 from ollama_server import OllamaServer
 
 NOBODY = "http://127.0.0.1:9"
@@ -61,7 +61,7 @@ def test_a_first_word_may_be_a_command_or_an_override(workspace: Path):
 
 
 def test_models_of_the_server_are_told_with_their_tags(workspace: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(completing, "PATIENCE_S", None)
+    monkeypatch.setattr(shown, "PATIENCE_S", None)
     with OllamaServer() as server:
         assert bash("-m", "model", "=", "qwen2.5vl", ":", "3", cwd=workspace, host=server.url) == ["3b"]
         assert "llama3.2" in bash("model", "=", "lla", cwd=workspace, host=server.url)

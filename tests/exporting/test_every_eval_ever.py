@@ -13,10 +13,8 @@ import pytest
 from exporting.conftest import MADE_UP, exported
 from foundry.commands.report import scores_of
 from foundry.errors import RecordError
-from foundry.exporting.conditions import conditions
-from foundry.exporting.every_eval_ever.record import model_id, record
-from foundry.exporting.every_eval_ever.writing import check
-from foundry.exporting.shared import sampling
+from foundry.exporting.every_eval_ever.writing import check, model_id, record
+from foundry.exporting.shared import conditions, sampling
 from foundry.storing.run_writer import write_run_summary
 from foundry.storing.store import SweepFolder
 

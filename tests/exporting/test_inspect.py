@@ -16,7 +16,7 @@ import pytest
 
 from commands import environment
 from exporting.conftest import MADE_UP, THOUGHT, exported
-from foundry.exporting.conditions import ExportedRun, conditions
+from foundry.exporting.shared import ExportedRun, conditions
 from foundry.records import Attempt
 from foundry.storing.store import SweepFolder
 from ports import reserved_port
@@ -90,7 +90,7 @@ def test_a_mean_has_its_interval_and_says_how_many_runs_have_no_value(sweep: Swe
 
 
 def test_a_call_says_its_tries_its_cache_and_why_it_ended(sweep: SweepFolder, monkeypatch: pytest.MonkeyPatch):
-    events = pytest.importorskip("foundry.exporting.inspect.events", exc_type=ImportError)
+    events = pytest.importorskip("foundry.exporting.inspect.log", exc_type=ImportError)
     run = conditions(sweep)[0].runs[0]
     tried = (Attempt(error="busy", elapsed_s=0.5),)
     call = msgspec.structs.replace(next(run.calls()), cached=True, attempts=tried, ending="length", cached_tokens=100)

@@ -24,10 +24,8 @@ from foundry.errors import BackendError, InputError, ServerError, TransientError
 from foundry.models.base import ChatMessage, ModelInfo, Reply, Request
 from foundry.models.http.pausing import seconds_to_wait, wait_asked
 from foundry.models.http.transport import LARGEST_BODY, Origin, _say_unknown, decoded
-from foundry.models.ollama import inspect as ollama_inspect
-from foundry.models.ollama import server as ollama_errors
+from foundry.models.ollama import server as ollama_server
 from foundry.models.ollama import wire as ollama_wire
-from foundry.models.openai import errors as openai_errors
 from foundry.models.openai import info as openai_info
 from foundry.models.openai import wire as openai_wire
 from foundry.storing.store import SweepFolder
@@ -147,8 +145,8 @@ def assert_known(describe: Callable[[], ModelInfo]) -> None:
 def test_whatever_ollama_says_of_a_model_is_read_or_refused(tags: bytes, shown: bytes):
     def describe() -> ModelInfo:
         listing, detail = json.loads(tags), json.loads(shown)
-        row = ollama_inspect.installed_row(listing if isinstance(listing, dict) else {}, "m", HERE.host)
-        return ollama_inspect.described("m", row, detail if isinstance(detail, dict) else {}, "1", HERE.host)
+        row = ollama_server.installed_row(listing if isinstance(listing, dict) else {}, "m", HERE.host)
+        return ollama_server.described("m", row, detail if isinstance(detail, dict) else {}, "1", HERE.host)
 
     assert_known(describe)
 
@@ -162,7 +160,7 @@ def test_whatever_an_openai_server_lists_is_read_or_refused(listing: bytes):
 @MANY
 @given(spoilt(REFUSED) | st.binary(max_size=30), st.sampled_from([302, 400, 401, 404, 429, 500, 503]))
 def test_whatever_a_refusal_holds_is_an_error_with_a_name(content: bytes, status: int):
-    for error in (ollama_errors.refusal(HERE, status, content), openai_errors.refusal(HERE, status, content)):
+    for error in (ollama_server.refusal(HERE, status, content), openai_wire.refusal(HERE, status, content)):
         assert isinstance(error, BackendError) and "\n" not in str(error)
         str(error).encode()
 

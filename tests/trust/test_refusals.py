@@ -191,7 +191,7 @@ def test_every_runner_of_foundry_is_taken_from_a_record_and_nothing_else_in_its_
     check_targets({"runner": {"_target_": "foundry.running.local.LocalRunner"}}, (), "here")
     check_targets({"runner": {"_target_": "foundry.running.dask.DaskRunner", "address": "tcp://x:1"}}, (), "here")
     for target in (
-        "foundry.composing.launching.LauncherRunner",
+        "foundry.composing.preparing.LauncherRunner",
         "foundry.running.dask.SweepJob",
         "foundry.prompts.prompt.Prompt",
     ):

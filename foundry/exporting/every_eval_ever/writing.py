@@ -1,10 +1,12 @@
-"""Writes records where the datastore of Every Eval Ever has them; imported only where `jsonschema` is installed."""
+"""Writes a record of each condition as Every Eval Ever has them; imported only where `jsonschema` is installed."""
 
 from __future__ import annotations
 
+import datetime
 import json
+import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -12,10 +14,145 @@ from typing import Any
 import jsonschema
 
 from foundry.errors import InputError, RecordError
-from foundry.exporting.conditions import ExportedCondition
-from foundry.exporting.every_eval_ever.record import LIBRARY, left_out, model_id, record
-from foundry.exporting.shared import Files, Scores
+from foundry.exporting.shared import ExportedCondition, Files, Mean, Measured, Scores, sampling
 from foundry.storing.store import write_atomically
+
+VERSION = "0.3.0"
+LIBRARY = "foundry-worlds"
+_ARGUMENTS = ("temperature", "top_p", "top_k", "max_tokens")
+"""What the schema knows of how replies are sampled."""
+_UNKNOWN = {"deployment_type": "unknown", "model_availability": "unknown"}
+
+
+def record(condition: ExportedCondition, scores: Scores) -> dict[str, Any]:
+    """Return the record of a condition; its results are the declared measures that have a better end and a value."""
+    made = _epoch(condition.ended)
+    model = model_id(condition)
+    first = condition.runs[0].summary
+    versions = {"python": first.python_version, **first.packages, "git_commit": first.git_commit}
+    return {
+        "schema_version": VERSION,
+        "evaluation_id": f"{LIBRARY}/{condition.world}/{model}/{condition.identity(*condition.recorded)}/{made}",
+        "evaluation_timestamp": _epoch(condition.started),
+        "retrieved_timestamp": made,
+        "source_metadata": {
+            "source_name": f"sweep {condition.sweep}",
+            "source_type": "evaluation_run",
+            "source_organization_name": "not stated",
+            "evaluator_relationship": "other",
+            "additional_details": _texts({"left_out": sorted(left_out(scores)), "config": condition.config}),
+        },
+        "eval_library": {
+            "name": LIBRARY,
+            "version": first.foundry_version,
+            "additional_details": _texts(versions),
+        },
+        "model_info": {
+            "name": condition.model,
+            "id": model,
+            "additional_details": {**_UNKNOWN, **_texts(_backend(condition))},
+        },
+        "evaluation_results": _results(condition, scores),
+    }
+
+
+def left_out(scores: Scores) -> dict[str, str]:
+    """Return which declared measures are no results, and why."""
+    reason = "no end of it is better: it says how agents behave, and the schema asks which end is"
+    return {one.name: reason for one in scores.measures if not one.better}
+
+
+def model_id(condition: ExportedCondition) -> str:
+    """Return the model's name with who serves it in front, unless it has a name of two parts already."""
+    if "/" in condition.model:
+        return condition.model
+    target = str(condition.config["model"]["_target_"]).split(".")
+    return f"{target[2] if target[:2] == ['foundry', 'models'] else target[0]}/{condition.model}"
+
+
+def _epoch(time: str) -> str:
+    return str(int(datetime.datetime.fromisoformat(time).timestamp()))
+
+
+def _texts(values: Mapping[str, Any]) -> dict[str, str]:
+    """Return values as texts, which the schema wants; what is not known is left out."""
+    known = {name: value for name, value in values.items() if value is not None}
+    return {name: value if isinstance(value, str) else json.dumps(value) for name, value in known.items()}
+
+
+def _backend(condition: ExportedCondition) -> dict[str, Any]:
+    first = condition.runs[0].summary
+    return {
+        "backend": condition.config["model"]["_target_"],
+        "digest": first.model_digest,
+        "server_version": first.server_version,
+        "members": {one.model: one.digest for one in first.members} or None,
+    }
+
+
+def _results(condition: ExportedCondition, scores: Scores) -> list[dict[str, Any]]:
+    means = scores.of_conditions.get(condition.number, {})
+    shared = {
+        "evaluation_name": condition.world,
+        "evaluation_timestamp": _epoch(condition.started),
+        "source_data": {
+            "dataset_name": f"world {condition.world}",
+            "source_type": "other",
+            "additional_details": _texts(
+                {
+                    "prompt": condition.prompt,
+                    "seeds": [run.summary.seed for run in condition.runs],
+                    "swept": condition.factors,
+                }
+            ),
+        },
+        "generation_config": _generation(condition),
+    }
+    results = [one for one in scores.measures if one.better and one.name in means and means[one.name].n]
+    return [
+        {
+            "evaluation_result_id": one.name,
+            **shared,
+            "metric_config": _metric(one),
+            "score_details": _details(condition, means[one.name]),
+        }
+        for one in results
+    ]
+
+
+def _metric(measure: Measured) -> dict[str, Any]:
+    return {
+        "evaluation_description": measure.label,
+        "metric_id": f"foundry.{measure.name}",
+        "metric_name": measure.label,
+        "lower_is_better": measure.better == "low",
+        "score_type": "continuous",
+        "min_score": measure.low if math.isfinite(measure.low) else "-Infinity",
+        "max_score": measure.high if math.isfinite(measure.high) else "Infinity",
+        "additional_details": _texts({"null": measure.null or None}),
+    }
+
+
+def _details(condition: ExportedCondition, mean: Mean) -> dict[str, Any]:
+    uncertainty: dict[str, Any] = {"num_samples": mean.n}
+    if math.isfinite(mean.sd):
+        uncertainty["standard_deviation"] = mean.sd
+    if math.isfinite(mean.low) and math.isfinite(mean.high):
+        method = {"lower": mean.low, "upper": mean.high, "confidence_level": 0.95, "method": mean.interval}
+        uncertainty["confidence_interval"] = method
+    runs = {"runs_asked": condition.asked, "runs_complete": condition.complete}
+    return {"score": mean.mean, "details": _texts(runs), "uncertainty": uncertainty}
+
+
+def _generation(condition: ExportedCondition) -> dict[str, Any]:
+    """Return how replies were sampled, by the first call: of a model's calls only the seeds differ."""
+    call = next((call for run in condition.runs for call in run.calls()), None)
+    if call is None:
+        return {}
+    known = sampling(call.parameters)
+    arguments = {name: known[name] for name in _ARGUMENTS if name in known}
+    return {"generation_args": arguments, "additional_details": _texts({"parameters": call.parameters})}
+
 
 LEFT_OUT = "left_out.json"
 """The file that says which measures are in no record, and why."""

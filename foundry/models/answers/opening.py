@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from foundry.models.answers.addresses import is_database
-from foundry.models.answers.base import Answers
+from foundry.models.answers.base import Answers, is_database
 
 
 def open_answers(where: str | Path) -> Answers:

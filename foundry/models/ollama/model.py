@@ -16,8 +16,7 @@ from foundry.models.http.model import HttpModel, schemas_of
 from foundry.models.http.pausing import wait_asked
 from foundry.models.http.transport import OK, Origin, name_in
 from foundry.models.ollama import wire as ollama_wire
-from foundry.models.ollama.inspect import described, full_tag, installed_row, loaded_in
-from foundry.models.ollama.server import WAYS_ON, parse_hosts, refusal
+from foundry.models.ollama.server import WAYS_ON, described, full_tag, installed_row, loaded_in, parse_hosts, refusal
 from foundry.models.ollama.wire import ChatSettings
 from foundry.models.serving import HttpServing, Seconds, read_settings
 

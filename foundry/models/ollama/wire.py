@@ -10,8 +10,7 @@ from typing import Any
 from foundry.errors import RequestError, TransientError
 from foundry.models.base import Reply, Request, UnusableReply
 from foundry.models.http.transport import Origin, aborted_reply, count_in, json_object, seconds_in
-from foundry.models.ollama.inspect import remote_in
-from foundry.models.ollama.server import refusal
+from foundry.models.ollama.server import refusal, remote_in
 from foundry.texts import without_surrogates
 from foundry.worlds.base import LENGTH, STOPPED
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from foundry.declared import Declared
-from foundry.rooms import in_room
+from foundry.naming import in_room
 
 Line = Mapping[str, Any]
 """A line of `steps.jsonl`."""

@@ -21,8 +21,8 @@ from types import ModuleType
 from typing import Any
 
 from foundry.errors import InputError, not_found
+from foundry.naming import in_room
 from foundry.own_code import own_modules, refuse_shipped_name
-from foundry.rooms import in_room
 from foundry.seeding import stream
 from foundry.worlds.base import Question, Scenario
 from foundry.worlds.probe.moving import moved, split

@@ -1,4 +1,4 @@
-"""What a shell may complete: overrides, models, sweeps, folders; from files, but for one short question to Ollama."""
+"""Settings for people: where each comes from, and to what a shell may complete what is typed."""
 
 from __future__ import annotations
 
@@ -6,14 +6,125 @@ import contextlib
 import http.client
 import json
 import os
+import re
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from urllib.parse import urlsplit
 
 from foundry import own_code, paths
-from foundry.expansion import dotted
-from foundry.storing.plain import read_config
+from foundry.composing.compose import Composed
+from foundry.errors import InputError, not_found
+from foundry.expansion import IDENTITY_KEYS, dotted, overridden
+from foundry.storing.plain import load_plain, read_config
+from foundry.texts import without_secrets
+
+VARIABLES = {
+    "OLLAMA_HOST": "servers of Ollama; also in place of those that a resumed sweep began with",
+    "OPENAI_BASE_URL": "servers with OpenAI's API; also in place of those that a resumed sweep began with",
+    "OPENAI_API_KEY": "key for them, where model.server.api_key_env names no other variable",
+    "HF_HOME": "where transformers keeps weights",
+    "FOUNDRY_CACHE": "address of the answer cache",
+    "FOUNDRY_WORKERS": "worker processes",
+    "FOUNDRY_DETERMINISM": "recorded calls that are made again",
+    "FOUNDRY_RENDERER": "what draws 3D scenes: auto, software or gpu",
+    "FOUNDRY_SCENE_CACHE": "folder for what is computed of scenes",
+    "FOUNDRY_WEIGHTS_CACHE": "file for hashes of weights",
+    "FOUNDRY_TRUST_TARGETS": "packages whose classes records may name",
+    "FOUNDRY_MINE": "folders of your own parts, as --config-dir",
+}
+"""Variables of the environment that are heeded, and what for."""
+_SECRET = re.compile(r"(?:^|[._])(?:api_?key|token|password|secret)$", re.IGNORECASE)
+_ADDRESS = re.compile(r"(?:^|[._])(?:host|hosts|base_url)$", re.IGNORECASE)
+_USER = re.compile(r"[^\s,/]*@")
+_FROM_VARIABLE = re.compile(r"\$\{oc\.env:(\w+)")
+MASKED = "***"
+_DECIDING = frozenset({*IDENTITY_KEYS, "format", "schema"})
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One setting.
+
+    Attributes:
+        setting: its dotted key; a group's is its option.
+        value: what holds; secrets are masked.
+        origin: `command line`, `environment <variable>`, `user file` or `default`.
+    """
+
+    setting: str
+    value: Any
+    origin: str
+
+
+def settings_of(composed: Composed) -> Iterator[Setting]:
+    """Yield every setting of one run.
+
+    Raises:
+        InputError: several runs are asked for, whose settings differ.
+    """
+    if len(composed.conditions) > 1 or any(arg.startswith("+sweep=") for arg in composed.asked):
+        raise InputError("foundry config shows the settings of one run: leave out -m, +sweep and all values but one.")
+    written = dict(dotted(load_plain(composed.multirun, "the configuration")))
+    said = overridden(composed.asked) - set(composed.defaults)
+    for group, option in composed.choices.items():
+        if "/" not in group and "@" not in group:
+            yield Setting(group, option, _origin(group, "", said, composed.defaults))
+    effective = {**composed.settings, **composed.conditions[0].config, "seed": composed.conditions[0].seeds[0]}
+    for key, value in dotted(effective):
+        if "schemas" not in key.split(".")[:-1]:  # those of the chosen schema, and long
+            raw = str(written.get(key))
+            yield Setting(key, _masked(key, value), _origin(key, raw, said, composed.defaults))
+
+
+def chosen(settings: Iterable[Setting], wanted: Sequence[str]) -> list[Setting]:
+    """Return the settings that are wanted, or stand below one that is; all where nothing is.
+
+    Raises:
+        InputError: there is no such setting.
+    """
+    found = list(settings)
+    for one in wanted:
+        if not any(_is_below(setting.setting, one) for setting in found):
+            raise not_found("Setting", one, (setting.setting for setting in found))
+    return [one for one in found if not wanted or any(_is_below(one.setting, part) for part in wanted)]
+
+
+def decides_answers(setting: str) -> bool:
+    """Return whether answers depend on a setting; others say where and how a sweep is run."""
+    first, *rest = setting.split(".")
+    return first in _DECIDING and "server" not in rest
+
+
+def environment() -> Iterator[Setting]:
+    """Yield the variables that are set, secrets masked."""
+    for name in VARIABLES:
+        if os.environ.get(name):
+            yield Setting(name, _masked(name, os.environ[name]), "environment")
+
+
+def _is_below(key: str, other: str) -> bool:
+    return key == other or key.startswith(f"{other}.")
+
+
+def _origin(key: str, raw: str, said: set[str], defaults: Mapping[str, Any]) -> str:
+    if any(key == one or (_is_below(key, one) and "." in one) for one in said):
+        return "command line"
+    if key in defaults:
+        return "user file"
+    found = _FROM_VARIABLE.search(raw)
+    return f"environment {found[1]}" if found and found[1] in os.environ else "default"
+
+
+def _masked(key: str, value: Any) -> Any:
+    if value and _SECRET.search(key):
+        return MASKED
+    if isinstance(value, str):
+        return _USER.sub(f"{MASKED}@", value) if _ADDRESS.search(key) else without_secrets(value)
+    return [_masked(key, one) for one in value] if isinstance(value, list | tuple) else value
+
 
 PATIENCE_S = 0.2
 """How long the server is given to say its models."""

@@ -7,8 +7,7 @@ from typing import Any
 import pytest
 
 from foundry.composing.compose import compose
-from foundry.composing.preflight import first_questions, scenario_of
-from foundry.composing.schemas import check_schemas
+from foundry.composing.preflight import check_schemas, first_questions, scenario_of
 from foundry.errors import InputError
 
 HELD = "model.format=schema"
