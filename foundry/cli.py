@@ -82,7 +82,8 @@ def run(argv: Sequence[str]) -> int:
 def _run(argv: Sequence[str]) -> int:
     try:
         with as_loud_as_asked(argv) as asked:
-            return _run_asked(folders_last(asked))
+            given = folders_last(asked)
+            return _run_typer(given) if _is_typer(given) else run_overrides(given)
     except (InputError, RecordError) as error:
         return fail(error, EXIT_INPUT)
     except FoundryError as error:
@@ -97,10 +98,6 @@ def _run(argv: Sequence[str]) -> int:
         return fail(f"nothing more can be written ({error}): make room, then say it again.", EXIT_FAILED)
     except KeyboardInterrupt:
         return fail("interrupted", EXIT_INTERRUPTED)
-
-
-def _run_asked(argv: Sequence[str]) -> int:
-    return _run_typer(argv) if _is_typer(argv) else run_overrides(argv)
 
 
 def _in_the_way(error: ImportError) -> FoundryError:

@@ -65,7 +65,7 @@ def holds_secret(text: str) -> bool:
 
 def visible(text: str) -> str:
     r"""Return the text with characters that command a terminal or turn its writing around written out, as `\\x1b`."""
-    return "".join(_written_out(one) if _commands(one) else one for one in text)
+    return "".join(one.encode("unicode_escape").decode() if _commands(one) else one for one in text)
 
 
 def as_cell(text: str) -> str:
@@ -109,7 +109,3 @@ def _commands(character: str) -> bool:
     if character.isascii():
         return not character.isprintable() and character not in _ASIDE
     return unicodedata.category(character) in ("Cc", "Cf", "Cs", "Zl", "Zp")
-
-
-def _written_out(character: str) -> str:
-    return character.encode("unicode_escape").decode()

@@ -217,7 +217,8 @@ def _conditions(point: Point, config: dict[str, Any], keys: Sequence[str]) -> li
     """Return the condition with all its seeds, or one a seed where the configuration refers to the seed."""
     check_parts(config)
     seeds = tuple(_seed("seed", seed) for seed in (point.seeds or [config["seed"]]))
-    config["sampling_seed"] = _sampling_seed(config["sampling_seed"])
+    if config["sampling_seed"] is not None:
+        config["sampling_seed"] = _seed("sampling_seed", config["sampling_seed"])
     if _parts(_plain(_with_seed(point.config, seeds[0] + 1), CONDITION_KEYS)) == _parts(config):
         return [_condition(config, keys, seeds)]
     return [_condition(_plain(_with_seed(point.config, seed)), keys, (seed,)) for seed in seeds]
@@ -273,10 +274,6 @@ def _seed(name: str, value: Any) -> int:
     if isinstance(value, bool) or not re.fullmatch(r"\d{1,18}", text):
         raise InputError(f"{name}={text} is not a seed: give a whole number from 0, or -m {name}=0-9 for a range.")
     return int(text)
-
-
-def _sampling_seed(value: Any) -> int | None:
-    return None if value is None else _seed("sampling_seed", value)
 
 
 def _explained(error: Exception, argv: Sequence[str], folders: Sequence[Path]) -> InputError:

@@ -91,7 +91,7 @@ class Defaults:
         """Return the text of a group's file with the defaults; None where they change nothing."""
         from omegaconf import OmegaConf
 
-        is_global = _is_global(text)
+        is_global = "@package _global_" in text
         if group != _PRIMARY and not is_global and group not in self.own:
             return None
         content: Any = OmegaConf.to_container(OmegaConf.create(text))
@@ -221,11 +221,6 @@ def _nested(found: Mapping[str, Any]) -> dict[str, Any]:
         else:
             place[last] = value
     return nested
-
-
-def _is_global(text: str) -> bool:
-    """Return whether the text of a configuration file says settings of other groups, too."""
-    return "@package _global_" in text
 
 
 def _values(config: Mapping[str, Any], key: str) -> Iterator[Any]:

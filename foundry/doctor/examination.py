@@ -183,7 +183,8 @@ async def examine_model(
         for finding in _memory(name, loaded):
             yield finding
         yield await _context(asked, info, loaded)
-        measured = await measure_load(asked.model, _short_request(asked))
+        short = _request(asked, next(first_questions(asked.scenario, asked.seed)))
+        measured = await measure_load(asked.model, short)
         remember_speed(cache, name, measured.per_call_s)
         for finding in _under_load(name, measured, loaded):
             yield finding
@@ -311,10 +312,6 @@ def _unsteady(name: str, measured: LoadResult) -> Iterator[Finding]:
         yield Finding(
             "replies", name, Status.WARNING, found, "A sweep records such a decision as empty, cut or failed."
         )
-
-
-def _short_request(use: Use) -> Request:
-    return _request(use, next(first_questions(use.scenario, use.seed)))
 
 
 def _request(use: Use, question: Question) -> Request:

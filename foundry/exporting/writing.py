@@ -58,7 +58,9 @@ def write(what: str, folder: SweepFolder, out: Path | None, scores: Scores) -> W
         raise InputError(
             f"No run of '{folder.path}' has ended, so nothing can be exported: foundry resume goes on with it."
         )
-    path = _emptied(folder.export_dir(what)) if out is None else out
+    path = out or folder.export_dir(what)
+    if out is None:
+        shutil.rmtree(path, ignore_errors=True)
     ensure_writable(path)
     if any(path.iterdir()):
         raise InputError(f"'{path}' holds files: name a new or an empty folder for the export.")
@@ -74,11 +76,6 @@ def _writer(what: str) -> Write:
         raise InputError(f"{name} is not installed: pip install 'foundry-worlds[{what}]'") from error
     writer: Write = module.write
     return writer
-
-
-def _emptied(path: Path) -> Path:
-    shutil.rmtree(path, ignore_errors=True)
-    return path
 
 
 def _missing(every: Sequence[ExportedCondition]) -> list[str]:

@@ -177,19 +177,16 @@ def _count(key: str, value: object) -> int:
     return value
 
 
-def _cores() -> int:
-    """Return how many processes this one may have at work at once."""
-    import joblib  # takes longer to load than Typer does
-
-    return int(joblib.cpu_count())
-
-
 def workers_for(runs: Sequence[RunFolder], available: int | None) -> int:
     """Return how many workers a phase takes, of those available or one a core; each would load weights on no server."""
     servers = [one.get("server") or {} for one in models_in(runs[0].config()["model"])]
     limits: list[int | None] = [server.get("workers") for server in servers]
     useful = min([len(runs), *filter(None, limits)])
-    return useful if useful == 1 else min(useful, available or _cores())
+    if useful == 1:
+        return useful
+    import joblib  # takes longer to load than Typer does
+
+    return min(useful, available or int(joblib.cpu_count()))
 
 
 def raise_if_stopped(fatal: str | None, job: SweepJob) -> None:
@@ -248,14 +245,9 @@ def _phases(job: SweepJob) -> Iterator[list[RunFolder]]:
     little to keep all busy, and short runs are over soon.
     """
     pending = [run for run in job.folder.runs() if not run.ended]
+    most = most_calls(pending)
     for _, runs in itertools.groupby(pending, key=lambda run: _is_served(run) and settings_key(run.config()["model"])):
-        yield _longest_first(list(runs))
-
-
-def _longest_first(runs: list[RunFolder]) -> list[RunFolder]:
-    """Return the runs by the calls that they take at most, equal ones in their order."""
-    most = most_calls(runs)
-    return sorted(runs, key=lambda run: -most[run.run.condition])
+        yield sorted(runs, key=lambda run: -most[run.run.condition])
 
 
 def _free_server(folder: SweepFolder, run: RunFolder) -> None:

@@ -121,17 +121,14 @@ def check_shape(content: Any) -> None:
     """
     try:
         msgspec.convert(content, _Content)
-        _check_plain([content["settings"], *map(_of_few_seeds, content["conditions"])], set())
+        # The greatest seed stands for all, which are numbers from 0 and may be very many.
+        few = [{**one, "seeds": [max(one["seeds"], default=0)]} for one in content["conditions"]]
+        _check_plain([content["settings"], *few], set())
         for condition in content["conditions"]:
             for model in models_in(condition["config"]["model"]):
                 msgspec.convert(model, _Part)
     except msgspec.ValidationError as error:
         raise ValueError(str(error)) from error
-
-
-def _of_few_seeds(condition: dict[str, Any]) -> dict[str, Any]:
-    """Return a condition with the greatest of its seeds, numbers from 0, in place of all: there may be very many."""
-    return {**condition, "seeds": [max(condition["seeds"], default=0)]}
 
 
 def _check_plain(value: Any, seen: set[int]) -> None:

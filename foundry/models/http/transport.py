@@ -119,7 +119,8 @@ class Transport:
             said = f"{origin}: no reply within {read_timeout_s:g} s, or not all of it."
             raise TransientError(said, late=True) from error
         except (aiohttp.ClientError, OSError) as error:
-            raise TransientError(f"{origin}: {_cause_line(error)}. {self._ways_on}") from error
+            cause = " ".join(f"{type(error).__name__} {error}".split()).rstrip(".")
+            raise TransientError(f"{origin}: {cause}. {self._ways_on}") from error
 
     @property
     def opened(self) -> int:
@@ -177,10 +178,6 @@ async def _body(response: aiohttp.ClientResponse, origin: Origin) -> bytes:
         if len(body) > LARGEST_BODY:
             raise TransientError(f"{origin}: its reply is longer than {LARGEST_BODY // 2**20} MiB, and was left there.")
     return bytes(body)
-
-
-def _cause_line(error: BaseException) -> str:
-    return " ".join(f"{type(error).__name__} {error}".split()).rstrip(".")
 
 
 def decoded(content: bytes | str) -> Any:
