@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from analysis.pipeline import Analysis, analyze
     from foundry.calling import Ran, run, sweep
     from foundry.conformance.checking import check
-    from foundry.conformance.finding import Finding
+    from foundry.conformance.playing import Finding
     from foundry.declared import Actions, Declared
     from foundry.errors import FoundryError, InputError
     from foundry.models.base import Model, Reply, Request
@@ -68,7 +68,7 @@ _PLACES = {
     "analysis.pipeline": ("Analysis", "analyze"),
     "foundry.calling": ("Ran", "run", "sweep"),
     "foundry.conformance.checking": ("check",),
-    "foundry.conformance.finding": ("Finding",),
+    "foundry.conformance.playing": ("Finding",),
     "foundry.declared": ("Actions", "Declared"),
     "foundry.errors": ("FoundryError", "InputError"),
     "foundry.models.base": ("Model", "Reply", "Request"),

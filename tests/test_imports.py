@@ -185,7 +185,7 @@ def test_no_room_holds_more_than_20_files():
 
 
 def test_analysis_reads_records_and_the_store_only():
-    read = ("store", "unread", "determinism", "matching", "preregistration")
+    read = ("store", "standing", "determinism", "matching", "preregistration")
     storing = {f"foundry.storing.{name}" for name in read}
     allowed = {*LEAVES, *storing}
     for name, found in imports_of("analysis").items():

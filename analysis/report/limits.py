@@ -13,8 +13,8 @@ from analysis.prose import joined, percent
 from analysis.report.material import Material
 from analysis.stats.intervals import ENOUGH_FOR_CLAIMS, FEWEST_FOR_CLAIMS
 from foundry.storing.determinism import told_of
+from foundry.storing.standing import unread
 from foundry.storing.store import is_served
-from foundry.storing.unread import unread
 
 _OF_ITSELF = (
     " Its server answers the same call in different ways: differences as small as that makes may be the server's own; "

@@ -61,7 +61,7 @@ def check(
 def _check_parts(asked: Sequence[str], json: bool) -> int:
     """Print what the checks of parts find; return the exit code."""
     from foundry.conformance.checking import check_asked
-    from foundry.conformance.finding import failed
+    from foundry.conformance.playing import failed
     from foundry.display import frame_table
 
     with only_json(json):

@@ -121,8 +121,7 @@ def label_by_person(
     from analysis.labelling.people import labellers, labellers_table, write_labellers
     from foundry.display import frame_table
     from foundry.models.human.desk import Desk, seated
-    from foundry.probing.judging import drawn, judge, messages_of, replies_of, schemas_of
-    from foundry.probing.sitting import people_to_ask
+    from foundry.probing.sitting import drawn, judge, messages_of, people_to_ask, replies_of, schemas_of
 
     composed = composed_here(overrides)
     if composed is None:

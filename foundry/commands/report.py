@@ -18,7 +18,7 @@ from foundry.commands.showing import probe_in
 from foundry.errors import InputError
 
 if TYPE_CHECKING:
-    from foundry.exporting.shared import Measured, Scores
+    from foundry.exporting.writing import Measured, Scores
     from foundry.storing.store import SweepFolder
 
 
@@ -166,7 +166,7 @@ def scores_of(sweep: SweepFolder, family: Sequence[str] | None) -> Scores:
     from analysis.stats.family import declared_measures
     from analysis.tables.comparison import compare
     from analysis.tables.signature_table import build_table
-    from foundry.exporting.shared import Mean, Scores
+    from foundry.exporting.writing import Mean, Scores
     from foundry.storing.preregistration import preregistration_of
 
     if is_probe(sweep):
@@ -191,7 +191,7 @@ def scores_of(sweep: SweepFolder, family: Sequence[str] | None) -> Scores:
 
 def _measured(name: str) -> Measured:
     from analysis.signatures import describe
-    from foundry.exporting.shared import Measured
+    from foundry.exporting.writing import Measured
 
     found = describe(name)
     return Measured(name, found.label, found.low, found.high, str(found.null or ""), found.better)

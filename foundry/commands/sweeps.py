@@ -279,7 +279,7 @@ def _report_runs(folder: SweepFolder) -> tuple[int, int]:
 
 def _print_unread(folder: SweepFolder) -> None:
     """Say which models' replies could not be read, where that is more than a few."""
-    from foundry.storing.unread import unread
+    from foundry.storing.standing import unread
 
     for one in unread(folder.runs()):
         print("\n".join(one.lines()))
@@ -465,7 +465,7 @@ def _fetched(url: str, folder: Path) -> bool:
 def _judged(folder: SweepFolder) -> dict[str, Any]:
     """Return what there is to say of each model's replies and of its server."""
     from foundry.storing.determinism import told_of
-    from foundry.storing.unread import unread
+    from foundry.storing.standing import unread
 
     lost = [
         {"model": one.model, "replies": one.replies, "share": one.share, "outcomes": one.outcomes,

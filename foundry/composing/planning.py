@@ -72,24 +72,39 @@ class _Silent:
 
 
 class _CacheOnly(Wrapper):
-    """Answers from the cache, and ends the episode where it does not reach."""
+    """Answers from the cache; where it does not reach, ends the episode, or says nothing."""
 
-    def __init__(self, inner: Model, answers: Answers) -> None:
+    def __init__(self, inner: Model, answers: Answers | None, *, silent: bool) -> None:
         super().__init__(inner)
         self._answers = answers
-        self.hits = 0
+        self._silent = silent
+        self.hits = self.misses = 0
 
     async def ask(self, request: Request) -> Reply:
         """Answer one request from the cache."""
         return (await self.ask_all([request]))[0]
 
     async def ask_all(self, requests: Sequence[Request]) -> list[Reply]:
-        """Answer from the cache if all answers are there."""
-        found = self._answers.get([request.key for request in requests])
-        self.hits += sum(request.key in found for request in requests)
-        if len(found) < len({request.key for request in requests}):
+        """Answer from the cache, those that are not there by silence or not at all."""
+        found = self._answers.get([request.key for request in requests]) if self._answers else {}
+        hits = sum(request.key in found for request in requests)
+        self.hits, self.misses = self.hits + hits, self.misses + len(requests) - hits
+        if hits < len(requests) and not self._silent:
             raise Interrupted
-        return [found[request.key] for request in requests]
+        return [found.get(request.key, Reply(text="")) for request in requests]
+
+
+def _cached_only(model: Model, answers: Answers | None, *, silent: bool) -> tuple[Model, list[_CacheOnly]]:
+    """Return a model that costs nothing, and what reads the cache for it or for its members."""
+    readers: list[_CacheOnly] = []
+
+    def reading(one: Model) -> Model:
+        if not one.costs:
+            return one
+        readers.append(_CacheOnly(one, answers, silent=silent))
+        return readers[-1]
+
+    return model.wrapped(reading), readers
 
 
 def plan(
@@ -201,15 +216,8 @@ def _served(config: Mapping[str, Any], parts: _Parts) -> int:
 
 
 async def _count_hits(config: Mapping[str, Any], parts: _Parts, info: ModelInfo, answers: Answers) -> int:
-    readers: list[_CacheOnly] = []
-
-    def reading(one: Model) -> Model:
-        if not one.costs:
-            return one
-        readers.append(_CacheOnly(one, answers))
-        return readers[-1]
-
-    asker = asker_of(config, parts.scenario, parts.prompt, parts.model.wrapped(reading), info)
+    model, readers = _cached_only(parts.model, answers, silent=False)
+    asker = asker_of(config, parts.scenario, parts.prompt, model, info)
     with contextlib.suppress(Interrupted):
         await play(parts.scenario.start(config["seed"]), asker, _Silent())
     return sum(reader.hits for reader in readers)
@@ -221,21 +229,6 @@ class FoundPrompt:
 
     messages: tuple[ChatMessage, ...]
     assumed_silent: int
-
-
-class _CachedOrSilent(Wrapper):
-    """Answers from the cache, and with nothing where it does not reach."""
-
-    def __init__(self, inner: Model, answers: Answers | None) -> None:
-        super().__init__(inner)
-        self._answers = answers
-        self.silent = 0
-
-    async def ask(self, request: Request) -> Reply:
-        """Answer one request."""
-        found = self._answers.get([request.key]) if self._answers else {}
-        self.silent += request.key not in found
-        return found.get(request.key, Reply(text=""))
 
 
 def find_prompt(
@@ -267,19 +260,11 @@ def find_prompt(
         kind = "action" if "action" in scenario.kinds else scenario.kinds[0]
     if kind not in scenario.kinds:
         raise InputError(f"World '{scenario.name}' asks no '{kind}': its kinds are {', '.join(scenario.kinds)}.")
-    model: Model = build(config["model"])
-    readers: list[_CachedOrSilent] = []
-
-    def reading(one: Model) -> Model:
-        if not one.costs:
-            return one
-        readers.append(_CachedOrSilent(one, answers))
-        return readers[-1]
-
+    model, readers = _cached_only(build(config["model"]), answers, silent=True)
     info = infos.get(settings_key(config["model"]), ModelInfo(name=model.name))
-    asker = asker_of(config, scenario, prompt_of(config), model.wrapped(reading), info)
+    asker = asker_of(config, scenario, prompt_of(config), model, info)
     messages = asyncio.run(_search(scenario.start(run.seed), asker, (step, agent, kind)))
-    return FoundPrompt(messages, sum(reader.silent for reader in readers))
+    return FoundPrompt(messages, sum(reader.misses for reader in readers))
 
 
 async def _search(world: World, asker: Asker, wanted: tuple[int, int, str]) -> tuple[ChatMessage, ...]:

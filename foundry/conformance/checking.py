@@ -12,8 +12,7 @@ from foundry.calling import off_the_loop
 from foundry.composing.compose import compose
 from foundry.composing.preflight import prompt_of, scenario_of
 from foundry.conformance import edits, models, prompts, replies, signatures, worlds
-from foundry.conformance.finding import Check, Finding, examine
-from foundry.conformance.playing import WorldCase, policy_for
+from foundry.conformance.playing import Check, Finding, WorldCase, examine, policy_for
 from foundry.errors import InputError
 from foundry.expansion import settings_key
 from foundry.running.build import build

@@ -7,8 +7,7 @@ from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from foundry.conformance.finding import Skipped, require
-from foundry.conformance.playing import WorldCase
+from foundry.conformance.playing import Skipped, WorldCase, require
 from foundry.conformance.worlds import check_plain
 from foundry.worlds.base import Question
 from foundry.worlds.probe.editing import Edit

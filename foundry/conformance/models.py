@@ -13,8 +13,7 @@ from typing import Any
 
 import msgspec
 
-from foundry.conformance.finding import Broken, Skipped, require
-from foundry.conformance.playing import WorldCase, request_of
+from foundry.conformance.playing import Broken, Skipped, WorldCase, request_of, require
 from foundry.errors import FoundryError, InputError
 from foundry.expansion import without_servers
 from foundry.models.base import Model, ModelInfo, Reply, Request, RequestKeys, RunContext

@@ -8,8 +8,7 @@ from typing import Any
 
 from jinja2 import meta, nodes
 
-from foundry.conformance.finding import require
-from foundry.conformance.playing import WorldCase
+from foundry.conformance.playing import WorldCase, require
 from foundry.prompts.environment import environment_of
 
 

@@ -6,8 +6,7 @@ import time
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
-from foundry.conformance.finding import Skipped, require
-from foundry.conformance.playing import Answering, WorldCase, seen
+from foundry.conformance.playing import Answering, Skipped, WorldCase, require, seen
 from foundry.conformance.prompts import fills_every_question, has_every_kind
 from foundry.conformance.worlds import READABLE, declared_for, steps_of
 from foundry.records import Outcome

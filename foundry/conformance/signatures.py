@@ -22,8 +22,7 @@ import numpy as np
 
 from foundry.composing.baselines import Stage
 from foundry.composing.preflight import check
-from foundry.conformance.finding import Broken, Skipped, require
-from foundry.conformance.playing import POLICIES, WorldCase, policy_for
+from foundry.conformance.playing import POLICIES, Broken, Skipped, WorldCase, policy_for, require
 from foundry.errors import InputError, not_found
 from foundry.expansion import Condition, expand
 from foundry.models.base import Model, Reply, Request

@@ -12,8 +12,7 @@ from typing import Any
 import msgspec
 
 from foundry import seeding
-from foundry.conformance.finding import Broken, Skipped, require
-from foundry.conformance.playing import Episode, WorldCase, play, play_ahead, seen
+from foundry.conformance.playing import Broken, Episode, Skipped, WorldCase, play, play_ahead, require, seen
 from foundry.declared import Actions
 from foundry.records import Agent, Outcome, Record
 from foundry.worlds.base import Recorded

@@ -1,17 +1,266 @@
-"""Writes a sweep in the formats of other tools: each is a module of this room, imported when it is asked for."""
+"""Writes a sweep in the formats of other tools, without what belongs to this machine: each is a room of this one."""
 
 from __future__ import annotations
 
+import hashlib
 import importlib
+import json
 import shutil
-from collections.abc import Callable, Sequence
+import uuid
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
+
+import msgspec
 
 from foundry.errors import InputError
-from foundry.exporting.shared import ExportedCondition, Files, Scores, conditions
-from foundry.storing.store import SweepFolder, ensure_writable
+from foundry.records import Call, RunSummary
+from foundry.storing.store import IMAGES, RunFolder, SweepFolder, ensure_writable, kept_file
+from foundry.trust.privacy import Scrubber
+from foundry.trust.summaries import COMPLETE
+
+
+@dataclass(frozen=True)
+class ExportedRun:
+    """A run that has ended.
+
+    Attributes:
+        folder: its files.
+        summary: how it ended.
+        scrubber: takes out what belongs to this machine.
+    """
+
+    folder: RunFolder
+    summary: RunSummary
+    scrubber: Scrubber
+
+    def calls(self) -> Iterator[Call]:
+        """Yield its calls.
+
+        Raises:
+            InputError: one holds a home folder or a secret.
+            RecordError: the log is damaged.
+        """
+        for call in self.folder.calls():
+            found = self.scrubber.call(call)
+            self.scrubber.check(f"{self.folder.id}/calls.jsonl.zst", msgspec.json.encode(found))
+            yield found
+
+    @cached_property
+    def _images(self) -> dict[str, str]:
+        kept = (name for name in self.folder.pictures() if name.startswith(f"{IMAGES}/"))
+        return {hashlib.sha256(kept_file(self.folder.path, name) or b"").hexdigest(): name for name in kept}
+
+    def image(self, sha256: str) -> tuple[str, bytes] | None:
+        """Return the name and the bytes of an image that was sent, None where it was not kept."""
+        name = self._images.get(sha256)
+        content = None if name is None else kept_file(self.folder.path, name)
+        return None if name is None or content is None else (name, content)
+
+
+@dataclass(frozen=True)
+class ExportedCondition:
+    """One condition of a sweep.
+
+    Attributes:
+        sweep: name of the sweep's folder.
+        number: its number in the sweep.
+        config: its configuration.
+        factors: the swept overrides and their values.
+        asked: how many runs it has.
+        runs: those of them that have ended.
+    """
+
+    sweep: str
+    number: int
+    config: dict[str, Any]
+    factors: dict[str, Any]
+    asked: int
+    runs: tuple[ExportedRun, ...]
+
+    @property
+    def world(self) -> str:
+        """Name of its world."""
+        return str(self.config["world"]["name"])
+
+    @property
+    def model(self) -> str:
+        """Name of its model."""
+        return str(self.config["model"]["name"])
+
+    @property
+    def prompt(self) -> str:
+        """Name of its prompt."""
+        return str(self.config["prompt"]["name"])
+
+    @property
+    def label(self) -> str:
+        """What tells it from the other conditions of its sweep, for people."""
+        shown = ("world", "model", "prompt")
+        further = (f"{name}={value}" for name, value in self.factors.items() if name not in shown)
+        return ", ".join((self.world, self.model, self.prompt, *further))
+
+    @property
+    def complete(self) -> int:
+        """How many of its runs are complete."""
+        return sum(run.summary.status == COMPLETE for run in self.runs)
+
+    @property
+    def started(self) -> str:
+        """When its first run started, ISO 8601."""
+        return min(run.summary.started for run in self.runs)
+
+    @property
+    def ended(self) -> str:
+        """When its last run ended, ISO 8601."""
+        return max(run.summary.ended for run in self.runs)
+
+    def identity(self, *of: str) -> uuid.UUID:
+        """Return the same identifier whenever this condition is named with these texts."""
+        return named((json.dumps(self.config, sort_keys=True, default=str), *of))
+
+    @property
+    def recorded(self) -> tuple[str, ...]:
+        """Texts that change whenever one of its runs is another recording."""
+        return tuple(f"{run.folder.id} {run.summary.ended}" for run in self.runs)
+
+
+def named(texts: Sequence[str]) -> uuid.UUID:
+    """Return an identifier of version 4 form that is the same for the same texts."""
+    return uuid.UUID(bytes=hashlib.sha256("\0".join(texts).encode()).digest()[:16], version=4)
+
+
+def conditions(folder: SweepFolder) -> list[ExportedCondition]:
+    """Return the conditions with their runs that have ended.
+
+    Raises:
+        RecordError: `run.json` of a run cannot be read.
+    """
+    scrubber = Scrubber()
+    name = folder.path.resolve().name
+    runs: dict[int, list[RunFolder]] = {}
+    for run in folder.runs():
+        runs.setdefault(run.run.condition, []).append(run)
+    return [_condition(name, number, folder, mine, scrubber) for number, mine in sorted(runs.items())]
+
+
+def _condition(
+    name: str, number: int, folder: SweepFolder, runs: Sequence[RunFolder], scrubber: Scrubber
+) -> ExportedCondition:
+    condition = folder.sweep.conditions[number]
+    ended = ((run, run.summary()) for run in runs)
+    return ExportedCondition(
+        sweep=name,
+        number=number,
+        config=scrubber.config(condition.config),
+        factors=scrubber.value(dict(condition.factors)),
+        asked=len(runs),
+        runs=tuple(ExportedRun(run, _scrubbed(summary, scrubber), scrubber) for run, summary in ended if summary),
+    )
+
+
+def _scrubbed(summary: RunSummary, scrubber: Scrubber) -> RunSummary:
+    found = msgspec.convert(scrubber.value(msgspec.to_builtins(summary)), RunSummary)
+    return msgspec.structs.replace(found, started=found.started or found.ended)
+
+
+@dataclass(frozen=True)
+class Files:
+    """What was written.
+
+    Attributes:
+        paths: the files.
+        notes: what was left out, and why, one line each.
+    """
+
+    paths: tuple[Path, ...]
+    notes: tuple[str, ...] = ()
+
+
+_WORDS = {
+    "temperature": "temperature",
+    "top_p": "top_p",
+    "top_k": "top_k",
+    "frequency_penalty": "frequency_penalty",
+    "presence_penalty": "presence_penalty",
+    "stop": "stop",
+    "max_tokens": "max_tokens",
+    "max_completion_tokens": "max_tokens",
+    "num_predict": "max_tokens",
+}
+
+
+def sampling(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Return those parameters of a call that other tools know, by their common names.
+
+    Args:
+        parameters: `Call.parameters`; Ollama has them below `options`.
+    """
+    given = {**parameters, **parameters.get("options", {})}
+    found = {_WORDS[name]: value for name, value in given.items() if name in _WORDS and value is not None}
+    if found.get("max_tokens", 1) < 1:  # Ollama's words for no limit
+        del found["max_tokens"]
+    return found
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a declared measure is.
+
+    Attributes:
+        name: `<signature>.<measure>`.
+        label: a few words, with the unit where there is one.
+        low: least possible value; -inf where there is none.
+        high: greatest possible value; inf where there is none.
+        null: what chance alone gives and whose number that is, or empty.
+        better: `high` or `low` where one end is what the agents are to reach, or empty: most behaviour has none.
+    """
+
+    name: str
+    label: str
+    low: float
+    high: float
+    null: str
+    better: str
+
+
+@dataclass(frozen=True)
+class Mean:
+    """The mean of a measure over the runs of a condition, with its interval.
+
+    Attributes:
+        n: runs that have a value.
+        mean: NaN without values.
+        sd: standard deviation, ddof 1; NaN with fewer than two values.
+        low: lower end of the 95 % interval; NaN where there is none.
+        high: upper end.
+        interval: how it was computed, or empty.
+    """
+
+    n: int
+    mean: float
+    sd: float
+    low: float
+    high: float
+    interval: str
+
+
+@dataclass(frozen=True)
+class Scores:
+    """The declared measures of a sweep.
+
+    Attributes:
+        measures: what they are.
+        of_runs: values by run id and name; NaN where undefined, no value where the run does not have the measure.
+        of_conditions: means by the condition's number in the sweep and name.
+    """
+
+    measures: tuple[Measured, ...]
+    of_runs: Mapping[str, Mapping[str, float]]
+    of_conditions: Mapping[int, Mapping[str, Mean]]
+
 
 Write: TypeAlias = Callable[[Sequence[ExportedCondition], Scores, Path], Files]
 """Writes what there is of conditions into a folder."""

@@ -18,7 +18,7 @@ from foundry.errors import InputError
 from foundry.expansion import FORMAT, Condition, Sweep, expand, overridden, settings_key
 from foundry.naming import format_of
 from foundry.probing.drawing import Past, drawn, kept_of, listed, strata_of
-from foundry.running.difference import excerpts, first_difference
+from foundry.running.recorded import excerpts, first_difference
 from foundry.storing.store import PROBE, RunFolder, SweepFolder, with_moments, without_servers
 from foundry.texts import counted
 from foundry.worlds.base import Scenario

@@ -12,11 +12,10 @@ from foundry.models.answers.base import Answers
 from foundry.models.answers.unconfirmed import Unconfirmed
 from foundry.models.base import Model, ModelInfo, RunContext
 from foundry.models.serving import InFlight, serving_of
-from foundry.models.wrappers.cached import CachedModel
+from foundry.models.wrappers.cached import CachedModel, WarmedModel
 from foundry.models.wrappers.confirmed import ConfirmedModel
 from foundry.models.wrappers.limited import Limit, LimitedModel
 from foundry.models.wrappers.retried import RetriedModel
-from foundry.models.wrappers.warmed import WarmedModel
 from foundry.naming import target_of
 from foundry.prompts.prompt import Prompt
 from foundry.worlds.base import Scenario

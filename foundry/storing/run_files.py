@@ -18,8 +18,8 @@ import zstandard
 from foundry.errors import RecordError, StorageError, UndeclaredError
 from foundry.expansion import Run, Sweep, calls_seed
 from foundry.records import NOT_JSON, Call, RunSummary
-from foundry.storing.declaration import declared_before
 from foundry.storing.plain import check_entries, check_folder, is_there, plain, stamp_of
+from foundry.storing.sweep_file import declared_before
 
 RECORD_STREAMS = ("steps", "messages", "episode", "agents")
 ALWAYS_THERE = ("steps", "messages")

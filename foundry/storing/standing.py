@@ -1,14 +1,22 @@
-"""How far a sweep is: counts by model, and which runs failed."""
+"""How far a sweep is: counts by model, which runs failed, and which replies could not be read."""
 
 from __future__ import annotations
 
+import contextlib
+import itertools
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 import msgspec
 
-from foundry.records import Counts, RunSummary, reused_share
-from foundry.storing.store import SweepFolder
+from foundry.errors import RecordError
+from foundry.records import NOT_JSON, Call, Counts, Outcome, RunSummary, reused_share
+from foundry.storing.matching import place_of, with_calls
+from foundry.storing.store import RunFolder, SweepFolder, lines_of
+from foundry.texts import visible, without_secrets
+from foundry.worlds.base import Asked
 
 
 class Standing(msgspec.Struct, kw_only=True):
@@ -72,3 +80,182 @@ def failures(summaries: Iterable[RunSummary | None]) -> list[Failure]:
 def _cause(summary: RunSummary) -> str | None:
     """Return what ended a run; what nobody expected has its kind in front, since its text alone may say nothing."""
     return f"{summary.error_type}: {summary.error}" if summary.traceback else summary.error
+
+
+LEAST_SHARE = 0.02
+"""From this share on a model's unread replies are worth a word."""
+
+_UNREAD = {
+    Outcome.UNREADABLE: "without a decision in them",
+    Outcome.EMPTY: "empty",
+    Outcome.TRUNCATED: "cut by the length limit before it",
+    Outcome.FAILED: "given up by the server",
+}
+_SCHEMA_HELPS = (Outcome.UNREADABLE, Outcome.EMPTY)
+_EXAMPLES = 3
+_SHOWN = 160
+"""Characters of an example."""
+
+_OUTCOME = "outcome"
+_PARTS = ("edit", "format")
+"""Factors by which shares are told."""
+
+
+@dataclass
+class Unread:
+    """What of a model's replies could not be read.
+
+    Attributes:
+        model: its name.
+        replies: how many there are.
+        outcomes: how many could not be read, by outcome.
+        replies_by_part: of a probe how many there are, by edit and format.
+        unread_by_part: of these how many could not be read.
+        examples: some of them, each on one line.
+        schema: whether `model.format=schema` would hold them to the form that is asked for.
+    """
+
+    model: str
+    replies: int = 0
+    outcomes: Counter[str] = field(default_factory=Counter)
+    replies_by_part: Counter[str] = field(default_factory=Counter)
+    unread_by_part: Counter[str] = field(default_factory=Counter)
+    examples: list[str] = field(default_factory=list)
+    schema: bool = False
+
+    @property
+    def share(self) -> float:
+        """Share of the replies that could not be read, 0 to 1."""
+        return self.outcomes.total() / self.replies if self.replies else 0.0
+
+    @property
+    def share_by_part(self) -> dict[str, float]:
+        """The same by edit and format, the largest first."""
+        parts = {part: self.unread_by_part[part] / count for part, count in self.replies_by_part.items() if count}
+        return dict(sorted(parts.items(), key=lambda item: -item[1]))
+
+    @property
+    def largest_share(self) -> float:
+        """The largest of the shares by edit and format; 0 where there are none."""
+        return max(self.share_by_part.values(), default=0.0)
+
+    def lines(self) -> list[str]:
+        """Return what there is to say; the texts of the model are safe to show on a terminal."""
+        kinds = ", ".join(f"{count:,} {_UNREAD[Outcome(outcome)]}" for outcome, count in self.outcomes.items())
+        said = f"{visible(self.model)}: {self.share:.1%} of {self.replies:,} replies could not be read ({kinds})"
+        said += ", such as" if self.examples else ""
+        shares = [f"{part}: {share:.1%}" for part, share in self.share_by_part.items()]
+        parts = ["; ".join(shares)] if len(shares) > 1 else []
+        hint = ["model.format=schema holds this model's replies to the form that is asked for"] if self.schema else []
+        return [said, *(f"  {line}" for line in (*parts, *self.examples, *hint))]
+
+
+def unread(runs: Iterable[RunFolder]) -> list[Unread]:
+    """Return what could not be read of each model of which that is at least `LEAST_SHARE`, with an edit or format too.
+
+    Args:
+        runs: the runs of a sweep; those that have not ended do not count.
+
+    Raises:
+        RecordError: the summary of a run cannot be read.
+    """
+    found: dict[str, Unread] = {}
+    having: dict[str, list[RunFolder]] = {}
+    for run in runs:
+        summary = run.summary()
+        if summary is None:
+            continue
+        one = found.setdefault(summary.model, Unread(summary.model))
+        outcomes = _outcomes(summary)
+        one.replies += outcomes.total()
+        if part := ", ".join(f"{name} {run.factors[name]}" for name in _PARTS if name in run.factors):
+            one.replies_by_part[part] += outcomes.total()
+            one.unread_by_part[part] += sum(outcomes[outcome] for outcome in _UNREAD)
+        lost = Counter({outcome: outcomes[outcome] for outcome in _UNREAD if outcomes[outcome]})
+        one.outcomes += lost
+        if lost:
+            having.setdefault(summary.model, []).append(run)
+    told = [
+        one for one in found.values() if one.outcomes and max([one.share, *one.share_by_part.values()]) >= LEAST_SHARE
+    ]
+    for one in told:
+        _illustrate(one, having[one.model])
+    return told
+
+
+def _outcomes(summary: RunSummary) -> Counter[str]:
+    return Counter(summary.counts.outcomes) + Counter(summary.counts.message_outcomes)
+
+
+def _illustrate(unread_replies: Unread, runs: Iterable[RunFolder]) -> None:
+    """Add examples with different texts, and whether a schema would help with what they were asked."""
+    texts: set[str] = set()
+    for run, outcome, call in itertools.chain.from_iterable(map(_unread_calls, runs)):
+        text = text_of(call)
+        if text in texts:
+            continue
+        texts.add(text)
+        unread_replies.examples.append(
+            f"{run.id}, step {call.step}, agent {call.agent}, {call.kind}: {_shortened(text)}"
+        )
+        unread_replies.schema = unread_replies.schema or (
+            outcome in _SCHEMA_HELPS and _takes_schema(run.config()["model"], call.kind)
+        )
+        if len(texts) == _EXAMPLES:
+            return
+
+
+def text_of(call: Call) -> str:
+    """Return what came of a call: its text, else the error of its last try."""
+    if call.text.strip():
+        return call.text
+    return without_secrets(call.attempts[-1].error) if call.attempts else "(no text)"
+
+
+def _unread_calls(run: RunFolder) -> Iterator[tuple[RunFolder, str, Call]]:
+    """Yield run, outcome and call of replies that could not be read; none where the run's files are damaged."""
+    with contextlib.suppress(RecordError, *NOT_JSON):
+        for outcome, call in with_calls(_outcomes_in(run), run.calls()):
+            if outcome in _UNREAD and call is not None:
+                yield run, outcome, call
+
+
+def unread_by_place(run: RunFolder) -> dict[Asked, list[bool]]:
+    """Return of each question with unread replies whether its first, second, ... reply could not be read.
+
+    Questions that have not as many replies as calls are left out: nobody knows which reply is which.
+
+    Raises:
+        RecordError: the records of the run cannot be read.
+    """
+    places = {place for place, outcome in _outcomes_in(run) if outcome in _UNREAD}
+    if not places:
+        return {}
+    by_place: dict[Asked, list[bool]] = {place: [] for place in places}
+    for place, outcome in _outcomes_in(run):
+        if place in places:
+            by_place[place].append(outcome in _UNREAD)
+    calls = Counter(place for call in run.calls() if (place := place_of(call)) in places)
+    return {place: unread for place, unread in by_place.items() if len(unread) == calls[place]}
+
+
+def _outcomes_in(run: RunFolder) -> Iterator[tuple[Asked, str]]:
+    """Yield every outcome of a run behind the question that it is about."""
+    deciding = next(iter(run.declared.actions), "")
+    for line in lines_of(run.steps_bytes(), dict[str, Any], run.stream_path("steps")):
+        for name in line:
+            if name.endswith(_OUTCOME):
+                kind = name.removesuffix(_OUTCOME).rstrip("_") or line.get("kind", deciding)
+                yield (line["step"], line["agent"], kind), str(line[name])
+
+
+def _takes_schema(config: Mapping[str, Any], kind: str) -> bool:
+    """Tell whether a model, or a member of a population, could be held to a schema of this question and is not."""
+    if "format" in config and config["format"] is None and kind in (config.get("schemas") or {}):
+        return True
+    return any(_takes_schema(value, kind) for value in config.values() if isinstance(value, Mapping))
+
+
+def _shortened(text: str) -> str:
+    said = " ".join(visible(text[: _SHOWN * 4]).split())
+    return said if len(said) <= _SHOWN else f"{said[: _SHOWN - 3]}..."

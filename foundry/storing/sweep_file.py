@@ -1,19 +1,208 @@
-"""The content of `sweep.yaml`: a sweep as asked and as expanded."""
+"""The content of `sweep.yaml`: a sweep as asked and as expanded, in the shapes that it may have."""
 
 from __future__ import annotations
 
+import datetime
 import io
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Annotated, Any, TypeAlias
 
 import msgspec
 import yaml
 
-from foundry.expansion import Asked, Condition, Run, Sweep, check_names
-from foundry.storing.declaration import recorded_declaration
+from foundry.declared import Actions, Declared, keys_of
+from foundry.expansion import Asked, Condition, Run, Sweep, check_names, models_in
+from foundry.naming import present
+from foundry.records import COMMAND_KINDS, Agent, CameraEpisode, CameraStep, GridStep, Message, SeenImage
 from foundry.storing.plain import load_plain
-from foundry.storing.sweep_shape import check_shape
+
+UNSAID = "any"
+"""The form of records of which nobody said what they are: they are read by the keys that all steps have."""
+_NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
+_OLD_FORMS = {
+    "foundry.worlds.grid.world.GridScenario": Declared(
+        form="grid",
+        actions={"action": Actions(labels=("stay", "up", "down", "left", "right"), idle="stay")},
+        streams=keys_of((GridStep, Message, Agent)),
+    ),
+    "foundry.worlds.camera.world.CameraScenario": Declared(
+        form="camera",
+        actions={"move": Actions(labels=COMMAND_KINDS, idle=COMMAND_KINDS[0])},
+        streams=keys_of((CameraStep, CameraEpisode, SeenImage)),
+    ),
+}
+
+
+def declared_before(config: Mapping[str, Any]) -> Declared:
+    """Return what the records of a configuration are of which 0.1 said no more than its world's class."""
+    return _OLD_FORMS.get(present(config["world"].get("_target_")), Declared(form=UNSAID))
+
+
+def recorded_declaration(condition: Mapping[str, Any]) -> Declared | None:
+    """Return what a condition of `sweep.yaml` declares; None where it was recorded by 0.1, which declared nothing.
+
+    Raises:
+        ValueError: it is declared in another shape, or as another form than its world's class has.
+    """
+    if "declared" not in condition:
+        return None
+    try:
+        declared = msgspec.convert(condition["declared"], Declared)
+    except msgspec.ValidationError as error:
+        raise ValueError(f"declared: {error}") from error
+    for name in (declared.form, *declared.streams):
+        if not _NAME.fullmatch(name) or name == "calls":
+            raise ValueError(f"declared: {name!r} is no name of a form or of a record file")
+    shipped = declared_before(condition["config"]).form
+    if shipped not in (UNSAID, declared.form):
+        target = condition["config"]["world"]["_target_"]
+        raise ValueError(
+            f"declared: its form is {declared.form!r}, but the records of {target} are of form {shipped!r}"
+        )
+    return declared
+
+
+Number: TypeAlias = Annotated[int, msgspec.Meta(ge=0)]
+_INTEGERS = range(-(2**63), 2**64)
+"""What a record can hold of them."""
+
+
+class _Named(msgspec.Struct):
+    name: str
+    target: str | None = msgspec.field(default=None, name="_target_")
+
+
+class _Record(msgspec.Struct):
+    frames: bool | Number = False
+
+
+class _Past(msgspec.Struct):
+    before: Number | None
+    prompt: _Named
+    seed: Number
+
+
+class _Fork(msgspec.Struct):
+    sweep: str
+    run: str
+    at: Number
+    records_sha256: dict[str, str]
+    past: list[_Past]
+
+
+class _Config(msgspec.Struct):
+    world: _Named
+    model: _Named
+    prompt: _Named
+    sampling_seed: Number | None
+    record: _Record | msgspec.UnsetType = msgspec.UNSET
+    fork: _Fork | msgspec.UnsetType = msgspec.UNSET
+    baselines: list[str] | msgspec.UnsetType = msgspec.UNSET
+
+
+class _Condition(msgspec.Struct):
+    factors: dict[str, Any]
+    seeds: list[Number]
+    config: _Config
+    declared: Declared | msgspec.UnsetType = msgspec.UNSET
+
+
+class _Run(msgspec.Struct):
+    id: str
+    condition: int
+    seed: Number
+
+
+class _Cache(msgspec.Struct):
+    path: str | None
+
+
+class _Settings(msgspec.Struct):
+    """Where and how a sweep was run; tools that only read it need none of that."""
+
+    cache: _Cache | msgspec.UnsetType = msgspec.UNSET
+    runner: dict[str, Any] | msgspec.UnsetType = msgspec.UNSET
+    record: _Record | msgspec.UnsetType = msgspec.UNSET
+
+
+class _Model(msgspec.Struct):
+    name: str
+    digest: str | None
+    server_version: str | None = None
+    weights: str | None = None
+    remote: str | None = None
+
+
+class _Asked(msgspec.Struct):
+    asked: list[str]
+    when: str | None
+    runs: Number
+
+
+class _Content(msgspec.Struct):
+    asked: list[str]
+    models: list[_Model]
+    settings: _Settings
+    conditions: list[_Condition]
+    runs: list[_Run]
+    history: list[_Asked] | msgspec.UnsetType = msgspec.UNSET
+    plan: str | msgspec.UnsetType = msgspec.UNSET
+
+
+class _Server(msgspec.Struct):
+    """What is looked at of how a model is reached, before the model is built."""
+
+    workers: Annotated[int, msgspec.Meta(ge=1)] | None = None
+    base_url: str | list[str] | None = None
+    hosts: str | list[str] | None = None
+    api_key_env: str | None = None
+
+
+class _Part(msgspec.Struct):
+    """What is looked at of a model, and of those that it is made of."""
+
+    name: str = ""
+    server: _Server | None = None
+
+
+def check_shape(content: Any) -> None:
+    """Check what `sweep.yaml` holds.
+
+    Raises:
+        ValueError: it has another shape, or a value that no record holds.
+    """
+    try:
+        msgspec.convert(content, _Content)
+        # The greatest seed stands for all, which are numbers from 0 and may be very many.
+        few = [{**one, "seeds": [max(one["seeds"], default=0)]} for one in content["conditions"]]
+        _check_plain([content["settings"], *few], set())
+        for condition in content["conditions"]:
+            for model in models_in(condition["config"]["model"]):
+                msgspec.convert(model, _Part)
+    except msgspec.ValidationError as error:
+        raise ValueError(str(error)) from error
+
+
+def _check_plain(value: Any, seen: set[int]) -> None:
+    """Check that a value is one of JSON's; what stands in several places, as YAML's aliases have it, once."""
+    if isinstance(value, dict | list):
+        if id(value) in seen:
+            return
+        seen.add(id(value))
+        inner = value if isinstance(value, list) else [*_names(value), *value.values()]
+        for part in inner:
+            _check_plain(part, seen)
+    elif isinstance(value, bytes | set | datetime.date) or (isinstance(value, int) and value not in _INTEGERS):
+        raise ValueError(f"{str(value)[:40]} is no value of a setting")
+
+
+def _names(value: dict[Any, Any]) -> list[str]:
+    odd = [key for key in value if not isinstance(key, str)]
+    if odd:
+        raise ValueError(f"{odd[0]!r} is no name of a setting")
+    return list(value)
+
 
 _ENCODE = msgspec.json.Encoder().encode
 _RUNS = "\nruns:\n"

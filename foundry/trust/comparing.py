@@ -11,7 +11,7 @@ import msgspec
 
 from foundry.errors import InputError, RecordError
 from foundry.records import NOT_JSON, Call
-from foundry.running.difference import CALLS, NOTHING, Difference, first_difference
+from foundry.running.recorded import CALLS, NOTHING, Difference, first_difference
 from foundry.storing.matching import Numbered, numbered, place_of
 from foundry.storing.store import RunFolder
 from foundry.trust.forms import Compared, Line, compared_of

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -20,11 +21,28 @@ from foundry.own_code import own_folders, use
 from foundry.records import NOT_JSON, Call, Counts, Record, RunSummary, SeenImage
 from foundry.running.build import build
 from foundry.running.cores import share_cores
-from foundry.running.difference import CALLS, NOTHING, Difference, first_difference
-from foundry.running.recorded import Departed, NotRecorded, RecordedAsker, wordings
+from foundry.running.recorded import (
+    CALLS,
+    NOTHING,
+    Departed,
+    Difference,
+    NotRecorded,
+    RecordedAsker,
+    first_difference,
+    wordings,
+)
 from foundry.storing.store import SWEEP_FILE, RunFolder, SweepFolder, frame_name, kept_file
-from foundry.trust.drawings import Renderers, departed_note, is_of_pictures, renderers_of
-from foundry.trust.summaries import COMPLETE, check_config, check_declared, check_digests, check_summary
+from foundry.trust.summaries import (
+    COMPLETE,
+    Renderers,
+    check_config,
+    check_declared,
+    check_digests,
+    check_summary,
+    departed_note,
+    is_of_pictures,
+    renderers_of,
+)
 
 _ENCODE = msgspec.json.Encoder().encode
 _AFTER_THE_END = frozenset((ModelChangedError.__name__, UnconfirmedError.__name__))
@@ -235,11 +253,7 @@ def _drawn(
 def _departed(run: RunFolder, summary: RunSummary | None, difference: Difference, lines: int, calls: int) -> Verified:
     """Return what is found of a run that comes out otherwise: a difference, unless other readers recorded it."""
     readers = _other_readers(summary)
-    read = (
-        *(f"{name}.jsonl" for name in run.streams),
-        CALLS,
-        SWEEP_FILE,
-    )  # say what was read, or what followed from it
+    read = (*(f"{name}.jsonl" for name in run.streams), CALLS, SWEEP_FILE)  # what was read, or followed from it
     if not readers or difference.file not in read:
         return Verified(run.id, Verdict.DIFFERS, lines, calls, difference)
     try:
@@ -334,16 +348,11 @@ def _line_difference(file: str, number: int, recorded: bytes | None, now: bytes)
     """Return which key of a line differs; the whole line where it is missing or no JSON."""
     fresh = msgspec.json.decode(now)
     place = (fresh["step"], fresh["agent"], fresh.get("kind", "record")) if {"step", "agent"} <= fresh.keys() else None
-    if recorded is None:
-        return Difference(file, number, "", NOTHING, now.decode(), place)
-    try:
-        then = msgspec.json.decode(recorded)
-    except NOT_JSON:
-        return Difference(file, number, "", recorded.decode("utf-8", "replace"), now.decode(), place)
-    found = first_difference(then, fresh)
-    if found is None:
-        return Difference(file, number, "", recorded.decode("utf-8", "replace"), now.decode(), place)
-    return Difference(file, number, *found, place=place)
+    found = None
+    with contextlib.suppress(*NOT_JSON):
+        found = None if recorded is None else first_difference(msgspec.json.decode(recorded), fresh)
+    then = NOTHING if recorded is None else recorded.decode("utf-8", "replace")
+    return Difference(file, number, *(found or ("", then, now.decode())), place=place)
 
 
 def _sha256(content: bytes) -> str:

@@ -16,8 +16,8 @@ import msgspec
 from foundry.errors import InputError, RecordError
 from foundry.storing.matching import place_of
 from foundry.storing.notes import notes_of
+from foundry.storing.standing import text_of, unread_by_place
 from foundry.storing.store import RunFolder, SweepFolder
-from foundry.storing.unread import text_of, unread_by_place
 
 EVERY = "every"
 UNREADABLE = "unreadable"

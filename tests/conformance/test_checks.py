@@ -9,8 +9,7 @@ import pytest
 from conformance import broken_models, broken_prompts, broken_signatures, coins
 from conformance.coins import PROMPT, Coins
 from foundry.conformance.checking import CHECKS
-from foundry.conformance.finding import Finding, Status, look, name_of
-from foundry.conformance.playing import WorldCase
+from foundry.conformance.playing import Finding, Status, WorldCase, look, name_of
 from foundry.prompts.prompt import Prompt
 
 SCHEMAS = {"call": {"type": "object"}}

@@ -12,8 +12,7 @@ import pytest
 from commands import foundry
 from foundry.conformance.checking import CHECKS
 from foundry.conformance.edits import EditCase
-from foundry.conformance.finding import Status, examine
-from foundry.conformance.playing import WorldCase
+from foundry.conformance.playing import Status, WorldCase, examine
 from foundry.prompts.prompt import Prompt
 from foundry.worlds.base import Question
 from foundry.worlds.grid.layouts import Uniform

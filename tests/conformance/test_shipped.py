@@ -14,8 +14,7 @@ from episodes import ROOM
 from foundry.composing.compose import compose
 from foundry.conformance import edits, models
 from foundry.conformance.checking import CHECKS, with_parts, world_case
-from foundry.conformance.finding import Status, examine, failed, look
-from foundry.conformance.playing import WorldCase
+from foundry.conformance.playing import Status, WorldCase, examine, failed, look
 from foundry.conformance.signatures import case_with, run_type, shipped_signatures
 from foundry.conformance.worlds import follows_its_seed
 from foundry.paths import conf_dir, sweeps_dir

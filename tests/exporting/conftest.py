@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from commands import foundry
-from foundry.exporting.shared import Mean, Measured, Scores
+from foundry.exporting.writing import Mean, Measured, Scores
 from foundry.storing.store import SweepFolder
 from ollama_cases import Body, ChatCase, grid_answer, refused
 from ollama_server import OllamaServer

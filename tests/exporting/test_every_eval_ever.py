@@ -14,7 +14,7 @@ from exporting.conftest import MADE_UP, exported
 from foundry.commands.report import scores_of
 from foundry.errors import RecordError
 from foundry.exporting.every_eval_ever.writing import check, model_id, record
-from foundry.exporting.shared import conditions, sampling
+from foundry.exporting.writing import conditions, sampling
 from foundry.storing.run_writer import write_run_summary
 from foundry.storing.store import SweepFolder
 

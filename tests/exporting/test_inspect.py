@@ -16,7 +16,7 @@ import pytest
 
 from commands import environment
 from exporting.conftest import MADE_UP, THOUGHT, exported
-from foundry.exporting.shared import ExportedRun, conditions
+from foundry.exporting.writing import ExportedRun, conditions
 from foundry.records import Attempt
 from foundry.storing.store import SweepFolder
 from ports import reserved_port

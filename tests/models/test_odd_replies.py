@@ -26,7 +26,7 @@ from foundry.models.http.pausing import seconds_to_wait, wait_asked
 from foundry.models.http.transport import LARGEST_BODY, Origin, _say_unknown, decoded
 from foundry.models.ollama import server as ollama_server
 from foundry.models.ollama import wire as ollama_wire
-from foundry.models.openai import info as openai_info
+from foundry.models.openai import server as openai_server
 from foundry.models.openai import wire as openai_wire
 from foundry.storing.store import SweepFolder
 from local_server import LocalServer
@@ -154,7 +154,7 @@ def test_whatever_ollama_says_of_a_model_is_read_or_refused(tags: bytes, shown: 
 @MANY
 @given(spoilt(LISTING))
 def test_whatever_an_openai_server_lists_is_read_or_refused(listing: bytes):
-    assert_known(lambda: openai_info.listed_info("m", "m", listing, HERE, vision=None))
+    assert_known(lambda: openai_server.listed_info("m", "m", listing, HERE, vision=None))
 
 
 @MANY

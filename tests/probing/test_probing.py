@@ -13,8 +13,8 @@ import pandas as pd
 import pytest
 
 from commands import cached_answers, foundry, kill, started, wait_until
+from foundry.storing.standing import unread
 from foundry.storing.store import SweepFolder
-from foundry.storing.unread import unread
 from foundry.worlds.probe.moments import Moments
 from holding import Holding
 from ollama_cases import Body

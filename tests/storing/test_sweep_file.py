@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from foundry.expansion import Condition, expand
-from foundry.storing.sweep_file import sweep_content, sweep_from, sweep_text
-from foundry.storing.sweep_shape import check_shape
+from foundry.storing.sweep_file import check_shape, sweep_content, sweep_from, sweep_text
 
 TEXTS = st.one_of(
     st.text(max_size=12), st.sampled_from(["\n  seeds:\n  - 1\n", "x\n  seeds:\n  - 3\nruns:\n", "seeds: - 1"])

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from commands import foundry
+from foundry.storing.standing import unread
 from foundry.storing.store import SweepFolder
-from foundry.storing.unread import unread
 from ollama_cases import ABORTED, Body, ChatCase
 from ollama_server import OllamaServer
 

@@ -18,8 +18,8 @@ from foundry.composing.compose import compose
 from foundry.composing.names import with_public_names
 from foundry.composing.preflight import scenario_of
 from foundry.expansion import expand
-from foundry.storing.declaration import declared_before
 from foundry.storing.store import SweepFolder
+from foundry.storing.sweep_file import declared_before
 from foundry.viewer.resources import Resources
 
 DATA = Path(__file__).parents[1] / "data"

@@ -41,7 +41,7 @@ def mixed(model: dict[str, Any]) -> dict[str, Any]:
      "http://127.0.0.1.evil.example/v1", "http://127.0.0.1@evil.example/v1", "http://127.0.0.1:secret@evil.example/v1"],
 )  # fmt: skip
 def test_a_key_goes_to_no_server_that_only_the_record_names(url: str | list[str]):
-    wrapped = {"_target_": "foundry.models.wrappers.warmed.WarmedModel", "inner": mixed(served(url))}
+    wrapped = {"_target_": "foundry.models.wrappers.cached.WarmedModel", "inner": mixed(served(url))}
     for model in (served(url), mixed(served(url)), mixed(mixed(served(url))), wrapped, mixed({"deep": [wrapped]})):
         with pytest.raises(InputError, match="OPENAI_API_KEY sent to .*--trust-servers") as refused:
             check_models([model])
@@ -104,7 +104,7 @@ def recorded_openai(base_url: str) -> dict[str, Any]:
 
 
 def wrapped(model: dict[str, Any]) -> dict[str, Any]:
-    return {"_target_": "foundry.models.wrappers.warmed.WarmedModel", "inner": model}
+    return {"_target_": "foundry.models.wrappers.cached.WarmedModel", "inner": model}
 
 
 @pytest.mark.parametrize("nest", [lambda one: one, mixed, lambda one: mixed(mixed(one)), wrapped])

@@ -14,7 +14,7 @@ from typing import Any
 import jsonschema
 
 from foundry.errors import InputError, RecordError
-from foundry.exporting.shared import ExportedCondition, Files, Mean, Measured, Scores, sampling
+from foundry.exporting.writing import ExportedCondition, Files, Mean, Measured, Scores, sampling
 from foundry.storing.store import write_atomically
 
 VERSION = "0.3.0"

@@ -44,7 +44,7 @@ from inspect_ai.model import (
 )
 from inspect_ai.scorer import Score
 
-from foundry.exporting.shared import ExportedCondition, ExportedRun, Files, Mean, Measured, Scores, sampling
+from foundry.exporting.writing import ExportedCondition, ExportedRun, Files, Mean, Measured, Scores, sampling
 from foundry.records import Call
 from foundry.trust.summaries import COMPLETE
 

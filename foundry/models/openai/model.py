@@ -15,8 +15,7 @@ from foundry.models.http.model import HttpModel, schemas_of
 from foundry.models.http.pausing import wait_asked
 from foundry.models.http.transport import OK, Origin
 from foundry.models.openai import wire as openai_wire
-from foundry.models.openai.info import is_llama_server, listed_info, loaded_in
-from foundry.models.openai.secret import Secret
+from foundry.models.openai.server import Secret, is_llama_server, listed_info, loaded_in
 from foundry.models.openai.wire import ChatSettings, refusal
 from foundry.models.serving import HttpServing, read_settings
 

@@ -1,4 +1,4 @@
-"""A model whose answers are kept: what was answered once is never asked, or paid, again."""
+"""A model whose answers are kept, so that nothing is asked twice, and the warm-up before the first that is asked."""
 
 from __future__ import annotations
 
@@ -10,6 +10,25 @@ import msgspec
 from foundry.models.answers.unconfirmed import Unconfirmed
 from foundry.models.base import Model, Reply, Request, there
 from foundry.models.wrappers.base import Wrapper
+
+
+class WarmedModel(Wrapper):
+    """Loads the model at the first call; sits under the cache, so a cached sweep never loads anything."""
+
+    def __init__(self, inner: Model) -> None:
+        super().__init__(inner)
+        self._warm = False
+        self._loading = asyncio.Lock()
+
+    async def ask(self, request: Request) -> Reply:
+        """Answer one request; the first one waits for the load, and so do all that come meanwhile."""
+        if not self._warm:
+            async with self._loading:
+                if not self._warm:
+                    await self.inner.warm_up()
+                    self._warm = True
+        return await self.inner.ask(request)
+
 
 MANY = 64
 """With so many calls in flight others end soon, so that a transaction waits for them: it costs as much as ten rows."""

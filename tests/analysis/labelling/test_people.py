@@ -13,7 +13,7 @@ import analysis
 from analysis.labelling.people import clustered_kappa, labellers
 from commands import foundry
 from foundry.labels import NONE, REPLIES, WARNINGS, Judged, JudgedBy, Labelled, Labels, People
-from foundry.probing.judging import replies_of
+from foundry.probing.sitting import replies_of
 from foundry.storing.store import SweepFolder
 from sittings import played
 
