@@ -30,15 +30,7 @@ from foundry.commands.application import (
     given,
     say,
 )
-from foundry.commands.sweeps import (
-    Run,
-    composed_here,
-    go_on,
-    reached_now,
-    run_checked,
-    run_folder,
-    say_defaults,
-)
+from foundry.commands.sweeps import Run, composed_here, go_on, reached_now, run_checked, run_folder, say_defaults
 from foundry.commands.view import AskingPage, Browser, Host, Port, check_view, told_to
 from foundry.errors import FoundryError, InputError, ModelChangedError
 from foundry.expansion import overridden

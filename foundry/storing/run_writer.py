@@ -14,15 +14,7 @@ import zstandard
 
 from foundry.errors import StorageError
 from foundry.records import Call, Counts, Member, Record, RunSummary, SeenImage
-from foundry.storing.store import (
-    ALWAYS_THERE,
-    IMAGES,
-    KEPT,
-    RunFolder,
-    frame_name,
-    storing,
-    write_atomically,
-)
+from foundry.storing.store import ALWAYS_THERE, IMAGES, KEPT, RunFolder, frame_name, storing, write_atomically
 
 _ENCODER = msgspec.json.Encoder()
 FRAME = 1 << 22

@@ -352,7 +352,8 @@ def _line_difference(file: str, number: int, recorded: bytes | None, now: bytes)
     with contextlib.suppress(*NOT_JSON):
         found = None if recorded is None else first_difference(msgspec.json.decode(recorded), fresh)
     then = NOTHING if recorded is None else recorded.decode("utf-8", "replace")
-    return Difference(file, number, *(found or ("", then, now.decode())), place=place)
+    field, recorded_value, value_now = found or ("", then, now.decode())
+    return Difference(file, number, field, recorded_value, value_now, place)
 
 
 def _sha256(content: bytes) -> str:

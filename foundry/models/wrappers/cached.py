@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import msgspec
 
 from foundry.models.answers.unconfirmed import Unconfirmed
-from foundry.models.base import Model, Reply, Request, there
+from foundry.models.base import Model, Reply, Request, seen_through, there
 from foundry.models.wrappers.base import Wrapper
 
 
@@ -71,12 +71,8 @@ class CachedModel(Wrapper):
     async def _ask_missing(
         self, requests: Sequence[Request], missing: dict[str, Request], hits: dict[str, Reply]
     ) -> list[Reply]:
-        results = await asyncio.gather(*map(self._ask_once, missing.values()), return_exceptions=True)
-        fresh: dict[str, Reply] = {}
-        for key, result in zip(missing, results, strict=True):
-            if isinstance(result, BaseException):
-                raise result
-            fresh[key] = result
+        replies = await seen_through(map(self._ask_once, missing.values()))
+        fresh = dict(zip(missing, replies, strict=True))
         return [fresh[r.key] if r.key in fresh else _marked(hits[r.key]) for r in requests]
 
     async def _ask_once(self, request: Request) -> Reply:
