@@ -172,7 +172,7 @@ async def examine_model(
     if not calls:
         yield Finding("calls", name, Status.SKIPPED, "context, slots and seeds were not measured (--no-calls)")
         return
-    asked = replace(use, model=RetriedModel.as_set(serving_of(use.model).retry, use.model)) if use.model.costs else use
+    asked = replace(use, model=RetriedModel(use.model, serving_of(use.model).retry)) if use.model.costs else use
     try:
         await asked.model.warm_up()
         loaded = Loaded()

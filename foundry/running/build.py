@@ -107,7 +107,7 @@ def _stacked(
     unconfirmed = Unconfirmed(answers(), info if may_change else None, model.weights_of)
     confirmed = ConfirmedModel(model, unconfirmed) if may_change else model
     in_flight = Limit(serving.in_flight) if model.in_process else limit(serving.in_flight)
-    retried = RetriedModel.as_set(serving.retry, confirmed, in_flight.note_failure)
+    retried = RetriedModel(confirmed, serving.retry, noted=in_flight.note_failure)
     return CachedModel(WarmedModel(LimitedModel(retried, in_flight)), unconfirmed)
 
 

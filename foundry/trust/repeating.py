@@ -163,7 +163,7 @@ async def _asked(
     Raises:
         BackendError: the server gave no answer.
     """
-    model = RetriedModel.as_set(serving_of(member).retry, member)
+    model = RetriedModel(member, serving_of(member).retry)
     try:
         await model.warm_up()
         alone = await one_by_one(model, [one.request for one in calls])

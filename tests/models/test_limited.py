@@ -7,7 +7,7 @@ import pytest
 
 from foundry.errors import TransientError
 from foundry.models.base import Model, Reply
-from foundry.models.serving import InFlight
+from foundry.models.serving import InFlight, Retry
 from foundry.models.wrappers.limited import Limit, LimitedModel
 from foundry.models.wrappers.retried import RetriedModel
 from models.slot_servers import Unhurried
@@ -31,8 +31,8 @@ def retried(inner: Model, found: Limit) -> Model:
     async def nap(seconds: float) -> None:
         await asyncio.sleep(0)
 
-    settings = {"attempts": 2, "wait_initial_s": 1.0, "wait_max_s": 1.0}
-    return LimitedModel(RetriedModel(inner, **settings, sleep=nap, noted=found.note_failure), found)
+    retry = Retry(attempts=2, unusable_attempts=2, wait_initial_s=1.0, wait_max_s=1.0)
+    return LimitedModel(RetriedModel(inner, retry, sleep=nap, noted=found.note_failure), found)
 
 
 @pytest.mark.parametrize("failure", [BUSY, LATE])

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from foundry.errors import ServerError, TransientError
 from foundry.models.http.pausing import Pause, parse_reset, wait_asked
 from foundry.models.http.transport import Origin
-from foundry.models.serving import InFlight
+from foundry.models.serving import InFlight, Retry
 from foundry.models.wrappers.limited import Limit, LimitedModel
 from foundry.models.wrappers.retried import RetriedModel
 from openai_server import ChatCase, OpenAIServer, in_turn, limited
@@ -110,8 +110,8 @@ def test_a_429_is_tried_again_after_the_time_that_it_names_and_told_to_the_limit
 
     with OpenAIServer(in_turn(limited(retry_after_ms="30"), "Left.")) as server:
         limit = Limit(InFlight(min=1, max=8, initial=4))
-        settings = {"attempts": 3, "wait_initial_s": 0.001, "wait_max_s": 0.001, "noted": limit.note_failure}
-        retried = RetriedModel(make_openai(server.base_url), **settings, sleep=note)
+        retry = Retry(attempts=3, unusable_attempts=2, wait_initial_s=0.001, wait_max_s=0.001)
+        retried = RetriedModel(make_openai(server.base_url), retry, sleep=note, noted=limit.note_failure)
         reply = run(LimitedModel(retried, limit), lambda m: m.ask(make_request()))
     assert (reply.text, [attempt.busy for attempt in reply.attempts]) == ("Left.", [True])
     assert waits == [pytest.approx(0.03)]

@@ -7,6 +7,7 @@ import pytest
 import ollama_cases as cases
 from foundry.errors import RequestError, ServerError, TransientError
 from foundry.models.base import Reply, UnusableReply
+from foundry.models.serving import Retry
 from foundry.models.wrappers.retried import RetriedModel
 from ollama_server import OllamaServer
 
@@ -21,8 +22,8 @@ class Naps(list[float]):
 
 
 def retried(inner, naps, **changes):
-    settings = {"attempts": 4, "wait_initial_s": 1.0, "wait_max_s": 3.0, **changes}
-    return RetriedModel(inner, **settings, sleep=naps)
+    settings = {"attempts": 4, "unusable_attempts": 2, "wait_initial_s": 1.0, "wait_max_s": 3.0, **changes}
+    return RetriedModel(inner, Retry(**settings), sleep=naps)
 
 
 def test_a_good_answer_costs_one_try_and_no_wait(scripted, make_request):

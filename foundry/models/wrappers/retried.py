@@ -38,49 +38,21 @@ class RetriedModel(Wrapper):
     entropy: it decides when a call is made, never what is answered.
     """
 
-    def __init__(
-        self,
-        inner: Model,
-        *,
-        attempts: int,
-        wait_initial_s: float,
-        wait_max_s: float,
-        unusable_attempts: int = 2,
-        sleep: Sleep = asyncio.sleep,
-        noted: Noted = _not_noted,
-    ) -> None:
-        """Wrap a model; waits are in seconds.
+    def __init__(self, inner: Model, retry: Retry, *, sleep: Sleep = asyncio.sleep, noted: Noted = _not_noted) -> None:
+        """Wrap a model.
 
         Args:
             inner: the model to ask.
-            attempts: tries of a call in all, the first one included.
-            wait_initial_s: longest wait after the first failure; doubles with every further one.
-            wait_max_s: longest wait, unless the server asks for a longer one.
-            unusable_attempts: tries of a call that was answered with nothing usable; an equal seed makes an
-                equal answer likely, so more of them seldom help.
+            retry: how often it is tried. An equal seed makes an equal answer likely, so that more tries of a call that
+                was answered with nothing usable seldom help.
             sleep: waits; tests pass one that only notes how long.
             noted: told of every try that failed, and when it began (`time.perf_counter`).
         """
         super().__init__(inner)
         self._noted = noted
-        self._attempts = attempts
-        self._unusable_attempts = unusable_attempts
-        self._wait_initial_s = wait_initial_s
-        self._wait_max_s = wait_max_s
+        self._retry = retry
         self._sleep = sleep
         self._jitter = np.random.default_rng()
-
-    @classmethod
-    def as_set(cls, retry: Retry, model: Model, noted: Noted = _not_noted) -> RetriedModel:
-        """Return a model that is tried as often as these settings say."""
-        return cls(
-            model,
-            attempts=retry.attempts,
-            unusable_attempts=retry.unusable_attempts,
-            wait_initial_s=retry.wait_initial_s,
-            wait_max_s=retry.wait_max_s,
-            noted=noted,
-        )
 
     async def ask(self, request: Request) -> Reply:
         """Answer one request; the tries that failed are noted in the reply.
@@ -126,8 +98,8 @@ class RetriedModel(Wrapper):
         """Try a call again by the policy, whose first try is the one that failed."""
         import tenacity  # here, since most calls are answered at once
 
-        backoff = tenacity.wait_exponential(multiplier=self._wait_initial_s, max=self._wait_max_s)
-        most = tenacity.stop_after_attempt(self._attempts)
+        backoff = tenacity.wait_exponential(multiplier=self._retry.wait_initial_s, max=self._retry.wait_max_s)
+        most = tenacity.stop_after_attempt(self._retry.attempts)
         failed, unusable = [first], 0
 
         async def tried() -> T:
@@ -138,7 +110,7 @@ class RetriedModel(Wrapper):
         def is_used_up(state: RetryCallState) -> bool:
             nonlocal unusable
             unusable += isinstance(_error(state), UnusableReply)
-            return unusable >= self._unusable_attempts or most(state)
+            return unusable >= self._retry.unusable_attempts or most(state)
 
         def wait_s(state: RetryCallState) -> float:
             jittered = backoff(state) * float(self._jitter.uniform(0.5, 1.0))
