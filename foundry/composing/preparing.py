@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import functools
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -64,9 +63,7 @@ class LauncherRunner(Runner):
     @contextlib.contextmanager
     def at_work(self, job: SweepJob) -> Iterator[PlayPhase]:
         """Check nothing: the launcher finds out."""
-        folder = job.folder
-        absolute = SweepFolder(folder.path.absolute(), folder.sweep, folder.settings, folder.models)
-        yield functools.partial(self._play, replace(job, folder=absolute))
+        yield partial(self._play, replace(job, folder=job.folder.part(job.folder.runs())))
 
     def _play(self, job: SweepJob, runs: Sequence[RunFolder], number: int) -> None:
         jobs = [[f"seed={run.run.seed}"] for run in runs]

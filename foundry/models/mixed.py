@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -12,7 +11,7 @@ import msgspec
 
 from foundry import seeding
 from foundry.errors import FoundryError, InputError, not_found
-from foundry.models.base import Model, ModelInfo, Reply, Request, RequestKeys, RunContext, Source
+from foundry.models.base import Model, ModelInfo, Reply, Request, RequestKeys, RunContext, Source, seen_through
 from foundry.records import Member
 
 Personas = Sequence[Mapping[str, str]]
@@ -172,11 +171,8 @@ class Population(Model):
         for place, request in enumerate(requests):
             places.setdefault(self._labels[request.agent], []).append(place)
         groups = [self._ask_member(label, [requests[place] for place in mine]) for label, mine in places.items()]
-        found = await asyncio.gather(*groups, return_exceptions=True)
         replies: dict[int, Reply] = {}
-        for mine, result in zip(places.values(), found, strict=True):
-            if isinstance(result, BaseException):
-                raise result
+        for mine, result in zip(places.values(), await seen_through(groups), strict=True):
             replies.update(zip(mine, result, strict=True))
         return [replies[place] for place in range(len(requests))]
 
