@@ -46,6 +46,9 @@ if TYPE_CHECKING:
     from foundry.expansion import Sweep
     from foundry.models.ollama.info import InstalledModel
 
+_SHOWN = 60
+"""Characters of a value in the table."""
+
 
 @app.command(context_settings=OVERRIDES, rich_help_panel=RUN)
 def doctor(
@@ -148,10 +151,6 @@ def _tests(sweep: Sweep) -> Iterator[Finding]:
     if reach is not None:
         advice = "" if reach.is_enough else f"Ask for {reach.fewest} seeds or more."
         yield Finding("tests", "this sweep", Status.OK if reach.is_enough else Status.WARNING, reach.line(), advice)
-
-
-_SHOWN = 60
-"""Characters of a value in the table."""
 
 
 @app.command(rich_help_panel=EXTEND)

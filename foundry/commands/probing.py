@@ -45,6 +45,9 @@ if TYPE_CHECKING:
     from foundry.running.local import Runner
     from foundry.storing.store import SweepFolder
 
+SITTING = {"moments": "40", "repeats": "1"}
+"""What a person is asked of a probe where nothing else is said: ten minutes, and nothing twice."""
+
 
 @app.command(context_settings=OVERRIDES, rich_help_panel=LOOK)
 def label(
@@ -189,10 +192,6 @@ async def _ask(composed: Composed, cache: str, texts: list[Text]) -> Labels:
                 f"Model '{model.name}' changed while it labelled ({error.how}). Its answers since it was confirmed "
                 "last have left the cache, and no label was written: put the first one back and say it again."
             ) from error
-
-
-SITTING = {"moments": "40", "repeats": "1"}
-"""What a person is asked of a probe where nothing else is said: ten minutes, and nothing twice."""
 
 
 @app.command(context_settings=OVERRIDES, rich_help_panel=RUN)

@@ -12,6 +12,8 @@ from foundry.errors import InputError
 from foundry.naming import target_of
 from foundry.own_code import refuse_shipped_name
 
+_CONFIG, _CODE = "*.yaml", "[!_]*.py"
+
 
 def with_public_names(value: Any) -> Any:
     """Return a configuration with every `_target_`, at any depth, by the public name of its class.
@@ -44,9 +46,6 @@ def _public_name(target: Any) -> Any:
     if known is not found:
         raise InputError(f"{target} says that its public name is '{name}', which is another class.")
     return name
-
-
-_CONFIG, _CODE = "*.yaml", "[!_]*.py"
 
 
 def check_own_names(folders: Iterable[Path]) -> None:

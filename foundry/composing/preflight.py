@@ -19,6 +19,8 @@ from foundry.storing.store import SweepFolder
 from foundry.worlds.base import Answer, Question, Scenario
 
 _EXAMPLES = {"string": "", "integer": 0, "number": 0, "boolean": False}
+MAX_STEPS = 4
+"""Steps within which every kind must have been asked once."""
 
 
 def check_schemas(model: Mapping[str, Any], scenario: Scenario, questions: Sequence[Question]) -> None:
@@ -74,10 +76,6 @@ def _example(schema: Mapping[str, Any]) -> dict[str, Any]:
 
 def _is_read(reply: Mapping[str, Any], scenario: Scenario, question: Question) -> bool:
     return scenario.read(question, Answer(json.dumps(reply))).outcome is not Outcome.UNREADABLE
-
-
-MAX_STEPS = 4
-"""Steps within which every kind must have been asked once."""
 
 
 @dataclass(frozen=True)

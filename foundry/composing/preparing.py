@@ -31,6 +31,9 @@ from foundry.storing.preregistration import PREREGISTRATION_FILE, Preregistratio
 from foundry.storing.store import RunFolder, SweepFolder, ensure_writable, fresh_folder, is_sweep
 from foundry.trust.repeating import repeat_calls
 
+OUTPUTS = Path("outputs")
+"""Where sweeps go that name no folder."""
+
 
 @dataclass(frozen=True)
 class OneRun:
@@ -118,10 +121,6 @@ def _parts(composed: Composed, plan: Preregistration) -> Iterator[Composed]:
         own = set(plan.seeds[: look.seeds])
         parts = (replace(one, seeds=tuple(seed for seed in one.seeds if seed in own)) for one in composed.conditions)
         yield replace(composed, conditions=tuple(one for one in parts if one.seeds))
-
-
-OUTPUTS = Path("outputs")
-"""Where sweeps go that name no folder."""
 
 
 @dataclass(frozen=True)

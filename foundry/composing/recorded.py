@@ -24,6 +24,8 @@ SINGLE = ("seed", "sampling_seed", "baselines")
 _AS_RECORDED = "as_recorded"
 """The option of a group that is a run's own configuration."""
 _INTERPOLATION = re.compile(r"(\\*)\$\{")
+_OF_THE_SEED = re.compile(r"\$\{[^}]*\bseed\b")
+"""What settings hold that take their value from the seed, before Hydra resolves them."""
 
 
 def compose_recorded(
@@ -76,10 +78,6 @@ def _literal(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {key: _literal(inner) for key, inner in value.items()}
     return [_literal(inner) for inner in value] if isinstance(value, list | tuple) else value
-
-
-_OF_THE_SEED = re.compile(r"\$\{[^}]*\bseed\b")
-"""What settings hold that take their value from the seed, before Hydra resolves them."""
 
 
 def compose_growth(folder: SweepFolder, overrides: Sequence[str], defaults: Defaults | None = None) -> Composed | None:

@@ -42,6 +42,12 @@ _USER = re.compile(r"[^\s,/]*@")
 _FROM_VARIABLE = re.compile(r"\$\{oc\.env:(\w+)")
 MASKED = "***"
 _DECIDING = frozenset({*IDENTITY_KEYS, "format", "schema"})
+PATIENCE_S = 0.2
+"""How long the server is given to say its models."""
+_SWEEP = "sweep"
+_BREAKS = "=:"
+"""At these bash ends a word, and takes only what follows the last of them in place of a completion."""
+_OUTPUTS = "outputs"
 
 
 @dataclass(frozen=True)
@@ -124,14 +130,6 @@ def _masked(key: str, value: Any) -> Any:
     if isinstance(value, str):
         return _USER.sub(f"{MASKED}@", value) if _ADDRESS.search(key) else without_secrets(value)
     return [_masked(key, one) for one in value] if isinstance(value, list | tuple) else value
-
-
-PATIENCE_S = 0.2
-"""How long the server is given to say its models."""
-_SWEEP = "sweep"
-_BREAKS = "=:"
-"""At these bash ends a word, and takes only what follows the last of them in place of a completion."""
-_OUTPUTS = "outputs"
 
 
 def asked_words() -> tuple[list[str], str]:

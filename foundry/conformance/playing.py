@@ -24,6 +24,15 @@ from foundry.worlds.base import Answer, Asked, Question, Scenario, World
 Case = TypeVar("Case")
 Check: TypeAlias = Callable[[Case], str | None]
 """Returns what is to be known all the same, or nothing; raises Broken or Skipped."""
+Answering: TypeAlias = Callable[[Sequence[Question]], list[Answer]]
+"""Answers the pending questions, in their order."""
+POLICIES: tuple[Mapping[str, Any], ...] = (
+    {"_target_": "foundry.models.scripted.any.Random", "name": "scripted/random"},
+    {"_target_": "foundry.models.scripted.camera.Wander", "name": "scripted/wander"},
+)
+"""Who answers in the checks where the chosen model costs something or cannot act in the world."""
+_SPARE = 100
+"""Questions beyond twice those that a scenario counts, after which it is said never to end."""
 
 
 class Status(StrEnum):
@@ -117,18 +126,6 @@ def _cause(error: Exception) -> str:
     own = [one for one in frames if "/foundry/conformance/" not in one.filename.replace("\\", "/")]
     where = f" ({own[-1].filename}, line {own[-1].lineno})" if own else ""
     return f"{type(error).__name__}: {text}{where}"
-
-
-Answering: TypeAlias = Callable[[Sequence[Question]], list[Answer]]
-"""Answers the pending questions, in their order."""
-
-POLICIES: tuple[Mapping[str, Any], ...] = (
-    {"_target_": "foundry.models.scripted.any.Random", "name": "scripted/random"},
-    {"_target_": "foundry.models.scripted.camera.Wander", "name": "scripted/wander"},
-)
-"""Who answers in the checks where the chosen model costs something or cannot act in the world."""
-_SPARE = 100
-"""Questions beyond twice those that a scenario counts, after which it is said never to end."""
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,23 @@ from foundry.storing.growing import same_weights
 from foundry.storing.store import SweepFolder
 from foundry.worlds.base import Question, Scenario
 
+CALL_BYTES = 1_100
+"""Bytes that a call leaves behind: in its log, in the answer cache, in the steps. Measured on 2D runs."""
+RUN_BYTES = 40_000
+"""Bytes of a run beside its calls: configuration, summary, blocks of the disk that are not full."""
+IMAGE_BYTES = 230_000
+"""Bytes of a kept first-person image at 512 x 384, PNG."""
+FRAME_BYTES = 60_000
+"""Bytes of a kept frame."""
+_TIGHT = 3
+"""Free space below this many times the need is a warning."""
+UNLIMITED_REPLY = 1024
+"""Tokens that a reply is taken to have at most when its settings set no limit."""
+COMMON_REPLY = 4
+"""The longest reply that the settings allow is so many times a common one."""
+CUT_BEYOND = 8
+"""Characters per token that no tokenizer reaches in English: a lower count means that the prompt was cut."""
+
 
 class Status(StrEnum):
     """How a check went."""
@@ -55,19 +72,6 @@ class Finding:
     status: Status
     found: str
     advice: str = ""
-
-
-CALL_BYTES = 1_100
-"""Bytes that a call leaves behind: in its log, in the answer cache, in the steps. Measured on 2D runs."""
-RUN_BYTES = 40_000
-"""Bytes of a run beside its calls: configuration, summary, blocks of the disk that are not full."""
-IMAGE_BYTES = 230_000
-"""Bytes of a kept first-person image at 512 x 384, PNG."""
-FRAME_BYTES = 60_000
-"""Bytes of a kept frame."""
-
-_TIGHT = 3
-"""Free space below this many times the need is a warning."""
 
 
 def check_versions() -> Finding:
@@ -117,16 +121,6 @@ def check_disk(folder: Path, *, runs: int, calls: int, images: int, frames: int)
 def megabytes(count: int) -> str:
     """Return a number of bytes for people."""
     return f"{count / 1e9:,.1f} GB" if count >= 1e9 else f"{count / 1e6:,.0f} MB"
-
-
-UNLIMITED_REPLY = 1024
-"""Tokens that a reply is taken to have at most when its settings set no limit."""
-
-COMMON_REPLY = 4
-"""The longest reply that the settings allow is so many times a common one."""
-
-CUT_BEYOND = 8
-"""Characters per token that no tokenizer reaches in English: a lower count means that the prompt was cut."""
 
 
 @dataclass(frozen=True)

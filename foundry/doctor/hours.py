@@ -19,6 +19,13 @@ from foundry.storing.run_files import write_atomically
 from foundry.texts import in_words
 from foundry.worlds.base import Answer, Question, Scenario
 
+CHARACTERS_PER_TOKEN = 3.73
+"""Of the filler text in the tokenizers of Qwen 3 and Llama 3: no reply holds more characters of it."""
+COMMON_MESSAGE = 160
+"""Characters of the message that each agent is taken to send."""
+SLOW, FAST = 1, 20
+"""Calls a second of a laptop and of a server, for which the time is told where nothing was measured."""
+
 
 def remember_speed(cache: str, model: str, per_call_s: float) -> None:
     """Keep the seconds a call of a model; beside a database nothing is kept.
@@ -47,10 +54,6 @@ def _file(cache: str) -> Path:
     return Path(cache).with_suffix(".speeds.json")
 
 
-CHARACTERS_PER_TOKEN = 3.73
-"""Of the filler text in the tokenizers of Qwen 3 and Llama 3: no reply holds more characters of it."""
-
-
 @dataclass(frozen=True)
 class SizedPrompt:
     """A question and the length of its prompt.
@@ -77,12 +80,6 @@ def longest_prompt(scenario: Scenario, prompt: Prompt, *, seed: int, reply_token
     asked = (question for step in _wordy_steps(scenario, seed, room) for question in step)
     sized = (SizedPrompt(question, _characters(prompt, question)) for question in asked)
     return max(sized, key=lambda one: one.characters)
-
-
-COMMON_MESSAGE = 160
-"""Characters of the message that each agent is taken to send."""
-SLOW, FAST = 1, 20
-"""Calls a second of a laptop and of a server, for which the time is told where nothing was measured."""
 
 
 def time_line(planned: Sequence[PlannedRun], per_call_s: Mapping[str, float]) -> str:

@@ -21,6 +21,20 @@ from foundry.storing.store import IMAGES, RunFolder, SweepFolder, ensure_writabl
 from foundry.trust.privacy import Scrubber
 from foundry.trust.summaries import COMPLETE
 
+_WORDS = {
+    "temperature": "temperature",
+    "top_p": "top_p",
+    "top_k": "top_k",
+    "frequency_penalty": "frequency_penalty",
+    "presence_penalty": "presence_penalty",
+    "stop": "stop",
+    "max_tokens": "max_tokens",
+    "max_completion_tokens": "max_tokens",
+    "num_predict": "max_tokens",
+}
+_WRITERS = {"inspect": "foundry.exporting.inspect.log", "eee": "foundry.exporting.every_eval_ever.writing"}
+"""The formats, and the modules whose `write` writes them; the extra that each needs has the format's name."""
+
 
 @dataclass(frozen=True)
 class ExportedRun:
@@ -179,19 +193,6 @@ class Files:
     notes: tuple[str, ...] = ()
 
 
-_WORDS = {
-    "temperature": "temperature",
-    "top_p": "top_p",
-    "top_k": "top_k",
-    "frequency_penalty": "frequency_penalty",
-    "presence_penalty": "presence_penalty",
-    "stop": "stop",
-    "max_tokens": "max_tokens",
-    "max_completion_tokens": "max_tokens",
-    "num_predict": "max_tokens",
-}
-
-
 def sampling(parameters: Mapping[str, Any]) -> dict[str, Any]:
     """Return those parameters of a call that other tools know, by their common names.
 
@@ -264,9 +265,6 @@ class Scores:
 
 Write: TypeAlias = Callable[[Sequence[ExportedCondition], Scores, Path], Files]
 """Writes what there is of conditions into a folder."""
-
-_WRITERS = {"inspect": "foundry.exporting.inspect.log", "eee": "foundry.exporting.every_eval_ever.writing"}
-"""The formats, and the modules whose `write` writes them; the extra that each needs has the format's name."""
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,10 @@ from foundry.storing.matching import with_calls
 from foundry.storing.store import RunFolder, SweepFolder, lines_of
 from foundry.trust.forms import Line, compared_of
 
+YES_NO = ("yes", "no")
+UNREAD = (Outcome.UNREADABLE, Outcome.TRUNCATED)
+READ = (Outcome.CHOSEN, Outcome.REPAIRED)
+
 
 class SittingRunner(LocalRunner):
     """Runs what a sweep still lacks while people sit at a desk.
@@ -94,11 +98,6 @@ def how_far(folder: SweepFolder) -> Callable[[], float]:
         return sum(one.done for one in totals) / max(1, sum(one.most for one in totals))
 
     return share
-
-
-YES_NO = ("yes", "no")
-UNREAD = (Outcome.UNREADABLE, Outcome.TRUNCATED)
-READ = (Outcome.CHOSEN, Outcome.REPAIRED)
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,9 @@ from foundry.storing.store import ENDED_RUNS, SWEEP_FILE, RunFolder, SweepFolder
 from foundry.texts import without_secrets
 
 _INSTALL = "pip install 'foundry-worlds[remote]'"
+CHUNKS_PER_WORKER = 4
+"""So many let fast workers take work from slow ones."""
+MAX_CHUNK = 256
 
 
 @dataclass(frozen=True)
@@ -210,11 +213,6 @@ def _digest(path: Path) -> str | None:
         return hashlib.sha256(path.read_bytes()).hexdigest()
     except FileNotFoundError:
         return None
-
-
-CHUNKS_PER_WORKER = 4
-"""So many let fast workers take work from slow ones."""
-MAX_CHUNK = 256
 
 
 @dataclass(frozen=True)

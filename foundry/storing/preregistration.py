@@ -20,6 +20,8 @@ from foundry.storing.sweep_file import to_yaml
 from foundry.texts import counted
 
 LOOKS_FILE = "looks.jsonl"
+ANALYSIS = "analysis"
+"""Folder of a sweep that was analysed."""
 
 
 class LookedAt(msgspec.Struct, frozen=True, kw_only=True):
@@ -57,10 +59,6 @@ def looks_of(folder: Path) -> list[LookedAt]:
 def write_looks(folder: Path, looks: Sequence[LookedAt]) -> None:
     """Keep the looks at a sweep."""
     write_atomically(folder / LOOKS_FILE, msgspec.json.Encoder().encode_lines(looks))
-
-
-ANALYSIS = "analysis"
-"""Folder of a sweep that was analysed."""
 
 
 class Part(msgspec.Struct, frozen=True, kw_only=True):

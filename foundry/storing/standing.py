@@ -18,6 +18,22 @@ from foundry.storing.store import RunFolder, SweepFolder, lines_of
 from foundry.texts import visible, without_secrets
 from foundry.worlds.base import Asked
 
+LEAST_SHARE = 0.02
+"""From this share on a model's unread replies are worth a word."""
+_UNREAD = {
+    Outcome.UNREADABLE: "without a decision in them",
+    Outcome.EMPTY: "empty",
+    Outcome.TRUNCATED: "cut by the length limit before it",
+    Outcome.FAILED: "given up by the server",
+}
+_SCHEMA_HELPS = (Outcome.UNREADABLE, Outcome.EMPTY)
+_EXAMPLES = 3
+_SHOWN = 160
+"""Characters of an example."""
+_OUTCOME = "outcome"
+_PARTS = ("edit", "format")
+"""Factors by which shares are told."""
+
 
 class Standing(msgspec.Struct, kw_only=True):
     """How far a sweep is with one model; calls of running runs are those of their workers' last reports.
@@ -82,25 +98,6 @@ def _cause(summary: RunSummary) -> str | None:
     return f"{summary.error_type}: {summary.error}" if summary.traceback else summary.error
 
 
-LEAST_SHARE = 0.02
-"""From this share on a model's unread replies are worth a word."""
-
-_UNREAD = {
-    Outcome.UNREADABLE: "without a decision in them",
-    Outcome.EMPTY: "empty",
-    Outcome.TRUNCATED: "cut by the length limit before it",
-    Outcome.FAILED: "given up by the server",
-}
-_SCHEMA_HELPS = (Outcome.UNREADABLE, Outcome.EMPTY)
-_EXAMPLES = 3
-_SHOWN = 160
-"""Characters of an example."""
-
-_OUTCOME = "outcome"
-_PARTS = ("edit", "format")
-"""Factors by which shares are told."""
-
-
 @dataclass
 class Unread:
     """What of a model's replies could not be read.
@@ -133,11 +130,6 @@ class Unread:
         """The same by edit and format, the largest first."""
         parts = {part: self.unread_by_part[part] / count for part, count in self.replies_by_part.items() if count}
         return dict(sorted(parts.items(), key=lambda item: -item[1]))
-
-    @property
-    def largest_share(self) -> float:
-        """The largest of the shares by edit and format; 0 where there are none."""
-        return max(self.share_by_part.values(), default=0.0)
 
     def lines(self) -> list[str]:
         """Return what there is to say; the texts of the model are safe to show on a terminal."""

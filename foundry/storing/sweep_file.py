@@ -32,6 +32,15 @@ _OLD_FORMS = {
         streams=keys_of((CameraStep, CameraEpisode, SeenImage)),
     ),
 }
+Number: TypeAlias = Annotated[int, msgspec.Meta(ge=0)]
+_INTEGERS = range(-(2**63), 2**64)
+"""What a record can hold of them."""
+_ENCODE = msgspec.json.Encoder().encode
+_RUNS = "\nruns:\n"
+_RUN_ID = re.compile(r"[a-z0-9][a-z0-9-]{0,99}")
+_RUN_LINES = re.compile(r'(?:- \{"id":"[\w-]+","condition":\d+,"seed":\d+\}\n)*')
+_SEEDS = re.compile(r"(?<=\n  seeds:)(?:\n  - (?:0|[1-9]\d{0,17}))+(?=\n(?!  - ))")
+_Dumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
 def declared_before(config: Mapping[str, Any]) -> Declared:
@@ -61,11 +70,6 @@ def recorded_declaration(condition: Mapping[str, Any]) -> Declared | None:
             f"declared: its form is {declared.form!r}, but the records of {target} are of form {shipped!r}"
         )
     return declared
-
-
-Number: TypeAlias = Annotated[int, msgspec.Meta(ge=0)]
-_INTEGERS = range(-(2**63), 2**64)
-"""What a record can hold of them."""
 
 
 class _Named(msgspec.Struct):
@@ -202,14 +206,6 @@ def _names(value: dict[Any, Any]) -> list[str]:
     if odd:
         raise ValueError(f"{odd[0]!r} is no name of a setting")
     return list(value)
-
-
-_ENCODE = msgspec.json.Encoder().encode
-_RUNS = "\nruns:\n"
-_RUN_ID = re.compile(r"[a-z0-9][a-z0-9-]{0,99}")
-_RUN_LINES = re.compile(r'(?:- \{"id":"[\w-]+","condition":\d+,"seed":\d+\}\n)*')
-_SEEDS = re.compile(r"(?<=\n  seeds:)(?:\n  - (?:0|[1-9]\d{0,17}))+(?=\n(?!  - ))")
-_Dumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
 def to_yaml(value: Any) -> str:

@@ -37,6 +37,15 @@ from foundry.storing.sweep_file import sweep_text, to_yaml
 from foundry.trust.manifest import FORMAT, NAME, BundledFile, Manifest, check_names
 from foundry.trust.privacy import Scrubber
 
+LEVEL = 10
+CITATION = "CITATION.cff"
+NEUTRAL = {
+    "output": {"dir": None},
+    "cache": {"path": "outputs/answers.sqlite"},
+    "runner": {"_target_": "foundry.running.local.LocalRunner", "workers": None, "open_runs": 16, "ahead": True},
+}
+"""Where and how a bundled sweep is run: as anywhere, not as it was here."""
+
 
 @dataclass(frozen=True)
 class BundledScene:
@@ -105,16 +114,6 @@ def _check_movable(asset: str, root: Path, main: Path, files: list[Path]) -> Non
         raise InputError(
             f"Scene '{asset}' names {what} by an absolute path: make the path relative to bundle the sweep."
         )
-
-
-LEVEL = 10
-CITATION = "CITATION.cff"
-NEUTRAL = {
-    "output": {"dir": None},
-    "cache": {"path": "outputs/answers.sqlite"},
-    "runner": {"_target_": "foundry.running.local.LocalRunner", "workers": None, "open_runs": 16, "ahead": True},
-}
-"""Where and how a bundled sweep is run: as anywhere, not as it was here."""
 
 
 @dataclass(frozen=True)

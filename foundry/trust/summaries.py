@@ -21,6 +21,8 @@ from foundry.storing.store import KEPT, SWEEP_FILE, RunFolder, kept_file
 COMPLETE = "complete"
 _NOT_REPLAYED = ("cached", "retries", "model_s")
 """Totals that say how the answers came, which a replay cannot know."""
+_RENDERER = "renderer"
+"""The key under which a line says what drew."""
 
 
 def check_summary(config: Mapping[str, Any], summary: RunSummary | None, counts: Counts, calls: Sequence[Call]) -> None:
@@ -125,10 +127,6 @@ def _check(file: str, then: Mapping[str, Any], now: Mapping[str, Any]) -> None:
     found = first_difference(then, now)
     if found is not None:
         raise Departed(Difference(file, None, *found))
-
-
-_RENDERER = "renderer"
-"""The key under which a line says what drew."""
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,17 @@ if TYPE_CHECKING:
 Z = 4.0
 """Standard errors that a mean may be off; of a hundred right ones, one page in 160 would show a wrong one."""
 _ROUNDING = 1e-9
+COLUMNS = ("world", "closed form", "measure", "n", "found", "known", "holds")
+_NOTHING = 1e-12
+_HEAD = f"""# Validation
+
+Every number below is what scripted policies came to, beside what they must come to. It was made by
+
+    foundry check --known --write docs/validation.md
+
+and needs no model. `found` is the mean over n seeds with its standard error; it holds where it is within {Z:g} standard
+errors and the rounding of the known number. A study (n = 0) states its own error.
+"""
 
 
 @dataclass(frozen=True)
@@ -121,19 +132,6 @@ def _studied(world: str, study: Study) -> Held:
 def _said(one: ClosedForm | Study) -> dict[str, Any]:
     kept = ("name", "value", "tolerance", "why")
     return {key: value for key, value in msgspec.structs.asdict(one).items() if key in kept}
-
-
-COLUMNS = ("world", "closed form", "measure", "n", "found", "known", "holds")
-_NOTHING = 1e-12
-_HEAD = f"""# Validation
-
-Every number below is what scripted policies came to, beside what they must come to. It was made by
-
-    foundry check --known --write docs/validation.md
-
-and needs no model. `found` is the mean over n seeds with its standard error; it holds where it is within {Z:g} standard
-errors and the rounding of the known number. A study (n = 0) states its own error.
-"""
 
 
 def row(one: Held) -> tuple[str, ...]:

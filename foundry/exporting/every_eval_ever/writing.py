@@ -22,6 +22,9 @@ LIBRARY = "foundry-worlds"
 _ARGUMENTS = ("temperature", "top_p", "top_k", "max_tokens")
 """What the schema knows of how replies are sampled."""
 _UNKNOWN = {"deployment_type": "unknown", "model_availability": "unknown"}
+LEFT_OUT = "left_out.json"
+"""The file that says which measures are in no record, and why."""
+_NOT_PORTABLE = re.compile(r'[<>:"\\|?*/\x00-\x1f]')
 
 
 def record(condition: ExportedCondition, scores: Scores) -> dict[str, Any]:
@@ -152,11 +155,6 @@ def _generation(condition: ExportedCondition) -> dict[str, Any]:
     known = sampling(call.parameters)
     arguments = {name: known[name] for name in _ARGUMENTS if name in known}
     return {"generation_args": arguments, "additional_details": _texts({"parameters": call.parameters})}
-
-
-LEFT_OUT = "left_out.json"
-"""The file that says which measures are in no record, and why."""
-_NOT_PORTABLE = re.compile(r'[<>:"\\|?*/\x00-\x1f]')
 
 
 def write(conditions: Sequence[ExportedCondition], scores: Scores, folder: Path) -> Files:

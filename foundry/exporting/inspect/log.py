@@ -50,6 +50,10 @@ from foundry.trust.summaries import COMPLETE
 
 _MESSAGES = {"system": ChatMessageSystem, "user": ChatMessageUser, "assistant": ChatMessageAssistant}
 _ENDINGS = {"stop": "stop", "length": "max_tokens"}
+_NO_PART = re.compile(r"[^A-Za-z0-9.]")
+"""What the task's part of a file's name does not hold: Inspect parts names at underscores."""
+_NO_TIME = (1980, 1, 1, 0, 0, 0)
+"""The time of all members of a written archive, the first that the format knows."""
 
 
 def events(run: ExportedRun) -> Iterator[Event]:
@@ -141,12 +145,6 @@ def _metadata(call: Call) -> dict[str, Any]:
         "attempts": [{"error": one.error, "elapsed_s": one.elapsed_s, "busy": one.busy} for one in call.attempts],
         "server_version": call.server_version,
     }
-
-
-_NO_PART = re.compile(r"[^A-Za-z0-9.]")
-"""What the task's part of a file's name does not hold: Inspect parts names at underscores."""
-_NO_TIME = (1980, 1, 1, 0, 0, 0)
-"""The time of all members of a written archive, the first that the format knows."""
 
 
 def write(conditions: Sequence[ExportedCondition], scores: Scores, folder: Path) -> Files:

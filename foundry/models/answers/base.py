@@ -15,6 +15,10 @@ from foundry.errors import InputError
 from foundry.models.base import Reply
 
 _SECRETS = frozenset(("password", "sslpassword"))
+Row: TypeAlias = tuple[str, str, bytes, int]
+"""Key, name of the model, encoded reply, checksum."""
+Found: TypeAlias = tuple[str, object, int, str | None]
+"""Key, encoded reply, checksum, and what the server was when it gave an answer that is not confirmed."""
 
 
 def is_database(where: str | Path) -> bool:
@@ -50,12 +54,6 @@ def check_address(url: str) -> None:
             f"cache={parts.scheme}://... holds a password, which would be written into the sweep: "
             "put it into PGPASSWORD or the password file instead."
         )
-
-
-Row: TypeAlias = tuple[str, str, bytes, int]
-"""Key, name of the model, encoded reply, checksum."""
-Found: TypeAlias = tuple[str, object, int, str | None]
-"""Key, encoded reply, checksum, and what the server was when it gave an answer that is not confirmed."""
 
 
 class Kept(msgspec.Struct, frozen=True, gc=False):

@@ -22,6 +22,9 @@ from foundry.models.base import ChatMessage, Reply, Request
 from foundry.models.local.settings import Sampling
 from foundry.worlds.base import LENGTH, STOPPED
 
+LONGEST_REASON = 300
+VERSIONS = f"transformers {transformers.__version__}, torch {torch.__version__}"
+
 
 class SeededRows:
     """Chooses every row's next token by its own generator; the generation then finds that token alone.
@@ -59,10 +62,6 @@ def _kept_chances(values: Any, sampling: Sampling) -> Any:
     dropped = (before >= sampling.top_p) | (chances < sampling.min_p * chances[:, :1])
     dropped[:, 0] = False
     return chances.masked_fill(dropped, 0.0)
-
-
-LONGEST_REASON = 300
-VERSIONS = f"transformers {transformers.__version__}, torch {torch.__version__}"
 
 
 def quiet() -> None:

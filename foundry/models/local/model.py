@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 Asked = TypeVar("Asked")
 Given = TypeVar("Given")
+DTYPES = ("auto", "float32", "bfloat16", "float16", "float64")
 
 
 @dataclass
@@ -106,9 +107,6 @@ class Batches(Generic[Asked, Given]):
         if self._thread is None:
             self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="foundry-hf")
         return self._thread
-
-
-DTYPES = ("auto", "float32", "bfloat16", "float16", "float64")
 
 
 class TransformersModel(ServedModel):

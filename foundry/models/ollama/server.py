@@ -12,6 +12,21 @@ from foundry.models.http.transport import Origin, error_text, length_in, model_f
 
 DEFAULT_PORT = 11434
 QUOTES = "\"'"
+WAYS_ON = (
+    "Start Ollama (ollama serve, https://ollama.com/download), set OLLAMA_HOST, "
+    "or try scripted models: foundry model=scripted/random"
+)
+BUSY = frozenset({429, 502, 503})
+TRANSIENT = frozenset({408, 499, 504})
+HOPELESS: Mapping[int, str] = {
+    401: "It wants a key that foundry does not send; name another host.",
+    403: "Call it by an address it allows (OLLAMA_HOST), or set OLLAMA_ORIGINS on the server.",
+    404: "Get the model with `ollama pull {model}`, or check the host if it is not an Ollama server.",
+}
+"""Statuses that every call would meet, with the way out."""
+BAD_SETTINGS = ('option "', "invalid format")
+"""How the text of a 500 begins that settings cause, and not the runner."""
+CLOUD_DISABLED = "cloud is disabled"
 
 
 def parse_hosts(hosts: str | Iterable[str]) -> tuple[str, ...]:
@@ -31,24 +46,6 @@ def parse_host(host: str) -> str:
     """
     forms = "127.0.0.1:11434, gpu1 or https://example.org/ollama"
     return parse_url(host, what="Ollama host", port=DEFAULT_PORT, forms=forms)
-
-
-WAYS_ON = (
-    "Start Ollama (ollama serve, https://ollama.com/download), set OLLAMA_HOST, "
-    "or try scripted models: foundry model=scripted/random"
-)
-
-BUSY = frozenset({429, 502, 503})
-TRANSIENT = frozenset({408, 499, 504})
-HOPELESS: Mapping[int, str] = {
-    401: "It wants a key that foundry does not send; name another host.",
-    403: "Call it by an address it allows (OLLAMA_HOST), or set OLLAMA_ORIGINS on the server.",
-    404: "Get the model with `ollama pull {model}`, or check the host if it is not an Ollama server.",
-}
-"""Statuses that every call would meet, with the way out."""
-BAD_SETTINGS = ('option "', "invalid format")
-"""How the text of a 500 begins that settings cause, and not the runner."""
-CLOUD_DISABLED = "cloud is disabled"
 
 
 def refusal(origin: Origin, status: int, content: bytes, wait_s: float | None = None) -> BackendError:

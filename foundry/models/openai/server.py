@@ -22,6 +22,11 @@ SHORTEST = 8
 SHORTEST_IN_REPLIES = 12
 """Shorter ones are words that a model may well say."""
 REDACTED = b"[key]"
+LASTING = ("id", "owned_by", "root", "parent", "max_model_len", "quantization", "meta", "hugging_face_id", "version")
+"""Fields of a row that say what the model is; others change with the time, the price or the server's start."""
+FLAGS = ("max_model_len", "n_ctx")
+"""Fields of a row, or of its `meta`, that flags of the server decide."""
+LENGTHS = ("max_model_len", "context_length", "context_window", "max_context_length")
 
 
 @dataclass(frozen=True)
@@ -68,13 +73,6 @@ class Secret:
     def removed_from_reply(self, content: bytes) -> bytes:
         """Return a reply without the key, unless it is a placeholder."""
         return self.removed(content) if len(self.key) >= SHORTEST_IN_REPLIES else content
-
-
-LASTING = ("id", "owned_by", "root", "parent", "max_model_len", "quantization", "meta", "hugging_face_id", "version")
-"""Fields of a row that say what the model is; others change with the time, the price or the server's start."""
-FLAGS = ("max_model_len", "n_ctx")
-"""Fields of a row, or of its `meta`, that flags of the server decide."""
-LENGTHS = ("max_model_len", "context_length", "context_window", "max_context_length")
 
 
 def listed_info(served: str, name: str, listing: bytes | None, origin: Origin, *, vision: bool | None) -> ModelInfo:

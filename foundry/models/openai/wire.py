@@ -47,6 +47,12 @@ TOO_LONG = frozenset({"context_length_exceeded", "exceed_context_size_error"})
 BLIND = ("image input is not supported", "does not support image", "is not a multimodal model")
 """What texts hold that refuse images; llama.cpp gives one of them with status 500."""
 ADVICE = "It would be refused again: check the options, the schema and the images against the model."
+PNG = b"\x89PNG"
+ENDINGS: Mapping[object, str] = {
+    **dict.fromkeys(("stop", "eos", "eos_token", "stop_sequence", "tool_calls", "function_call"), STOPPED),
+    **dict.fromkeys(("length", "max_tokens", "model_length"), LENGTH),
+}
+"""Reasons that let a text stand; with any other (`content_filter`, `abort`, `error`) the backend gave up."""
 
 
 def refusal(
@@ -93,14 +99,6 @@ def _field(content: bytes, name: str) -> str:
     error = body.get("error", body) if isinstance(body, dict) else None
     value = error.get(name) if isinstance(error, dict) else None
     return str(value) if isinstance(value, str | int) else ""
-
-
-PNG = b"\x89PNG"
-ENDINGS: Mapping[object, str] = {
-    **dict.fromkeys(("stop", "eos", "eos_token", "stop_sequence", "tool_calls", "function_call"), STOPPED),
-    **dict.fromkeys(("length", "max_tokens", "model_length"), LENGTH),
-}
-"""Reasons that let a text stand; with any other (`content_filter`, `abort`, `error`) the backend gave up."""
 
 
 @dataclass(frozen=True, slots=True)

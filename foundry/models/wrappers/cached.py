@@ -11,6 +11,10 @@ from foundry.models.answers.unconfirmed import Unconfirmed
 from foundry.models.base import Model, Reply, Request, seen_through, there
 from foundry.models.wrappers.base import Wrapper
 
+MANY = 64
+"""With so many calls in flight others end soon, so that a transaction waits for them: it costs as much as ten rows."""
+MOMENT_S = 0.005
+
 
 class WarmedModel(Wrapper):
     """Loads the model at the first call; sits under the cache, so a cached sweep never loads anything."""
@@ -28,11 +32,6 @@ class WarmedModel(Wrapper):
                     await self.inner.warm_up()
                     self._warm = True
         return await self.inner.ask(request)
-
-
-MANY = 64
-"""With so many calls in flight others end soon, so that a transaction waits for them: it costs as much as ten rows."""
-MOMENT_S = 0.005
 
 
 class CachedModel(Wrapper):
