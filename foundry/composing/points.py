@@ -181,8 +181,9 @@ def _stamps() -> tuple[tuple[str, int, int, int], ...]:
         for folder, _, names in os.walk(top):
             for name in names:
                 file = os.path.join(folder, name)
-                found = os.stat(file)
-                stamps.append((file, found.st_mtime_ns, found.st_ctime_ns, found.st_size))
+                with contextlib.suppress(FileNotFoundError):  # an editor's lock is a link that leads nowhere
+                    found = os.stat(file)
+                    stamps.append((file, found.st_mtime_ns, found.st_ctime_ns, found.st_size))
     return tuple(stamps)
 
 
