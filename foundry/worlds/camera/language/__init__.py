@@ -150,9 +150,9 @@ Table: TypeAlias = Mapping[str, Word]
 """Phrases, in lower case with single blanks, and what they mean."""
 
 
-def phrases(word: Word, text: str) -> dict[str, Word]:
-    """Return a table that gives each of the phrases, which `|` separates, the same meaning."""
-    return {phrase.strip(): word for phrase in text.split("|")}
+def phrases(texts: Mapping[Word, str]) -> dict[str, Word]:
+    """Return a table of phrases, which `|` separates, from the texts of each meaning."""
+    return {phrase.strip(): word for word, text in texts.items() for phrase in text.split("|")}
 
 
 def numbers(text: str, *, scale: bool = False) -> dict[str, Word]:

@@ -22,32 +22,23 @@ _CHINESE_VERBS = (
     (Word(Kind.VERB, act=Act.LOOK, side=_BOTH, ways=(Way.DOWN,)), "低头 低头看 向下低头 低頭 俯视 降低 下移 压低 低下"),
 )
 
-_CHINESE_TOLD: Table = {
-    **phrases(
-        Word(Kind.EARLIER),
-        "上一步 | 上一次 | 上次 | 刚才 | 刚刚 | 之前 | 先前 | 此前 | 前一步 | 已经 | 曾 | 曾经 | "
-        "在上一步 | 在上一步中 | 前几步 | "
-        "上一个动作 | 上一步动作 | 历史记录 | 我说 | 你说",
-    ),
-    **phrases(Word(Kind.PAST), "试图 | 尝试了 | 想要 | 曾试图 | 尝试过"),
-    **phrases(
-        Word(Kind.NOW),
-        "现在 | 这次 | 这一步 | 本次 | 此刻 | 目前 | 下一步动作 | 下一步行动 | 下一个动作 | 下一步的动作 | "
-        "我的下一步 | 接下来",
-    ),
-    **phrases(
-        Word(Kind.LATER),
-        "以后 | 稍后 | 之后再 | 下次 | 随后再 | 等会 | 待会 | 最终 | 下一次 | 然后下一步 | 后面再 | 以后再",
-    ),
-    **phrases(Word(Kind.NEXT), "下一步 | 在下一步 | 下一步再 | 在下一步中 | 下一轮"),
-    **phrases(Word(Kind.FIRST), "但首先 | 但先 | 不过先 | 但在此之前 | 但要先 | 但我先 | 但是先 | 在此之前"),
-    **phrases(Word(Kind.RETRACT), "不， | 不, | 不对 | 等等 | 等一下 | 更正 | 我是说 | 纠正"),
-    **phrases(
-        Word(Kind.OTHER),
-        "机器人 | 人 | 宇航员 | 男人 | 女人 | 他 | 她 | 它 | 有人 | 行人 | 男子 | 女子 | 代理 | 智能体 | 人员 | 他们",
-    ),
-    **phrases(Word(Kind.PURPOSE), "为了 | 以便 | 为 | 目标是 | 任务是 | 目的是 | 我的目标是 | 我的任务是"),
-}
+_CHINESE_TOLD: Table = phrases(
+    {
+        Word(Kind.EARLIER): "上一步 | 上一次 | 上次 | 刚才 | 刚刚 | 之前 | 先前 | 此前 | 前一步 | 已经 | 曾 | 曾经 | "
+        "在上一步 | 在上一步中 | 前几步 | 上一个动作 | 上一步动作 | 历史记录 | 我说 | 你说",
+        Word(Kind.PAST): "试图 | 尝试了 | 想要 | 曾试图 | 尝试过",
+        Word(Kind.NOW): "现在 | 这次 | 这一步 | 本次 | 此刻 | 目前 | 下一步动作 | 下一步行动 | 下一个动作 | "
+        "下一步的动作 | 我的下一步 | 接下来",
+        Word(Kind.LATER): "以后 | 稍后 | 之后再 | 下次 | 随后再 | 等会 | 待会 | 最终 | 下一次 | 然后下一步 | "
+        "后面再 | 以后再",
+        Word(Kind.NEXT): "下一步 | 在下一步 | 下一步再 | 在下一步中 | 下一轮",
+        Word(Kind.FIRST): "但首先 | 但先 | 不过先 | 但在此之前 | 但要先 | 但我先 | 但是先 | 在此之前",
+        Word(Kind.RETRACT): "不， | 不, | 不对 | 等等 | 等一下 | 更正 | 我是说 | 纠正",
+        Word(Kind.OTHER): "机器人 | 人 | 宇航员 | 男人 | 女人 | 他 | 她 | 它 | 有人 | 行人 | 男子 | 女子 | 代理 | "
+        "智能体 | 人员 | 他们",
+        Word(Kind.PURPOSE): "为了 | 以便 | 为 | 目标是 | 任务是 | 目的是 | 我的目标是 | 我的任务是",
+    }
+)
 """What is told instead of asked for: the past, others, purposes, what is put off."""
 
 CHINESE: Table = {
@@ -59,26 +50,27 @@ CHINESE: Table = {
         for name in names.split()
         for ending in ("了", "过了", "过")
     },
-    **phrases(Word(Kind.WAY, ways=(Way.FORWARD,)), "向前 | 往前 | 向前方 | 朝前 | 向正前方 | 径直向前"),
-    **phrases(Word(Kind.WAY, ways=(Way.BACK,)), "向后 | 往后 | 向後 | 朝后"),
-    **phrases(Word(Kind.WAY, ways=(Way.LEFT,)), "向左 | 往左 | 朝左 | 逆时针 | 向左侧 | 左向"),
-    **phrases(Word(Kind.WAY, ways=(Way.RIGHT,)), "向右 | 往右 | 朝右 | 顺时针 | 向右侧 | 右向"),
-    **phrases(Word(Kind.WAY, ways=(Way.UP,)), "向上 | 往上 | 朝上"),
-    **phrases(Word(Kind.WAY, ways=(Way.DOWN,)), "向下 | 往下 | 朝下"),
     **phrases(
-        Word(Kind.STAY),
-        "原地不动 | 保持不动 | 停留 | 停留在原地 | 不动 | 留在原地 | 待在原地 | 停在原地 | 不移动 | 保持静止 | "
-        "静止不动 | 留在这里 | 停下 | 停止 | 原地等待 | 保持原位 | 待在这里",
+        {
+            Word(Kind.WAY, ways=(Way.FORWARD,)): "向前 | 往前 | 向前方 | 朝前 | 向正前方 | 径直向前",
+            Word(Kind.WAY, ways=(Way.BACK,)): "向后 | 往后 | 向後 | 朝后",
+            Word(Kind.WAY, ways=(Way.LEFT,)): "向左 | 往左 | 朝左 | 逆时针 | 向左侧 | 左向",
+            Word(Kind.WAY, ways=(Way.RIGHT,)): "向右 | 往右 | 朝右 | 顺时针 | 向右侧 | 右向",
+            Word(Kind.WAY, ways=(Way.UP,)): "向上 | 往上 | 朝上",
+            Word(Kind.WAY, ways=(Way.DOWN,)): "向下 | 往下 | 朝下",
+            Word(Kind.STAY): "原地不动 | 保持不动 | 停留 | 停留在原地 | 不动 | 留在原地 | 待在原地 | 停在原地 | "
+            "不移动 | 保持静止 | 静止不动 | 留在这里 | 停下 | 停止 | 原地等待 | 保持原位 | 待在这里",
+            Word(Kind.NOT): "不要 | 不 | 别 | 勿 | 不能 | 无需 | 不需要 | 无法 | 没有 | 不必",
+            Word(Kind.POSSIBLE): "可以 | 可能 | 能否 | 能够",
+            Word(Kind.CONDITION): "如果 | 因为 | 当 | 是否 | 由于",
+            Word(Kind.JOIN): "然后 | 然後 | 并 | 并且 | 再 | 而是 | 因此 | 所以 | 于是 | 但 | 但是 | 接着 | 而",
+            Word(Kind.OR): "或 | 或者",
+            Word(Kind.SMALL): "一点 | 一下 | 稍微 | 一點",
+            Word(Kind.FRESH): "我 | 我会 | 我将 | 我要 | 我应该 | 我需要 | 我选择 | 应该",
+            Word(Kind.GAZE): "视线 | 目光 | 镜头 | 摄像头 | 相机",
+            Word(Kind.FILLER): "将 | 把 | 请 | 约 | 大约 | 大概 | 头 | 身体 | 的 | 继续 | 先 | 直接 | 慢慢",
+        }
     ),
-    **phrases(Word(Kind.NOT), "不要 | 不 | 别 | 勿 | 不能 | 无需 | 不需要 | 无法 | 没有 | 不必"),
-    **phrases(Word(Kind.POSSIBLE), "可以 | 可能 | 能否 | 能够"),
-    **phrases(Word(Kind.CONDITION), "如果 | 因为 | 当 | 是否 | 由于"),
-    **phrases(Word(Kind.JOIN), "然后 | 然後 | 并 | 并且 | 再 | 而是 | 因此 | 所以 | 于是 | 但 | 但是 | 接着 | 而"),
-    **phrases(Word(Kind.OR), "或 | 或者"),
-    **phrases(Word(Kind.SMALL), "一点 | 一下 | 稍微 | 一點"),
-    **phrases(Word(Kind.FRESH), "我 | 我会 | 我将 | 我要 | 我应该 | 我需要 | 我选择 | 应该"),
-    **phrases(Word(Kind.GAZE), "视线 | 目光 | 镜头 | 摄像头 | 相机"),
-    **phrases(Word(Kind.FILLER), "将 | 把 | 请 | 约 | 大约 | 大概 | 头 | 身体 | 的 | 继续 | 先 | 直接 | 慢慢"),
 }
 
 
@@ -115,30 +107,10 @@ _SURU = (
     "した しました していました していた してしまいました",
     "している しています できる できます できるか できません できない できるように できそう は の より 中",
 )
-_AFTERWARDS = [
-    "ため",
-    "ために",
-    "ためには",
-    "には",
-    "ように",
-    "前に",
-    "と",
-    "れば",
-    "のは",
-    "のが",
-    "のを",
-    "のではなく",
-    "代わりに",
-    "かどうか",
-    "か",
-    "かもしれません",
-    "場合",
-    "途中",
-    "際",
-    "様子",
-    "人",
-    "ロボット",
-]
+_AFTERWARDS = (
+    "ため ために ためには には ように 前に と れば のは のが のを のではなく 代わりに かどうか "
+    "か かもしれません 場合 途中 際 様子 人 ロボット"
+)
 """What follows a plain form of a verb that commands nothing."""
 _NEGATED = "しない しません せず しないで せずに"
 
@@ -148,7 +120,9 @@ def _verbs(word: Word, stems: str, endings: tuple[str, str, str]) -> dict[str, W
     asking, past, told = endings
     plain = [ending for ending in asking.split() if ending in ("む", "る", "く", "す", "する")]
     polite = [ending for ending in asking.split() if ending.endswith("ます")]
-    other = [f"{ending}{after}" for ending in plain for after in _AFTERWARDS if (ending, after) != ("する", "と")]
+    other = [
+        f"{ending}{after}" for ending in plain for after in _AFTERWARDS.split() if (ending, after) != ("する", "と")
+    ]
     other += [f"{ending}か" for ending in polite] + told.split()
     return {
         **_inflected(Word(Kind.UNKNOWN), stems, " ".join(other)),
@@ -192,37 +166,28 @@ _OTHERS = (
 
 _JAPANESE_TOLD: Table = {
     **phrases(
-        Word(Kind.PAST, reach="before"),
-        "ました | ませんでした | でした | だった | たが | たので | たため | た結果 | た後 | たあと | "
-        "た際 | たところ | たとき | "
-        "た時 | たけど | たけれど | だ後 | んだが | んだので | んだ結果 | んだため | んだところ | ましたが | ました後",
+        {
+            Word(Kind.PAST, reach="before"): "ました | ませんでした | でした | だった | たが | たので | たため | "
+            "た結果 | た後 | たあと | た際 | たところ | たとき | た時 | たけど | たけれど | だ後 | んだが | "
+            "んだので | んだ結果 | んだため | んだところ | ましたが | ました後",
+            Word(Kind.EARLIER): "前回 | 前回は | 前回の | 前のステップ | 前のステップで | 前のステップでは | "
+            "先ほど | 先ほどは | さっき | 直前 | 直前の | 以前 | これまで | 前の動作 | 前の動作は | 前の行動 | "
+            "最後の動作 | 最後の動作は | 一つ前 | 履歴 | 直前に",
+            Word(Kind.NOW): "次は | 今回は | 今は | 今回 | 今 | ここでは | 今回の動作は | 次の動作は | 次の動作 | "
+            "次の行動は | 次の行動 | 今度は | 次の移動 | 次の移動は | 次の一手は | このステップでは",
+            Word(Kind.LATER): "次回 | 次回以降 | 後で | あとで | いずれ | 最終的に | 最終的には | 将来 | 後ほど | "
+            "その後で | いつか | そのうち | やがて",
+            Word(Kind.NEXT): "次のステップで | 次のステップでは | 次のターンで | つもり | 予定 | その次に | その次は",
+            Word(Kind.FIRST): "その前に | でもまず | ただしまず | しかしまず | が、まず | ですが、まず",
+            Word(Kind.RETRACT): "いや、 | いいえ、 | 訂正 | やはり | やっぱり | 間違えました | いえ、 | 待って",
+        }
     ),
-    **phrases(
-        Word(Kind.EARLIER),
-        "前回 | 前回は | 前回の | 前のステップ | 前のステップで | 前のステップでは | 先ほど | 先ほどは | "
-        "さっき | 直前 | 直前の | "
-        "以前 | これまで | 前の動作 | 前の動作は | 前の行動 | 最後の動作 | 最後の動作は | 一つ前 | 履歴 | 直前に",
-    ),
-    **phrases(
-        Word(Kind.NOW),
-        "次は | 今回は | 今は | 今回 | 今 | ここでは | 今回の動作は | 次の動作は | 次の動作 | 次の行動は | "
-        "次の行動 | 今度は | "
-        "次の移動 | 次の移動は | 次の一手は | このステップでは",
-    ),
-    **phrases(
-        Word(Kind.LATER),
-        "次回 | 次回以降 | 後で | あとで | いずれ | 最終的に | "
-        "最終的には | 将来 | 後ほど | その後で | いつか | そのうち | やがて",
-    ),
-    **phrases(
-        Word(Kind.NEXT), "次のステップで | 次のステップでは | 次のターンで | つもり | 予定 | その次に | その次は"
-    ),
-    **phrases(Word(Kind.FIRST), "その前に | でもまず | ただしまず | しかしまず | が、まず | ですが、まず"),
-    **phrases(Word(Kind.RETRACT), "いや、 | いいえ、 | 訂正 | やはり | やっぱり | 間違えました | いえ、 | 待って"),
     **{f"{name}{marker}": Word(Kind.OTHER, reach="both") for name in _OTHERS.split() for marker in "がは"},
     **phrases(
-        Word(Kind.OTHER, reach="both"),
-        "目標は、 | 目的は | 任務は | 課題は | タスクは | 私の目標は | 私の任務は | 目標は",
+        {
+            Word(Kind.OTHER, reach="both"): "目標は、 | 目的は | 任務は | 課題は | タスクは | 私の目標は | "
+            "私の任務は | 目標は",
+        }
     ),
 }
 """What is told instead of asked for: the past, others, purposes, what is put off."""
@@ -230,19 +195,31 @@ _JAPANESE_TOLD: Table = {
 JAPANESE: Table = {
     **_JAPANESE_TOLD,
     **_inflected(Word(Kind.WAY, ways=(Way.FORWARD,)), "前 まえ 正面 前方", "に へ 方向に 方に の方に 方向へ"),
-    **phrases(Word(Kind.WAY, ways=(Way.FORWARD,)), "まっすぐ前に | まっすぐ | 真っ直ぐ | まっすぐに | 真っすぐ"),
+    **phrases(
+        {
+            Word(Kind.WAY, ways=(Way.FORWARD,)): "まっすぐ前に | まっすぐ | 真っ直ぐ | まっすぐに | 真っすぐ",
+        }
+    ),
     **_inflected(Word(Kind.WAY, ways=(Way.BACK,)), "後ろ うしろ 後方", "に へ 方向に の方に 方向へ"),
     **_inflected(Word(Kind.WAY, ways=(Way.LEFT,)), "左", "に へ を 方向に 方向へ の方に の方を の方へ 側に 向きに"),
     **_inflected(Word(Kind.WAY, ways=(Way.RIGHT,)), "右", "に へ を 方向に 方向へ の方に の方を の方へ 側に 向きに"),
-    **phrases(Word(Kind.WAY, ways=(Way.LEFT,)), "反時計回りに | 反時計回り | 反時計方向に"),
-    **phrases(Word(Kind.WAY, ways=(Way.RIGHT,)), "時計回りに | 時計回り | 時計方向に"),
+    **phrases(
+        {
+            Word(Kind.WAY, ways=(Way.LEFT,)): "反時計回りに | 反時計回り | 反時計方向に",
+            Word(Kind.WAY, ways=(Way.RIGHT,)): "時計回りに | 時計回り | 時計方向に",
+        }
+    ),
     **_inflected(Word(Kind.WAY, ways=(Way.FORWARD, Way.LEFT)), "左前 左前方 左斜め前 斜め左前", "に へ 方に"),
     **_inflected(Word(Kind.WAY, ways=(Way.FORWARD, Way.RIGHT)), "右前 右前方 右斜め前 斜め右前", "に へ 方に"),
     **_inflected(Word(Kind.WAY, ways=(Way.BACK, Way.LEFT)), "左後ろ 左斜め後ろ 斜め左後ろ", "に へ 方に"),
     **_inflected(Word(Kind.WAY, ways=(Way.BACK, Way.RIGHT)), "右後ろ 右斜め後ろ 斜め右後ろ", "に へ 方に"),
     **_inflected(Word(Kind.WAY, ways=(Way.UP,)), "上", "に へ を 方向に 方向を の方を 向きに"),
     **_inflected(Word(Kind.WAY, ways=(Way.DOWN,)), "下", "に へ を 方向に 方向を の方を 向きに"),
-    **phrases(Word(Kind.NOT, reach="before"), "しない | しません | せず | しないで"),
+    **phrases(
+        {
+            Word(Kind.NOT, reach="before"): "しない | しません | せず | しないで",
+        }
+    ),
     **_inflected(Word(Kind.VERB, act=Act.MOVE, side=Side.BEFORE, negated=True), "前進 後退 移動 直進", _NEGATED),
     **_inflected(Word(Kind.VERB, act=Act.TURN, side=Side.BEFORE, negated=True), "回転 旋回", _NEGATED),
     **_inflected(
@@ -257,54 +234,38 @@ JAPANESE: Table = {
     **_inflected(Word(Kind.STAY), "とどま 留ま 止ま", "る ります"),
     **_inflected(Word(Kind.STAY), "停止 待機 静止", "- する します して"),
     **phrases(
-        Word(Kind.STAY),
-        "何もしない | 何もしません | 待つ | 待ちます | そのまま | 現在の位置を維持 | 現在位置を維持 | "
-        "留まります | 止まっています | 動かずに",
+        {
+            Word(Kind.STAY): "何もしない | 何もしません | 待つ | 待ちます | そのまま | 現在の位置を維持 | "
+            "現在位置を維持 | 留まります | 止まっています | 動かずに",
+            Word(Kind.PLACE): "その場に | その場で | ここに | ここで | 現在の位置に | 現在位置に",
+            Word(Kind.SMALL): "少し | すこし | ちょっと | 少しだけ | わずかに",
+            Word(Kind.FILLER): "に | へ | を | だけ | ほど | くらい | ぐらい | 約 | およそ | さらに | もう | 体を | "
+            "体の | 分 | で | ゆっくり | ゆっくりと | 身体を | 再び | まず | もう一度 | 方向 | ことにします | "
+            "ことにする | ことにしました | ことです | ことだ | ことを選びます | ことを選択します | ことが必要です | "
+            "ことが最善です | ことが最適です | ことがよい | ことを決めました | 決めました | 選びました | 選択しました",
+            Word(Kind.GAZE): "視線を | 顔を | カメラを | 頭を | 目線を | 首を | 視線 | カメラ",
+            Word(Kind.JOIN): "その後 | それから | 次に | そして | してから | したがって | 従って | そのため | "
+            "だから | よって | ので | しかし | でも | ため、",
+            Word(Kind.OR): "または | もしくは | あるいは",
+            Word(Kind.POSSIBLE, reach="before"): "こと",
+            Word(Kind.CLOSE): "に向かって | へ向かって | に沿って | 向かって | の方へ | に近づくために | に近づくため",
+            Word(Kind.CONDITION): "もし",
+            Word(Kind.NOT, reach="before"): "必要はありません | 必要はない | わけにはいきません | べきではありません",
+            Word(Kind.FRESH): "私は | 私が | 僕は | わたしは",
+            Word(Kind.EXAMPLE): "例: | 例えば | たとえば | 例として",
+            Word(Kind.UNKNOWN): "向いている | 向いています | 向いて | 見るため | 進むため | 進むと | 回転すると | "
+            "回転すれば",
+            Word(Kind.UNIT, dimension=Dimension.LENGTH, number=1.0): "メートル | メーター | 米",
+            Word(Kind.UNIT, dimension=Dimension.LENGTH, number=0.01): "センチメートル | センチ | 厘米 | 公分",
+            Word(Kind.UNIT, dimension=Dimension.LENGTH, number=0.001): "ミリメートル | ミリ | 毫米",
+            Word(Kind.UNIT, dimension=Dimension.LENGTH, number=1000.0): "キロメートル | キロ | 公里",
+            Word(Kind.UNIT, dimension=Dimension.LENGTH, number=0.3048): "フィート | 英尺",
+            Word(Kind.UNIT, dimension=Dimension.LENGTH, number=0.0254): "インチ | 英寸",
+            Word(Kind.UNIT, dimension=Dimension.STEP, number=1.0): "歩 | 步",
+            Word(Kind.UNIT, dimension=Dimension.ANGLE, number=1.0): "度",
+            Word(Kind.UNIT, dimension=Dimension.OTHER): "秒 | 回 | 次",
+        }
     ),
-    **phrases(Word(Kind.PLACE), "その場に | その場で | ここに | ここで | 現在の位置に | 現在位置に"),
-    **phrases(Word(Kind.SMALL), "少し | すこし | ちょっと | 少しだけ | わずかに"),
-    **phrases(
-        Word(Kind.FILLER),
-        "に | へ | を | だけ | ほど | くらい | ぐらい | 約 | およそ | さらに | もう | 体を | 体の | 分 | "
-        "で | ゆっくり | "
-        "ゆっくりと | 身体を | 再び | まず | もう一度 | 方向",
-    ),
-    **phrases(Word(Kind.GAZE), "視線を | 顔を | カメラを | 頭を | 目線を | 首を | 視線 | カメラ"),
-    **phrases(
-        Word(Kind.JOIN),
-        "その後 | それから | 次に | そして | してから | したがって | 従って | そのため | だから | よって | ので | "
-        "しかし | でも | ため、",
-    ),
-    **phrases(Word(Kind.OR), "または | もしくは | あるいは"),
-    **phrases(Word(Kind.POSSIBLE, reach="before"), "こと"),
-    **phrases(
-        Word(Kind.FILLER),
-        "ことにします | ことにする | ことにしました | ことです | ことだ | ことを選びます | "
-        "ことを選択します | ことが必要です | "
-        "ことが最善です | ことが最適です | ことがよい | ことを決めました | 決めました | 選びました | 選択しました",
-    ),
-    **phrases(
-        Word(Kind.CLOSE), "に向かって | へ向かって | に沿って | 向かって | の方へ | に近づくために | に近づくため"
-    ),
-    **phrases(Word(Kind.CONDITION), "もし"),
-    **phrases(
-        Word(Kind.NOT, reach="before"), "必要はありません | 必要はない | わけにはいきません | べきではありません"
-    ),
-    **phrases(Word(Kind.FRESH), "私は | 私が | 僕は | わたしは"),
-    **phrases(Word(Kind.EXAMPLE), "例: | 例えば | たとえば | 例として"),
-    **phrases(
-        Word(Kind.UNKNOWN),
-        "向いている | 向いています | 向いて | 見るため | 進むため | 進むと | 回転すると | 回転すれば",
-    ),
-    **phrases(Word(Kind.UNIT, dimension=Dimension.LENGTH, number=1.0), "メートル | メーター | 米"),
-    **phrases(Word(Kind.UNIT, dimension=Dimension.LENGTH, number=0.01), "センチメートル | センチ | 厘米 | 公分"),
-    **phrases(Word(Kind.UNIT, dimension=Dimension.LENGTH, number=0.001), "ミリメートル | ミリ | 毫米"),
-    **phrases(Word(Kind.UNIT, dimension=Dimension.LENGTH, number=1000.0), "キロメートル | キロ | 公里"),
-    **phrases(Word(Kind.UNIT, dimension=Dimension.LENGTH, number=0.3048), "フィート | 英尺"),
-    **phrases(Word(Kind.UNIT, dimension=Dimension.LENGTH, number=0.0254), "インチ | 英寸"),
-    **phrases(Word(Kind.UNIT, dimension=Dimension.STEP, number=1.0), "歩 | 步"),
-    **phrases(Word(Kind.UNIT, dimension=Dimension.ANGLE, number=1.0), "度"),
-    **phrases(Word(Kind.UNIT, dimension=Dimension.OTHER), "秒 | 回 | 次"),
     **numbers("〇=0 一=1 二=2 三=3 四=4 五=5 六=6 七=7 八=8 九=9 两=2 半=0.5"),
     **numbers("十=10 百=100", scale=True),
     **_JAPANESE_VERBS,
