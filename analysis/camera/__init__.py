@@ -2,12 +2,39 @@
 
 from __future__ import annotations
 
-from analysis.camera.columns import schema
-from analysis.camera.command_kinds import command_kinds
-from analysis.camera.records import read_records
-from analysis.camera.run import CameraRun
-from analysis.camera.words import WORDS
-from analysis.form import Decisions, Figures, FormAnalysis
+from collections.abc import Sequence
+
+import pandas as pd
+
+from analysis.camera.records import read_records, schema
+from analysis.camera.run import CameraRun, command_kinds
+from analysis.form import Decisions, Figures, FormAnalysis, Words
+from analysis.labelling import Labelling
+
+_UNLABELLED, _LABELLED = "recognition.n_unlabelled", "recognition.n_replies"
+
+
+def _notes(runs: pd.DataFrame, _: Sequence[Labelling]) -> list[str]:
+    """Return how many replies are in a language in which nothing says what they claim to see."""
+    missing, labelled = (int(runs[name].sum()) if name in runs else 0 for name in (_UNLABELLED, _LABELLED))
+    if not missing:
+        return []
+    return [
+        f"{missing} of {missing + labelled} replies have no label (in neither English nor Japanese); "
+        "recognition leaves them out"
+    ]
+
+
+def _methods(_: Sequence[Labelling]) -> list[str]:
+    return ["Distances in 3D are lengths of shortest ways on the walkable floor, seen from above."]
+
+
+WORDS = Words(
+    unread="count as staying, which shows in idle rate, stability, clustering and exploration",
+    unread_decision="and left the agent where it was",
+    notes=_notes,
+    methods=_methods,
+)
 
 
 def _decided(run: CameraRun) -> dict[str, Decisions]:

@@ -10,12 +10,13 @@ from typing import Any
 
 import msgspec
 import numpy as np
+import pyarrow as pa  # type: ignore[import-untyped]
 
 from analysis.arrays import OUTCOMES, FloatArray
-from analysis.camera.command_kinds import kinds_of
-from analysis.camera.run import CameraRun
+from analysis.camera.run import CameraRun, kinds_of
 from analysis.costs import RunCost, cost_of
 from analysis.lines import EPISODE, STEPS, read_further, read_lines, read_messages
+from foundry.declared import Declared
 from foundry.errors import RecordError
 from foundry.records import COMMAND_KINDS, CameraEpisode, CameraStep, Message, Pose, RunSummary
 from foundry.storing.store import RunFolder
@@ -214,3 +215,28 @@ def _camera_run(
 def _filled(values: Iterable[float | None], missing: float) -> FloatArray:
     """Return the values, with a number in the place of those that are missing."""
     return np.array([missing if value is None else value for value in values], dtype=np.float64)
+
+
+_POSE = ("x", "y", "z", "yaw", "pitch")
+
+
+def schema(declared: Declared) -> pa.Schema:
+    """Return the columns, those of `analysis.camera.records.flat` without texts; `kind` where there are questions."""
+    asked = [("kind", pa.string())] if "kind" in declared.streams.get("steps", {}) else []
+    return pa.schema(
+        [
+            ("step", pa.int32()),
+            ("agent", pa.int32()),
+            *asked,
+            *((name, pa.float64()) for name in (*_POSE, *(f"{name}_next" for name in _POSE))),
+            *((name, pa.float64()) for name in ("move_bearing", "move_distance", "turn", "gaze")),
+            ("stay", pa.bool_()),
+            ("outcome", pa.string()),
+            ("boundary", pa.string()),
+            *((name, pa.float64()) for name in ("travelled", "distance_before", "distance_to_goal")),
+            ("visited_cells", pa.int64()),
+            ("target_visible_px", pa.int64()),
+            ("line_of_sight", pa.bool_()),
+            ("success", pa.bool_()),
+        ]
+    )

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from analysis.arrays import BoolArray, Decisions, FloatArray, IntArray, TextArray
+from analysis.arrays import STAY, BoolArray, Decisions, FloatArray, IntArray, TextArray
 from analysis.costs import RunCost
-from foundry.records import CameraEpisode
+from foundry.records import COMMAND_KINDS, CameraEpisode, command_kind
 
 STILL_M = 1e-3
 """Metres below which a way, or a change of a distance, counts as none: rounding, or the slack at an obstacle."""
@@ -115,3 +115,15 @@ class CameraRun(Decisions):
         """Whether the pose stayed what it was, (T,)."""
         turned = (self.yaw[1:] != self.yaw[:-1]) | (self.pitch[1:] != self.pitch[:-1])
         return np.asarray(~self.walked & ~turned)
+
+
+def command_kinds(run: CameraRun) -> IntArray:
+    """Return the kind of each command, index into COMMAND_KINDS, (T,); what could not be read moves nothing: STAY."""
+    found = kinds_of(bearing=run.bearing, asked=run.asked, turn=run.turn, gaze=run.gaze)
+    return np.asarray(np.where(run.readable, found, STAY))
+
+
+def kinds_of(*, bearing: FloatArray, asked: FloatArray, turn: FloatArray, gaze: FloatArray) -> IntArray:
+    """Return the kind of each command, index into COMMAND_KINDS, (T,); the arguments are those of `CameraRun`."""
+    amounts = zip(bearing.tolist(), asked.tolist(), turn.tolist(), gaze.tolist(), strict=True)
+    return np.array([COMMAND_KINDS.index(command_kind(*one)) for one in amounts], dtype=np.int64)

@@ -9,12 +9,12 @@ import numpy as np
 
 from analysis.arrays import FloatArray, IntArray
 from analysis.figures.shown import Shown
-from analysis.grid.cascade import NEVER, NOBODY, Cascade, first_step, trace
+from analysis.grid.cascade import NEVER, NOBODY, first_step, trace
 from analysis.grid.plots.cascade import CascadeEdge, CascadeTree
 from analysis.grid.plots.occupancy import GridPaths, OccupancyMap
 from analysis.grid.plots.survival import SurvivalCurve
 from analysis.grid.run import NO_EXIT, GridRun, GridSettings
-from analysis.grid.signatures.warning import find_labels, waiting_times
+from analysis.grid.signatures.warning import deliveries_of, find_labels, waiting_times
 from analysis.stats.intervals import estimates
 from analysis.survival import survival
 
@@ -109,14 +109,6 @@ def still_there(run: GridRun) -> FloatArray:
     return np.concatenate([start.sum(axis=1), [stays.sum()], left]) / run.world.agents
 
 
-def cascade_of(run: GridRun) -> tuple[Cascade, IntArray]:
-    """Return who learnt of a fire how, and when each agent first perceived one, (N,)."""
-    warned, _ = find_labels(run)
-    perceived_at = first_step(run.perceived)
-    heard = run.deliveries[warned[run.deliveries[:, 0] - 1, run.deliveries[:, 1]]]
-    return trace(perceived_at, first_step(warned), heard), perceived_at
-
-
 def not_warned(run: GridRun) -> FloatArray:
     """Return the Kaplan-Meier estimate of the share that is not warned yet at steps 0..T, (T + 1,).
 
@@ -131,12 +123,13 @@ def not_warned(run: GridRun) -> FloatArray:
 def cascade_tree(run: GridRun, shown: Shown) -> CascadeTree:
     """Return who warned whom in a run."""
     warned, _ = find_labels(run)
-    found, perceived_at = cascade_of(run)
+    perceived_at, warned_at = first_step(run.perceived), first_step(warned)
+    found = trace(perceived_at, warned_at, deliveries_of(run, warned))
     learnt = np.minimum(found.told_at, perceived_at)
     linked = [int(agent) for agent in np.flatnonzero(found.parent != NOBODY)]
     senders = np.isin(np.arange(run.agents), found.parent[linked])
-    unfounded = senders & (first_step(warned) < learnt)
-    since = np.where(unfounded, first_step(warned), learnt)
+    unfounded = senders & (warned_at < learnt)
+    since = np.where(unfounded, warned_at, learnt)
     known = [int(agent) for agent in np.flatnonzero(since < NEVER)]
     return CascadeTree(
         label=shown.label,

@@ -10,12 +10,14 @@ from typing import Any
 import msgspec
 import numpy as np
 import pandas as pd
+import pyarrow as pa  # type: ignore[import-untyped]
 
 from analysis.arrays import OUTCOMES, BoolArray, IntArray
 from analysis.costs import RunCost, cost_of
 from analysis.grid.run import CHOICES, DEEDS, NO_EXIT, OUTSIDE, GridRun, GridSettings
 from analysis.labelling import Labelling
 from analysis.lines import STEPS, read_lines, read_messages
+from foundry.declared import Declared
 from foundry.errors import InputError, RecordError
 from foundry.records import GridStep, Message, RunSummary
 from foundry.storing.store import RunFolder
@@ -230,3 +232,23 @@ def _fires(world: GridSettings, rows: Sequence[GridStep], shape: tuple[int, int]
 
 def _triples(rows: Iterable[tuple[int, int, int]]) -> IntArray:
     return np.array(list(rows), dtype=np.int64).reshape(-1, 3)
+
+
+def schema(_: Declared) -> pa.Schema:
+    """Return the columns: those of the records, and `said` in the place of a message's text."""
+    return pa.schema(
+        [
+            ("step", pa.int32()),
+            ("agent", pa.int32()),
+            *((name, pa.int32()) for name in ("x", "y", "x_next", "y_next")),
+            ("place", pa.string()),
+            ("fires", pa.list_(pa.string())),
+            ("neighbours", pa.list_(pa.int32())),
+            ("said", pa.bool_()),
+            ("action", pa.string()),
+            ("direction", pa.string()),
+            ("moved", pa.bool_()),
+            ("outcome", pa.string()),
+            ("message_outcome", pa.string()),
+        ]
+    )

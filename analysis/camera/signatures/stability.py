@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.camera.command_kinds import command_kinds
-from analysis.camera.run import CameraRun
+from analysis.camera.run import CameraRun, command_kinds
 from analysis.repeats import HEADLINE, MEASURES, repeats
 
 __all__ = ["HEADLINE", "MEASURES", "NAME", "measure"]

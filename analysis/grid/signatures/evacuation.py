@@ -10,7 +10,7 @@ from analysis.arrays import FloatArray, IntArray
 from analysis.formulas import mean, ratio
 from analysis.grid.leaving import NO_WAY, exit_steps, soonest, start_distances
 from analysis.grid.run import NO_EXIT, GridRun
-from analysis.grid.signatures.warning import find_labels
+from analysis.grid.signatures.warning import deliveries_of, find_labels
 from analysis.measure import HIGH, LOW, Measure, share
 
 NAME = "evacuation"
@@ -155,8 +155,7 @@ def _crowd(run: GridRun, state: int) -> IntArray:
 
 
 def _warnings(run: GridRun, who: IntArray, steps: IntArray) -> dict[str, float]:
-    warned, _ = find_labels(run)
-    heard = run.deliveries[warned[run.deliveries[:, 0] - 1, run.deliveries[:, 1]]]
+    heard = deliveries_of(run, find_labels(run)[0])
     left_at = np.zeros(run.agents, dtype=np.int64)
     left_at[who] = steps
     before = heard[heard[:, 0] < left_at[heard[:, 2]]]

@@ -141,7 +141,7 @@ def waiting_times(run: GridRun, warned: BoolArray) -> tuple[IntArray, BoolArray]
     step. For `analysis.survival`; `warned` (T, N) as from `find_labels`.
     """
     perceived_at = first_step(run.perceived)
-    return _waited(perceived_at, trace(perceived_at, first_step(warned), _heard(run, warned)), run.last)
+    return _waited(perceived_at, trace(perceived_at, first_step(warned), deliveries_of(run, warned)), run.last)
 
 
 def _waited(perceived_at: IntArray, cascade: Cascade, last: IntArray) -> tuple[IntArray, BoolArray]:
@@ -149,14 +149,14 @@ def _waited(perceived_at: IntArray, cascade: Cascade, last: IntArray) -> tuple[I
     return waited, cascade.told
 
 
-def _heard(run: GridRun, warned: BoolArray) -> IntArray:
-    """Return the deliveries of warnings."""
+def deliveries_of(run: GridRun, warned: BoolArray) -> IntArray:
+    """Return the deliveries of warnings, rows (step, sender, recipient), (K, 3); warned (T, N)."""
     return run.deliveries[warned[run.deliveries[:, 0] - 1, run.deliveries[:, 1]]]
 
 
 def _measure(run: GridRun, warned: BoolArray, labelled: BoolArray) -> dict[str, float]:
     """Return the measures for given warnings; `labelled` are the messages that shares are of, (T, N)."""
-    perceived_at, heard = first_step(run.perceived), _heard(run, warned)
+    perceived_at, heard = first_step(run.perceived), deliveries_of(run, warned)
     cascade = trace(perceived_at, first_step(warned), heard)
     reachable = spread(perceived_at, run.contacts) < perceived_at
     traced = spread(perceived_at, heard) < perceived_at

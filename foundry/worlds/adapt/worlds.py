@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import io
 import os
 from abc import abstractmethod
 from collections import Counter
@@ -16,7 +17,6 @@ import numpy as np
 from foundry.declared import Actions
 from foundry.errors import InputError, NotInstalledError, not_found
 from foundry.records import Agent, Message, Record, RoundStep
-from foundry.worlds.adapt.pictures import as_png
 from foundry.worlds.adapt.planning import Plan, plan_of
 from foundry.worlds.adapt.playing import InTurn, OfAll, OfOne, Playing
 from foundry.worlds.adapt.spaces import Choices, choices_of, plain
@@ -404,3 +404,12 @@ def _library(name: str) -> Any:
         return importlib.import_module(name)
     except ImportError as error:
         raise NotInstalledError(f"{name} is not installed.", _INSTALL) from error
+
+
+def as_png(pixels: Any) -> bytes:
+    """Return pixels, (height, width, 3), as a PNG; the same pixels give the same bytes."""
+    from PIL import Image
+
+    content = io.BytesIO()
+    Image.fromarray(np.asarray(pixels, dtype=np.uint8)).save(content, format="PNG")
+    return content.getvalue()

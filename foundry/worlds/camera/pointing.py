@@ -12,8 +12,7 @@ from foundry.worlds.camera.body.outlines import BoolArray
 from foundry.worlds.camera.body.pose import foot_of, turn_between
 from foundry.worlds.camera.body.surfaces import Surfaces
 from foundry.worlds.camera.body.targets import SightLines, TargetSurfaces
-from foundry.worlds.camera.eye.directions import angles, direction
-from foundry.worlds.camera.eye.projection import in_picture, offsets_from
+from foundry.worlds.camera.eye.directions import angles, direction, in_picture, offsets_from
 from foundry.worlds.camera.loading.scene import FloatArray, Scene
 
 NEAR_M = 0.02

@@ -20,8 +20,8 @@ from foundry.worlds.grid.observation import Perception
 from foundry.worlds.grid.parsing import ActionReading, MessageReading, Readings, read_action, read_message
 from foundry.worlds.grid.parts.deeds import read_deed
 from foundry.worlds.grid.parts.frames import recorded_frames
+from foundry.worlds.grid.parts.living import with_roles
 from foundry.worlds.grid.parts.records import Fixture, FurnishedStep, fixtures_of, records_of
-from foundry.worlds.grid.parts.start import with_roles
 from foundry.worlds.grid.parts.world import FurnishedWorld
 from foundry.worlds.grid.questions import ACTION, MESSAGE, deliveries, heard, question
 from foundry.worlds.grid.settings import GridSettings, read_grid_settings

@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from foundry.worlds.camera.eye.canvas import actor, vtk_texture
-from foundry.worlds.camera.eye.lighting import brightness
 from foundry.worlds.camera.loading.polydata import byte_values, corner_normals, floats, polydata
 from foundry.worlds.camera.loading.scene import FloatArray, SceneMesh, UInt8Array
 
@@ -89,3 +88,19 @@ def lit_colours(mesh: SceneMesh) -> UInt8Array:
 
 def _id_colour(number: int) -> UInt8Array:
     return np.array([number >> 16 & 255, number >> 8 & 255, number & 255], np.uint8)
+
+
+_AMBIENT = 0.6
+"""What every surface gets from everywhere, of 1."""
+
+_LIGHTS = np.array([[0.32, 0.18, 0.25], [0.02, 0.10, 0.40]])
+"""What comes from +X, +Y, +Z and from -X, -Y, -Z: the six sides of a room are six shades of one colour."""
+
+
+def brightness(normals: FloatArray) -> FloatArray:
+    """Return (n,) how bright surfaces are that face along these (n, 3) unit vectors; at most 1.
+
+    It is worked out once for every point of a scene: a picture takes a third less time than with lights of VTK's.
+    """
+    lit = np.clip(normals, 0, None) @ _LIGHTS[0] + np.clip(-normals, 0, None) @ _LIGHTS[1]
+    return np.asarray(np.minimum(_AMBIENT + lit, 1.0))

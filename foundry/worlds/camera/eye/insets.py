@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from foundry.worlds.camera.eye.canvas import Camera
-from foundry.worlds.camera.eye.projection import in_picture, offsets_from
+from foundry.worlds.camera.eye.directions import in_picture, offsets_from
 from foundry.worlds.camera.loading.scene import FloatArray, UInt8Array
 
 MARGIN_PX = 12

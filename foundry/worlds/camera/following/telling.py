@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from typing import TypeAlias
 
-from foundry.worlds.camera.following.records import Leg
+from foundry.worlds.camera.following.legs import Leg
 
 GRAINS = ("coarse", "medium", "fine")
 """The goal alone; the turns and what is seen at them; every leg with its turn and its length."""

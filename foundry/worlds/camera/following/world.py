@@ -12,8 +12,7 @@ from foundry import seeding
 from foundry.errors import InputError
 from foundry.records import CameraStep, Pose, Record, SeenImage
 from foundry.worlds.camera.body.pose import make_pose
-from foundry.worlds.camera.following.legs import ASIDE_M, MEASURED_ASIDE_M, legs_of, straightened
-from foundry.worlds.camera.following.records import FollowEpisode, Leg
+from foundry.worlds.camera.following.legs import ASIDE_M, MEASURED_ASIDE_M, FollowEpisode, Leg, legs_of, straightened
 from foundry.worlds.camera.following.telling import GRAINS, told
 from foundry.worlds.camera.loading.scene import FloatArray
 from foundry.worlds.camera.surroundings import Target

@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from pxr import Tf, Usd, UsdGeom, UsdLux, UsdSkel
+from pxr import Kind, Tf, Usd, UsdGeom, UsdLux, UsdSkel
 
 from foundry.worlds.camera.loading.findings import Findings
-from foundry.worlds.camera.loading.labels import label_of
 from foundry.worlds.camera.loading.placing import placed
 from foundry.worlds.camera.loading.prims import GprimReader
 from foundry.worlds.camera.loading.scene import FloatArray, SceneMesh
@@ -198,3 +197,37 @@ def stage_frame(up_axis: str, metres_per_unit: float) -> FloatArray:
         frame[:3, :3] = [[1, 0, 0], [0, 0, 1], [0, -1, 0]]
     frame[:3, :3] *= metres_per_unit
     return frame
+
+
+_OURS = "semantics:labels:foundry"
+
+
+def label_of(prim: Any, values: Values) -> str | None:
+    """Return the prim's own label, or None.
+
+    The first that is there counts: the labels `foundry` of UsdSemantics, its other labels, the semantic data that
+    Isaac Sim writes, and for a component its display name or its name with spaces for underscores.
+    """
+    for read in (_semantic_label, _isaac_label):
+        label = read(prim, values)
+        if label:
+            return label
+    if Kind.Registry.IsA(Usd.ModelAPI(prim).GetKind(), Kind.Tokens.component):
+        return str(prim.GetDisplayName()) or str(prim.GetName().replace("_", " "))
+    return None
+
+
+def _semantic_label(prim: Any, values: Values) -> str | None:
+    attributes = prim.GetAuthoredPropertiesInNamespace("semantics:labels")
+    for attribute in sorted(attributes, key=lambda one: (one.GetName() != _OURS, one.GetName())):
+        label = values.first_text(attribute)
+        if label:
+            return label
+    return None
+
+
+def _isaac_label(prim: Any, values: Values) -> str | None:
+    for attribute in prim.GetAuthoredPropertiesInNamespace("semantic"):
+        if attribute.GetName().endswith(":params:semanticData"):
+            return values.text(attribute, "")
+    return None

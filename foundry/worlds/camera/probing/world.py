@@ -16,9 +16,8 @@ from foundry.records import Pose, Record, SeenImage
 from foundry.worlds.base import Answer, Question, Reading
 from foundry.worlds.camera.body.pose import make_pose
 from foundry.worlds.camera.observation import encoded_view
-from foundry.worlds.camera.probing.questions import ACTIONS, Probe, Walk, ask
+from foundry.worlds.camera.probing.questions import ACTIONS, Probe, Walk, along, ask, spread
 from foundry.worlds.camera.probing.records import Frame, ProbeEpisode, ProbeStep
-from foundry.worlds.camera.probing.walks import along, spread
 from foundry.worlds.camera.surroundings import DRAWS
 from foundry.worlds.camera.things import Things, ThingsSettings
 from foundry.worlds.camera.ways import draw_way, read_way

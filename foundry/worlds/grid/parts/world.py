@@ -16,11 +16,10 @@ from foundry.worlds.grid.parts.deeds import Deed, read_deed, reply
 from foundry.worlds.grid.parts.frames import furnished_frame
 from foundry.worlds.grid.parts.ground import Ground, is_within
 from foundry.worlds.grid.parts.growing import Blaze, Larder
-from foundry.worlds.grid.parts.living import NOTHING, Body, Done, Living
+from foundry.worlds.grid.parts.living import NOTHING, Body, Done, Living, first_bodies, new_body
 from foundry.worlds.grid.parts.moving import Crossing, Moved
 from foundry.worlds.grid.parts.records import Burning, FurnishedStep, Growing, LivingStep, Newborn
 from foundry.worlds.grid.parts.senses import Senses
-from foundry.worlds.grid.parts.start import first_bodies, new_body
 from foundry.worlds.grid.parts.ways import Secret, WayOut
 from foundry.worlds.grid.questions import ACTION, IDLE, deliveries, heard, question
 from foundry.worlds.grid.settings import GridSettings

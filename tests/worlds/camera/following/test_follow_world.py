@@ -29,8 +29,7 @@ from foundry.records import CameraStep
 from foundry.running.build import build
 from foundry.worlds.base import Answer
 from foundry.worlds.camera.body.pose import make_pose, turn_between
-from foundry.worlds.camera.following.legs import AHEAD_DEG, NEAR_M, TOWARDS_DEG, straightened
-from foundry.worlds.camera.following.records import FollowEpisode
+from foundry.worlds.camera.following.legs import AHEAD_DEG, NEAR_M, TOWARDS_DEG, FollowEpisode, straightened
 from foundry.worlds.camera.following.world import FollowScenario
 from labelled_rooms import THINGS, TINY, write_rooms
 

@@ -20,9 +20,8 @@ from foundry.records import Outcome, Pose, SeenImage
 from foundry.running.build import build
 from foundry.worlds.base import Answer
 from foundry.worlds.camera.body.pose import turn_between
-from foundry.worlds.camera.probing.questions import FARTHER, FARTHER_M, SIDE_DEG
+from foundry.worlds.camera.probing.questions import FARTHER, FARTHER_M, SIDE_DEG, along, spread
 from foundry.worlds.camera.probing.records import ProbeEpisode, ProbeStep
-from foundry.worlds.camera.probing.walks import along, spread
 from foundry.worlds.camera.probing.world import MapProbeScenario, MapProbeWorld, Prepared
 from labelled_rooms import THINGS, TINY, write_rooms
 
