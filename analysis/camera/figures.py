@@ -68,4 +68,4 @@ def _top_down(runs: Sequence[tuple[Shown, CameraRun]]) -> TopDown:
 
 def _path(shown: Shown, run: CameraRun) -> CameraPath:
     reached = bool(run.success[-1]) if run.decisions else False
-    return CameraPath(shown.label, run.id, run.foot[:, :2], reached, shown.index, shown.baseline)
+    return CameraPath(shown, run.foot[:, :2], reached)

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from analysis.arrays import FloatArray
+from analysis.figures.shown import Shown
 from analysis.plots import style
 from analysis.plots.figures import new_figure
 from analysis.plots.labels import wrapped
@@ -23,20 +24,14 @@ class CameraPath:
     """The way of one run.
 
     Attributes:
-        label: name of the group.
-        run: the run's id.
+        shown: the group.
         foot: where the agent stood by state, seen from above, metres, (T + 1, 2).
         reached: whether it was at the goal at the end.
-        index: place among all groups, which decides the colour.
-        baseline: whether the group is there to be compared with only.
     """
 
-    label: str
-    run: str
+    shown: Shown
     foot: FloatArray
     reached: bool
-    index: int = 0
-    baseline: bool = False
 
 
 @dataclass(frozen=True)
@@ -78,16 +73,16 @@ def draw_topdown(ax: Axes, found: TopDown) -> Axes:
 
 
 def _draw_path(ax: Axes, path: CameraPath) -> None:
-    colour = style.colour(path.index, baseline=path.baseline)
-    label = wrapped(path.label + (" (reached)" if path.reached else ""), 44)
+    colour = path.shown.colour
+    label = wrapped(path.shown.label + (" (reached)" if path.reached else ""), 44)
     ax.plot(*path.foot.T, color=colour, linewidth=1.2, alpha=0.85, marker=".", markersize=2.5, label=label)
-    shape = style.marker(path.index, baseline=path.baseline)
+    shape = style.marker(path.shown.index, baseline=path.shown.baseline)
     ax.plot(*path.foot[-1], marker=shape, markersize=5, color=colour, markeredgecolor="white", zorder=5)
 
 
 def topdown_figure(found: TopDown) -> Figure:
     """Return the ways through a 3D world."""
-    below = sum(wrapped(path.label, 44).count("\n") + 1 for path in found.paths) + 2
+    below = sum(wrapped(path.shown.label, 44).count("\n") + 1 for path in found.paths) + 2
     figure = new_figure(3.0 + 0.15 * below)
     draw_topdown(figure.add_subplot(), found)
     return figure

@@ -10,9 +10,8 @@ import numpy as np
 from analysis.arrays import FloatArray, IntArray
 from analysis.figures.shown import Shown
 from analysis.grid.cascade import NEVER, NOBODY, first_step, trace
-from analysis.grid.plots.cascade import CascadeEdge, CascadeTree
-from analysis.grid.plots.occupancy import GridPaths, OccupancyMap
-from analysis.grid.plots.survival import SurvivalCurve
+from analysis.grid.plots.figures import CascadeEdge, CascadeTree, SurvivalCurve
+from analysis.grid.plots.occupancy import OccupancyMap
 from analysis.grid.run import NO_EXIT, GridRun, GridSettings
 from analysis.grid.signatures.warning import deliveries_of, find_labels, waiting_times
 from analysis.stats.intervals import estimates
@@ -59,7 +58,7 @@ class GridGroup:
 
     def occupancy_map(self) -> OccupancyMap:
         """Return where the agents were, the mean over runs."""
-        return OccupancyMap(self.shown.label, self.world, self.counts / self.runs, self.runs, self.shown.baseline)
+        return OccupancyMap(self.shown, self.world, self.counts / self.runs)
 
     def survival_curve(self) -> SurvivalCurve | None:
         """Return how many agents are not warned yet, with an interval over runs; None when no run has a fire seen."""
@@ -75,15 +74,7 @@ class GridGroup:
         steps = min(len(curve) for curve in curves)
         values = np.array([curve[:steps] for curve in curves]).T
         found = estimates(values, np.zeros(steps), np.ones(steps))
-        return SurvivalCurve(
-            label=self.shown.label,
-            remaining=found.mean,
-            low=found.low,
-            high=found.high,
-            runs=len(curves),
-            index=self.shown.index,
-            baseline=self.shown.baseline,
-        )
+        return SurvivalCurve(self.shown, found.mean, found.low, found.high, len(curves))
 
 
 def occupancy(run: GridRun) -> FloatArray:
@@ -132,7 +123,7 @@ def cascade_tree(run: GridRun, shown: Shown) -> CascadeTree:
     since = np.where(unfounded, warned_at, learnt)
     known = [int(agent) for agent in np.flatnonzero(since < NEVER)]
     return CascadeTree(
-        label=shown.label,
+        shown=shown,
         run=run.id,
         steps=run.steps,
         rows=tuple(_in_order(known, since, found.parent)),
@@ -142,8 +133,6 @@ def cascade_tree(run: GridRun, shown: Shown) -> CascadeTree:
         informed=int((learnt < NEVER).sum()),
         edges=tuple(CascadeEdge(int(found.told_at[agent]), int(found.parent[agent]), agent) for agent in linked),
         agents=run.agents,
-        colour=shown.colour,
-        baseline=shown.baseline,
     )
 
 
@@ -159,9 +148,3 @@ def _in_order(known: Sequence[int], since: IntArray, parent: IntArray) -> list[i
         ordered.append(agent)
         waiting += reversed(below.get(agent, []))
     return ordered
-
-
-def grid_paths(run: GridRun, shown: Shown) -> GridPaths:
-    """Return the ways of the agents of a run."""
-    x, y = run.x.astype(np.float64), run.y.astype(np.float64)
-    return GridPaths(shown.label, run.id, run.world, x, y, shown.colour, shown.baseline)

@@ -9,9 +9,9 @@ from msgspec.structs import replace
 
 from analysis.figures.shown import Shown, example_caption
 from analysis.form import RunTable
-from analysis.grid.figures import GridGroup, cascade_tree, grid_paths
+from analysis.grid.figures import GridGroup, cascade_tree
 from analysis.grid.plots import figures
-from analysis.grid.plots.cascade import CascadeTree
+from analysis.grid.plots.figures import CascadeTree
 from analysis.grid.run import GridRun
 from analysis.plots import Picture
 
@@ -36,7 +36,7 @@ class GridFigures:
     def tables(self, order: Sequence[Shown]) -> list[RunTable]:
         """Return every first warning of the runs that are shown, with its step; nothing where there is none."""
         rows = tuple(
-            (tree.run, tree.label, str(edge.step), str(edge.sender), str(edge.recipient))
+            (tree.run, tree.shown.label, str(edge.step), str(edge.sender), str(edge.recipient))
             for tree in self._trees(order)
             for edge in tree.edges
         )
@@ -64,10 +64,10 @@ class GridFigures:
                 "from who warned first."
             )
             pictures.append(Picture("cascade", "Who warned whom", caption, partial(figures.cascade_figure, trees)))
-        paths = [grid_paths(run, shown) for shown, run in self._examples(order)]
-        if paths:
+        examples = self._examples(order)
+        if examples:
             caption = f"{fixed} A line an agent, from its start (dot) to its end (ring)."
-            pictures.append(Picture("paths", "Ways of the agents", caption, partial(figures.paths_figure, paths)))
+            pictures.append(Picture("paths", "Ways of the agents", caption, partial(figures.paths_figure, examples)))
         return pictures
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import difflib
 import re
 import traceback
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from functools import cache, lru_cache
+from operator import methodcaller
 from typing import Any
 
 from jinja2 import StrictUndefined, Template, TemplateError, UndefinedError
@@ -52,7 +53,7 @@ def environment_of(finalize: Callable[[Any], Any] | None = None) -> PromptEnviro
     environment = PromptEnvironment(
         undefined=StrictUndefined, autoescape=False, trim_blocks=True, lstrip_blocks=True, finalize=finalize
     )
-    environment.filters["values"] = _values
+    environment.filters["values"] = methodcaller("values")
     environment.filters["flat"] = _flat
     environment.filters["join"] = sync_do_join  # the other asks each time whether what it joins must be awaited
     return environment
@@ -82,10 +83,6 @@ def fill(template: Template, observation: Mapping[str, Any]) -> str:
         return "".join(template.root_render_func(Context(environment, names, template.name, template.blocks)))
     except RENDER_ERRORS:
         environment.handle_exception()
-
-
-def _values(mapping: Mapping[str, Any]) -> Iterable[Any]:
-    return mapping.values()
 
 
 def _flat(text: str, length: int) -> str:

@@ -21,9 +21,8 @@ from analysis.figures.shown import Shown
 from analysis.figures.told import in_words
 from analysis.grid.figures import GridGroup, cascade_tree, not_warned, occupancy
 from analysis.grid.plots import figures as grid_figures
-from analysis.grid.plots.cascade import draw_cascade
+from analysis.grid.plots.figures import SurvivalCurve, draw_cascade, draw_survival
 from analysis.grid.plots.occupancy import OccupancyMap, draw_occupancy
-from analysis.grid.plots.survival import SurvivalCurve, draw_survival
 from analysis.grid.run import GridRun, GridSettings
 from analysis.plots import Picture, draw, figures, style
 from analysis.plots.fingerprints import FingerprintMap, Merge, draw_dendrogram, draw_fingerprint
@@ -78,7 +77,8 @@ def test_tables_are_the_same_byte_for_byte_when_repeated(plots):
 @pytest.mark.slow
 def test_pictures_are_the_same_byte_for_byte_when_repeated(plots, recorded):
     world = recorded().run.world
-    maps = [OccupancyMap("日本語 $x", world, np.eye(11) / 11, 1), OccupancyMap("b", world, np.eye(11) / 22, 1)]
+    shares = {"日本語 $x": np.eye(11) / 11, "b": np.eye(11) / 22}
+    maps = [OccupancyMap(Shown((name,), 0, False), world, share) for name, share in shares.items()]
     picture = Picture("name", "t", "c", lambda: grid_figures.occupancy_figure(maps))
     assert draw(picture) == draw(picture)
 
@@ -278,7 +278,8 @@ def test_a_dendrogram_joins_branches_where_they_end():
 
 def test_occupancy_maps_share_one_scale():
     world = GridSettings(name="w", half_size=1, agents=1, steps=1, communication_distance=1)
-    maps = [OccupancyMap(name, world, np.full((3, 3), share), 2) for name, share in (("a", 0.1), ("b", 0.3))]
+    shares = {"a": 0.1, "b": 0.3}
+    maps = [OccupancyMap(Shown((name,), 0, False), world, np.full((3, 3), share)) for name, share in shares.items()]
     images = [draw_occupancy(axes(), one, 0.3) for one in maps]
     assert {image.get_clim() for image in images} == {(0, 0.3)}
     assert images[0].get_extent() == [-1.5, 1.5, -1.5, 1.5]
@@ -308,7 +309,7 @@ def test_survival_falls_from_one_and_its_band_is_over_runs(recorded):
 
 def test_a_survival_curve_names_its_runs():
     flat = np.ones(3)
-    ax = draw_survival(axes(), [SurvivalCurve("a", flat, flat * NAN, flat * NAN, 1)], "Left")
+    ax = draw_survival(axes(), [SurvivalCurve(Shown(("a",), 0, False), flat, flat * NAN, flat * NAN, 1)], "Left")
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["a (n=1)"]
 
 
@@ -332,7 +333,7 @@ def test_who_warns_without_a_ground_stands_apart(recorded, make_habits):
 
 
 def test_ways_from_above_begin_at_the_start_and_name_who_arrived():
-    path = CameraPath("a", "run", np.array([[0.0, 0.0], [1.0, 2.0]]), reached=True)
+    path = CameraPath(Shown(("a",), 0, False), np.array([[0.0, 0.0], [1.0, 2.0]]), reached=True)
     found = TopDown("scene", np.zeros(2), np.array([[0.0, 0.0], [1.0, 2.0]]), 0.5, (path,))
     ax = draw_topdown(axes(), found)
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["shortest way", "goal", "start", "a (reached)"]

@@ -16,7 +16,7 @@ from foundry.models.base import Reply, Request
 from foundry.models.scripted.any import Stay
 from foundry.models.scripted.base import ScriptedModel
 from foundry.models.scripted.grid import act
-from foundry.worlds.rounds.replies import deciding
+from foundry.worlds.rounds.reading import deciding
 
 
 def is_doomed(request: Request) -> bool:

@@ -11,7 +11,7 @@ import pytest
 import pyvista
 from PIL import Image
 
-from foundry.replay.any.window import CAPTION_PX
+from foundry.replay.any import CAPTION_PX
 from foundry.replay.following import Follower
 from foundry.replay.pictures import pictures
 from foundry.replay.recording import read_recording

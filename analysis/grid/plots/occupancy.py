@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.image import AxesImage
 
 from analysis.arrays import FloatArray
-from analysis.grid.run import GridSettings
+from analysis.figures.shown import Shown
+from analysis.grid.run import GridRun, GridSettings
 from analysis.plots import style
 from analysis.plots.labels import wrapped
 from foundry.palette import BASELINE
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.image import AxesImage
 
 COLOURS = "cividis"
 MAP_TITLE_WIDTH = 17
@@ -27,41 +25,14 @@ class OccupancyMap:
     """Where the agents of a group were.
 
     Attributes:
-        label: name of the group.
+        shown: the group.
         world: settings of the world.
         share: share of all agent-steps by row and column of the grid, the lowest row first, (W, W).
-        runs: how many runs it is the mean of.
-        baseline: whether the group is there to be compared with only.
     """
 
-    label: str
+    shown: Shown
     world: GridSettings
     share: FloatArray
-    runs: int
-    baseline: bool = False
-
-
-@dataclass(frozen=True)
-class GridPaths:
-    """The ways of all agents of one run.
-
-    Attributes:
-        label: name of the group.
-        run: the run's id.
-        world: settings of the world.
-        x: columns by state and agent, (T + 1, N).
-        y: rows, (T + 1, N).
-        colour: of the group.
-        baseline: whether the group is there to be compared with only.
-    """
-
-    label: str
-    run: str
-    world: GridSettings
-    x: FloatArray
-    y: FloatArray
-    colour: str
-    baseline: bool = False
 
 
 def draw_occupancy(ax: Axes, found: OccupancyMap, most: float) -> AxesImage:
@@ -84,20 +55,21 @@ def draw_occupancy(ax: Axes, found: OccupancyMap, most: float) -> AxesImage:
         interpolation="nearest",
     )
     draw_world(ax, found.world, "white")
-    _title(ax, found.label, baseline=found.baseline)
+    _title(ax, found.shown)
     return image
 
 
-def draw_paths(ax: Axes, found: GridPaths) -> Axes:
-    """Draw a line an agent from its start (dot) to its end (ring)."""
-    draw_world(ax, found.world, style.PLACE)
+def draw_paths(ax: Axes, shown: Shown, run: GridRun) -> Axes:
+    """Draw a line an agent of a run of a group, from its start (dot) to its end (ring)."""
+    draw_world(ax, run.world, style.PLACE)
+    colour = shown.colour
     # One line with gaps, which takes little room in a file.
-    gap = np.full((1, found.x.shape[1]), np.nan)
-    x, y = (np.vstack([places, gap]).T.ravel() for places in (found.x, found.y))
-    ax.plot(x, y, color=found.colour, linewidth=0.6, alpha=0.6)
-    ax.scatter(found.x[0], found.y[0], s=5, color=found.colour, linewidths=0, zorder=3)
-    ax.scatter(found.x[-1], found.y[-1], s=9, facecolors="white", edgecolors=found.colour, linewidths=0.7, zorder=3)
-    _title(ax, found.label, baseline=found.baseline)
+    gap = np.full((1, run.agents), np.nan)
+    x, y = (np.vstack([places, gap]).T.ravel() for places in (run.x, run.y))
+    ax.plot(x, y, color=colour, linewidth=0.6, alpha=0.6)
+    ax.scatter(run.x[0], run.y[0], s=5, color=colour, linewidths=0, zorder=3)
+    ax.scatter(run.x[-1], run.y[-1], s=9, facecolors="white", edgecolors=colour, linewidths=0.7, zorder=3)
+    _title(ax, shown)
     return ax
 
 
@@ -130,6 +102,6 @@ def map_titles(labels: Sequence[str]) -> int:
     return max(wrapped(label, MAP_TITLE_WIDTH).count("\n") + 1 for label in labels)
 
 
-def _title(ax: Axes, label: str, *, baseline: bool) -> None:
-    colour = BASELINE if baseline else style.DARK
-    ax.set_title(wrapped(label, MAP_TITLE_WIDTH), size=7, color=colour, pad=3)
+def _title(ax: Axes, shown: Shown) -> None:
+    colour = BASELINE if shown.baseline else style.DARK
+    ax.set_title(wrapped(shown.label, MAP_TITLE_WIDTH), size=7, color=colour, pad=3)

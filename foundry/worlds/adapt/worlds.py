@@ -88,6 +88,7 @@ class Adapted(RoundsScenario):
 
     kinds: ClassVar[tuple[str, ...]] = (TURN,)
     records: ClassVar[tuple[type[Record], ...]] = (Turn, Message, Agent, Return)
+    playing: ClassVar[type[OfOne | OfAll | InTurn]]
     choices: Choices
     plan: Plan | None = None
 
@@ -153,10 +154,6 @@ class Adapted(RoundsScenario):
     def look(self, made: Any) -> tuple[int, Any]:
         """Return how many agents an environment has, and the space of their actions."""
 
-    @abstractmethod
-    def begin(self, made: Any, seed: int) -> Playing:
-        """Return an episode of an environment."""
-
     def actions(self) -> dict[str, Actions]:
         """Return what can be decided."""
         return {TURN: self.choices.actions}
@@ -175,7 +172,7 @@ class Adapted(RoundsScenario):
 
     def episode(self, seed: int) -> Playing:
         """Return a fresh episode of the environment."""
-        return self.begin(self._made(render_mode=PIXELS if self.draws else None), seed)
+        return self.playing(self._made(render_mode=PIXELS if self.draws else None), seed)
 
     def _played(self, episode: Playing, table: Table) -> Play:
         told: list[list[dict[str, Any]]] = [[] for _ in table.agents]
@@ -297,6 +294,8 @@ class AdaptedRedrawing(Redrawing):
 class GymnasiumWorld(Adapted):
     """An environment of Gymnasium, by the name under which it is registered."""
 
+    playing = OfOne
+
     def make(self, **settings: Any) -> Any:
         """Return the environment.
 
@@ -320,10 +319,6 @@ class GymnasiumWorld(Adapted):
     def look(self, made: Any) -> tuple[int, Any]:
         """Return one agent, and the space of its actions."""
         return 1, made.action_space
-
-    def begin(self, made: Any, seed: int) -> Playing:
-        """Return an episode."""
-        return OfOne(made, seed)
 
 
 class PettingZooWorld(Adapted):
@@ -362,20 +357,14 @@ class TurnsWorld(PettingZooWorld):
     """An environment of PettingZoo in which agents act one after another (AEC)."""
 
     registry: ClassVar[str] = "aec"
-
-    def begin(self, made: Any, seed: int) -> Playing:
-        """Return an episode."""
-        return InTurn(made, seed)
+    playing = InTurn
 
 
 class ParallelWorld(PettingZooWorld):
     """An environment of PettingZoo in which all act at once."""
 
     registry: ClassVar[str] = "parallel"
-
-    def begin(self, made: Any, seed: int) -> Playing:
-        """Return an episode."""
-        return OfAll(made, seed)
+    playing = OfAll
 
 
 def _import_installed(package: str) -> None:

@@ -25,11 +25,10 @@ stopped       whether something was in the way of the last movement.
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import msgspec
 import numpy as np
 from PIL import Image
 
@@ -37,7 +36,6 @@ from foundry.records import Pose
 from foundry.worlds.camera.body.pose import foot_of
 from foundry.worlds.camera.eye.directions import angles
 from foundry.worlds.camera.eye.rendering import png
-from foundry.worlds.camera.language import Limits
 from foundry.worlds.camera.loading.scene import UInt8Array
 from foundry.worlds.camera.surroundings import Surroundings, Target
 
@@ -118,32 +116,6 @@ def _by_label(pixels: Mapping[str, int], labels: Mapping[str, str | None]) -> di
 
 def _finite(value: float) -> float | None:
     return round(float(value), 9) if np.isfinite(value) else None
-
-
-def observe(
-    sight: Sight,
-    target: Target | None,
-    *,
-    step: int,
-    task: str,
-    history: Sequence[Mapping[str, Any]],
-    idle_streak: int,
-    limits: Limits,
-) -> dict[str, Any]:
-    """Return the observation; see the head of this file."""
-    return {
-        "task": task,
-        "step": step,
-        **msgspec.structs.asdict(sight.pose),
-        "history": history,
-        "idle_streak": idle_streak,
-        "target": target.name if target else "",
-        "limits": {
-            "max_distance_m": limits.max_distance_m,
-            "max_turn_deg": limits.max_turn_deg,
-            "max_gaze_deg": limits.max_gaze_deg,
-        },
-    }
 
 
 class Secret(Mapping[str, Any]):

@@ -43,7 +43,7 @@ class CameraRedrawing(Redrawing):
 
     def draw(self, step: int) -> bytes:
         """Return the overview after a step as a PNG."""
-        return png(self.around.overview(self.frame(step)))
+        return png(self.around.renderer().overview(self.frame(step)))
 
     def told(self, step: int) -> Sequence[str]:
         """Return the reply that led to a step and how it was read; what was read stands in the picture."""

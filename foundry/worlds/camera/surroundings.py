@@ -19,9 +19,8 @@ from foundry.worlds.camera.body.navigation import CELL_M, Field, Navigator
 from foundry.worlds.camera.body.pose import foot_of, make_pose
 from foundry.worlds.camera.body.size import Body
 from foundry.worlds.camera.body.targets import TargetSurfaces
-from foundry.worlds.camera.eye.overview import OverviewFrame
 from foundry.worlds.camera.eye.rendering import Renderer, renderer_for
-from foundry.worlds.camera.loading.scene import FloatArray, UInt8Array
+from foundry.worlds.camera.loading.scene import FloatArray
 from foundry.worlds.camera.loading.scene_files import find_asset
 from foundry.worlds.camera.loading.stage import load_scene
 from foundry.worlds.camera.settings import CameraSettings, TargetSettings
@@ -80,8 +79,6 @@ class Surroundings:
         self.scene = load_scene(
             find_asset(settings.scene.asset), exclude=tuple(settings.scene.exclude), root=settings.scene.root
         )
-        if not self.scene.meshes:
-            raise InputError(f"Scene '{settings.scene.asset}' shows nothing: {'; '.join(self.scene.warnings[:3])}.")
         body = settings.body
         self.body = Body(body.radius, body.height, body.step_height)
         bounds = None if settings.bounds is None else np.array(settings.bounds, np.float64)
@@ -92,12 +89,7 @@ class Surroundings:
     @cached_property
     def navigator(self) -> Navigator:
         """Where the body can walk; found once per scene and kept on disk."""
-        return Navigator(self.collider, self.body, cell_m=self.cell_m, cache=paths.scene_cache_dir())
-
-    @property
-    def cell_m(self) -> float:
-        """Edge of a cell of the walkable grid, metres."""
-        return CELL_M
+        return Navigator(self.collider, self.body, cache=paths.scene_cache_dir())
 
     def episode(self, line: bytes) -> CameraEpisode:
         """Return the facts of an episode in this scene by its line of `episode.jsonl`.
@@ -121,10 +113,6 @@ class Surroundings:
         """Return the eye of this process."""
         camera = self.settings.camera
         return renderer_for(self.scene, width=camera.width, height=camera.height, fov_deg=camera.fov)
-
-    def overview(self, frame: OverviewFrame) -> UInt8Array:
-        """Return a picture of the scene from outside."""
-        return self.renderer().overview(frame)
 
     def draw_target(self, rng: Generator) -> Target | None:
         """Return one of the targets at random, or None if there are none."""
@@ -221,10 +209,6 @@ class Surroundings:
             way = Way(np.zeros((0, 3)), None) if route is None else Way(route.points, float(route.length_m))
             self._last_way = (place, target, way)
         return self._last_way[2]
-
-    def reachable_cells(self, pose: Pose) -> int:
-        """Return how many cells can be reached from a pose."""
-        return len(self.navigator.reachable(foot_of(pose)))
 
 
 def surroundings_of(settings: CameraSettings) -> Surroundings:

@@ -15,11 +15,12 @@ from foundry.declared import Actions
 from foundry.records import COMMAND_KINDS, CameraEpisode, CameraStep, Pose, Record, SeenImage
 from foundry.worlds.base import Answer, Question, Reading, Recorded, Scenario, World, unanswered, undecided_outcome
 from foundry.worlds.camera.body.motion import Moved, moved
-from foundry.worlds.camera.body.pose import feet_of
+from foundry.worlds.camera.body.navigation import CELL_M
+from foundry.worlds.camera.body.pose import feet_of, foot_of
 from foundry.worlds.camera.eye.rendering import png
 from foundry.worlds.camera.language import Command, command_record, describe, every_kind, render_command
 from foundry.worlds.camera.language.interpreter import Interpreter
-from foundry.worlds.camera.observation import Secret, Sight, look, observe
+from foundry.worlds.camera.observation import Secret, Sight, look
 from foundry.worlds.camera.redrawing import CameraRedrawing, overview_after
 from foundry.worlds.camera.settings import read_camera_settings, read_limits
 from foundry.worlds.camera.surroundings import Surroundings, Target, surroundings_of
@@ -163,8 +164,8 @@ class CameraWorld(World):
             "start": self._pose,
             "shortest_path": [(float(x), float(y), float(z)) for x, y, z in way.points],
             "shortest_m": way.length,
-            "walkable_cells": self._around.reachable_cells(self._pose),
-            "cell_m": self._around.cell_m,
+            "walkable_cells": len(self._around.navigator.reachable(foot_of(self._pose))),
+            "cell_m": CELL_M,
         }
 
     def pending(self) -> Sequence[Question]:
@@ -176,15 +177,17 @@ class CameraWorld(World):
         return [Question(self._steps + 1, 0, MOVE, self._observed(), (self._sight.encoded,), secret, options, _IDLE)]
 
     def _observed(self) -> dict[str, Any]:
-        return observe(
-            self._sight,
-            self._target,
-            step=self._steps,
-            task=self._task(),
-            history=tuple(self._history),
-            idle_streak=self._idle_streak,
-            limits=self._scenario.limits,
-        )
+        """Return the observation; see the head of `foundry.worlds.camera.observation`."""
+        limits = self._scenario.limits
+        return {
+            "task": self._task(),
+            "step": self._steps,
+            **msgspec.structs.asdict(self._sight.pose),
+            "history": tuple(self._history),
+            "idle_streak": self._idle_streak,
+            "target": self._target.name if self._target else "",
+            "limits": {key: getattr(limits, key) for key in ("max_distance_m", "max_turn_deg", "max_gaze_deg")},
+        }
 
     def advance(self, answers: Sequence[Answer]) -> Sequence[Record]:
         """Move as the answer says; return the decision, and the image that led to it if it is kept."""
@@ -205,7 +208,7 @@ class CameraWorld(World):
     def draw(self) -> bytes:
         """Return the overview of the scene with the agent, its way so far and what it sees."""
         frame = overview_after(self._latest, self._trail, self._settings.body.height, self._sight.image)
-        return png(self._around.overview(frame))
+        return png(self._around.renderer().overview(frame))
 
     def _moved(self, command: Command) -> Moved:
         around, slides = self._around, self._settings.boundary == "slide"

@@ -116,25 +116,9 @@ FILLERS = (
 """Words that say nothing about where."""
 
 REMARKS = (
-    "(",
-    "[",
-    ",",
-    ":",
-    ";",
-    ".",
-    "-",
-    "–",
-    "—",
-    "//",
-    "#",
-    "/*",
-    "toward",
-    "because",
-    "since",
-    "so ",
-    "as ",
-    "to ",
-)
+    "(", "[", ",", ":", ";", ".", "-", "–", "—", "//", "#", "/*",
+    "toward", "because", "since", "so ", "as ", "to ",
+)  # fmt: skip
 STAYING_REMARKS = ("in ", "at ", "here", "inside", "within", "on ", "for ", "until", "where", "there")
 """What opens a remark, which does not change what was said before it; the latter only where that is to stay."""
 

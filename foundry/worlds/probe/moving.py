@@ -7,8 +7,6 @@ has them in `MOVES`, by a pattern of their paths.
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -16,6 +14,7 @@ from functools import cache
 from typing import Any, TypeAlias
 
 from foundry.errors import InputError, not_found
+from foundry.rooms import in_room
 from foundry.worlds.base import Question
 
 Observation: TypeAlias = Mapping[str, Any]
@@ -98,11 +97,7 @@ def quantities(value: Any, path: str = "") -> Iterator[str]:
 
 @cache
 def _moves(form: str) -> Mapping[str, Move]:
-    name = f"{__package__}.moves.{form}"
-    if importlib.util.find_spec(name) is None:
-        return {}
-    found: Mapping[str, Move] = importlib.import_module(name).MOVES
-    return found
+    return in_room(f"{__package__}.moves", form, "MOVES") or {}
 
 
 def _set(inside: Any, keys: Sequence[str], value: float) -> Any:

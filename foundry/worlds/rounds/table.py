@@ -15,8 +15,7 @@ from foundry.errors import FoundryError
 from foundry.records import Message, Outcome, Record, RoundStep
 from foundry.worlds.base import Answer, Observation, Question, Reading
 from foundry.worlds.rounds.decided import Decided
-from foundry.worlds.rounds.reading import read_decision, read_talk
-from foundry.worlds.rounds.replies import idle_of, options_of
+from foundry.worlds.rounds.reading import idle_of, options_of, read_decision, read_talk
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ import pytest
 
 from analysis.rounds.signatures.bar import applies, coins_off, measure
 from foundry.worlds.rounds.bar import Bar
-from foundry.worlds.rounds.replies import deciding
+from foundry.worlds.rounds.reading import deciding
 from scripted_rounds import answered_run, scripted_run
 
 REPLIES = {"g": deciding("go"), "s": deciding("stay"), "?": "perhaps"}

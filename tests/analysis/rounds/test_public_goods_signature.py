@@ -13,7 +13,7 @@ from analysis.figures.pictures import means_picture
 from analysis.rounds.signatures.public_goods import applies, measure
 from commands import foundry
 from foundry.worlds.rounds.public_goods import PublicGoods, PunishedGoods
-from foundry.worlds.rounds.replies import deciding
+from foundry.worlds.rounds.reading import deciding
 from scripted_rounds import answered_run, scripted_run
 
 SETTINGS = {"name": "goods", "tokens": 20, "multiplier": 2, "reset": True}

@@ -18,7 +18,7 @@ from foundry.worlds.rounds.bar import Bar
 from foundry.worlds.rounds.fishery import Fishery
 from foundry.worlds.rounds.naming import NamingGame
 from foundry.worlds.rounds.public_goods import PublicGoods, PunishedGoods
-from foundry.worlds.rounds.replies import deciding, options_of
+from foundry.worlds.rounds.reading import deciding, options_of
 from foundry.worlds.rounds.table import RoundQuestion
 
 AGES = {"age": {"young": 1, "old": 1}, "trade": {"baker": 1, "smith": 1}}

@@ -16,7 +16,7 @@ from foundry.models.scripted.rounds import PREDICTORS, Inductive, Tossing, equil
 from foundry.records import RoundStep
 from foundry.worlds.base import Answer
 from foundry.worlds.rounds.bar import REPORTS, Bar, Evening
-from foundry.worlds.rounds.replies import deciding
+from foundry.worlds.rounds.reading import deciding
 from scripted_rounds import scripted_run
 
 GO, STAY = deciding("go"), deciding("stay")

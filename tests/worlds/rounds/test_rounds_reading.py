@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from foundry.declared import Actions
 from foundry.records import Outcome
 from foundry.worlds.base import ABORTED, LENGTH, Answer
-from foundry.worlds.rounds.reading import Reading, read_decision, read_talk
-from foundry.worlds.rounds.replies import deciding, idle_of, options_of
+from foundry.worlds.rounds.reading import Reading, deciding, idle_of, options_of, read_decision, read_talk
 
 BAR = Actions(labels=("go", "stay"), idle="stay")
 CATCH = Actions(low=0, high=100, idle=0)

@@ -22,7 +22,7 @@ from foundry.models.scripted.base import ScriptedModel
 from foundry.records import Agent, Message, Outcome, Record, RoundStep
 from foundry.worlds.base import Answer, Question, Recorded, World
 from foundry.worlds.rounds import drawing
-from foundry.worlds.rounds.replies import deciding
+from foundry.worlds.rounds.reading import deciding
 from foundry.worlds.rounds.table import Table
 from foundry.worlds.rounds.world import Play, RoundsScenario
 

@@ -22,8 +22,7 @@ from foundry.worlds.camera.surroundings import DRAWS
 from foundry.worlds.camera.things import Things, ThingsSettings
 from foundry.worlds.camera.ways import draw_way, read_way
 from foundry.worlds.camera.world import MOVE, CameraScenario, CameraWorld
-from foundry.worlds.rounds.reading import read_decision
-from foundry.worlds.rounds.replies import deciding, options_of
+from foundry.worlds.rounds.reading import deciding, options_of, read_decision
 from foundry.worlds.validation import read_settings, refuse_repeated_names
 
 WALKS = ("oracle", "own")

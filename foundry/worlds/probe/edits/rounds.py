@@ -11,7 +11,7 @@ import msgspec
 from foundry.worlds.base import Question
 from foundry.worlds.probe.editing import Edit, observing
 from foundry.worlds.rounds.public_goods import agent_of
-from foundry.worlds.rounds.replies import options_of
+from foundry.worlds.rounds.reading import options_of
 from foundry.worlds.rounds.table import RoundQuestion
 from foundry.worlds.rounds.world import RoundsScenario
 
