@@ -10,9 +10,9 @@ from functools import cached_property
 
 import pandas as pd
 
+from analysis.findings.ranking import Finding, findings, upright
 from analysis.form import FormAnalysis
-from analysis.paper.findings import Finding, findings
-from analysis.paper.gaps import Gap, aligned, gap_lines, gaps, short_names, upright
+from analysis.paper.gaps import aligned, gap_lines, short_names
 from analysis.paper.sentence import DIFFERENT, SAME, SILENT, Row, Sides, kind_of, named, why_silent
 from analysis.paper.study import short_contexts
 from analysis.prose import group_label
@@ -166,7 +166,7 @@ class _Shown:
     Attributes:
         told: what the ending is made of.
         rows: the declared rows.
-        standing: what was found in them.
+        ranked: what was found in them, gaps included.
         sides: what is known of the groups.
         names: what each level is called, the models first.
         contexts: what each context is called.
@@ -176,7 +176,7 @@ class _Shown:
 
     told: Told
     rows: Sequence[Row]
-    standing: Sequence[Finding]
+    ranked: Sequence[Finding]
     sides: Sides
     names: Mapping[str, str]
     contexts: Mapping[str, str]
@@ -195,6 +195,11 @@ class _Shown:
         return cls(told, rows, findings(rows), sides, names, contexts, factors[0], width)
 
     @cached_property
+    def different(self) -> Sequence[Finding]:
+        """The findings that a test shows."""
+        return [finding for finding in self.ranked if finding.differs]
+
+    @cached_property
     def entries(self) -> Sequence[Sequence[str]]:
         """The lines of each finding, then those of each declared row without one."""
         declared = [row for row in self.rows if row["claim"] == DECLARED]
@@ -202,7 +207,7 @@ class _Shown:
             row for row in declared or self.rows if kind_of(row) == SAME or (declared and kind_of(row) != DIFFERENT)
         ]
         texts = [
-            *(finding.line(self.sides, self.names, self.contexts) for finding in self.standing),
+            *(finding.line(self.sides, self.names, self.contexts) for finding in self.different),
             *(_verdict(row, self.names, self.contexts) for row in others),
         ]
         return [wrapped(text, self.width, "  ", "    ") for text in texts]
@@ -215,8 +220,8 @@ class _Shown:
         tests = sum({row["factor"]: row["family"] for row in self.rows}.values())
         differ = sum(kind_of(row) == DIFFERENT for row in self.rows)
         said = f"Findings: {differ} of {counted(tests, 'test')} show{'s' * (differ == 1 or tests == 1)} a difference"
-        if self.standing:
-            p = p_value(max(finding.p for finding in self.standing))
+        if self.different:
+            p = p_value(max(finding.p for finding in self.different))
             said += f" (p {'below ' + p[1:] if p.startswith('<') else 'at most ' + p}{', corrected' * (tests > 1)})"
         return wrapped(said, self.width)
 
@@ -233,15 +238,19 @@ class _Shown:
                 lines.append(f"  {counted(left, 'further finding')}: {self.told.tables}/summary.md")
                 break
             lines += own
-        again = [] if self.standing else self._again()
+        again = [] if self.different else self._again()
         room -= len(lines) + len(again)
-        measures = {finding.rows[0]["measure"] for finding in self.standing}
-        others = gaps([row for row in self.rows if row["measure"] not in measures and row["factor"] == self.main])
+        measures = {finding.measure for finding in self.different}
+        others = [
+            finding
+            for finding in self.ranked
+            if finding.measure not in measures and finding.rows[0]["factor"] == self.main
+        ]
         if others and room >= LEAST_TABLE:
             lines += ["", *self._table(others, room - 1)]
         return [*lines, *again]
 
-    def _table(self, found: Sequence[Gap], room: int) -> list[str]:
+    def _table(self, found: Sequence[Finding], room: int) -> list[str]:
         """Return the table of gaps with as many rows as there is room for, and how many are left out."""
         shown = found if len(found) < room else found[: room - 2]
         left = len(found) - len(shown)
@@ -251,11 +260,11 @@ class _Shown:
 
     def _again(self) -> list[str]:
         """Return the command that tests the largest gaps on new seeds."""
-        found = [gap for gap in gaps(self.rows) if gap.is_one_sided][:MOST_TESTED]
+        found = [finding for finding in self.ranked if finding.excludes_zero][:MOST_TESTED]
         if not found:
             return []
         pairs = {(row["level"], row["reference"], row["context"]) for row in self.rows}
-        command = self.told.again(list(dict.fromkeys(gap.measure for gap in found)), len(pairs))
+        command = self.told.again(list(dict.fromkeys(finding.measure for finding in found)), len(pairs))
         title = "Test the largest on new seeds, declared before they run:"
         return [title, *wrapped(command, self.width, "  ", "    ")]
 

@@ -1,12 +1,12 @@
-"""The largest gaps between models: a short table of a terminal, a row a measure."""
+"""Shows the largest gaps between models as a short table of a terminal, a row a measure."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
-from analysis.paper.sentence import Row, Sides
+from analysis.findings.ranking import Finding, upright
+from analysis.paper.sentence import Sides
 from analysis.signatures import describe
 from analysis.tables.texts import rounded, text_width
 
@@ -15,66 +15,8 @@ LONGEST_NAME = 16
 _SPACE = "  "
 
 
-@dataclass(frozen=True)
-class Gap:
-    """A measure with its mean by level, and the two levels that are furthest apart.
-
-    Attributes:
-        row: the row of the contrasts of these two.
-        means: mean over seeds by level.
-    """
-
-    row: Row
-    means: Mapping[str, float]
-
-    @property
-    def measure(self) -> str:
-        """The measure."""
-        return str(self.row["measure"])
-
-    @property
-    def highest(self) -> str:
-        """The level of the two that is higher."""
-        return str(self.row["level" if self.row["difference"] >= 0 else "reference"])
-
-    @property
-    def lowest(self) -> str:
-        """The level of the two that is lower."""
-        return str(self.row["reference" if self.row["difference"] >= 0 else "level"])
-
-    @property
-    def is_one_sided(self) -> bool:
-        """Whether its interval holds no 0."""
-        return bool(self.row["low"] > 0 or self.row["high"] < 0)
-
-
-def gaps(rows: Sequence[Row]) -> list[Gap]:
-    """Return the largest gap of each measure and context among rows of the contrasts, by standardised size."""
-    by_measure: dict[tuple[str, str], list[Row]] = {}
-    for row in rows:
-        if row["n_pairs"]:
-            by_measure.setdefault((str(row["measure"]), str(row["context"])), []).append(row)
-    return sorted((_gap(own) for own in by_measure.values()), key=lambda gap: -effect(gap.row))
-
-
-def effect(row: Row) -> float:
-    """Return the standardised difference of a row: infinite if the same in every seed, 0 where few have one."""
-    size = abs(float(row["g_z"]))
-    if math.isnan(size):
-        return math.inf if abs(row["difference"]) > 0 else 0.0
-    return 0.0 if math.isnan(row["low"]) else size
-
-
-def _gap(rows: Sequence[Row]) -> Gap:
-    means: dict[str, float] = {}
-    for row in rows:
-        means.setdefault(str(row["level"]), float(row["mean_level"]))
-        means.setdefault(str(row["reference"]), float(row["mean_reference"]))
-    return Gap(max(rows, key=lambda row: abs(row["difference"])), means)
-
-
 def gap_lines(
-    found: Sequence[Gap], names: Mapping[str, str], contexts: Mapping[str, str], sides: Sides, width: int
+    found: Sequence[Finding], names: Mapping[str, str], contexts: Mapping[str, str], sides: Sides, width: int
 ) -> list[str]:
     """Return the table as lines, its head first: all levels side by side where they fit, else the two that are apart.
 
@@ -87,8 +29,8 @@ def gap_lines(
     """
     levels = [level for level in names if any(level in gap.means for gap in found)]
     labels = [_label(gap, contexts, sides, 7 * width // 20) for gap in found]
-    sizes = [upright(gap.row) for gap in found]
-    pairs = _padded([f"{names[gap.highest]} - {names[gap.lowest]}" for gap in found])
+    sizes = [upright(gap.rows[0]) for gap in found]
+    pairs = _padded([f"{names[gap.level]} - {names[gap.other_levels[0]]}" for gap in found])
     means = [rounded([gap.means.get(level, math.nan) for level in levels]) for gap in found]
     cells = sizes if len(levels) == 2 else [f"{pair}{_SPACE}{size}" for pair, size in zip(pairs, sizes, strict=True)]
     lines = aligned(
@@ -109,26 +51,19 @@ def gap_lines(
     return aligned([head, *([label, *end] for label, end in zip(labels, ends, strict=True))])
 
 
-def _ends(gap: Gap, names: Mapping[str, str]) -> list[str]:
+def _ends(gap: Finding, names: Mapping[str, str]) -> list[str]:
     """Return the lowest and the highest level with their means."""
-    levels = (gap.lowest, gap.highest)
+    levels = (gap.other_levels[0], gap.level)
     means = rounded([gap.means[level] for level in levels])
     return [f"{names[level]} {mean}" for level, mean in zip(levels, means, strict=True)]
 
 
-def upright(row: Row) -> str:
-    """Return how much higher the higher level of a row is, with the interval where there is one."""
-    difference, low, high = (float(row[name]) for name in ("difference", "low", "high"))
-    size, least, most = rounded((difference, low, high) if difference >= 0 else (-difference, -high, -low))
-    return size if math.isnan(low) else f"{size} [{least}, {most}]"
-
-
-def _label(gap: Gap, contexts: Mapping[str, str], sides: Sides, most: int) -> str:
+def _label(gap: Finding, contexts: Mapping[str, str], sides: Sides, most: int) -> str:
     """Return the words for a measure without their unit, or its name where those are long."""
-    words = describe(gap.measure, sides.run_of(gap.row)).label.partition(" (")[0]
+    words = describe(gap.measure, sides.run_of(gap.rows[0])).label.partition(" (")[0]
     candidates = (words, gap.measure, words.partition(",")[0])
     label = next((text for text in candidates if text_width(text) <= most), gap.measure)
-    context = contexts[str(gap.row["context"])]
+    context = contexts[str(gap.rows[0]["context"])]
     return f"{label}, {context}" if context else label
 
 

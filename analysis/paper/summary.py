@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
+from analysis.findings.ranking import findings
 from analysis.form import FormAnalysis
-from analysis.paper.findings import findings
 from analysis.paper.sentence import DIFFERENT, NOTHING, SAME, SILENT, Row, Sides, kind_of, sentence, why_silent
 from analysis.prose import group_label, joined
 from analysis.stats.plan import DECLARED
@@ -64,16 +64,16 @@ def _sentences(rows: pd.DataFrame, sides: Sides, most: int) -> list[str]:
     """Return the sentences: findings first, one a measure; of rows for which there is no room, how many."""
     every = rows.sort_values("p_adjusted", kind="stable").to_dict("records")
     by_kind = {kind: [row for row in every if kind_of(row) == kind] for kind in (DIFFERENT, SAME, NOTHING, SILENT)}
-    told = [finding.sentence(sides) for finding in findings(every)]
+    different = [finding for finding in findings(every) if finding.differs]
+    told = [finding.sentence(sides) for finding in different]
     told += [sentence(row, sides) for kind in (SAME, NOTHING) for row in by_kind[kind]]
     silent = _silent(by_kind[SILENT], sides)
     if len(told) + len(silent) <= most:
         return [*told, *silent]
-    standing = len(findings(every))
     shown = told[: most - 1]
     # A finding tells of its other pairs too.
-    left = {"finding": standing - len(shown)} if len(shown) < standing else {}
-    others = [*by_kind[SAME], *by_kind[NOTHING]][max(0, len(shown) - standing) :]
+    left = {"finding": len(different) - len(shown)} if len(shown) < len(different) else {}
+    others = [*by_kind[SAME], *by_kind[NOTHING]][max(0, len(shown) - len(different)) :]
     kinds = Counter(map(kind_of, [*others, *by_kind[SILENT]]))
     counts = joined(
         [*(counted(count, name) for name, count in left.items()), *(f"{count} {name}" for name, count in kinds.items())]

@@ -1,14 +1,15 @@
-"""Differences that stand, one finding a measure: `herd stays more often than each other model`."""
+"""Ranks differences, one finding a measure: `herd stays more often than each other model`."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from analysis.paper.gaps import effect, upright
 from analysis.paper.sentence import DIFFERENT, Row, Sides, compared_words, kind_of, named, sentence, weaknesses
 from analysis.prose import joined
 from analysis.stats.factors import MODEL
+from analysis.stats.plan import DECLARED
 from analysis.tables.texts import number, p_value, rounded, with_interval
 from foundry.texts import counted
 
@@ -17,11 +18,14 @@ from foundry.texts import counted
 class Finding:
     """One level of a factor that differs from others in one direction, in one measure.
 
+    A measure in which no test shows a difference has its largest gap as its finding.
+
     Attributes:
-        rows: the rows of the contrasts that show it, one a level that it differs from.
+        rows: the rows of the contrasts that show it, one a level that it differs from; of a gap the one row.
         level: the level, such as a model.
         higher: whether its values are the higher ones.
         compared: how many other levels it was compared with.
+        means: mean over seeds by level.
         further: how many other pairs of levels differ in the measure.
     """
 
@@ -29,7 +33,33 @@ class Finding:
     level: str
     higher: bool
     compared: int
+    means: Mapping[str, float]
     further: int = 0
+
+    @property
+    def measure(self) -> str:
+        """The measure."""
+        return str(self.rows[0]["measure"])
+
+    @property
+    def differs(self) -> bool:
+        """Whether a test shows the difference; otherwise it is a gap."""
+        return kind_of(self.rows[0]) == DIFFERENT
+
+    @property
+    def stands(self) -> bool:
+        """Whether it is a claim: a test shows every row of it, and every row was declared before the runs."""
+        return self.differs and all(row["claim"] == DECLARED for row in self.rows)
+
+    @property
+    def closest(self) -> Row:
+        """The row of the level that is nearest."""
+        return min(self.rows, key=lambda row: abs(row["difference"]))
+
+    @property
+    def excludes_zero(self) -> bool:
+        """Whether the interval of its nearest row excludes 0."""
+        return bool(self.closest["low"] > 0 or self.closest["high"] < 0)
 
     @property
     def effect(self) -> float:
@@ -48,8 +78,12 @@ class Finding:
 
     def others(self, names: Mapping[str, str]) -> str:
         """Return the names of the levels that it differs from, in words; some levels are called differently."""
-        levels = [_other(row, self.level) for row in self.rows]
-        return joined(named(self.rows[0], names.get(level, level)) for level in levels)
+        return joined(named(self.rows[0], names.get(level, level)) for level in self.other_levels)
+
+    @property
+    def other_levels(self) -> tuple[str, ...]:
+        """The levels that it differs from."""
+        return tuple(other_level(row, self.level) for row in self.rows)
 
     @property
     def own(self) -> float:
@@ -69,15 +103,30 @@ class Finding:
             return f"{sentence(row, sides).removesuffix('.')}{self._further()}."
         least, most = map(number, self.others_range)
         values = f"{number(self.own)} against {least}" + (f" to {most}" if least != most else "")
-        smallest = min(self.rows, key=lambda other: abs(other["difference"]))
-        gap = with_interval(smallest["difference"], smallest["low"], smallest["high"])
-        seeds = counted(min(int(other["n_pairs"]) for other in self.rows), "seed")
+        gap = with_interval(self.closest["difference"], self.closest["low"], self.closest["high"])
+        seeds = counted(self.seeds, "seed")
         p = "p < .001" if self.p < 0.001 else f"p at most {p_value(self.p)}"
         claim = self._claim(sides, {}, f"each other {row['factor']}" if self.is_of_all else self.others({}), {})
         weakened = dict.fromkeys(weakness for other in self.rows for weakness in weaknesses(other, sides))
         tests = counted(row["family"], "test")
         said = f"{claim}: {row['measure']} {values}, smallest difference {gap}, {seeds}, {p} corrected over {tests}"
         return "; ".join([said, *weakened]) + f"{self._further()}."
+
+    @property
+    def seeds(self) -> int:
+        """The fewest seeds of its rows."""
+        return min(int(row["n_pairs"]) for row in self.rows)
+
+    def plain(self, sides: Sides) -> str:
+        """Return the finding as a sentence without its test; one that is only a gap is said of these runs alone."""
+        said = self.line(sides, {}, {})
+        if len(self.rows) > 1:
+            said += f", smallest difference {upright(self.closest)}"
+        if not self.differs:
+            said = f"In these runs {said}"
+            if not self.excludes_zero and not math.isnan(self.closest["low"]):
+                said += " (the interval includes 0)"
+        return f"{said}, {counted(self.seeds, 'seed')}."
 
     def line(self, sides: Sides, names: Mapping[str, str], contexts: Mapping[str, str]) -> str:
         """Return the finding in a line.
@@ -105,37 +154,65 @@ class Finding:
 
 
 def findings(rows: Sequence[Row]) -> list[Finding]:
-    """Return what stands among rows of the contrasts: of models first, the largest standardised effect first.
+    """Return one finding of each measure, factor and context among rows of the contrasts.
 
-    Of each measure, factor and context one finding is returned: that of the level which differs in one direction from
-    the most others.
+    Those that a test shows come first, then those of models, then the largest standardised effect. A measure that
+    differs has the level which differs in one direction from the most others; any other has its largest gap.
     """
     by_measure: dict[tuple[str, str, str], list[Row]] = {}
     for row in rows:
-        by_measure.setdefault((str(row["measure"]), str(row["factor"]), str(row["context"])), []).append(row)
-    found = [finding for own in by_measure.values() for finding in _finding(own)]
-    return sorted(found, key=lambda finding: (finding.rows[0]["factor"] != MODEL, -finding.effect))
+        if row["n_pairs"]:
+            by_measure.setdefault((str(row["measure"]), str(row["factor"]), str(row["context"])), []).append(row)
+    ranked = [_difference(own) or _gap(own) for own in by_measure.values()]
+    return sorted(ranked, key=lambda finding: (not finding.differs, finding.rows[0]["factor"] != MODEL, -finding.effect))
 
 
-def _finding(rows: Sequence[Row]) -> Iterator[Finding]:
-    """Yield the finding of one measure, if there is one."""
-    standing = [row for row in rows if kind_of(row) == DIFFERENT]
+def _difference(rows: Sequence[Row]) -> Finding | None:
+    """Return the finding of one measure that a test shows, if there is one."""
+    different = [row for row in rows if kind_of(row) == DIFFERENT]
     candidates: dict[tuple[str, bool], list[Row]] = {}
-    for row in standing:
+    for row in different:
         higher = bool(row["difference"] > 0)
         candidates.setdefault((str(row["level"]), higher), []).append(row)
         candidates.setdefault((str(row["reference"]), not higher), []).append(row)
     if not candidates:
-        return
-    found = [
-        Finding(tuple(own), level, higher, sum(level in (row["level"], row["reference"]) for row in rows))
-        for (level, higher), own in candidates.items()
-    ]
-    best = max(found, key=lambda finding: (len(finding.rows), finding.effect, finding.higher))
-    yield replace(best, further=len(standing) - len(best.rows))
+        return None
+    sided = [_finding(own, level, higher, rows) for (level, higher), own in candidates.items()]
+    best = max(sided, key=lambda finding: (len(finding.rows), finding.effect, finding.higher))
+    return replace(best, further=len(different) - len(best.rows))
 
 
-def _other(row: Row, level: str) -> str:
+def _gap(rows: Sequence[Row]) -> Finding:
+    """Return the largest gap of one measure, told of the higher level."""
+    row = max(rows, key=lambda row: abs(row["difference"]))
+    return _finding([row], str(row["level" if row["difference"] >= 0 else "reference"]), True, rows)
+
+
+def _finding(own: Sequence[Row], level: str, higher: bool, rows: Sequence[Row]) -> Finding:
+    means: dict[str, float] = {}
+    for row in rows:
+        means.setdefault(str(row["level"]), float(row["mean_level"]))
+        means.setdefault(str(row["reference"]), float(row["mean_reference"]))
+    compared = sum(level in (row["level"], row["reference"]) for row in rows)
+    return Finding(tuple(own), level, higher, compared, means)
+
+
+def effect(row: Row) -> float:
+    """Return the standardised difference of a row: infinite if the same in every seed, 0 where few have one."""
+    size = abs(float(row["g_z"]))
+    if math.isnan(size):
+        return math.inf if abs(row["difference"]) > 0 else 0.0
+    return 0.0 if math.isnan(row["low"]) else size
+
+
+def upright(row: Row) -> str:
+    """Return how much higher the higher level of a row is, with the interval where there is one."""
+    difference, low, high = (float(row[name]) for name in ("difference", "low", "high"))
+    size, least, most = rounded((difference, low, high) if difference >= 0 else (-difference, -high, -low))
+    return size if math.isnan(low) else f"{size} [{least}, {most}]"
+
+
+def other_level(row: Row, level: str) -> str:
     """Return the level that a row compares with this one."""
     return str(row["reference"] if str(row["level"]) == level else row["level"])
 

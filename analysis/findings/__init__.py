@@ -1,0 +1,1 @@
+"""Findings: differences by size, each with its numbers, its standing and example moments; `findings.json`."""
