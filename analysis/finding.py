@@ -36,6 +36,8 @@ class Part:
         readable_too: whether it has measures over the readable decisions alone.
         applies: whether it is about the world of a run; asked of what the run declares, never of what happened in it.
         primary: whether claims rest on it where nothing is declared.
+        question: the kind of question whose decisions are examples of it, `message` in worlds that ask for one; "" for
+            all other kinds.
         module: the module's full name; of a user's own, the name of its file.
         origin: where it comes from, for people.
         sha256: hash of its source.
@@ -49,6 +51,7 @@ class Part:
     readable_too: bool
     applies: Callable[[Any], bool]
     primary: bool
+    question: str
     module: str
     origin: str
     sha256: str
@@ -158,6 +161,7 @@ def _part(module: ModuleType, origin: str, sha256: str) -> Part:
         readable_too=getattr(module, "READABLE_TOO", True),
         applies=getattr(module, "applies", _always),
         primary=getattr(module, "PRIMARY", True),
+        question=getattr(module, "QUESTION", ""),
         module=module.__name__ if origin == SHIPPED else Path(str(module.__file__)).name,
         origin=origin,
         sha256=sha256,

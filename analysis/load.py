@@ -13,9 +13,12 @@ import pandas as pd
 import pyarrow as pa  # type: ignore[import-untyped]
 
 from analysis.arrow import arrow_table
+from analysis.findings.records import FILE as FINDINGS_FILE
+from analysis.findings.records import findings_frame
 from analysis.form import FormAnalysis, NoDecisionsError, Records, form_of
 from analysis.lines import COMPLETE, NOT_STARTED, UNFINISHED, read_agents, read_further
-from foundry.records import Call, CameraEpisode, Message, RunSummary
+from foundry.errors import InputError, RecordError
+from foundry.records import NOT_JSON, Call, CameraEpisode, Message, RunSummary
 from foundry.storing.store import RunFolder, SweepFolder
 
 _TABLES = ("steps", "messages", "agents")
@@ -99,6 +102,33 @@ class Loaded:
             for folder in SweepFolder.open(self.path).runs()
         ]
         return _joined(frames).astype(dict.fromkeys(("prompt_tokens", "output_tokens", "latency_s"), float))
+
+    @cached_property
+    def findings(self) -> pd.DataFrame:
+        """One row per finding of the last `foundry analyze`; `analysis.findings.records.FindingRecord` has the columns.
+
+        Its `moments` are lists of mappings with the keys of `analysis.findings.moments.Moment`.
+
+        Raises:
+            InputError: the sweep was not analysed.
+            RecordError: the file is damaged.
+        """
+        path = self._analysed(FINDINGS_FILE)
+        try:
+            return findings_frame(path.read_bytes())
+        except NOT_JSON as error:
+            raise RecordError(f"'{path}' cannot be read: {error}. Run foundry analyze {self.path} again.") from error
+
+    def _analysed(self, name: str) -> Path:
+        """Return a file that the analysis writes.
+
+        Raises:
+            InputError: it is not there.
+        """
+        path = SweepFolder.open(self.path).analysis_dir / name
+        if not path.is_file():
+            raise InputError(f"'{path}' does not exist. Run foundry analyze {self.path} first.")
+        return path
 
 
 def runs_by_id(sweeps: Sequence[Path]) -> Mapping[str, RunFolder]:

@@ -16,6 +16,9 @@ from analysis import signatures
 from analysis.figures.members import Member, members, shown_groups
 from analysis.figures.shown import Shown
 from analysis.filtering import Filter
+from analysis.findings.ranking import findings
+from analysis.findings.recording import Runs, record_of
+from analysis.findings.records import FindingRecord, write_findings
 from analysis.form import FormAnalysis, form_of, forms_of
 from analysis.labelling import Labelling, model_labelling, rule_labelling
 from analysis.labelling.people import write_labellers
@@ -27,6 +30,7 @@ from analysis.measuring.twins import beyond_twins
 from analysis.paper.basis import Basis
 from analysis.paper.ending import Told, ending
 from analysis.paper.methods import bibtex, methods
+from analysis.paper.sentence import Sides
 from analysis.paper.study import on_new_seeds, study
 from analysis.paper.summary import summary
 from analysis.planned.declaring import check_measures
@@ -88,6 +92,7 @@ class Analysis:
         filtered: which runs it is of, where it is not of all.
         doubts: by signature why none of its measures can be trusted.
         forms: the form of each group's worlds.
+        findings: the differences by size, with example moments, as in `findings.json`.
     """
 
     path: Path
@@ -111,6 +116,7 @@ class Analysis:
     filtered: str = ""
     doubts: Mapping[str, str] = field(default_factory=dict)
     forms: Mapping[Group, FormAnalysis] = field(default_factory=dict)
+    findings: tuple[FindingRecord, ...] = ()
 
     @property
     def runs(self) -> pd.DataFrame:
@@ -208,8 +214,10 @@ def analyze(
     table = build_table(results)
     results = [result.without_measures() for result in results]
     found = _found(folder, sources, table, results, models=models, family=family, margins=margins, filtered=filtered)
+    found = replace(found, findings=_findings(found))
     written = [
         folder / "steps.parquet",
+        write_findings(folder, found.findings),
         *_write_tables(found),
         write_summary(found.path, found.summary, found.notes),
         *_write_methods(found, sources),
@@ -284,6 +292,18 @@ def _found(
         filtered=filtered,
         doubts=doubts,
         forms=forms_by_group,
+    )
+
+
+def _findings(found: Analysis) -> tuple[FindingRecord, ...]:
+    """Return the findings of the declared rows with their example moments."""
+    rows = found.contrasts[found.contrasts["headline"].astype(bool)].to_dict("records")
+    sides = Sides.of(found.contrasts, found.compared, found.forms)
+    runs = Runs(found.compared, found.members, found.runs)
+    return tuple(
+        record_of(finding, sides, found.compared, runs, trusted=finding.measure.partition(".")[0] not in found.doubts)
+        for finding in findings(rows)
+        if not finding.is_equal
     )
 
 

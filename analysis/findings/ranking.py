@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from analysis.paper.sentence import DIFFERENT, Row, Sides, compared_words, kind_of, named, sentence, weaknesses
@@ -12,6 +12,8 @@ from analysis.stats.factors import MODEL
 from analysis.stats.plan import DECLARED
 from analysis.tables.texts import number, p_value, rounded, with_interval
 from foundry.texts import counted
+
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,11 @@ class Finding:
     def stands(self) -> bool:
         """Whether it is a claim: a test shows every row of it, and every row was declared before the runs."""
         return self.differs and all(row["claim"] == DECLARED for row in self.rows)
+
+    @property
+    def is_equal(self) -> bool:
+        """Whether there is no difference at all, apart from rounding."""
+        return abs(self.closest["difference"]) < _ROUNDING
 
     @property
     def closest(self) -> Row:
@@ -164,7 +171,9 @@ def findings(rows: Sequence[Row]) -> list[Finding]:
         if row["n_pairs"]:
             by_measure.setdefault((str(row["measure"]), str(row["factor"]), str(row["context"])), []).append(row)
     ranked = [_difference(own) or _gap(own) for own in by_measure.values()]
-    return sorted(ranked, key=lambda finding: (not finding.differs, finding.rows[0]["factor"] != MODEL, -finding.effect))
+    return sorted(
+        ranked, key=lambda finding: (not finding.differs, finding.rows[0]["factor"] != MODEL, -finding.effect)
+    )
 
 
 def _difference(rows: Sequence[Row]) -> Finding | None:

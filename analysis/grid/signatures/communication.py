@@ -13,6 +13,7 @@ from analysis.grid.run import GridRun
 from analysis.measure import Measure, share
 
 NAME = "communication"
+QUESTION = "message"
 
 MEASURES = {
     "delivered": Measure("Messages delivered per agent and step", low=0, says="reaches others {more|less} often"),

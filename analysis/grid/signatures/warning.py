@@ -20,6 +20,7 @@ from analysis.survival import restricted_mean
 from foundry import seeding
 
 NAME = "warning"
+QUESTION = "message"
 
 _SIGHT = "warns of fires it has in sight alone"
 

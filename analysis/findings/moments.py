@@ -1,0 +1,183 @@
+"""Finds example moments: the first decisions that two runs were asked alike and took differently."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import msgspec
+
+from foundry.errors import RecordError
+from foundry.records import NOT_JSON, Call, Outcome
+from foundry.storing.matching import Numbered, numbered, place_of
+from foundry.storing.store import RunFolder
+from foundry.trust.forms import Line, compared_of
+
+MESSAGE = "message"
+"""The question for a message, in worlds that ask for it separately."""
+PROMPT, ALL_BUT_OWN_WORDS = "the same prompt", "the same but for its own earlier words"
+"""How alike two questions were."""
+LONGEST_REPLY = 2_000
+"""Characters of a reply that are kept."""
+SHORTEST_WORDS = 12
+"""Characters of an agent's own text that is looked for in its prompt: a shorter one could be part of another text."""
+_READ = (Outcome.CHOSEN, Outcome.REPAIRED)
+
+
+class Moment(msgspec.Struct, frozen=True, kw_only=True):
+    """A decision that two runs of one seed were asked alike and took differently.
+
+    Attributes:
+        level_run: id of the run of the finding's level.
+        reference_run: id of the run of its reference.
+        seed: the seed of both.
+        step: 1-based step.
+        agent: agent id.
+        question: the kind of question.
+        asked: how alike both were asked: PROMPT, or ALL_BUT_OWN_WORDS, which are its memory and its message.
+        level_reply: what the level replied, cut at LONGEST_REPLY characters.
+        reference_reply: what the reference replied, cut likewise.
+    """
+
+    level_run: str
+    reference_run: str
+    seed: int
+    step: int
+    agent: int
+    question: str
+    asked: str
+    level_reply: str
+    reference_reply: str
+
+
+def first_moment(level: RunFolder, reference: RunFolder, seed: int, question: str) -> Moment | None:
+    """Return the earliest such decision of two runs; None where there is none.
+
+    The search ends at the first step in which no agent was asked alike.
+
+    Args:
+        level: a complete run of the finding's level.
+        reference: a complete run of its reference.
+        seed: the seed of both.
+        question: MESSAGE, or "" for every other kind.
+
+    Raises:
+        RecordError: a record is damaged.
+    """
+    form = level.declared.form
+    if form != reference.declared.form:
+        return None
+    compared = compared_of(form)
+    unlike = _unlike_messages if question == MESSAGE else lambda a, b: not compared.acts_alike(a, b)
+    lines = [_Lines(run) for run in (level, reference)]
+    for calls in zip(_by_step(level), _by_step(reference), strict=False):
+        alike = {
+            key: asked
+            for key, call in calls[0].items()
+            if key in calls[1] and (asked := _asked_alike(key, call, calls[1][key], lines))
+        }
+        if not alike:
+            return None
+        for key, asked in alike.items():
+            if (key[0][2] == MESSAGE) == (question == MESSAGE) and _differ(key, lines, unlike):
+                return _moment(level, reference, seed, key, asked, [own[key] for own in calls])
+    return None
+
+
+def _moment(
+    level: RunFolder, reference: RunFolder, seed: int, key: Numbered, asked: str, calls: Sequence[Call]
+) -> Moment:
+    (step, agent, kind), _ = key
+    return Moment(
+        level_run=level.id,
+        reference_run=reference.id,
+        seed=seed,
+        step=step,
+        agent=agent,
+        question=kind,
+        asked=asked,
+        level_reply=calls[0].text[:LONGEST_REPLY],
+        reference_reply=calls[1].text[:LONGEST_REPLY],
+    )
+
+
+class _Lines:
+    """The decisions of a run by question, read as far as a search needs them."""
+
+    def __init__(self, run: RunFolder) -> None:
+        self._path = run.path
+        self._rest = iter(run.steps_bytes().splitlines())
+        self._by_place: dict[tuple[int, int], list[Line]] = {}
+        self._until = 0
+        self._own_words: dict[int, list[tuple[float, str]]] = {}
+
+    def of(self, key: Numbered) -> Line | None:
+        """Return the line of a question; one without a kind answers all questions of its agent and step."""
+        (step, agent, kind), again = key
+        self._read(step)
+        own = self._by_place.get((step, agent), [])
+        same_kind = [line for line in own if line.get("kind", kind) == kind]
+        return same_kind[again] if again < len(same_kind) else None
+
+    def own_words(self, key: Numbered) -> list[str]:
+        """Return what an agent had noted and said itself before a question, the longest first."""
+        (step, agent, kind), _ = key
+        self._read(step)
+        until = step if kind == MESSAGE else step + 0.5
+        return sorted((text for at, text in self._own_words.get(agent, []) if at < until), key=len, reverse=True)
+
+    def _read(self, step: int) -> None:
+        decode = msgspec.json.Decoder(dict[str, Any]).decode
+        try:
+            while self._until <= step and (text := next(self._rest, None)) is not None:
+                line = decode(text)
+                self._until = line["step"]
+                self._by_place.setdefault((line["step"], line["agent"]), []).append(line)
+                self._note(line)
+        except (*NOT_JSON, KeyError) as error:
+            raise RecordError(f"The steps of '{self._path}' cannot be read: {error}") from error
+
+    def _note(self, line: Line) -> None:
+        """Keep the own words of a line: its memory counts from the next step on, its message at once."""
+        for text, at in ((line.get("memory"), line["step"] + 0.75), (line.get("message"), line["step"] + 0.25)):
+            if isinstance(text, str) and len(text) >= SHORTEST_WORDS:
+                self._own_words.setdefault(line["agent"], []).append((at, text))
+
+
+def _by_step(run: RunFolder) -> Iterator[Mapping[Numbered, Call]]:
+    """Yield the calls of each step by question."""
+    for _, calls in itertools.groupby(run.calls(), key=lambda call: call.step):
+        yield dict(numbered(calls, place_of))
+
+
+def _asked_alike(key: Numbered, call: Call, other: Call, lines: Sequence[_Lines]) -> str:
+    """Return how alike two questions were; "" where they were not."""
+    if call.messages == other.messages:
+        return PROMPT
+    texts = [_without(one.messages, own.own_words(key)) for one, own in zip((call, other), lines, strict=True)]
+    return ALL_BUT_OWN_WORDS if texts[0] == texts[1] else ""
+
+
+def _without(messages: Sequence[Mapping[str, Any]], own_words: Sequence[str]) -> list[Any]:
+    """Return messages without an agent's own words, each taken out once."""
+    contents = [str(message["content"]) for message in messages]
+    for words in own_words:
+        at = next((place for place, content in enumerate(contents) if words in content), None)
+        if at is not None:
+            contents[at] = contents[at].replace(words, "", 1)
+    return [{**message, "content": content} for message, content in zip(messages, contents, strict=True)]
+
+
+def _differ(key: Numbered, lines: Sequence[_Lines], unlike: Callable[[Line, Line], bool]) -> bool:
+    """Return whether both decisions could be read and differ."""
+    outcome = "message_outcome" if key[0][2] == MESSAGE else "outcome"
+    first, second = (own.of(key) for own in lines)
+    if first is None or second is None:
+        return False
+    return all(line.get(outcome, line.get("outcome")) in _READ for line in (first, second)) and unlike(first, second)
+
+
+def _unlike_messages(first: Line, second: Line) -> bool:
+    """Return whether one agent spoke and the other kept silent."""
+    return (first.get("message") is None) != (second.get("message") is None)

@@ -1,0 +1,125 @@
+"""Turns ranked findings into records with numbers and example moments."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import cache
+from itertools import product
+
+import numpy as np
+import pandas as pd
+
+from analysis.figures.members import Member
+from analysis.finding import parts
+from analysis.findings.moments import MESSAGE, Moment, first_moment
+from analysis.findings.ranking import Finding, other_level
+from analysis.findings.records import DESCRIBES, STANDS, FindingRecord
+from analysis.paper.sentence import Row, Sides
+from analysis.stats.factors import find_factors, sides_of
+from analysis.stats.values import Group
+from analysis.tables.comparison import Comparison
+
+MOST_MOMENTS = 3
+"""Example moments of a finding."""
+MOST_SEEDS = 12
+"""Seeds in which moments of a finding are sought, the lowest first."""
+
+
+class Runs:
+    """The complete runs of each group, and their values, from which example moments are taken."""
+
+    def __init__(self, compared: Comparison, members: Sequence[Member], table: pd.DataFrame) -> None:
+        factors = find_factors(
+            compared.group_columns, [one for one in compared.groups if one not in compared.baselines]
+        )
+        self._groups: Mapping[tuple[str, str, str], Group] = {
+            side: group
+            for group in compared.groups
+            if group not in compared.baselines
+            for side in sides_of(compared.group_columns, group, factors)
+        }
+        self._rows: dict[Group, list[tuple[int, Member]]] = {}
+        for place, member in enumerate(members):
+            if member.complete:
+                self._rows.setdefault(member.shown.group, []).append((place, member))
+        self._table = table
+        self._first_moment = cache(first_moment)  # many measures ask for the same pairs of runs
+        self._questions = {part.name: part.question for part in parts()}
+
+    def moments(self, row: Row, level: str, reference: str) -> tuple[tuple[Moment, ...], str]:
+        """Return the earliest moments of a row of the contrasts, one a seed, and why there is none."""
+        measure = str(row["measure"])
+        sides = [
+            self._typical(self._groups[str(row["factor"]), name, str(row["context"])], measure)
+            for name in (level, reference)
+        ]
+        seeds = [seed for seed in sorted(sides[0]) if seed in sides[1]][:MOST_SEEDS]
+        if not seeds:
+            return (), "no seed has a typical run of both, in the middle half of their values"
+        question = self._questions.get(measure.partition(".")[0], "")
+        sought = [
+            moment
+            for seed in seeds
+            for first, second in product(sides[0][seed], sides[1][seed])
+            if (moment := self._first_moment(first.folder, second.folder, seed, question)) is not None
+        ]
+        if not sought:
+            differing = "in which one spoke and the other was silent" if question == MESSAGE else "that differs"
+            return (), f"no decision {differing} follows the same prompt in the typical runs of {len(seeds)} seeds"
+        by_seed: dict[int, Moment] = {}
+        for moment in sorted(sought, key=lambda one: (one.step, one.seed, one.agent, one.level_run, one.reference_run)):
+            by_seed.setdefault(moment.seed, moment)
+        return tuple(by_seed.values())[:MOST_MOMENTS], ""
+
+    def _typical(self, group: Group, measure: str) -> dict[int, list[Member]]:
+        """Return by seed the runs of a group whose value is in the middle half of its values, rounded outwards."""
+        column = self._table[measure].to_numpy(dtype=np.float64)
+        known = [(place, member) for place, member in self._rows.get(group, []) if not math.isnan(column[place])]
+        if not known:
+            return {}
+        values = [column[place] for place, _ in known]
+        low, high = np.quantile(values, 0.25, method="lower"), np.quantile(values, 0.75, method="higher")
+        typical: dict[int, list[Member]] = {}
+        for place, member in known:
+            if low <= column[place] <= high:
+                typical.setdefault(member.seed, []).append(member)
+        return typical
+
+
+def record_of(finding: Finding, sides: Sides, compared: Comparison, runs: Runs, *, trusted: bool) -> FindingRecord:
+    """Return a finding as it is written, with its example moments; one that cannot be trusted does not stand."""
+    row = finding.closest
+    reference = other_level(row, finding.level)
+    turned = str(row["level"]) != finding.level
+    mean, reference_mean = (float(row[name]) for name in ("mean_level", "mean_reference"))
+    difference, low, high = (float(row[name]) for name in ("difference", "low", "high"))
+    moments, why = runs.moments(row, finding.level, reference)
+    return FindingRecord(
+        sentence=finding.plain(sides),
+        measure=finding.measure,
+        label=compared.describe(finding.measure).label,
+        factor=str(row["factor"]),
+        level=finding.level,
+        reference=reference,
+        others=finding.other_levels,
+        context=str(row["context"]),
+        value=_number(reference_mean if turned else mean),
+        reference_value=_number(mean if turned else reference_mean),
+        difference=_number(-difference if turned else difference),
+        low=_number(-high if turned else low),
+        high=_number(-low if turned else high),
+        p=_number(finding.p),
+        family=int(row["family"]),
+        claim=str(row["claim"]),
+        standing=STANDS if finding.stands and trusted else DESCRIBES,
+        seeds=finding.seeds,
+        note=str(row["note"]),
+        moments=moments,
+        no_moments=why,
+    )
+
+
+def _number(value: float) -> float | None:
+    """Return a number for JSON, which has no NaN."""
+    return value if math.isfinite(value) else None

@@ -1,0 +1,91 @@
+"""Findings as they are written: `findings.json`, a list with one object a finding."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import msgspec
+import pandas as pd
+
+from analysis.findings.moments import Moment
+
+FILE = "findings.json"
+STANDS, DESCRIBES = "stands", "describes these runs"
+"""What a finding is good for: a claim that was declared and tested, or a description."""
+
+
+class FindingRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """A finding with its numbers; a number that is not defined is null.
+
+    Attributes:
+        sentence: the finding in words.
+        measure: its dotted name.
+        label: the measure in words.
+        factor: the setting that differs, such as `model`.
+        level: the value of the factor that the sentence is about.
+        reference: the nearest of the values that it differs from; the numbers are for these two.
+        others: all values that it differs from, in the order of their first run.
+        context: the other swept settings, equal in both, such as `world=bar`; "" for none.
+        value: mean of the level over seeds.
+        reference_value: mean of the reference.
+        difference: mean of the paired differences, level less reference.
+        low: lower end of its 95 % interval.
+        high: upper end.
+        p: corrected p, the greatest over all others.
+        family: tests that p is corrected over.
+        claim: `declared` or `exploratory`.
+        standing: STANDS or DESCRIBES.
+        seeds: pairs of seeds, the fewest over all others.
+        note: what weakens the numbers, such as missing runs; "" for nothing.
+        moments: example moments, the earliest first.
+        no_moments: why there is none; "" where there is one.
+    """
+
+    sentence: str
+    measure: str
+    label: str
+    factor: str
+    level: str
+    reference: str
+    others: tuple[str, ...]
+    context: str
+    value: float | None
+    reference_value: float | None
+    difference: float | None
+    low: float | None
+    high: float | None
+    p: float | None
+    family: int
+    claim: str
+    standing: str
+    seeds: int
+    note: str
+    moments: tuple[Moment, ...]
+    no_moments: str
+
+    @property
+    def stands(self) -> bool:
+        """Whether it is a claim."""
+        return self.standing == STANDS
+
+
+def write_findings(folder: Path, records: Sequence[FindingRecord]) -> Path:
+    """Write `findings.json`; returns its path."""
+    path = folder / FILE
+    path.write_bytes(msgspec.json.format(msgspec.json.encode(list(records)), indent=1) + b"\n")
+    return path
+
+
+def findings_frame(content: bytes) -> pd.DataFrame:
+    """Return the findings of a file as a table, one row a finding; `moments` holds lists of mappings.
+
+    Raises:
+        msgspec.MsgspecError: it is no such file.
+    """
+    records = msgspec.json.decode(content, type=list[FindingRecord])
+    frame = pd.DataFrame(
+        [msgspec.structs.asdict(record) for record in records], columns=list(FindingRecord.__struct_fields__)
+    )
+    frame["moments"] = [[msgspec.structs.asdict(moment) for moment in record.moments] for record in records]
+    return frame.astype(dict.fromkeys(("value", "reference_value", "difference", "low", "high", "p"), float))

@@ -1,0 +1,86 @@
+"""The findings that an analysis writes, and the moments that are their examples."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+import foundry
+from analysis.findings.moments import ALL_BUT_OWN_WORDS, MESSAGE, PROMPT, first_moment
+from analysis.paper.summary import EXPLORES
+from foundry.storing.run_files import calls_bytes
+from foundry.storing.store import RunFolder, SweepFolder
+
+WORLD = ("world.agents=4", "world.steps=4")
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("findings") / "sweep"
+    foundry.sweep("model=scripted/random,scripted/stay,scripted/echo", "seed=0-3", f"output.dir={path}", *WORLD)
+    return path
+
+
+def test_every_analysis_writes_the_largest_gaps_with_moments_that_are_in_the_records(swept: Path):
+    with pytest.raises(foundry.InputError, match=r"findings.json' does not exist. Run foundry analyze .*sweep first"):
+        _ = foundry.load(swept).findings
+    analysed = foundry.analyze(swept, plots=False)
+    first = (swept / "analysis" / "findings.json").read_bytes()
+    assert EXPLORES in analysed.summary
+    frame = foundry.load(swept).findings
+    assert len(frame) == len(json.loads(first)) > 3
+    assert set(frame["standing"]) == {"describes these runs"} and (frame["difference"].abs() > 0).all()
+    idle = frame[frame["measure"] == "idle_rate.chosen"].iloc[0]
+    assert idle["sentence"].startswith("In these runs scripted/stay stays where it is more often than scripted/")
+    assert idle["value"] == 1 and idle["low"] <= idle["difference"] <= idle["high"]
+    calls = foundry.load(swept).calls
+    for finding in frame.itertuples():
+        assert bool(finding.moments) != bool(finding.no_moments)
+        for moment in finding.moments:
+            assert_is_recorded(moment, finding, calls)
+    assert idle["moments"][0]["step"] == 1 and idle["moments"][0]["question"] == "action"
+    foundry.analyze(swept, plots=False)
+    assert (swept / "analysis" / "findings.json").read_bytes() == first
+
+
+def assert_is_recorded(moment: dict[str, Any], finding: Any, calls: Any) -> None:
+    asked = calls[
+        (calls["step"] == moment["step"]) & (calls["agent"] == moment["agent"]) & (calls["kind"] == moment["question"])
+    ]
+    level, reference = (asked[asked["run"] == moment[f"{side}_run"]].iloc[0] for side in ("level", "reference"))
+    assert (level["model"], reference["model"]) == (finding.level, finding.reference)
+    assert level["seed"] == reference["seed"] == moment["seed"]
+    assert (level["reply"], reference["reply"]) == (moment["level_reply"], moment["reference_reply"])
+    assert (level["prompt_text"] == reference["prompt_text"]) == (moment["asked"] == PROMPT)
+
+
+def test_a_moment_is_found_behind_the_own_words_of_an_agent_and_never_behind_those_of_others(tmp_path: Path):
+    path = foundry.sweep(
+        "model=scripted/random,scripted/stay,scripted/echo", "seed=0", f"output.dir={tmp_path / 'sweep'}", *WORLD
+    ).path
+    random, stay, echo = SweepFolder.open(path).runs()
+    assert (moment := first_moment(random, stay, 0, "")) is not None and moment.asked == PROMPT
+    talks = first_moment(echo, stay, 0, MESSAGE)
+    assert talks is not None and '"message": null' in talks.reference_reply
+    for told, asked in (("This I said.", ALL_BUT_OWN_WORDS), ("Somebody else said this.", "")):
+        say_and_tell(stay, "This I said.", told)
+        behind = first_moment(random, stay, 0, "")
+        assert behind == (msgspec.structs.replace(moment, asked=asked) if asked else None)
+
+
+def say_and_tell(run: RunFolder, said: str, told: str) -> None:
+    """Have all agents of a run say a text, and be told one at the end of every prompt for an action."""
+    file = run.path / "steps.jsonl"
+    lines = [json.loads(line) | {"message": said} for line in file.read_text().splitlines()]
+    file.write_text("".join(f"{json.dumps(line)}\n" for line in lines))
+    calls = [
+        msgspec.structs.replace(call, messages=[{**call.messages[-1], "content": call.messages[-1]["content"] + told}])
+        if call.kind != MESSAGE
+        else call
+        for call in run.calls()
+    ]
+    (run.path / "calls.jsonl.zst").write_bytes(calls_bytes(calls))
