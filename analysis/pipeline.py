@@ -17,7 +17,7 @@ from analysis.figures.members import Member, members, shown_groups
 from analysis.figures.shown import Shown
 from analysis.filtering import Filter
 from analysis.findings.ranking import findings
-from analysis.findings.recording import Runs, record_of
+from analysis.findings.recording import Runs, records_of
 from analysis.findings.records import FindingRecord, write_findings
 from analysis.form import FormAnalysis, form_of, forms_of
 from analysis.labelling import Labelling, model_labelling, rule_labelling
@@ -137,6 +137,12 @@ class Analysis:
         )
         return (*sentences(self.thresholds), *found)
 
+    def on_new_seeds(self, folders: Sequence[Path], measures: Sequence[str], pairs: int) -> str:
+        """Return the command that declares measures on new seeds of the first sweep, tested between so many pairs."""
+        sweep = SweepFolder.open(folders[0]).sweep
+        asked = [entry.overrides for entry in sweep.history] or [sweep.asked]
+        return on_new_seeds(asked, {run.seed for run in sweep.runs}, measures, pairs, ALPHA)
+
     def ending(self, folders: Sequence[Path], width: int, printed: int = 0) -> list[str]:
         """Return the lines with which an analysis ends on a terminal; with those above it no more than twenty.
 
@@ -147,8 +153,6 @@ class Analysis:
         """
         sweeps = [SweepFolder.open(folder).sweep for folder in folders]
         worlds = [condition.config["world"] for sweep in sweeps for condition in sweep.conditions]
-        asked = [entry.overrides for entry in sweeps[0].history] or [sweeps[0].asked]
-        seeds = {run.seed for run in sweeps[0].runs}
         told = Told(
             contrasts=self.contrasts,
             compared=self.compared,
@@ -158,7 +162,7 @@ class Analysis:
             study=study(self.compared, worlds, self.contrasts["claim"].tolist()),
             folders=" ".join(map(str, folders)),
             tables=str(self.path),
-            again=lambda measures, pairs: on_new_seeds(asked, seeds, measures, pairs, ALPHA),
+            again=lambda measures, pairs: self.on_new_seeds(folders, measures, pairs),
             thresholds=sentences(self.thresholds),
         )
         return ending(told, width, printed)
@@ -168,6 +172,7 @@ def analyze(
     dirs: Folders,
     *,
     plots: bool = True,
+    all_plots: bool = False,
     labelled_by_model: bool = False,
     family: Sequence[str] | None = None,
     margins: Mapping[str, float] | None = None,
@@ -184,6 +189,7 @@ def analyze(
     Args:
         dirs: the folder of a sweep, or those of several.
         plots: whether to draw the plots, which take most of the time of a small sweep.
+        all_plots: whether to draw the paired differences and the single seeds of every signature too.
         labelled_by_model: whether warnings are what a model labelled (`foundry label`), and not what the rule says.
         family: measures that claims rest on, declared before the runs; by default one a signature.
         margins: by measure, the difference below which groups count as the same; declared before the runs.
@@ -222,7 +228,7 @@ def analyze(
         write_summary(found.path, found.summary, found.notes),
         *_write_methods(found, sources),
         *write_labellers(sweeps[0]),
-        *(_plot(folder, found.compared) if plots else ()),
+        *(_plot(found, every=all_plots) if plots or all_plots else ()),
     ]
     return replace(found, written=tuple(written))
 
@@ -300,11 +306,7 @@ def _findings(found: Analysis) -> tuple[FindingRecord, ...]:
     rows = found.contrasts[found.contrasts["headline"].astype(bool)].to_dict("records")
     sides = Sides.of(found.contrasts, found.compared, found.forms)
     runs = Runs(found.compared, found.members, found.runs)
-    return tuple(
-        record_of(finding, sides, found.compared, runs, trusted=finding.measure.partition(".")[0] not in found.doubts)
-        for finding in findings(rows)
-        if not finding.is_equal
-    )
+    return tuple(records_of(findings(rows), sides, found.compared, runs, found.doubts))
 
 
 def _doubted(frame: pd.DataFrame, doubts: Mapping[str, str]) -> pd.DataFrame:
@@ -450,10 +452,11 @@ def _write_validation(found: Analysis) -> list[Path]:
     return []
 
 
-def _plot(folder: Path, compared: Comparison) -> list[Path]:
+def _plot(found: Analysis, *, every: bool) -> list[Path]:
     from analysis.figures.pictures import plot_signatures
 
-    return plot_signatures(compared, folder / "plots")
+    folder = found.path / "plots"
+    return plot_signatures(found.compared, found.contrasts, found.validation, folder, every=every)
 
 
 def _forms_by_group(results: Sequence[RunResult], groups: pd.DataFrame) -> dict[Group, FormAnalysis]:

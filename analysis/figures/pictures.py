@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
 
 from analysis.figures.measures import fingerprint_map, group_values, ledger_rows, pairs_of, scale_of
 from analysis.figures.members import Member, shown_groups
 from analysis.figures.shown import Shown
 from analysis.figures.told import in_words
 from analysis.plots import Picture, draw, figures, write
-from analysis.plots.glance import glance_figure
 from analysis.plots.labels import keys
-from analysis.plots.panel import GroupValues, Scale
 from analysis.signatures import discover
 from analysis.stats.fingerprint import Fingerprint
 from analysis.tables.comparison import Comparison
@@ -27,7 +22,7 @@ _MEANS = (
     "Marks (discs for baselines) are means over seeds, bars 95 % intervals, dots single seeds; "
     "n is the number of seeds with a value."
 )
-_NULL = " A broken line: what chance alone gives."
+_NULL = " A broken line: what chance alone gives; a dotted one: what the best scripted policy reaches."
 _PAIRS = (
     "Mean difference paired by seed, with its 95 % interval. Filled and with a star: it stands after the "
     "correction over the family of tests; with a tilde: the same within the declared margin; grey: outside the "
@@ -35,29 +30,30 @@ _PAIRS = (
 )
 _SLOPES = f"A line a seed, broken where a group has no value; black: means. Lines that all lean one way agree.{_NULL}"
 
-FINDINGS = (
-    "Marks are means over seeds, bars 95 % intervals, dots single seeds; n, where not all seeds have a value."
-    f"{_NULL} A dotted one: what the best scripted policy reaches. Beside them, differences paired by seed: "
-    "filled and with a star, one that stands after the correction; with a tilde, the same within the declared "
-    "margin."
-)
-"""How the pictures of the findings are read."""
-
-MOST_PAIRS = 15
-"""Differences that stand beside the means of a measure."""
-
-MOST_AT_A_GLANCE = 10
-"""Differences that stand beside them where many measures are on one screen."""
-
 MOST_PANELS = 24
 """Measures of a signature that are drawn: a sweep over many worlds has as many as all their actions and places."""
 
 
-def plot_signatures(comparison: Comparison, folder: Path) -> list[Path]:
-    """Write the means of every signature, with its headline measures below one another; returns the files."""
+def plot_signatures(
+    comparison: Comparison, contrasts: pd.DataFrame, validation: pd.DataFrame, folder: Path, *, every: bool
+) -> list[Path]:
+    """Write the means of every signature, with its headline measures below one another; returns the files.
+
+    Args:
+        comparison: the groups.
+        contrasts: one row per measure and pair of groups.
+        validation: what is known of the worlds.
+        folder: where the files go.
+        every: whether to draw the paired differences and the single seeds too.
+    """
     shown = shown_groups(comparison)
-    pictures = [means_picture(comparison, shown, name) for name in headlines(comparison)]
-    return [path for picture in pictures for path in write(draw(picture), folder)]
+    pictures: list[Picture | None] = []
+    for name in headlines(comparison):
+        pictures.append(means_picture(comparison, shown, name, validation))
+        if every:
+            pictures.append(forest_picture(contrasts, comparison, shown, name))
+            pictures.append(slopes_picture(comparison, shown, name))
+    return [path for picture in pictures if picture is not None for path in write(draw(picture), folder)]
 
 
 def headlines(comparison: Comparison) -> dict[str, list[str]]:
@@ -65,81 +61,6 @@ def headlines(comparison: Comparison) -> dict[str, list[str]]:
     present = list(dict.fromkeys(measure for measure, _ in comparison.estimates))
     found = {signature.name: signature.headline_columns(present) for signature in discover()}
     return {name: measures for name, measures in found.items() if measures}
-
-
-@dataclass(frozen=True)
-class Finding:
-    """What was found of one measure.
-
-    Attributes:
-        measure: its name.
-        label: what it is, in words.
-        groups: its means.
-        scale: what they are seen against.
-        contrasts: its tested differences, one row each.
-        names: short names of what is compared.
-    """
-
-    measure: str
-    label: str
-    groups: Sequence[GroupValues]
-    scale: Scale
-    contrasts: pd.DataFrame
-    names: Mapping[str, str]
-
-    def picture(self) -> Picture:
-        """Return means and differences with all names, to be taken away."""
-        kept, left_out = self._pairs(MOST_PAIRS)
-        compared = set(kept[["reference", "level", "context"]].to_numpy().ravel())
-        named = {name: short for name, short in self.names.items() if name in compared}
-        return self._picture(partial(figures.finding_figure, names=named), kept, left_out)
-
-    def glance(self, short: Mapping[str, str]) -> Picture:
-        """Return the same small, for one screen with others; `short` are the names of the groups by their labels."""
-        return self._picture(partial(glance_figure, names=short), *self._pairs(MOST_AT_A_GLANCE))
-
-    def _pairs(self, most: int) -> tuple[pd.DataFrame, str]:
-        """Return so many differences, those with the smallest p, and what is said of the others."""
-        rows = self.contrasts
-        kept = rows.loc[rows["p_adjusted"].sort_values(kind="stable").index[:most].sort_values()]
-        return kept, f"{len(kept)} of {len(rows)} differences, the smallest p" if len(kept) < len(rows) else ""
-
-    def _picture(self, draw: Callable[..., Figure], kept: pd.DataFrame, left_out: str) -> Picture:
-        pairs = pairs_of(kept, self.measure, self.names)
-        drawn = partial(draw, self.label, self.groups, self.scale, pairs)
-        says = in_words(self.groups, self.scale, pairs)
-        return Picture(f"finding_{self.measure}", self.measure, left_out, drawn, says)
-
-
-def findings(
-    measures: Sequence[str],
-    comparison: Comparison,
-    contrasts: pd.DataFrame,
-    validation: pd.DataFrame,
-    shown: Sequence[Shown],
-) -> list[Finding]:
-    """Return what was found of each of these measures of which any run has a value."""
-    names, tested = letters_of(contrasts, shown), contrasts[contrasts["headline"].astype(bool)]
-    found = [(measure, group_values(comparison, shown, measure)) for measure in measures]
-    return [
-        Finding(
-            measure,
-            comparison.describe(measure).label,
-            groups,
-            scale_of(comparison, measure, validation),
-            tested[tested["measure"] == measure],
-            names,
-        )
-        for measure, groups in found
-        if not all(np.isnan(one.values).all() for one in groups)
-    ]
-
-
-def short_labels(shown: Sequence[Shown], names: Mapping[str, str]) -> Mapping[str, str]:
-    """Return a short name for each group by its label: that of what is compared, else a small letter."""
-    others = [one.label for one in shown if one.label not in names]
-    letters = {label: short.lower() if short != label else label for label, short in keys(others).items()}
-    return {one.label: names[one.label] if one.label in names else letters[one.label] for one in shown}
 
 
 def letters_of(contrasts: pd.DataFrame, shown: Sequence[Shown]) -> Mapping[str, str]:
@@ -150,15 +71,21 @@ def letters_of(contrasts: pd.DataFrame, shown: Sequence[Shown]) -> Mapping[str, 
     return keys([*(part for part in ordered if part in named), *contexts])
 
 
-def means_picture(comparison: Comparison, shown: Sequence[Shown], signature: str) -> Picture:
+def means_picture(
+    comparison: Comparison, shown: Sequence[Shown], signature: str, validation: pd.DataFrame | None = None
+) -> Picture:
     """Return the means of one signature, of its first measures where there are many."""
     measures = headlines(comparison)[signature]
     drawn = measures[:MOST_PANELS]
     contents = [
-        (comparison.describe(measure).label, group_values(comparison, shown, measure), scale_of(comparison, measure))
+        (
+            comparison.describe(measure).label,
+            group_values(comparison, shown, measure),
+            scale_of(comparison, measure, validation),
+        )
         for measure in drawn
     ]
-    says = " ".join(f"{title}: {in_words(groups, scale, ())}" for title, groups, scale in contents)
+    says = " ".join(f"{title}: {in_words(groups, scale)}" for title, groups, scale in contents)
     left_out = f" {len(drawn)} of {len(measures)} measures; all are in comparison.md." if drawn != measures else ""
     return Picture(
         signature, f"{signature}: means", _MEANS + _NULL + left_out, partial(figures.means_figure, contents), says

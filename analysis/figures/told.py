@@ -5,19 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from analysis.plots.forest import Pair
 from analysis.plots.panel import GroupValues, Scale
 from analysis.tables.texts import number, with_interval
 
 
-def in_words(groups: Sequence[GroupValues], scale: Scale, pairs: Sequence[Pair]) -> str:
-    """Return the means of groups, what they are seen against, and the paired differences, with 95 % intervals."""
+def in_words(groups: Sequence[GroupValues], scale: Scale) -> str:
+    """Return the means of groups with 95 % intervals, and what they are seen against."""
     means = [f"{one.label} {with_interval(one.mean, one.low, one.high)}" for one in groups]
     marks = [
         f"{what} {number(value)}"
         for what, value in (("chance alone", scale.null), ("the best policy", scale.best))
         if not math.isnan(value)
     ]
-    differences = [f"{one.label} {with_interval(one.difference, one.low, one.high)}{one.mark}" for one in pairs]
-    said = f"{', '.join([*means, *marks])}."
-    return f"{said} Differences: {', '.join(differences)}." if differences else said
+    return f"{', '.join([*means, *marks])}."

@@ -124,9 +124,14 @@ class Finding:
         """The fewest seeds of its rows."""
         return min(int(row["n_pairs"]) for row in self.rows)
 
-    def plain(self, sides: Sides) -> str:
-        """Return the finding as a sentence without its test; one that is only a gap is said of these runs alone."""
-        said = self.line(sides, {}, {})
+    def plain(self, sides: Sides, contexts: Mapping[str, str]) -> str:
+        """Return the finding as a sentence without its test; one that is only a gap is said of these runs alone.
+
+        Args:
+            sides: what is known of the groups.
+            contexts: what each context is called.
+        """
+        said = self.line(sides, {}, contexts)
         if len(self.rows) > 1:
             said += f", smallest difference {upright(self.closest)}"
         if not self.differs:

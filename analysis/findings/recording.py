@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import cache
 from itertools import product
 
@@ -16,6 +16,7 @@ from analysis.findings.moments import MESSAGE, Moment, first_moment
 from analysis.findings.ranking import Finding, other_level
 from analysis.findings.records import DESCRIBES, STANDS, FindingRecord
 from analysis.paper.sentence import Row, Sides
+from analysis.paper.study import short_contexts
 from analysis.stats.factors import find_factors, sides_of
 from analysis.stats.values import Group
 from analysis.tables.comparison import Comparison
@@ -87,8 +88,33 @@ class Runs:
         return typical
 
 
-def record_of(finding: Finding, sides: Sides, compared: Comparison, runs: Runs, *, trusted: bool) -> FindingRecord:
-    """Return a finding as it is written, with its example moments; one that cannot be trusted does not stand."""
+def records_of(
+    ranked: Sequence[Finding], sides: Sides, compared: Comparison, runs: Runs, doubted: Collection[str]
+) -> list[FindingRecord]:
+    """Return findings as they are written, those without any difference left out.
+
+    Args:
+        ranked: the findings.
+        sides: what is known of the groups.
+        compared: the groups.
+        runs: those from which example moments are taken.
+        doubted: signatures of which no measure can be trusted; their findings do not stand.
+    """
+    contexts = short_contexts(str(finding.rows[0]["context"]) for finding in ranked)
+    return [
+        _record(
+            finding,
+            finding.plain(sides, contexts),
+            compared,
+            runs,
+            trusted=finding.measure.partition(".")[0] not in doubted,
+        )
+        for finding in ranked
+        if not finding.is_equal
+    ]
+
+
+def _record(finding: Finding, sentence: str, compared: Comparison, runs: Runs, *, trusted: bool) -> FindingRecord:
     row = finding.closest
     reference = other_level(row, finding.level)
     turned = str(row["level"]) != finding.level
@@ -96,7 +122,7 @@ def record_of(finding: Finding, sides: Sides, compared: Comparison, runs: Runs, 
     difference, low, high = (float(row[name]) for name in ("difference", "low", "high"))
     moments, why = runs.moments(row, finding.level, reference)
     return FindingRecord(
-        sentence=finding.plain(sides),
+        sentence=sentence,
         measure=finding.measure,
         label=compared.describe(finding.measure).label,
         factor=str(row["factor"]),

@@ -216,7 +216,7 @@ class _Shown:
     def title(self) -> Sequence[str]:
         """The lines above the entries; where there is none, why."""
         if not self.entries:
-            return wrapped(_nothing(self.rows), self.width)
+            return wrapped(nothing_claimed(self.rows), self.width)
         tests = sum({row["factor"]: row["family"] for row in self.rows}.values())
         differ = sum(kind_of(row) == DIFFERENT for row in self.rows)
         said = f"Findings: {differ} of {counted(tests, 'test')} show{'s' * (differ == 1 or tests == 1)} a difference"
@@ -282,7 +282,7 @@ def _verdict(row: Row, names: Mapping[str, str], contexts: Mapping[str, str]) ->
     return f"No difference was found between {both} in {row['measure']}: {upright(row)}"
 
 
-def _nothing(rows: Sequence[Row]) -> str:
+def nothing_claimed(rows: Sequence[Row]) -> str:
     """Return that nothing can be claimed, and the most frequent reason."""
     silent = Counter(why_silent(row) for row in rows if kind_of(row) == SILENT)
     if silent.total() == len(rows):

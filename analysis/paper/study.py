@@ -63,12 +63,17 @@ def on_new_seeds(
             key, _, value = override.partition("=")
             if key not in _LEFT_OUT and value not in values.setdefault(key, []):
                 values[key].append(value)
-    count = max(len(seeds), fewest_pairs(alpha / max(pairs, 1)) or 0)
+    count = new_seeds(len(seeds), pairs, alpha)
     first = max(seeds) + 1
     values.pop("-m", None)
     settings = [key if own == [""] else f"{key}={','.join(own)}" for key, own in values.items()]
     families = [part for measure in measures for part in ("--family", measure)]
     return shlex.join(["foundry", "preregister", "-m", *settings, f"seed={first}-{first + count - 1}", *families])
+
+
+def new_seeds(seeds: int, pairs: int, alpha: float) -> int:
+    """Return how many new seeds to run after so many: at least what a test needs that is corrected over the pairs."""
+    return max(seeds, fewest_pairs(alpha / max(pairs, 1)) or 0)
 
 
 def telling_apart(rows: Sequence[Sequence[str]]) -> list[int]:

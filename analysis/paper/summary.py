@@ -19,7 +19,7 @@ from foundry.texts import counted
 MOST = 12
 """Sentences."""
 EXPLORES = "Nothing was declared before the runs, so all of this explores."
-_HELD_NOT = "No row holds to what was declared before the runs, so all of this explores."
+HELD_NOT = "No row holds to what was declared before the runs, so all of this explores."
 
 
 def summary(
@@ -49,7 +49,7 @@ def summary(
     declared = rows["claim"] == DECLARED
     rows = rows[declared] if declared.any() else rows
     if not declared.any():
-        lead.append(_HELD_NOT if planned else EXPLORES)
+        lead.append(HELD_NOT if planned else EXPLORES)
     return (*lead, *_sentences(rows, Sides.of(contrasts, compared, forms or {}), MOST - len(lead)))
 
 

@@ -49,14 +49,6 @@ def draw(picture: Picture) -> Drawn:
         return Drawn(picture, png_bytes(figure), svg_text(figure, picture.name))
 
 
-def draw_svg(picture: Picture) -> str:
-    """Draw a picture that stands on a page alone."""
-    with styled():
-        figure = picture.draw()
-        settle(figure)
-        return svg_text(figure, picture.name)
-
-
 def write(drawn: Drawn, folder: Path) -> list[Path]:
     """Write a picture into a folder; returns the files."""
     folder.mkdir(parents=True, exist_ok=True)

@@ -19,7 +19,6 @@ from analysis.plots.panel import GroupValues, Scale, draw_panel, panel_height
 from analysis.plots.slopes import draw_slopes
 
 _KEY_WIDTH = 46
-_DIFFERENCES = "Differences"
 _HEAT_IN = 1.6
 """Width that is left for a heatmap beside the names of its rows."""
 
@@ -49,36 +48,6 @@ def means_figure(contents: Sequence[tuple[str, Sequence[GroupValues], Scale]]) -
     for ax, (title, groups, scale) in zip(panels, contents, strict=True):
         draw_panel(ax, groups, title, scale)
     return figure
-
-
-def finding_figure(
-    title: str, groups: Sequence[GroupValues], scale: Scale, pairs: Sequence[Pair], names: Mapping[str, str]
-) -> Figure:
-    """Return what was found of one measure: its means, and beside them the paired differences, if any.
-
-    Names of single models stand behind the letters that the differences name them by; what other letters stand for
-    is said below.
-    """
-    groups = [replace(group, label=_with_letter(group.label, names)) for group in groups]
-    key = _key({name: short for name, short in names.items() if _with_letter(name, names) not in _labels(groups)})
-    height = max(panel_height(_labels(groups), title), forest_height(pairs, _DIFFERENCES) if pairs else 0)
-    figure = new_figure(height + LINE_IN * len(key), style.WIDE_IN if pairs else style.WIDTH_IN)
-    panels = figure.subplots(1, 2 if pairs else 1, squeeze=False, width_ratios=[1.25, 1] if pairs else None)[0]
-    draw_panel(panels[0], groups, title, scale)
-    if pairs:
-        draw_forest(panels[1], pairs, _DIFFERENCES)
-    if key:
-        _write_below(figure, key)
-    return figure
-
-
-def _labels(groups: Sequence[GroupValues]) -> list[str]:
-    return [group.label for group in groups]
-
-
-def _with_letter(label: str, names: Mapping[str, str]) -> str:
-    short = names.get(label, label)
-    return label if short == label else f"{short} {label}"
 
 
 def slopes_figure(contents: Sequence[tuple[str, Sequence[GroupValues], Scale]]) -> Figure:

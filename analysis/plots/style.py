@@ -13,9 +13,6 @@ FIRE, PLACE = COLOURS[1], "#555566"
 WIDTH_IN = 3.4
 """One column of a paper, inches."""
 
-WIDE_IN = 5.4
-"""What stands beside its differences, inches."""
-
 DPI = 200
 
 RC: Any = {

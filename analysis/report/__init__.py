@@ -85,9 +85,8 @@ def render(found: Material, base: Path, folder: Path) -> str:
 
 
 def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
-    from analysis.figures import pictures
     from analysis.paper.methods import bibtex, methods
-    from analysis.report import limits, provenance, sections
+    from analysis.report import cards, limits, overview, provenance, sections
     from analysis.report.grids import grid, grid_of
     from analysis.report.worlds import world_differences
     from analysis.tables.equal_chances import equal_chances_table
@@ -95,22 +94,24 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
     from analysis.tables.thresholds import thresholds_table
     from analysis.validation.table import validation_table
 
-    gallery = sections.Gallery(folder)
     names = [sweep.path.resolve().name for sweep in found.sweeps]
     differing = world_differences(found.sweeps)
     known = validation_table(found.analysis.validation)
     chances = equal_chances_table(found.analysis.equal_chances)
     prevailing = thresholds_table(found.analysis.thresholds)
+    drawn = sections.drawn(found, sections.Gallery(folder))
     return {
         "title": ", ".join(names),
+        "facts": overview.facts(found),
+        "warnings": overview.warnings(found),
+        "cards": cards.cards(found, base),
+        "width": cards.WIDTH,
+        "overview": overview.matrix(found),
+        "claims": overview.claims(found),
         "asked": provenance.asked(found),
         "worlds": grid("Settings in which the worlds differ.", ("setting", *names), differing) if differing else None,
         "several": len(names) > 1,
-        "question": provenance.question(found),
         "summary": found.analysis.summary,
-        "findings": sections.findings(found, gallery),
-        "marks": sections.marks(found),
-        "reading": pictures.FINDINGS,
         "limits": limits.limits(found),
         "models": provenance.models_grid(found),
         "versions": provenance.versions_grid(found),
@@ -119,7 +120,7 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
         "period": provenance.period(found),
         "configs": provenance.configs(found),
         "ledger": provenance.ledger_grid(found),
-        "ledger_shapes": gallery.shapes([pictures.ledger_picture(found.shown, found.members)]),
+        "ledger_shapes": drawn.ledger,
         "failures": provenance.failures_grid(found, base),
         "runs": provenance.runs_grid(found, base),
         "comparison": sections.comparison_grid(found),
@@ -132,10 +133,10 @@ def _content(found: Material, base: Path, folder: Path) -> dict[str, Any]:
         "retest": sections.retest_grid(found),
         "equal_chances": grid_of(chances) if chances.rows else None,
         "thresholds": grid_of(prevailing) if prevailing.rows else None,
-        "fingerprint_shapes": gallery.shapes([pictures.fingerprint_picture(found.analysis.fingerprint)]),
-        "world_shapes": gallery.shapes(found.examples.pictures),
+        "fingerprint_shapes": drawn.fingerprint,
+        "world_shapes": drawn.world,
         "run_grids": sections.run_grids(found, base),
-        "sections": sections.signature_sections(found, gallery),
+        "sections": sections.signature_sections(found, drawn.means),
         "methods": methods(found.basis),
         "references": bibtex(found.basis),
         "notes": found.analysis.notes,

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
 
 from analysis.figures.members import Member
 from analysis.figures.shown import Shown
-from analysis.prose import group_label, joined, percent
+from analysis.prose import percent
 from analysis.report.grids import Cell, Grid, grid
 from analysis.report.material import Material
 from analysis.tables.texts import alike
@@ -45,26 +45,6 @@ def commands_of(sweeps: Iterable[SweepFolder]) -> list[tuple[str, str, str]]:
         for history in [sweep.sweep.history]
         for one in history
     ]
-
-
-def question(found: Material) -> str:
-    """Return what the runs ask, in a sentence: who is compared, where, and over how many seeds."""
-    own = list(dict.fromkeys(group_label(group) for group in _beside_worlds(found)))
-    members = [member for member in found.members if not member.shown.baseline]
-    worlds = list(dict.fromkeys(str(member.folder.config()["world"]["name"]) for member in members))
-    seeds = len({member.seed for member in members})
-    where = f"in {joined(worlds)}, over {seeds} seed" + ("s" if seeds != 1 else "")
-    return f"In what do {joined(own)} differ {where}?" if len(own) > 1 else f"How does {joined(own)} act {where}?"
-
-
-def _beside_worlds(found: Material) -> Iterator[tuple[str, ...]]:
-    """Yield what tells each group apart but its world, and the prompt where each world has one of its own."""
-    columns = found.analysis.compared.group_columns
-    known = [dict(zip(columns, one.group, strict=True)) for one in found.own]
-    pairs = {(one.get("world"), one.get("prompt")) for one in known}
-    left_out = {"world", "prompt"} if len(pairs) == len({world for world, _ in pairs}) else {"world"}
-    for one in known:
-        yield tuple(value for name, value in one.items() if name not in left_out)
 
 
 def _added(one: Asked) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,18 +12,19 @@ import pandas as pd
 from markupsafe import Markup
 
 from analysis.figures import pictures
-from analysis.figures.shown import Shown
-from analysis.plots import Drawn, Picture, draw, draw_svg, write
+from analysis.plots import Drawn, Picture, draw, write
 from analysis.report.definitions import Definition, definitions
 from analysis.report.grids import Grid, grid, grid_of
 from analysis.report.material import Material
 from analysis.report.provenance import link
 from analysis.signatures import READABLE_SUFFIX, Signature, discover, is_readable_only
 from analysis.tables.texts import alike, contrast_table, mean_cells, p_value, shown_measures, told_rows
-from foundry.palette import look
 
 MOST_COLUMNS = 4
 """Measures of the short table of a signature."""
+
+MOST_FIGURES, MOST_OF_WORLDS = 12, 6
+"""Pictures that a page draws, and those among them that the forms of the runs draw."""
 
 DENSE = 120_000
 """Characters of SVG from which a picture is shown as PNG, if that is smaller."""
@@ -40,16 +41,6 @@ class Shape:
     says: str
     svg: Markup
     source: str
-
-
-@dataclass(frozen=True)
-class Mark:
-    """What a short name stands for: the name itself, and of a group its marker as a path and its colour."""
-
-    name: str
-    short: str
-    path: str
-    colour: str
 
 
 @dataclass(frozen=True)
@@ -83,11 +74,6 @@ class Gallery:
         """Return pictures for the page, those that there are."""
         return tuple(self._shape(picture) for picture in wanted if picture is not None)
 
-    def write(self, picture: Picture | None) -> None:
-        """Write a picture, if there is one, that the page has no room for."""
-        if picture is not None:
-            write(draw(picture), self.folder)
-
     def _shape(self, picture: Picture) -> Shape:
         drawn = draw(picture)
         write(drawn, self.folder)
@@ -108,39 +94,41 @@ def _said(picture: Picture) -> str:
     return " ".join(filter(None, (f"{picture.title}.", picture.caption, picture.says)))
 
 
-def signature_sections(found: Material, gallery: Gallery) -> list[Section]:
-    """Return a section for every signature that any run has, those that claims rest on first."""
+@dataclass(frozen=True)
+class Pictures:
+    """The pictures of a page, at most MOST_FIGURES: of runs, of groups as a whole, of worlds, and by signature."""
+
+    ledger: tuple[Shape, ...]
+    fingerprint: tuple[Shape, ...]
+    world: tuple[Shape, ...]
+    means: Mapping[str, Shape]
+
+
+def drawn(found: Material, gallery: Gallery) -> Pictures:
+    """Draw the pictures of a page; those of the signatures with the largest gaps have what room is left."""
+    ledger = gallery.shapes([pictures.ledger_picture(found.shown, found.members)])
+    fingerprint = gallery.shapes([pictures.fingerprint_picture(found.analysis.fingerprint)])
+    world = gallery.shapes(found.examples.pictures[:MOST_OF_WORLDS])
+    headline = pictures.headlines(found.analysis.compared)
+    ranked = [finding.measure.partition(".")[0] for finding in found.analysis.findings]
+    room = MOST_FIGURES - len(ledger) - len(fingerprint) - len(world)
+    names = [name for name in dict.fromkeys(ranked) if name in headline][:room]
+    means = [
+        pictures.means_picture(found.analysis.compared, found.shown, name, found.analysis.validation) for name in names
+    ]
+    return Pictures(ledger, fingerprint, world, dict(zip(names, gallery.shapes(means), strict=False)))
+
+
+def signature_sections(found: Material, means: Mapping[str, Shape]) -> list[Section]:
+    """Return a section for every signature that any run has, those that claims rest on first.
+
+    Args:
+        found: what the page is made of.
+        means: the picture of the means by signature, where it is drawn.
+    """
     columns = [(signature, _columns(found.analysis.runs, signature.name)) for signature in discover()]
-    every = [_section(found, gallery, signature, kept) for signature, kept in columns if kept]
+    every = [_section(found, means, signature, kept) for signature, kept in columns if kept]
     return sorted(every, key=lambda section: not section.declared)
-
-
-def findings(found: Material, gallery: Gallery) -> tuple[Shape, ...]:
-    """Return what was found of each declared measure, small; with all names it is in the gallery's folder."""
-    one = found.analysis
-    every = pictures.findings(one.declared, one.compared, one.contrasts, one.validation, found.shown)
-    short = pictures.short_labels(found.shown, every[0].names) if every else {}
-    for finding in every:
-        gallery.write(finding.picture())
-    return tuple(_glance(finding.glance(short)) for finding in every)
-
-
-def _glance(picture: Picture) -> Shape:
-    return Shape(picture.title, picture.caption, _said(picture), Markup(draw_svg(picture)), "")
-
-
-def marks(found: Material) -> tuple[Mark, ...]:
-    """Return how each group looks, then what else short names stand for."""
-    names = pictures.letters_of(found.analysis.contrasts, found.shown)
-    short = pictures.short_labels(found.shown, names)
-    groups = (Mark(one.label, short[one.label], _path(one), one.colour) for one in found.shown)
-    others = (Mark(name, letter, "", "") for name, letter in names.items() if name not in short and name != letter)
-    return (*groups, *others)
-
-
-def _path(shown: Shown) -> str:
-    marker = look(shown.index, baseline=shown.baseline).marker
-    return "M" + "L".join(f"{x} {-y}" for x, y in marker) + "z" if marker else "M-1 0a1 1 0 1 0 2 0a1 1 0 1 0-2 0z"
 
 
 def _columns(runs: pd.DataFrame, signature: str) -> list[str]:
@@ -157,19 +145,15 @@ def _differs(runs: pd.DataFrame, name: str) -> bool:
     return not np.allclose(one, other, rtol=0, atol=_ROUNDING, equal_nan=True)
 
 
-def _section(found: Material, gallery: Gallery, signature: Signature, columns: Sequence[str]) -> Section:
+def _section(found: Material, means: Mapping[str, Shape], signature: Signature, columns: Sequence[str]) -> Section:
     compared, name = found.analysis.compared, signature.name
     headline = pictures.headlines(compared).get(name, [])
-    means = [pictures.means_picture(compared, found.shown, name)] if headline else []
-    if headline:
-        gallery.write(pictures.forest_picture(found.analysis.contrasts, compared, found.shown, name))
-        gallery.write(pictures.slopes_picture(compared, found.shown, name))
     return Section(
         name=name,
         declared=any(measure.startswith(f"{name}.") for measure in found.analysis.declared),
         definitions=tuple(definitions(signature, found.forms)),
         headline=_headline(found, headline, name) if headline else None,
-        shapes=gallery.shapes(means),
+        shapes=(means[name],) if name in means else (),
         means=_means(found, columns, name),
     )
 

@@ -89,6 +89,9 @@ def analyze(
     margin: Margins = None,
     only: Only = None,
     without: Without = None,
+    all_plots: Annotated[
+        bool, typer.Option("--all-plots", help="Also draw differences and single seeds of every signature.")
+    ] = False,
     json: AsJson = False,
     trust_targets: Trusted = None,
     config_dir: Mine = None,
@@ -100,7 +103,8 @@ def analyze(
     with only_json(json):
         codes = [run_baselines(folder, trust_targets or ()) for folder in folders] if baselines else []
     by_model, show = labeller is Labeller.MODEL, analyze_and_print if json else analyze_and_show
-    show(folders, labelled_by_model=by_model, family=family, margins=margins, only=only or (), without=without or ())
+    filters = {"only": only or (), "without": without or ()}
+    show(folders, labelled_by_model=by_model, family=family, margins=margins, all_plots=all_plots, **filters)
     raise typer.Exit(max(codes, default=EXIT_OK))
 
 

@@ -57,22 +57,11 @@ def values_of(found: Analysis) -> Iterator[tuple[str, Scale, Axes]]:
             pictures.slopes_picture(found.compared, found.shown, signature),
         ):
             yield from zip(measures, (scale_of(found.compared, one) for one in measures), drawn(picture), strict=True)
-    for one in findings(found):
-        short = pictures.short_labels(found.shown, one.names)
-        yield from ((one.measure, one.scale, drawn(picture)[0]) for picture in (one.picture(), one.glance(short)))
-
-
-def findings(found: Analysis) -> list[pictures.Finding]:
-    return pictures.findings(found.declared, found.compared, found.contrasts, found.validation, found.shown)
 
 
 def differences_of(found: Analysis) -> Iterator[Axes]:
     for signature in pictures.headlines(found.compared):
         yield from drawn(pictures.forest_picture(found.contrasts, found.compared, found.shown, signature))
-    for one in findings(found):
-        short = pictures.short_labels(found.shown, one.names)
-        for picture in (one.picture(), one.glance(short)):
-            yield from drawn(picture)[1:]
 
 
 def upright(ax: Axes) -> set[float]:

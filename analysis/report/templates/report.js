@@ -29,7 +29,7 @@ for (const table of document.querySelectorAll("table")) {
   Array.from(table.tHead.rows[0].cells).forEach((head, index) => {
     const button = document.createElement("button");
     button.type = "button";
-    button.textContent = head.textContent;
+    button.append(...head.childNodes);
     button.addEventListener("click", () => sortBy(table, head, index));
     head.replaceChildren(button);
   });

@@ -11,7 +11,6 @@ import pytest
 
 from analysis.report import render
 from analysis.report.material import Material, gather
-from analysis.report.sections import Gallery
 from foundry.records import Counts, RunSummary
 from foundry.storing.determinism import write_repeats
 from foundry.storing.store import RunFolder, SweepFolder
@@ -37,10 +36,12 @@ def hostile_sweep(
     tmp_path_factory: pytest.TempPathFactory,
     write_sweep: Callable[..., SweepFolder],
     make_condition: Callable[..., Any],
+    make_habits: Callable[..., Any],
 ) -> SweepFolder:
     """Two models over six seeds with a baseline; one run failed, one is missing."""
     path = tmp_path_factory.mktemp("report") / "sweep"
-    folder = write_sweep(path, [make_condition(model, range(6)) for model in (HOSTILE, LONG)])
+    habits = {LONG: make_habits(speak=0.7, move=0.5)}
+    folder = write_sweep(path, [make_condition(model, range(6)) for model in (HOSTILE, LONG)], habits)
     write_sweep(folder.baselines_dir, [make_condition("scripted/stay", range(6))])
     runs = folder.runs()
     counts = Counts(calls=300, steps=150, outcomes={"chosen": 140, "unreadable": 10}, model_s=1.5)
@@ -59,13 +60,14 @@ def five_models(
     tmp_path_factory: pytest.TempPathFactory,
     write_sweep: Callable[..., SweepFolder],
     make_condition: Callable[..., Any],
+    make_habits: Callable[..., Any],
 ) -> Path:
-    """The page of five models with long names over ten seeds, with every signature; no files of pictures beside it."""
+    """The page of five models with long names over ten seeds, with every signature."""
     names = [f"hf.co/someone/some-model-{size}B-Instruct-GGUF:Q4_K_M" for size in (1, 4, 8, 14, 32)]
-    folder = write_sweep(tmp_path_factory.mktemp("five") / "sweep", [make_condition(name, range(10)) for name in names])
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(Gallery, "write", lambda gallery, picture: None)
-        page = render(gather([folder.path]), folder.path, folder.analysis_dir / "plots")
+    conditions = [make_condition(name, range(10)) for name in names]
+    habits = {name: make_habits(speak=0.2 * place, move=0.9 - 0.2 * place) for place, name in enumerate(names)}
+    folder = write_sweep(tmp_path_factory.mktemp("five") / "sweep", conditions, habits)
+    page = render(gather([folder.path]), folder.path, folder.analysis_dir / "plots")
     folder.report_file.write_text(page, encoding="utf-8")
     return folder.report_file
 

@@ -14,6 +14,8 @@ import pytest
 from analysis.form import form_of
 from analysis.paper.methods import methods, seeds_text
 from analysis.prose import joined
+from analysis.report import overview
+from analysis.report.cards import cards, marked
 from analysis.report.definitions import Block, blocks, definitions
 from analysis.report.limits import limits
 from analysis.report.material import Material, gather
@@ -25,15 +27,12 @@ from analysis.report.provenance import (
     link,
     models_grid,
     period,
-    question,
     runs_grid,
 )
 from analysis.report.sections import (
-    Gallery,
     comparison_grid,
     contrast_grids,
     energy_grid,
-    findings,
     run_grids,
     signature_sections,
     variance_grid,
@@ -45,16 +44,6 @@ from foundry.records import Counts
 from foundry.storing.store import SweepFolder
 
 NUMBER = re.compile(r"(?<![\w.-])-?[\d,]+(?:\.\d+)?(?:e-\d+)?(?![\w%])")
-
-
-class NoGallery(Gallery):
-    """Draws nothing."""
-
-    def shapes(self, wanted: Any) -> Any:
-        return ()
-
-    def write(self, picture: Any) -> None:
-        pass
 
 
 def with_analysis(found: Material, **values: Any) -> Material:
@@ -73,46 +62,51 @@ def test_the_ledger_counts_every_run_and_the_unreadable_decisions(hostile: Mater
     assert rows[2][5:] == ["0", "0", "-"]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("prompts", "who"),
-    [
-        ({"hall": ["hall"], "small": ["paper"]}, "a and b"),
-        ({"hall": ["paper"], "small": ["paper", "japanese"]}, "a / paper, a / japanese, b / paper and b / japanese"),
-    ],
-)
-def test_the_question_names_models_once_however_many_worlds_they_are_in(
-    prompts: dict[str, list[str]],
-    who: str,
-    tmp_path: Path,
-    write_sweep: Callable[..., SweepFolder],
-    make_condition: Callable[..., Any],
-    small_world: dict[str, Any],
-):
-    conditions = [
-        make_condition(model, range(2), world=small_world | {"name": world}, prompt=prompt)
-        for model in "ab"
-        for world, own in prompts.items()
-        for prompt in own
-    ]
-    found = gather([write_sweep(tmp_path / "sweep", conditions).path])
-    assert question(found) == f"In what do {who} differ in hall and small, over 2 seeds?"
+def test_the_first_screen_says_what_was_run_what_weakens_it_and_that_nothing_can_be_claimed(hostile: Material):
+    assert overview.facts(hostile) == [
+        "2 models x 6 seeds in small", "10 of 12 runs", "3,300 calls, 0 tokens, 11 s of runs", "exploratory",
+    ]  # fmt: skip
+    assert overview.warnings(hostile) == [f"{one.label}: 6.67 % of decisions unreadable" for one in hostile.own]
+    claims = overview.claims(hostile)
+    assert claims.sentence == "No claim can be made: fewer than 6 seeds only describe these runs."
+    assert claims.command.startswith("foundry preregister") and "seed=6-11 --family" in claims.command
+    assert claims.cost == "about 3,300 calls, 11 s of runs"
+
+
+def test_the_matrix_of_one_world_has_the_measures_with_the_largest_gaps(hostile: Material):
+    made = overview.matrix(hostile)
+    measures = list(dict.fromkeys(finding.measure for finding in hostile.analysis.findings))[:5]
+    assert [column.measure for column in made.columns] == [*measures, "", "", "", ""]
+    assert [row[2][:2] for row in made.rows] == [("93.3 %", "1,800"), ("93.3 %", "1,500")]
 
 
 @pytest.mark.slow
-def test_the_first_screen_draws_nothing_of_which_no_run_has_a_value(
-    tmp_path: Path,
-    write_sweep: Callable[..., SweepFolder],
-    make_condition: Callable[..., Any],
-    small_world: dict[str, Any],
-):
-    world = small_world | {"places": []}
-    found = gather(
-        [write_sweep(tmp_path / "sweep", [make_condition(name, range(2), world=world) for name in "ab"]).path]
-    )
-    shown = {shape.title for shape in findings(found, NoGallery(tmp_path))}
-    assert "path_efficiency.trip_efficiency" in found.analysis.declared, "where there are no places, nobody goes to one"
-    assert "path_efficiency.trip_efficiency" not in shown and "idle_rate.chosen" in shown
+def test_the_matrix_of_worlds_shows_scores_between_the_blind_and_the_best_baseline(tmp_path: Path):
+    asked = ("model=scripted/random,scripted/first", "world=public_goods,fishery", "seed=0-1", "output.dir=games")
+    assert foundry("-m", *asked, "analyze=baselines", cwd=tmp_path).returncode == 0
+    found = gather([tmp_path / "games"])
+    made = overview.matrix(found)
+    assert [(column.title, column.measure) for column in made.columns[:2]] == [
+        ("public_goods", "public_goods.score"), ("fishery", "fishery.months"),
+    ]  # fmt: skip
+    random, first = made.rows
+    assert (random[0].name, first[0].name) == ("random", "first")
+    assert [cell.reach for cell in first[1]] == [1.0, 1.0] and random[1][1].reach == 0
+    shown = cards(found, found.sweeps[0].path)
+    assert len({card.finding.context for card in shown}) == 2, "no world fills all cards"
+    for card in shown:
+        assert {row.mark.name for row in card.rows} == {"random", "first"}
+        assert card.finding.standing == "describes these runs" and card.test.startswith("2 seeds, not tested")
+        assert len(card.replies) == 2 and card.where.startswith("seed ")
+
+
+def test_words_that_differ_are_marked_around_the_first_difference():
+    assert marked("go left", "go right") == ((("go ", False), ("left", True)), (("go ", False), ("right", True)))
+    words = (("stay", True), (" ", True), ("here", True), (" now", False))
+    assert marked("stay here now", "move there now")[0] == words
+    assert marked("", "said") == ((("(empty)", True),), (("said", True),))
+    first, second = marked("a " * 300 + "here", "a " * 300 + "there")
+    assert first[0][0].startswith("…") and first[-1] == ("here", True) and second[-1] == ("there", True)
 
 
 def test_failures_are_listed_with_their_causes(hostile: Material, hostile_sweep: SweepFolder):
@@ -149,8 +143,8 @@ def test_costs_are_added_up_by_group(hostile: Material):
     assert [row[6:8] for row in rows] == [["", "9.0"], ["", "7.5"], ["", rows[2][7]]]
 
 
-def test_numbers_of_one_column_share_their_decimals_in_every_table(hostile: Material, hostile_sweep: SweepFolder):
-    sections = signature_sections(hostile, NoGallery(hostile_sweep.path))
+def test_numbers_of_one_column_share_their_decimals_in_every_table(hostile: Material):
+    sections = signature_sections(hostile, {})
     means = [grid for one in sections for grid in (one.headline, one.means) if grid is not None]
     every = [comparison_grid(hostile), cost_grid(hostile), energy_grid(hostile), *contrast_grids(hostile), *means]
     assert len(every) > 30

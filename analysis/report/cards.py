@@ -1,0 +1,221 @@
+"""The finding cards of the first screen: a sentence, a strip of all levels, one example moment."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from analysis.figures.shown import Shown
+from analysis.findings.moments import Moment
+from analysis.findings.records import FindingRecord
+from analysis.paper.gaps import short_names
+from analysis.paper.sentence import equals_p
+from analysis.report.grids import Cell
+from analysis.report.material import Material
+from analysis.report.provenance import link
+from analysis.stats.factors import MODEL, find_factors, sides_of
+from analysis.tables.texts import rounded
+from foundry.palette import look
+from foundry.texts import counted
+
+MOST_CARDS = 3
+"""Findings of the first screen."""
+MOST_ROWS = 10
+"""Levels of a strip."""
+WIDTH, MARGIN = 160.0, 5.0
+"""Size of a strip and of its empty ends, in units of the drawing."""
+LONGEST = 230
+"""Characters of a reply: three lines of a card."""
+_BEFORE = 60
+"""Characters that are shown before the first difference of long replies."""
+_TOKEN = re.compile(r"\s+|\w+|[^\w\s]")
+
+
+@dataclass(frozen=True)
+class Mark:
+    """How a group looks beside its name: its marker as a path, and its colour."""
+
+    name: str
+    path: str
+    colour: str
+
+
+@dataclass(frozen=True)
+class StripRow:
+    """A level of a strip.
+
+    Attributes:
+        mark: its name, marker and colour.
+        dots: places of its seeds.
+        mean: place of its mean; None where it has none.
+        low: place of the lower end of its interval; None where it has none.
+        high: place of the upper end.
+        text: mean and interval.
+    """
+
+    mark: Mark
+    dots: tuple[float, ...]
+    mean: float | None
+    low: float | None
+    high: float | None
+    text: str
+
+
+@dataclass(frozen=True)
+class Reply:
+    """A reply of an example moment: who gave it, with the way to its run, and its parts with whether they differ."""
+
+    name: str
+    run: Cell
+    parts: tuple[tuple[str, bool], ...]
+
+
+@dataclass(frozen=True)
+class Card:
+    """A finding on the first screen.
+
+    Attributes:
+        finding: its numbers and words.
+        test: its p and what it is corrected over, in words.
+        rows: the levels.
+        more: how many levels have no room.
+        where: which moment is shown; why there is none.
+        replies: what both replied in it; none without a moment.
+    """
+
+    finding: FindingRecord
+    test: str
+    rows: tuple[StripRow, ...]
+    more: int
+    where: str
+    replies: tuple[Reply, ...]
+
+
+def cards(found: Material, base: Path) -> list[Card]:
+    """Return the cards of the first findings: those of another signature and another context before others."""
+    chosen: list[FindingRecord] = []
+    for is_new in (_of_another_context, _of_another_signature):
+        for finding in found.analysis.findings:
+            if len(chosen) < MOST_CARDS and is_new(finding, chosen):
+                chosen.append(finding)
+    chosen.sort(key=found.analysis.findings.index)
+    return [_card(found, finding, base) for finding in chosen]
+
+
+def _of_another_signature(finding: FindingRecord, chosen: Sequence[FindingRecord]) -> bool:
+    signature = finding.measure.partition(".")[0]
+    return all(signature != other.measure.partition(".")[0] for other in chosen)
+
+
+def _of_another_context(finding: FindingRecord, chosen: Sequence[FindingRecord]) -> bool:
+    others = (other.context for other in chosen)
+    return _of_another_signature(finding, chosen) and (not finding.context or finding.context not in others)
+
+
+def mark(shown: Shown, name: str) -> Mark:
+    """Return how a group looks beside a name."""
+    marker = look(shown.index, baseline=shown.baseline).marker
+    corners = "M" + "L".join(f"{x} {-y}" for x, y in marker) + "z" if marker else "M-1 0a1 1 0 1 0 2 0a1 1 0 1 0-2 0z"
+    return Mark(name, corners, shown.colour)
+
+
+def _card(found: Material, finding: FindingRecord, base: Path) -> Card:
+    rows = _strip(found, finding)
+    moment = finding.moments[0] if finding.moments else None
+    asked = "" if moment is None else f"asked {moment.asked}"
+    return Card(
+        finding=finding,
+        test=_test(finding),
+        rows=tuple(rows[:MOST_ROWS]),
+        more=max(0, len(rows) - MOST_ROWS),
+        where=f"No example moment: {finding.no_moments}."
+        if moment is None
+        else f"seed {moment.seed}, step {moment.step}, agent {moment.agent}, {asked}",
+        replies=() if moment is None else _replies(found, finding, moment, base),
+    )
+
+
+def _test(finding: FindingRecord) -> str:
+    if finding.p is None:
+        return f"{counted(finding.seeds, 'seed')}, not tested"
+    return f"p{equals_p(finding.p)}, corrected over {counted(finding.family, 'test')}, {finding.claim}"
+
+
+def _strip(found: Material, finding: FindingRecord) -> list[StripRow]:
+    """Return the levels of a finding's factor in its context, in the order of the groups."""
+    compared = found.analysis.compared
+    factors = find_factors(compared.group_columns, [one.group for one in found.own])
+    levels = [
+        (shown, level)
+        for shown in found.own
+        for factor, level, context in sides_of(compared.group_columns, shown.group, factors)
+        if (factor, context) == (finding.factor, finding.context)
+        and (finding.measure, shown.group) in compared.estimates
+    ]
+    values = [compared.values[shown.group][finding.measure].dropna().tolist() for shown, _ in levels]
+    estimates = [compared.estimates[finding.measure, shown.group] for shown, _ in levels]
+    every = [
+        *(value for own in values for value in own),
+        *(end for one in estimates for end in (one.low, one.high) if not math.isnan(end)),
+    ]
+    least, most = min(every, default=0.0), max(every, default=0.0)
+
+    def place(value: float) -> float | None:
+        if math.isnan(value):
+            return None
+        share = 0.5 if most == least else (value - least) / (most - least)
+        return round(MARGIN + share * (WIDTH - 2 * MARGIN), 1)
+
+    names = short_names(level for _, level in levels)
+    numbers = rounded([number for one in estimates for number in (one.mean, one.low, one.high)])
+    return [
+        StripRow(
+            mark=mark(shown, _name(finding, level, names)),
+            dots=tuple(at for value in own if (at := place(value)) is not None),
+            mean=place(one.mean),
+            low=place(one.low),
+            high=place(one.high),
+            text=numbers[3 * row] if math.isnan(one.low) else "{} [{}, {}]".format(*numbers[3 * row : 3 * row + 3]),
+        )
+        for row, ((shown, level), own, one) in enumerate(zip(levels, values, estimates, strict=True))
+    ]
+
+
+def _replies(found: Material, finding: FindingRecord, moment: Moment, base: Path) -> tuple[Reply, ...]:
+    runs = {member.folder.id: member for member in found.members}
+    texts = marked(moment.level_reply, moment.reference_reply)
+    names = short_names((finding.level, finding.reference))
+    whose = ((finding.level, moment.level_run), (finding.reference, moment.reference_run))
+    return tuple(
+        Reply(_name(finding, level, names), link(runs[run], base), parts)
+        for (level, run), parts in zip(whose, texts, strict=True)
+    )
+
+
+def _name(finding: FindingRecord, level: str, names: Mapping[str, str]) -> str:
+    return names[level] if finding.factor == MODEL else f"{finding.factor}={names[level]}"
+
+
+def marked(first: str, second: str) -> tuple[tuple[tuple[str, bool], ...], ...]:
+    """Return two texts in parts, each with whether it differs; long texts around their first difference."""
+    texts = [" ".join(text.split()) for text in (first, second)]
+    alike = next((at for at, (a, b) in enumerate(zip(*texts, strict=False)) if a != b), min(map(len, texts)))
+    start = alike - _BEFORE if alike > LONGEST // 2 and max(map(len, texts)) > LONGEST else 0
+    tokens = [_TOKEN.findall(_cut(text, start)) for text in texts]
+    steps = difflib.SequenceMatcher(None, *tokens, autojunk=False).get_opcodes()
+    sides: list[list[tuple[str, bool]]] = [[], []]
+    for kind, *places in steps:
+        for side, (begin, end) in enumerate((places[:2], places[2:])):
+            text = "".join(tokens[side][begin:end])
+            if text:
+                sides[side].append((text, kind != "equal" or text.isspace()))
+    return tuple(map(tuple, sides))
+
+
+def _cut(text: str, start: int) -> str:
+    kept = text[start : start + LONGEST]
+    return ("…" if start else "") + kept + ("…" if start + LONGEST < len(text) else "") if text else "(empty)"
