@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from analysis.figures.shown import Shown
     from analysis.labelling import Labelling
+    from analysis.measuring.events import Event
     from analysis.plots import Picture
 
 ANY = "any"
@@ -127,6 +128,10 @@ class Words:
     doubts: Callable[[Sequence[Labelling]], Mapping[str, str]] = _no_doubts
 
 
+def _no_events(_: Any) -> tuple[Event, ...]:
+    return ()
+
+
 def _as_it_is(run: Any, _: Labelling) -> Any:
     return run
 
@@ -169,6 +174,7 @@ class FormAnalysis:
         words: what is said of them.
         fixtures: returns a table of each kind of thing in the world of a run, such as `fires`; none by default.
         twin: which runs are the null of others; none by default.
+        events: the events of a run, beside replies that cannot be read and failures, which runs of every form have.
     """
 
     name: str
@@ -181,6 +187,7 @@ class FormAnalysis:
     words: Words = field(default_factory=Words)
     fixtures: Callable[[RunFolder], Mapping[str, pd.DataFrame]] = _no_fixtures
     twin: Twin | None = None
+    events: Callable[[Any], Iterable[Event]] = _no_events
 
 
 def form_of(name: str) -> FormAnalysis:

@@ -59,6 +59,18 @@ def read_agents(folder: RunFolder, summary: RunSummary | None) -> list[Agent]:
     return read_lines(folder, AGENTS, content, summary, Agent) if is_recorded else []
 
 
+def last_step(folder: RunFolder) -> int:
+    """Return the step of the last whole line that a run recorded; 0 where there is none.
+
+    Raises:
+        RecordError: that line is damaged.
+    """
+    content = folder.steps_bytes()
+    whole = content[: content.rfind(b"\n") + 1].splitlines()[-1:]
+    steps = lines_of(b"".join(whole), dict[str, Any], folder.path / STEPS)
+    return max((int(line.get("step", 0)) for line in steps), default=0)
+
+
 def _check_digest(file: Path, content: bytes, summary: RunSummary) -> None:
     expected = summary.records_sha256.get(file.name)
     if expected is None and summary.status != COMPLETE:

@@ -17,6 +17,7 @@ from analysis.findings.records import FILE as FINDINGS_FILE
 from analysis.findings.records import findings_frame
 from analysis.form import FormAnalysis, NoDecisionsError, Records, form_of
 from analysis.lines import COMPLETE, NOT_STARTED, UNFINISHED, read_agents, read_further
+from analysis.measuring.events import FILE as EVENTS_FILE
 from foundry.errors import InputError, RecordError
 from foundry.records import NOT_JSON, Call, CameraEpisode, Message, RunSummary
 from foundry.storing.store import RunFolder, SweepFolder
@@ -118,6 +119,15 @@ class Loaded:
             return findings_frame(path.read_bytes())
         except NOT_JSON as error:
             raise RecordError(f"'{path}' cannot be read: {error}. Run foundry analyze {self.path} again.") from error
+
+    @cached_property
+    def events(self) -> pd.DataFrame:
+        """One row per event of the last `foundry analyze`: run, step, agent (missing for none), event, text.
+
+        Raises:
+            InputError: the sweep was not analysed.
+        """
+        return pd.read_parquet(self._analysed(EVENTS_FILE)).astype({"agent": "Int64"})
 
     def _analysed(self, name: str) -> Path:
         """Return a file that the analysis writes.

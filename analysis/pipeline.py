@@ -23,6 +23,8 @@ from analysis.form import FormAnalysis, form_of, forms_of
 from analysis.labelling import Labelling, model_labelling, rule_labelling
 from analysis.labelling.people import write_labellers
 from analysis.load import Folders, folders_of, runs_by_id
+from analysis.measuring.events import FILE as EVENTS_FILE
+from analysis.measuring.events import EventsFile
 from analysis.measuring.memory import open_memory
 from analysis.measuring.runs import RunResult, Source, measure_runs
 from analysis.measuring.steps_file import open_steps_file
@@ -223,6 +225,7 @@ def analyze(
     found = replace(found, findings=_findings(found))
     written = [
         folder / "steps.parquet",
+        folder / EVENTS_FILE,
         write_findings(folder, found.findings),
         *_write_tables(found),
         write_summary(found.path, found.summary, found.notes),
@@ -387,6 +390,7 @@ def _measure_and_write_steps(
 ) -> list[RunResult]:
     runs = [run for source in sources for run in SweepFolder.open(source.path).runs()]
     by_sweep = len({source.name for source in sources}) > 1
+    events = EventsFile(by_sweep=by_sweep)
     results: list[RunResult] = []
     with (
         open_memory(folder / "measured.sqlite") as memory,
@@ -395,9 +399,12 @@ def _measure_and_write_steps(
         for result in measure_runs(sources, memory):
             if result.steps is not None and chosen.takes(result):
                 file.add(result.sweep, result.steps)
+            if chosen.takes(result):
+                events.add(result.sweep, result.keys["run"], result.events)
             results.append(result.without_steps())
             if watch is not None:
                 watch(len(results), len(runs))
+    events.write(folder)
     return beyond_twins(results)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import pandas as pd
 
+from analysis.camera.events import events
 from analysis.camera.records import read_records, schema
 from analysis.camera.run import CameraRun, command_kinds
 from analysis.form import Decisions, Figures, FormAnalysis, Words
@@ -55,4 +56,5 @@ ANALYSIS = FormAnalysis(
     decided=_decided,
     figures=_figures,
     words=WORDS,
+    events=events,
 )

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.form import Decisions, Figures, FormAnalysis, Twin, Words
+from analysis.grid.events import events
 from analysis.grid.records import fixtures, labelled, read_records, schema
 from analysis.grid.run import GridRun
 from analysis.labelling import Labelling
@@ -78,6 +79,7 @@ ANALYSIS = FormAnalysis(
     decided=_decided,
     figures=_figures,
     words=WORDS,
+    events=events,
     twin=Twin(
         "tell_fires",
         told=True,

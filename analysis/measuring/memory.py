@@ -16,6 +16,7 @@ from pathlib import Path
 import msgspec
 import pyarrow as pa  # type: ignore[import-untyped]
 
+from analysis.measuring.events import Event
 from foundry.own_code import own_folders, own_modules
 from foundry.storing.store import RunFolder
 
@@ -37,10 +38,12 @@ class Measured:
     Attributes:
         measures: by `<signature>.<measure>`.
         steps: its steps without texts; None unless it is a complete run.
+        events: what happened in it, in words.
     """
 
     measures: dict[str, float]
     steps: pa.Table | None
+    events: list[Event]
 
 
 class Memory:
@@ -69,7 +72,8 @@ class Memory:
             return None
         measures, steps = found
         with pa.ipc.open_stream(steps) as reader:
-            return Measured(msgspec.msgpack.decode(measures, type=dict[str, float]), reader.read_all())
+            numbers, events = msgspec.msgpack.decode(measures, type=tuple[dict[str, float], list[Event]])
+            return Measured(numbers, reader.read_all(), events)
 
     def keep(self, key: str, found: Measured) -> None:
         """Keep what was measured, steps included."""
@@ -79,7 +83,7 @@ class Memory:
         sink = pa.BufferOutputStream()
         with pa.ipc.new_stream(sink, found.steps.schema, options=pa.ipc.IpcWriteOptions(compression="lz4")) as writer:
             writer.write_table(found.steps)
-        row = (key, msgspec.msgpack.encode(found.measures), sink.getvalue().to_pybytes())
+        row = (key, msgspec.msgpack.encode((found.measures, found.events)), sink.getvalue().to_pybytes())
         with self._giving_up():
             self._connection.execute("INSERT OR REPLACE INTO measured VALUES (?, ?, ?)", row)
             self._pending += 1

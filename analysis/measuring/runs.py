@@ -13,9 +13,10 @@ from analysis.any.general import general_run
 from analysis.any.run import AnyRun
 from analysis.form import form_of
 from analysis.labelling import Labelling, rule_labelling
-from analysis.lines import COMPLETE, FAILED
+from analysis.lines import COMPLETE, FAILED, last_step
 from analysis.load import further_factors, identity, measurable, status
 from analysis.measuring.compact import Values
+from analysis.measuring.events import Event, failure, unreadable_replies
 from analysis.measuring.memory import Measured, Memory, key_of
 from analysis.measuring.steps_file import steps_table
 from analysis.signatures import FAILURE_RATE
@@ -80,6 +81,7 @@ class RunResult:
         baseline: whether it is one of the scripted runs made for comparison.
         measures: by `<signature>.<measure>`; FAILURE_RATE alone unless it is a complete run.
         steps: its steps without texts; None in the same cases.
+        events: what happened in it, in words.
     """
 
     sweep: str
@@ -91,10 +93,11 @@ class RunResult:
     baseline: bool
     measures: Values
     steps: pa.Table | None
+    events: Sequence[Event]
 
     def without_steps(self) -> RunResult:
-        """Return the same without the steps, which are large."""
-        return replace(self, steps=None)
+        """Return the same without the steps and events, which are large."""
+        return replace(self, steps=None, events=())
 
     def without_measures(self) -> RunResult:
         """Return the same without the measures, once they are in a table."""
@@ -163,10 +166,12 @@ def _measured(folder: RunFolder, source: Source) -> Measured:
     measures = {FAILURE_RATE: {COMPLETE: 0.0, FAILED: 1.0}.get(ended, math.nan)}
     whole = measurable(folder, found)
     if whole is None:
-        return Measured(measures, None)
+        return Measured(measures, None, failure(found, last_step(folder)) if ended == FAILED else [])
     form, run = whole.form, whole.form.labelled(whole.run, source.labelling)
-    measures |= signatures.measure(run, run if form.run is AnyRun else general_run(folder, whole.records))
-    return Measured(measures, steps_table(folder.id, whole.records, form.schema(folder.declared)))
+    general = run if form.run is AnyRun else general_run(folder, whole.records)
+    measures |= signatures.measure(run, general)
+    events = [*unreadable_replies(general), *form.events(run)]
+    return Measured(measures, steps_table(folder.id, whole.records, form.schema(folder.declared)), events)
 
 
 def _described(folder: RunFolder, source: Source, found: Measured) -> RunResult:
@@ -183,4 +188,5 @@ def _described(folder: RunFolder, source: Source, found: Measured) -> RunResult:
         baseline=source.baseline,
         measures=Values(found.measures),
         steps=found.steps,
+        events=found.events,
     )

@@ -12,6 +12,7 @@ from analysis.any.records import read_records as read_any
 from analysis.form import Figures, FormAnalysis, Words
 from analysis.labelling import Labelling
 from analysis.lines import read_further
+from analysis.rounds.events import events
 from analysis.rounds.run import RoundsRun
 from foundry.records import RunSummary
 from foundry.storing.store import RECORD_STREAMS, RunFolder
@@ -60,4 +61,4 @@ def _figures(seed: int) -> Figures:
     return RoundsFigures(seed)
 
 
-ANALYSIS = FormAnalysis(name="rounds", run=RoundsRun, read=_read, figures=_figures, words=WORDS)
+ANALYSIS = FormAnalysis(name="rounds", run=RoundsRun, read=_read, figures=_figures, words=WORDS, events=events)

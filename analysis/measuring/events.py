@@ -1,0 +1,87 @@
+"""Events of a run in words, and the file `events.parquet` that holds those of a sweep."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pyarrow as pa  # type: ignore[import-untyped]
+import pyarrow.parquet as pq  # type: ignore[import-untyped]
+
+from analysis.arrays import OUTCOMES, BoolArray
+from foundry.records import RunSummary
+
+FILE = "events.parquet"
+LONGEST_TEXT = 120
+"""Characters of what somebody said, or why a run failed, in an event."""
+
+
+class Event(msgspec.Struct, frozen=True, array_like=True):
+    """Something that happened in a run.
+
+    Attributes:
+        step: 1-based step; 0 before the first.
+        agent: agent id; None where it happened to no single agent.
+        event: its identifier, such as `first_warning`.
+        text: what happened, in words.
+    """
+
+    step: int
+    agent: int | None
+    event: str
+    text: str
+
+
+def unreadable_replies(run: Any) -> Iterator[Event]:
+    """Yield the decisions of a run of any form (`analysis.any.run.AnyRun`) that could not be read."""
+    for place in np.flatnonzero(~run.readable).tolist():
+        agent, kind, outcome = int(run.agent[place]), run.kind[place], OUTCOMES[int(run.outcome[place])]
+        yield Event(int(run.step[place]), agent, "unreadable", f"agent {agent}: no readable {kind} ({outcome})")
+
+
+def failure(summary: RunSummary | None, last_step: int) -> list[Event]:
+    """Return that a run failed after this step, and why."""
+    if summary is None:
+        return []
+    return [Event(last_step, None, "failed", f"run failed: {shortened(f'{summary.error_type}: {summary.error}')}")]
+
+
+def shortened(text: str) -> str:
+    """Return a text in one line, cut where it is long."""
+    line = " ".join(text.split())
+    return line if len(line) <= LONGEST_TEXT else f"{line[: LONGEST_TEXT - 1]}…"
+
+
+def beginnings(flags: BoolArray) -> list[int]:
+    """Return where rows of flags (T,) begin that are true one after another."""
+    before = np.concatenate([[False], flags[:-1]]) if len(flags) else flags
+    return np.flatnonzero(flags & ~before).tolist()
+
+
+class EventsFile:
+    """Gathers the events of runs; `write` puts them into the file."""
+
+    def __init__(self, *, by_sweep: bool) -> None:
+        self._columns: dict[str, list[Any]] = {name: [] for name in (*(["sweep"] * by_sweep), *SCHEMA.names)}
+
+    def add(self, sweep: str, run: str, events: Iterable[Event]) -> None:
+        """Take the events of one run of a sweep."""
+        for event in sorted(events, key=lambda one: (one.step, -1 if one.agent is None else one.agent, one.event)):
+            row = {"sweep": sweep, "run": run, **msgspec.structs.asdict(event)}
+            for name, values in self._columns.items():
+                values.append(row[name])
+
+    def write(self, folder: Path) -> Path:
+        """Write the file; returns its path."""
+        schema = SCHEMA if "sweep" not in self._columns else SCHEMA.insert(0, pa.field("sweep", pa.string()))
+        pq.write_table(pa.table(self._columns, schema=schema), folder / FILE, compression="zstd")
+        return folder / FILE
+
+
+SCHEMA = pa.schema(
+    [("run", pa.string()), ("step", pa.int64()), ("agent", pa.int64()), ("event", pa.string()), ("text", pa.string())]
+)
+"""The columns of the file; with several sweeps `sweep` stands before them."""
