@@ -13,6 +13,8 @@ from analysis.stats.plan import DECLARED
 from analysis.tables.texts import number, p_value, rounded, with_interval
 from foundry.texts import counted
 
+MOST_TESTED = 3
+"""Measures that a command for new seeds declares."""
 _ROUNDING = 1e-9
 
 
@@ -56,7 +58,7 @@ class Finding:
     @property
     def is_equal(self) -> bool:
         """Whether there is no difference at all, apart from rounding."""
-        return abs(self.closest["difference"]) < _ROUNDING
+        return bool(abs(self.closest["difference"]) < _ROUNDING)
 
     @property
     def closest(self) -> Row:
@@ -209,6 +211,12 @@ def _finding(own: Sequence[Row], level: str, higher: bool, rows: Sequence[Row]) 
         means.setdefault(str(row["reference"]), float(row["mean_reference"]))
     compared = sum(level in (row["level"], row["reference"]) for row in rows)
     return Finding(tuple(own), level, higher, compared, means)
+
+
+def measures_to_test(ranked: Sequence[Finding]) -> list[str]:
+    """Return the measures that are worth new seeds: those with the largest gaps whose interval excludes 0."""
+    measures = dict.fromkeys(finding.measure for finding in ranked if finding.excludes_zero or finding.differs)
+    return list(measures)[:MOST_TESTED]
 
 
 def effect(row: Row) -> float:

@@ -87,5 +87,6 @@ def findings_frame(content: bytes) -> pd.DataFrame:
     frame = pd.DataFrame(
         [msgspec.structs.asdict(record) for record in records], columns=list(FindingRecord.__struct_fields__)
     )
-    frame["moments"] = [[msgspec.structs.asdict(moment) for moment in record.moments] for record in records]
+    moments = pd.Series([[msgspec.structs.asdict(moment) for moment in record.moments] for record in records])
+    frame = frame.assign(moments=moments)
     return frame.astype(dict.fromkeys(("value", "reference_value", "difference", "low", "high", "p"), float))

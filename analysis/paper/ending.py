@@ -10,7 +10,7 @@ from functools import cached_property
 
 import pandas as pd
 
-from analysis.findings.ranking import Finding, findings, upright
+from analysis.findings.ranking import Finding, findings, measures_to_test, upright
 from analysis.form import FormAnalysis
 from analysis.paper.gaps import aligned, gap_lines, short_names
 from analysis.paper.sentence import DIFFERENT, SAME, SILENT, Row, Sides, kind_of, named, why_silent
@@ -27,8 +27,6 @@ MOST_LINES, WIDEST = 20, 100
 """Lines and columns of an ending."""
 MOST_WARNINGS, FEWEST_WARNINGS = 4, 2
 """Lines of what to look out for, and those that are left to it where findings have no room."""
-MOST_TESTED = 3
-"""Measures that the command for new seeds declares."""
 MOST_THRESHOLDS = 3
 """Thresholds that an ending tells."""
 LEAST_TABLE = 4
@@ -260,11 +258,11 @@ class _Shown:
 
     def _again(self) -> list[str]:
         """Return the command that tests the largest gaps on new seeds."""
-        found = [finding for finding in self.ranked if finding.excludes_zero][:MOST_TESTED]
-        if not found:
+        measures = measures_to_test(self.ranked)
+        if not measures:
             return []
         pairs = {(row["level"], row["reference"], row["context"]) for row in self.rows}
-        command = self.told.again(list(dict.fromkeys(finding.measure for finding in found)), len(pairs))
+        command = self.told.again(measures, len(pairs))
         title = "Test the largest on new seeds, declared before they run:"
         return [title, *wrapped(command, self.width, "  ", "    ")]
 

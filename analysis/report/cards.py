@@ -206,7 +206,7 @@ def marked(first: str, second: str) -> tuple[tuple[tuple[str, bool], ...], ...]:
     alike = next((at for at, (a, b) in enumerate(zip(*texts, strict=False)) if a != b), min(map(len, texts)))
     start = alike - _BEFORE if alike > LONGEST // 2 and max(map(len, texts)) > LONGEST else 0
     tokens = [_TOKEN.findall(_cut(text, start)) for text in texts]
-    steps = difflib.SequenceMatcher(None, *tokens, autojunk=False).get_opcodes()
+    steps = difflib.SequenceMatcher(None, tokens[0], tokens[1], autojunk=False).get_opcodes()
     sides: list[list[tuple[str, bool]]] = [[], []]
     for kind, *places in steps:
         for side, (begin, end) in enumerate((places[:2], places[2:])):

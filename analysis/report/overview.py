@@ -10,7 +10,7 @@ import pandas as pd
 
 from analysis.figures.members import Member
 from analysis.figures.shown import Shown
-from analysis.findings.ranking import findings
+from analysis.findings.ranking import findings, measures_to_test
 from analysis.paper.ending import nothing_claimed
 from analysis.paper.gaps import short_names
 from analysis.paper.sentence import DIFFERENT, kind_of
@@ -31,8 +31,6 @@ MOST_MEASURES = 5
 """Measures that are columns of the matrix of one world."""
 MOST_GROUPS = 24
 """Rows of the matrix."""
-MOST_TESTED = 3
-"""Measures that the command for new seeds declares."""
 
 
 def facts(found: Material) -> list[str]:
@@ -282,8 +280,7 @@ def claims(found: Material) -> Claims:
         sentence = f"{said} {HELD_NOT if found.analysis.planned else EXPLORES} A claim needs new seeds:"
     else:
         sentence = nothing_claimed(rows)
-    gaps = [finding for finding in ranked if finding.excludes_zero or finding.differs]
-    measures = list(dict.fromkeys(finding.measure for finding in gaps))[:MOST_TESTED]
+    measures = measures_to_test(ranked)
     if not measures:
         return Claims(sentence, "", "")
     pairs = len({(row["level"], row["reference"], row["context"]) for row in rows})

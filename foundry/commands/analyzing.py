@@ -103,8 +103,15 @@ def analyze(
     with only_json(json):
         codes = [run_baselines(folder, trust_targets or ()) for folder in folders] if baselines else []
     by_model, show = labeller is Labeller.MODEL, analyze_and_print if json else analyze_and_show
-    filters = {"only": only or (), "without": without or ()}
-    show(folders, labelled_by_model=by_model, family=family, margins=margins, all_plots=all_plots, **filters)
+    show(
+        folders,
+        labelled_by_model=by_model,
+        family=family,
+        margins=margins,
+        all_plots=all_plots,
+        only=only or (),
+        without=without or (),
+    )
     raise typer.Exit(max(codes, default=EXIT_OK))
 
 
