@@ -7,13 +7,20 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+import numpy as np
 import pytest
 
 import foundry
 from analysis.findings.moments import ALL_BUT_OWN_WORDS, MESSAGE, PROMPT, first_moment
+from analysis.findings.ranking import findings
+from analysis.paper.sentence import Sides
 from analysis.paper.summary import EXPLORES
+from analysis.stats.contrasts import contrasts
+from analysis.tables.comparison import compare
+from analysis.tables.groups import swept_columns
 from foundry.storing.run_files import calls_bytes
 from foundry.storing.store import RunFolder, SweepFolder
+from signature_tables import table
 
 WORLD = ("world.agents=4", "world.steps=4")
 
@@ -84,3 +91,24 @@ def say_and_tell(run: RunFolder, said: str, told: str) -> None:
         for call in run.calls()
     ]
     (run.path / "calls.jsonl.zst").write_bytes(calls_bytes(calls))
+
+
+def test_only_what_was_declared_and_tested_stands_and_a_gap_says_whether_its_interval_includes_0():
+    values = np.random.default_rng(1).normal(0.4, 0.05, 8)
+    shifts = {"idle_rate.chosen": (values + 0.3).tolist(), "communication.rate": values[::-1].tolist()}
+    made = table(
+        [
+            {"model": model, "seed": seed, **{name: own[seed] for name, own in by_measure.items()}}
+            for model, by_measure in (("a", dict.fromkeys(shifts, values.tolist())), ("b", shifts))
+            for seed in range(8)
+        ]
+    )
+    columns = swept_columns(made)
+    for claim in ("declared", "exploratory"):
+        rows = contrasts(made, columns, family=list(shifts)).assign(claim=claim, look=1)
+        sides = Sides.of(rows, compare(made, columns), {})
+        idle, talk = findings(rows[rows["headline"]].to_dict("records"))
+        assert (idle.measure, idle.stands, talk.stands) == ("idle_rate.chosen", claim == "declared", False)
+        assert idle.plain(sides, {}).startswith("b stays where it is more often than a: 0.7")
+        said = talk.plain(sides, {})
+        assert said.startswith("In these runs ") and said.endswith("(the interval includes 0), 8 seeds.")
