@@ -251,7 +251,7 @@ def _took(found: Material, keys: Mapping[Shown, tuple[str, ...]], key: tuple[str
     mine = [member for member in found.members if keys.get(member.shown) == key]
     decisions, unreadable = _decisions(mine)
     cost = _cost(mine)
-    readable = percent(1 - unreadable / decisions) if decisions else "none decided"
+    readable = percent(1 - unreadable / decisions) if decisions else "not counted"
     return readable, f"{cost.calls:,}", _short(cost.tokens), duration(cost.seconds)
 
 
