@@ -19,13 +19,7 @@ from foundry.worlds.grid.parsing import read_action, read_message
 
 CALLS = 2000
 READ = {"message": read_message, "action": read_action}
-OBSERVATION = {
-    "x": 0,
-    "y": 0,
-    "half_size": 3,
-    "received": [{"sender": 1, "text": 'Where\'s "it"?'}],
-    "agent": 0,
-}
+OBSERVATION = {"x": 0, "y": 0, "half_size": 3, "received": [{"sender": 1, "text": 'Where\'s "it"?'}], "agent": 0}
 
 
 def load() -> Flaky:

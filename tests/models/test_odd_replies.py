@@ -53,11 +53,7 @@ OPENAI_REPLY = {
 }
 TAGS = {"models": [{"model": "m:latest", "digest": "a1"}]}
 SHOWN = {"capabilities": ["vision"], "model_info": {"general.architecture": "a", "a.context_length": 9}}
-LISTING = {
-    "data": [
-        {"id": "m", "owned_by": "o", "max_model_len": 9, "context_length": 8, "capabilities": ["vision"]},
-    ]
-}
+LISTING = {"data": [{"id": "m", "owned_by": "o", "max_model_len": 9, "context_length": 8, "capabilities": ["vision"]}]}
 REFUSED = {"error": {"message": "no", "type": "t", "code": "c", "param": "p"}}
 
 MANY = settings(max_examples=150)

@@ -127,11 +127,7 @@ def test_the_seed_decides_and_without_temperature_it_does_not(reader, make_local
 
 def test_tokens_are_counted_and_a_reply_at_its_length_says_so(reader, make_local, make_request, run):
     (reply,) = run(make_local(reader, options={"max_new_tokens": 3}), lambda m: m.ask_all([make_request("abc")]))
-    assert (reply.prompt_tokens, reply.output_tokens, reply.ending) == (
-        len("abc") + 3,
-        3,
-        "length",
-    )
+    assert (reply.prompt_tokens, reply.output_tokens, reply.ending) == (len("abc") + 3, 3, "length")
     assert reply.timings["total"] >= reply.timings["output"] > 0
     assert "torch" in str(reply.server_version)
 

@@ -31,12 +31,7 @@ def environment(**changes: str) -> dict[str, str]:
 def foundry(*arguments: str, cwd: Path, **changes: str) -> subprocess.CompletedProcess[str]:
     """Run the command to its end, in this process, as if it had been started in `cwd` with these variables."""
     out, error = io.StringIO(), io.StringIO()
-    with (
-        no_traces(),
-        contextlib.chdir(cwd),
-        contextlib.redirect_stdout(out),
-        contextlib.redirect_stderr(error),
-    ):
+    with no_traces(), contextlib.chdir(cwd), contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
         os.environ.update(changes)
         code = run(arguments)
     return subprocess.CompletedProcess(arguments, code, out.getvalue(), error.getvalue())

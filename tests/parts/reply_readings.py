@@ -109,11 +109,7 @@ MOVES = [
     ("前方に50センチ移動する", FORWARD, 0.5),
     ("我会向前走1.5米，靠近标志。", FORWARD, 1.5),
     ("向左走1米", LEFT, 1),
-    (
-        "Hmm, there is a wall on my left and a door on my right... I guess I'd rather step back half a metre.",
-        BACK,
-        0.5,
-    ),
+    ("Hmm, there is a wall on my left and a door on my right... I guess I'd rather step back half a metre.", BACK, 0.5),
     ("<think>forward 3 m? no, the table is in the way</think> Strafe left 50cm.", LEFT, 0.5),
     ("right? I'm not sure. Move forward 1 m", FORWARD, 1),
     ('The sign says "EXIT" with an arrow pointing right. Move right 1 m.', RIGHT, 1),

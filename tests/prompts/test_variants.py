@@ -37,23 +37,10 @@ EXAMPLE = {
     "received": [{"sender": 1, "text": "I can also see fire1 from inside the library."}],
     "message": "I can detect fire1 near the library; please stay alert.",
 }
-ALONE = EXAMPLE | {
-    "place": None,
-    "fires": [],
-    "neighbours": [],
-    "memory": [],
-    "received": [],
-    "message": None,
-}
+ALONE = EXAMPLE | {"place": None, "fires": [], "neighbours": [], "memory": [], "received": [], "message": None}
 TWO_OF_EACH = EXAMPLE | {
-    "fires": [
-        EXAMPLE["fires"][0],
-        {"name": "fire2", "x": -15, "y": -10, "intensity": 0.5, "radius": 8, "distance": 7},
-    ],
-    "neighbours": [
-        EXAMPLE["neighbours"][0],
-        {"id": 4, "x": 9, "y": 0, "persona": {"gender": "female"}, "place": None},
-    ],
+    "fires": [EXAMPLE["fires"][0], {"name": "fire2", "x": -15, "y": -10, "intensity": 0.5, "radius": 8, "distance": 7}],
+    "neighbours": [EXAMPLE["neighbours"][0], {"id": 4, "x": 9, "y": 0, "persona": {"gender": "female"}, "place": None}],
     "memory": ["one", "two"],
     "received": [{"sender": 1, "text": "a"}, {"sender": 4, "text": "b"}],
 }

@@ -117,12 +117,7 @@ def test_captions_say_the_model_the_seed_and_what_differs(grid_runs: list[RunFol
 
 @pytest.mark.parametrize(
     ("text", "every", "steps"),
-    [
-        (None, None, [0, 1, 2, 3, 4, 5, 6]),
-        ("0,5,2-4", None, [0, 2, 3, 4, 5]),
-        (" 6 , 6", None, [6]),
-        (None, 4, [0, 4]),
-    ],
+    [(None, None, [0, 1, 2, 3, 4, 5, 6]), ("0,5,2-4", None, [0, 2, 3, 4, 5]), (" 6 , 6", None, [6]), (None, 4, [0, 4])],
 )
 def test_steps_are_chosen(text: str | None, every: int | None, steps: list[int]):
     assert chosen_steps(text, every, 6) == steps

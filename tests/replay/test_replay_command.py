@@ -66,10 +66,7 @@ def test_a_run_that_is_not_finished_is_shown_as_far_as_it_goes(
         done = replay(run.path, "--steps", 0, "--out", "pictures", cwd=workspace)
     finally:
         hidden.rename(run.path / "run.json")
-    assert done.stdout.splitlines() == [
-        f"{run.id}: unfinished: recorded up to step 6",
-        "wrote 1 pictures to pictures",
-    ]
+    assert done.stdout.splitlines() == [f"{run.id}: unfinished: recorded up to step 6", "wrote 1 pictures to pictures"]
     assert [file.name for file in (workspace / "pictures").iterdir()] == ["step_0000.png"]
 
 

@@ -9,17 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from commands import (
-    cached_answers,
-    foundry,
-    is_dead,
-    is_stopping,
-    kill,
-    sessions,
-    started,
-    statuses,
-    wait_until,
-)
+from commands import cached_answers, foundry, is_dead, is_stopping, kill, sessions, started, statuses, wait_until
 from foundry.storing.store import SweepFolder
 from holding import CALLS, SWEEP, Holding, assert_nothing_lost_or_paid_twice
 from ollama_server import OllamaServer

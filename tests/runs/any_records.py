@@ -35,10 +35,7 @@ STREAMS = {
 }
 BAR = Declared(
     form="ring",
-    actions={
-        "choice": Actions(labels=("go", "stay"), idle="stay"),
-        "bid": Actions(low=0, high=10),
-    },
+    actions={"choice": Actions(labels=("go", "stay"), idle="stay"), "bid": Actions(low=0, high=10)},
     streams=STREAMS,
 )
 

@@ -137,16 +137,7 @@ def refused(status: int, error: str) -> ChatCase:
 CHARACTERS_PER_TOKEN = 4
 LOAD_OPTIONS = ("num_ctx", "num_batch", "num_gpu", "main_gpu", "use_mmap", "num_thread", "draft_num_predict")
 THINK_LEVELS = (None, False, True, "low", "medium", "high", "max")
-INTEGER_OPTIONS = (
-    "seed",
-    "num_ctx",
-    "num_predict",
-    "num_keep",
-    "top_k",
-    "num_thread",
-    "num_batch",
-    "num_gpu",
-)
+INTEGER_OPTIONS = ("seed", "num_ctx", "num_predict", "num_keep", "top_k", "num_thread", "num_batch", "num_gpu")
 
 
 def estimated_tokens(body: Mapping[str, Any]) -> int:
@@ -189,10 +180,7 @@ def overflow_of(body: Mapping[str, Any]) -> ChatCase | None:
         return None
     if body.get("truncate", True):
         return truncated(num_ctx)
-    inner = {
-        "code": 400,
-        "message": f"request ({tokens} tokens) exceeds the available context size ({num_ctx})",
-    }
+    inner = {"code": 400, "message": f"request ({tokens} tokens) exceeds the available context size ({num_ctx})"}
     return refused(400, msgspec.json.encode({"error": {**inner, "type": "exceed_context_size_error"}}).decode())
 
 
@@ -261,11 +249,7 @@ def chat_lines(body: Body, case: ChatCase, elapsed_s: float, worked_s: float) ->
     if case.thinking is not None:
         lines[0]["message"]["thinking"] = case.thinking
     if case.done:
-        lines[-1] |= {
-            "done": True,
-            "done_reason": case.done_reason,
-            **_metrics(body, case, elapsed_s, worked_s),
-        }
+        lines[-1] |= {"done": True, "done_reason": case.done_reason, **_metrics(body, case, elapsed_s, worked_s)}
     return lines
 
 

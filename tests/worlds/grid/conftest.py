@@ -39,10 +39,7 @@ def at(make: Make) -> Make:
     """Return a function that makes the cafe and library world with agents on given cells."""
 
     def make_at(*cells: tuple[int, int], **changes: Any) -> GridScenario:
-        layout = {
-            "_target_": "foundry.worlds.grid.layouts.Explicit",
-            "positions": [list(cell) for cell in cells],
-        }
+        layout = {"_target_": "foundry.worlds.grid.layouts.Explicit", "positions": [list(cell) for cell in cells]}
         return make(agents=len(cells), layout=layout, **changes)
 
     return make_at

@@ -281,10 +281,7 @@ def test_a_way_visits_all_cells_along_it_and_those_within_reach():
     assert 0.3 < len(nav.visited(ends, 1.0)) / len(nav.places) < 0.45
 
 
-@given(
-    st.lists(st.tuples(*[st.floats(-2.5, 2.5)] * 2, *[st.floats(0.1, 1.5)] * 2), max_size=6),
-    st.integers(0, 10**6),
-)
+@given(st.lists(st.tuples(*[st.floats(-2.5, 2.5)] * 2, *[st.floats(0.1, 1.5)] * 2), max_size=6), st.integers(0, 10**6))
 @settings(max_examples=25)
 @pytest.mark.slow
 def test_every_way_can_be_walked_and_is_no_longer_than_over_the_grid(blocks, draw):

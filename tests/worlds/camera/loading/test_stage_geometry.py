@@ -211,8 +211,7 @@ def test_a_shape_has_the_bounds_and_the_volume_of_its_schema(
 
 
 @pytest.mark.parametrize(
-    ("axis", "size", "normal"),
-    [("X", [0, 4, 2], [1, 0, 0]), ("Y", [2, 0, 4], [0, 1, 0]), ("Z", [2, 4, 0], [0, 0, 1])],
+    ("axis", "size", "normal"), [("X", [0, 4, 2], [1, 0, 0]), ("Y", [2, 0, 4], [0, 1, 0]), ("Z", [2, 4, 0], [0, 0, 1])]
 )
 def test_a_plane_faces_along_its_axis(tmp_path: Path, axis: str, size: list[float], normal: list[float]) -> None:
     def build(stage: Any) -> None:
