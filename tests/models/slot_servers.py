@@ -26,19 +26,7 @@ PACE = 2
 
 @dataclass
 class Timed:
-    """A server, and clients that always have one more call for it.
-
-    Attributes:
-        slots: calls worked on at once, one unit of time each on average.
-        spread: standard deviation of the logarithm of that time.
-        slowdown: how much longer each call takes in a batch of so many.
-        tells_queue: whether it says how long calls waited.
-        overhead: time per call outside of any slot; looks like a queue.
-        tells_tokens: whether it says how long its replies are.
-        per_unit: calls that it lets in per unit of time; the others try again a little later.
-        changes: slots from some number of answers on.
-        runs: so many runs have 20 calls each, and the next 20 once these are answered; 0 has no such phases.
-    """
+    """A server, and clients that always have one more call for it."""
 
     slots: int
     seed: int = 0
@@ -154,21 +142,7 @@ class Timed:
 
 
 class Unhurried:
-    """Hands real servers' replies to a model in the order and at the times at which servers of slots would give them.
-
-    The time moves on when every call in flight has its reply and the model has nothing else to do.
-
-    Args:
-        model: whose calls are kept waiting.
-        bounds: of its calls in flight.
-        slots: calls that each server works on at once.
-        work: units of time that a call with this seed is worked on.
-
-    Attributes:
-        now: the time.
-        limit: of the calls in flight, by that time.
-        most: calls that were in flight at once.
-    """
+    """Hands real servers' replies to a model when servers of slots would, once all in flight have theirs."""
 
     SETTLED = 20
     """Turns of the event loop after which nobody has anything to do but to wait."""

@@ -69,13 +69,10 @@ def test_a_forager_gathers_the_nearest_and_of_that_the_most(food: list[dict[str,
         assert decided(policy, food=food) == decision
 
 
-def test_a_forager_reproduces_when_it_has_what_that_needs():
+def test_a_forager_reproduces_and_a_sharer_gives_when_they_have_enough_and_a_fighter_attacks():
     birth = {"needs": 20, "gives": 5}
     assert decided(Forager("forager"), reproduction=birth) == {"action": "reproduce"}
     assert decided(Forager("forager"), reproduction=birth, energy=19)["action"] == "move"
-
-
-def test_a_sharer_gives_when_it_has_enough_and_a_fighter_attacks():
     give = {"action": "share", "target": 7, "amount": 5}
     assert decided(Sharer("sharer"), touchable=[7], energy=26) == give
     assert decided(Sharer("sharer"), touchable=[7], energy=25)["action"] == "move"

@@ -56,7 +56,7 @@ SHOWN = {"capabilities": ["vision"], "model_info": {"general.architecture": "a",
 LISTING = {"data": [{"id": "m", "owned_by": "o", "max_model_len": 9, "context_length": 8, "capabilities": ["vision"]}]}
 REFUSED = {"error": {"message": "no", "type": "t", "code": "c", "param": "p"}}
 
-MANY = settings(max_examples=150)
+MANY = settings(max_examples=80)
 
 json_values = st.recursive(
     st.none()
@@ -221,13 +221,7 @@ def test_a_run_of_odd_numbers_can_be_read_afterwards(workspace):
 
 
 class Pouring(LocalServer):
-    """Answers every call by a body that comes piece by piece.
-
-    Args:
-        pieces: the pieces.
-        pause_s: seconds between two of them.
-        encoding: how the body says that it is compressed.
-    """
+    """Answers every call by a body that comes piece by piece."""
 
     def __init__(self, pieces: Iterator[bytes], pause_s: float = 0.0, encoding: str = "identity") -> None:
         super().__init__()
@@ -286,14 +280,6 @@ def test_a_compressed_reply_of_common_size_is_read(make_any, make_request, run):
     either = {**OLLAMA_REPLY, "choices": OPENAI_REPLY["choices"]}
     with Pouring(iter([gzip.compress(json.dumps(either).encode())]), encoding="gzip") as server:
         assert run(make_any(server.url), lambda m: m.ask(make_request())).text == "Left."
-
-
-def test_a_pause_beyond_all_patience_ends_the_sweep_and_says_how_to_go_on(make_model, make_request, run):
-    with (
-        OllamaServer(lambda body: cases.busy("1000000000")) as server,
-        pytest.raises(ServerError, match=r"a pause of 1000000000 s, longer than .*longest_pause_s \(900\).*resume"),
-    ):
-        run(make_model(server.url), lambda m: m.ask(make_request()))
 
 
 def test_a_pause_that_an_ollama_server_asks_for_holds_every_later_call_back(make_model, make_request, run):

@@ -4,8 +4,6 @@ from datetime import UTC, datetime, timedelta
 from email.utils import format_datetime
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import ollama_cases as cases
 from foundry.errors import RequestError, ServerError, TransientError
@@ -47,16 +45,10 @@ def test_every_failure_is_an_error_of_one_line_of_the_right_kind(ask, case, kind
         ask(case)
     message = str(caught.value)
     assert type(caught.value) is kind
+    assert not isinstance(caught.value, TransientError) or caught.value.busy == (case.status in (429, 502, 503))
     assert "\n" not in message
     assert "Ollama at http://127.0.0.1:" in message
     assert "qwen3:4b-instruct-2507-q4_K_M" in message
-
-
-@pytest.mark.parametrize(("case", "is_busy"), [(cases.busy(), True), (cases.RUNNER_DIED, False)])
-def test_only_a_full_server_is_busy(ask, case, is_busy):
-    with pytest.raises(TransientError) as caught:
-        ask(case)
-    assert caught.value.busy is is_busy
 
 
 def test_retry_after_is_read_as_seconds_or_as_a_date(ask):
@@ -66,9 +58,3 @@ def test_retry_after_is_read_as_seconds_or_as_a_date(ask):
     now = datetime(2026, 9, 1, tzinfo=UTC)
     assert seconds_to_wait(format_datetime(now + timedelta(seconds=90), usegmt=True), now) == 90
     assert seconds_to_wait(format_datetime(now - timedelta(days=1), usegmt=True), now) == 0
-
-
-@given(st.text() | st.sampled_from(["-1", "inf", "nan", "Tue, 99 Foo 2026"]))
-def test_any_retry_after_is_a_finite_wait_or_none(header):
-    wait = seconds_to_wait(header, datetime(2026, 9, 1, tzinfo=UTC))
-    assert wait is None or 0 <= wait < float("inf")

@@ -60,15 +60,12 @@ def test_any_text_is_a_stable_base_url_or_an_input_error(text):
     assert parse_host(url) == url
 
 
-def test_hosts_come_as_one_as_several_with_commas_or_as_a_list_each_once():
+def test_hosts_come_as_one_as_several_with_commas_or_as_a_list_each_once_without_the_quotes_of_a_shell():
+    for host in ('"gpu1:8080"', "'gpu1:8080'", ' "gpu1:8080" ', '"gpu1:8080,gpu1:8080"'):
+        assert parse_hosts(host) == ("http://gpu1:8080",)
     expected = ("http://a:11434", "http://b:80")
     assert parse_hosts("a, http://b,a") == parse_hosts(["a", "http://b"]) == expected
     assert parse_hosts("") == parse_hosts([]) == ("http://127.0.0.1:11434",)
-
-
-@pytest.mark.parametrize("host", ['"gpu1:8080"', "'gpu1:8080'", ' "gpu1:8080" ', '"gpu1:8080,gpu1:8080"'])
-def test_quotes_that_a_shell_left_around_a_host_are_no_part_of_it(host):
-    assert parse_hosts(host) == ("http://gpu1:8080",)
 
 
 def test_a_failure_weighs_like_a_call_in_flight_until_the_host_answers():

@@ -17,14 +17,11 @@ def inspect(make_model, run, hosts, **changes):
     return run(make_model(hosts, **changes), lambda model: model.inspect())
 
 
-def test_inspecting_tells_digest_version_capabilities_and_context(make_model, run):
+def test_inspecting_tells_digest_version_capabilities_and_context_and_no_tag_means_latest(make_model, run):
     with OllamaServer(version="0.33.0") as server:
         info = inspect(make_model, run, server.url, name="qwen2.5vl:3b")
     assert (info.name, info.digest, info.server_version) == ("qwen2.5vl:3b", "c3" * 32, "0.33.0")
     assert (info.capabilities, info.context_length) == (("completion", "vision"), 128000)
-
-
-def test_a_name_without_tag_means_latest(make_model, run):
     with OllamaServer() as server:
         assert inspect(make_model, run, server.url, name="llama3.2").digest == "b2" * 32
     assert full_tag("hf.co/a/b:Q4") == "hf.co/a/b:Q4"
@@ -40,14 +37,11 @@ def test_an_unknown_model_names_the_closest_and_the_way_to_get_it(make_model, ru
     assert "\n" not in message
 
 
-def test_no_server_is_an_error_that_says_how_to_go_on(make_model, run):
+def test_a_host_that_is_no_ollama_server_is_an_error_that_says_how_to_go_on(make_model, run):
     with OllamaServer() as server:
         url = server.url
     with pytest.raises(InputError, match=r"Start Ollama .* set OLLAMA_HOST, or try .* foundry model=scripted/random"):
         inspect(make_model, run, url)
-
-
-def test_another_service_on_the_port_is_no_ollama_server(make_model, run):
     with OllamaServer() as server, pytest.raises(InputError, match="404 .* if it is not an Ollama server"):
         inspect(make_model, run, f"{server.url}/elsewhere")
 

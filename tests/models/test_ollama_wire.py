@@ -32,19 +32,15 @@ OPTIONS = {
 SHARED = {"model": "qwen3:4b-instruct-2507-q4_K_M", "stream": False, "truncate": False, "think": False}
 
 
-def test_a_call_sends_exactly_this_body(ask):
+def test_a_call_sends_exactly_the_body_of_the_pure_function(ask, make_model, make_request):
     _, body = ask(cases.grid_answer, "Where?")
+    assert body == chat_body(make_model("gpu1").settings, make_request("Where?"), "30m")
     assert body == {
         **SHARED,
         "messages": [{"role": "user", "content": "Where?"}],
         "keep_alive": "30m",
         "options": {**OPTIONS, "seed": 7},
     }
-
-
-def test_the_body_is_the_one_of_the_pure_function(ask, make_model, make_request):
-    _, body = ask(cases.grid_answer, "Where?")
-    assert body == chat_body(make_model("gpu1").settings, make_request("Where?"), "30m")
 
 
 def test_images_travel_as_plain_base64_beside_the_text(ask, make_request):
@@ -64,16 +60,12 @@ def test_options_left_to_the_model_are_not_sent_and_load_options_are_when_set(as
     assert not {"top_k", "stop", "num_gpu"} & set(body["options"])
 
 
-def test_parameters_are_what_is_sent_beside_messages_seed_and_keep_alive(make_model):
+def test_parameters_are_what_is_sent_beside_messages_seed_and_keep_alive_with_the_schemas_of_all_kinds(make_model):
     assert make_model("gpu1").parameters() == {**SHARED, "options": OPTIONS}
-
-
-def test_parameters_hold_the_schemas_of_all_kinds(make_model):
     model = make_model("gpu1", format="schema")
     assert set(model.parameters()["format"]) == {"action", "message"} == set(model.kinds)
-
-
-def test_transport_settings_are_no_parameters(make_model):
+    for schema in make_model("gpu1", format="schema").settings.schemas.values():
+        assert list(schema["properties"]) == sorted(schema["properties"])
     slow = make_model("gpu1,gpu2", server={"keep_alive": 5, "read_timeout_s": 9})
     assert slow.parameters() == make_model("gpu9").parameters()
 
@@ -81,11 +73,6 @@ def test_transport_settings_are_no_parameters(make_model):
 def test_a_kind_without_schema_is_refused_before_anything_is_sent(make_model, make_request):
     with pytest.raises(RequestError, match="No schema for questions of kind 'dance'; there are: action, message"):
         chat_body(make_model("gpu1", format="schema").settings, make_request(kind="dance"), "30m")
-
-
-def test_schema_properties_are_in_alphabetical_order(make_model):
-    for schema in make_model("gpu1", format="schema").settings.schemas.values():
-        assert list(schema["properties"]) == sorted(schema["properties"])
 
 
 def test_a_reply_carries_text_tokens_host_and_timings(ask):
@@ -125,21 +112,11 @@ def test_any_text_can_be_sent_and_only_lone_surrogates_change(text):
         assert clean == text
 
 
-def test_a_reply_cut_by_the_length_limit_says_so(ask):
+def test_a_reply_cut_by_the_length_limit_says_so_even_where_all_of_it_is_thinking(ask):
     assert ask(cases.ChatCase(text='{"act', done_reason="length"))[0].ending == "length"
-
-
-def test_thinking_without_content_up_to_the_limit_is_a_reply(ask):
     reply, _ = ask(cases.ONLY_THINKING)
     assert (reply.text, reply.ending) == ("", "length")
     assert reply.thinking.startswith("Hmm")
-
-
-@pytest.mark.parametrize("case", [cases.ABORTED, cases.ABORTED_500])
-def test_a_model_that_repeats_itself_gives_an_aborted_reply(ask, case):
-    with pytest.raises(UnusableReply) as caught:
-        ask(case)
-    assert (caught.value.reply.text, caught.value.reply.ending) == ("", "aborted")
 
 
 def test_an_empty_reply_is_unusable_and_kept(ask):
@@ -148,17 +125,11 @@ def test_an_empty_reply_is_unusable_and_kept(ask):
     assert (caught.value.reply.ending, caught.value.reply.output_tokens) == ("stop", 1)
 
 
-def test_a_long_prompt_is_refused_by_the_server_and_ends_the_run(ask):
+def test_a_long_prompt_is_refused_by_the_server_and_one_cut_without_a_word_is_noticed(ask):
     with pytest.raises(RequestError, match="exceeds the available context size"):
         ask(cases.grid_answer, "word " * 20_000)
-
-
-def test_a_prompt_that_was_cut_without_a_word_is_noticed(ask):
     with pytest.raises(RequestError, match="silent truncation of a prompt of 9000 bytes to 1026 tokens"):
         ask(cases.truncated(2048), "fire and water " * 600, options={"num_ctx": 2048})
-
-
-def test_a_short_prompt_is_never_taken_for_a_cut_one(ask):
     reply, _ = ask(cases.truncated(2048), "fire and water " * 60, options={"num_ctx": 2048})
     assert reply.prompt_tokens == 1026
 

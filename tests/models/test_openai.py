@@ -113,9 +113,6 @@ def test_a_reply_that_the_server_gave_up_is_aborted_and_without_text(reason, ask
     with pytest.raises(UnusableReply) as caught:
         ask_openai(ChatCase("half a", finish_reason=reason))
     assert (caught.value.reply.text, caught.value.reply.ending) == ("", "aborted")
-
-
-def test_an_empty_reply_is_unusable(ask_openai):
     with pytest.raises(UnusableReply, match="the reply is empty"):
         ask_openai(ChatCase(None))
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from analysis.pipeline import analyze
 from commands import SMALL, foundry, statuses, sweep_folder
 from foundry.errors import InputError
 from foundry.models.openai.server import Secret
@@ -66,11 +67,13 @@ def test_output_that_fits_no_format_is_a_failed_reply_and_fails_no_run(openai, w
     text = "The model produced output that does not match the expected peg-native format"
     with OpenAIServer(lambda body: refused(500, text, type="server_error", code=500)) as server:
         quick = ("model.server.retry.wait_initial_s=0.001", "model.server.retry.wait_max_s=0.001")
-        done = openai(server, "model=openai/a", "world.agents=2", "world.steps=2", *quick, "output.dir=out")
+        small = ("world.agents=2", "world.steps=2", "analyze=false", "output.dir=out")
+        done = openai(server, "model=openai/a", *small, *quick)
     assert done.returncode == 0 and statuses(workspace / "out") == ["complete"], done.stderr
     told = foundry("status", "out", cwd=workspace).stdout
     assert "100.0% of 8 replies could not be read (8 given up by the server), such as" in told
-    assert "does not match the expected peg-native format" in told and "foundry status shows some" in done.stdout
+    assert "does not match the expected peg-native format" in told
+    assert any("foundry status shows some" in note for note in analyze([workspace / "out"], plots=False).notes)
 
 
 def test_a_sweep_goes_on_with_other_flags_of_its_server_and_not_with_other_weights(openai, workspace: Path):
@@ -128,7 +131,7 @@ def test_a_wrong_key_ends_the_sweep_before_it_starts_and_is_not_repeated(openai,
 
 def test_a_key_in_place_of_its_variables_name_is_refused_and_not_repeated(openai):
     with OpenAIServer() as server:
-        for key in (KEY, "gsk_0123456789abcdef", "SECRET_TOKEN"):
+        for key in (KEY, "SECRET_TOKEN"):
             done = openai(server, "model=openai/a", f"model.server.api_key_env={key}", *SMALL)
             assert done.returncode == 2
             assert "must be the name of an environment variable" in done.stderr

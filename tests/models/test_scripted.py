@@ -76,25 +76,20 @@ def steps(records: list[Record]) -> list[GridStep]:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_policy_is_named_after_its_file(name):
+def test_a_policy_is_named_after_its_file_and_refuses_an_unknown_kind_of_question(name):
     model = load(name)
     assert model.name == f"scripted/{name}"
     assert not model.costs
     msgspec.json.encode(model.parameters())
+    question = Question(1, 0, "parameters", {})
+    with pytest.raises(InputError, match="'parameters'"):
+        asyncio.run(model.ask(request(question)))
 
 
 @pytest.mark.parametrize("name", [name for name in GRID if name != "flaky"])
 def test_a_policy_is_always_read_as_chosen(name):
     rows = steps(play(world(), load(name)))
     assert {row.outcome for row in rows} == {row.message_outcome for row in rows} == {Outcome.CHOSEN}
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_an_unknown_kind_of_question_is_refused(name):
-    model = load(name)
-    question = Question(1, 0, "parameters", {})
-    with pytest.raises(InputError, match="'parameters'"):
-        asyncio.run(model.ask(request(question)))
 
 
 def test_random_draws_uniformly_among_the_legal_actions():

@@ -65,10 +65,7 @@ def _started() -> _Started:
 
 @contextlib.contextmanager
 def _running(loop: asyncio.AbstractEventLoop | None) -> Iterator[None]:
-    """Let the browser's loop be the running one; afterwards none is, so that other tests can run theirs.
-
-    Pages may be opened while another is: then it stays the running one.
-    """
+    """Let the browser's loop be the running one; afterwards none is, so that other tests can run theirs."""
     before = asyncio._get_running_loop()
     asyncio._set_running_loop(loop)
     try:
@@ -91,15 +88,7 @@ def taken_up() -> contextlib.AbstractContextManager[None]:
 def browser_page(
     *, width: int = 1280, height: int = 900, dark: bool = False, touch: bool = False, allowed_errors: Sequence[str] = ()
 ) -> Iterator[Page]:
-    """Yield an empty page; at the end, fail when it logged an error or asked for anything outside this machine.
-
-    Args:
-        width: of the page, CSS pixels.
-        height: of the page.
-        dark: whether the reader prefers dark pages.
-        touch: whether it is touched, as on a telephone.
-        allowed_errors: parts of console errors that a test provokes on purpose.
-    """
+    """Yield an empty page; at the end, fail when it logged an error or asked for anything outside this machine."""
     started = _started()
     errors: list[str] = []
     asked: list[str] = []

@@ -53,10 +53,7 @@ def started(*arguments: str, cwd: Path, **changes: str) -> Iterator[subprocess.P
 
 
 def wait_until(condition: Callable[[], bool], what: str, process: subprocess.Popen[str] | None = None) -> None:
-    """Wait for something that another process does, as long as pytest lets a test run.
-
-    Where the process is given, the wait fails with its output once it has ended in vain.
-    """
+    """Wait for something that another process does, as long as pytest lets a test run."""
     never = threading.Event()
     while not condition():
         if process is not None and process.poll() is not None and not condition():

@@ -28,17 +28,7 @@ _ADDRESS = re.compile(r"http://127\.0\.0\.1:\d+")
 
 @dataclass
 class Disturbed:
-    """A sweep and what is done to it.
-
-    Attributes:
-        server: who answers.
-        folder: the sweep's folder.
-        cache: its answer cache.
-        rng: draws what is disturbed.
-        excused: how often each call may have been paid beyond once: it was in flight when its process was killed.
-        settled: calls whose answers were in the cache at a moment, and how often they had been made by then.
-        kills: processes killed, by kind.
-    """
+    """A sweep and what is done to it."""
 
     server: FaultyServer
     folder: Path

@@ -29,16 +29,7 @@ def default_reply(question: dict[str, Any]) -> str:
 
 @dataclass
 class Person:
-    """Answers what is asked at an address, until enough is answered.
-
-    Attributes:
-        url: where the page is.
-        most: answers after which the person leaves; None for all.
-        begins_at: questions that wait when the person agrees to be asked.
-        reply: says what is answered.
-        seen: what was shown.
-        far: how far all was said to be then.
-    """
+    """Answers what is asked at an address, until enough is answered."""
 
     url: str
     most: int | None = None

@@ -56,19 +56,7 @@ def any_run(
 
 @dataclass(frozen=True)
 class Crowd:
-    """Agents that act by known chances and get what luck gives them.
-
-    Attributes:
-        shares: chances of LABELS by agent, (N, 3); one row for all that are alike.
-        steps: number of steps.
-        mood: how far the chances of all change together from step to step: the weight of a draw common to all.
-        habit: chance that an agent does what it did last.
-        quota: whether as many agents as the shares say decide each label, at every step.
-        present: chance that an agent decides at a step, by agent or of all.
-        lost: chance that a reply cannot be read.
-        turns: whether one agent alone decides at each step.
-        groups: the persona of each agent, or how many groups they are drawn from.
-    """
+    """Agents that act by known chances and get what luck gives them."""
 
     shares: Sequence[Sequence[float]] = ((0.5, 0.3, 0.2),)
     steps: int = 24

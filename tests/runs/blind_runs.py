@@ -38,14 +38,7 @@ WORLD = GridSettings(
 
 @dataclass(frozen=True, kw_only=True)
 class Talk:
-    """How agents speak, with the same chances wherever they are.
-
-    Attributes:
-        speak: chance to say something.
-        texts: what is said, each as likely.
-        in_sight: whether it speaks with a fire in sight alone; the one thing it may see.
-        other_texts: what every other agent says in place of `texts`; nothing where it says the same.
-    """
+    """How agents speak, with the same chances wherever they are."""
 
     speak: float = 0.3
     texts: tuple[str, ...] = ("hello", "fire!", "see you", "there is smoke", "well", "so")
@@ -55,12 +48,7 @@ class Talk:
 
 @dataclass(frozen=True, kw_only=True)
 class Blind(Talk):
-    """A policy that draws all it does, with the same chances wherever it is.
-
-    Attributes:
-        stay: chance to stay.
-        ways: chances of up, down, left and right for a move, over those that the edge allows.
-    """
+    """A policy that draws all it does, with the same chances wherever it is."""
 
     stay: float = 0.2
     ways: tuple[float, float, float, float] = (0.25, 0.25, 0.25, 0.25)
@@ -75,15 +63,7 @@ def blind_run(policy: Blind, seed: int, world: GridSettings = WORLD) -> GridRun:
 def run_of_walks(
     run: str, world: GridSettings, walks: tuple[IntArray, IntArray, IntArray], talk: Talk, rng: Generator
 ) -> GridRun:
-    """Return the run of agents that took these ways and talk like this.
-
-    Args:
-        run: its id.
-        world: its world.
-        walks: columns and rows by state, (T + 1, N) each, and choices by step, (T, N).
-        talk: how they talk.
-        rng: draws what they say.
-    """
+    """Return the run of agents that took these ways and talk like this."""
     x, y, choice = walks
     shape = choice.shape
     place, fires = world.areas(x, y), _perceived(x[:-1], y[:-1], world)
@@ -152,12 +132,7 @@ _GAZES = {"look up": GAZE_DEG, "look down": -GAZE_DEG}
 
 @dataclass(frozen=True)
 class BlindWalker:
-    """A policy that draws each command from the same shares, and claims to see the target with the same chance.
-
-    Attributes:
-        shares: weights of the kinds of command, in the order of `COMMAND_KINDS`, (9,).
-        claim: chance to claim that the target is in view.
-    """
+    """A policy that draws each command from the same shares, and claims to see the target with the same chance."""
 
     shares: tuple[int, ...] = (1,) * 9
     claim: float = 0.4
@@ -233,13 +208,7 @@ QUESTIONS = {"nearer": 2, "side": 2, "count": 4, "order": 6}
 
 
 def blind_answers(skew: float, seed: int, times: int = 30) -> CameraRun:
-    """Return a run that answers each kind of question so often, drawing from what is possible.
-
-    Args:
-        skew: how often the first of the possible answers is the right one.
-        seed: of the draws.
-        times: questions of each kind.
-    """
+    """Return a run that answers each kind of question so often, drawing from what is possible."""
     rng = seeding.stream(seed, f"answers {skew}")
     answers = tuple(
         {

@@ -63,10 +63,7 @@ SMALL_PICTURES = ("world.camera.width=128", "world.camera.height=96")
 
 
 def composed(world: str, policy: str, *overrides: str) -> Composed:
-    """Return the composed configuration of a shipped world and a scripted policy, the test's own to change.
-
-    Pictures of scenes are small: most of an episode goes into drawing them.
-    """
+    """Return the composed configuration of a shipped world and a scripted policy, the test's own to change."""
     found = _composed(world, policy, (*(SMALL_PICTURES if world in SCENES else ()), *overrides))
     return replace(found, conditions=deepcopy(found.conditions))
 

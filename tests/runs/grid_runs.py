@@ -13,14 +13,7 @@ Cell = tuple[int, int]
 
 
 def grid_run(paths: Sequence[Sequence[Cell]], **changes: Any) -> GridRun:
-    """Return the run in which each agent went along its path, state by state.
-
-    Args:
-        paths: cells by agent and state, the start included.
-        **changes: settings of the world (`half_size`, `places`, `fires`, `communication_distance`), `fires_seen`
-            (T, N, F), and other fields of the run; what agents ask for follows from their paths unless `choice`
-            says otherwise.
-    """
+    """Return the run in which each agent went along its path, state by state."""
     cells = np.array(paths, dtype=np.int64).transpose(1, 0, 2).reshape(-1, len(paths), 2)
     x, y = cells[..., 0], cells[..., 1]
     steps, agents = len(cells) - 1, len(paths)

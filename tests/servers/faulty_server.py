@@ -72,14 +72,7 @@ class Shares:
 
 @dataclass
 class Books:
-    """What came and went, by `body_key`.
-
-    Attributes:
-        arrived: calls that came in.
-        open: calls that are worked on.
-        paid: calls that were answered in full and well.
-        faults: what went wrong, by kind.
-    """
+    """What came and went, by `body_key`."""
 
     arrived: Counter[bytes] = field(default_factory=Counter)
     open: Counter[bytes] = field(default_factory=Counter)
@@ -88,14 +81,7 @@ class Books:
 
 
 class FaultyServer(OllamaServer):
-    """Answers as `grid_answer` does, with faults.
-
-    Args:
-        shares: how often calls fail.
-        seed: decides which calls fail for once, and how.
-        each_once: begin with every transient fault, one a call.
-        latency_s: seconds of work per call.
-    """
+    """Answers as `grid_answer` does, with faults."""
 
     def __init__(self, shares: Shares, *, seed: int = 0, each_once: bool = False, latency_s: float = 0.002) -> None:
         super().__init__(self._answer, latency_s=latency_s)

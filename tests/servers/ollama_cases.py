@@ -15,25 +15,7 @@ from aiohttp import web
 
 @dataclass(frozen=True)
 class ChatCase:
-    """How one chat call is answered.
-
-    Attributes:
-        text: the reply's content.
-        thinking: its separate thinking.
-        done: false is the abort of a model that repeats itself.
-        done_reason: `stop` or `length`.
-        prompt_tokens: reported size of the prompt; None estimates it.
-        output_tokens: reported size of the reply; None estimates it.
-        status: HTTP status.
-        error: text of the `error` field; comes instead of a reply.
-        headers: extra headers.
-        raw: the very bytes of the body.
-        cut: send half of the body only.
-        drop: close the connection instead of answering, or after half of the body with `cut`.
-        hang: never answer.
-        held: answer once the server is freed.
-        delay_s: seconds beside the server's latency.
-    """
+    """How one chat call is answered."""
 
     text: str = ""
     thinking: str | None = None

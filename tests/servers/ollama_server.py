@@ -43,19 +43,7 @@ OnChat = Callable[[int, Body], None]
 
 
 class OllamaServer(LocalServer):
-    """Serves Ollama's API on 127.0.0.1 from a thread of its own.
-
-    Args:
-        answer: gives the reply's text, or a `ChatCase`, to a chat body.
-        models: what is installed; digests may be changed while it runs.
-        latency_s: seconds of work per call.
-        holds_loads: a load lasts until the server is freed; it stops when its caller leaves.
-        max_queue: calls that may wait for a load; more get 503.
-        version: what `/api/version` says.
-        on_chat: called in the server's thread with the number of a chat call, from 1, and its body.
-        keep_bodies: whether bodies are kept and counted.
-        port: 0 takes a free one.
-    """
+    """Serves Ollama's API on 127.0.0.1 from a thread of its own."""
 
     def __init__(
         self,

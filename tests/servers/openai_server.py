@@ -18,21 +18,7 @@ Body = dict[str, Any]
 
 @dataclass(frozen=True)
 class ChatCase:
-    """How one chat call is answered.
-
-    Attributes:
-        text: the reply's content; None is null.
-        message: further fields of the message, such as `reasoning_content`.
-        finish_reason: why the text ends.
-        model: what the reply says who answered; None repeats what was asked.
-        fingerprint: what the reply says of the server's build and settings.
-        usage: tokens.
-        status: HTTP status.
-        error: the value of the `error` field; comes instead of a reply.
-        headers: extra headers.
-        raw: the very bytes of the body.
-        hang: never answer.
-    """
+    """How one chat call is answered."""
 
     text: str | list[Body] | None = ""
     message: Mapping[str, Any] = field(default_factory=dict)
@@ -74,15 +60,7 @@ def grid_reply(body: Body) -> str:
 
 
 class OpenAIServer(LocalServer):
-    """Serves OpenAI's API below `/v1`.
-
-    Args:
-        answer: gives the reply's text, or a `ChatCase`, to a chat body.
-        models: rows of `GET /v1/models` by id; None has no such path.
-        key: the key that every call must carry; None asks for none.
-        lists: whether it lists its models.
-        props: what llama.cpp's `/props` says; None has no such path.
-    """
+    """Serves OpenAI's API below `/v1`."""
 
     def __init__(
         self,

@@ -14,14 +14,7 @@ FIRST, SECOND = "d4" * 32, "ff" * 32
 
 
 class Replaced:
-    """Answers as its weights do; those are replaced at one call, which the new ones answer.
-
-    Attributes:
-        held_from: number of the first call that is never answered; None answers all.
-        then: called after that with the number of every further call.
-        answered: how often the first weights answered each body.
-        second: bodies that the second weights answered.
-    """
+    """Answers as its weights do; those are replaced at one call, which the new ones answer."""
 
     def __init__(
         self,
