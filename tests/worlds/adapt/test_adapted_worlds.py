@@ -140,15 +140,12 @@ def test_pictures_are_made_again_from_the_records_byte_for_byte():
     assert [redrawn.draw(step) for step in range(len(frames))] == frames and len(set(frames)) == len(frames)
 
 
-def test_the_best_action_is_known_where_the_rules_are_a_table_and_to_scripted_policies_alone():
+def test_the_best_action_is_known_where_the_rules_are_a_table_and_how_many_turns_are_left():
     cliff = GymnasiumWorld(name="cliff", env="CliffWalking-v1", steps=100, actions=["up", "right", "down", "left"])
     turns, (end,), asked = played(cliff, lambda question: json.dumps({"action": question.told["best"]}))
     assert end.total == -13 and [one.played for one in turns] == ["up", *["right"] * 11, "down"]
     assert "best" not in asked[0].observation
     assert tictactoe().plan is None
-
-
-def test_a_plan_knows_how_many_turns_are_left():
     shortest = lake(steps=6, settings=LAKE | {"is_slippery": False})
     _, (end,), _ = played(shortest, lambda question: json.dumps({"action": question.told["best"]}))
     assert end.total == 1, "no turn can be spared"

@@ -185,13 +185,10 @@ def test_who_can_enter_a_place_is_said_exactly(x: int, y: int, steps: int):
     assert bool(can_enter(np.array([[x, y]]), np.array([steps]), place)[0]) == can
 
 
-def test_the_area_of_one_cell_is_that_of_many(make: Callable[..., GridScenario]):
+def test_one_cell_has_the_area_and_the_fires_that_it_has_among_many(make: Callable[..., GridScenario]):
     field = make().settings.field
     cells = [(x, y) for x in range(-25, 26) for y in range(-25, 26)]
     assert [field.area(cell) for cell in cells] == field.areas(np.array(cells)).tolist()
-
-
-def test_what_one_agent_perceives_of_fires_is_what_it_does_among_many(make: Callable[..., GridScenario]):
     fires = make().settings.fires
     cells = [(x, y) for x in range(-25, 26) for y in range(-25, 26)]
     for step in (fires[0].start, fires[1].start):

@@ -42,47 +42,38 @@ def test_energy_is_lost_in_every_step_and_who_has_none_dies():
     assert world.finished and world.pending() == ()
 
 
-def test_what_is_gathered_is_a_bite_of_what_there_is_and_it_grows_again():
+def test_what_is_gathered_is_a_bite_of_what_there_is_grows_again_and_gives_nobody_more_than_the_most():
     world = scenario((0, 0), energy=ENERGY, food={**FIELD, "regrow_every": 2}).start(0)
     found = [step(world, GATHER)[0] for _ in range(3)]
     assert [line.food for line in found] == [4, 1, 1], "3 of 4 are taken, then 1, and one grew at the end of step 2"
     assert [line.amount for line in found] == [3, 1, 1]
-
-
-def test_nobody_has_more_than_the_most_and_what_is_too_much_is_left():
     world = scenario((0, 0), energy={"start": 10, "most": 11}, food=FIELD).start(0)
     assert step(world, GATHER)[0].amount == 1
     assert world.pending()[0].observation["food"][12] == {"x": 0, "y": 0, "amount": 3}
 
 
-def test_energy_is_shared_with_who_is_within_reach_alone():
+def test_energy_is_shared_within_reach_alone_and_no_more_than_who_is_given_it_can_have():
     world = scenario((0, 0), (1, 1), (0, 2), energy=ENERGY, sharing=True).start(0)
     give = {"action": "share", "amount": 4}
     lines = step(world, {**give, "target": 1}, {**give, "target": 2, "amount": 1}, {**give, "target": 0})
     assert [line.energy_next for line in lines] == [5, 12, 10]
     assert [line.amount for line in lines] == [4, 1, 0]
-
-
-def test_no_more_is_shared_than_who_is_given_it_can_have():
     world = scenario((0, 0), (1, 1), energy={"start": 10, "most": 11}, sharing=True).start(0)
     lines = step(world, {"action": "share", "target": 1, "amount": 4}, STAY)
     assert [(line.energy_next, line.amount) for line in lines] == [(8, 1), (10, 0)]
 
 
-def test_an_attack_takes_what_there_is_and_costs_the_attacker():
+def test_an_attack_takes_what_there_is_and_costs_the_attacker_who_may_be_robbed_itself():
     world = scenario((0, 0), (0, 1), energy={"start": 6, "loss": 1}, attack={"takes": 9, "cost": 2}).start(0)
     lines = step(world, {"action": "attack", "target": 1}, STAY)
     assert [(line.energy_next, line.lost) for line in lines] == [(9, None), (0, "attack")]
-
-
-def test_an_agent_that_was_robbed_of_all_pays_for_its_attack_with_what_it_takes():
     world = scenario((0, 0), (0, 1), energy={"start": 6, "loss": 1}, attack={"takes": 9, "cost": 2}).start(0)
     lines = step(world, {"action": "attack", "target": 1}, {"action": "attack", "target": 0})
     # The first is left with 6 - 2 + 6 = 10 and then robbed of 9; the second has 0 - 2 + 9 = 7; each loses one.
     assert sorted(line.energy_next for line in lines) == [0, 6]
 
 
-def test_a_newborn_gets_its_energy_from_its_parent_and_is_asked_from_the_next_step_on():
+def test_a_newborn_has_energy_of_its_parent_and_is_asked_from_the_next_step_on_unless_there_are_enough():
     births = {"needs": 8, "gives": 5, "most": 2}
     world = scenario((0, 0), energy=ENERGY, reproduction=births, personas={"kind": {"a": 1}}).start(0)
     world.advance([SILENT])
@@ -92,9 +83,6 @@ def test_a_newborn_gets_its_energy_from_its_parent_and_is_asked_from_the_next_st
     assert newborn == Newborn(agent=1, persona={"kind": "a"}, parent=0, step=1)
     assert [question.agent for question in world.pending()] == [0, 1]
     assert world.pending()[1].observation["energy"] == 5
-
-
-def test_there_are_never_more_agents_than_there_may_be():
     births = {"needs": 2, "gives": 1, "most": 3}
     world = scenario((0, 0), (1, 0), energy=ENERGY, reproduction=births).start(0)
     lines = step(world, *[{"action": "reproduce"}] * 2)

@@ -224,11 +224,8 @@ def test_a_reply_without_text_has_its_own_outcome(read, answer, outcome):
     assert read(answer).outcome is outcome
 
 
-def test_a_complete_decision_counts_although_the_text_was_cut():
+def test_a_complete_decision_counts_although_the_text_was_cut_and_memory_that_is_no_string_is_json():
     assert read_action(Answer(UP, ending="length")).outcome is CHOSEN
-
-
-def test_memory_that_is_no_string_is_kept_as_json():
     reading = read_action(Answer('{"action": "stay", "memory": {"seen": ["é"]}, "reasoning": 3}'))
     assert (reading.memory, reading.reasoning, reading.outcome) == ('{"seen": ["é"]}', "3", REPAIRED)
 

@@ -73,13 +73,10 @@ def test_who_is_first_at_a_narrow_exit_is_drawn_by_the_seed():
     assert firsts == {0, 1}
 
 
-def test_a_full_cell_is_not_entered_unless_who_stands_in_it_goes_on_in_the_same_step():
+def test_a_full_cell_is_not_entered_unless_who_stands_there_goes_on_and_two_do_not_change_places():
     world = scenario((0, 0), (1, 0), (2, 0), cell_capacity=1).start(0)
     assert [line.blocked for line in step(world, "right", "stay", "stay")] == ["agents", None, None]
     assert [line.moved for line in step(world, "right", "right", "up")] == [True, True, True]
-
-
-def test_two_do_not_change_places_where_a_cell_holds_one():
     world = scenario((0, 0), (1, 0), cell_capacity=1).start(0)
     assert [line.blocked for line in step(world, "right", "left")] == ["agents", "agents"]
 
@@ -101,16 +98,13 @@ def test_what_walls_block_is_a_setting(block: list[str]):
     assert bool(seen["neighbours"]) == ("talk" not in block)
 
 
-def test_an_exit_is_known_to_its_share_of_agents_and_to_who_sees_it_and_to_leaders():
+def test_an_exit_is_known_to_its_share_to_who_sees_it_and_to_leaders_and_its_crowd_is_of_others():
     far = {"name": "far", "cells": [[-2, -2]], "known": 0}
     changes = {"view": 1, "exits": [{**NORTH, "known": False}, far], "leaders": {"number": 1}}
     world = scenario((2, 0), (0, 1), (2, -2), **changes).start(0)
     known = [[one["name"] for one in question.observation["exits"]] for question in world.pending()]
     assert known == [["north", "far"], ["north"], []]
     assert [question.observation["persona"]["role"] for question in world.pending()] == ["leader", "visitor", "visitor"]
-
-
-def test_the_crowd_at_an_exit_is_of_others():
     world = scenario((0, 1), (1, 1), (-2, -2), exits=[NORTH]).start(0)
     assert [question.observation["exits"][0]["agents"] for question in world.pending()] == [1, 1, 2]
 
@@ -140,16 +134,13 @@ def test_a_fire_that_always_spreads_burns_one_ring_more_a_step_and_kills_who_sta
     assert world.frame().furniture.gone == (("fire", 1),)
 
 
-def test_a_cell_that_two_fires_reach_in_one_step_burns_with_the_first():
+def test_a_cell_burns_with_the_fire_that_reached_it_first():
     plain = {"start": 1, "intensity": 1, "radius": 9, "spread": 1}
     fires = [{"name": "first", "position": [-1, 0], **plain}, {"name": "second", "position": [1, 0], **plain}]
     world = scenario((2, 2), fires=fires).start(0)
     world.advance([SILENT])
     caught = [one for one in world.advance(go("stay")) if isinstance(one, Burning)]
     assert [one.fire for one in caught if (one.x, one.y) == (0, 0)] == ["first"]
-
-
-def test_a_fire_finds_nothing_to_light_where_another_burns_already():
     plain = {"intensity": 1, "radius": 9}
     first = {"name": "first", "start": 1, "position": [0, 0], "spread": 1, **plain}
     second = {"name": "second", "start": 3, "position": [0, 1], **plain}
@@ -188,10 +179,13 @@ def test_agents_start_where_there_is_room_and_a_way_out():
     assert len(cells) == 3 and (0, 0) in cells
 
 
-def test_a_world_without_further_parts_writes_what_it_always_wrote():
+def test_a_world_without_further_parts_writes_what_it_always_wrote_and_may_ask_ahead():
     plain = scenario((0, 0))
     assert not plain.settings.furnished and "lost" not in plain.declared().streams["steps"]
     assert set(plain.start(0).pending()[0].observation) & {"window", "exits", "energy"} == set()
+    assert scenario((0, 0)).start(0).ahead() is not None
+    for part in ({"walls": [[[1, 1], [1, 1]]]}, {"exits": [NORTH]}, {"view": 2}, {"energy": {"start": 3}}):
+        assert scenario((0, 0), **part).start(0).ahead() is None
 
 
 def room() -> GridScenario:
@@ -249,9 +243,3 @@ def test_a_picture_shows_every_part_and_who_is_gone_and_how_much_food_is_left():
 def test_leaders_are_told_apart_in_pictures_where_they_are_announced(announced: bool, groups: tuple[str, ...]):
     made = scenario((0, 0), (1, 1), exits=[NORTH], leaders={"number": 1, "announced": announced})
     assert made.start(0).frame().groups == groups
-
-
-def test_worlds_with_further_parts_ask_in_rounds_and_those_without_may_ask_ahead():
-    assert scenario((0, 0)).start(0).ahead() is not None
-    for part in ({"walls": [[[1, 1], [1, 1]]]}, {"exits": [NORTH]}, {"view": 2}, {"energy": {"start": 3}}):
-        assert scenario((0, 0), **part).start(0).ahead() is None

@@ -80,12 +80,9 @@ def test_a_bad_setting_is_named_in_one_line(changes, says):
     assert "\n" not in str(caught.value)
 
 
-def test_a_missing_setting_is_named():
+def test_a_missing_setting_and_a_wrong_one_of_a_layout_are_named():
     with pytest.raises(InputError, match="world lacks the setting 'steps'"):
         GridScenario(**{key: value for key, value in GOOD.items() if key != "steps"})
-
-
-def test_a_layout_names_its_wrong_setting():
     with pytest.raises(InputError, match="'radus' not found. Did you mean 'radius'"):
         Clustered(clusters=1, radus=2)
     with pytest.raises(InputError, match="'radius' not found"):

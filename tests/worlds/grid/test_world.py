@@ -54,14 +54,10 @@ def lines(records: list[Record]) -> bytes:
 
 
 @pytest.mark.parametrize("name", WORLDS)
-def test_agents_start_outside_all_places(make, name):
+def test_agents_start_outside_all_places_and_are_asked_as_many_questions_as_their_world_says(make, name):
     scenario = make(name)
     for seed in range(5):
         assert all(question.observation["place"] is None for question in scenario.start(seed).pending())
-
-
-@pytest.mark.parametrize("name", WORLDS)
-def test_an_episode_asks_as_many_questions_as_it_says(make, name):
     scenario = make(name, steps=3)
     world, asked = scenario.start(0), 0
     while not world.finished:
@@ -118,15 +114,12 @@ def test_the_rules_hold_wherever_agents_stand(at, cells, reach, seed):
     assert {(row.x_next, row.y_next) for row in rows} >= {(row.x, row.y) for row in rows if not row.moved}
 
 
-def test_a_move_over_the_edge_is_blocked(at):
+def test_a_move_over_the_edge_is_blocked_and_one_to_another_agent_is_not(at):
     world = at((25, 0), (0, -25)).start(0)
     world.advance([SILENT] * 2)
     right, down = world.advance([go("right"), go("down")])
     assert (right.action, right.direction, right.moved, right.x_next) == ("move", "right", False, 25)
     assert (down.action, down.direction, down.moved, down.y_next) == ("move", "down", False, -25)
-
-
-def test_agents_do_not_block_each_other(at):
     world = at((0, 0), (1, 0), (3, 0)).start(0)
     world.advance([SILENT] * 3)
     records = world.advance([go("right"), go("left"), go("left")])
@@ -213,7 +206,7 @@ def test_an_agent_inside_a_place_is_told_its_numbers(at):
     }
 
 
-def test_asking_again_changes_nothing_and_observations_stay_as_they_were(at):
+def test_asking_again_changes_nothing_and_a_wrong_number_of_answers_is_refused(at):
     world = at((0, 0), (1, 0)).start(0)
     before = world.pending()
     kept = msgspec.json.encode([question.observation for question in before])
@@ -221,21 +214,15 @@ def test_asking_again_changes_nothing_and_observations_stay_as_they_were(at):
     world.advance([say("hello")] * 2)
     world.advance([go("up", memory="m")] * 2)
     assert msgspec.json.encode([question.observation for question in before]) == kept
-
-
-def test_a_wrong_number_of_answers_is_refused(at):
     with pytest.raises(ValueError, match="1 answers for 2"):
         at((0, 0), (1, 0)).start(0).advance([SILENT])
 
 
-def test_personas_follow_their_weights(make):
+def test_personas_follow_their_weights_and_do_not_depend_on_the_layout(make):
     scenario = make(agents=2000, half_size=100, personas={"age": {20: 3, 60: 1}, "gender": {"x": 1, "y": 0}})
     personas = scenario.personas(1)
     assert {persona["gender"] for persona in personas} == {"x"}
     assert abs(sum(persona["age"] == "20" for persona in personas) - 1500) < 3 * math.sqrt(2000 * 3 / 16)
-
-
-def test_personas_do_not_depend_on_the_layout(make):
     clustered = {"_target_": "foundry.worlds.grid.layouts.Clustered", "clusters": 2, "radius": 3}
     assert make().personas(7) == make(layout=clustered).personas(7)
 

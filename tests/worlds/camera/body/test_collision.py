@@ -36,36 +36,24 @@ def test_a_thin_wall_stops_moves_of_any_length_from_both_sides(length: float, fl
     assert back.foot == pytest.approx([1.25, 0, 0], abs=EXACT)
 
 
-def test_a_free_move_ends_where_it_was_asked_to():
+def test_a_free_move_ends_where_it_was_asked_to_and_a_label_names_what_stopped_another():
     motion = collider().move([0, 0, 0], 90, 1.5, BODY, slide=False)
     assert (motion.stopped_by, motion.travelled_m) == (None, pytest.approx(1.5))
     assert motion.foot == pytest.approx([0, 1.5, 0])
     assert motion.track[0].tolist() == [0, 0, 0]
-
-
-def test_the_label_of_the_mesh_names_what_stopped_the_move():
-    named = SceneMesh("/wall", **_shape(wall((1, -2), (1, 2))), label="partition")
+    mesh = wall((1, -2), (1, 2))
+    named = SceneMesh("/wall", points=mesh.points, triangles=mesh.triangles, label="partition")
     assert collider(named).move([0, 0, 0], 0, 3, BODY, slide=False).stopped_by == "partition"
 
 
-def _shape(mesh: SceneMesh) -> dict[str, object]:
-    return {"points": mesh.points, "triangles": mesh.triangles}
-
-
-def test_a_sliding_body_keeps_the_part_of_its_motion_along_the_wall():
+def test_a_sliding_body_keeps_the_part_of_its_motion_along_the_wall_and_stops_in_a_corner_and_head_on():
     motion = collider(wall((1, -4), (1, 4))).move([0, 0, 0], 45, 2.0, BODY, slide=True)
     assert motion.stopped_by == "/wall"
     assert motion.foot == pytest.approx([0.75, math.sqrt(2), 0], abs=EXACT)
     assert motion.travelled_m == pytest.approx(0.75 * math.sqrt(2) + math.sqrt(2) - 0.75, abs=EXACT)
-
-
-def test_a_sliding_body_stops_in_a_corner():
     place = collider(wall((1, -4), (1, 4)), wall((-4, 1), (4, 1), path="/other"))
     motion = place.move([0, 0.3, 0], 45, 5.0, BODY, slide=True)
     assert motion.foot == pytest.approx([0.75, 0.75, 0], abs=EXACT)
-
-
-def test_a_sliding_body_stops_when_it_meets_a_wall_head_on():
     motion = collider(wall((1, -4), (1, 4))).move([0, 0, 0], 0, 5.0, BODY, slide=True)
     assert motion.foot == pytest.approx([0.75, 0, 0], abs=EXACT)
 
@@ -96,13 +84,10 @@ def test_a_gap_lets_a_body_through_that_is_narrower(gap: float, passes: bool):
     assert (motion.stopped_by is None) == passes
 
 
-def test_a_table_stops_what_is_taller_than_it_and_lets_the_small_pass_under():
+def test_a_table_and_a_low_ceiling_stop_what_is_taller_and_let_the_small_pass_under():
     table = box("/table", (1, -1, 0.7), (2, 1, 0.75))
     assert collider(table).move([0, 0, 0], 0, 3.0, BODY, slide=False).foot[0] == pytest.approx(0.75, abs=EXACT)
     assert collider(table).move([0, 0, 0], 0, 3.0, Body(0.25, 0.6, 0.1), slide=False).stopped_by is None
-
-
-def test_a_low_ceiling_stops_the_head():
     ceiling = quad("/ceiling", [[1, -4, 1.5], [4, -4, 1.5], [4, 4, 1.5], [1, 4, 1.5]])
     motion = collider(ceiling).move([0, 0, 0], 0, 3.0, BODY, slide=False)
     assert (motion.stopped_by, motion.foot[0]) == ("/ceiling", pytest.approx(0.75, abs=EXACT))
@@ -124,20 +109,14 @@ def test_a_body_climbs_a_staircase_step_by_step():
     assert motion.foot == pytest.approx([3, 0, 0.9], abs=EXACT)
 
 
-def test_a_body_follows_a_slope_up_and_down():
+def test_a_body_follows_a_slope_up_and_down_unless_it_is_too_steep_or_leads_into_a_ceiling():
     slope = quad("/slope", [[0, -1, 0], [2, -1, 1], [2, 1, 1], [0, 1, 0]])
     place = collider(slope)
     up = place.move([-1, 0, 0], 0, 2.5, BODY, slide=False)
     assert up.foot == pytest.approx([1.5, 0, 0.75], abs=EXACT)
     assert place.move(up.foot, 180, 2.5, BODY, slide=False).foot == pytest.approx([-1, 0, 0], abs=EXACT)
-
-
-def test_a_slope_that_is_too_steep_stops_the_body():
     slope = quad("/slope", [[0, -1, 0], [1, -1, 2], [1, 1, 2], [0, 1, 0]])
     assert collider(slope).move([-1, 0, 0], 0, 2.5, BODY, slide=False).stopped_by == "/slope"
-
-
-def test_a_body_does_not_rise_into_a_ceiling():
     slope = quad("/slope", [[0, -4, 0], [4, -4, 1], [4, 4, 1], [0, 4, 0]])
     ceiling = quad("/ceiling", [[-4, -4, 2], [4, -4, 2], [4, 4, 2], [-4, 4, 2]])
     motion = collider(slope, ceiling).move([-1, 0, 0], 0, 5.0, BODY, slide=False)
@@ -145,15 +124,11 @@ def test_a_body_does_not_rise_into_a_ceiling():
     assert 1.5 < motion.foot[0] < 1.6 + 1e-6
 
 
-def test_a_move_over_the_edge_of_the_floor_stops_there():
+def test_a_move_over_the_edge_of_the_floor_stops_there_and_can_go_back():
     island = scene(floor(-1, -1, 1, 1, z=1.0), floor(-3, -3, 3, 3, z=0.0, path="/ground"))
     motion = Collider(island).move([0, 0, 1], 0, 2.0, BODY, slide=True)
     assert (motion.stopped_by, motion.foot[2]) == ("edge", 1.0)
     assert motion.foot[0] == pytest.approx(1.0, abs=1e-3)
-
-
-def test_a_body_at_an_edge_can_go_back():
-    island = scene(floor(-1, -1, 1, 1, z=1.0), floor(-3, -3, 3, 3, z=0.0, path="/ground"))
     edge = Collider(island).move([0, 0, 1], 30, 2.0, BODY, slide=False).foot
     back = Collider(island).move(edge, 210, 1.0, BODY, slide=False)
     assert (back.stopped_by, back.travelled_m) == (None, pytest.approx(1.0))
@@ -196,13 +171,7 @@ def test_a_start_that_overlaps_something_leaves_the_ways_out_open():
     assert place.move(inside, 0, 1.0, BODY, slide=False).travelled_m == 0
     assert place.move(inside, 180, 1.0, BODY, slide=False).foot == pytest.approx([-0.1, 0, 0])
     assert place.move(inside, 100, 1.0, BODY, slide=False).stopped_by is None
-
-
-def test_a_place_with_room_touches_nothing():
     assert collider(wall((1, -2), (1, 2))).touching(np.array([0.7, 0.0, 0.0]), BODY) is None
-
-
-def test_a_place_under_a_wide_tabletop_is_occupied():
     table = quad("/table", [[-3, -3, 0.7], [3, -3, 0.7], [3, 3, 0.7], [-3, 3, 0.7]])
     assert collider(table).touching(np.zeros(3), BODY) == "/table"
 

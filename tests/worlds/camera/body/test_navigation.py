@@ -55,10 +55,16 @@ def follow(nav: Navigator, points: np.ndarray) -> np.ndarray:
     return foot
 
 
-def test_cells_keep_the_body_clear_of_walls():
+def test_cells_keep_the_body_clear_of_walls_and_a_way_visits_all_that_are_within_reach():
     nav = navigator()
     assert np.abs(nav.places[:, :2]).max() <= 2.75
     assert len(nav.places) == 54**2
+    ends = np.array([at(-2.65, 0.05), at(2.65, 0.05)])
+    stations = np.array([at(x, 0.05) for x in np.arange(-2.65, 2.7, 0.1)])
+    assert len(nav.visited(ends[:1], 0.0)) == 1
+    assert nav.visited(ends, 0.0).tolist() == nav.visited(stations, 0.0).tolist()
+    assert len(nav.visited(ends, 0.0)) == 54
+    assert 0.3 < len(nav.visited(ends, 1.0)) / len(nav.places) < 0.45
 
 
 @pytest.mark.parametrize(("x", "y"), [(2.05, 0.05), (2.05, 2.05), (2.05, 1.05), (1.05, 2.55), (-2.05, -0.75)])
@@ -170,29 +176,22 @@ def test_cells_over_a_wide_carpet_are_near_it():
     assert near.all()
 
 
-def test_a_target_that_does_not_exist_is_refused_with_the_closest_one():
+def test_a_target_that_does_not_exist_is_refused_and_one_that_can_not_be_reached_is_infinitely_far():
     with pytest.raises(InputError, match=r"Prim '/vaze' not found. Did you mean '/vase'\?"):
         navigator(box("/vase", (1, 0, 0), (2, 1, 1))).target(["/vaze"])
-
-
-def test_a_target_that_can_not_be_reached_is_infinitely_far():
     nav = navigator(box("/vase", (1, 0, 0), (1.2, 0.2, 1)))
     field = nav.distance_field(np.empty(0, np.int64))
     assert nav.distance(at(0, 0), field) == math.inf
     assert nav.path(at(0, 0), field) is None
 
 
-def test_a_foot_at_the_goal_has_no_way_to_go():
+def test_a_foot_at_the_goal_has_no_way_to_go_and_one_far_from_every_cell_no_distance():
     nav = navigator()
     field = nav.distance_field(nav.visited(np.array([at(1, 1)]), 0.5))
     route = nav.path(at(1.02, 1.01), field)
     assert nav.distance(at(1.02, 1.01), field) == 0
     assert route is not None
     assert route.length_m == 0
-
-
-def test_a_foot_far_from_every_cell_has_no_distance():
-    nav = navigator()
     assert nav.distance(at(9, 9), field_to(nav, 0, 0)) == math.inf
     assert nav.reachable(at(9, 9)).size == 0
 
@@ -236,49 +235,30 @@ def test_a_random_foot_stands_free_inside_its_region_and_repeats_with_its_seed()
     assert nav.random_foot(stream(3, "start"), region, clearance_m=0.4).tolist() == feet[3].tolist()
 
 
-def test_a_random_foot_is_on_the_floor_and_not_on_the_roof():
+def test_a_random_foot_is_on_the_floor_and_not_on_the_roof_and_may_need_a_way_to_the_target():
     nav = navigator(box("/roof", (-3, -3, 2.5), (3, 3, 2.6)), box("/table", (0, 0, 1.1), (2, 2, 1.2)))
     assert set(nav.places[:, 2]) == {0, 2.6}
     everywhere = np.array([[-3.0, -3.0], [3.0, 3.0]])
     assert {nav.random_foot(stream(seed, "start"), everywhere)[2] for seed in range(20)} == {0}
     upstairs = np.array([[-3.0, -3.0, 2.0], [3.0, 3.0, 3.0]])
     assert nav.random_foot(stream(0, "start"), upstairs)[2] == 2.6
-
-
-def test_a_random_foot_can_be_asked_to_have_a_way_to_the_target():
     nav = navigator(wall((0, -3), (0, 3)))
     everywhere = np.array([[-3.0, -3.0], [3.0, 3.0]])
     field = field_to(nav, 2, 0)
     assert all(nav.random_foot(stream(seed, "start"), everywhere, field=field)[0] > 0 for seed in range(20))
 
 
-def test_a_region_without_room_is_refused():
+def test_regions_and_scenes_without_room_and_bounds_with_too_many_cells_are_refused():
     with pytest.raises(InputError, match="No place to start"):
         navigator().random_foot(stream(0, "start"), np.array([[2.8, 2.8], [3.0, 3.0]]))
-
-
-def test_a_scene_without_room_is_refused():
     low = room(quad("/ceiling", [[-3, -3, 1], [3, -3, 1], [3, 3, 1], [-3, 3, 1]]))
     with pytest.raises(InputError, match="Nowhere"):
         Navigator(Collider(low, bounds=np.array([[-3, -3, 0], [3, 3, 0.5]])), BODY)
-
-
-def test_bounds_that_hold_too_many_cells_are_refused():
     collider = Collider(room(), bounds=np.array([[-500, -500, 0], [500, 500, 3]]))
     with pytest.raises(
         InputError, match=r"1,000 x 1,000 m, more than the 200 x 200 m.*set world\.bounds=.*world\.scene\.exclude"
     ):
         Navigator(collider, BODY)
-
-
-def test_a_way_visits_all_cells_along_it_and_those_within_reach():
-    nav = navigator()
-    ends = np.array([at(-2.65, 0.05), at(2.65, 0.05)])
-    stations = np.array([at(x, 0.05) for x in np.arange(-2.65, 2.7, 0.1)])
-    assert len(nav.visited(ends[:1], 0.0)) == 1
-    assert nav.visited(ends, 0.0).tolist() == nav.visited(stations, 0.0).tolist()
-    assert len(nav.visited(ends, 0.0)) == 54
-    assert 0.3 < len(nav.visited(ends, 1.0)) / len(nav.places) < 0.45
 
 
 @given(st.lists(st.tuples(*[st.floats(-2.5, 2.5)] * 2, *[st.floats(0.1, 1.5)] * 2), max_size=6), st.integers(0, 10**6))

@@ -42,16 +42,13 @@ def unchecked(monkeypatch: pytest.MonkeyPatch) -> Iterator[pytest.MonkeyPatch]:
     check_rendering.cache_clear()
 
 
-def test_gpus_come_first_and_software_by_its_place_behind_them() -> None:
+def test_gpus_come_first_and_software_by_its_place_behind_them_and_a_machine_without_one_is_left_as_it_is() -> None:
     both = devices_of([NVIDIA, SOFTWARE, NVIDIA])
     assert [one.is_gpu for one in both] == [True, False, True]
     assert places_to_try(Wish.AUTO, both) == [0, 2, 1]
     assert places_to_try(Wish.SOFTWARE, both) == [1]
     assert places_to_try(Wish.GPU, both) == [0, 2]
     assert listing(both) == "2 GPUs and 1 software devices"
-
-
-def test_a_machine_without_a_gpu_is_left_as_it_is() -> None:
     assert places_to_try(Wish.AUTO, devices_of([SOFTWARE])) == [None] == places_to_try(Wish.AUTO, ())
     with pytest.raises(InputError, match="FOUNDRY_RENDERER=gpu, but EGL lists no GPU here"):
         places_to_try(Wish.GPU, devices_of([SOFTWARE]))

@@ -35,15 +35,12 @@ def orange(image: Any) -> Any:
     return (red > 140) & (green > 0.3 * red) & (green < 0.8 * red) & (blue < 0.55 * red)
 
 
-def test_the_agent_is_a_red_person_seen_through_the_walls(room: Scene) -> None:
+def test_the_agent_is_a_red_person_seen_through_the_walls_and_drawn_where_it_stands(room: Scene) -> None:
     image = overview(room)
     rows, columns = np.nonzero(reddish(image))
     assert image.shape == (720, 960, 3)
     assert len(rows) > 500
     assert np.ptp(rows) > np.ptp(columns)
-
-
-def test_the_agent_is_drawn_where_it_stands(room: Scene) -> None:
     centres = [
         np.nonzero(reddish(overview(room, foot=np.array([x, 0.0, 0.0]), elevation_deg=90.0)))[1].mean()
         for x in (-1.5, 1.5)
@@ -51,18 +48,12 @@ def test_the_agent_is_drawn_where_it_stands(room: Scene) -> None:
     assert centres[1] - centres[0] > 100
 
 
-def test_the_way_so_far_is_drawn(room: Scene) -> None:
+def test_the_way_so_far_is_drawn_and_nothing_of_one_frame_stays_in_the_next(room: Scene) -> None:
     assert orange(overview(room)).sum() == 0
     assert orange(overview(room, trail=TRAIL)).sum() > 200
-
-
-def test_nothing_of_one_frame_stays_in_the_next(room: Scene) -> None:
     first = png(overview(room))
     overview(room, trail=TRAIL, caption="step 2", height_m=1.2, elevation_deg=ABOVE_DEG)
     assert png(overview(room)) == first
-
-
-def test_a_part_of_the_scene_can_fill_the_picture(room: Scene) -> None:
     near = overview(room, bounds=np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 2.0]]))
     assert reddish(near).sum() > 3 * reddish(overview(room)).sum()
 

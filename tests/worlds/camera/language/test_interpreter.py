@@ -125,15 +125,15 @@ def test_steps_and_a_bit_follow_the_configuration():
     assert interpret("move a little to the left", limits).translate == Translation(90.0, 0.2)
 
 
-def test_staying_takes_back_what_was_said_before_and_is_overridden_by_what_comes_later():
+def test_what_was_said_before_is_taken_back_by_staying_or_by_a_later_refusal():
     assert parts(interpret("Move forward 2 m. No, stay.")) == (None, None, None, True)
     assert parts(interpret("Move forward 2 m. No, stay. Turn left 5 degrees.")) == (None, 5.0, None, False)
     assert parts(interpret("Turn left 5 degrees and stay there.")) == (None, 5.0, None, False)
-
-
-def test_what_is_refused_later_is_taken_back():
     assert parts(interpret("Turn left 5 degrees. No, do not turn left.")) == (None, None, None, False)
     assert parts(interpret("Turn left 5 degrees. I need not turn right.")) == (None, 5.0, None, False)
+    assert parts(interpret("<think>Move forward 2 m.</think>")) == (None, None, None, False)
+    assert parts(interpret("Move forward 2 m.</think> Turn left 5 degrees.")) == (None, 5.0, None, False)
+    assert parts(interpret("<think>Move forward 2 m. Turn left")) == (None, None, None, False)
 
 
 @pytest.mark.parametrize(
@@ -151,12 +151,6 @@ def test_what_is_refused_later_is_taken_back():
 )
 def test_the_last_sentence_alone_can_be_read(text, turn):
     assert LastSentenceInterpreter().read(text).turn == turn
-
-
-def test_thinking_is_not_read():
-    assert parts(interpret("<think>Move forward 2 m.</think>")) == (None, None, None, False)
-    assert parts(interpret("Move forward 2 m.</think> Turn left 5 degrees.")) == (None, 5.0, None, False)
-    assert parts(interpret("<think>Move forward 2 m. Turn left")) == (None, None, None, False)
 
 
 OBJECT = '{"reasoning": "turn left!", "direction": "forward-left", "distance": 1.5, "turn": -30, "gaze": null}'

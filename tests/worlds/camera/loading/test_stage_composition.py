@@ -211,16 +211,13 @@ def test_two_things_may_share_a_label(tmp_path: Path) -> None:
     assert load(tmp_path, build).labels == {"hatch": ("/Hatch0", "/Hatch1")}
 
 
-def test_a_scene_is_loaded_once_and_again_when_its_file_changed(tmp_path: Path) -> None:
+def test_a_scene_is_loaded_once_and_again_when_it_or_what_it_refers_to_changed(tmp_path: Path) -> None:
     first = load(tmp_path, lambda stage: mesh(stage, "/Floor"))
     assert load_scene(tmp_path / "scene.usda") is first
     second = load(tmp_path / "other.usda", lambda stage: mesh(stage, "/Floor"))
     third = load(tmp_path / "third.usda", lambda stage: mesh(stage, "/Ground"))
     assert first.sha256 == second.sha256 != third.sha256
     assert load_scene(tmp_path / "third.usda", exclude=["/Nothing"]).sha256 != third.sha256
-
-
-def test_the_digest_covers_the_files_that_are_referred_to(tmp_path: Path) -> None:
     digests = []
     for size in (1, 2):
         name = tile(tmp_path, f"tile{size}.usda", [(0, 0, 0), (size, 0, 0), (size, 1, 0), (0, 1, 0)])

@@ -32,15 +32,12 @@ def test_a_square_becomes_two_triangles_that_face_up(tmp_path: Path) -> None:
     assert scene.warnings == ()
 
 
-def test_y_up_and_centimetres_become_z_up_and_metres(tmp_path: Path) -> None:
+def test_conventions_of_a_file_become_z_up_and_metres_and_those_of_usd_are_taken_with_a_warning(tmp_path: Path) -> None:
     wall = ((100, 0, -30), (200, 0, -30), (200, 50, -30))
     scene = load(tmp_path, lambda stage: mesh(stage, "/Wall", wall, [(0, 1, 2)]), up="Y", unit=0.01)
     assert np.allclose(scene.bounds, [[1, 0.3, 0], [2, 0.3, 0.5]])
     assert (scene.up_axis, scene.metres_per_unit) == ("Y", 0.01)
     assert facing(scene) == [[0, -1, 0]]
-
-
-def test_a_file_without_up_axis_and_unit_gets_those_of_usd_and_a_warning(tmp_path: Path) -> None:
     scene = load(tmp_path, lambda stage: mesh(stage, "/Floor"), up=None, unit=None)
     assert (scene.up_axis, scene.metres_per_unit) == ("Y", 0.01)
     assert [line.split(":")[0] for line in scene.warnings] == ["No upAxis in the file", "No metersPerUnit in the file"]
@@ -55,15 +52,12 @@ def area(scene: Scene) -> float:
     return total
 
 
-def test_a_face_of_seven_corners_becomes_five_triangles_of_the_same_area(tmp_path: Path) -> None:
+def test_faces_of_many_corners_and_concave_ones_keep_their_area(tmp_path: Path) -> None:
     angles = np.arange(7) * (2 * np.pi / 7)
     points = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
     scene = load(tmp_path, lambda stage: mesh(stage, "/Disc", points.tolist(), [range(7)]))
     assert scene.triangles == 5
     assert area(scene) == pytest.approx(3.5 * np.sin(2 * np.pi / 7), rel=1e-6)
-
-
-def test_concave_faces_keep_their_area(tmp_path: Path) -> None:
     dart = [(0, 0, 0), (2, 0, 0), (0.5, 0.5, 0), (0, 2, 0)]
     ell = [(0, 0, 1), (3, 0, 1), (3, 1, 1), (1, 1, 1), (1, 3, 1), (0, 3, 1)]
     cup = [(0, 0, 2), (4, 0, 2), (4, 3, 2), (3, 3, 2), (3, 1, 2), (1, 1, 2), (1, 3, 2), (0, 3, 2)]
@@ -71,6 +65,10 @@ def test_concave_faces_keep_their_area(tmp_path: Path) -> None:
     scene = load(tmp_path, lambda stage: mesh(stage, "/Shapes", [*dart, *ell, *cup], faces))
     assert scene.triangles == 2 + 4 + 6
     assert area(scene) == pytest.approx(1 + 5 + 8)
+    points = [(x, y, 0) for y in range(2) for x in range(3)]
+    faces = [(0, 1, 4, 3), (1, 2, 5, 4), (0, 1)]
+    scene = load(tmp_path, lambda stage: mesh(stage, "/Floor", points, faces, holeIndices=[1]))
+    assert (scene.triangles, area(scene)) == (2, 1)
 
 
 @given(st.integers(3, 12).flatmap(lambda n: st.lists(st.floats(0.2, 3), min_size=n, max_size=n)))
@@ -84,13 +82,6 @@ def test_any_star_shaped_face_is_cut_without_gap_or_overlap(radii: list[float]) 
     x, y = points[:, 0], points[:, 1]
     assert len(cut.triangles) == len(radii) - 2
     assert np.abs(signed).sum() == pytest.approx(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2)
-
-
-def test_holes_and_faces_of_two_corners_are_not_there(tmp_path: Path) -> None:
-    points = [(x, y, 0) for y in range(2) for x in range(3)]
-    faces = [(0, 1, 4, 3), (1, 2, 5, 4), (0, 1)]
-    scene = load(tmp_path, lambda stage: mesh(stage, "/Floor", points, faces, holeIndices=[1]))
-    assert (scene.triangles, area(scene)) == (2, 1)
 
 
 def test_left_handed_faces_and_mirrored_ones_are_turned_round(tmp_path: Path) -> None:

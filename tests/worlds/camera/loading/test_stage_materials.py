@@ -86,16 +86,12 @@ def test_a_colour_may_come_from_a_primvar(tmp_path: Path) -> None:
     assert one(load(tmp_path, build)).colour == pytest.approx((1, 0, 1))
 
 
-def test_a_texture_is_read_with_its_coordinates(tmp_path: Path) -> None:
+def test_a_texture_is_read_with_its_coordinates_also_out_of_a_package(tmp_path: Path) -> None:
     pixels = picture(tmp_path / "four.png", FOUR)
     found = one(load(tmp_path, lambda stage: painted(stage, textured(stage, "/Paint", "./four.png"))))
     assert np.array_equal(found.texture, pixels)
     assert uv_by_corner(found) == {(0, 0): [0, 0], (1, 0): [1, 0], (1, 1): [1, 1], (0, 1): [0, 1]}
     assert (found.colour, found.wrap) == ((1, 1, 1), "repeat")
-
-
-def test_a_texture_inside_a_package_is_found(tmp_path: Path) -> None:
-    pixels = picture(tmp_path / "four.png", FOUR)
     root = write_stage(tmp_path / "root.usda", lambda stage: painted(stage, textured(stage, "/Paint", "./four.png")))
     assert UsdUtils.CreateNewUsdzPackage(str(root), str(tmp_path / "all.usdz"))
     assert np.array_equal(one(load_scene(tmp_path / "all.usdz")).texture, pixels)
@@ -166,10 +162,13 @@ def test_opacity_from_the_alpha_of_a_texture_makes_holes(tmp_path: Path) -> None
     assert pixels.shape == found.texture.shape
 
 
-def test_alpha_that_is_not_asked_for_is_dropped(tmp_path: Path) -> None:
+def test_a_large_texture_is_reduced_and_alpha_that_is_not_asked_for_is_dropped(tmp_path: Path) -> None:
     picture(tmp_path / "leaf.png", [[[0, 255, 0, 255], [0, 255, 0, 40]]])
     found = one(load(tmp_path, lambda stage: painted(stage, textured(stage, "/Paint", "./leaf.png"))))
     assert found.texture.shape == (1, 2, 3)
+    picture(tmp_path / "large.png", np.zeros((8, 4096, 3)))
+    found = one(load(tmp_path, lambda stage: painted(stage, textured(stage, "/Paint", "./large.png"))))
+    assert found.texture.shape == (4, 2048, 3)
 
 
 def test_geom_subsets_have_materials_of_their_own(tmp_path: Path) -> None:
@@ -246,12 +245,6 @@ def test_omnipbr_emission_and_opacity_count_only_when_they_are_switched_on(tmp_p
         for switch in (False, True)
     ]
     assert [(look.emissive, look.opacity) for look in looks] == [((0, 0, 0), 1), (pytest.approx((0, 0, 1)), 0.5)]
-
-
-def test_a_large_texture_is_reduced(tmp_path: Path) -> None:
-    picture(tmp_path / "large.png", np.zeros((8, 4096, 3)))
-    found = one(load(tmp_path, lambda stage: painted(stage, textured(stage, "/Paint", "./large.png"))))
-    assert found.texture.shape == (4, 2048, 3)
 
 
 def test_a_cube_without_coordinates_gets_the_average_of_its_texture_and_is_named(tmp_path: Path) -> None:
