@@ -65,13 +65,10 @@ def analysed(outside: Outside, once: analysis.Analysis) -> analysis.Analysis:
     return once
 
 
-def test_it_runs_and_says_what_it_is(outside: Outside):
+def test_it_runs_says_what_it_is_and_is_loaded_as_tidy_tables_its_own_record_file_among_them(outside: Outside):
     assert "4 runs" in outside.foundry("status", "out") or "complete" in outside.foundry("status", "out")
     for run in SweepFolder.open(outside.sweep).runs():
         assert run.declared.form == "ring" and set(run.declared.streams) == {"steps", "agents", "laps"}
-
-
-def test_it_is_loaded_as_tidy_tables_its_own_record_file_among_them(outside: Outside):
     loaded = analysis.load(outside.sweep)
     assert list(loaded.steps.columns) == [
         "run", "world", "model", "prompt", "seed",
@@ -96,7 +93,7 @@ def test_it_is_measured_by_its_own_signatures_and_by_those_of_every_form(analyse
     assert {"rounding.home", "restless.change"} <= set(analysed.contrasts["measure"])
 
 
-def test_the_tables_say_where_each_signature_came_from(analysed: analysis.Analysis):
+def test_the_tables_say_where_each_signature_came_from_and_its_steps_are_a_parquet_file(analysed: analysis.Analysis):
     sources = pd.read_csv(analysed.path / "sources.csv").set_index("signature")
     assert set(sources["form"]) == {"ring"}
     own = analysed.path.parents[1] / "mine" / "signatures" / "rounding.py"
@@ -104,9 +101,6 @@ def test_the_tables_say_where_each_signature_came_from(analysed: analysis.Analys
     assert (row["origin"], row["module"]) == ("mine/signatures/rounding.py", "rounding.py")
     assert row["sha256"] == hashlib.sha256(own.read_bytes()).hexdigest()
     assert tuple(sources.loc["cost", ["origin", "module"]]) == ("foundry", "analysis.any.signatures.cost")
-
-
-def test_its_steps_are_a_parquet_file(analysed: analysis.Analysis):
     steps = pd.read_parquet(analysed.path / "steps.parquet")
     assert {"place", "place_next", "action", "utility", "said"} <= set(steps.columns) and len(steps) == 4 * 6 * 4
     assert steps["place"].dtype.kind == "i" and "message" not in steps

@@ -96,8 +96,11 @@ def test_where_nothing_would_follow_nobody_did_the_opposite():
             assert find_edit("others_went", scenario).applied(question) is None
 
 
-def test_points_that_are_decided_about_stay():
+def test_who_is_alone_keeps_its_number_and_points_that_are_decided_about_stay():
     assert find_edit("scale_payoffs", pot()).applied(asked_after(pot(), [1] * 4)[0]) is None
+    legal = Actions(labels=("up", "down"), whole=False)
+    alone = RoundQuestion(1, 0, "turn", {"agent": 0, "agents": 1}, options=options_of(legal), legal=legal)
+    assert find_edit("rename_agents", bar()).applied(alone) is None
 
 
 def test_agents_are_numbered_from_the_end_and_so_are_those_to_choose_from():
@@ -112,12 +115,6 @@ def test_agents_are_numbered_from_the_end_and_so_are_those_to_choose_from():
     reading = pot(punished=True).read(changed, Answer(deciding("agent 1")))
     assert reading.action == "agent 1"
     assert pot(punished=True).read(changed, Answer(deciding("agent 2"))).action is None
-
-
-def test_who_is_alone_keeps_its_number_and_is_not_asked_again():
-    legal = Actions(labels=("up", "down"), whole=False)
-    alone = RoundQuestion(1, 0, "turn", {"agent": 0, "agents": 1}, options=options_of(legal), legal=legal)
-    assert find_edit("rename_agents", bar()).applied(alone) is None
 
 
 def test_months_and_talk_of_a_fishery_name_the_same_agents_under_other_numbers():

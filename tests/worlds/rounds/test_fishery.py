@@ -53,8 +53,11 @@ def test_wishes_within_the_stock_are_met_and_what_is_left_doubles():
     assert len(world.pending()[0].options) == 51
 
 
-def test_the_stock_grows_to_its_first_size_at_most():
+def test_the_stock_grows_to_its_first_size_at_most_and_unread_wishes_count_as_none():
     assert stocks(caught(fishery(agents=1).start(0), 10))[0].next == 100
+    world = fishery(agents=2).start(0)
+    first, second, _ = caught(world, 101, 7)
+    assert (first.action, first.caught, second.caught) == (None, 0, 7)
 
 
 @pytest.mark.parametrize(("left", "finished"), [(4, True), (5, False)])
@@ -62,12 +65,6 @@ def test_it_is_over_with_fewer_than_five_tons(left: int, finished: bool):
     world = fishery(agents=1).start(0)
     (month,) = stocks(caught(world, 100 - left))
     assert (world.finished, month.after, month.next) == (finished, left, None if finished else 10)
-
-
-def test_unread_wishes_count_as_none():
-    world = fishery(agents=2).start(0)
-    first, second, _ = caught(world, 101, 7)
-    assert (first.action, first.caught, second.caught) == (None, 0, 7)
 
 
 def by_loops(wanted: tuple[int, ...], units: int) -> dict[tuple[int, ...], float]:
@@ -183,15 +180,12 @@ def test_the_sustainable_share_is_the_most_that_leaves_half_of_the_stock(stock: 
     assert 2 * (stock - most * agents) >= stock > 2 * (stock - (most + 1) * agents)
 
 
-def test_an_outsider_fishes_from_its_month_on_and_is_asked_nothing():
+def test_an_outsider_fishes_from_its_month_on_no_more_than_there_is_and_is_asked_nothing():
     world = fishery(agents=2, outsider={"from": 2, "catch": 60}).start(0)
     (first,) = stocks(caught(world, 10, 10))
     (second,) = stocks(caught(world, 5, 5))
     assert (first.outsider, first.next, second.outsider, second.after) == (None, 100, 60, 30)
     assert len(world.pending()) == 2 and world.pending()[0].observation["months"][1]["outsider"] == 60
-
-
-def test_an_outsider_wants_no_more_than_there_is():
     world = fishery(agents=1, sharing="proportional", outsider={"from": 1, "catch": 10_000}).start(0)
     assert stocks(caught(world, 100)) == [Stock(step=1, before=100, caught=50, outsider=50, after=0, next=None)]
 

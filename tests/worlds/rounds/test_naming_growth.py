@@ -7,18 +7,15 @@ import pytest
 from foundry.validating.naming_growth import _exponent, consensus, consensus_exponent, peak, peak_exponent
 
 
-def test_two_know_most_names_after_their_second_meeting_at_the_latest():
+def test_two_know_most_names_after_their_second_meeting_and_agree_once_both_know_a_name():
     peaks = {peak(2, seed) for seed in range(20)}
     assert peaks == {1}, "the first speaker invents, the other learns it: two in all, and never more"
+    assert {consensus(2, seed) for seed in range(20)} == {2}, "the first meeting fails, every other succeeds"
 
 
 def test_more_agents_need_more_interactions_each_to_know_most_names():
     small, large = ([peak(agents, seed) for seed in range(3)] for agents in (20, 80))
     assert 4 < sum(large) / sum(small) < 16, "4^1.5 is 8"
-
-
-def test_two_agree_once_both_know_a_name():
-    assert {consensus(2, seed) for seed in range(20)} == {2}, "the first meeting fails, every other succeeds"
 
 
 @pytest.mark.slow

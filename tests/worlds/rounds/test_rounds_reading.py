@@ -111,8 +111,9 @@ def test_a_reply_that_says_nothing_or_was_cut_decides_nothing(text: str, ending:
     assert bar(text, ending) == (None, outcome)
 
 
-def test_a_cut_reply_whose_decision_is_whole_is_repaired():
+def test_a_cut_reply_counts_where_its_decision_is_whole_and_cut_talk_says_nothing():
     assert bar('{"action": "go", "reasoning": "beca', LENGTH) == ("go", "repaired")
+    assert read_talk(Answer("Let us take", LENGTH)) == Reading(Outcome.TRUNCATED)
 
 
 @pytest.mark.parametrize(("text", "action", "outcome"), [
@@ -163,10 +164,6 @@ def test_a_long_range_has_some_options_and_an_endless_one_none():
 def test_talk_is_an_object_with_a_message_or_a_text_without_any(text: str, message: str | None, outcome: str):
     found = read_talk(Answer(text))
     assert (found.message, str(found.outcome)) == (message, outcome)
-
-
-def test_cut_talk_says_nothing():
-    assert read_talk(Answer("Let us take", LENGTH)) == Reading(Outcome.TRUNCATED)
 
 
 @given(st.sampled_from(SETS), st.text(max_size=300))

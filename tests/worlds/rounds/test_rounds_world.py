@@ -202,7 +202,7 @@ def test_who_is_asked_the_same_again_in_a_round_answers_with_another_seed():
     assert len({one.sampling_seed(0) for one in asked}) == 8
 
 
-def test_what_the_rules_leave_is_written_as_the_round_ends():
+def test_an_episode_ends_where_its_rules_do_and_writes_what_they_leave_as_the_round_ends():
     world = fishery(agents=2, steps=1).start(0)
     answered(world, "1", "1")
     answered(world, "Hello!")
@@ -211,6 +211,12 @@ def test_what_the_rules_leave_is_written_as_the_round_ends():
         ("talk", None, "Hello!", Outcome.CHOSEN),
         ("talk", None, None, Outcome.EMPTY),
     ]
+    world = fishery(agents=2, steps=9).start(0)
+    answered(world, "60", "40")
+    answered(world, "sorry")
+    records = answered(world, "too late")
+    assert world.finished and world.step == 1
+    assert Stock(step=1, fish=0) in records
 
 
 def test_own_keys_and_own_files_are_written_and_declared():
@@ -224,15 +230,6 @@ def test_own_keys_and_own_files_are_written_and_declared():
     declared = scenario.declared()
     assert declared.form == "rounds"
     assert declared.streams["steps"]["stock"] == "integer?" and declared.streams["stock"]["fish"] == "integer"
-
-
-def test_an_episode_ends_where_its_rules_do():
-    world = fishery(agents=2, steps=9).start(0)
-    answered(world, "60", "40")
-    answered(world, "sorry")
-    records = answered(world, "too late")
-    assert world.finished and world.step == 1
-    assert Stock(step=1, fish=0) in records
 
 
 def test_what_is_legal_may_be_less_than_the_world_declares():
@@ -252,14 +249,11 @@ def test_random_first_and_stay_play_any_world_and_are_read_as_chosen(scenario: R
     assert {one.outcome for one in first if isinstance(one, RoundStep)} == {Outcome.CHOSEN}
 
 
-def test_random_draws_uniformly_among_what_is_legal():
+def test_random_draws_uniformly_among_what_is_legal_and_first_takes_the_first():
     drawn = Counter(one.action for one in played(bar(agents=30, steps=30), Random("r")))
     assert abs(drawn["go"] - 450) < 3 * 15
     drawn = Counter(one.action for one in played(bar(agents=30, steps=30), Random("r", stay_probability=0.1)))
     assert abs(drawn["stay"] - 90) < 3 * 9
-
-
-def test_first_gives_the_first_of_what_is_legal_and_does_nothing_where_that_is_not_listed():
     assert {one.action for one in played(bar(agents=3), First("f"))} == {"go"}
     question = replace(bar(agents=1).start(0).pending()[0], options=(), idle="I stay.")
     assert asyncio.run(First("f").ask(request(question, 0))).text == "I stay."
@@ -287,13 +281,11 @@ def test_every_picture_is_made_again_from_the_records(scenario: RoundsScenario):
     assert len(set(pictures)) == len(pictures) and pictures[0].startswith(b"\x89PNG")
 
 
-def test_every_label_has_a_colour_of_its_own_however_many_there_are():
+def test_every_label_has_a_colour_of_its_own_and_agents_are_numbered_as_long_as_there_is_room():
     known = Actions(labels=("nobody", *(f"agent {agent}" for agent in range(30))), idle="nobody")
     tones = {ImageColor.getrgb(drawing._tone(label, known)) for label in known.labels}
     assert len(tones) == 31 and ImageColor.getrgb(drawing.IDLE) in tones
 
-
-def test_agents_are_numbered_as_long_as_there_is_room():
     def is_numbered(agents: int) -> bool:
         picture = Image.open(io.BytesIO(drawing.draw([], 0, agents=agents, steps=1, actions={})))
         return len(picture.crop((0, 40, 55, 440)).getcolors()) > 1
@@ -313,11 +305,8 @@ def test_a_number_without_a_greatest_one_is_drawn_by_the_greatest_so_far():
     assert drawing._shade(15, Actions(low=10, high=20)) == drawing._shade(0.5, Actions(low=0, high=1))
 
 
-def test_calls_are_counted_at_most():
+def test_calls_are_counted_at_most_and_a_wordy_answer_decides_and_fills_what_is_heard():
     assert (bar().count_calls(), fishery().count_calls()) == (6, 12)
-
-
-def test_a_wordy_answer_decides_and_fills_what_is_heard():
     scenario = fishery(agents=1)
     world = scenario.start(0)
     (one,) = answered(world, scenario.wordy_answer(world.pending()[0], 500))

@@ -17,15 +17,7 @@ from foundry.storing.store import RunFolder
 
 @dataclass(frozen=True)
 class RingRun:
-    """A run on the ring; T steps, N agents.
-
-    Attributes:
-        id: the run's id.
-        place: by step and agent, before the step, (T, N).
-        place_next: the same after the step, (T, N).
-        outcome: of the call, index into OUTCOMES, (T, N).
-        readable_only: whether what could not be read is left out.
-    """
+    """A run on the ring; T steps, N agents."""
 
     id: str
     place: IntArray
