@@ -109,8 +109,7 @@ def test_a_person_among_models_answers_for_one_agent_in_the_order_of_the_steps(
     assert [call["messages"][0]["content"] for call in hers] == [one["messages"][0]["content"] for one in person.seen]
 
 
-@pytest.mark.parametrize("begun", [(), ("pilot",)])
-@pytest.mark.parametrize("model", ["scripted/stay", "llama3.2"])
+@pytest.mark.parametrize(("begun", "model"), [((), "llama3.2"), (("pilot",), "scripted/stay")])
 def test_nobody_to_ask_is_told_before_a_server_is_asked_or_anything_is_written(
     begun: tuple[str, ...], model: str, pilot: Path
 ):

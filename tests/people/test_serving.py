@@ -49,17 +49,13 @@ def status(url: str, path: str, method: str = "GET", **headers: str) -> int:
         return connection.getresponse().status
 
 
-def test_without_the_token_nothing_is_there(person: Person):
+def test_without_the_token_or_under_another_name_nothing_is_there_nor_any_file_outside_the_page(person: Person):
     token = urlsplit(person.url).path
     assert status(person.url, f"{token}now") == 200
     assert status(person.url, "/now") == 404
     assert status(person.url, f"{token[:-2]}x/now") == 404
     assert status(person.url, "/", "POST") == 404
     assert len(token) > 20
-
-
-def test_another_name_of_the_server_is_refused_and_files_outside_the_page_are_not_there(person: Person):
-    token = urlsplit(person.url).path
     assert status(person.url, f"{token}now", Host="example.org") == 403
     assert status(person.url, f"{token}../server.py") == 409
     assert {name: status(person.url, f"{token}{name}") for name in ("", "people.js", "dom.js", "app.js")} == {
@@ -97,14 +93,11 @@ def test_what_is_no_answer_to_the_question_that_is_shown_is_refused(desk: Desk, 
     assert asyncio.run(ask()) == "good"
 
 
-def test_an_answer_too_long_to_be_one_is_refused(person: Person):
+def test_an_answer_too_long_to_be_one_and_what_a_foreign_page_sends_are_refused(person: Person, desk: Desk):
     address = f"{urlsplit(person.url).path}answer"
     assert status(person.url, address, "POST", **{"Content-Length": str((1 << 20) + 1)}) == 409
     assert status(person.url, address, "POST", **{"Content-Length": "-1"}) == 409
     assert status(person.url, address, "POST", **{"Content-Length": "9" * 5_000}) == 409
-
-
-def test_what_a_foreign_page_sends_is_refused(desk: Desk, person: Person):
     token = urlsplit(person.url).path
     for origin in ("http://evil.example", "null"):
         assert status(person.url, f"{token}agree", "POST", Origin=origin, **{"Content-Length": "0"}) == 409

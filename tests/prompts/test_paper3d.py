@@ -117,11 +117,16 @@ def test_quotes_and_code_in_a_reply_are_kept_as_they_are():
 
 
 @pytest.mark.parametrize("name", VARIANTS)
-def test_every_variant_is_without_ragged_blank_lines(name: str):
+def test_every_variant_is_without_ragged_blank_lines_and_moves_nothing_when_it_is_repeated(name: str):
     for observation in (STEP_0, LATER, LATER | {"idle_streak": 3}, STEP_0 | {"task": "  One line.\n\n"}):
         text = render(name, observation)
         assert text == text.strip()
         assert "\n\n\n" not in text
+    bare = LATER | {"history": ()}
+    for observation in (STEP_0, bare, bare | {"idle_streak": 3}):
+        text = render(name, observation)
+        for command in (interpret(text), JsonInterpreter().read(text)):
+            assert command.idle, (command, text)
 
 
 HIDDEN = {
@@ -148,15 +153,6 @@ def test_every_variant_shows_what_it_should_and_nothing_else(name: str):
 def test_the_nudge_belongs_to_the_memory():
     assert "several steps" not in render("no_history", LATER | {"idle_streak": 5})
     assert "several steps" in render("no_pose", LATER | {"idle_streak": 5})
-
-
-@pytest.mark.parametrize("name", VARIANTS)
-def test_a_model_that_repeats_its_prompt_moves_nothing(name: str):
-    bare = LATER | {"history": ()}
-    for observation in (STEP_0, bare, bare | {"idle_streak": 3}):
-        text = render(name, observation)
-        for command in (interpret(text), JsonInterpreter().read(text)):
-            assert command.idle, (command, text)
 
 
 def test_the_examples_of_the_japanese_prompt_are_understood():

@@ -29,13 +29,10 @@ def test_a_list_gives_one_message_each_and_images_go_to_the_last_user_message():
     assert [message.content for message in messages] == ["You act.", "Look.", "Yes.", "Now 1.", "I"]
 
 
-def test_text_from_models_is_never_template_code():
+def test_text_from_models_is_never_template_code_and_a_key_named_like_a_method_is_the_key():
     prompt = Prompt("p", {"message": "{{ heard }} {% for text in texts %}{{ text }}{% endfor %}"})
     code = "{{ 7 * 7 }}{% raise %}{# <b>&"
     assert prompt.render(ask(heard=code, texts=[code]))[0].content == f"{code} {code}"
-
-
-def test_a_key_named_like_a_dict_method_is_the_key():
     prompt = Prompt("p", {"message": "{{ persona.items }} {{ persona['keys'] }}"})
     assert prompt.render(ask(persona={"items": "a", "keys": "b"}))[0].content == "a b"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from episodes import composed
+from episodes import ROOM, composed
 from foundry.cli import run
 from foundry.composing.preflight import first_questions, scenario_of
 from foundry.errors import InputError
@@ -16,7 +16,8 @@ SECRET = {"way", "near", "reached", "target_yaw", "target_pitch", "in_view", "st
 
 @pytest.fixture(scope="module")
 def question() -> Question:
-    (asked,) = first_questions(scenario_of(composed("kibo", "stay").conditions[0].config), seed=0)
+    settings = (f"scene={ROOM}", "world.targets=[{name: north, prims: [/Room/North], radius: 0.5}]")
+    (asked,) = first_questions(scenario_of(composed("usd", "stay", *settings).conditions[0].config), seed=0)
     return asked
 
 

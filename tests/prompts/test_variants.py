@@ -217,16 +217,10 @@ def render(name: str, kind: str, observation: Mapping[str, Any]) -> str:
     return "\n".join(message.content for message in messages)
 
 
-def test_the_worked_example_of_the_paper_is_reproduced_to_the_letter():
+def test_the_prompts_of_the_paper_are_reproduced_to_the_letter():
     assert render("paper", "action", EXAMPLE) == EXAMPLE_ACTION
-
-
-def test_the_communication_prompt_of_the_paper_is_reproduced():
     assert render("paper", "message", TWO_OF_EACH) == TWO_OF_EACH_MESSAGE
     assert render("paper", "message", ALONE) == ALONE_MESSAGE
-
-
-def test_sections_that_are_left_out_take_their_blank_lines_with_them():
     assert render("paper", "action", ALONE).startswith(ALONE_ACTION)
 
 
@@ -287,14 +281,10 @@ def test_every_variant_says_all_that_the_paper_says_and_nothing_else(name, kind)
 
 
 @pytest.mark.parametrize("name", VARIANTS)
-def test_the_message_prompt_hides_where_agents_are(name):
+def test_the_message_prompt_hides_where_agents_are_and_the_action_prompt_tells_everything_observed(name):
     hidden = {"303", "304", "305", "333", "334", "336", "337", *map(str, range(320, 332))}
     hidden -= SAID_MORE.get((name, "message"), set())
     assert not words(render(name, "message", DISTINCT)) & hidden
-
-
-@pytest.mark.parametrize("name", VARIANTS)
-def test_everything_observed_is_in_the_action_prompt(name):
     shown = words(render(name, "action", DISTINCT))
     numbers = {str(number) for number in range(301, 340)} - {"308", "309", "312", "314", "317", "318", "319"}
     assert shown >= numbers | {"308.25", "0.312", "314.15", "0.317", "318.5", "319.00"}
@@ -316,16 +306,12 @@ def test_no_variant_judges_the_situation(name, kind):
 
 
 @pytest.mark.parametrize("name", VARIANTS)
-def test_every_variant_asks_for_the_same_json(name):
+def test_every_variant_asks_for_the_same_json_without_ragged_blank_lines(name):
     keys = {"message": ["message", "reasoning"], "action": ["action", "direction", "memory", "reasoning"]}
     for kind, asked in keys.items():
         assert re.findall(r'^ +"(\w+)":', render(name, kind, EXAMPLE), re.MULTILINE) == asked
     for value in ("move", "stay", "up", "down", "left", "right"):
         assert f'"{value}"' in render(name, "action", EXAMPLE)
-
-
-@pytest.mark.parametrize("name", VARIANTS)
-def test_every_variant_is_without_ragged_blank_lines(name):
     for kind in ("message", "action"):
         for observation in (EXAMPLE, ALONE, TWO_OF_EACH):
             text = render(name, kind, observation)

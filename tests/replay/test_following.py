@@ -43,13 +43,17 @@ def test_a_run_that_is_over_is_played_from_its_start_step_by_step(camera_runs: l
     assert seen == [0, 1, 2]
 
 
-def test_a_run_that_is_going_on_is_shown_where_it_is(growing: RunFolder, camera_runs: list[RunFolder]):
+def test_a_run_that_is_going_on_is_shown_where_it_is_and_left_alone(growing: RunFolder, camera_runs: list[RunFolder]):
     follower = Follower(growing)
     first = follower.picture()
     assert (follower.step, follower.tick()) == (1, False)
     go_on(growing, camera_runs[0])
     assert follower.tick()
     assert follower.step == 2 and follower.picture() != first
+    before = growing.stamp()
+    files = sorted(growing.path.rglob("*"))
+    Follower(growing).picture()
+    assert (growing.stamp(), sorted(growing.path.rglob("*"))) == (before, files)
 
 
 def test_whoever_chose_a_step_stays_there(growing: RunFolder, camera_runs: list[RunFolder]):
@@ -59,13 +63,6 @@ def test_whoever_chose_a_step_stays_there(growing: RunFolder, camera_runs: list[
     assert (follower.tick(), follower.step, follower.last) == (False, 0, 2)
     follower.go(99)
     assert follower.step == 2
-
-
-def test_following_writes_nothing(growing: RunFolder):
-    before = growing.stamp()
-    files = sorted(growing.path.rglob("*"))
-    Follower(growing).picture()
-    assert (growing.stamp(), sorted(growing.path.rglob("*"))) == (before, files)
 
 
 def seen(run: RunFolder, monkeypatch: pytest.MonkeyPatch, trusted: tuple[str, ...] = ()) -> np.ndarray:

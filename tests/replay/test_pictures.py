@@ -158,14 +158,11 @@ def forget_fonts() -> None:
         kept.cache_clear()
 
 
-def test_letters_that_the_usual_font_lacks_are_drawn_in_one_that_has_them(squares: None):
+def test_letters_that_the_usual_font_lacks_are_drawn_in_one_that_has_them_and_told_where_none_has(squares: None):
     line = np.asarray(band(["𓀀𓀁"], 200, 1).convert("L"))
     assert (line == line.min()).sum() > 2 * 0.9 * TEXT_PX**2, "two whole squares"
     assert width_of("𓀀𓀁") == 2 * TEXT_PX
     assert boxes_note(["agent 1: 𓀀", "𓀁"]) == ""
-
-
-def test_letters_that_no_font_has_are_told(squares: None):
     said = boxes_note(["agent 1: 𓀀𓀂", "𓁀𓀂"])
     assert said.startswith("No font of this machine has 𓀂𓁀: they are drawn as boxes. Install one of ")
 

@@ -25,21 +25,12 @@ def copied(grid_runs: list[RunFolder], tmp_path: Path) -> Path:
     return tmp_path / "copy" / "runs" / grid_runs[0].id
 
 
-def test_a_run_is_found_by_its_folder(grid_runs: list[RunFolder]):
+def test_a_run_is_found_by_its_folder_or_answered_with_the_closest_one(grid_runs: list[RunFolder], tmp_path: Path):
     assert find_run(grid_runs[1].path).id == grid_runs[1].id
-
-
-def test_a_wrong_run_is_answered_with_the_closest_one(grid_runs: list[RunFolder]):
     with pytest.raises(InputError, match=f"Run 'x{grid_runs[1].id}' not found. Did you mean '{grid_runs[1].id}'"):
         find_run(grid_runs[1].path.with_name("x" + grid_runs[1].id))
-
-
-def test_a_sweep_of_several_runs_is_no_run(grid_runs: list[RunFolder]):
     with pytest.raises(InputError, match=f"holds {len(grid_runs)} runs: name one, such as .*{grid_runs[0].id}"):
         find_run(grid_runs[0].path.parent.parent)
-
-
-def test_a_folder_that_is_no_sweep_is_refused(tmp_path: Path):
     with pytest.raises(InputError, match="is not a sweep's folder"):
         find_run(tmp_path)
     with pytest.raises(InputError, match="does not exist"):
@@ -71,15 +62,12 @@ def test_a_run_without_steps_shows_its_initial_state(copied: Path):
     assert (recording.last, drawn.png) == (0, first)
 
 
-def test_a_run_that_never_started_cannot_be_shown(copied: Path):
-    shutil.rmtree(copied)
-    with pytest.raises(InputError, match="has not been started yet"):
-        read_recording(find_run(copied))
-
-
-def test_damaged_steps_are_named(copied: Path):
+def test_damaged_steps_are_named_and_a_run_that_never_started_cannot_be_shown(copied: Path):
     (copied / "steps.jsonl").write_bytes(b"{nonsense}\n")
     with pytest.raises(RecordError, match="The steps of '.*' cannot be read"):
+        read_recording(find_run(copied))
+    shutil.rmtree(copied)
+    with pytest.raises(InputError, match="has not been started yet"):
         read_recording(find_run(copied))
 
 

@@ -40,13 +40,7 @@ LOOKS = 100
 
 @dataclass
 class Watched:
-    """A sweep that is watched by a clock of its own, with one worker whose reports a test writes.
-
-    Attributes:
-        folder: the sweep.
-        tallies: what the worker reports, by model.
-        now: the time, seconds.
-    """
+    """A sweep that is watched by a clock of its own, with one worker whose reports a test writes."""
 
     folder: SweepFolder
     tallies: dict[str, Tally] = field(default_factory=dict)
@@ -179,16 +173,13 @@ def test_what_ended_before_this_session_is_done_and_not_counted_as_speed(workspa
     assert seconds_left(told) == pytest.approx(90, rel=0.05)
 
 
-def test_the_bar_moves_within_runs_and_is_full_at_the_end():
+def test_the_bar_moves_within_runs_and_a_pace_begins_with_the_first_one():
     totals = Totals(runs=2, most=2 * MOST)
     filled = []
     for tally in (Tally(), Tally(calls=7), Tally(complete=1, calls=30, spared=MOST - 30), Tally(failed=1)):
         totals.merge(vars(tally))
         filled.append(totals.done)
     assert filled == [0, 7, MOST + 7, 2 * MOST]
-
-
-def test_a_pace_begins_with_the_first_one():
     pace = Pace()
     for now in range(100):
         pace.note(0, float(now))

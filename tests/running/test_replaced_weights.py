@@ -84,23 +84,15 @@ def test_answers_of_replaced_weights_leave_the_cache_and_the_runs_that_used_them
         assert 0 < int(counted[1]) <= given - kept  # some were not kept at all, since they came later
         assert failed == len(said) >= 1 and all("changed while the sweep ran" in one for one in said)
         assert statuses(tmp_path / "sweep").count("complete") >= 1 or workers > 1
+        assert unconfirmed(tmp_path) == 0
+        folder = SweepFolder.open(tmp_path / "sweep")
+        complete = [run for run in folder.runs() if (one := run.summary()) and one.status == "complete"]
+        with contextlib.closing(sqlite3.connect(tmp_path / "outputs" / "answers.sqlite")) as database:
+            there = {key for (key,) in database.execute("SELECT key FROM answers")}
+        assert {call.key for run in complete for call in run.calls()} == there
         confirmed = kept
         assert_mended(tmp_path, replaced, undisturbed)
         assert len(server.bodies) == given + CALLS - confirmed
-
-
-def test_no_run_is_complete_with_an_answer_that_was_not_confirmed(tmp_path: Path):
-    replaced = Replaced(at=MIDWAY)
-    with replaced.serve() as server:
-        foundry(*SWEEP, "output.dir=sweep", cwd=tmp_path, OLLAMA_HOST=server.url)
-        assert replaced.second
-    folder = SweepFolder.open(tmp_path / "sweep")
-    complete = [run for run in folder.runs() if (one := run.summary()) and one.status == "complete"]
-    kept = {call.key for run in complete for call in run.calls()}
-    with contextlib.closing(sqlite3.connect(tmp_path / "outputs" / "answers.sqlite")) as database:
-        there = {key for (key,) in database.execute("SELECT key FROM answers")}
-        assert database.execute("SELECT count(*) FROM unconfirmed").fetchone() == (0,)
-    assert kept == there
 
 
 @pytest.mark.slow

@@ -23,30 +23,21 @@ def sites(**hosts: str) -> dict[str, Site]:
     return {f"tcp://{name}": Site({}, host, sees=name != "blind") for name, host in hosts.items()}
 
 
-def test_a_cache_in_a_file_is_refused_on_several_machines_and_taken_on_one():
+def test_a_cache_in_a_file_and_a_folder_that_a_worker_does_not_see_are_refused_on_several_machines():
     check_cache(sites(a=socket.gethostname()), "answers.sqlite")
     check_cache(sites(a="one", b="two"), "postgresql://host/db")
     with pytest.raises(InputError, match="3 machines cannot share: set cache=postgresql://"):
         check_cache(sites(a="one", b="two"), "answers.sqlite")
-
-
-def test_a_folder_that_a_worker_does_not_see_is_refused():
     check_folder(sites(a="one", b="two"), Path("sweep"))
     with pytest.raises(InputError, match=r"Worker tcp://blind does not see 'sweep'.*runner\.remote=URL"):
         check_folder(sites(a="one", blind="two"), Path("sweep"))
 
 
-def test_an_address_must_be_given(tmp_path: Path):
+def test_an_address_is_given_and_a_launcher_that_is_not_installed_is_named_with_those_that_are(tmp_path: Path):
     done = foundry(*FREE, "runner=dask", cwd=tmp_path)
     assert done.returncode == 2 and "runner.address has no value" in done.stderr
-
-
-def test_a_launcher_that_is_not_installed_is_named_with_those_that_are(tmp_path: Path):
     done = foundry(*FREE, "hydra/launcher=basik", cwd=tmp_path)
     assert done.returncode == 2 and "Launcher 'basik' not found. Did you mean 'basic'?" in done.stderr
-
-
-def test_an_address_without_a_scheme_is_refused():
     with pytest.raises(InputError, match="write tcp://head:8786"):
         DaskRunner("head:8786")
 

@@ -22,10 +22,6 @@ def found_by_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "parts"))
 
 
-def test_a_result_comes_back_whatever_is_printed_meanwhile():
-    assert LaneProcess(echoing, SPEC).ended.result() == "0-0"
-
-
 def test_an_error_comes_back_as_itself():
     with pytest.raises(FoundryError, match="no luck with 0-0"):
         LaneProcess(failing, SPEC).ended.result()
@@ -47,7 +43,7 @@ def test_ctrl_c_does_not_reach_a_worker_from_its_first_instruction_on():
     assert LaneProcess(blocked, SPEC).ended.result() == "blocked"
 
 
-def test_a_worker_is_not_led_astray_by_files_where_it_is_started(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_result_comes_back_whatever_is_printed_or_lies_beside_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     (tmp_path / "asyncio.py").write_text("raise RuntimeError('not that one')")
     monkeypatch.chdir(tmp_path)
     assert LaneProcess(echoing, SPEC).ended.result() == "0-0"

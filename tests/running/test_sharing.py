@@ -119,14 +119,11 @@ def test_a_worker_that_still_reports_is_not_silent():
     assert second.is_shared
 
 
-def test_workers_that_never_hear_of_each_other_divide_the_bounds():
+def test_workers_that_never_hear_of_each_other_divide_the_bounds_as_do_those_of_other_versions():
     shared, limit = worker("0-0", 4, apart=True)
     assert limit.bounds == InFlight(min=1, max=16, initial=2)
     shared.exchange(told(shared))
     assert (limit.allowed, limit.is_shared) == (2, False)
-
-
-def test_what_another_version_reports_is_left_aside():
     alone, limit = worker("0-0", 1)
     alone.exchange({"0-1": {"server": {"sums": "many"}}})
     assert not limit.is_shared
