@@ -88,6 +88,16 @@ def test_the_tutorial_has_ten_steps_and_each_of_its_commands_ends_well(led: Led)
     assert "0 failed" in the(led, "check world=el_farol") and "0 failed" in the(led, "check attendance")
     assert "12 runs: 12 identical" in the(led, "verify bar")
     assert "at most 2,000 calls would be sent" in the(led, "plan -m")
+    assert "first other state: steps.jsonl" in the(led, "diff")
+    (picture,) = (led.place / "bar" / "analysis" / "replay").rglob("*.png")
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    page = (led.place / "bar" / "report.html").read_text(encoding="utf-8")
+    assert "evening: go (share)" in page and "Nearness to the capacity" in page
+    plots = {file.name for file in (led.place / "bar" / "analysis" / "plots").iterdir()}
+    assert {"evening_by_agent.png", "evening_by_round.png"} <= plots
+    assert (led.place / "pages" / "index.html").exists()
+    beside = SweepFolder.open(SweepFolder.open(led.place / "bar").baselines_dir)
+    assert [one.config["model"]["name"] for one in beside.sweep.conditions] == ["scripted/stay"]
 
 
 @pytest.mark.slow
@@ -134,14 +144,7 @@ def test_where_its_code_is_not_named_or_not_trusted_one_line_says_so(led: Led):
 
 
 @pytest.mark.slow
-def test_two_runs_are_compared_and_each_is_drawn_again(led: Led):
-    assert "first other state: steps.jsonl" in the(led, "diff")
-    (picture,) = (led.place / "bar" / "analysis" / "replay").rglob("*.png")
-    assert picture.read_bytes().startswith(b"\x89PNG")
-
-
-@pytest.mark.slow
-def test_its_signature_is_measured_and_claims_rest_on_it_where_that_is_declared(led: Led):
+def test_its_signature_is_measured_as_plain_loops_say_and_claims_rest_on_it_where_that_is_declared(led: Led):
     assert "world el_farol" in the(led, "analyze")
     table = pq.read_table(led.place / "bar" / "analysis" / "signatures.parquet").to_pandas()
     score = table.groupby("model")["attendance.score"].mean()
@@ -149,10 +152,6 @@ def test_its_signature_is_measured_and_claims_rest_on_it_where_that_is_declared(
     assert score["scripted/random"] == pytest.approx(75.4, abs=6) and score["mine/mixing"] == pytest.approx(80, abs=6)
     sources = (led.place / "bar" / "analysis" / "sources.csv").read_text(encoding="utf-8")
     assert "rounds,attendance,mine/signatures/attendance.py" in sources
-
-
-@pytest.mark.slow
-def test_what_the_signature_says_is_what_plain_loops_say(led: Led):
     run = led.run("mine/mixing")
     went = Counter(line["step"] for line in steps_of(led.place / run) if line["action"] == "go")
     attended = [went[evening] for evening in range(1, 21)]
@@ -163,21 +162,6 @@ def test_what_the_signature_says_is_what_plain_loops_say(led: Led):
     )
     assert row["attendance.volatility"] == pytest.approx(np.var(attended, ddof=1) / 2.5)
     assert row["attendance.n_evenings"] == 20
-
-
-@pytest.mark.slow
-def test_its_report_and_its_pages_show_what_agents_did(led: Led):
-    page = (led.place / "bar" / "report.html").read_text(encoding="utf-8")
-    assert "evening: go (share)" in page and "Nearness to the capacity" in page
-    plots = {file.name for file in (led.place / "bar" / "analysis" / "plots").iterdir()}
-    assert {"evening_by_agent.png", "evening_by_round.png"} <= plots
-    assert (led.place / "pages" / "index.html").exists()
-
-
-@pytest.mark.slow
-def test_its_baselines_are_those_that_its_file_names_and_that_it_does_not_compare(led: Led):
-    beside = SweepFolder.open(SweepFolder.open(led.place / "bar").baselines_dir)
-    assert [one.config["model"]["name"] for one in beside.sweep.conditions] == ["scripted/stay"]
 
 
 @pytest.mark.parametrize(("names", "told"), [
