@@ -171,8 +171,9 @@ def test_whatever_headers_ask_is_a_finite_wait_or_none(text: str):
         assert wait_s is None or 0 <= wait_s < float("inf")
 
 
-def test_a_date_beyond_all_calendars_asks_for_nothing():
-    assert seconds_to_wait("Mon, 01 Jan 99999999999999999999 00:00:00 GMT", datetime(2026, 1, 1, tzinfo=UTC)) is None
+def test_a_date_beyond_all_calendars_and_what_is_no_wait_ask_for_nothing():
+    for text in ("Mon, 01 Jan 99999999999999999999 00:00:00 GMT", "-1", "inf", "nan", "Tue, 99 Foo 2026"):
+        assert seconds_to_wait(text, datetime(2026, 1, 1, tzinfo=UTC)) is None
     assert wait_asked({"x-ratelimit-remaining-tokens": "0", "x-ratelimit-reset-tokens": "9" * 400 + "h"}) is None
 
 
