@@ -9,7 +9,7 @@ import pyarrow as pa
 import pytest
 
 import foundry
-from analysis.arrow import arrow_table, write_parquet
+from analysis.arrow import arrow_table
 
 
 def test_columns_keep_their_types_and_what_is_missing_is_null():
@@ -23,12 +23,6 @@ def test_a_column_of_labels_and_numbers_becomes_text():
     values = ["go", 3, 0.5, None, float("nan"), {"k": [1]}, "stäy"]
     table = arrow_table(pd.DataFrame({"action": pd.Series(values, dtype=object)}))
     assert table["action"].to_pylist() == ["go", "3", "0.5", None, None, '{"k": [1]}', "stäy"]
-
-
-def test_a_written_table_comes_back(tmp_path: Path):
-    frame = pd.DataFrame({"n": [1, 2], "name": ["a", "b"]})
-    write_parquet(frame, tmp_path / "t.parquet")
-    pd.testing.assert_frame_equal(pd.read_parquet(tmp_path / "t.parquet"), frame)
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,9 @@ from foundry.worlds.base import Answer
 from foundry.worlds.grid.world import GridScenario
 
 
-def test_a_sweep_loads_as_tidy_tables(make_sweep, make_condition):
+def test_a_sweep_loads_as_tidy_tables_of_which_every_row_tells_its_model_world_prompt_and_seed(
+    make_sweep, make_condition
+):
     folder = make_sweep([make_condition("a", [0, 1]), make_condition("b", [0, 1])])
     loaded = analysis.load(folder.path)
     assert list(loaded.runs.columns) == ["run", "world", "model", "prompt", "seed", "status"]
@@ -23,10 +25,6 @@ def test_a_sweep_loads_as_tidy_tables(make_sweep, make_condition):
     assert len(loaded.steps) == 4 * 6 * 25
     assert {"run", "step", "message", "neighbours", "outcome"} <= set(loaded.steps.columns)
     assert set(loaded.messages["run"]) <= set(loaded.runs["run"])
-
-
-def test_every_table_tells_the_model_world_prompt_and_seed_of_its_rows(make_sweep, make_condition):
-    loaded = analysis.load(make_sweep([make_condition("a", [0, 1]), make_condition("b", [0, 1])]).path)
     of_run = loaded.runs.set_index("run")[["world", "model", "prompt", "seed"]]
     for table in (loaded.steps, loaded.messages, loaded.agents, loaded.calls, *loaded.fixtures.values()):
         assert table.columns[:5].tolist() == ["run", *of_run.columns]

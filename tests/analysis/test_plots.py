@@ -59,11 +59,32 @@ def ticks(ax) -> list[str]:
 
 
 @pytest.mark.slow
-def test_there_is_a_plot_for_every_signature_in_both_formats(plots):
+def test_plots_of_both_formats_are_for_every_signature_one_column_wide_and_without_version(plots):
     expected = {one.name for one in signatures.discover() if one.part(GridRun)}
     without = {"persona_effect", "utility", "evacuation", "survival"}  # there is nothing of these in these runs
     for suffix in (".png", ".svg"):
         assert {path.stem for path in plots.iterdir() if path.suffix == suffix} == expected - without
+    for path in plots.glob("*.png"):
+        content = path.read_bytes()
+        assert content.startswith(b"\x89PNG")
+        assert struct.unpack(">I", content[16:20])[0] == 680
+        assert b"Software" not in content
+        assert b"Date" not in content
+    for path in plots.glob("*.svg"):
+        content = path.read_text(encoding="utf-8")
+        assert ElementTree.fromstring(content).tag.endswith("svg")
+        assert set(re.findall(r"https?://[^\"]*", content)) <= {
+            "http://www.w3.org/2000/svg",
+            "http://www.w3.org/1999/xlink",
+        }
+        assert "scripted/random" in content
+        ids = re.findall(r' id="([^"]*)"', content)
+        assert len(ids) == len(set(ids))
+        assert set(re.findall(r'(?:url\(|href=")#([^)"]*)', content)) == set(ids)
+    sizes = {
+        float(size) for path in plots.glob("*.svg") for size in re.findall(r"font-size:([\d.]+)px", path.read_text())
+    }
+    assert sizes and min(sizes) >= 7
 
 
 @pytest.mark.slow
@@ -83,31 +104,6 @@ def test_pictures_are_the_same_byte_for_byte_when_repeated(plots, recorded):
     assert draw(picture) == draw(picture)
 
 
-@pytest.mark.slow
-def test_plots_are_one_column_wide_and_carry_no_version(plots):
-    for path in plots.glob("*.png"):
-        content = path.read_bytes()
-        assert content.startswith(b"\x89PNG")
-        assert struct.unpack(">I", content[16:20])[0] == 680
-        assert b"Software" not in content
-        assert b"Date" not in content
-
-
-@pytest.mark.slow
-def test_svgs_are_whole_without_versions_or_addresses_and_hold_their_text(plots):
-    for path in plots.glob("*.svg"):
-        content = path.read_text(encoding="utf-8")
-        assert ElementTree.fromstring(content).tag.endswith("svg")
-        assert set(re.findall(r"https?://[^\"]*", content)) <= {
-            "http://www.w3.org/2000/svg",
-            "http://www.w3.org/1999/xlink",
-        }
-        assert "scripted/random" in content
-        ids = re.findall(r' id="([^"]*)"', content)
-        assert len(ids) == len(set(ids))
-        assert set(re.findall(r'(?:url\(|href=")#([^)"]*)', content)) == set(ids)
-
-
 def test_two_pictures_share_no_id():
     pictures = [
         Picture(name, "t", "c", lambda: figures.ledger_figure([LedgerRow("a", 1, 1, 1, 0.5)])) for name in ("a", "b")
@@ -116,7 +112,7 @@ def test_two_pictures_share_no_id():
     assert one and not one & other
 
 
-def test_a_panel_shows_its_groups_from_top_to_bottom_with_their_seeds():
+def test_a_panel_shows_groups_with_their_seeds_baselines_in_grey_and_that_there_is_no_value():
     values = np.array([0.1, 0.2, NAN])
     groups = GroupValues("first", values, 0.15, 0.1, 0.2), GroupValues("second", values, 0.15, NAN, NAN)
     ax = draw_panel(axes(), groups, "What is measured")
@@ -125,23 +121,19 @@ def test_a_panel_shows_its_groups_from_top_to_bottom_with_their_seeds():
     assert texts(ax) == ["n=2", "n=2"]
     low, high = ax.get_xlim()
     assert low < 0.1 < 0.2 < high
-
-
-def test_a_panel_without_any_value_says_so():
     ax = draw_panel(axes(), [GroupValues("a", np.array([NAN]), NAN, NAN, NAN)], "t")
     assert texts(ax) == ["undefined", "n=0"]
     assert ax.get_xticks().tolist() == []
-
-
-def test_baselines_are_grey_and_round():
     group = GroupValues("a", np.array([1.0]), 1.0, NAN, NAN, index=2, baseline=True)
     ax = draw_panel(axes(), [group], "t")
     assert ax.get_yticklabels()[0].get_color() == BASELINE
     assert (ax.lines[0].get_color(), ax.lines[0].get_marker()) == (BASELINE, "o")
 
 
-def test_a_dozen_models_are_told_apart_without_their_colours():
+def test_a_dozen_models_and_groups_of_one_colour_are_told_apart_by_their_markers():
     assert len({style.marker(index) for index in range(12)} | {style.marker(0, baseline=True)}) == 13
+    looks = {(style.colour(index), style.marker(index)) for index in range(20)}
+    assert len(looks) == 20
 
 
 def test_a_model_looks_the_same_in_every_world_and_its_lines_are_broken_otherwise():
@@ -156,12 +148,9 @@ def test_a_model_looks_the_same_in_every_world_and_its_lines_are_broken_otherwis
     assert one["linestyle"] != other["linestyle"]
 
 
-def test_a_model_keeps_its_look_where_a_part_of_the_runs_is_taken():
+def test_a_model_keeps_its_look_in_every_part_and_its_settings_alone_look_apart():
     compared = SimpleNamespace(groups=[("b",)], group_columns=("model",), baselines=frozenset(), models=("a", "b"))
     assert [one.index for one in shown_groups(compared)] == [1]
-
-
-def test_settings_of_a_single_model_look_apart():
     compared = SimpleNamespace(
         groups=[("a", "x"), ("a", "y")], group_columns=("model", "prompt"), baselines=frozenset(), models=("a",)
     )
@@ -189,11 +178,6 @@ def test_chance_and_the_best_are_marked_where_they_are_known():
 def test_a_picture_is_said_in_words_for_those_who_do_not_see_it():
     groups = [GroupValues(name, np.array([0.1, 0.2]), 0.15, 0.1, 0.2) for name in ("one", "two")]
     assert in_words(groups, Scale(null=0.5)) == "one 0.15 [0.1, 0.2], two 0.15 [0.1, 0.2], chance alone 0.5."
-
-
-def test_groups_that_share_a_colour_differ_in_their_marker():
-    looks = {(style.colour(index), style.marker(index)) for index in range(20)}
-    assert len(looks) == 20
 
 
 def test_equal_values_are_spread_and_have_room():
@@ -230,21 +214,15 @@ def test_a_forest_fills_and_stars_what_stands_and_greys_what_was_not_tested():
     dots = [line for line in ax.lines if line.get_marker() == "o"]
     assert [dot.get_markerfacecolor() for dot in dots] == [COLOURS[0], "white", "white"]
     assert dots[2].get_color() == BASELINE
-
-
-def test_a_forest_of_nothing_has_no_scale():
     ax = draw_forest(axes(), [Pair("b - a", NAN, NAN, NAN, 0, significant=False, equivalent=False, tested=True)], "t")
     assert ax.get_xticks().tolist() == []
 
 
-def test_the_ledger_stacks_runs_and_names_the_unreadable_share():
+def test_the_ledger_stacks_runs_and_no_small_share_looks_like_nought():
     ax = draw_ledger(axes(), [LedgerRow("a", 3, 1, 2, 0.25), LedgerRow("b", 0, 0, 6, NAN)])
     assert [bar.get_width() for bar in ax.patches] == [3, 0, 1, 0, 2, 6]
     assert [bar.get_x() for bar in ax.patches] == [0, 0, 3, 0, 4, 0]
     assert texts(ax)[:2] == ["25 %", "-"]
-
-
-def test_a_small_share_never_looks_like_nought():
     assert [percent(share) for share in (0.0, 1e-6, 0.0123, 1.0)] == ["0 %", "<0.1 %", "1.23 %", "100 %"]
 
 
@@ -267,7 +245,12 @@ def test_a_dendrogram_joins_branches_where_they_end():
     assert dendrogram(None, np.zeros(0), 1) == ([0], [])
 
 
-def test_occupancy_maps_share_one_scale():
+def test_occupancy_counts_every_state_but_the_start_on_one_scale(recorded):
+    run = recorded().run
+    share = occupancy(run)
+    assert math.isclose(share.sum(), 1.0)
+    cell = (run.y == run.y[-1, 0]) & (run.x == run.x[-1, 0])
+    assert math.isclose(share[run.y[-1, 0] + 5, run.x[-1, 0] + 5], cell[1:].sum() / run.decisions)
     world = GridSettings(name="w", half_size=1, agents=1, steps=1, communication_distance=1)
     shares = {"a": 0.1, "b": 0.3}
     maps = [OccupancyMap(Shown((name,), 0, False), world, np.full((3, 3), share)) for name, share in shares.items()]
@@ -276,15 +259,7 @@ def test_occupancy_maps_share_one_scale():
     assert images[0].get_extent() == [-1.5, 1.5, -1.5, 1.5]
 
 
-def test_occupancy_counts_every_state_but_the_start(recorded):
-    run = recorded().run
-    share = occupancy(run)
-    assert math.isclose(share.sum(), 1.0)
-    cell = (run.y == run.y[-1, 0]) & (run.x == run.x[-1, 0])
-    assert math.isclose(share[run.y[-1, 0] + 5, run.x[-1, 0] + 5], cell[1:].sum() / run.decisions)
-
-
-def test_survival_falls_from_one_and_its_band_is_over_runs(recorded):
+def test_survival_falls_from_one_and_its_curve_names_its_runs(recorded):
     runs = [recorded(seed).run for seed in range(3)]
     curve = not_warned(runs[0])
     assert curve[0] == 1.0
@@ -296,9 +271,6 @@ def test_survival_falls_from_one_and_its_band_is_over_runs(recorded):
     found = group.survival_curve()
     assert found is not None and found.runs == 3
     np.testing.assert_allclose(found.remaining, np.mean([not_warned(run) for run in runs], axis=0))
-
-
-def test_a_survival_curve_names_its_runs():
     flat = np.ones(3)
     ax = draw_survival(axes(), [SurvivalCurve(Shown(("a",), 0, False), flat, flat * NAN, flat * NAN, 1)], "Left")
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["a (n=1)"]
@@ -348,13 +320,10 @@ def test_long_labels_are_wrapped(label: str, expected: str):
     assert all(letters(line) <= 20 for line in wrapped(label).split("\n"))
 
 
-def test_long_names_get_letters_and_short_ones_stay():
+def test_long_names_get_letters_and_rows_high_enough_for_their_labels():
     assert keys(["a", "b"]) == {"a": "a", "b": "b"}
     assert keys([LONG, "b"]) == {LONG: "A", "b": "B"}
     assert list(keys([LONG + str(index) for index in range(28)]).values())[-2:] == ["AA", "AB"]
-
-
-def test_rows_are_high_enough_for_their_labels():
     assert panel_height(["a", "b" * 70]) > panel_height(["a", "b"])
 
 
@@ -369,14 +338,6 @@ def test_the_titles_of_all_measures_fit_above_their_panels(label: str):
             shown = figure.axes[0].title
             assert shown.get_window_extent().x1 <= figure.bbox.x1
             assert shown.get_window_extent().y1 <= figure.bbox.y1
-
-
-@pytest.mark.slow
-def test_letters_are_as_large_as_print_needs(plots):
-    sizes = {
-        float(size) for path in plots.glob("*.svg") for size in re.findall(r"font-size:([\d.]+)px", path.read_text())
-    }
-    assert sizes and min(sizes) >= 7
 
 
 def test_names_in_any_script_can_be_drawn(make_sweep, make_condition, small_world):

@@ -66,14 +66,11 @@ def test_agreement_is_that_of_the_same_prompts(sampled, model, kind):
             )
 
 
-def test_the_first_prompts_are_the_same_whatever_is_sampled(sampled):
+def test_the_same_prompts_are_compared_and_a_model_that_never_varies_agrees_with_itself(sampled):
     frame = retest([sampled.path])
     messages = frame[(frame["kind"] == "message") & (frame["model"] == "scripted/random")]
     calls = [sum(call.step == 1 and call.kind == "message" for call in run.calls()) for run in sampled.runs()]
     assert (messages["prompts"] >= min(calls)).all()
-
-
-def test_a_model_that_never_varies_agrees_with_itself_at_every_step(sampled):
     frame = retest([sampled.path])
     actions = frame[(frame["model"] == "scripted/stay") & (frame["kind"] == "action")]
     assert actions["prompts"].tolist() == [30, 30]
@@ -83,14 +80,6 @@ def test_a_model_that_never_varies_agrees_with_itself_at_every_step(sampled):
 
 def test_runs_that_were_not_sampled_again_have_no_consistency(make_sweep, make_condition):
     assert len(retest([make_sweep([make_condition("a", range(3))]).path])) == 0
-
-
-def test_a_run_that_failed_is_not_compared(make_sweep, make_condition, rewrite_run):
-    conditions = [make_condition("a", [0], factors=("sampling_seed",), sampling_seed=seed) for seed in (1, 2)]
-    sweep = make_sweep(conditions)
-    assert retest([sweep.path])["runs"].tolist() == [2, 2]
-    rewrite_run(sweep.runs()[0], "failed")
-    assert len(retest([sweep.path])) == 0
 
 
 def test_agents_that_are_asked_twice_in_a_step_are_compared_by_the_same_question(tmp_path: Path):
@@ -119,11 +108,16 @@ def test_agents_that_are_asked_twice_in_a_step_are_compared_by_the_same_question
     assert row["agreement"] == pytest.approx(np.mean(pairs))
 
 
-def test_without_a_log_of_calls_no_prompt_is_known_to_be_the_same(make_sweep, make_condition):
+def test_without_a_log_of_calls_no_prompt_is_known_to_be_the_same_and_failed_runs_are_not_compared(
+    make_sweep, make_condition, rewrite_run
+):
     conditions = [make_condition("a", [0], factors=("sampling_seed",), sampling_seed=seed) for seed in (1, 2)]
-    found = retest([make_sweep(conditions).path])
-    assert found["prompts"].tolist() == [0, 0]
+    sweep = make_sweep(conditions)
+    found = retest([sweep.path])
+    assert (found["prompts"].tolist(), found["runs"].tolist()) == ([0, 0], [2, 2])
     assert found[["agreement", "kappa", "agreement_readable", "kappa_readable"]].isna().all(axis=None)
+    rewrite_run(sweep.runs()[0], "failed")
+    assert len(retest([sweep.path])) == 0
 
 
 def test_what_could_not_be_read_is_a_choice_of_its_own_or_left_out():

@@ -64,20 +64,14 @@ def test_the_form_rounds_is_found_by_its_name():
     assert form_of("rounds").run is RoundsRun
 
 
-def test_decisions_stand_by_round_and_agent_and_what_was_not_read_is_the_idle_one():
+def test_decisions_stand_by_round_and_agent_with_the_keys_of_the_worlds_own():
     assert run().steps == 2
     assert run().choices("evening").tolist() == [[0, 1, 1], [0, 0, NONE]]
     assert run(idle=False).choices("evening").tolist() == [[0, 1, NONE], [0, 0, NONE]]
     np.testing.assert_array_equal(run().numbers("catch"), [[4, 0, np.nan], [10, np.nan, np.nan]])
-
-
-def test_a_key_of_the_worlds_own_stands_by_round_and_agent_where_a_decision_has_one():
     stocks = [7, None, *[0] * 7]
     found = replace(run(), columns={"stock": objects(stocks)})
     np.testing.assert_array_equal(found.column("evening", "stock"), [[7, np.nan, 0], [0, 0, np.nan]])
-
-
-def test_shares_and_means_are_over_those_that_decided_and_over_the_readable_alone():
     found, readable = run(), run().only_readable()
     assert isinstance(readable, RoundsRun)
     np.testing.assert_allclose(found.shares("evening")["go"], [1 / 3, 1])

@@ -38,52 +38,37 @@ def undefined(found: dict[str, float]) -> set[str]:
     return {name for name, value in found.items() if math.isnan(value)}
 
 
-def test_actions_are_counted_by_the_labels_that_are_declared():
+def test_actions_are_counted_by_declared_label_and_numbers_have_a_mean_and_a_spread():
     found = action.measure(any_run([(1, 0, "go"), (1, 1, "go"), (2, 0, "stay"), (2, 1, None)]))
     assert found["share_go"] == 2 / 3 and found["share_stay"] == 1 / 3 and found["share_wait"] == 0
     assert found["variety"] == pytest.approx(2 / 3)  # two of three pairs
     assert found["bits"] == pytest.approx(math.log2(3) - 2 / 3)
     assert found["entropy"] == pytest.approx((math.log2(3) - 2 / 3) / math.log2(3))
     assert found["n_actions"] == 3
-
-
-def test_numbers_have_a_mean_and_a_spread():
     found = action.measure(any_run([(1, 0, 1), (1, 1, 2.0), (2, 0, 6)], kind="bid", declared=BID))
     assert found == {"mean": 3.0, "sd": pytest.approx(math.sqrt(7)), "n_actions": 3.0}
     assert undefined(action.measure(any_run([(1, 0, 1)], kind="bid", declared=BID))) == {"sd"}
 
 
-def test_each_of_several_kinds_has_measures_of_its_own():
+def test_names_of_actions_are_by_kind_and_do_not_depend_on_what_is_decided():
     found = action.measure(any_run([(1, 0, "go"), (1, 0, 4)], kind=["choice", "bid"], declared=BOTH))
     assert found["share_choice_go"] == 1 and found["mean_bid"] == 4
     assert {"variety_choice", "entropy_choice", "n_actions_choice", "n_actions_bid"} <= set(found)
-
-
-def test_the_names_of_actions_do_not_depend_on_what_is_decided():
     assert list(action.measure(any_run([]))) == list(action.measure(any_run([(1, 0, "go")])))
     assert undefined(action.measure(any_run([]))) == set(action.measure(any_run([]))) - {"n_actions"}
-
-
-def test_a_world_that_declares_no_actions_has_variety_and_no_shares():
     found = action.measure(any_run([(1, 0, "up"), (2, 0, "down")], declared=Declared(form="any")))
     assert found["variety"] == 1 and found["bits"] == 1 and undefined(found) == {"entropy"}
 
 
-def test_idle_is_what_the_world_declares_as_doing_nothing():
+def test_idle_is_what_the_world_declares_as_doing_nothing_and_what_was_read():
     kinds = ["choice", "choice", "bid", "bid", "choice", "talk"]
     rows: list[tuple[int, int, Any]] = [(1, 0, "stay"), (1, 1, "go"), (1, 0, 0), (1, 1, 5), (2, 0, None), (2, 1, None)]
     run = any_run(rows, kind=kinds, declared=BOTH)
     run = with_outcomes(run, *[Outcome.CHOSEN] * 4, Outcome.EMPTY, Outcome.CHOSEN)
     assert idle_rate.measure(run) == {"chosen": 2 / 5, "invalid": 1 / 5, "n_decisions": 5.0}
     assert idle_rate.measure(run.only_readable()) == {"chosen": 1 / 2, "invalid": 0.0, "n_decisions": 4.0}
-
-
-def test_what_could_not_be_read_is_not_chosen_even_where_the_world_makes_it_idle():
     run = with_outcomes(any_run([(1, 0, "stay"), (1, 1, "stay")]), Outcome.CHOSEN, Outcome.UNREADABLE)
     assert idle_rate.measure(run)["chosen"] == idle_rate.measure(run)["invalid"] == 1 / 2
-
-
-def test_a_world_without_an_idle_action_has_no_idle_rate():
     assert undefined(idle_rate.measure(any_run([(1, 0, 3)], kind="bid", declared=BID))) == {"chosen", "invalid"}
 
 
@@ -120,14 +105,11 @@ def test_pairs_are_of_one_agent_and_one_kind_whatever_lies_between():
     assert found["n_runs"] == 6 and found["run_length"] == 8 / 6
 
 
-def test_a_decision_that_does_not_count_or_decides_nothing_parts_a_pair():
+def test_pairs_part_where_a_decision_does_not_count_and_without_any_stability_is_undefined():
     run = any_run([(1, 0, "go"), (2, 0, "go"), (3, 0, None), (4, 0, "go"), (5, 0, "go")])
     run = with_outcomes(run, Outcome.CHOSEN, Outcome.EMPTY, Outcome.EMPTY, Outcome.CHOSEN, Outcome.CHOSEN)
     assert stability.measure(run)["n_pairs"] == 2 and stability.measure(run.only_readable())["n_pairs"] == 1
     assert stability.measure(run)["repeats_beyond_chance"] == 0
-
-
-def test_without_pairs_stability_is_undefined():
     found = stability.measure(any_run([(1, 0, "go"), (1, 1, "go")]))
     assert undefined(found) == {"persistence", "switching", "repeats_beyond_chance"} and found["run_length"] == 1
     assert undefined(stability.measure(any_run([]))) == {*stability.MEASURES}
@@ -145,24 +127,28 @@ def test_messages_are_counted_by_agent_and_step():
     assert found["variety"] == 5 / 6 and found["distinct_share"] == 3 / 4 and found["n_agents"] == 3
 
 
-def test_what_could_not_be_read_says_nothing():
+def test_what_could_not_be_read_says_nothing_and_silence_is_a_rate_of_nothing():
     run = saying(any_run([(1, 0, "go"), (1, 1, "go")]), ["hi", "ho"], [(1, 0, 1), (1, 1, 0)])
     found = communication.measure(with_outcomes(run, Outcome.CHOSEN, Outcome.FAILED).only_readable())
     assert (found["n_messages"], found["n_deliveries"], found["n_decisions"], found["n_agents"]) == (1, 1, 1, 1)
-
-
-def test_silence_is_a_rate_of_nothing_and_a_world_without_messages_has_no_measures_of_them():
     found = communication.measure(any_run([(1, 0, "go")]))
     assert found["rate"] == 0 and found["silent_share"] == 1
     assert undefined(found) == {"reply_rate", "gini", "audience", "length", "variety", "distinct_share"}
     assert communication.measure(any_run([(1, 0, 1)], kind="bid", declared=BID)) == {}
 
 
-def test_utility_is_by_agent_and_decision():
+def test_utility_is_by_agent_and_decision_and_undefined_without_any():
     run = any_run([(1, 0, "go"), (1, 1, "go"), (2, 0, "go"), (2, 1, "go"), (2, 2, "go")])
     found = utility.measure(getting(run, 1, 4, 3, math.nan, 0))
     assert found["mean"] == 2 and found["spread"] == 2 and found["n_agents"] == 3 and found["n_decisions"] == 4
     assert found["gini"] == pytest.approx(16 / (2 * 9 * 2))  # of 2, 4 and 0
+    found = utility.measure(any_run([(1, 0, "go")]))
+    assert undefined(found) == {*utility.MEASURES} and found["n_agents"] == 0
+    assert utility.measure(any_run([(1, 0, 1)], kind="bid", declared=BID)) == {}
+    assert undefined(utility.measure(getting(any_run([(1, 0, "go"), (1, 1, "go")]), 0, 0))) == {
+        "gini",
+        "beyond_shuffled",
+    }
 
 
 @pytest.mark.parametrize(
@@ -179,16 +165,6 @@ def test_utility_is_by_agent_and_decision():
 def test_the_gini_of_gains_and_losses_stays_within_its_bounds(utilities: tuple[float, ...], gini: float):
     run = any_run([(1, agent, "go") for agent in range(4)])
     assert utility.measure(getting(run, *utilities))["gini"] == pytest.approx(gini)
-
-
-def test_without_any_utility_it_is_undefined_and_a_world_without_the_key_has_none():
-    found = utility.measure(any_run([(1, 0, "go")]))
-    assert undefined(found) == {*utility.MEASURES} and found["n_agents"] == 0
-    assert utility.measure(any_run([(1, 0, 1)], kind="bid", declared=BID)) == {}
-    assert undefined(utility.measure(getting(any_run([(1, 0, "go"), (1, 1, "go")]), 0, 0))) == {
-        "gini",
-        "beyond_shuffled",
-    }
 
 
 def odd_run(seed: int) -> AnyRun:

@@ -24,19 +24,13 @@ def close(expected: object) -> object:
     return pytest.approx(expected, abs=1e-9, rel=1e-9)
 
 
-def test_success_weighted_by_path_length():
+def test_success_and_progress_are_weighted_by_path_length_where_there_is_a_way():
     inputs, expected = example("spl")
     values = [spl(*episode) for episode in inputs["episodes_success_l_p"]]
     assert values == close([0.8, 0, 1])
     assert np.mean(values) == close(expected)
-
-
-def test_progress_weighted_by_path_length():
     inputs, expected = example("soft_spl")
     assert soft_spl(inputs["end_geodesic"], inputs["start_geodesic"], inputs["path_length"]) == close(expected)
-
-
-def test_no_way_and_a_way_of_no_length_are_undefined():
     for shortest in (0.0, math.nan):
         assert math.isnan(spl(1, shortest, 3.0))
         assert math.isnan(soft_spl(0.0, shortest, 3.0))
@@ -44,22 +38,16 @@ def test_no_way_and_a_way_of_no_length_are_undefined():
     assert soft_spl(9.0, 5.0, 3.0) == 0
 
 
-def test_straightness():
+def test_paths_have_straightness_warping_and_even_points():
     inputs, expected = example("straightness_index")
     path = np.array(inputs["path"])
     length = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
     assert straightness(path, length) == close(expected)
     assert math.isnan(straightness(path, 0.0))
-
-
-def test_normalised_dynamic_time_warping():
     inputs, expected = example("ndtw")
     path, reference = np.array(inputs["path"]), np.array(inputs["reference"])
     assert ndtw(path, reference, inputs["d_th"]) == close(expected)
     assert ndtw(reference, reference, 1.0) == 1
-
-
-def test_points_along_a_path_are_even():
     points = resampled(np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [1.0, 1.0]]), 0.3)
     assert points[0].tolist() == [0, 0]
     assert points[-1].tolist() == [1, 1]

@@ -9,8 +9,7 @@ import pytest
 
 from analysis import signatures
 from analysis.grid.run import Fire
-from analysis.grid.signatures import clustering, communication, exploration, hazard
-from foundry.records import Message
+from analysis.grid.signatures import clustering, communication, hazard
 from grid_runs import grid_run
 
 
@@ -27,7 +26,7 @@ def undefined(found: dict[str, float], signature: str) -> set[str]:
     }
 
 
-def test_without_fires_reach_is_undefined_and_false_alarms_are_not(recorded):
+def test_without_fires_reach_and_sensitivity_are_undefined_and_false_alarms_are_not(recorded):
     found = measures(recorded(fires=[], seed=1))
     assert undefined(found, "warning.") == {
         "informed_fraction", "social_reach", "traced_reach", "oracle_reach", "normalised_reach",
@@ -35,6 +34,12 @@ def test_without_fires_reach_is_undefined_and_false_alarms_are_not(recorded):
     }  # fmt: skip
     assert found["warning.false_alarm_rate"] > 0
     assert found["warning.n_direct"] == 0
+    found = hazard.measure(recorded(fires=[]).run)
+    assert {name for name, value in found.items() if not math.isnan(value)} == {
+        "exposure", "n_decisions", "n_exposed", "n_exposed_moves", "n_matched", "n_controls", "n_choices",
+        "n_exposed_agents",
+    }  # fmt: skip
+    assert found["n_exposed"] == found["exposure"] == 0
 
 
 def test_a_fire_that_nobody_perceives_leaves_reach_undefined(recorded, small_world):
@@ -65,10 +70,13 @@ def test_when_everyone_sees_the_fire_first_reach_is_undefined(recorded, small_wo
     assert found["warning.informed_fraction"] == 1
 
 
-def test_one_agent_has_no_clustering(recorded):
+def test_one_agent_has_no_clustering_and_agents_in_one_cell_have_an_index_of_zero(recorded):
     found = measures(recorded(agents=1))
     assert undefined(found, "clustering.") == set(clustering.MEASURES)
     assert undefined(found, "communication.") >= {"conditional_rate", "reciprocity"}
+    found = clustering.measure(grid_run([[(1, 1), (2, 1)]] * 3))
+    assert found["nni"] == found["nni_donnelly"] == found["nni_naive"] == 0
+    assert found["nni_z"] < -1
 
 
 def test_one_step_has_no_pairs(recorded):
@@ -78,13 +86,17 @@ def test_one_step_has_no_pairs(recorded):
     assert not math.isnan(found["clustering.nni_donnelly"])
 
 
-def test_when_nobody_talks_the_rate_is_zero_and_the_rest_undefined(recorded, make_habits):
+def test_when_nobody_talks_the_rate_is_zero_and_two_messages_have_no_rhythm(recorded, make_habits):
     found = measures(recorded(habits=make_habits(speak=0)))
     assert found["communication.rate"] == 0
     assert found["communication.silent_share"] == 1
     assert undefined(found, "communication.") == {
         "gini", "burstiness", "burstiness_finite", "reciprocity", "audience", "length", "variety", "distinct_share",
     }  # fmt: skip
+    said = np.array([["a"], [None], ["b"], [None]], dtype=object)
+    found = communication.measure(grid_run([[(0, 0)] * 5], said=said))
+    assert math.isnan(found["burstiness"]) and math.isnan(found["burstiness_finite"])
+    assert (found["rate"], found["n_rhythmic"]) == (0.5, 0)
 
 
 def test_when_nobody_moves_directions_are_undefined(recorded, make_habits):
@@ -147,55 +159,27 @@ def test_two_agents_that_cry_fire_at_each_other_make_no_cycle(recorded, make_hab
     assert found["warning.traced_reach"] < 1 or found["warning.n_direct"] == 0
 
 
-def test_a_false_alarm_is_told_but_not_traced(recorded, make_habits):
-    written = recorded(seed=4, habits=make_habits(speak=0.5, texts=("fire!",)))
-    found = measures(written)
-    assert found["warning.traced_reach"] <= found["warning.social_reach"]
-    assert found["warning.traced_reach"] <= found["warning.oracle_reach"]
-
-
-def test_deliveries_count_by_recipient(recorded):
-    written = recorded(seed=7)
-    found = measures(written)
-    assert all(isinstance(message, Message) for message in written.walk.messages)
-    assert found["communication.n_deliveries"] == len(written.walk.messages)
-
-
-def test_agents_in_one_cell_have_an_index_of_zero():
-    found = clustering.measure(grid_run([[(1, 1), (2, 1)]] * 3))
-    assert found["nni"] == found["nni_donnelly"] == found["nni_naive"] == 0
-    assert found["nni_z"] < -1
-
-
-def test_an_agent_that_never_moves_has_one_cell():
-    found = exploration.measure(grid_run([[(0, 0)] * 5], half_size=1))
-    assert found["coverage"] == pytest.approx(1 / 9)
-    assert found["visit_entropy"] == found["gyration"] == 0
-    assert found["revisit_rate"] == pytest.approx(4 / 5)
-
-
-def test_without_a_fire_in_sight_hazard_sensitivity_is_undefined(recorded):
-    found = hazard.measure(recorded(fires=[]).run)
-    assert {name for name, value in found.items() if not math.isnan(value)} == {
-        "exposure", "n_decisions", "n_exposed", "n_exposed_moves", "n_matched", "n_controls", "n_choices",
-        "n_exposed_agents",
-    }  # fmt: skip
-    assert found["n_exposed"] == found["exposure"] == 0
-
-
-def test_two_messages_have_no_rhythm():
-    said = np.array([["a"], [None], ["b"], [None]], dtype=object)
-    found = communication.measure(grid_run([[(0, 0)] * 5], said=said))
-    assert math.isnan(found["burstiness"]) and math.isnan(found["burstiness_finite"])
-    assert (found["rate"], found["n_rhythmic"]) == (0.5, 0)
-
-
-def test_without_a_control_the_walker_is_the_only_null():
+def test_without_a_choice_or_a_control_there_is_no_pull():
     seen = np.ones((2, 1, 1), dtype=np.bool_)
     found = hazard.measure(grid_run([[(1, 0), (2, 0), (3, 0)]], fires=[Fire("f", 1, (0, 0), 9.0)], fires_seen=seen))
     assert math.isnan(found["difference_matched"]) and math.isnan(found["log_odds_ratio"])
     assert (found["n_matched"], found["away"], found["walker_away"]) == (0, 1, 0.75)
     assert found["latency"] == 1
+    path = [(step % 2 + 1, 0) for step in range(30)]
+    for steps, defined in ((29, False), (30, True)):
+        seen = np.ones((steps, 1, 1), dtype=np.bool_)
+        run = grid_run([(path + path)[: steps + 1]], fires=[Fire("f", 1, (0, 0), 9.0)], fires_seen=seen)
+        found = hazard.measure(run)
+        assert (found["n_choices"], not math.isnan(found["beta_fire"])) == (steps, defined)
+        assert math.isnan(found["beta_place"]) and math.isnan(found["beta_agent"])
+    path = [(step % 2 + 1, 0) for step in range(31)]
+    seen, present = np.ones((30, 2, 1), dtype=np.bool_), np.tile([True, False], (30, 1))
+    fires = [Fire("f", 1, (0, 0), 9.0)]
+    alone, beside = (
+        hazard.measure(grid_run([path, [(0, 5)] * 31], fires=fires, fires_seen=seen & there[..., None], present=there))
+        for there in (present, np.ones_like(present))
+    )
+    assert math.isnan(alone["beta_agent"]) and not math.isnan(beside["beta_agent"])
 
 
 @pytest.mark.parametrize(("start", "controls"), [(1, 0), (2, 1), (3, 2)])
@@ -210,27 +194,6 @@ def test_controls_are_the_decisions_before_the_step_in_which_the_fire_begins_to_
     # Of each step before the start, both agents; the first agent sees the fire in the last step alone.
     assert found["n_controls"] == 2 * controls
     assert found["difference_matched"] == pytest.approx(1 if controls else math.nan, nan_ok=True)
-
-
-def test_fewer_than_thirty_choices_give_no_pull():
-    path = [(step % 2 + 1, 0) for step in range(30)]
-    for steps, defined in ((29, False), (30, True)):
-        seen = np.ones((steps, 1, 1), dtype=np.bool_)
-        run = grid_run([(path + path)[: steps + 1]], fires=[Fire("f", 1, (0, 0), 9.0)], fires_seen=seen)
-        found = hazard.measure(run)
-        assert (found["n_choices"], not math.isnan(found["beta_fire"])) == (steps, defined)
-        assert math.isnan(found["beta_place"]) and math.isnan(found["beta_agent"])
-
-
-def test_an_agent_that_is_not_there_pulls_nobody():
-    path = [(step % 2 + 1, 0) for step in range(31)]
-    seen, present = np.ones((30, 2, 1), dtype=np.bool_), np.tile([True, False], (30, 1))
-    fires = [Fire("f", 1, (0, 0), 9.0)]
-    alone, beside = (
-        hazard.measure(grid_run([path, [(0, 5)] * 31], fires=fires, fires_seen=seen & there[..., None], present=there))
-        for there in (present, np.ones_like(present))
-    )
-    assert math.isnan(alone["beta_agent"]) and not math.isnan(beside["beta_agent"])
 
 
 def test_a_world_of_one_cell_allows_no_move():

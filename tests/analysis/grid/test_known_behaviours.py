@@ -78,7 +78,7 @@ def test_a_model_that_stays_is_idle_and_nothing_else(measured: dict[str, dict[st
     assert math.isnan(found["movement.direction_entropy"])
 
 
-def test_a_random_walk_is_idle_as_often_as_staying_is_one_of_its_legal_actions(
+def test_a_random_walk_stays_and_covers_as_often_as_simulated_ones(
     runs: dict[str, GridRun], measured: dict[str, dict[str, float]]
 ):
     # An independent draw in each of 1,000 states: mean and deviation in closed form.
@@ -86,23 +86,6 @@ def test_a_random_walk_is_idle_as_often_as_staying_is_one_of_its_legal_actions(
     deviation = math.sqrt(sum(p * (1 - p) for p in chances)) / len(chances)
     assert abs(measured["random"]["idle_rate.chosen"] - sum(chances) / len(chances)) < 3 * deviation
     assert measured["random"]["idle_rate.blocked"] == measured["random"]["idle_rate.invalid"] == 0
-
-
-def test_the_directions_of_a_random_walk_are_those_of_the_walker(measured: dict[str, dict[str, float]]):
-    found = measured["walker"]
-    moves = found["movement.n_moves"]
-    assert moves == AGENTS * STEPS
-    for way in ("up", "down", "left", "right"):
-        null = found[f"movement.walker_share_{way}"]
-        assert abs(found[f"movement.share_{way}"] - null) < 3 * math.sqrt(null * (1 - null) / moves)
-    # 2 n ln 2 KL is near chi-squared with 3 degrees of freedom: 16.3 is its 99.9 % quantile.
-    assert 2 * moves * math.log(2) * found["movement.walker_kl"] < 16.3
-    assert found["movement.direction_entropy"] > 1 - 16.3 / (4 * moves * math.log(2))
-
-
-def test_a_random_walk_covers_as_much_as_simulated_ones(
-    runs: dict[str, GridRun], measured: dict[str, dict[str, float]]
-):
     draw = seeding.stream(5, "walks")
     means = []
     for _ in range(60):
@@ -118,7 +101,16 @@ def test_a_random_walk_covers_as_much_as_simulated_ones(
     assert abs(measured["random"]["exploration.coverage"] - np.mean(means)) < 3.5 * np.std(means)
 
 
-def test_a_walker_that_never_stays_covers_what_is_expected_of_it(measured: dict[str, dict[str, float]]):
+def test_a_walker_that_never_stays_goes_and_covers_as_is_expected_of_it(measured: dict[str, dict[str, float]]):
+    found = measured["walker"]
+    moves = found["movement.n_moves"]
+    assert moves == AGENTS * STEPS
+    for way in ("up", "down", "left", "right"):
+        null = found[f"movement.walker_share_{way}"]
+        assert abs(found[f"movement.share_{way}"] - null) < 3 * math.sqrt(null * (1 - null) / moves)
+    # 2 n ln 2 KL is near chi-squared with 3 degrees of freedom: 16.3 is its 99.9 % quantile.
+    assert 2 * moves * math.log(2) * found["movement.walker_kl"] < 16.3
+    assert found["movement.direction_entropy"] > 1 - 16.3 / (4 * moves * math.log(2))
     assert measured["walker"]["exploration.walker_ratio"] == pytest.approx(1, abs=0.1)
     assert measured["stay"]["exploration.walker_ratio"] < 0.1
     assert measured["walker"]["hazard.away_beyond_blind"] == pytest.approx(0, abs=0.1)
@@ -173,16 +165,15 @@ def test_what_a_model_is_made_for_shows_in_its_signature(
     assert not low <= measured["random"][column] <= high, "a random walk shows nothing of it"
 
 
-def test_when_everything_is_readable_both_variants_are_the_same(measured: dict[str, dict[str, float]]):
+def test_variants_are_computed_from_the_readable_decisions_and_are_the_same_where_all_are(
+    measured: dict[str, dict[str, float]], runs: dict[str, GridRun]
+):
     for column, value in measured["random"].items():
         if signatures.is_readable_only(column):
             assert value == pytest.approx(measured["random"][column.removesuffix("_readable")], nan_ok=True)
     assert measured["flaky"]["idle_rate.invalid"] == measured["flaky"]["outcome.failure_rate"] > 0
     assert measured["flaky"]["idle_rate.invalid_readable"] == 0
     assert measured["flaky"]["idle_rate.immobile_readable"] < measured["flaky"]["idle_rate.immobile"]
-
-
-def test_the_second_variant_is_computed_from_the_readable_decisions(runs: dict[str, GridRun]):
     run = runs["random"]
     for signature in signatures.discover():
         assert signature.measure(run.only_readable()) == pytest.approx(signature.measure(run), nan_ok=True)

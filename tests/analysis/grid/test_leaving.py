@@ -64,29 +64,20 @@ def test_times_choices_and_ways_of_three_agents():
     assert (found["n_out"], found["n_leaders_out"]) == (2, 1)
 
 
-def test_waiting_costs_path_efficiency_and_not_that_of_the_moves():
+def test_waiting_ways_and_warnings_count_as_worked_by_hand():
     run = leaving([[(0, 0), (0, 0), (1, 0), (1, 0), (2, 0)]], steps=4)
     found = evacuation.measure(run)
     assert (found["path_efficiency"], found["path_efficiency_moving"]) == (0.5, 1)
-
-
-def test_ways_lead_round_walls_and_through_no_other_exit():
     run = leaving([[(0, 0)]], steps=1, walls=(((-1, -1), (-1, 2)),))
     steps = exit_steps(run.world)
     assert steps[0, 2, 2] == 6, "down, round the wall, and up again"
     assert steps[1, 2, 2] == 2 and steps[0, 1, 2] == NO_WAY
-
-
-def test_warnings_count_that_were_heard_before_the_step_of_leaving():
     said = np.full((2, 2), None, dtype=np.object_)
     said[:, 0] = "Fire! There is a fire, get out!"
     deliveries = np.array([(1, 0, 1), (2, 0, 1)])
     run = leaving([[(0, 0)], [(0, 0), (1, 0), (2, 0)]], steps=2, run={"said": said, "deliveries": deliveries})
     found = evacuation.measure(run)
     assert (found["warned"], found["warnings_heard"]) == (1, 1)
-
-
-def test_nobody_out_is_missing_and_not_zero():
     found = evacuation.measure(leaving([[(0, 0)], [(0, 1)]], steps=2))
     missing = {name for name, value in found.items() if math.isnan(value)}
     assert found["out"] == 0 and {"time_50", "time_90", "nearest", "path_efficiency", "share_left"} <= missing

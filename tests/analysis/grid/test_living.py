@@ -29,7 +29,7 @@ def living(paths: Any, *, start: int = 10, order: Order | None = None, **changes
     return replace(run, world=world, living=numbers)
 
 
-def test_rates_are_of_decisions_with_someone_within_reach_in_scarcity_and_plenty():
+def test_actions_are_rates_within_reach_and_amounts_by_decision():
     stay = [(0, 0)] * 3
     choice = np.array([[SHARE, ATTACK, ATTACK], [ATTACK, GATHER, SHARE]])
     energy = np.array([[10, 9, 3], [9, 10, 3]])
@@ -38,9 +38,6 @@ def test_rates_are_of_decisions_with_someone_within_reach_in_scarcity_and_plenty
     assert (found["sharing_rate"], found["attack_rate"]) == (1 / 4, 2 / 4)
     assert (found["attack_rate_scarce"], found["attack_rate_plenty"]) == (1, 0)
     assert found["sharing_rate_plenty"] == 1 / 2
-
-
-def test_amounts_are_by_decision_and_inequality_by_step():
     choice = np.array([[GATHER, SHARE], [ATTACK, GATHER]])
     found = survival.measure(
         living(
@@ -56,22 +53,16 @@ def test_amounts_are_by_decision_and_inequality_by_step():
     assert found["births"] == 0.5
 
 
-def test_who_dies_has_lived_to_its_last_step_and_who_does_not_to_the_end():
+def test_lives_end_with_death_or_the_end_and_count_from_the_start():
     present = np.array([[True, True], [True, False], [True, False]])
     lost = np.array([[False, True], [False, False], [False, False]])
     found = survival.measure(living([[(0, 0)] * 4, [(1, 0)] * 4], present=present, lost=lost))
     assert (found["lifespan"], found["survived"]) == (2, 0.5)
     assert found["n_decisions"] == 4
-
-
-def test_who_gets_out_alive_has_not_lived_less_long_than_who_stays():
     left = living([[(0, 0)] * 3, [(1, 0)] * 3])
     left = replace(left, world=msgspec.structs.replace(left.world, steps=50))
     found = survival.measure(left)
     assert (found["lifespan"], found["survived"]) == (50, 1), "the run ended when nobody was left"
-
-
-def test_who_was_born_later_is_none_of_those_of_the_start():
     present = np.array([[True, False], [True, True]])
     found = survival.measure(living([[(0, 0)] * 3, [(1, 0)] * 3], present=present, agents=1))
     assert (found["lifespan"], found["survived"], found["n_agents"]) == (2, 1, 1)

@@ -11,11 +11,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from analysis.agreement import cohen_kappa, fleiss_kappa, pairwise_agreement
+from analysis.agreement import fleiss_kappa, pairwise_agreement
 from analysis.camera.signatures.recognition import agreement, hallucination
 from analysis.grid.cascade import NEVER, Cascade, find_relays, first_step, spread, trace
 from analysis.grid.distances import steps_to
-from analysis.repeats import conditional_entropy
 from analysis.survival import restricted_mean, survival
 
 EXAMPLES = json.loads(Path(__file__).with_name("worked_examples_3d.json").read_text(encoding="utf-8"))
@@ -59,7 +58,7 @@ def test_virality_is_averaged_over_trees_and_undefined_without_any():
     assert Cascade(nobody, nobody, told_at, parent).virality == close(np.mean(expected))
 
 
-def test_a_warning_cascade():
+def test_a_warning_cascade_and_who_had_no_chance_to_pass_one_on():
     inputs, expected = example("warning_cascade")
     agents, steps = inputs["n_agents"], inputs["T"]
     perceived = np.full(agents, NEVER)
@@ -78,9 +77,6 @@ def test_a_warning_cascade():
     assert cascade.edges / (told + direct) == close(expected["R_mean_secondary"])
     assert relays.shares.tolist() == close([expected["relay_probability"]])
     assert (cascade.depth, cascade.trees) == (expected["depth"], expected["trees"])
-
-
-def test_who_had_no_chance_to_pass_a_warning_on_is_left_out():
     warned = np.zeros((1, 4, 3), dtype=bool)
     warned[0, 3, 1] = True
     told_at, never = np.array([[4, 2, NEVER]]), np.full(3, NEVER)
@@ -99,25 +95,16 @@ def test_the_kaplan_meier_curve_and_its_area():
     )
     assert events[remaining <= 0.5][0] == expected["median"]
     assert restricted_mean(times, observed, inputs["T"]) == close(expected["rmst5"])
-
-
-def test_a_median_where_the_curve_is_exactly_a_half_is_a_convention():
     inputs, expected = example("km_median_exact_half_tie")
     times, observed = np.array(inputs["times"]), np.array(inputs["observed"], dtype=bool)
     events, remaining = survival(times, observed)
     assert remaining[events == 2][0] == close(0.5)
     assert events[remaining < 0.5 - 1e-9][0] == expected  # so no median is reported
-
-
-def test_the_kaplan_meier_curve_agrees_with_scipy():
     rng = np.random.default_rng(0)
     times, observed = rng.integers(1, 9, 40), rng.random(40) < 0.6
     events, remaining = survival(times, observed)
     found = stats.ecdf(stats.CensoredData(uncensored=times[observed], right=times[~observed])).sf
     assert remaining.tolist() == close(found.evaluate(events).tolist())
-
-
-def test_a_horizon_before_the_end_cuts_the_area():
     times, observed = np.array([1, 3, 6]), np.array([True, True, True])
     assert restricted_mean(times, observed, 2) == close(1 + 2 / 3)
     assert math.isnan(restricted_mean(times[:0], observed[:0], 5))
@@ -144,18 +131,6 @@ def test_steps_on_a_grid_go_around_walls():
     assert steps_to(goal, free)[0, 0] == -1
 
 
-def test_stability_of_actions():
-    inputs, expected = example("action_persistence")
-    actions = np.unique(inputs["actions"], return_inverse=True)[1]
-    before, after = actions[:-1], actions[1:]
-    assert (before == after).mean() == close(expected["repeat"])
-    assert cohen_kappa(before, after) == close(expected["kappa"])
-    assert len(actions) / (1 + (before != after).sum()) == close(expected["mean_run_length"])
-    inputs, expected = example("conditional_action_entropy")
-    actions = np.unique(inputs["actions"], return_inverse=True)[1]
-    assert conditional_entropy(actions[:-1], actions[1:]) == close(expected)
-
-
 def test_consistency_of_repeated_choices():
     inputs, expected = example("test_retest_fleiss")
     counts = np.array(inputs["table"])
@@ -165,24 +140,18 @@ def test_consistency_of_repeated_choices():
     assert pairwise_agreement(np.array([[3, 0], [4, 0]])) == 1
 
 
-def test_frames_with_hallucinations():
-    inputs, expected = example("chair_s")
-    named = [{f"thing {number}" for number in range(count)} for count in inputs["hallucinated_per_frame"]]
-    found = hallucination(named, [set()] * len(named))
-    assert found["chair_s"] == close(expected)
-    assert (found["chair_i"], math.isnan(found["object_recall"])) == (1, True)
-
-
-def test_a_yes_or_no_probe():
+def test_a_yes_or_no_probe_and_frames_with_hallucinations():
     inputs, expected = example("pope_probe")
     cells = [(True, True), (True, False), (False, True), (False, False)]
     answers = [pair for pair, name in zip(cells, ("tp", "fp", "fn", "tn"), strict=True) for _ in range(inputs[name])]
     found = agreement(*np.array(answers).T)
     wanted = {"accuracy": "acc", "f1": "f1", "claim_rate": "yes_ratio", "mcc": "mcc"}
     assert {name: found[name] for name in wanted} == close({name: expected[key] for name, key in wanted.items()})
-
-
-def test_nothing_named_is_no_hallucination_and_a_miss():
+    inputs, expected = example("chair_s")
+    named = [{f"thing {number}" for number in range(count)} for count in inputs["hallucinated_per_frame"]]
+    found = hallucination(named, [set()] * len(named))
+    assert found["chair_s"] == close(expected)
+    assert (found["chair_i"], math.isnan(found["object_recall"])) == (1, True)
     found = hallucination([set(), set()], [{"door"}, set()])
     assert math.isnan(found["chair_i"])
     assert (found["chair_s"], found["mentions"], found["object_recall"]) == (0, 0, 0)

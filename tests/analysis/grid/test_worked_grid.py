@@ -27,7 +27,6 @@ from analysis.grid.signatures import (
 )
 from analysis.grid.walker import direction_shares, expected_cells
 from analysis.logit import conditional_logit
-from analysis.stats.intervals import estimate
 from grid_runs import grid_run
 
 EXAMPLES = json.loads(Path(__file__).with_name("worked_examples.json").read_text(encoding="utf-8"))
@@ -53,12 +52,6 @@ def choices(actions: Sequence[str]) -> np.ndarray:
     return np.array([[CHOICES.index(COMPASS.get(action, action))] for action in actions])
 
 
-def test_the_interval_of_a_mean():
-    inputs, expected = example("paired_t_ci")
-    found = estimate(np.array(inputs["diffs"]))
-    assert [found.low, found.high] == close(expected)
-
-
 @pytest.mark.parametrize(("name", "corrected"), [("nni_clark_evans_naive", False), ("nni_donnelly", True)])
 def test_nearest_neighbour_indices(name: str, corrected: bool):
     inputs, expected = example(name)
@@ -68,18 +61,12 @@ def test_nearest_neighbour_indices(name: str, corrected: bool):
     assert observed / random == close(expected)
 
 
-def test_ripleys_k_without_edge_correction_is_the_share_of_pairs_times_the_area():
+def test_ripleys_k_and_besags_l():
     inputs, expected = example("ripley_K_uncorrected")
     found = [closeness(*points(inputs), side=10, radius=radius).pairs[0] for radius in inputs["r"]]
     assert np.array(found) * inputs["area"] == close(expected)
-
-
-def test_ripleys_k_with_the_edges_corrected_by_translation():
     inputs, expected = example("ripley_K_translation")
     assert closeness(*points(inputs), side=10, radius=inputs["r"]).ripley == close(expected)
-
-
-def test_besags_l():
     inputs, expected = example("besag_L_minus_r")
     assert besag(np.array([inputs["K"]]), inputs["r"]) == close(expected)
 
@@ -133,7 +120,7 @@ def test_idle_rates():
     assert longest_run(~moved) == expected["longest_immobile_run"]
 
 
-def test_directions():
+def test_directions_and_those_of_a_walker_between_walls():
     inputs, expected = example("direction_entropy")
     counts = [inputs["counts"][name] for name in COMPASS]
     actions = [way for way, count in zip(COMPASS, counts, strict=True) for _ in range(count)]
@@ -146,9 +133,6 @@ def test_directions():
         assert found[f"{prefix}_kl"] == close(expected["kl_uniform_bits"])
     expected = example("mean_resultant_length")[1]
     assert (found["resultant_length"], found["mean_direction"]) == close((expected["R"], expected["mean_deg"]))
-
-
-def test_directions_of_a_walker_between_walls():
     inputs, expected = example("direction_null_with_walls")
     legal = np.array([[name in names for name in COMPASS] for names in inputs["legal"]])
     assert direction_shares(legal) == close([expected[name] for name in COMPASS])
@@ -164,7 +148,7 @@ def test_stability_of_actions():
     assert found["conditional_entropy"] == close(example("conditional_action_entropy")[1])
 
 
-def test_how_much_is_said_by_whom():
+def test_messages_by_how_much_is_said_their_rhythm_and_their_links():
     inputs, expected = example("message_rate_and_gini")
     counts, steps = inputs["messages_per_agent"], inputs["T"]
     said = np.array([["hello" if step < count else None for count in counts] for step in range(steps)], dtype=object)
@@ -172,23 +156,17 @@ def test_how_much_is_said_by_whom():
     assert (found["rate"], found["silent_share"], found["gini"]) == close(
         (expected["rate"], expected["silent"], expected["gini"])
     )
-
-
-def test_the_rhythm_of_messages():
     inputs, expected = example("burstiness")
     times = np.array(inputs["event_times"])
     assert communication.burstiness(times) == close(expected["B"])
     assert communication.burstiness(times, finite=True) == close(expected["B_finite"])
-
-
-def test_links_that_go_both_ways():
     inputs, expected = example("message_reciprocity")
     links = np.zeros((4, 4), dtype=np.bool_)
     links[tuple(np.array(inputs["edges"]).T)] = True
     assert communication.reciprocity(links) == close(expected)
 
 
-def test_exploration_of_a_path():
+def test_exploration_of_a_path_and_of_a_walk_on_the_infinite_lattice():
     inputs, expected = example("coverage_entropy_rog")
     found = exploration.measure(grid_run([inputs["path"]], half_size=1))
     assert inputs["reachable_cells"] == found["n_cells"]
@@ -196,33 +174,24 @@ def test_exploration_of_a_path():
         (expected["coverage"], expected["entropy_norm"], expected["rog"], expected["revisit"])
     )
     assert entropy([1, 3, 1]) == close(expected["entropy_bits"])
-
-
-def test_different_cells_of_a_walk_on_the_infinite_lattice():
     inputs, expected = example("random_walk_distinct_sites_Z2")
     moves = np.array(inputs["steps"])
     middle = np.zeros(len(moves), dtype=np.int64)
     assert expected_cells(middle, middle, moves, half_size=30) == close([expected[str(n)] for n in inputs["steps"]])
 
 
-def test_steps_away_from_a_fire_against_a_control():
+def test_what_a_fire_in_sight_changes():
     inputs, expected = example("hazard_contrast")
     found = hazard.contrast(*inputs.values())
     assert (found.difference, math.exp(found.log_odds_ratio)) == close((expected["rd"], expected["haldane_or"]))
     away, other, control_away, control_other = inputs.values()
     corrected = (away + 0.5) / (away + other + 0.5) * (control_away + control_other + 0.5) / (control_away + 0.5)
     assert math.exp(found.log_risk_ratio) == close(corrected)
-
-
-def test_step_selection():
     inputs, expected = example("step_selection_conditional_logit")
     sets, away = inputs["choice_sets"], inputs["chosen_away"]
     options = np.tile(np.array([[1.0], [0.0]]), (sets, 1, 1))
     chosen = np.where(np.arange(sets) < away, 0, 1)
     assert conditional_logit(options, np.ones((sets, 2), dtype=np.bool_), chosen) == close(expected)
-
-
-def test_the_change_of_the_distance_to_a_fire_in_sight():
     inputs, expected = example("mean_distance_change_exposed")
     path = [(distance, 0) for distance in inputs["d_fire"]]
     seen = np.array(inputs["exposed"], dtype=np.bool_)[:, None, None]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import analysis
-from analysis.labelling import hand_labelled, question
+from analysis.labelling import hand_labelled
 from commands import cached_answers, foundry
 from foundry.labelling import read_answer, texts_of
 from ollama_cases import ChatCase
@@ -37,7 +37,7 @@ def labelled(write_sweep, make_condition, tmp_path_factory):
         yield sweep, server, asked, done, again
 
 
-def test_each_distinct_text_is_asked_about_once_and_never_again(labelled):
+def test_each_distinct_text_is_asked_about_once_and_its_label_kept_with_who_gave_it(labelled):
     _, server, asked, done, again = labelled
     assert (done.returncode, again.returncode) == (0, 0), done.stderr
     assert asked == len(server.bodies) == 5 + len(hand_labelled())
@@ -47,9 +47,6 @@ def test_each_distinct_text_is_asked_about_once_and_never_again(labelled):
     assert "fire1, blaze2" in next(
         body["messages"][0]["content"] for body in server.bodies if "there is smoke" in str(body)
     )
-
-
-def test_the_labels_are_kept_with_who_gave_them(labelled):
     sweep, server, _, done, _ = labelled
     kept = sweep.labels()
     assert (kept.labeller, kept.digest) == ("qwen3:4b", server.models["qwen3:4b"].digest)
@@ -141,10 +138,6 @@ def test_the_messages_of_baselines_are_labelled_too_and_each_once(write_sweep, m
 )  # fmt: skip
 def test_only_a_bare_yes_or_no_is_an_answer(reply, expected):
     assert read_answer(reply) is expected
-
-
-def test_the_question_asks_for_one_word():
-    assert question().rstrip().endswith("Answer with one word: yes or no.")
 
 
 def test_labels_of_a_model_that_is_replaced_meanwhile_are_not_kept(write_sweep, make_condition, tmp_path):

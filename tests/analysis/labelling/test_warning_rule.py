@@ -193,17 +193,13 @@ def test_a_text_has_the_label_that_a_person_gives_it(label: bool | None, kind: s
     assert is_warning(text, FIRES) is label, kind
 
 
-def test_a_short_warning_is_read_whatever_its_letters_look_like():
+def test_a_warning_is_read_among_other_sentences_until_its_end_and_whatever_its_letters():
     assert all(is_warning(text, FIRES) for text in ("fire1!", "FIRE", "omg fire fire fire", "fire2 @ 7,7 gtfo"))
-
-
-def test_one_warning_among_other_sentences_is_enough():
     assert is_warning("Is it quiet? No smoke here. fire1 is at (3, 4). See you at the cafe!", FIRES)
-
-
-def test_an_end_takes_back_what_was_said_right_before_it_only():
     assert not is_warning("There is a fire at the cafe. It has been put out.")
     assert is_warning("There is a fire at the cafe. I am leaving. The meeting has been cleared.")
+    assert not is_warning("a " * 10_000 + "fire!")
+    assert not is_warning("\ue000")
 
 
 @pytest.mark.parametrize("part", ["no fire ", "fire is not ", ", no fire", "まだ火", "(1", "if ", "the a ", "?"])
@@ -227,23 +223,12 @@ def test_half_a_million_characters_are_labelled_which_quadratic_time_would_not_a
     assert _labelled((part * 500_000)[:500_000], FIRES) in (True, False, None)
 
 
-def test_only_the_beginning_of_a_text_is_read():
-    assert not is_warning("a " * 10_000 + "fire!")
-
-
-def test_a_character_of_private_use_is_no_name_of_a_fire():
-    assert not is_warning("\ue000")
-
-
-def test_a_fire_is_known_by_its_configured_name():
+def test_a_fire_is_known_by_its_configured_name_taken_literally():
     assert not is_warning("Stay away from Zone-A.")
     assert is_warning("Stay away from ZONE-A.", ["zone-a"])
     assert is_warning("zone-aに近づくな", ["zone-a"])
     assert not is_warning("zone-alpha is nice", ["zone-a"])
     assert not is_warning("zone-a2 is nice", ["zone-a"])
-
-
-def test_a_name_is_taken_literally():
     assert is_warning("at f.1(x)", ["f.1(x)"])
     assert not is_warning("at fx1(x)", ["f.1(x)"])
 

@@ -46,18 +46,12 @@ def test_a_measure_is_tested_in_no_pair_with_a_world_that_lacks_it():
         declared(conditions[::2], forms[::2], family=["clustering.nni"], **said)
 
 
-def test_a_measure_stands_with_the_code_of_its_signature():
+def test_a_measure_stands_with_the_code_of_the_forms_whose_own_module_has_it():
     part = next(one for one in discover() if one.name == "clustering").parts[0]
     assert code_of("clustering.nni", ["grid"]) == {"grid": part.sha256}
-
-
-def test_a_measure_is_of_the_forms_whose_own_module_has_it():
     assert list(code_of("communication.reciprocity", ["grid", "rounds"])) == ["grid"]
     with pytest.raises(InputError, match="path_efficiency.success"):
         code_of("path_efficiency.success", ["grid"])
-
-
-def test_measures_of_configured_things_and_over_readable_decisions_can_be_declared():
     patterns = [(one.name, name) for one in discover() for name in one.measures if "*" in name]
     signature, pattern = next((name, own) for name, own in patterns if name == "place_choice")
     assert code_of(f"{signature}.{pattern.replace('*', 'cafe')}", ["grid"])

@@ -150,13 +150,10 @@ def test_of_several_sweeps_the_first_plan_is_held_and_further_ones_are_named(tmp
     assert plans_of(sweeps[:1], made, made.frame[["model"]]) == (None, [])
 
 
-def test_a_plan_comes_back_as_it_was_written(tmp_path):
+def test_a_plan_comes_back_as_it_was_written_and_a_damaged_one_is_refused(tmp_path):
     made = plan()
     sha256 = write_preregistration(tmp_path, made)
     assert preregistration_of(tmp_path) == (msgspec.convert(msgspec.to_builtins(made), type(made)), sha256)
-
-
-def test_a_plan_that_was_damaged_is_refused(tmp_path):
     (tmp_path / "preregistration.yaml").write_text("looks: 3\n")
     with pytest.raises(RecordError, match=r"preregistration\.yaml cannot be read"):
         preregistration_of(tmp_path)

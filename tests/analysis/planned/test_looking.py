@@ -27,10 +27,6 @@ def look(tmp_path):
     return at
 
 
-def test_each_number_of_seeds_is_a_look_and_the_same_again_is_none(look):
-    assert [look(n)["look"].item() for n in (8, 8, 12, 18, 12)] == [1, 1, 2, 3, 3]
-
-
 def test_a_model_that_came_later_was_looked_at_less_often(look):
     look(8)
     found = look(12, "abc").set_index(["level", "reference"])["look"]
@@ -41,15 +37,13 @@ def test_further_looks_say_what_they_make_of_five_percent(look):
     assert look(8)["note"].item() == ""
     assert look(12)["note"].item() == "second look, none declared: 5% is 8%"
     assert look(18)["note"].item() == "third look, none declared: 5% is 10%"
+    assert said(range(6, 61)) == "look 55, none declared: 5% is 28%"
 
 
-def test_too_few_seeds_to_test_are_no_look(look):
+def test_each_number_of_seeds_is_a_look_and_fewer_than_can_be_tested_are_none(look):
     assert look(5)["look"].item() == 0
     assert look(8)["look"].item() == 1
-
-
-def test_a_look_after_each_seed_from_six_to_sixty_errs_more_than_five_times_as_often():
-    assert said(range(6, 61)) == "look 55, none declared: 5% is 28%"
+    assert [look(n)["look"].item() for n in (8, 8, 12, 18, 12)] == [1, 1, 2, 3, 3]
 
 
 def test_what_was_looked_at_lies_beside_the_analysis(tmp_path, write_sweep, make_condition):

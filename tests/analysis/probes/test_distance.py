@@ -32,19 +32,13 @@ def test_the_floor_is_the_mean_over_all_splits(first: list[str], second: list[st
     assert found.p == pytest.approx(np.mean([gap >= found.distance - 1e-9 for gap in gaps]), abs=0.08)
 
 
-def test_what_never_meets_is_wholly_apart_and_what_is_alike_is_not():
+def test_only_samples_that_differ_beyond_one_answer_are_apart_and_a_mirror_expects_the_other_side():
     assert apart(Counter(left=10), Counter(right=10), stream(0, "test")).distance == 1
     same = apart(Counter(left=5, right=5), Counter(left=5, right=5), stream(0, "test"))
     assert (same.distance, same.p) == (0, 1) and same.floor > 0.1
-
-
-def test_moments_that_were_asked_once_show_no_difference():
     for other in ("left", "right"):
         found = apart(Counter(left=1), Counter({other: 1}), stream(0, "test"))
         assert found.distance == found.floor and found.p == 1
-
-
-def test_what_a_mirror_expects_is_the_other_side():
     change = Change("mirror", "equivariance", {"left": "right", "right": "left"})
     assert change.carried(Counter(left=3, stay=1)) == Counter(right=3, stay=1)
 

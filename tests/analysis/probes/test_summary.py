@@ -111,23 +111,17 @@ def test_what_could_not_be_read_is_told_of_the_edit_and_the_format_in_which_it_w
     assert list(told.values())[-1].endswith("; 100 % of the answers of a in format spread/0 could not be read.")
 
 
-def test_every_declared_sentence_tells_what_was_known_before_the_plan():
-    known = "known before the plan: 8 answers, runs in out"
-    told = found(pair("a", "b"), edit("names", "invariance"), known=known)
-    assert len(told) == 2 and all(f"(level .05); {known}." in sentence for sentence in told)
-
-
-def test_differences_stand_first_and_what_has_no_room_is_counted():
+def test_differences_stand_first_what_has_no_room_is_counted_and_what_was_not_declared_is_not_said():
     rows = [pair("a", str(number), p_holm=0.9 if number < 3 else 0.01, seeds=30) for number in range(8)]
     told = found(*rows, declared="")
     assert all("choose differently" in one for one in told[:4]) and len(told) == 5
     assert told[4] == (
         "4 further comparisons are in agreement.md and edits.md: 1 different and 3 without a difference found."
     )
-
-
-def test_rows_beside_what_was_declared_are_not_said():
     assert len(found(pair("a", "b"), pair("b", "c", p_holm=np.nan))) == 1
+    known = "known before the plan: 8 answers, runs in out"
+    told = found(pair("a", "b"), edit("names", "invariance"), known=known)
+    assert len(told) == 2 and all(f"(level .05); {known}." in sentence for sentence in told)
 
 
 def test_nothing_is_said_of_what_no_answer_could_have_shown():

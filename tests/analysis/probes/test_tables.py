@@ -107,9 +107,15 @@ def test_p_of_changes_is_corrected_over_the_declared_rows_alone():
     assert asked["a", "mirror"].isna().all() and asked["b", "no_fire"].isna().all()
 
 
-def test_a_change_that_no_seed_shows_is_no_test():
+def test_changes_of_no_seed_or_of_few_have_no_test():
     frame = changes_of(answers({("a", "none"): always, ("a", "no_fire"): always}))
     assert frame["change"].tolist() == [0] and frame["p"].isna().all()
+    probe = answers({("a", "none"): always, ("a", "no_fire"): by_step})
+    asked = Asked(Subject("a", "p", ""), "no_fire", "none")
+    few = {key: counts for key, counts in probe.chosen[asked].items() if key.seed < 3}
+    frame = changes_of(replace(probe, chosen={**probe.chosen, asked: few}))
+    assert frame["p"].isna().all()
+    assert [row[3] for row in changes_table(frame).rows] == ["left", "right"]
 
 
 @pytest.fixture(scope="module")
@@ -165,15 +171,6 @@ def test_a_row_of_fewer_seeds_than_are_tested_is_described_and_counts_in_no_fami
     for name in ("p", "p_holm"):
         assert found[name].tolist() == pytest.approx([1 / 2**SEEDS, np.nan], nan_ok=True)
     assert "over 1 row of both" in family.note(framed([], ("first", "second")), edits)[0]
-
-
-def test_changes_of_few_seeds_are_shown_without_a_test():
-    probe = answers({("a", "none"): always, ("a", "no_fire"): by_step})
-    asked = Asked(Subject("a", "p", ""), "no_fire", "none")
-    few = {key: counts for key, counts in probe.chosen[asked].items() if key.seed < 3}
-    frame = changes_of(replace(probe, chosen={**probe.chosen, asked: few}))
-    assert frame["p"].isna().all()
-    assert [row[3] for row in changes_table(frame).rows] == ["left", "right"]
 
 
 def test_what_is_neither_a_model_nor_an_edit_is_refused(three: Answers):

@@ -44,13 +44,10 @@ def test_what_could_not_be_read_is_staying_or_left_out():
     assert apart["volatility"] == pytest.approx(((5 / 6) ** 2 + (2 / 3) ** 2 + (1 / 6) ** 2) / 3 / 2)
 
 
-def test_agents_that_take_turns_have_no_volatility_and_herds_have_all_of_it():
+def test_agents_that_take_turns_herd_or_toss_coins_have_known_figures():
     assert measured("gs", "sg", "gs", "sg")["volatility_ratio"] == 0
     assert measured("gggg", "ssss", "gggg", "ssss")["volatility_ratio"] == 4
     assert measured("gggg", "ssss", "gggg", "ssss")["alternation"] == pytest.approx(1 / 3)
-
-
-def test_coins_miss_the_capacity_as_the_binomial_says():
     assert coins_off(10, 0.6) == pytest.approx(0.14766, abs=5e-6)
     assert coins_off(1, 0.25) == 0.5
 

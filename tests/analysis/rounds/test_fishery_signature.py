@@ -38,20 +38,14 @@ def test_a_collapse_ends_the_months_and_what_was_caught_is_held_against_all_of_t
     assert found["efficiency"] == pytest.approx(116 / 200) and found["over_use"] == 1 / 2
 
 
-def test_what_was_not_read_is_no_catch_that_counts():
+def test_what_was_not_read_or_never_caught_says_nothing():
     every, readable = (measured((30, "?"), (0, 0), (0, 0), (0, 0), readable=one) for one in (False, True))
     assert (every["over_use"], every["n_catches"]) == (1 / 8, 8)
     assert (readable["over_use"], readable["n_catches"]) == (1 / 7, 7)
     assert every["gain"] == readable["gain"] == 15
-
-
-def test_where_nothing_counts_or_nothing_is_caught_nothing_is_said_of_it():
     nothing = measured(("?", "?"), ("?", "?"), ("?", "?"), ("?", "?"), readable=True)
     assert all(math.isnan(nothing[name]) for name in MEASURES)
     assert math.isnan(measured((0, 0), (0, 0), (0, 0), (0, 0))["equality"])
-
-
-def test_a_lake_too_small_for_a_share_that_lasts_has_no_efficiency():
     found = measured(*[(1, 0, 0, 0)] * 4, stock=7)
     assert math.isnan(found["efficiency"]) and found["gain"] == 1 and found["over_use"] == 1 / 4
 

@@ -52,18 +52,15 @@ def test_nobody_wins_where_names_are_not_alike_from_the_start(setting: str):
     assert found["converged"] == 1 and math.isnan(found["won_bodo"])
 
 
-def test_without_a_consensus_nobody_won_and_no_time_is_known():
+def test_nobody_wins_without_a_consensus_and_new_names_have_no_column():
     found = measure(run("ab aa", "aa ab"))
     assert found["converged"] == 0 and math.isnan(found["rounds"]) and math.isnan(found["won_ama"])
+    assert not any(name.startswith("won_") for name in measure(run("aa", names=None)))
 
 
 @pytest.mark.parametrize(("failures", "converged"), [(1, 1), (2, 0)])
 def test_a_consensus_is_nineteen_of_twenty(failures: int, converged: float):
     assert measure(run(" ".join(["ab"] * failures + ["aa"] * (20 - failures))))["converged"] == converged
-
-
-def test_each_new_name_of_an_agent_of_its_own_has_no_column():
-    assert not any(name.startswith("won_") for name in measure(run("aa", names=None)))
 
 
 def minority(names: Sequence[str | None], committed: str | None) -> tuple[float, float]:

@@ -27,31 +27,25 @@ def measured(*rounds: tuple[int | str, ...], readable: bool = False) -> dict[str
     return measure(run.only_readable() if readable else run)
 
 
-def test_rounds_worked_by_hand():
+def test_rounds_worked_by_hand_and_what_could_not_be_read():
     found = measured((20, 10, 0), (10, 5, 0))
     assert found["contribution"] == 7.5 and found["score"] == pytest.approx(62.5)
     assert found["efficiency"] == pytest.approx(0.375)
     assert found["trend"] == pytest.approx(-0.25)
     assert (found["free_riders"], found["nothing"]) == (1 / 3, 1 / 3)
     assert math.isnan(found["conditional"])
-
-
-def test_what_could_not_be_read_gives_nothing_or_is_left_out():
     assert measured((20, "?"), (20, "?"))["score"] == 50
     alone = measured((20, "?"), (20, "?"), readable=True)
     assert (alone["score"], alone["n_agents"]) == (0, 1)
     assert math.isnan(measured(("?", "?"), readable=True)["score"])
 
 
-def test_who_gives_the_half_of_what_the_others_gave_has_that_slope():
+def test_who_gives_half_of_what_others_gave_has_that_slope_and_needs_ten_rounds_for_it():
     rng, rounds = np.random.default_rng(0), [(0, 20)]
     while len(rounds) < 60:
         given = np.array(rounds[-1])[::-1] / 2 + rng.integers(0, 11, size=2)
         rounds.append(tuple(given.astype(int).tolist()))
     assert measured(*rounds)["conditional"] == pytest.approx(0.5, abs=0.12)
-
-
-def test_fewer_than_ten_rounds_have_no_slope():
     rng = np.random.default_rng(0)
     rounds = [tuple(row) for row in rng.integers(0, 21, size=(10, 4)).tolist()]
     assert math.isnan(measured(*rounds[:9])["conditional"]) and not math.isnan(measured(*rounds)["conditional"])

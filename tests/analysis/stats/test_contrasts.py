@@ -57,7 +57,7 @@ def test_repeats_of_a_seed_count_once():
     assert found["mean_reference"] == pytest.approx(0.2)
 
 
-def test_a_missing_run_and_an_undefined_measure_are_told_apart():
+def test_a_missing_run_a_seed_never_asked_and_an_undefined_measure_are_told_apart():
     first = runs("a", [0.1, math.nan, 0.3, 0.2, 0.5, 0.4, 0.1, 0.3])
     first[1]["status"] = "failed"
     second = runs("b", [0.2, 0.9, math.nan, 0.7, 0.6, 0.8, 0.9, 0.7])
@@ -68,15 +68,9 @@ def test_a_missing_run_and_an_undefined_measure_are_told_apart():
     known = found["difference"] * 6
     assert found["bound_low"] == pytest.approx((known + 0.9 - 1) / 7)
     assert found["bound_high"] == pytest.approx((known + 0.9 - 0) / 7)
-
-
-def test_a_seed_that_was_never_asked_of_one_model_is_missing():
     found = only([*runs("a", FIRST), *runs("b", [*SECOND, 0.5])])
     assert (found["n_pairs"], found["n_missing"]) == (6, 1)
     assert not math.isnan(found["bound_low"])
-
-
-def test_measures_without_bounds_have_none():
     missing = [*runs("a", FIRST, "path.made_up"), *runs("b", SECOND[:5], "path.made_up")]
     assert math.isnan(only(missing)["bound_low"])
 
@@ -113,35 +107,24 @@ def test_an_interval_holds_0_exactly_where_its_test_finds_nothing(n: int):
     assert excluded.equals(rows["p"] <= 0.05)
 
 
-def test_five_pairs_have_students_interval_and_equal_differences_none():
+def test_five_pairs_have_students_interval_and_equal_differences_none_and_are_tested():
     few = only([*runs("a", FIRST[:5]), *runs("b", SECOND[:5])])
     equal = only([*runs("a", [0.1] * 6), *runs("b", [0.3] * 6)])
     assert (few["interval"], few["note"]) == ("t", "descriptive (n < 6)")
     assert (equal["interval"], equal["p"], equal["note"]) == ("", 2 / 2**6, "no variation")
+    found = only([*runs("a", [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]), *runs("b", [0.2, 0.3, 0.4, 0.5, 0.6, 0.7])])
+    assert (found["test"], found["p"], found["significant"]) == ("sign-flip", 2 / 2**6, True)
 
 
-def test_outcomes_are_tested_as_mcnemars_exact_test_does():
+def test_outcomes_are_tested_as_mcnemars_exact_test_does_unless_they_are_equal_in_every_seed():
     measure = "path_efficiency.success"
     found = only([*runs("a", [0] * 7 + [1] * 3, measure), *runs("b", [1] * 6 + [0, 1, 1, 1], measure)])
     assert (found["test"], found["p"]) == ("sign-flip", pytest.approx(0.03125))
-
-
-def test_success_against_failure_in_every_seed_is_tested():
-    measure = "path_efficiency.success"
     found = only([*runs("a", [0] * 6, measure), *runs("b", [1] * 6, measure)])
     assert (found["test"], found["p"]) == ("sign-flip", pytest.approx(0.03125))
     assert (found["difference"], found["significant"]) == (1, True)
-
-
-def test_outcomes_that_are_equal_in_every_seed_are_not_tested():
-    measure = "path_efficiency.success"
     found = only([*runs("a", [0, 1] * 3, measure), *runs("b", [0, 1] * 3, measure)])
     assert found["test"] == "not tested: no difference in any seed"
-
-
-def test_a_difference_that_is_the_same_in_every_seed_is_tested():
-    found = only([*runs("a", [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]), *runs("b", [0.2, 0.3, 0.4, 0.5, 0.6, 0.7])])
-    assert (found["test"], found["p"], found["significant"]) == ("sign-flip", 2 / 2**6, True)
 
 
 def test_every_pair_of_levels_is_compared_within_the_same_context():
@@ -155,7 +138,7 @@ def test_every_pair_of_levels_is_compared_within_the_same_context():
     assert prompts["context"].tolist() == ["model=a", "model=b", "model=c"]
 
 
-def test_any_swept_setting_is_a_factor_and_sampling_seeds_are_none():
+def test_any_swept_setting_or_column_is_a_factor_and_worlds_are_compared_by_what_they_share():
     rows = [
         {**run, "world.steps": steps, "sampling_seed": repeat}
         for steps in (20, 40)
@@ -164,23 +147,14 @@ def test_any_swept_setting_is_a_factor_and_sampling_seeds_are_none():
     ]
     frame = contrasts(table(rows, ("world.steps", "sampling_seed")))
     assert frame[["factor", "level", "reference"]].to_numpy().tolist() == [["world.steps", "40", "20"]]
-
-
-def test_worlds_are_compared_by_the_measures_they_share():
     shared, own = "outcome.readable", "idle_rate.chosen"
     rows = [{**run, own: 0.1} for run in runs("a", FIRST, shared, world="v")] + runs("a", SECOND, shared, world="w")
     frame = contrasts(table(rows))
     assert frame[["factor", "measure"]].to_numpy().tolist() == [["world", shared]]
-
-
-def test_a_notebook_may_tell_groups_apart_by_any_column():
     rows = [{**run, "baseline": False} for prompt in ("x", "y") for run in runs("a", FIRST, prompt=prompt)]
     made = table(rows)
     frame = contrasts(made, made.frame[["prompt"]])
     assert frame[["factor", "level", "reference", "context"]].to_numpy().tolist() == [["prompt", "y", "x", ""]]
-
-
-def test_one_group_has_no_contrast():
     frame = contrasts(table(runs("a", FIRST)))
     assert frame.empty
     assert list(frame.columns) == list(COLUMNS)
@@ -215,16 +189,13 @@ def test_tests_are_corrected_over_the_measures_of_a_pair_and_over_the_pairs():
     assert frame["p_equivalence_holm"].tolist() == pytest.approx(stepped.cummax().clip(upper=1).sort_index().tolist())
 
 
-def test_any_number_of_measures_is_tested_with_the_seeds_that_one_needs():
+def test_many_measures_need_the_seeds_of_one_and_few_seeds_cannot_win_among_many_pairs():
     measures = [f"x.m{index}" for index in range(30)]
     values = np.random.default_rng(2).normal(size=(2, 6, 30))
     values[1, :, 0] += 100
     frame = contrasts(table_of(values, measures), family=measures)
     assert frame["significant"].tolist() == [True] + [False] * 29
     assert (frame["out_of_reach"] == "").all()
-
-
-def test_that_few_seeds_cannot_win_among_many_pairs_is_said():
     values = np.random.default_rng(2).normal(size=(5, 8, 1))
     frame = contrasts(table_of(values, ["x.one"]), family=["x.one"])
     assert frame["note"].unique().tolist() == ["no p can reach 0.05 with 8 seeds among 10 pairs"]
@@ -238,22 +209,13 @@ def test_so_many_models_need_so_many_seeds(models: int, seeds: int):
         assert frame.loc[frame["headline"], "significant"].all() == is_enough
 
 
-def test_a_measure_that_is_missing_in_some_seeds_takes_part():
+def test_a_measure_that_is_missing_in_some_seeds_takes_part_and_can_win_last():
     values = np.random.default_rng(3).normal(size=(2, 10, 2))
     values[1, :, 0] += 100
     values[0, 8:, 0] = math.nan
     frame = contrasts(table_of(values, ["x.one", "x.two"]), family=["x.one", "x.two"]).set_index("measure")
     assert frame.loc["x.one", ["n_pairs", "significant"]].tolist() == [8, True]
     assert frame.loc["x.one", "p_adjusted"] >= 2 / 2**8
-
-
-@pytest.mark.parametrize(("alpha", "reached"), [(2 / 2**6, True), (1.9 / 2**6, False)])
-def test_the_least_p_of_six_pairs_is_within_reach_of_its_own_level(alpha: float, reached: bool):
-    found = only([*runs("a", FIRST), *runs("b", SECOND)], alpha=alpha)
-    assert (found["out_of_reach"] == "") is reached
-
-
-def test_few_pairs_can_win_in_a_family_of_which_all_else_has_won():
     measures = [f"x.m{index}" for index in range(9)]
     values = np.zeros((2, 10, 9))
     values[1] = np.random.default_rng(2).uniform(1, 2, size=(10, 9))
@@ -264,7 +226,13 @@ def test_few_pairs_can_win_in_a_family_of_which_all_else_has_won():
     assert "no p can reach" not in last["note"] and last["out_of_reach"] == ""
 
 
-def test_the_same_is_claimed_only_with_a_margin():
+@pytest.mark.parametrize(("alpha", "reached"), [(2 / 2**6, True), (1.9 / 2**6, False)])
+def test_the_least_p_of_six_pairs_is_within_reach_of_its_own_level(alpha: float, reached: bool):
+    found = only([*runs("a", FIRST), *runs("b", SECOND)], alpha=alpha)
+    assert (found["out_of_reach"] == "") is reached
+
+
+def test_the_same_is_claimed_only_with_a_margin_a_range_and_six_pairs():
     near = [value + shift for value, shift in zip(FIRST, (0.01, -0.01, 0.005, 0.0, -0.005, 0.01), strict=True)]
     rows = [*runs("a", FIRST), *runs("b", near)]
     without, wide, narrow = only(rows), only(rows, margins={MEASURE: 0.5}), only(rows, margins={MEASURE: 0.1})
@@ -272,14 +240,8 @@ def test_the_same_is_claimed_only_with_a_margin():
     assert math.isnan(without["margin"])
     assert (wide["widest"], narrow["n_within"]) == (1, 6)
     assert wide["p_equivalence"] < 0.05 < narrow["p_equivalence"]
-
-
-def test_a_measure_without_a_range_is_never_said_to_be_the_same():
     found = only([*runs("a", FIRST, "path.made_up"), *runs("b", FIRST, "path.made_up")], margins={"path.made_up": 0.5})
     assert math.isnan(found["p_equivalence"]) and not found["equivalent"]
-
-
-def test_equivalence_needs_six_pairs_too():
     rows = [*runs("a", FIRST[:5]), *runs("b", SECOND[:5])]
     assert math.isnan(only(rows, margins={MEASURE: 5.0})["p_equivalence"])
 

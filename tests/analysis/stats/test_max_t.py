@@ -31,10 +31,14 @@ def test_it_is_its_definition_over_all_assignments_also_where_values_are_missing
     assert step_down_p(differences).tolist() == pytest.approx(by_hand(differences))
 
 
-def test_one_measure_is_corrected_for_nothing_and_copies_of_it_cost_nothing():
+def test_copies_and_units_of_a_measure_change_nothing():
     one = np.random.default_rng(1).normal(size=(1, 10)) + 1
     assert step_down_p(one) == pytest.approx(sign_flip_p(one))
     assert step_down_p(np.repeat(one, 5, axis=0)) == pytest.approx(np.repeat(sign_flip_p(one), 5))
+    differences = np.random.default_rng(3).normal(size=(3, 9)) + 0.4
+    assert step_down_p(differences * np.array([1e-6, 1, 1e6])[:, None]) == pytest.approx(step_down_p(differences))
+    differences = np.random.default_rng(4).normal(size=(3, 40)) + 2
+    assert step_down_p(differences).tolist() == step_down_p(differences).tolist() == [1 / (DRAWS + 1)] * 3
 
 
 def test_it_lies_between_the_single_test_and_bonferroni_and_steps_down_in_its_order():
@@ -46,22 +50,9 @@ def test_it_lies_between_the_single_test_and_bonferroni_and_steps_down_in_its_or
     assert (np.diff(found[order]) >= 0).all()
 
 
-def test_scale_and_units_of_a_measure_change_nothing():
-    differences = np.random.default_rng(3).normal(size=(3, 9)) + 0.4
-    assert step_down_p(differences * np.array([1e-6, 1, 1e6])[:, None]) == pytest.approx(step_down_p(differences))
-
-
-def test_above_sixteen_seeds_signs_are_drawn_and_the_same_each_time():
-    differences = np.random.default_rng(4).normal(size=(3, 40)) + 2
-    assert step_down_p(differences).tolist() == step_down_p(differences).tolist() == [1 / (DRAWS + 1)] * 3
-
-
-def test_pairs_of_one_measure_each_are_corrected_by_holm():
+def test_pairs_are_corrected_by_holm_until_all_measures_of_one_are_smaller():
     p = np.array([0.04, 0.001, np.nan, 0.02, 0.5])
     assert over_pairs(p, np.arange(5)) == pytest.approx(holm(p), nan_ok=True)
-
-
-def test_a_pair_counts_until_all_its_measures_are_smaller():
     p = np.array([0.001, 0.3, 0.02, 0.5, 0.01])
     pair = np.array([0, 0, 1, 1, 2])
     assert over_pairs(p, pair).tolist() == pytest.approx([0.003, 0.6, 0.04, 0.6, 0.03])

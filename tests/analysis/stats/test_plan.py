@@ -32,14 +32,11 @@ def p_by_hand(measure: int, seeds: list[list[int]]) -> np.ndarray:
     return np.array([sign_flip_p(difference[None, own]) for own in seeds])
 
 
-def test_declared_rows_say_their_look_and_its_level():
+def test_declared_rows_say_their_look_and_level_and_correct_over_measures_and_looks_together():
     found = rows()
     assert found["claim"].to_dict() == dict(zip(MEASURES, ["declared", "declared", "exploratory"], strict=True))
     assert found["look"].tolist() == [2, 2, 0]
     assert found["alpha"].tolist()[:2] == pytest.approx([levels(LOOKS, np.array([0.05]))[1, 0]] * 2)
-
-
-def test_the_family_is_corrected_over_measures_and_looks_together():
     seeds = [list(range(6)), list(range(9))]
     corrected = [step_down_p((VALUES[1, own, :2] - VALUES[0, own, :2]).T) for own in seeds]
     assert rows()["p_adjusted"].tolist()[:2] == pytest.approx(sequential_p(LOOKS, np.array(corrected)).tolist())
@@ -68,26 +65,20 @@ def test_a_verdict_has_the_numbers_of_the_look_that_decided_it():
     assert found["note"].startswith("over all 12 seeds the difference is -0.")
 
 
-def test_looks_follow_the_order_of_the_plan():
+def test_looks_follow_the_order_of_the_plan_and_nothing_is_claimed_before_the_first():
     backwards = replace(PLAN, seeds=tuple(reversed(range(14))), reached=1)
     assert rows(plan=backwards)["p"].iloc[0] == pytest.approx(p_by_hand(0, [list(range(8, 14))]).item())
-
-
-def test_nothing_is_claimed_before_the_first_look():
     found = rows(plan=replace(PLAN, reached=0)).iloc[0]
     assert (found["test"], found["look"], found["significant"]) == ("not tested: before the first look", 0, False)
     assert math.isnan(found["p_adjusted"])
 
 
-def test_a_group_that_was_not_declared_is_in_no_family():
+def test_the_declared_family_holds_no_other_group_and_keeps_what_never_differs():
     values = np.concatenate([VALUES, VALUES[:1] + 2])
     found = contrasts(table_of(values, MEASURES), plan=PLAN)
     declared = found[found["claim"] == "declared"]
     assert set(declared["level"] + declared["reference"]) == {"ba"}
     assert declared["family"].tolist() == [2, 2]
-
-
-def test_a_measure_that_never_differs_stays_in_the_declared_family():
     flat = VALUES.copy()
     flat[1, :, 1] = flat[0, :, 1]
     found = rows(flat)
@@ -114,12 +105,15 @@ def test_the_same_within_a_margin_is_shown_over_looks_too():
     assert math.isnan(late["p_equivalence"])
 
 
-def test_values_that_are_equal_in_each_seed_are_the_same_once_the_seeds_are_enough():
+def test_values_that_are_equal_in_each_seed_are_the_same_and_those_beyond_a_margin_are_not():
     equal = np.repeat(VALUES[:1], 2, axis=0)
     margins = {MEASURES[0]: 0.3}
     for looks, p in (((8,), 0.7**8), ((9,), 0.7**9)):
         found = rows(equal, replace(PLAN, margins=margins, looks=looks, reached=1)).iloc[0]
         assert (found["p_equivalence"], found["equivalent"]) == (pytest.approx(p), p <= 0.05)
+    far = VALUES.copy()
+    far[1] += 5
+    assert rows(far, replace(PLAN, margins={MEASURES[0]: 0.3}))["p_equivalence"].iloc[0] == 1
 
 
 def test_what_no_seed_goes_beyond_may_be_declared_and_a_seed_that_does_refutes_it():
@@ -135,12 +129,6 @@ def test_what_no_seed_goes_beyond_may_be_declared_and_a_seed_that_does_refutes_i
     found = contrasts(table_of(near, [measure]), plan=plan).iloc[0]
     assert (found["p_equivalence"], found["equivalent"]) == (1, False)
     assert "a seed differs by 0.4, beyond the declared 0.3, so nothing is said to be the same" in found["note"]
-
-
-def test_a_difference_beyond_its_margin_is_surely_not_the_same():
-    far = VALUES.copy()
-    far[1] += 5
-    assert rows(far, replace(PLAN, margins={MEASURES[0]: 0.3}))["p_equivalence"].iloc[0] == 1
 
 
 def test_a_look_at_which_no_p_is_small_enough_says_so_with_its_own_seeds():

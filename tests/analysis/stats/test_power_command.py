@@ -56,19 +56,16 @@ def test_a_pilot_ends_with_one_recommendation_a_pair_and_keeps_the_whole_table(p
     assert len(shown) == len(declared) + 1 and f"all {len(plan)} rows in" in text
 
 
-def test_a_difference_twice_as_large_needs_fewer_seeds(power):
+def test_a_larger_difference_needs_fewer_seeds_and_more_power_more(power):
     small, large = (seeds_of(power("--difference", size, "--measure", MEASURE)) for size in ("0.02", "0.04"))
     assert int(small[5]) > int(large[5]) >= 6
+    usual, more = (seeds_of(power("--difference", "0.02", "--measure", MEASURE, *o)) for o in ((), ("--power", "0.95")))
+    assert int(more[5]) > int(usual[5])
 
 
 def test_calls_of_the_sweep_that_is_planned_stand_beside_the_seeds(power):
     asked = ("-m", "model=scripted/random", "seed=0-1", "world.agents=3", "world.steps=2")
     assert "at most 0 calls would be sent" in power("--difference", "0.02", "--measure", MEASURE, *asked)
-
-
-def test_more_power_needs_more_seeds(power):
-    usual, more = (seeds_of(power("--difference", "0.02", "--measure", MEASURE, *o)) for o in ((), ("--power", "0.95")))
-    assert int(more[5]) > int(usual[5])
 
 
 @pytest.mark.parametrize(
@@ -86,16 +83,13 @@ def test_wrong_options_are_refused_in_one_line(pilot, options, message):
     assert len(done.stderr.splitlines()) == 1
 
 
-def test_a_pilot_without_a_complete_run_is_refused(tmp_path, write_sweep, make_condition, rewrite_run):
+def test_a_pilot_without_a_complete_run_or_of_one_model_is_refused(tmp_path, write_sweep, make_condition, rewrite_run):
     sweep = write_sweep(tmp_path / "failed", [make_condition(model, [0]) for model in MODELS])
     for run in sweep.runs():
         rewrite_run(run, "failed")
     done = foundry("plan", "--pilot", str(sweep.path), cwd=tmp_path)
     assert done.returncode == 2
     assert "no complete run" in done.stderr
-
-
-def test_a_pilot_of_one_model_is_refused(tmp_path, write_sweep, make_condition):
     path = write_sweep(tmp_path / "lonely", [make_condition("first", range(2))]).path
     done = foundry("plan", "--pilot", str(path), cwd=tmp_path)
     assert done.returncode == 2

@@ -25,8 +25,9 @@ def p_at(looks: tuple[int, ...], differences: np.ndarray) -> np.ndarray:
     return np.array([sign_flip_p(differences[:, :n]) for n in looks])
 
 
-def test_a_single_look_has_the_whole_level():
+def test_a_single_look_has_the_whole_level_and_levels_grow_with_the_error_in_all():
     assert levels((20,), np.array([0.05, 0.01]))[0] == pytest.approx([0.05, 0.01])
+    assert (np.diff(levels(LOOKS, np.geomspace(1e-6, 0.9, 30)), axis=1) > 0).all()
 
 
 def test_each_look_spends_its_share_of_the_pairs():
@@ -38,10 +39,6 @@ def test_each_look_spends_its_share_of_the_pairs():
     assert passed == pytest.approx(0.05 * np.array(LOOKS) / LOOKS[-1], abs=0.003)
 
 
-def test_levels_grow_with_the_error_in_all():
-    assert (np.diff(levels(LOOKS, np.geomspace(1e-6, 0.9, 30)), axis=1) > 0).all()
-
-
 @pytest.mark.parametrize("look", range(5))
 def test_a_p_at_the_level_of_a_look_is_the_error_in_all(look):
     error = np.array([0.05, 0.0123, 0.3])
@@ -50,12 +47,9 @@ def test_a_p_at_the_level_of_a_look_is_the_error_in_all(look):
     assert sequential_p(LOOKS, p) == pytest.approx(error, rel=1e-5)
 
 
-def test_what_was_significant_at_a_look_stays_so():
+def test_what_was_significant_stays_so_and_rows_without_a_test_have_no_small_p():
     first = np.array([[0.001], [0.9]])
     assert sequential_p(LOOKS, first) == sequential_p(LOOKS, first[:1]) < 0.05
-
-
-def test_rows_without_a_test_have_no_small_p():
     assert sequential_p(LOOKS, np.full((2, 1), np.nan)).tolist() == [1.0]
 
 

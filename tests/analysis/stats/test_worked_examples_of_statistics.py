@@ -36,18 +36,19 @@ def test_corrections_for_many_tests(name: str, method):
     assert method(p)[1:].tolist() == close(expected[::-1])
 
 
-def test_the_least_p_of_five_sign_flips():
+def test_sign_flips_have_their_least_p_refuse_a_missing_pair_and_are_mcnemars_exact_test():
     inputs, expected = example("sign_flip_min_p_n5")
     assert sign_flip_p(np.array([inputs["diffs"]]))[0] == close(expected)
     assert least_p(5) == close(expected)
-
-
-def test_a_missing_pair_is_refused_instead_of_giving_a_p():
     inputs, _ = example("nan_permutation_trap")
     differences = np.array([[math.nan if one is None else one for one in inputs["a"]]])
     with pytest.raises(ValueError, match="NaN"):
         sign_flip_p(differences)
     assert sign_flip_p(differences[:, ~np.isnan(differences[0])])[0] == close(0.0625)
+    inputs, expected = example("mcnemar_exact")
+    outcomes = [1] * inputs["only_A_succeeds"] + [-1] * inputs["only_B_succeeds"] + [0] * inputs["both"]
+    differences = np.array([outcomes + [0] * inputs["neither"]], dtype=float)
+    assert sign_flip_p(differences)[0] == close(expected)
 
 
 def test_equivalence_is_gaffkes_bound_of_the_mean():
@@ -71,38 +72,22 @@ def test_the_share_that_could_differ_is_clopper_and_pearsons():
     assert most_beyond(0, 10) == 1
 
 
-def test_the_energy_distance():
-    inputs, expected = example("energy_distance")
-    first, second = (np.array(inputs[name])[:, None] for name in ("x", "y"))
-    assert energy_distance(first, second) == close(expected)
-
-
-def test_the_standardised_paired_difference():
+def test_the_standardised_difference_its_interval_and_cliffs_delta():
     inputs, expected = example("hedges_g_z_paired")
     found = estimate(np.array(inputs["diffs"]))
     assert hedges_g_z(np.array([found.mean]), np.array([found.sd]), found.n)[0] == close(expected)
-
-
-def test_the_probability_of_being_greater_is_cliffs_delta_over_all_pairs():
     inputs, expected = example("cliffs_delta")
     differences = np.subtract.outer(inputs["x"], inputs["y"]).reshape(1, -1)
     assert 2 * superiority(differences)[0] - 1 == close(expected)
-
-
-def test_the_interval_of_a_rate():
-    inputs, expected = example("wilson_interval")
-    low, high = wilson(np.array([inputs["k"] / inputs["n"]]), inputs["n"])
-    assert [low[0], high[0]] == close(expected)
-
-
-def test_outcomes_have_the_p_of_mcnemars_exact_test():
-    inputs, expected = example("mcnemar_exact")
-    outcomes = [1] * inputs["only_A_succeeds"] + [-1] * inputs["only_B_succeeds"] + [0] * inputs["both"]
-    differences = np.array([outcomes + [0] * inputs["neither"]], dtype=float)
-    assert sign_flip_p(differences)[0] == close(expected)
-
-
-def test_the_interval_of_a_mean_difference():
     inputs, expected = example("paired_t_ci")
     found = estimate(np.array(inputs["diffs"]))
     assert [found.low, found.high] == close(expected)
+
+
+def test_the_interval_of_a_rate_and_the_energy_distance():
+    inputs, expected = example("wilson_interval")
+    low, high = wilson(np.array([inputs["k"] / inputs["n"]]), inputs["n"])
+    assert [low[0], high[0]] == close(expected)
+    inputs, expected = example("energy_distance")
+    first, second = (np.array(inputs[name])[:, None] for name in ("x", "y"))
+    assert energy_distance(first, second) == close(expected)

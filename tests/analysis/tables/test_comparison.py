@@ -23,15 +23,12 @@ def row(comparison, group: str) -> pd.Series:
     return comparison.frame[comparison.frame["model"] == group].iloc[0]
 
 
-def test_the_interval_is_students():
+def test_the_interval_is_students_within_what_is_possible():
     values = np.array([0.1, 0.4, 0.35, 0.8, 0.2, 0.25])
     found = estimate(values)
     expected = stats.ttest_1samp(values, 0).confidence_interval()
     assert (found.low, found.high) == pytest.approx((expected.low, expected.high), abs=1e-12)
     assert (found.n, found.note) == (6, "")
-
-
-def test_the_interval_is_clipped_to_what_is_possible():
     found = estimate(np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.3]), 0.0, 1.0)
     assert found.low == 0.0
     assert found.high < 1.0
@@ -54,28 +51,19 @@ def test_what_keeps_a_number_from_being_a_claim_is_said(values, n, note):
     assert math.isnan(found.low) == (note not in ("descriptive (n < 6)",))
 
 
-def test_repeats_of_a_seed_count_once():
+def test_repeats_of_a_seed_count_once_and_missing_values_are_counted():
     found = row(compared([*runs("a", [0.1, 0.2]), *runs("a", [0.3, 0.4])]), "a")
     assert (found["runs"], found["n"]) == (4, 2)
     assert found["mean"] == pytest.approx(0.25)
-
-
-def test_missing_values_are_left_out_and_counted():
     found = row(compared(runs("a", [0.1, math.nan, 0.3])), "a")
     assert (found["runs"], found["n"], found["mean"]) == (3, 2, pytest.approx(0.2))
 
 
-def test_groups_are_described_by_the_measures_their_runs_have():
+def test_groups_and_baselines_are_described_by_the_measures_their_runs_have():
     made = compared([*runs("a", [0.1, 0.2], "idle_rate.chosen"), *runs("b", [0.5, 0.7], "turning.rate")])
     assert made.frame[["measure", "model"]].to_numpy().tolist() == [["idle_rate.chosen", "a"], ["turning.rate", "b"]]
-
-
-def test_baselines_are_described_and_marked():
     made = compared([*runs("a", [0.1, 0.2], baseline=False), *runs("walker", [0.5, 0.5], baseline=True)])
     assert made.frame["baseline"].tolist() == [False, True]
     assert made.baselines == {("walker",)}
-
-
-def test_rates_of_outcomes_have_wilsons_interval():
     made = compared([*runs("a", [1] * 8 + [0] * 2, "path_efficiency.success")])
     assert (made.frame["low"][0], made.frame["interval"][0]) == (pytest.approx(0.490162, abs=1e-6), "wilson")

@@ -48,7 +48,7 @@ def two_models(tmp_path_factory, write_sweep, make_condition, make_habits) -> An
     return analyze([folder.path])
 
 
-def test_a_row_per_run_in_the_order_of_the_sweep(two_models):
+def test_a_row_per_run_and_steps_without_their_texts_are_written_in_the_order_of_the_sweep(two_models):
     table = pd.read_csv(two_models.path / "signatures.csv")
     assert list(table.columns[:6]) == ["run", "world", "model", "prompt", "seed", "status"]
     assert table["model"].tolist() == ["still"] * 7 + ["lively"] * 7
@@ -56,6 +56,15 @@ def test_a_row_per_run_in_the_order_of_the_sweep(two_models):
     assert (table["failure.rate"] == 0).all()
     pd.testing.assert_frame_equal(pd.read_parquet(two_models.path / "signatures.parquet"), two_models.runs)
     pd.testing.assert_frame_equal(table, two_models.runs)
+    names = [column.partition(".")[0] for column in two_models.runs.columns if "." in column]
+    assert names == sorted(names, key=list(dict.fromkeys(names)).index)
+    expected = {one.name for one in signatures.discover() if one.part(GridRun)}
+    assert set(names) == {"failure", *expected} - {"utility", "evacuation", "survival"}  # which are of other worlds
+    steps = pd.read_parquet(two_models.path / "steps.parquet")
+    assert not {"message", "memory", "reasoning", "message_reasoning"} & set(steps.columns)
+    assert len(steps) == 14 * 25 * 6
+    assert steps["outcome"].isin(["chosen", "repaired", "unreadable", "empty", "failed"]).all()
+    assert any(note.startswith("lively: only") for note in two_models.notes)
 
 
 def test_the_table_holds_the_measures_of_each_run(make_sweep, make_condition):
@@ -64,13 +73,6 @@ def test_the_table_holds_the_measures_of_each_run(make_sweep, make_condition):
     run = folder.runs()[1]
     measured = signatures.measure(read_run(run, read_records(run, run.summary())))
     assert {name: row[name] for name in measured} == pytest.approx(measured, nan_ok=True)
-
-
-def test_columns_of_a_signature_stay_together(two_models):
-    names = [column.partition(".")[0] for column in two_models.runs.columns if "." in column]
-    assert names == sorted(names, key=list(dict.fromkeys(names)).index)
-    expected = {one.name for one in signatures.discover() if one.part(GridRun)}
-    assert set(names) == {"failure", *expected} - {"utility", "evacuation", "survival"}  # which are of other worlds
 
 
 def test_failed_and_unfinished_runs_have_a_row_and_no_values(make_sweep, make_condition, rewrite_run):
@@ -95,17 +97,13 @@ def test_a_sweep_of_which_nothing_is_complete_can_be_analysed(make_sweep, make_c
     assert found.declared == ()
 
 
+def of_agents(make_condition, world, agents, seeds):
+    values, world = {"world.agents": agents}, {**world, "agents": agents}
+    return make_condition("a", seeds, factors=("world.agents",), values=values, world=world)
+
+
 def test_swept_settings_become_columns_and_groups(make_sweep, make_condition, small_world):
-    conditions = [
-        make_condition(
-            "a",
-            [0, 1],
-            factors=("world.agents",),
-            values={"world.agents": n},
-            world={**small_world, "agents": n},
-        )
-        for n in (2, 4)
-    ]
+    conditions = [of_agents(make_condition, small_world, n, [0, 1]) for n in (2, 4)]
     found = analyze([make_sweep(conditions).path])
     assert found.runs["world.agents"].tolist() == [2, 2, 4, 4]
     assert found.compared.groups == [("a", "2"), ("a", "4")]
@@ -226,27 +224,11 @@ def test_a_server_is_no_difference(make_sweep, make_condition):
 
 
 def test_a_setting_swept_in_one_sweep_is_looked_up_in_the_other(make_sweep, make_condition, small_world):
-    swept = [
-        make_condition(
-            "a",
-            [0],
-            factors=("world.agents",),
-            values={"world.agents": n},
-            world={**small_world, "agents": n},
-        )
-        for n in (2, 6)
-    ]
+    swept = [of_agents(make_condition, small_world, n, [0]) for n in (2, 6)]
     first = make_sweep(swept, name="first")
     second = make_sweep([make_condition("b", [0])], name="second")
     found = analyze([first.path, second.path])
     assert found.runs["world.agents"].tolist() == [2, 6, 6]
-
-
-def test_steps_are_kept_without_their_texts(two_models):
-    steps = pd.read_parquet(two_models.path / "steps.parquet")
-    assert not {"message", "memory", "reasoning", "message_reasoning"} & set(steps.columns)
-    assert len(steps) == 14 * 25 * 6
-    assert steps["outcome"].isin(["chosen", "repaired", "unreadable", "empty", "failed"]).all()
 
 
 @pytest.mark.slow
@@ -258,10 +240,6 @@ def test_many_runs_are_measured_in_processes_with_the_same_result(make_sweep, ma
     measured = signatures.measure(read_run(one, read_records(one, one.summary())))
     assert found["seed"].tolist() == list(range(66))
     assert found.iloc[65][list(measured)].to_dict() == pytest.approx(measured, nan_ok=True)
-
-
-def test_unreadable_replies_are_pointed_out(two_models):
-    assert any(note.startswith("lively: only") for note in two_models.notes)
 
 
 def test_no_folder_and_a_folder_given_twice_are_refused(make_sweep, make_condition):

@@ -40,18 +40,12 @@ def test_the_threshold_of_each_model_stands_between_the_values_that_are_sure():
     assert first[1:] == ("world.committed", "early", "4", "10", "0.050 [0.000, 0.100]", "from")
 
 
-def test_a_model_that_is_turned_always_or_never_has_no_threshold_and_is_told_so():
+def test_a_model_without_a_threshold_or_with_an_unsure_end_is_told_so():
     always, never = thresholds(compared(always=(10, 10, 10, 10), never=(0, 0, 1, 5))).to_dict("records")
     assert (always["prevails"], never["prevails"]) == ("always", "never")
     assert math.isnan(always["threshold"]) and math.isnan(never["threshold"])
-
-
-def test_an_end_that_no_value_is_surely_beyond_is_told():
     (said,) = sentences(thresholds(compared(few=(3, 4, 6, 7))))
     assert "prevails from world.committed = 0.15; no value is surely beyond the lower and upper end" in said
-
-
-def test_what_does_not_differ_and_two_values_alone_have_no_row():
     assert thresholds(compared(none=(0, 0, 0, 0))).empty
     assert thresholds(compared((0.0, 0.1), two=(0, 10))).empty
 
