@@ -102,11 +102,29 @@ def test_every_command_says_what_it_lacks_or_does_not_take_in_one_line(
         (["plan", "model=scripted/random", "--agent", "0"], "--agent belongs to --prompt"),
         (["plan", "model=scripted/random", "--difference", "0.1"], "--difference belongs to --pilot DIR"),
         (["doctor", "model=scripted/random", "--pull", "llama3.2"], "leave out model="),
+        (["-m", "model=scripted/stay", "--json"], "'--json' is no option here: the command with --help lists"),
+        (["--cfg", "jop", "model=scripted/stay"], "--cfg/-c: invalid choice: 'jop' (choose from "),
+        (["hydra.searchpath=x", "model=scripted/stay"], "hydra.searchpath must be a list; got 'x'"),
+        (
+            ["world.personas={state: {calm: 1}}"],
+            "'world.personas.state' not found. Did you mean 'world.personas.gender'?",
+        ),
+        (["plan", "outputs/pilot"], "'outputs/pilot' is a folder: name it as output.dir=outputs/pilot"),
+        (
+            ["-m", "seed=0,1", "hydra/sweeper=optuna"],
+            "'hydra/sweeper' is a setting of Hydra that foundry does not use. It uses:",
+        ),
+        (
+            ["plan", "-m", "seed=0,1", "hydra.sweep.dir=mine"],
+            "Write a sweep as -m key=a,b and its folder as output.dir=DIR.",
+        ),
+        (["++hydra.launchers=1"], "'hydra.launchers' is a setting of Hydra that"),
     ],
 )
 def test_bad_input_gets_one_line_that_says_how_to_go_on(
     argv: list[str], expected: str, workspace: Path, capsys: pytest.CaptureFixture[str]
 ):
+    Path("outputs/pilot").mkdir(parents=True)
     assert expected in complain(capsys, *argv)
     assert [entry for entry in workspace.rglob("run.json")] == []
 
@@ -129,14 +147,11 @@ def test_an_unknown_tag_is_refused_with_the_closest_one_and_the_line_that_pulls_
     assert "llama3.2" in line and "ollama pull lama3.2" in line
 
 
-def test_a_folder_that_cannot_be_written_is_refused_before_anything_runs(
+def test_a_folder_that_cannot_be_written_or_holds_other_files_is_left_alone(
     workspace: Path, capsys: pytest.CaptureFixture[str]
 ):
     (workspace / "file").write_text("in the way")
     assert "cannot be written to" in complain(capsys, "model=scripted/stay", "output.dir=file/sweep")
-
-
-def test_a_folder_with_other_files_is_left_alone(workspace: Path, capsys: pytest.CaptureFixture[str]):
     (workspace / "mine").mkdir()
     (workspace / "mine" / "thesis.tex").write_text("precious")
     assert "not a sweep's" in complain(capsys, "model=scripted/stay", "output.dir=mine")
@@ -161,14 +176,12 @@ def test_any_tag_is_a_model_that_is_loaded_once_and_freed_before_the_next_and_ra
     ]  # fmt: skip
 
 
-def test_tags_of_other_registries_are_models_too(workspace: Path, capsys: pytest.CaptureFixture[str]):
+def test_tags_of_other_registries_and_hydras_own_flags_work(workspace: Path, capsys: pytest.CaptureFixture[str]):
     assert run(["model=hf.co/someone/some-model:Q4_K_M", "--cfg", "job"]) == 0
     assert yaml.safe_load(capsys.readouterr().out)["model"]["name"] == "hf.co/someone/some-model:Q4_K_M"
-
-
-def test_the_prompt_of_a_game_is_found_without_naming_its_kind(workspace: Path, capsys: pytest.CaptureFixture[str]):
-    assert run(["plan", "--prompt", "world=bar", "model=scripted/random"]) == 0
-    assert '"go" or "stay"' in capsys.readouterr().out
+    assert run(["model=scripted/stay", "world.steps=3", "--cfg", "job", "--package", "world"]) == 0
+    assert "steps: 3" in capsys.readouterr().out
+    assert list(workspace.iterdir()) == []
 
 
 @pytest.mark.parametrize("name", ["paper_2d", "cross_model", "prompt_sensitivity", "first"])
@@ -360,7 +373,7 @@ def test_plan_counts_what_would_be_sent_and_changes_nothing(workspace: Path):
     assert not list((workspace / "outputs").glob("2*"))
 
 
-def test_prompt_prints_what_a_run_really_sends(workspace: Path, capsys: pytest.CaptureFixture[str]):
+def test_prompt_prints_what_a_run_really_sends_and_that_of_a_game(workspace: Path, capsys: pytest.CaptureFixture[str]):
     overrides = ["model=scripted/avoid", "seed=4", "world.agents=5", "world.steps=4"]
     assert run([*overrides, "output.dir=out", *TINY[2:]]) == 0
     capsys.readouterr()
@@ -368,6 +381,8 @@ def test_prompt_prints_what_a_run_really_sends(workspace: Path, capsys: pytest.C
     (only,) = SweepFolder.open("out").runs()
     sent = next(call for call in only.calls() if (call.step, call.agent, call.kind) == (3, 2, "action"))
     assert capsys.readouterr().out == sent.messages[0]["content"] + "\n"
+    assert run(["plan", "--prompt", "world=bar", "model=scripted/random"]) == 0
+    assert '"go" or "stay"' in capsys.readouterr().out
 
 
 def test_prompt_needs_no_server(workspace: Path):
@@ -377,30 +392,24 @@ def test_prompt_needs_no_server(workspace: Path):
     assert "taken as silence" in done.stderr
 
 
-def test_doctor_lists_what_the_servers_have_and_heeds_no_proxy_and_no_certificates(workspace: Path):
+def test_doctor_lists_what_servers_have_heeds_no_proxy_and_refuses_a_bad_address(workspace: Path):
     unusable = {"ALL_PROXY": "socks9://127.0.0.1:9", "SSL_CERT_FILE": str(workspace / "absent.pem")}
     with OllamaServer() as server:
         done = foundry("doctor", "model=llama3.2", "--no-calls", cwd=workspace, OLLAMA_HOST=server.url, **unusable)
     assert done.returncode == 0, done.stderr
     assert "qwen2.5vl:3b" in done.stdout and "vision" in done.stdout and "c3c3c3c3c3c3" in done.stdout
-
-
-def test_doctor_refuses_an_address_that_cannot_be_called_in_one_line(workspace: Path):
     done = foundry("doctor", cwd=workspace, OLLAMA_HOST="gpu1:port")
     assert done.returncode == 2
     assert done.stderr.startswith("foundry: Ollama host 'gpu1:port' cannot be read") and done.stderr.count("\n") == 1
 
 
-def test_doctor_fetches_a_model_that_is_missing(workspace: Path):
+def test_doctor_fetches_a_model_that_is_missing_and_says_where_it_cannot(workspace: Path):
     with OllamaServer() as server:
         done = foundry("doctor", "--pull", "gemma3:4b", cwd=workspace, OLLAMA_HOST=server.url)
         failed = foundry("doctor", "--pull", "gemma4:4b", cwd=workspace, OLLAMA_HOST=server.url)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("pulling manifest\npulling a1a1\nsuccess\n") and "gemma3:4b" in done.stdout
     assert failed.returncode == 2 and "file does not exist" in failed.stderr
-
-
-def test_a_server_without_a_network_tells_that_it_cannot_fetch(workspace: Path):
     with OllamaServer() as server:
         server.offline = True
         failed = foundry("doctor", "--pull", "gemma3:4b", cwd=workspace, OLLAMA_HOST=server.url)
@@ -422,43 +431,6 @@ def test_the_records_of_a_run_are_what_the_contract_says(workspace: Path):
     assert saved == only.config() and saved["seed"] == 0
     call = next(only.calls())
     assert (call.kind, call.model, call.cached, len(call.key)) == ("message", "scripted/avoid", False, 40)
-
-
-@pytest.mark.parametrize(
-    ("argv", "says"),
-    [
-        (["-m", "model=scripted/stay", "--json"], "'--json' is no option here: the command with --help lists"),
-        (["--cfg", "jop", "model=scripted/stay"], "--cfg/-c: invalid choice: 'jop' (choose from "),
-        (["hydra.searchpath=x", "model=scripted/stay"], "hydra.searchpath must be a list; got 'x'"),
-        (
-            ["world.personas={state: {calm: 1}}"],
-            "'world.personas.state' not found. Did you mean 'world.personas.gender'?",
-        ),
-        (["plan", "outputs/pilot"], "'outputs/pilot' is a folder: name it as output.dir=outputs/pilot"),
-        (
-            ["-m", "seed=0,1", "hydra/sweeper=optuna"],
-            "'hydra/sweeper' is a setting of Hydra that foundry does not use. It uses:",
-        ),
-        (
-            ["plan", "-m", "seed=0,1", "hydra.sweep.dir=mine"],
-            "Write a sweep as -m key=a,b and its folder as output.dir=DIR.",
-        ),
-        (["++hydra.launchers=1"], "'hydra.launchers' is a setting of Hydra that"),
-    ],
-)
-def test_what_is_no_override_or_no_setting_is_one_clear_line(
-    argv: list[str], says: str, workspace: Path, capsys: pytest.CaptureFixture[str]
-):
-    Path("outputs/pilot").mkdir(parents=True)
-    assert run(argv) == 2
-    told = capsys.readouterr().err
-    assert says in told and told.count("\n") == 1
-
-
-def test_hydras_own_flags_still_work(workspace: Path, capsys: pytest.CaptureFixture[str]):
-    assert run(["model=scripted/stay", "world.steps=3", "--cfg", "job", "--package", "world"]) == 0
-    assert "steps: 3" in capsys.readouterr().out
-    assert list(workspace.iterdir()) == []
 
 
 def test_a_file_where_a_run_should_be_is_named(workspace: Path, capsys: pytest.CaptureFixture[str]):

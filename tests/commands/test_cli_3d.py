@@ -31,7 +31,7 @@ def answer(body: Body) -> str:
 
 
 @pytest.mark.slow
-def test_images_go_to_ollama_as_base64_beside_the_prompt(workspace: Path):
+def test_images_go_to_ollama_as_base64_and_no_model_that_cannot_see_is_asked(workspace: Path):
     with OllamaServer(answer) as server:
         done = foundry("world=kibo_paper", "model=qwen2.5vl:3b", *SHORT, cwd=workspace, OLLAMA_HOST=server.url)
         assert done.returncode == 0, done.stdout + done.stderr
@@ -45,20 +45,12 @@ def test_images_go_to_ollama_as_base64_beside_the_prompt(workspace: Path):
     assert (first["options"]["num_ctx"], first["think"], first["truncate"]) == (10240, False, False)
     logged = next(only.calls()).messages[0]
     assert "images" not in logged and len(logged["images_sha256"][0]) == 64
-
-
-@pytest.mark.slow
-def test_jpeg_is_sent_when_asked_for(workspace: Path):
-    arguments = ("world=kibo_paper", "model=qwen2.5vl:3b", "world.image_format=jpeg", *SHORT)
+    arguments = ("world=kibo_paper", "model=qwen2.5vl:3b", "world.image_format=jpeg", *SHORT, "output.dir=jpeg")
     with OllamaServer(answer) as server:
         assert foundry(*arguments, cwd=workspace, OLLAMA_HOST=server.url).returncode == 0
     sent = base64.b64decode(server.bodies[0]["messages"][0]["images"][0])
-    (only,) = SweepFolder.open(workspace / "out").runs()
+    (only,) = SweepFolder.open(workspace / "jpeg").runs()
     assert sent[:3] == b"\xff\xd8\xff" and sent == (only.path / "images" / "step_0001.jpg").read_bytes()
-
-
-@pytest.mark.slow
-def test_a_model_that_cannot_see_is_refused_before_the_sweep_starts(workspace: Path):
     with OllamaServer(answer) as server:
         done = foundry("world=kibo", "model=qwen3:4b", *SHORT, cwd=workspace, OLLAMA_HOST=server.url)
     assert done.returncode == 2
@@ -108,14 +100,9 @@ def test_scene_read_prints_one_object(reply: str, expected: dict[str, object], c
     assert expected.items() <= said.items()
 
 
-def test_scene_read_clamps_with_limits(workspace: Path):
-    assert json.loads(foundry("scene", "read", "move forward 9 m", "--limits", cwd=workspace).stdout)["translate"] == {
-        "bearing": 0.0,
-        "distance": 3.0,
-    }
-
-
-def test_scene_read_reads_a_json_string_a_line(workspace: Path, monkeypatch: pytest.MonkeyPatch, capsys):
+def test_scene_read_reads_a_json_string_a_line_and_clamps_with_limits(
+    workspace: Path, monkeypatch: pytest.MonkeyPatch, capsys
+):
     monkeypatch.setattr("sys.stdin", io.StringIO('"stay"\n\n"look up 20 degrees\\nnow"\n'))
     assert run(["scene", "read", "-"]) == 0
     first, second = map(json.loads, capsys.readouterr().out.splitlines())
@@ -123,6 +110,10 @@ def test_scene_read_reads_a_json_string_a_line(workspace: Path, monkeypatch: pyt
     monkeypatch.setattr("sys.stdin", io.StringIO("stay\n"))
     assert run(["scene", "read", "-"]) == 2
     assert "Line 1 is not a JSON string" in capsys.readouterr().err
+    assert json.loads(foundry("scene", "read", "move forward 9 m", "--limits", cwd=workspace).stdout)["translate"] == {
+        "bearing": 0.0,
+        "distance": 3.0,
+    }
 
 
 @pytest.mark.parametrize("places", [[(0, 0, 0)], [(0, 0, 0), (10, 0, 0), (0, 3, 40)]])

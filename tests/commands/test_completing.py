@@ -50,12 +50,9 @@ def test_bash_is_told_what_fits(words: list[str], expected: list[str], workspace
     assert bash(*words, cwd=workspace) == expected
 
 
-def test_behind_an_equals_sign_all_options_are_told(workspace: Path):
+def test_behind_an_equals_sign_and_first_all_that_fits_is_told(workspace: Path):
     told = bash("-m", "model", "=", cwd=workspace)
     assert {"scripted/random", "openai", "ollama"} <= set(told)
-
-
-def test_a_first_word_may_be_a_command_or_an_override(workspace: Path):
     told = bash("r", cwd=workspace)
     assert {"resume", "runner=local"} <= set(told)
 

@@ -93,7 +93,9 @@ def test_modules_of_the_working_directory_are_found_after_all_others(tmp_path: P
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_the_working_directory_goes_to_the_end_of_the_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_the_working_directory_goes_to_the_end_of_the_path_and_a_clone_stays_first(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
     monkeypatch.chdir(tmp_path)
     for first in ("", str(tmp_path)):
         monkeypatch.setattr(sys, "path", [first, "/elsewhere"])
@@ -102,9 +104,6 @@ def test_the_working_directory_goes_to_the_end_of_the_path(tmp_path: Path, monke
     monkeypatch.setattr(sys, "path", ["", str(tmp_path), "/elsewhere"])
     own_code.working_directory_last()
     assert sys.path == [str(tmp_path), "/elsewhere"], "PYTHONPATH is what somebody wanted"
-
-
-def test_the_clone_stays_first_when_it_is_the_working_directory(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(paths.PACKAGE.parent)
     monkeypatch.setattr(sys, "path", ["", "/elsewhere"])
     own_code.working_directory_last()

@@ -62,21 +62,16 @@ def test_status_is_a_row_for_each_model_or_one_json_object(swept: Path):
     assert found["failed"] == found["unread"] == found["determinism"] == []
 
 
-def test_a_cause_of_several_failures_is_said_once_with_its_runs(tmp_path: Path):
+def test_a_cause_of_failures_is_said_once_with_its_runs_and_by_status_in_json(tmp_path: Path):
     with OllamaServer(lambda body: refused(400, "this prompt is too much")) as server:
         asked = ("-m", "model=llama3.2", "seed=0-2", *TINY, "output.dir=out", "runner.workers=1")
         done = foundry(*asked, cwd=tmp_path, OLLAMA_HOST=server.url)
     for shown in (done.stdout, foundry("status", "out", cwd=tmp_path).stdout):
         assert shown.count("this prompt is too much") == 1
         assert all(run.id in shown for run in SweepFolder.open(tmp_path / "out").runs())
-
-
-def test_status_names_failed_runs_in_json(tmp_path: Path):
-    with OllamaServer(lambda body: refused(400, "this prompt is too much")) as server:
-        failed = foundry("model=llama3.2", *TINY, "output.dir=out", cwd=tmp_path, OLLAMA_HOST=server.url)
-    assert failed.returncode == 3
-    (one,) = objects(foundry("status", "out", "--json", cwd=tmp_path))["failed"]
-    assert one["run"].startswith("llama3") and "this prompt is too much" in one["error"]
+    failed = objects(foundry("status", "out", "--json", cwd=tmp_path))["failed"]
+    assert done.returncode == 3 and len(failed) == 3
+    assert all(one["run"].startswith("llama3") and "this prompt is too much" in one["error"] for one in failed)
 
 
 def test_plan_is_one_json_object_with_what_would_be_sent(swept: Path):
