@@ -227,7 +227,7 @@ def _texts(run: RunFolder) -> Iterator[_Moment]:
     unread = unread_by_place(run)
     for call in run.calls():
         said = {"prompt": "\n".join(_contents(call.messages)), "reasoning": call.thinking or ""}
-        is_unread = bool(waiting := unread.get(place_of(call))) and waiting.pop(0)
+        is_unread = unread.get(place_of(call), [False]).pop(0)
         said |= {UNREADABLE: text_of(call)} if is_unread else {"reply": call.text}
         yield from ((call.step, call.agent, kind, text) for kind, text in said.items() if text.strip())
 

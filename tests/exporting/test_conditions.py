@@ -21,7 +21,7 @@ from foundry.storing.run_writer import write_run_summary
 from foundry.storing.store import SweepFolder
 
 
-def test_a_condition_has_its_runs_and_says_nothing_of_the_server(sweep: SweepFolder):
+def test_a_condition_has_its_runs_keeps_its_names_and_says_nothing_of_the_server(sweep: SweepFolder):
     served, refused, scripted = conditions(sweep)
     assert [one.model for one in (served, refused, scripted)] == ["qwen3:4b", "llama3.2", "scripted/random"]
     assert [(one.asked, len(one.runs), one.complete) for one in (served, refused, scripted)] == [
@@ -33,6 +33,10 @@ def test_a_condition_has_its_runs_and_says_nothing_of_the_server(sweep: SweepFol
     call = next(served.runs[0].calls())
     assert call.host is None and next(sweep.runs()[0].calls()).host is not None
     assert served.config["model"]["server"]["hosts"] == "http://127.0.0.1"
+    served, refused, _ = conditions(sweep)
+    assert served.identity("task") == conditions(sweep)[0].identity("task")
+    assert len({served.identity("task"), served.identity("run"), refused.identity("task")}) == 3
+    assert named(["a", "b"]).version == 4 and named(["a", "b"]) != named(["ab"])
 
 
 def test_a_record_lasts_from_the_first_start_that_is_known_to_the_last_end(sweep: SweepFolder, tmp_path: Path):
@@ -50,13 +54,6 @@ def time_of(second: int) -> str:
     return datetime.fromtimestamp(second, UTC).isoformat()
 
 
-def test_a_condition_keeps_its_names_and_another_has_others(sweep: SweepFolder):
-    served, refused, _ = conditions(sweep)
-    assert served.identity("task") == conditions(sweep)[0].identity("task")
-    assert len({served.identity("task"), served.identity("run"), refused.identity("task")}) == 3
-    assert named(["a", "b"]).version == 4 and named(["a", "b"]) != named(["ab"])
-
-
 @pytest.mark.exports  # drawing takes seconds
 def test_images_are_found_by_what_was_sent(seen: SweepFolder):
     (condition,) = conditions(seen)
@@ -67,7 +64,7 @@ def test_images_are_found_by_what_was_sent(seen: SweepFolder):
     assert len(sent) == 2 and run.image("0" * 64) is None
 
 
-def test_scores_are_those_of_the_runs_and_their_means(sweep: SweepFolder):
+def test_scores_are_those_of_the_runs_and_their_means_and_of_measures_that_exist(sweep: SweepFolder):
     names = ["outcome.readable", "idle_rate.chosen"]
     scores = scores_of(sweep, names)
     assert [one.name for one in scores.measures] == names
@@ -76,6 +73,8 @@ def test_scores_are_those_of_the_runs_and_their_means(sweep: SweepFolder):
     assert [value is None for value in values] == [False, False, True, True, False, False]
     mean = scores.of_conditions[2]["idle_rate.chosen"]
     assert mean.n == 2 and mean.mean == pytest.approx(sum(v for v in values[4:] if v is not None) / 2)
+    with pytest.raises(InputError, match=r"Measure 'idle_rate.chsen' not found. Did you mean 'idle_rate.chosen'"):
+        scores_of(sweep, ["idle_rate.chsen"])
 
 
 def test_what_was_declared_before_the_runs_is_what_is_exported(tmp_path: Path):
@@ -92,11 +91,6 @@ def test_what_was_declared_before_the_runs_is_what_is_exported(tmp_path: Path):
     assert foundry(*asked, "analyze=false", cwd=tmp_path).returncode == 0
     scores = scores_of(SweepFolder.open(tmp_path / "out"), None)
     assert [one.name for one in scores.measures] == ["idle_rate.chosen"]
-
-
-def test_a_measure_that_does_not_exist_is_refused(sweep: SweepFolder):
-    with pytest.raises(InputError, match=r"Measure 'idle_rate.chsen' not found. Did you mean 'idle_rate.chosen'"):
-        scores_of(sweep, ["idle_rate.chsen"])
 
 
 def test_what_is_not_installed_is_named_with_its_command(sweep: SweepFolder, monkeypatch: pytest.MonkeyPatch):

@@ -58,17 +58,16 @@ def test_a_measure_without_bounds_says_so_and_has_its_interval(sweep: SweepFolde
     assert details["uncertainty"] == {"num_samples": 1, "standard_deviation": 0.5, "confidence_interval": interval}
 
 
-def test_a_measure_without_a_better_end_is_left_out_with_the_reason(sweep: SweepFolder, told: str):
+def test_a_condition_without_a_result_has_no_record_and_none_says_which_server_it_was(sweep: SweepFolder, told: str):
+    assert set(records(sweep)) == {"ollama/qwen3:4b", "scripted/random"}
+    assert "cafe_library, llama3.2, paper: no record, since no declared measure with a better end has a value" in told
+    host = str(next(sweep.runs()[0].calls()).host)
+    assert host not in json.dumps(records(sweep))
     left = json.loads((sweep.export_dir("eee") / "left_out.json").read_bytes())
     assert list(left) == ["idle_rate.chosen"] and "no end of it is better" in left["idle_rate.chosen"]
     assert "1 declared measures have no better end and are in no record" in told
     said = records(sweep)["scripted/random"]["source_metadata"]["additional_details"]["left_out"]
     assert said == '["idle_rate.chosen"]'
-
-
-def test_a_condition_without_a_result_has_no_record(sweep: SweepFolder, told: str):
-    assert set(records(sweep)) == {"ollama/qwen3:4b", "scripted/random"}
-    assert "cafe_library, llama3.2, paper: no record, since no declared measure with a better end has a value" in told
 
 
 def test_runs_that_failed_or_have_not_ended_are_counted_and_are_in_no_mean(sweep: SweepFolder, tmp_path: Path):
@@ -106,11 +105,6 @@ def test_files_lie_where_the_datastore_has_them_and_are_the_same_every_time(swee
     assert {name.rpartition("/")[0] for name in once} == {
         "", "data/foundry-worlds/ollama/qwen3_4b", "data/foundry-worlds/scripted/random",
     }  # fmt: skip
-
-
-def test_no_record_says_which_server_it_was(sweep: SweepFolder, told: str):
-    host = str(next(sweep.runs()[0].calls()).host)
-    assert host not in json.dumps(records(sweep))
 
 
 def test_what_the_schema_does_not_know_is_refused(sweep: SweepFolder, told: str):

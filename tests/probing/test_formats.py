@@ -68,16 +68,13 @@ def test_the_variance_by_chance_is_that_of_answers_dealt_out_anew():
     assert _variance_by_chance(found, counts) == pytest.approx(by_seed.var(axis=2, ddof=1).mean(axis=1), rel=0.02)
 
 
-def test_the_order_of_two_models_turns_round_where_their_chances_do():
+def test_the_order_of_two_models_turns_round_where_their_chances_do_and_else_never():
     _, orders = format_tables(answers({"a": [0.9, 0.9, 0.1, 0.1, 0.1], "b": [0.5] * 5, "c": [0.5] * 5}))
     found = row(orders, first="a", second="b", choice="yes")
     assert (found["first_more"], found["second_more"]) == (2, 3)
     assert found["turned"] == found["turned_clearly"] == 0.6
     alike = row(orders, first="b", second="c", choice="yes")
     assert alike["turned_clearly"] == 0 and 0.3 < alike["floor"] < 0.65
-
-
-def test_an_order_that_holds_turns_round_never():
     _, orders = format_tables(answers({"a": [0.9] * 5, "b": [0.2] * 5}))
     found = row(orders, choice="yes")
     assert found["turned"] == 0 and found["first_more"] == 5 and found["difference"] == pytest.approx(0.7, abs=0.06)

@@ -62,14 +62,11 @@ def test_a_probe_asks_in_the_moments_as_they_were_recorded(pilot: Path, probed: 
                 assert call.messages == messages and (call.seed == seed) == (line["repeat"] == 0)
 
 
-def test_moments_are_drawn_over_all_runs_and_of_an_agent_one_in_a_window(probed: Path):
+def test_moments_are_drawn_over_all_runs_and_over_what_the_world_tells_apart(probed: Path):
     moments = moments_in(probed).moments
     assert set(Counter(one.run for one in moments).values()) == {5}
     assert set(Counter((one.run, one.agent, (one.step - 1) // 5) for one in moments).values()) == {1}
     assert {one.kind for one in moments} == {"message", "action"}
-
-
-def test_moments_are_told_apart_by_what_the_world_offers_and_drawn_over_it(probed: Path):
     found = moments_in(probed)
     assert [set(one) for one in found.strata] == [{"fire", "message", "wall"}] * 30
     frame = table(probed, "moments", model="scripted/herd", edit="none")
@@ -103,13 +100,10 @@ def test_who_reads_fires_alone_changes_without_them_and_who_reads_none_does_not(
     assert found["excess"] > 0.1 and (found["seeds"], found["p"]) == (3, pytest.approx(math.nan, nan_ok=True))
 
 
-def test_who_always_goes_left_is_as_wrong_in_a_mirror_as_one_can_be(probed: Path):
+def test_who_always_goes_left_is_wrong_in_a_mirror_and_a_model_by_another_name_does_not_differ(probed: Path):
     rows = table(probed, "edits", model="left", edit="mirror").set_index("kind")
     assert rows["leaves"].unique().tolist() == ["equivariance"] and rows.loc["all", "moments"] == 30
     assert rows.loc["action", "distance"] == 1 and rows.loc["message", "distance"] == 0
-
-
-def test_a_model_under_another_name_does_not_differ_from_itself(probed: Path):
     pairs = table(probed, "agreement", kind="all").set_index(["first", "second"])
     assert len(pairs) == 10
     (same,) = pairs[(pairs.index == ("other", "scripted/random"))].to_dict("records")

@@ -22,16 +22,13 @@ def page(probed: Path) -> str:
     return (probed.parent / "page.html").read_text(encoding="utf-8")
 
 
-def test_it_begins_with_what_was_asked_and_found(page: str):
+def test_the_page_begins_with_what_was_asked_and_found_and_tells_what_was_left_out(page: str):
     assert "30 moments of 6 runs and 3 seeds, 5 models, 2 edits and " in page
     order = [page.index(f'<section id="{name}"') for name in ("found", "moments", "limits", "tables", "commands")]
     assert order == sorted(order)
     for title in ("Who agrees with whom", "How far models are apart", "What each edit changes"):
         assert f'aria-label="{title}. ' in page
     assert "<code>foundry probe pilot " in page
-
-
-def test_ten_moments_stand_there_with_their_pictures_prompts_and_replies(page: str):
     articles = page.split("<article>")[1:]
     assert len(articles) == 10
     excesses = [float(found) for found in re.findall(r"<p>Distance [0-9.]+, excess (-?[0-9.]+)\.</p>", page)]
@@ -40,9 +37,6 @@ def test_ten_moments_stand_there_with_their_pictures_prompts_and_replies(page: s
         assert 'src="data:image/png;base64,' in article
         assert article.count("<h4>") == 5
         assert "You are Agent" in article
-
-
-def test_what_an_edit_left_out_and_what_was_not_read_are_told(page: str):
     assert re.search(r"no_fire changes nothing in \d+ of 30 moments", page)
     assert "Answers, and those in which no decision could be read." in page
 

@@ -103,13 +103,3 @@ def test_a_3d_run_is_continued_by_another_model(camera_sweep: Path, tmp_path: Pa
     assert statuses(tmp_path / "out") == ["complete"]
     assert lines_before(run.steps_bytes(), 2) == lines_before(origin.steps_bytes(), 2)
     assert foundry("verify", "out", "--workers", "1", cwd=tmp_path).returncode == 0
-
-
-def test_what_looks_like_an_interpolation_in_a_record_stays_text(grid_sweep: Path, copied: Path, tmp_path: Path):
-    text = (copied / "sweep.yaml").read_text()
-    (copied / "sweep.yaml").write_text(text.replace("name: paper\n", "name: ${oc.env:HOME}\n"))
-    origin = run_of(copied, MIX)
-    done = foundry("fork", str(origin.path), "--at", "3", "model=scripted/stay", *QUIET, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    summary = runs(tmp_path / "out")[0].summary()
-    assert summary is not None and summary.prompt == "${oc.env:HOME}"

@@ -27,13 +27,10 @@ def test_shares_are_kept_to_less_than_one_agent(weights: list[int], agents: int,
     assert all(abs(counts[label] - (rule.share or 0) * agents) < 1 for label, rule in rules.items())
 
 
-def test_the_seed_draws_who_has_which_share():
+def test_shares_and_ids_and_personas_are_exact_and_the_seed_draws_the_rest():
     rules = {"a": Rule(share=0.5), "b": Rule(share=0.5)}
     drawn = {tuple(assign("mix", rules, [{}] * 20, seed)) for seed in range(5)}
     assert len(drawn) == 5 and assign("mix", rules, [{}] * 20, 3) in [list(one) for one in drawn]
-
-
-def test_ids_and_personas_are_exact_and_shares_divide_the_rest():
     personas = [{"age": "old"} if agent % 3 == 0 else {"age": "young"} for agent in range(6)]
     rules = {"ids": Rule(agents=frozenset({1})), "old": Rule(persona={"age": "old"}), "rest": Rule(share=1.0)}
     assert assign("mix", rules, personas, 0) == ["old", "ids", "rest", "old", "rest", "rest"]

@@ -44,9 +44,18 @@ def test_a_target_that_is_not_a_part_of_foundry_is_refused(target: Any):
             check_targets(config, (), "here")
 
 
-def test_a_part_in_the_wrong_place_is_refused():
+def test_a_part_in_the_wrong_place_is_refused_and_every_runner_of_foundry_is_taken():
     with pytest.raises(InputError, match="it is no Scenario"):
         check_targets({"world": {"_target_": "foundry.prompts.prompt.Prompt"}}, (), "here")
+    check_targets({"runner": {"_target_": "foundry.running.local.LocalRunner"}}, (), "here")
+    check_targets({"runner": {"_target_": "foundry.running.dask.DaskRunner", "address": "tcp://x:1"}}, (), "here")
+    for target in (
+        "foundry.composing.preparing.LauncherRunner",
+        "foundry.running.dask.SweepJob",
+        "foundry.prompts.prompt.Prompt",
+    ):
+        with pytest.raises(InputError, match="is refused"):
+            check_targets({"runner": {"_target_": target}}, (), "here")
 
 
 def test_what_was_typed_says_which_packages_of_others_are_trusted_beside_it():
@@ -185,18 +194,6 @@ def test_yaml_that_describes_no_sweep_is_refused(text: str, tmp_path: Path):
 
 def test_shared_parts_are_read_as_before():
     assert load_plain("a: &a {b: 1}\nc: *a", "here") == {"a": {"b": 1}, "c": {"b": 1}}
-
-
-def test_every_runner_of_foundry_is_taken_from_a_record_and_nothing_else_in_its_place():
-    check_targets({"runner": {"_target_": "foundry.running.local.LocalRunner"}}, (), "here")
-    check_targets({"runner": {"_target_": "foundry.running.dask.DaskRunner", "address": "tcp://x:1"}}, (), "here")
-    for target in (
-        "foundry.composing.preparing.LauncherRunner",
-        "foundry.running.dask.SweepJob",
-        "foundry.prompts.prompt.Prompt",
-    ):
-        with pytest.raises(InputError, match="is refused"):
-            check_targets({"runner": {"_target_": target}}, (), "here")
 
 
 @pytest.mark.parametrize("path", sorted((conf_dir() / "model" / "scripted").glob("*.yaml")), ids=lambda path: path.stem)

@@ -72,7 +72,9 @@ def painted(page: Any) -> None:
     page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
 
-def test_agents_are_lanes_coloured_by_action(page: Any, served: ViewServer, bar: SweepFolder):
+def test_agents_are_lanes_coloured_by_action_and_a_cell_leads_to_its_decision(
+    page: Any, served: ViewServer, bar: SweepFolder
+):
     go(page, served, bar, "?step=8")
     painted(page)
     cells = {place: page.evaluate(CELL, list(place)) for place in ((0, 2), (0, 3), (1, 3), (3, 5))}
@@ -82,9 +84,6 @@ def test_agents_are_lanes_coloured_by_action(page: Any, served: ViewServer, bar:
     legend = page.text_content(".lanes-box .legend >> nth=0")
     assert "stay at home 50 %" in legend and "go late 0 %" in legend and "unreadable 2 %" in legend
     assert page.get_attribute("canvas.lanes", "aria-label") == "5 agents. Step 8: 3 go, 2 stay at home."
-
-
-def test_a_cell_is_named_and_leads_to_its_decision(page: Any, served: ViewServer, bar: SweepFolder):
     go(page, served, bar, "?step=8")
     painted(page)
     box = page.locator("canvas.lanes").bounding_box()

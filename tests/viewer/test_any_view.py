@@ -46,7 +46,7 @@ def ask(made: SweepFolder, part: str, trusted: tuple[str, ...] = (), run: RunFol
     return msgspec.json.decode(found.content) if found.media_type == "application/json" else found.content
 
 
-def test_a_page_is_told_the_form_and_what_the_world_declared(bar: SweepFolder):
+def test_a_page_is_told_the_form_what_the_world_declared_and_its_numbers_as_curves(bar: SweepFolder):
     about = ask(bar, "about")
     assert (about["form"], about["agents"]) == ("rounds", AGENTS)
     assert about["page"] == [{"form": "any", "script": "any/page.js"}]
@@ -57,9 +57,6 @@ def test_a_page_is_told_the_form_and_what_the_world_declared(bar: SweepFolder):
         ("evenings", True),
         ("house", False),
     ]
-
-
-def test_numbers_that_a_world_writes_are_curves_by_step(bar: SweepFolder):
     assert ask(bar, "about")["curves"] == [
         {"name": "evenings", "keys": ["crowd"]},
         {"name": "crowd", "keys": ["crowd"]},
@@ -98,7 +95,7 @@ def test_a_step_without_a_value_has_none_and_several_have_their_mean(bar: SweepF
     )  # fmt: skip
 
 
-def test_lanes_hold_every_decision_of_their_steps_once(bar: SweepFolder):
+def test_lanes_marks_texts_and_tracks_hold_every_decision_of_all_kinds_once(bar: SweepFolder):
     lanes = ask(bar, "lanes/0")
     assert {len(lanes[key]) for key in ("step", "agent", "kind", "action", "outcome", "utility")} == {
         KINDS * AGENTS * STEPS
@@ -107,9 +104,6 @@ def test_lanes_hold_every_decision_of_their_steps_once(bar: SweepFolder):
     outcomes = ask(bar, "about")["outcomes"]
     assert (lanes["action"][at], outcomes[lanes["outcome"][at]], lanes["utility"][at]) == (None, "unreadable", 0.0)
     assert lanes["action"][at + AGENTS] == 4.4, "a number is handed on as a number"
-
-
-def test_marks_texts_and_tracks_count_all_kinds_of_decisions(bar: SweepFolder):
     marks = ask(bar, "marks/0")["marks"]
     assert marks["undecided"] == [0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0]
     assert (sum(marks["repaired"]), sum(marks["said"])) == (1, STEPS // 2)
@@ -118,7 +112,7 @@ def test_marks_texts_and_tracks_count_all_kinds_of_decisions(bar: SweepFolder):
     assert (track["persona"], sum(track["marks"]["undecided"])) == ({"gender": "male"}, 1)
 
 
-def test_a_decision_comes_with_every_line_of_its_agent(bar: SweepFolder):
+def test_a_decision_comes_with_every_line_of_its_agent_and_streams_by_step(bar: SweepFolder):
     found = ask(bar, "decisions/0/0")
     assert [(one["step"], one["kind"]) for one in found["steps"][:4]] == [
         (1, "talk"),
@@ -128,9 +122,6 @@ def test_a_decision_comes_with_every_line_of_its_agent(bar: SweepFolder):
     ]
     assert found["received"][0] == [2, 1, "hello from step 2"]
     assert len(found["calls"]) == KINDS * 10
-
-
-def test_streams_are_read_by_step_and_facts_of_the_run_whole(bar: SweepFolder):
     assert ask(bar, "stream/1/0")["rows"][2] == {"step": 3, "crowd": 3, "weather": "sun"}
     assert ask(bar, "stream/2/0")["rows"] == [{"seats": 3, "name": "El <b>Farol</b>"}]
     assert ask(bar, "stream/9/0")["rows"] == []

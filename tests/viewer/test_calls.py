@@ -78,7 +78,7 @@ def test_a_log_that_grows_is_followed(frame: int, folder: RunFolder, monkeypatch
     playing.end()
 
 
-def test_a_log_cut_by_a_crash_gives_what_is_whole(folder: RunFolder):
+def test_a_log_that_was_cut_gives_what_is_whole_and_one_that_is_none_is_said_to_be_damaged(folder: RunFolder):
     playing = Playing(folder)
     playing.play(1, 6)
     playing.end()
@@ -87,12 +87,8 @@ def test_a_log_cut_by_a_crash_gives_what_is_whole(folder: RunFolder):
     log = CallLog(path)
     assert found(log, 0, 1, 1) == [(1, 0, "message"), (1, 0, "action")]
     assert log.damaged == ""
-
-
-def test_a_log_that_is_none_is_said_to_be_damaged(folder: RunFolder):
-    folder.path.mkdir(parents=True)
-    folder.stream_path("calls").write_bytes(b"this is no log")
-    log = CallLog(folder.stream_path("calls"))
+    path.write_bytes(b"this is no log")
+    log = CallLog(path)
     assert log.of_agent(0, 1, 1) == []
     assert log.damaged
 

@@ -55,7 +55,7 @@ def test_a_run_in_which_agents_are_born_is_verified_and_continued(sweep: SweepFo
     assert after.startswith(shared) and after != before
 
 
-def test_frames_have_room_for_all_that_may_ever_be_and_say_who_is_away(view: GridView):
+def test_frames_tell_who_is_away_food_by_step_and_ways_from_birth(view: GridView):
     frames = view.frames(1, view.done)
     assert view.agents == 60 and len(frames["flags"]) == view.done * 60
     there = [
@@ -63,15 +63,9 @@ def test_frames_have_room_for_all_that_may_ever_be_and_say_who_is_away(view: Gri
     ]
     lines = [line.step for line in view.read_steps(1, view.done, GridStep)]
     assert there == [lines.count(step) for step in range(1, view.done + 1)] and there[-1] > there[0] == 5
-
-
-def test_food_is_told_up_to_a_chunk_and_by_step(view: GridView):
     whole, late = view.frames(1, view.done)["food"], view.frames(5, view.done)["food"]
     assert len(whole) == view.done + 1 and len(whole[0]) == 3 * 81, "all cells at the start"
     assert late[0] == [number for changes in whole[:5] for number in changes] and late[1:] == whole[5:]
-
-
-def test_the_way_of_an_agent_that_is_born_begins_where_that_is(view: GridView):
     tracks = dict(view.all_tracks())
     born = next(agent for agent in range(5, 60) if not tracks[agent]["flags"][-1] & AWAY)
     assert tracks[born] == view.track(born)

@@ -24,7 +24,9 @@ def go(page: Any, exported: Exported, address: str) -> None:
     viewer_pages.go(page, exported.page.as_uri(), address)
 
 
-def test_the_exported_page_works_without_a_server(page: Any, exported: Exported, made_up: SweepFolder):
+def test_the_exported_page_works_without_a_server_and_never_runs_what_a_model_wrote(
+    page: Any, exported: Exported, made_up: SweepFolder
+):
     go(page, exported, "")
     page.wait_for_selector("[data-sort='idle_rate.share']")
     page.click(f"text={made_up.runs()[0].id}")
@@ -36,13 +38,14 @@ def test_the_exported_page_works_without_a_server(page: Any, exported: Exported,
     page.wait_for_selector("details[data-kind=action] .prompt")
     assert page.text_content(".where") == f"step 4 of {STEPS}"
     assert "You are Agent 0 (female) at step 4" in page.text_content("details[data-kind=action] .prompt")
-
-
-def test_the_exported_page_never_runs_what_a_model_wrote(page: Any, exported: Exported, made_up: SweepFolder):
     go(page, exported, f"run/made-up/{made_up.runs()[1].id}?step=2&agent=1")
     page.wait_for_selector("details[data-kind=action] .reply", state="attached")
     assert "<script>window.hacked" in page.text_content("details[data-kind=action] .reply")
     assert page.evaluate("() => window.hacked") is None
+    runs = made_up.runs()
+    go(page, exported, f"compare/made-up/{runs[0].id}/{runs[2].id}")
+    page.wait_for_selector(".verdict .go")
+    assert "First message that differs: step 4" in page.text_content(".verdict")
 
 
 def test_the_exported_page_forbids_inline_and_foreign_scripts(exported: Exported):
@@ -65,13 +68,6 @@ def test_the_exported_page_forbids_inline_and_foreign_scripts(exported: Exported
             }"""
         )
         assert page.evaluate("() => window.hacked") is None
-
-
-def test_runs_are_compared_without_a_server(page: Any, exported: Exported, made_up: SweepFolder):
-    runs = made_up.runs()
-    go(page, exported, f"compare/made-up/{runs[0].id}/{runs[2].id}")
-    page.wait_for_selector(".verdict .go")
-    assert "First message that differs: step 4" in page.text_content(".verdict")
 
 
 def test_an_export_says_what_it_wrote(exported: Exported):

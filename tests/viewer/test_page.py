@@ -121,7 +121,9 @@ def test_the_keyboard_moves_in_time_and_between_agents(page: Any, server: ViewSe
     assert page.input_value("[aria-label=Agent]") == ""
 
 
-def test_a_clicked_agent_shows_its_prompts_replies_and_outcome(page: Any, server: ViewServer, made_up: SweepFolder):
+def test_a_clicked_agent_shows_its_prompts_replies_and_outcome_and_the_grid_is_described_in_words(
+    page: Any, server: ViewServer, made_up: SweepFolder
+):
     go(page, server, run_address(made_up, rest="?step=4"))
     page.wait_for_function("() => Foundry.page.grid.spots")
     box = page.locator("canvas.grid").bounding_box()
@@ -135,9 +137,6 @@ def test_a_clicked_agent_shows_its_prompts_replies_and_outcome(page: Any, server
     assert call.locator(".reply").text_content() == 'action: {"action": "move"}'
     assert page.locator("details[data-kind=message]").get_attribute("open") is None
     page.wait_for_function("() => location.hash.endsWith('?step=4&agent=0')")
-
-
-def test_the_grid_is_described_in_words(page: Any, server: ViewServer, made_up: SweepFolder):
     go(page, server, run_address(made_up, rest="?step=2"))
     page.wait_for_function("() => document.querySelector('canvas.grid').ariaLabel?.includes('2 in cafe (capacity 1)')")
     assert "1 messages delivered. No fire." in page.get_attribute("canvas.grid", "aria-label")

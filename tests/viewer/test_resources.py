@@ -74,13 +74,15 @@ def test_sweeps_whose_names_become_alike_keep_addresses_of_their_own(tmp_path: P
     assert sorted(one["id"] for one in ask(Resources(tmp_path), "sweeps")["sweeps"]) == ["a-b", "a-b-2"]
 
 
-def test_the_rows_say_how_every_run_stands_and_why_it_failed(resources: Resources):
+def test_rows_say_how_every_run_stands_and_missing_signatures_are_null(resources: Resources):
     head, rows = ask(resources, "sweep/made-up"), ask(resources, "sweep/made-up/rows/0")["rows"]
     assert head["counts"] == {"complete": 3, "failed": 1}
     assert [row["status"] for row in rows] == ["complete", "complete", "complete", "failed"]
     assert rows[3]["error"] == "the server is gone <b>for good</b>"
     assert rows[0]["undecided"] == 1
     assert {"label": "report", "kind": "html", "path": "report.html"} in head["links"]
+    assert ask(resources, "sweep/made-up")["measures"] == ["idle_rate.share"]
+    assert ask(resources, "sweep/made-up/measure/0")["values"] == [0.25, 0.001, None, None]
 
 
 def test_of_a_very_large_sweep_a_few_runs_are_looked_at_at_once_and_all_in_the_end(
@@ -108,12 +110,7 @@ def test_of_many_runs_the_twelve_looked_at_last_are_kept_open(tmp_path: Path):
     opened.close()
 
 
-def test_signatures_that_are_missing_are_null_and_never_zero(resources: Resources):
-    assert ask(resources, "sweep/made-up")["measures"] == ["idle_rate.share"]
-    assert ask(resources, "sweep/made-up/measure/0")["values"] == [0.25, 0.001, None, None]
-
-
-def test_frames_hold_what_the_records_say(resources: Resources, made_up: SweepFolder):
+def test_frames_tracks_and_marks_hold_what_the_records_say(resources: Resources, made_up: SweepFolder):
     about, frames = ask(resources, f"{run(made_up)}/about"), ask(resources, f"{run(made_up)}/frames/0")
     assert (frames["first"], frames["last"]) == (1, STEPS)
     assert len(frames["x"]) == (STEPS + 1) * AGENTS
@@ -123,13 +120,14 @@ def test_frames_hold_what_the_records_say(resources: Resources, made_up: SweepFo
     assert frames["links"][0] == [1, 2]
     assert frames["deliveries"][:2] == [[], [1, 2]]
     assert frames["place"][:AGENTS] == [0, 0, -1, -1]
-
-
-def test_marks_count_by_step(resources: Resources, made_up: SweepFolder):
     marks = ask(resources, f"{run(made_up)}/marks/0")["marks"]
     assert marks["undecided"] == [0, 0, 0, 1, 0, 0]
     assert marks["repaired"] == [0, 0, 1, 0, 0, 0]
     assert marks["said"] == [0, 1, 0, 1, 0, 1]
+    track = ask(resources, f"{run(made_up)}/track/1")
+    assert track["x"] == [-4, -3, -2, -1, 0, 1, 2]
+    assert track["persona"] == {"gender": "male"}
+    assert ask(resources, f"{run(made_up)}/track/2")["persona"] == {"gender": "female"}
 
 
 def test_a_decision_comes_with_its_prompts_replies_and_what_was_heard(resources: Resources, made_up: SweepFolder):
@@ -138,13 +136,6 @@ def test_a_decision_comes_with_its_prompts_replies_and_what_was_heard(resources:
     assert [(one["step"], one["kind"]) for one in found["calls"][:3]] == [(1, "message"), (1, "action"), (2, "message")]
     assert "You are Agent 2" in found["calls"][0]["messages"][0]["content"]
     assert found["received"] == [[step, 1, f"hello from step {step}"] for step in (2, 4, 6)]
-
-
-def test_a_track_holds_the_way_and_the_recorded_persona(resources: Resources, made_up: SweepFolder):
-    track = ask(resources, f"{run(made_up)}/track/1")
-    assert track["x"] == [-4, -3, -2, -1, 0, 1, 2]
-    assert track["persona"] == {"gender": "male"}
-    assert ask(resources, f"{run(made_up)}/track/2")["persona"] == {"gender": "female"}
 
 
 def test_a_run_that_recorded_no_personas_has_none(made_up: SweepFolder, tmp_path: Path):
@@ -179,20 +170,6 @@ def made_up_first_agent_of(number: int) -> Any:
     from made_up_runs import step
 
     return step(number, 0)
-
-
-def test_a_run_started_anew_is_shown_anew(tmp_path: Path):
-    made = sweep(tmp_path / "again")
-    folder, resources = made.runs()[0], Resources(made.path)
-    address = f"run/again/{folder.id}"
-    whole_run(folder)
-    before = ask(resources, f"{address}/progress")
-    playing = Playing(folder)
-    playing.play(1, 1)
-    after = ask(resources, f"{address}/progress")
-    assert (before["done"], after["done"]) == (STEPS, 1)
-    assert before["beginning"] != after["beginning"]
-    playing.writer.close()
 
 
 def test_steps_that_lack_an_agent_are_a_record_error(tmp_path: Path):
@@ -250,13 +227,15 @@ def test_what_is_read_for_all_agents_at_once_is_what_is_read_for_each(resources:
 def test_a_run_that_was_started_anew_is_shown_anew(tmp_path: Path):
     made = sweep(tmp_path / "again", models=("first",), seeds=(0,))
     (folder,) = made.runs()
-    opened, seen = Resources(made.path), []
+    opened, seen, beginnings = Resources(made.path), [], set()
     for last, reply in ((4, "as it was"), (2, "anew")):
         playing = Playing(folder, change=lambda number, agent, last=last: {"x": last}, reply=reply)
         playing.play(1, last)
         playing.writer.close()
         asked = ("progress", "frames/0", "decisions/0/0")
         progress, frames, decisions = (ask(opened, f"run/again/{folder.id}/{what}") for what in asked)
+        beginnings.add(progress["beginning"])
         seen.append((progress["done"], frames["x"][0], decisions["calls"][-1]["step"], decisions["calls"][0]["text"]))
     opened.close()
     assert seen == [(4, 4, 4, "message: as it was"), (2, 2, 2, "message: anew")]
+    assert len(beginnings) == 2

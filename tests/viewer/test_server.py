@@ -36,23 +36,17 @@ def answered(server: ViewServer, path: str) -> Any:
     return json.loads(content)
 
 
-def test_it_listens_on_this_machine_alone_unless_told_otherwise(server: ViewServer):
+def test_it_listens_on_this_machine_alone_and_the_page_forbids_foreign_and_inline_scripts(server: ViewServer):
     assert server.server_address[0] == "127.0.0.1"
     assert [is_loopback(host) for host in ("127.0.0.1", "localhost", "::1", "0.0.0.0", "example.org")] == [True] * 3 + [
         False
     ] * 2
-
-
-def test_the_page_forbids_foreign_and_inline_scripts(server: ViewServer):
     response, content = ask(server, "/")
     policy = response.getheader("Content-Security-Policy") or ""
     assert "default-src 'none'; script-src 'self'; style-src 'self'" in policy
     assert "unsafe" not in policy
     assert b"<script src=" in content
     assert response.getheader("X-Content-Type-Options") == "nosniff"
-
-
-def test_documents_of_the_sweep_cannot_reach_the_page(server: ViewServer):
     response, _ = ask(server, "/files/made-up/report.html")
     assert response.status == 200
     assert (response.getheader("Content-Security-Policy") or "").startswith("sandbox ")
@@ -100,14 +94,11 @@ def test_the_records_can_only_be_read(server: ViewServer, method: str):
     assert response.getheader("Allow") == "GET, HEAD"
 
 
-def test_head_gives_the_headers_alone(server: ViewServer):
+def test_head_sends_no_body_which_the_next_answer_would_begin_with(server: ViewServer):
     response, content = ask(server, "/data/sweeps", "HEAD")
     assert response.status == 200
     assert int(response.getheader("Content-Length") or 0) > 0
     assert content == b""
-
-
-def test_head_sends_no_body_which_the_next_answer_would_begin_with(server: ViewServer):
     host = f"Host: 127.0.0.1:{server.server_port}"
     asked = f"HEAD / HTTP/1.1\r\n{host}\r\n\r\nGET / HTTP/1.1\r\n{host}\r\nConnection: close\r\n\r\n"
     with socket.create_connection(("127.0.0.1", server.server_port)) as connection:

@@ -14,7 +14,7 @@ from functools import cache
 from typing import Any, TypeAlias
 
 from foundry.errors import InputError, not_found
-from foundry.rooms import in_room
+from foundry.naming import in_room
 from foundry.worlds.base import Question
 
 Observation: TypeAlias = Mapping[str, Any]

@@ -112,19 +112,16 @@ def test_the_eye_and_the_targets_come_with_the_scene():
     assert targets[labelled[0].path][0] == labelled[0].points.min(axis=0).tolist()
 
 
-def test_what_is_excluded_is_not_exported():
+def test_what_is_excluded_and_a_2d_world_are_not_exported():
     glb, scene = exported("kibo", *CHANGED)
     triangles = sum(len(glb.values(part["indices"])) // 3 for part in glb.primitives())
     assert 0 < triangles < scene.triangles
+    assert scene_glb(config("cafe_library")) is None
 
 
 def test_the_same_scene_gives_the_same_bytes():
     content = scene_glb(config("kibo"))
     assert content is not None and Glb(content).content == exported("kibo")[0].content
-
-
-def test_a_2d_world_has_no_scene():
-    assert scene_glb(config("cafe_library")) is None
 
 
 @pytest.fixture

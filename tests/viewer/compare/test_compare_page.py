@@ -56,18 +56,7 @@ def test_a_difference_holds_both_texts_whole_however_long_they_are(compared: Any
         assert len(parts) < 4000
 
 
-def test_the_texts_of_each_call_of_one_question_keep_their_own_names(compared: Any):
-    names = compared.evaluate("""() => {
-      const calls = [["a", ""], ["b", "why b"], ["c", "why c"]]
-        .map(([text, thinking]) => ({kind: "say", text, thinking}));
-      const texts = new Foundry.Texts(["first"]);
-      texts.show([{records: [], calls}]);
-      return [...texts.element.querySelectorAll("[data-text]")].map((one) => one.dataset.text);
-    }""")
-    assert names == ["say: reply", "say (2): thinking", "say (2): reply", "say (3): thinking", "say (3): reply"]
-
-
-def test_a_moment_shows_each_text_with_the_words_that_differ(compared: Any):
+def test_a_moment_shows_texts_with_the_words_that_differ_and_a_prompt_by_its_sections(compared: Any):
     message = compared.locator("[data-text=message]")
     assert message.get_attribute("open") is not None
     assert message.locator("del").all_text_contents() == ["hello from step 4"]
@@ -78,18 +67,23 @@ def test_a_moment_shows_each_text_with_the_words_that_differ(compared: Any):
     memory.locator("summary").click()
     assert memory.locator("pre").all_text_contents() == ["I was at 4", "I was at 4"]
     assert compared.locator("[data-text='action: reply'] pre").count() == 0, "what is folded is not made"
-
-
-def test_a_prompt_is_folded_by_its_sections(compared: Any):
     prompt = "You are one.\n\n=== YOUR STATE ===\nx: 1\n\n## Your task\nGo.\n=== NOT A HEADING"
     assert compared.evaluate("text => Foundry.words.sections(text)", prompt) == [
         ["", "You are one.\n"],
         ["=== YOUR STATE ===", "x: 1\n"],
         ["## Your task", "Go.\n=== NOT A HEADING"],
     ]
+    names = compared.evaluate("""() => {
+      const calls = [["a", ""], ["b", "why b"], ["c", "why c"]]
+        .map(([text, thinking]) => ({kind: "say", text, thinking}));
+      const texts = new Foundry.Texts(["first"]);
+      texts.show([{records: [], calls}]);
+      return [...texts.element.querySelectorAll("[data-text]")].map((one) => one.dataset.text);
+    }""")
+    assert names == ["say: reply", "say (2): thinking", "say (2): reply", "say (3): thinking", "say (3): reply"]
 
 
-def test_numbers_by_step_of_all_runs_stand_under_the_clock(compared: Any):
+def test_numbers_by_step_of_all_runs_stand_under_the_clock_and_others_are_chosen(compared: Any):
     lane = compared.locator("[data-lane='reach if every message warned (share)']")
     lane.wait_for()
     assert "step 4: first 0, second 0" in lane.text_content()
@@ -101,6 +95,11 @@ def test_numbers_by_step_of_all_runs_stand_under_the_clock(compared: Any):
     drawn, hands = compared.evaluate(HANDS)
     assert drawn == 0, "what is drawn stays while the clock goes on"
     assert hands == [[0, 0], pytest.approx([1 / 3, 1 / 3], abs=0.01)]
+    compared.click(".over-time summary")
+    compared.check("label:has-text('in cafe')")
+    compared.wait_for_function("() => document.querySelector(\"[data-lane='in cafe (agents)']\")")
+    compared.uncheck("label:has-text('largest group')")
+    assert compared.locator("[data-lane='largest group (share)']").count() == 0
 
 
 def looks_of(told: list[dict[str, Any]]) -> list[Any]:
@@ -133,14 +132,6 @@ HANDS = """() => {
   delete timeline.draw;
   return [drawn, hands];
 }"""
-
-
-def test_other_numbers_by_step_are_chosen(compared: Any):
-    compared.click(".over-time summary")
-    compared.check("label:has-text('in cafe')")
-    compared.wait_for_function("() => document.querySelector(\"[data-lane='in cafe (agents)']\")")
-    compared.uncheck("label:has-text('largest group')")
-    assert compared.locator("[data-lane='largest group (share)']").count() == 0
 
 
 def test_runs_that_were_asked_for_and_are_not_shown_are_named(server: ViewServer, made_up: SweepFolder):

@@ -59,7 +59,7 @@ def test_the_expected_distance_is_that_of_random_placements(agents: int, side: i
     assert expected_nearest(agents, side) == pytest.approx(null.nearest, abs=4 * null.deviation / DRAWS**0.5)
 
 
-def test_how_near_agents_stand_is_told_where_they_may_stand_anywhere():
+def test_groups_and_nearness_are_of_those_who_are_there_where_they_may_stand_anywhere():
     pairs = [step(1, agent, x=agent // 2, y=0) for agent in range(4)]
     known = GridByStep(world())
     known.take(1, pairs, [[]])
@@ -67,6 +67,11 @@ def test_how_near_agents_stand_is_told_where_they_may_stand_anywhere():
     walled = GridByStep(world(walls=[[[0, 0], [1, 0]]]))
     walled.take(1, pairs, [[]])
     assert NEAREST not in walled.values
+    near = {0: (1,), 1: (0, 2), 2: (1,), 3: (4,), 4: (3,)}
+    known = GridByStep(world(fires=[]))
+    known.take(1, [step(1, agent, neighbours=near[agent]) for agent in near], [[], []])
+    assert known.values[GROUP] == [0.6, None]
+    assert REACH not in known.values, "there is no fire to know of"
 
 
 def test_distances_count_from_where_agents_stand_to_the_nearest_fire_that_burns():
@@ -74,14 +79,6 @@ def test_distances_count_from_where_agents_stand_to_the_nearest_fire_that_burns(
     known = GridByStep(world(fires=fires))
     known.take(1, [step(number, agent, x=3, y=4 * agent) for number in (1, 2) for agent in (0, 1)], [[], []])
     assert known.values[DISTANCE] == [pytest.approx((90**0.5 + 34**0.5) / 2), 4.0]
-
-
-def test_the_largest_group_is_held_against_those_who_are_there():
-    near = {0: (1,), 1: (0, 2), 2: (1,), 3: (4,), 4: (3,)}
-    known = GridByStep(world(fires=[]))
-    known.take(1, [step(1, agent, neighbours=near[agent]) for agent in near], [[], []])
-    assert known.values[GROUP] == [0.6, None]
-    assert REACH not in known.values, "there is no fire to know of"
 
 
 def test_a_run_has_its_numbers_in_any_order_of_asking(tmp_path: Path):

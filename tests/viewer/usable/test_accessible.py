@@ -32,7 +32,7 @@ def test_nothing_is_wrong_with_the_page_of_compared_runs(page: Any, forms: Forms
     axe.check(page)
 
 
-def test_nothing_is_wrong_with_the_page_of_a_sweep(page: Any, forms: Forms):
+def test_nothing_is_wrong_with_the_pages_of_a_sweep_what_is_being_done_and_what_is_not_there(page: Any, forms: Forms):
     go(page, forms.server.url, "sweep/grid")
     page.wait_for_selector("tbody tr[data-run]")
     page.wait_for_selector(".groups button", state="attached")
@@ -41,15 +41,9 @@ def test_nothing_is_wrong_with_the_page_of_a_sweep(page: Any, forms: Forms):
     page.click(".find form button")
     page.wait_for_selector(".find .found a")
     axe.check(page)
-
-
-def test_nothing_is_wrong_with_the_page_of_what_is_being_done(page: Any, forms: Forms):
     go(page, forms.server.url, "live/grid")
     page.wait_for_selector(".live")
     axe.check(page)
-
-
-def test_nothing_is_wrong_with_a_page_that_says_what_is_not_there(page: Any, forms: Forms):
     go(page, forms.server.url, "sweep/nothing")
     page.wait_for_selector("[role=alert]")
     axe.check(page)
