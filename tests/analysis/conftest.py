@@ -232,7 +232,7 @@ def write_sweep_fixture() -> Callable[..., SweepFolder]:
     return write_sweep
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def small_world() -> dict[str, Any]:
     """The settings of the world that the runs are of."""
     return WORLD

@@ -47,9 +47,9 @@ def mine(tmp_path: Path) -> Path:
 
 
 def test_what_holds_is_said_line_by_line(tmp_path: Path):
-    done = foundry("check", "world=cafe_library", "model=scripted/random", *SMALL, cwd=tmp_path)
+    done = foundry("check", "world=bar", "model=scripted/random", *SMALL, cwd=tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "world cafe_library" in done.stdout and "model scripted/random" in done.stdout
+    assert "world bar" in done.stdout and "model scripted/random" in done.stdout
     assert "is equal from a pickle" in done.stdout and ", 0 failed" in done.stdout
     assert list(tmp_path.iterdir()) == []
 

@@ -225,7 +225,7 @@ def test_texts_of_a_record_are_composed_to_the_letter(command: str, copied: Path
 
     def write(content: dict[str, Any]) -> None:
         for condition in content["conditions"]:
-            condition["config"]["world"]["name"] = named
+            condition["config"]["world"]["name"] = condition["config"]["prompt"]["name"] = named
             condition["config"]["baselines"] = pinned
 
     rewrite(copied, write)
@@ -243,7 +243,7 @@ def test_texts_of_a_record_are_composed_to_the_letter(command: str, copied: Path
     for recorded in SweepFolder.open(made).runs():
         config = recorded.config()
         world = config["world"].get("source", config["world"])
-        assert config["baselines"] == pinned and world["name"] == named
+        assert config["baselines"] == pinned and world["name"] == config["prompt"]["name"] == named
 
 
 @pytest.mark.parametrize("group", ["world", "model", "prompt"])

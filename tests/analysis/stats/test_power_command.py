@@ -17,9 +17,10 @@ MODELS = ("first", "second")
 
 
 @pytest.fixture(scope="module")
-def pilot(tmp_path_factory, write_sweep, make_condition) -> Path:
+def pilot(tmp_path_factory, write_sweep, make_condition, small_world) -> Path:
     """Return a sweep of two models that walk at random."""
-    conditions = [make_condition(model, range(6), sampling_seed=index) for index, model in enumerate(MODELS)]
+    world = {**small_world, "agents": 4, "steps": 8}
+    conditions = [make_condition(one, range(6), sampling_seed=at, world=world) for at, one in enumerate(MODELS)]
     return write_sweep(tmp_path_factory.mktemp("pilot") / "sweep", conditions).path
 
 
