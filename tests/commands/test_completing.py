@@ -69,7 +69,7 @@ def test_zsh_is_told_the_same_as_whole_words(workspace: Path):
     assert '"status"' in zsh("foundry sta", workspace)
 
 
-def test_sweeps_and_runs_are_told_where_a_command_takes_them(workspace: Path):
+def test_sweeps_runs_and_parts_of_ones_own_are_told_where_a_command_takes_them(workspace: Path):
     for name in ("one", "two"):
         run = workspace / "outputs" / name / "runs" / "scripted-stay-s0-x"
         run.mkdir(parents=True)
@@ -77,9 +77,6 @@ def test_sweeps_and_runs_are_told_where_a_command_takes_them(workspace: Path):
     assert bash("status", "", cwd=workspace) == ["outputs/one", "outputs/two"]
     assert bash("analyze", "outputs/one", "outputs/t", cwd=workspace) == ["outputs/two"]
     assert bash("replay", "outputs/two", cwd=workspace) == ["outputs/two/runs/scripted-stay-s0-x"]
-
-
-def test_parts_of_ones_own_are_told(workspace: Path):
     (workspace / "mine" / "world").mkdir(parents=True)
     (workspace / "mine" / "world" / "market.yaml").touch()
     assert bash("--config-dir", "mine", "world", "=", "mark", cwd=workspace) == ["market"]

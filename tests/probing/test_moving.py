@@ -33,21 +33,18 @@ def observed(path: str, value: float, form: str = "any", **changes: Any) -> dict
     return None if found is None else dict(found.observation)
 
 
-def test_values_are_ranges_and_lists():
+def test_a_number_is_set_and_nothing_else_to_values_of_ranges_and_lists():
     assert moves_of("a.b=1..3,10,0.5,2") == ["a.b=1", "a.b=2", "a.b=3", "a.b=10", "a.b=0.5"]
+    assert observed("evenings.-1.went", 7) == {**HERE, "evenings": [{"went": 3}, {"went": None}, {"went": 7}]}
+    assert observed("evenings.0.went", 0) == {**HERE, "evenings": [{"went": 0}, {"went": None}, {"went": 5}]}
+    for count in range(3):
+        assert observed("neighbours.count", count) == {**HERE, "neighbours": HERE["neighbours"][:count]}
 
 
 @pytest.mark.parametrize("text", ["a", "a=", "a=b", "=1..2", "a=3..1", "a=0.5..2", "a=1..101"])
 def test_what_is_no_quantity_with_values_is_refused(text: str):
     with pytest.raises(InputError, match="sweep_over="):
         moves_of(text)
-
-
-def test_a_number_is_set_and_nothing_else():
-    assert observed("evenings.-1.went", 7) == {**HERE, "evenings": [{"went": 3}, {"went": None}, {"went": 7}]}
-    assert observed("evenings.0.went", 0) == {**HERE, "evenings": [{"went": 0}, {"went": None}, {"went": 5}]}
-    for count in range(3):
-        assert observed("neighbours.count", count) == {**HERE, "neighbours": HERE["neighbours"][:count]}
 
 
 @pytest.mark.parametrize(

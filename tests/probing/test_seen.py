@@ -63,7 +63,7 @@ def test_every_moment_has_the_choices_that_were_recorded_and_its_strata(server: 
     assert {frozenset(one["strata"]) for one in found["moments"]} == {frozenset({"fire", "message", "wall"})}
 
 
-def test_a_moment_has_what_was_perceived_before_and_after_each_edit(server: ViewServer):
+def test_replies_and_what_was_perceived_stand_by_moment_edit_and_prompt(server: ViewServer):
     number = next(
         place
         for place, one in enumerate(asked(server, "probe/probed/moments")["moments"])
@@ -74,9 +74,6 @@ def test_a_moment_has_what_was_perceived_before_and_after_each_edit(server: View
     assert (len(perceived[0]["fires"]), len(perceived[1]["fires"])) == (1, 0)
     assert perceived[2]["x"] == -perceived[0]["x"]
     assert (seen["form"], seen["script"], seen["why"]) == ("grid", "probe/grid.js", "")
-
-
-def test_replies_stand_by_the_choices_that_were_read_of_them_and_by_their_prompts(server: ViewServer):
     seen = asked(server, "probe/probed/moment/0")
     moment = asked(server, "probe/probed/moments")["moments"][0]
     assert len(seen["answers"]) == len(moment["answered"]) >= 10

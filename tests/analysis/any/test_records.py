@@ -36,7 +36,7 @@ def read(path: Path, *lines: Any, **how: Any) -> AnyRun:
     return read_records(folder, folder.summary()).arrays(folder)
 
 
-def test_decisions_become_arrays_in_their_order(tmp_path: Path):
+def test_decisions_become_arrays_in_their_order_for_as_many_agents_as_occur_anywhere(tmp_path: Path):
     run = read(tmp_path, *LINES, messages=HEARD, personas=PEOPLE)
     assert run.step.tolist() == [1, 1, 1, 2, 2] and run.agent.tolist() == [0, 2, 0, 0, 2]
     assert run.kind.tolist() == ["choice", "choice", "bid", "talk", "choice"]
@@ -49,10 +49,6 @@ def test_decisions_become_arrays_in_their_order(tmp_path: Path):
     assert run.decisions == 5 and not run.all_readable
     assert run.only_readable().counted.tolist() == run.readable.tolist()
     assert run.declared == BAR and run.cost is not None
-
-
-def test_there_are_as_many_agents_as_the_greatest_id_that_occurs_anywhere_says(tmp_path: Path):
-    run = read(tmp_path, *LINES, messages=HEARD, personas=PEOPLE)
     assert run.agents == 5
     assert run.personas == ({"mood": "shy"}, {}, {}, {}, {"mood": "loud", "age": "9"})
     assert read(tmp_path / "b", *LINES, messages=HEARD).agents == 4

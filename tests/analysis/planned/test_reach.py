@@ -31,8 +31,10 @@ def test_a_test_needs_more_seeds_the_more_pairs_there_are(models: str, worlds: i
     )
 
 
-def test_a_single_condition_compares_nothing():
+def test_a_single_condition_compares_nothing_and_more_seeds_find_smaller_differences():
     assert reached("a") is None
+    sizes = [sure_effect(seeds, 3, 5) for seeds in (8, 12, 20, 30)]
+    assert sizes == sorted(sizes, reverse=True)
 
 
 @pytest.mark.parametrize(
@@ -45,8 +47,3 @@ def test_the_promised_difference_is_found_as_often_by_the_test_in_use(seeds: int
     shift[0] = effect
     p = [step_down_p(draws.standard_normal((measures, seeds)) + shift)[0] for _ in range(200)]
     assert np.mean(np.array(p) * pairs <= 0.05) == pytest.approx(CHANCE, abs=0.09)
-
-
-def test_more_seeds_find_smaller_differences():
-    sizes = [sure_effect(seeds, 3, 5) for seeds in (8, 12, 20, 30)]
-    assert sizes == sorted(sizes, reverse=True)

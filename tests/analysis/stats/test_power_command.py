@@ -19,7 +19,7 @@ MODELS = ("first", "second")
 @pytest.fixture(scope="module")
 def pilot(tmp_path_factory, write_sweep, make_condition, small_world) -> Path:
     """Return a sweep of two models that walk at random."""
-    world = {**small_world, "agents": 4, "steps": 8}
+    world = {**small_world, "agents": 4, "steps": 8, "fires": [], "places": []}
     conditions = [make_condition(one, range(6), sampling_seed=at, world=world) for at, one in enumerate(MODELS)]
     return write_sweep(tmp_path_factory.mktemp("pilot") / "sweep", conditions).path
 

@@ -51,14 +51,11 @@ def test_equal_chances_are_told_from_equal_ones_as_often_as_the_level_says():
     assert 2 <= told <= 18, "at most a tenth, less what is lost to whole counts"
 
 
-def test_seeds_are_counted_by_group_and_those_without_an_outcome_are_left_out():
+def test_seeds_are_counted_by_group_without_those_that_have_no_outcome_or_row():
     first, second = equal_chances(compared(a="aab-", b="cccccc", c="--")).to_dict("records")
     assert (first["model"], first["n"], first["outcomes"], first["most"]) == ("a", 3, 3, "ama")
     assert first["share"] == pytest.approx(2 / 3) and first["counts"] == "ama 2, bodo 1"
     assert (second["model"], second["counts"], second["chi_square"]) == ("b", "ceri 6", 12) and second["p"] < 0.02
-
-
-def test_groups_that_do_not_have_the_outcomes_have_no_row():
     found = compared(a="aab", b="ccc")
     estimates = {key: one for key, one in found.estimates.items() if key[1] == ("b",)}
     frame = equal_chances(Comparison(pd.DataFrame(), ("model",), found.values, estimates))

@@ -53,7 +53,7 @@ def test_the_published_figure_is_of_the_model_of_the_same_size_whose_name_is_nea
     assert (near.model if near else None) == found
 
 
-def test_settings_that_are_not_the_files_are_told_and_many_are_counted():
+def test_settings_that_are_not_the_files_and_closed_forms_of_other_settings_are_told():
     usual = {"half_size": 25, "agents": 20, "steps": 50, "communication_distance": 5}
     assert changed(usual, "cafe_library") == ""
     assert changed(usual | {"agents": 4}, "cafe_library") == "agents=4, not 20"
@@ -62,9 +62,6 @@ def test_settings_that_are_not_the_files_are_told_and_many_are_counted():
     assert changed(usual | {"fires": [], "personas": None}, "cafe_library") == (
         "fires=[], not [...]; personas=null, not {...}"
     )
-
-
-def test_a_closed_form_of_other_settings_says_at_which_it_holds():
     coins, told_less, *_ = (one for one in facts_of("bar").closed_forms if "coins" in one.name or one.overrides)
     usual = {"agents": 10, "reports": "explicit"}
     assert [elsewhere(one, usual, "bar") for one in (coins, told_less)] == ["", ' (at reports="implicit")']
