@@ -133,7 +133,7 @@ def test_a_file_that_is_not_the_one_that_was_written_is_an_error(tmp_path: Path)
         read_records(folder, folder.summary())
 
 
-def test_the_columns_of_a_table_are_numbers_flags_and_labels_and_never_a_text(tmp_path: Path):
+def test_the_columns_of_a_table_are_numbers_flags_and_labels_and_never_a_text_even_of_no_lines(tmp_path: Path):
     folder = any_folder(tmp_path / "sweep", LINES)
     table = steps_table("r", read_records(folder, folder.summary()), schema(folder.declared))
     common = ["run", "step", "agent", "kind", "action", "action_number", "outcome", "utility", "said"]
@@ -142,9 +142,6 @@ def test_the_columns_of_a_table_are_numbers_flags_and_labels_and_never_a_text(tm
     assert table["action"].to_pylist() == ["go", "stay", None, None, None]
     assert table["action_number"].to_pylist() == [None, None, 3.0, None, None]
     assert table["said"].to_pylist() == [True, False, False, True, False]
-
-
-def test_a_table_of_no_lines_has_the_columns(tmp_path: Path):
     assert steps_table("r", AnyRecords(BAR, [], []), schema(BAR)).column_names == ["run", *schema(BAR).names]
 
 

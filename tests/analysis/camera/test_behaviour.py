@@ -50,7 +50,7 @@ def test_who_stays_is_idle_and_gets_nowhere(played):
     assert (found["viewpoint.same_view_change"], found["viewpoint.n_other_pairs"]) == (0, 0)
 
 
-def test_who_spins_turns_left_whatever_it_sees(played):
+def test_who_spins_turns_left_whatever_it_sees_and_says_nothing_of_it(played):
     found = played("spin")
     assert (found["turning.rate"], found["turning.share"], found["turning.left_bias"]) == (45, 1, 1)
     assert found["path_efficiency.path_length"] == found["idle_rate.chosen"] == 0
@@ -59,9 +59,6 @@ def test_who_spins_turns_left_whatever_it_sees(played):
     assert found["stability.run_length"] == 8
     assert math.isnan(found["stability.kappa"])
     assert found["recovery.wrong_rate"] == 0  # turning is never wrong
-
-
-def test_who_says_nothing_of_what_it_sees_makes_no_mistake_and_no_mention(played):
     found = played("spin")
     assert found["recognition.mentions"] == found["recognition.chair_s"] == found["recognition.claim_rate"] == 0
     assert math.isnan(found["recognition.chair_i"])

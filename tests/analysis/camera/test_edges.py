@@ -78,18 +78,15 @@ def test_without_decisions_everything_but_counts_is_missing(camera, signature):
     assert all(name.startswith("n_") for name in known)
 
 
-def test_one_decision_has_no_pairs(camera):
+def test_one_decision_has_no_pairs_and_silence_nothing_to_label(camera):
     found = signatures.measure(camera(4, 1).run)
     assert {"persistence", "kappa", "conditional_entropy", "reversal_rate"} <= undefined(found, "stability")
+    run = camera(0).run
+    judge = Labelling("judge", "1", agreement([None] * len(hand_labelled())), {})
+    assert form_of("camera").labelled(run, judge) is run
 
 
 @pytest.mark.parametrize("measure", ["clustering", "communication", "warning", "place_choice", "movement"])
 def test_what_a_world_does_not_have_has_no_column(camera, measure):
     assert not any(name.startswith(measure) for name in signatures.measure(camera(0).run))
     assert not any("message" in name for name in signatures.measure(camera(0).run))
-
-
-def test_a_run_in_which_nobody_talks_has_nothing_to_label(camera):
-    run = camera(0).run
-    judge = Labelling("judge", "1", agreement([None] * len(hand_labelled())), {})
-    assert form_of("camera").labelled(run, judge) is run

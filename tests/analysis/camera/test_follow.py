@@ -44,14 +44,10 @@ def test_likeness_counts_only_where_the_agent_arrived(camera):
         assert follow.measure(run)["sdtw"] == arrived["success"] * arrived["ndtw"]
 
 
-def test_worlds_that_tell_no_way_have_no_such_columns(camera):
+def test_worlds_that_tell_no_way_have_no_such_columns_and_no_decision_walks_no_leg(camera):
     run = camera(3).run
     assert not any(name.startswith("follow.") for name in signatures.measure(run))
     told = signatures.measure(dataclasses.replace(run, facts={"legs": LEGS}, world={"grain": "medium"}))
     assert {"follow.sdtw", "follow.legs", "follow.n_legs"} <= told.keys()
-
-
-def test_without_a_decision_no_leg_is_walked_or_missed(camera):
-    run = camera(3).run
     run = dataclasses.replace(run.only_readable(), facts={"legs": LEGS}, outcome=np.full(run.decisions, len(OUTCOMES)))
     assert not run.counted.any() and math.isnan(follow.measure(run)["legs"])

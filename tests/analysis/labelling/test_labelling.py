@@ -62,12 +62,9 @@ def test_hard_texts_that_warn_of_nothing_are_among_those_for_tuning(text):
     assert {one.text: one.warning for one in hand_labelled("tuning", "beside_rule")}[text] is False
 
 
-def test_the_rule_labels_every_text_it_was_tuned_on_as_its_reader_did():
+def test_the_rule_labels_every_text_it_was_tuned_on_and_leaves_other_languages_open():
     labels = [(one, is_warning(one.text, FIRES)) for one in every("tuning")]
     assert [one.text for one, label in labels if one.language in SUPPORTED and label is not one.warning] == []
-
-
-def test_texts_in_other_languages_are_neither_warnings_nor_none_and_all_others_are_read():
     texts = [*every("tuning"), *every("held_out")]
     unknown = [one for one in texts if is_warning(one.text, FIRES) is None]
     assert {one.language for one in unknown} & SUPPORTED == set()
@@ -84,7 +81,7 @@ def test_the_agreement_of_the_rule_is_that_on_texts_held_out_and_written_apart()
     assert found.kappa == pytest.approx((76 / 84 - 1 / 2) / (1 - 1 / 2))
 
 
-def test_agreement_is_over_what_has_a_label():
+def test_agreement_is_over_what_has_a_label_and_without_any_with_nobody():
     right: list[bool | None] = list(truth().values())
     warnings = sum(one is True for one in right)
     assert agreement(right) == Agreement(len(right), 0, warnings, 0, 0, 1.0, Interval(1.0, 1.0))
@@ -92,9 +89,6 @@ def test_agreement_is_over_what_has_a_label():
     assert agreement([None, None, *right[2:]]) == Agreement(len(right), 2, left, 0, 0, 1.0, Interval(1.0, 1.0))
     wrong = agreement([not label for label in right])
     assert (wrong.precision, wrong.recall, wrong.kappa < 0) == (0, 0, True)
-
-
-def test_a_labeller_without_a_single_label_agrees_with_nobody():
     found = agreement([None] * len(hand_labelled()))
     assert math.isnan(found.precision) and math.isnan(found.recall) and math.isnan(found.kappa)
 
@@ -126,14 +120,10 @@ def test_the_question_holds_the_message_and_the_fires():
     assert question().count("$message") == question().count("$fires") == 1
 
 
-def test_without_labels_by_a_model_the_way_to_get_them_is_named(make_sweep, make_condition):
+def test_labels_by_a_model_that_are_missing_or_damaged_are_named(make_sweep, make_condition):
     sweep = make_sweep([make_condition("a", [0])])
     with pytest.raises(InputError, match="foundry label"):
         analysis.analyze([sweep.path], plots=False, labelled_by_model=True)
-
-
-def test_a_damaged_file_of_labels_is_named(make_sweep, make_condition):
-    sweep = make_sweep([make_condition("a", [0])])
     sweep.write_labels(labels({}, (), {}))
     sweep.labels_file.write_bytes(b"{")
     with pytest.raises(RecordError, match=r"labels\.json"):

@@ -63,10 +63,14 @@ def test_a_seed_that_is_open_holds_up_the_looks_behind_it_and_a_failed_one_does_
         assert found.plan.reached == reached and bool(found.differs) == (status == "unfinished")
 
 
-def test_a_plan_that_holds_says_so(hold):
+def test_a_plan_that_holds_says_so_with_its_margins_and_widest_differences(hold):
     notes = hold(runs_of()).notes()
     assert len(notes) == 1
     assert "look 3 of 3, at 12 seeds, level 0.026 of a single test; nothing differs" in notes[0]
+    margins, widest = {MEASURES[1]: 0.1}, {MEASURES[1]: 0.3}
+    plan = hold(runs_of(), margins=margins, widest=widest).plan
+    assert (plan.margins, plan.widest) == (margins, widest)
+    assert hold(runs_of(), margins=margins).plan.widest == {}
 
 
 @pytest.mark.parametrize(
@@ -84,13 +88,6 @@ def test_a_plan_that_holds_says_so(hold):
 def test_what_differs_from_the_plan_is_said(hold, made, changes, said):
     found = hold(made, **changes)
     assert found.differs == (said,) and not found.plan.margins
-
-
-def test_margins_and_widest_differences_are_held_as_they_were_declared(hold):
-    margins, widest = {MEASURES[1]: 0.1}, {MEASURES[1]: 0.3}
-    plan = hold(runs_of(), margins=margins, widest=widest).plan
-    assert (plan.margins, plan.widest) == (margins, widest)
-    assert hold(runs_of(), margins=margins).plan.widest == {}
 
 
 def test_before_a_run_is_complete_no_measure_is_missed_and_baselines_differ_in_nothing(hold):

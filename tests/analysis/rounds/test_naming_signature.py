@@ -86,12 +86,9 @@ def test_the_committed_name_has_turned_the_others_where_most_of_them_say_it_in_t
     assert all(map(math.isnan, minority([None, None], "ama")))
 
 
-def test_it_is_about_worlds_with_meetings_alone():
+def test_it_is_about_meetings_alone_in_which_one_name_wins_at_once_or_never():
     assert applies(run("aa"))
     assert not applies(scripted_run("world=fishery", "model=scripted/greedy_catch"))
-
-
-def test_who_says_the_first_name_agrees_at_once_and_who_draws_one_of_ten_never():
     focal = measure(scripted_run("world=naming", "model=scripted/focal_name", "world.steps=3"))
     assert (focal["success"], focal["rounds"], focal["won_bafu"], focal["names_ever"]) == (1, 1, 1, 1)
     drawn = [measure(scripted_run("world=naming", "model=scripted/random", seed=seed)) for seed in range(2)]

@@ -52,15 +52,12 @@ def test_models_that_differ_are_told_apart_and_corrected_for_all_pairs():
     assert p["b", "a"] > 0.05
 
 
-def test_what_is_undefined_or_does_not_vary_is_left_out_and_named():
+def test_neither_seeds_of_failed_runs_nor_what_is_undefined_is_compared():
     values = two_alike_one_other()
     values[1, 2, 0], values[:, :, 1] = math.nan, 0.5
     found = fingerprint(table_of(values, MEASURES), measures=MEASURES)
     assert found.measures == ("x.three",)
     assert dict(found.dropped) == {"x.one": "undefined in a run", "x.two": "no variation"}
-
-
-def test_seeds_of_failed_runs_are_left_out():
     made = table_of(two_alike_one_other(), MEASURES)
     made.frame.loc[3, "status"] = "failed"
     made.frame.loc[3, MEASURES] = math.nan

@@ -50,14 +50,11 @@ def test_a_component_below_zero_is_shown_as_zero_and_named():
     assert found.loc["residual", "share"] == 1.0
 
 
-def test_equal_values_have_no_share():
+def test_equal_or_undefined_values_have_no_share():
     found = split(table_of(np.full((2, 4, 1), 0.3), [MEASURE]))
     assert found["variance"].tolist() == [0.0, 0.0, 0.0]
     assert found["share"].isna().all()
     assert set(found["note"]) == {"no variation"}
-
-
-def test_a_measure_that_is_never_defined_has_no_variance():
     found = split(table_of(np.full((2, 4, 1), math.nan), [MEASURE]))
     assert found["variance"].isna().all()
     assert set(found["note"]) == {"no value"}
