@@ -203,7 +203,8 @@ def test_the_viewer_reads_records_and_the_store_only_but_where_it_draws():
         "foundry.viewer.any.drawing": {"foundry.replay.recording", "foundry.worlds.base"},
         "foundry.viewer.probe.view": {"foundry.probing.seen"},
     }
-    allowed = {*LEAVES, *(f"foundry.storing.{name}" for name in ("store", "preregistration", "notes"))}
+    read = ("store", "standing", "matching", "preregistration", "notes")
+    allowed = {*LEAVES, *(f"foundry.storing.{name}" for name in read)}
     for name, found in imports_of("foundry.viewer").items():
         foreign = {one for one in found if not is_in(one, "foundry.viewer")} - allowed
         assert foreign <= drawing.get(name, set()), f"{name} imports {foreign}"
