@@ -29,7 +29,7 @@ def test_the_exported_page_works_without_a_server_and_never_runs_what_a_model_wr
 ):
     go(page, exported, "")
     page.wait_for_selector("[data-sort='idle_rate.share']")
-    page.click(f"text={made_up.runs()[0].id}")
+    page.click(f"[data-run='{made_up.runs()[0].id}'] a")
     page.wait_for_function("() => document.querySelector('.where')?.textContent.startsWith('step 1 of')")
     page.wait_for_function("() => Foundry.page.data.marked === 6")
     page.keyboard.press("x")
