@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
@@ -16,7 +16,7 @@ from analysis.paper.gaps import short_names
 from analysis.paper.sentence import DIFFERENT, kind_of
 from analysis.paper.study import new_seeds, telling_apart
 from analysis.paper.summary import EXPLORES, HELD_NOT
-from analysis.prose import group_label, percent
+from analysis.prose import group_label, joined, percent
 from analysis.report.cards import Mark, mark
 from analysis.report.material import Material
 from analysis.stats.contrasts import ALPHA
@@ -54,10 +54,17 @@ def facts(found: Material) -> list[str]:
 def warnings(found: Material) -> list[str]:
     """Return what weakens everything: models with many unreadable decisions, and a part of the runs."""
     said = [f"only a part of the runs: {found.analysis.filtered}"] if found.analysis.filtered else []
-    for shown in found.own:
-        decisions, unreadable = _decisions(found.of(shown))
-        if decisions and unreadable / decisions >= UNREADABLE:
-            said.append(f"{shown.label}: {percent(unreadable / decisions)} of decisions unreadable")
+    own = [member for member in found.members if not member.shown.baseline]
+    several = len(set(map(_world, own))) > 1
+    for model, members in _grouped(own, _model).items():
+        shares = {
+            world: unreadable / decisions
+            for world, played in _grouped(members, _world).items()
+            for decisions, unreadable in [_decisions(played)]
+            if decisions and unreadable / decisions >= UNREADABLE
+        }
+        parts = [f"{percent(share)} in {world}" if several else percent(share) for world, share in shares.items()]
+        said += [f"Unreadable decisions of {model}: {joined(parts)}"] if parts else []
     return said
 
 
@@ -80,6 +87,17 @@ def _decisions(members: Sequence[Member]) -> tuple[int, int]:
 
 def _world(member: Member) -> str:
     return str(member.folder.config()["world"]["name"])
+
+
+def _model(member: Member) -> str:
+    return str(member.folder.config()["model"]["name"])
+
+
+def _grouped(members: Sequence[Member], name_of: Callable[[Member], str]) -> dict[str, list[Member]]:
+    groups: dict[str, list[Member]] = {}
+    for member in members:
+        groups.setdefault(name_of(member), []).append(member)
+    return groups
 
 
 def _short(count: int) -> str:

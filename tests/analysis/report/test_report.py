@@ -66,7 +66,8 @@ def test_the_first_screen_says_what_was_run_what_weakens_it_and_that_nothing_can
     assert overview.facts(hostile) == [
         "2 models x 6 seeds in small", "10 of 12 runs", "3,300 calls, 0 tokens, 11 s of runs", "exploratory",
     ]  # fmt: skip
-    assert overview.warnings(hostile) == [f"{one.label}: 6.67 % of decisions unreadable" for one in hostile.own]
+    models = dict.fromkeys(one.folder.config()["model"]["name"] for one in hostile.members if not one.shown.baseline)
+    assert overview.warnings(hostile) == [f"Unreadable decisions of {model}: 6.67 %" for model in models]
     claims = overview.claims(hostile)
     assert claims.sentence == "No claim can be made: fewer than 6 seeds only describe these runs."
     assert claims.command.startswith("foundry preregister") and "seed=6-11 --family" in claims.command
