@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from pathlib import Path
 
 import msgspec
 
+from foundry.errors import RecordError
+from foundry.records import NOT_JSON
 from foundry.storing.preregistration import preregistration_of
 from foundry.storing.store import SweepFolder
 from foundry.texts import from_cell
@@ -32,6 +34,26 @@ class Group(msgspec.Struct):
     measures: dict[str, tuple[float | None, float | None, float | None, int]] = msgspec.field(default_factory=dict)
 
 
+class Moment(msgspec.Struct):
+    """A decision that two runs were asked alike and took differently, as `findings.json` has it."""
+
+    level_run: str
+    reference_run: str
+    seed: int
+    step: int
+    agent: int
+
+
+class Finding(msgspec.Struct):
+    """A finding of the analysis, as `findings.json` has it."""
+
+    sentence: str
+    measure: str
+    label: str
+    standing: str
+    moments: list[Moment]
+
+
 class Summary(msgspec.Struct):
     """The groups of a sweep.
 
@@ -40,12 +62,14 @@ class Summary(msgspec.Struct):
         groups: in the order of the analysis.
         group_of: the group of each run of the sweep, by its place in `groups`; None for runs that were not analysed.
         part: which part of the runs was analysed, or empty for all of them.
+        findings: what the analysis found, the first ones first; their moments are those of runs of this sweep.
     """
 
     columns: list[str] = msgspec.field(default_factory=list)
     groups: list[Group] = msgspec.field(default_factory=list)
     group_of: list[int | None] = msgspec.field(default_factory=list)
     part: str = ""
+    findings: list[Finding] = msgspec.field(default_factory=list)
 
 
 def claimed_measures(sweep: SweepFolder, measures: Sequence[str]) -> list[str]:
@@ -94,7 +118,21 @@ def summary_of(sweep: SweepFolder, measures: Sequence[str], table: SignatureTabl
     known = set(table.names())
     told = [table.texts(name, runs) if name in known else [""] * len(runs) for name in columns]
     group_of = [places.get(key) for key in zip(*told, strict=True)]
-    return Summary(columns, list(groups.values()), group_of, rows[0].get("filter") or "")
+    findings = _findings(sweep.analysis_dir / "findings.json", set(runs))
+    return Summary(columns, list(groups.values()), group_of, rows[0].get("filter") or "", findings)
+
+
+def _findings(path: Path, runs: Container[str]) -> list[Finding]:
+    """Return the findings of an analysis with the moments of these runs; none where it wrote none."""
+    try:
+        findings = msgspec.json.decode(path.read_bytes(), type=list[Finding])
+    except FileNotFoundError:
+        return []
+    except NOT_JSON as error:
+        raise RecordError(f"{path} cannot be read ({error}): run foundry analyze again.") from error
+    for finding in findings:
+        finding.moments = [one for one in finding.moments if one.level_run in runs and one.reference_run in runs]
+    return findings
 
 
 def _rows(path: Path) -> list[dict[str, str]]:

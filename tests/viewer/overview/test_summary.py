@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+import json
+import re
 from pathlib import Path
 
+import msgspec
+import pytest
+
+from foundry.errors import RecordError
 from foundry.storing.store import SweepFolder
 from foundry.viewer.signature_table import SignatureTable
 from foundry.viewer.summary import claimed_measures, summary_of
@@ -53,6 +59,26 @@ def test_groups_have_the_numbers_of_the_analysis_and_their_runs(tmp_path: Path):
     assert found.groups[0].measures == {"path.success": (0.5, 0.25, 0.75, 2)}
     assert found.groups[1].measures == {"path.success": (0.0, None, None, 2)}
     assert found.group_of == [0, None, 1, 1]
+
+
+def test_findings_have_the_moments_of_runs_of_this_sweep(tmp_path: Path):
+    made = analysed(tmp_path, comparison="measure,model,baseline,n,mean,low,high\npath.success,first,False,2,0.5,,\n")
+    first, second = (run.id for run in made.runs()[:2])
+    moment = {"level_run": first, "reference_run": second, "seed": 0, "step": 3, "agent": 1}
+    finding = {"sentence": "A.", "measure": "path.success", "label": "Success", "standing": "stands", "p": 0.01}
+    finding["moments"] = [moment, moment | {"reference_run": "of-another-sweep"}]
+    file = made.analysis_dir / "findings.json"
+    file.write_text(json.dumps([finding]))
+    table = SignatureTable(made.signatures_path)
+    [found] = summary_of(made, ["path.success"], table).findings
+    assert (found.sentence, found.label, [msgspec.structs.asdict(one) for one in found.moments]) == (
+        "A.",
+        "Success",
+        [moment],
+    )
+    file.write_text("[{}]")
+    with pytest.raises(RecordError, match=re.escape(f"{file} cannot be read")):
+        summary_of(made, ["path.success"], table)
 
 
 def test_without_an_analysis_there_are_no_groups(tmp_path: Path):

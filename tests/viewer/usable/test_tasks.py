@@ -170,6 +170,12 @@ def unreadable_replies(hand: Hand, places: Places) -> None:
     assert hand.page.locator(".find .found a").count() == 1
 
 
+def best_moment(hand: Hand, places: Places) -> None:
+    open_sweep(hand.page, places.found, "found")
+    hand.click(".findings a >> nth=0")
+    hand.page.wait_for_selector(".texts details[open] .marked :is(ins, del)")
+
+
 TASKS: dict[str, Callable[[Hand, Places], None]] = {
     "find the runs in which nobody was warned": nobody_warned,
     "the first step at which two models part, and why": parting,
@@ -182,6 +188,7 @@ TASKS: dict[str, Callable[[Hand, Places], None]] = {
     "where all stood, of all models": where_all_stood,
     "what a sweep is doing, and when it ends": when_it_ends,
     "all unreadable replies of a model": unreadable_replies,
+    "the moment that shows a difference best": best_moment,
 }
 
 

@@ -2,7 +2,7 @@
 /* What the analysis found of each group of runs: means, intervals and seeds; a click leaves the runs of a group. */
 (function (foundry) {
   const {h, fill, number, breakable, grouped} = foundry.dom, {marks, looks} = foundry;
-  const OPEN_WORLDS = 2;
+  const OPEN_WORLDS = 2, FINDINGS = 3;
 
   /** Return the text that an address has of a group. */
   function nameOf(group) { return group.values.join("|"); }
@@ -15,11 +15,15 @@
     constructor(onPick, onSort) {
       this.onPick = onPick;
       this.onSort = onSort;
-      this.found = {columns: [], groups: [], group_of: [], part: ""};
+      this.found = {columns: [], groups: [], group_of: [], part: "", findings: []};
       this.element = h("section", {class: "summary", "aria-label": "What was found of each group"});
     }
 
-    async load(sweep) { this.found = await foundry.source.json(`sweep/${sweep}/groups`); }
+    async load(sweep) {
+      this.sweep = sweep;
+      this.found = await foundry.source.json(`sweep/${sweep}/groups`);
+      this.labels = new Map(this.found.findings.map((one) => [one.measure, one.label]));
+    }
 
     /** Return what tells the runs of a group from others; all pass where no such group is known. */
     within(name) {
@@ -38,19 +42,29 @@
       const rows = groups.map((group, place) => ({group, place})).filter(({group}) => world < 0 || !asked.world || group.values[world] === asked.world);
       const tables = grouped(rows, ({group}) => (world < 0 ? "" : group.values[world]));
       const open = new Map([...this.element.querySelectorAll("details")].map((one) => [one.dataset.world, one.open]));
-      fill(this.element, part ? h("p", {class: "note"}, `Analysed: ${part}`) : null, tables.size > OPEN_WORLDS ? "Found by group in" : null,
+      fill(this.element, part ? h("p", {class: "note"}, `Analysed: ${part}`) : null, this.findings(), tables.size > OPEN_WORLDS ? "Found by group in" : null,
         [...tables].map(([name, ofWorld]) => h("details", {"data-world": name, open: tables.size <= OPEN_WORLDS || open.get(name)},
           h("summary", {}, tables.size > OPEN_WORLDS ? name : `Found by group${name ? ` in ${name}` : ""}`), this.table(ofWorld, measures, values, asked.group))));
     }
 
+    /** The first findings, each with what it is good for and a way to a moment that shows it. */
+    findings() {
+      const moment = ({level_run: level, reference_run: reference, seed, step, agent}) => h("a", {
+        href: `#/compare/${this.sweep}/${level}/${reference}?step=${step}&agent=${agent}`}, `an example: seed ${seed}, step ${step}, agent ${agent}`);
+      const shown = this.found.findings.slice(0, FINDINGS);
+      return shown.length ? h("ul", {class: "findings", "aria-label": "Findings"}, shown.map((one) =>
+        h("li", {}, one.sentence, " ", h("span", {class: "note"}, `(${one.standing}) `), one.moments.length ? moment(one.moments[0]) : null))) : null;
+    }
+
     table(rows, measures, values, chosen) {
-      const {columns} = this.found, shown = measures.filter((name) => rows.some(({group}) => group.measures[name]));
+      const {columns, findings} = this.found, size = (name) => findings.findIndex((one) => one.measure === name) >>> 0; // none: last
+      const shown = measures.filter((name) => rows.some(({group}) => group.measures[name])).sort((a, b) => size(a) - size(b));
       const seeds = (place, name) => this.seeds(place, values.get(name) || []);
       const scales = new Map(shown.map((name) => [name, marks.scale(rows.flatMap(({group, place}) =>
         [...(group.measures[name] || []).slice(0, 3), ...seeds(place, name)].filter((one) => one !== null)), marks.WIDTH)]));
       return h("div", {class: "table-box", tabindex: "0", role: "region", "aria-label": "Groups"}, h("table", {class: "runs groups"},
         h("thead", {}, h("tr", {}, h("th", {scope: "col"}, columns.join(" · ")), shown.map((name) => h("th", {scope: "col"},
-          h("button", {type: "button", title: "Sort the runs by it", onclick: () => this.onSort(name)}, breakable(name)),
+          h("button", {type: "button", title: "Sort the runs by it", onclick: () => this.onSort(name)}, this.labels?.get(name), h("small", {}, breakable(name))),
           h("small", {}, `${number(scales.get(name).low)} to ${number(scales.get(name).high)}`))))),
         h("tbody", {}, rows.map(({group, place}) => h("tr", {class: group.baseline ? "baseline" : null},
           h("th", {scope: "row"}, this.pick(group, chosen)),
