@@ -41,8 +41,7 @@ def _flights(run: GridRun) -> Iterator[Event]:
     if run.world.spreads or not run.perceived.any():
         return
     fires = np.array([fire.position for fire in run.world.fires])
-    away = np.full((*run.x.shape, len(fires)), np.inf)
-    away[...] = np.hypot(run.x[..., None] - fires[:, 0], run.y[..., None] - fires[:, 1])
+    away = np.hypot(run.x[..., None] - fires[:, 0], run.y[..., None] - fires[:, 1])
     nearest = np.where(run.fires, away[:-1], np.inf).argmin(axis=2)[..., None]
     before, after = (np.take_along_axis(one, nearest, axis=2)[..., 0] for one in (away[:-1], away[1:]))
     fled = run.perceived & run.moved & (after > before)
