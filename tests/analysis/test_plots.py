@@ -91,7 +91,7 @@ def test_plots_of_both_formats_are_for_every_signature_one_column_wide_and_witho
 def test_tables_are_the_same_byte_for_byte_when_repeated(plots):
     before = {path: path.read_bytes() for path in plots.parent.iterdir() if path.is_file() and path.suffix != ".sqlite"}
     assert set(analyze([plots.parents[1]], plots=False).written) == set(before)
-    assert {path.suffix for path in before} == {".bib", ".csv", ".md", ".parquet", ".tex"}
+    assert {path.suffix for path in before} == {".bib", ".csv", ".json", ".md", ".parquet", ".tex"}
     assert before == {path: path.read_bytes() for path in before}
 
 

@@ -16,7 +16,7 @@ from foundry.storing.notes import notes_of
 from foundry.storing.store import SweepFolder
 from foundry.viewer.export import export
 from foundry.viewer.resources import Resources
-from foundry.viewer.search import TextSearch
+from foundry.viewer.search import Query, TextSearch
 from foundry.viewer.server import serving
 
 READY = ".moment .choices"
@@ -58,7 +58,7 @@ def test_a_note_on_a_moment_is_found_by_a_search_and_leads_to_it(mine: Path):
     run, step, agent = moments(mine)[7][:3]
     assert noted(mine) == [(run, step, agent, 7, "It turned back.")]
     search = TextSearch(SweepFolder.open(mine))
-    assert search.find("note", "turned")["hits"] == [[run, step, agent, "note", "It turned back. odd Ada", 7]]
+    assert search.find(Query("note", "turned"))["hits"] == [[run, step, agent, "note", "It turned back. odd Ada", 7]]
     search.close()
     resources.close()
 
